@@ -119,6 +119,7 @@ def run_in_environment(python: Path, *arguments: str, less_urgent: int = 0) -> i
     less_urgent: by how many steps it and all that it starts give way to others, where the system has such steps.
     """
     environment = {**os.environ, "PYTHONUTF8": "1"}
+    environment.pop("PYTHONDONTWRITEBYTECODE", None)  # each of hundreds of processes would compile the sources anew
     process = subprocess.Popen([str(python), *arguments], cwd=ROOT, env=environment)
     if less_urgent and hasattr(os, "setpriority"):
         with suppress(ProcessLookupError):  # it has ended already

@@ -14,8 +14,10 @@ import sys
 import tempfile
 import time
 import xml.etree.ElementTree as ElementTree
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from typing import Any, TypeVar
 
 from environment import ROOT, SetUpFailed, ensure_environment, run_in_environment, use_new_enough_python
 from page_checks import ensure_page_tools, run_page_checks
@@ -25,13 +27,16 @@ CHECKS = (
     ("format", ("-m", "ruff", "format", "--check", ".")),
     ("types", ("-m", "mypy")),
 )
-# The kernels as a first start compiles them, on two cores; a test that needs others compiles those itself.
+# The kernels as a first start compiles them, on two cores; a test that needs others compiles those itself. With all
+# tests, one of them is such a start and hands on what it has compiled: then this finds all done.
 PREPARATION = ("-c", "from vfix_engine.simulation.preparation import prepare; prepare()")
-# The tests, in runs of which two are made at once; the first begins first. A run leaves out what another one names.
-# The page and what has a clock of its own wait more than they compute and go first; the others, which only compute,
-# give way to them. The lumen compiles most, and what needs the same kernels comes late enough to find them.
+# The tests, in runs of which two are made at once; the first two begin first, one after the other. A run leaves out
+# what another one names. The page and what has a clock of its own wait more than they compute and go first; the
+# others, which only compute, give way to them: the longest first, so that both cores are busy until the end.
+FIRST_START = "a first start"
 IN_TIME = "the page and what runs in real time"
 RUNS = {
+    FIRST_START: ("tests/app/test_bench_start.py",),
     IN_TIME: (
         "tests/browser",
         "tests/engine/runtime",
@@ -39,19 +44,24 @@ RUNS = {
         "tests/engine/simulation/test_rigid_runs.py",
         "tests/engine/lumen/test_snake_process.py",
     ),
-    "the lumen": ("tests/engine/lumen",),
+    "the application": ("tests/app",),
+    "the engine": ("tests/engine",),
     "the simulation": ("tests/engine/simulation",),
-    "rehearsals and hostile files": (
+    "rehearsals, snakes by command and hostile files": (
         *(f"tests/app/test_rehearse_{name}.py" for name in ("command", "robots", "zones")),
+        "tests/app/test_lumen_command.py",
+        "tests/app/test_bench_lumen.py",
         "tests/app/test_file_mutants.py",
     ),
-    "the engine": ("tests/engine",),
-    "the application": ("tests/app",),
-    "snakes by command": ("tests/app/test_lumen_command.py", "tests/app/test_bench_lumen.py"),
+    "the lumen": ("tests/engine/lumen",),
     "docs, scripts and the wheel": ("tests",),
 }
 WORKERS = 2
 LESS_URGENT = 10  # of the 19 steps by which a process can give way to others
+SLOWEST = 10  # files of tests that are told
+LASTED: "dict[str, float]" = {}  # seconds that each part took, by its name
+
+Result = TypeVar("Result")
 
 
 def main(arguments: "list[str]") -> int:
@@ -70,18 +80,20 @@ def main(arguments: "list[str]") -> int:
     print(f"Browser: {os.environ['VFIX_BROWSER']}", flush=True)
     if "--setup-only" in arguments:
         return 0
-    last_line = ""
+    began = time.monotonic()
+    last_lines: list[str] = []
     with tempfile.TemporaryDirectory() as reports:
-        statuses = {"preparation": run_in_environment(python, *PREPARATION)}
         if arguments:
+            statuses = {"preparation": timed("preparation", run_in_environment, python, *PREPARATION)}
             statuses |= run_checks(python, node, Path(reports))
             statuses["tests"] = run_in_environment(python, "-m", "pytest", *arguments)
         else:
-            statuses |= run_everything(python, node, Path(reports))
-            last_line = counts(sorted(Path(reports).glob("*.xml")))
+            statuses = run_everything(python, node, Path(reports))
+            written = sorted(Path(reports).glob("*.xml"))
+            last_lines = [*durations(written), f"All of it took {time.monotonic() - began:.0f} s.", counts(written)]
     for name, status in statuses.items():
         print(f"{name}: {'ok' if status == 0 else f'FAILED ({status})'}")
-    print(last_line, flush=True)
+    print("\n".join(last_lines), flush=True)
     return next((status for status in statuses.values() if status), 0)
 
 
@@ -95,18 +107,18 @@ def run_everything(python: Path, node: Path, reports: Path) -> "dict[str, int]":
     """Status of each check and each run of tests by its name, two at a time; each run writes its JUnit results."""
 
     def run(name: str) -> int:
-        began = time.monotonic()
         arguments = ("-m", "pytest", "-q", f"--junitxml={reports / name}.xml", *paths_of(name))
-        status = run_in_environment(python, *arguments, less_urgent=0 if name == IN_TIME else LESS_URGENT)
-        print(f"vfix: the tests of {name} took {time.monotonic() - began:.0f} s", flush=True)
+        urgency = 0 if name in (FIRST_START, IN_TIME) else LESS_URGENT
+        status = timed(f"tests of {name}", run_in_environment, python, *arguments, less_urgent=urgency)
+        print(f"vfix: the tests of {name} took {LASTED[f'tests of {name}']:.0f} s", flush=True)
         return status
 
     with ThreadPoolExecutor(WORKERS) as threads:
-        first, *others = RUNS
-        runs = {first: threads.submit(run, first)}
-        checks = threads.submit(run_checks, python, node, reports)  # beside the first run, which waits a lot
-        runs |= {name: threads.submit(run, name) for name in others}
-        return checks.result() | {f"tests of {name}": run.result() for name, run in runs.items()}
+        checks = threads.submit(timed, "checks", run_checks, python, node, reports)
+        statuses = {f"tests of {FIRST_START}": run(FIRST_START)}  # beside the checks; all others need its kernels
+        statuses["preparation"] = timed("preparation", run_in_environment, python, *PREPARATION)
+        runs = {name: threads.submit(run, name) for name in RUNS if name != FIRST_START}
+        return statuses | checks.result() | {f"tests of {name}": run.result() for name, run in runs.items()}
 
 
 def paths_of(name: str) -> "list[str]":
@@ -115,6 +127,27 @@ def paths_of(name: str) -> "list[str]":
     others = [Path(path) for other, paths in RUNS.items() if other != name for path in paths]
     left_out = [path for path in others if any(one in path.parents for one in own)]
     return [str(path) for path in own] + [f"--ignore={path}" for path in left_out]
+
+
+def timed(name: str, work: "Callable[..., Result]", *words: "Any", **options: "Any") -> "Result":
+    """What ``work`` returns; how long it took is told at the end."""
+    began = time.monotonic()
+    try:
+        return work(*words, **options)
+    finally:
+        LASTED[name] = time.monotonic() - began
+
+
+def durations(reports: "list[Path]") -> "list[str]":
+    """What took how long: each part of the whole, then the slowest files of tests, by their JUnit reports."""
+    files: dict[str, float] = {}
+    for report in reports:
+        for case in ElementTree.parse(report).getroot().iter("testcase"):
+            file = case.get("classname", "").replace(".", "/")
+            files[file] = files.get(file, 0.0) + float(case.get("time", 0))
+    slowest = sorted(files, key=lambda file: -files[file])[:SLOWEST]
+    parts = [f"{LASTED[name]:6.0f} s  {name}" for name in LASTED]
+    return [*parts, "The slowest files of tests:", *(f"{files[file]:6.0f} s  {file}" for file in slowest)]
 
 
 def counts(reports: "list[Path]") -> str:

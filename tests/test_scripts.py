@@ -4,6 +4,7 @@ import ast
 import importlib
 import importlib.util
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -255,7 +256,8 @@ def test_one_run_of_many_that_fails_is_named(
     statuses = script.run_everything(Path("python"), Path("node"), tmp_path)
     assert [name for name, status in statuses.items() if status] == ["tests of the lumen"]
     assert made == {
-        f"--junitxml={tmp_path / name}.xml": 0 if name == script.IN_TIME else script.LESS_URGENT for name in script.RUNS
+        f"--junitxml={tmp_path / name}.xml": 0 if name in (script.FIRST_START, script.IN_TIME) else script.LESS_URGENT
+        for name in script.RUNS
     }
 
 
@@ -280,7 +282,13 @@ def test_the_last_line_counts_the_tests_of_all_runs(tmp_path: Path, monkeypatch:
         command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", f"--junitxml={report}", str(tmp_path)]
         subprocess.run(command, cwd=tmp_path, capture_output=True, check=False, timeout=120)
     monkeypatch.syspath_prepend(str(SCRIPTS))
-    assert the_test_script().counts(reports) == "2 passed, 2 failed, 2 skipped"
+    script = the_test_script()
+    assert script.counts(reports) == "2 passed, 2 failed, 2 skipped"
+    assert script.timed("a run", int, "7") == 7
+    part, head, file = script.durations(reports)
+    assert re.fullmatch(r" +0 s  a run", part)
+    assert head == "The slowest files of tests:"
+    assert re.fullmatch(r" +0 s  test_few", file)
 
 
 def test_the_last_line_counts_the_page_s_unit_tests(

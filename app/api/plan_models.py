@@ -9,6 +9,7 @@ from app.services.names import MAX_NAME
 from app.services.plan_model import MAX_COORDINATE
 from app.services.plans import Plan
 from app.services.second_volume import IDENTITY, second_to_json
+from app.services.verdict import Level
 from vfix_engine.imaging.soft_tissue import Surroundings
 
 # Strict: a true or a text is no length and no setting.
@@ -261,11 +262,15 @@ class SoftTissuePublic(BaseModel):
 class EvaluationPublic(BaseModel):
     """Result of a dry run of the plan.
 
-    bone_clearance_mm: of the whole tool per sample, null beyond the reached point; clearance_mm is its older name, as
-    is min_clearance_mm. soft_tissue: along the tool. removed_mm3: bone that the plan removes before, in mm³.
+    verdict, short, words: as in the plan's report. bone_clearance_mm: of the whole tool per sample, null beyond the
+    reached point; clearance_mm is its older name, as is min_clearance_mm. soft_tissue: along the tool.
+    removed_mm3: bone that the plan removes before, in mm³.
     """
 
     revision: int
+    verdict: Level
+    short: str
+    words: str
     s_mm: list[float]
     positions: list[tuple[float, float, float]]
     clearance_mm: list[float | None]

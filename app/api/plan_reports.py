@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated
 
 from fastapi import APIRouter, Query
 from pydantic import BaseModel
 
 from app.api.dependencies import Identifier, ServicesDep
+from app.services.piercing import PiercedState
+from app.services.verdict import Level, Reason, TissueLevel
 
 router = APIRouter()
 
@@ -28,23 +30,47 @@ class SoftDepthPublic(BaseModel):
     s_mm: float
 
 
+class PiercedPublic(BaseModel):
+    """Whether the tool goes through skin ('room') or a wall between two airs of the body ('wall'); lengths in mm.
+
+    sideways_mm: how far sideways the nearest air leads round the worst tissue that the tool's axis passes, null where
+    that is not known or beyond 15 mm; gives_mm: what tissue gives there. begin, end: of that tissue, in LPS.
+    """
+
+    state: PiercedState
+    sideways_mm: float | None
+    gives_mm: float | None
+    begin: tuple[float, float, float] | None
+    end: tuple[float, float, float] | None
+    s_mm: float | None
+    words: str
+
+
 class PathReportPublic(BaseModel):
-    """The verdict on one path; lengths in mm, null where they are not known, as tissue is without a CT."""
+    """The verdict on one path; lengths in mm, null where they are not known, as tissue is without a CT.
+
+    short: the level with what decided it, with which the words begin. nearest: bone or the structure to spare that
+    leaves least above its margin, margin_mm; least_clearance_mm: to it.
+    """
 
     path: str
     name: str
-    verdict: Literal["fits", "tight", "blocked", "unknown"]
+    verdict: Level
+    reason: Reason
+    short: str
     words: str
     least_clearance_mm: float | None
+    margin_mm: float | None
     nearest: str | None
     part: str | None
     s_mm: float | None
-    tissue_level: Literal["none", "pressed", "deep", "unknown"]
+    tissue_level: TissueLevel
     tissue_mm: float | None
     nostril_mm: float | None
     tissue_depth_mm: float | None
     tissue_s_mm: float | None
     soft_structures: list[SoftDepthPublic]
+    pierced: PiercedPublic
     side_caution: str
     completed: bool
     reached_mm: float

@@ -12,6 +12,7 @@ from app.api.dependencies import ERRORS, Condition, ConditionDep, Identifier, Se
 from app.api.jobs import JobPublic
 from app.api.plan_models import PlanPublic, Revision
 from app.services.suggestions import described, described_none
+from app.services.verdict import Level
 
 router = APIRouter(tags=["suggestions"], responses=ERRORS)
 
@@ -36,10 +37,20 @@ class SuggestedPoint(BaseModel):
 class AlternativePublic(BaseModel):
     """A path with directions of the shaft, and how the tool was driven along it; lengths in mm.
 
-    short_of_target_mm: from the path's end to the target. tight: within 0.2 mm of the margin; turns: the shaft's
-    direction changes along the path.
+    verdict: the level that the plan has when it is led along it, short: in a few words, words: the whole of it.
+    nearest: bone or the structure to spare that leaves least above its margin, margin_mm; nearest_clearance_mm: to it.
+    least_clearance_mm: to bone. short_of_target_mm: from the path's end to the target. tight: the verdict is;
+    turns: the shaft's direction changes along the path.
+    sideways_mm: how far sideways air leads round the tissue that the tool passes; ways that pierce tissue are never
+    among the alternatives.
     """
 
+    verdict: Level
+    short: str
+    words: str
+    nearest: str
+    nearest_clearance_mm: Length
+    margin_mm: Length
     short_of_target_mm: float
     length_mm: float
     least_clearance_mm: float
@@ -47,6 +58,7 @@ class AlternativePublic(BaseModel):
     tight: bool
     tissue_mm: Length
     tissue_depth_mm: Length
+    sideways_mm: Length
     turns: bool
     points: list[SuggestedPoint]
 
@@ -63,7 +75,7 @@ class NonePublic(BaseModel):
 class SuggestionPublic(BaseModel):
     """Alternatives, the best one first, or why there are none.
 
-    kept_mm: from bone: the margin, and what the case's surface may be off.
+    kept_mm: from bone: the margin, and what thinning may have moved the case's surface by.
     """
 
     id: str
@@ -90,6 +102,7 @@ class ToolPublic(BaseModel):
     tissue_mm: Length
     tissue_depth_mm: Length
     reason: str
+    pierces: bool
 
 
 class ToolTablePublic(BaseModel):
@@ -119,8 +132,8 @@ def show_suggestion(suggestion_id: Identifier, services: ServicesDep) -> Suggest
     """What was found; the newest sixteen are remembered."""
     kept = services.suggestions.paths(suggestion_id)
     values = {name: getattr(kept, name) for name in ("id", "plan_id", "entry", "target", "tool", "kept_mm")}
-    every = [described(one, kept) for one in kept.found.alternatives]
-    return SuggestionPublic.model_validate({**values, "alternatives": every, "none": described_none(kept.found.none)})
+    found = {"alternatives": described(kept), "none": described_none(kept.found.none)}
+    return SuggestionPublic.model_validate({**values, **found})
 
 
 @router.post("/suggestions/{suggestion_id}/use")

@@ -24,7 +24,7 @@ from vfix_engine.imaging.frame_report import FRAMES, MM_PER_UNIT, FrameReport
 from vfix_engine.imaging.mesh_files import read_mesh, write_ply
 from vfix_engine.json_text import parse_json
 from vfix_engine.lumen.drive.drive import OPERATORS, DriveReport, DriveSettings, Shot, drive_lumen
-from vfix_engine.lumen.drive.drive_state import CONTROLS, Observer
+from vfix_engine.lumen.drive.drive_state import CONTROLS, DriveState, Observer
 from vfix_engine.lumen.drive.look_plan import view_of
 from vfix_engine.lumen.drive.lumen import Lumen
 from vfix_engine.lumen.drive.snake_drive import SnakeDrive
@@ -67,8 +67,9 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     drive.add_argument("--angles", type=int, default=_DEFAULTS.angles, help="radii of a contour; 1: circles")
     drive.add_argument("--quantile", type=float, default=_DEFAULTS.quantile, metavar="Q", help="of the radii measured")
     drive.add_argument("--radius", type=float, metavar="MM", help="of the robot")
-    drive.add_argument("--bound", type=float, metavar="MM", help="how far a link may leave the pathway")
+    drive.add_argument("--bound", type=float, metavar="MM", help="how far a link may leave the pathway, everywhere")
     drive.add_argument("--tip-bound", type=float, metavar="MM", help="how far the last link may")
+    drive.add_argument("--anyway", action="store_true", help="go on where the lumen is narrower than the robot")
     drive.add_argument("--waypoint", type=float, metavar="MM", help="of insertion between two conforming shapes")
     drive.add_argument("--breathing", type=float, metavar="MM", help="the pathway moves to and fro by so much")
     drive.add_argument("--peristalsis", type=float, metavar="SHARE", help="waves narrow the pathway by that share")
@@ -131,7 +132,8 @@ def run(args: argparse.Namespace) -> int:
         report = drive_lumen(
             mesh, args.start, args.end, args.links, landmarks, args.operator, settings, album, snake=snake,
             tissue=_tissue(args.breathing, args.peristalsis), seed=args.seed,
-            progress=lambda words: print(f"vfix: {words}", file=sys.stderr, flush=True), observe=recording.begin,
+            anyway=args.anyway, observe=recording.begin,
+            progress=lambda words: print(f"vfix: {words}", file=sys.stderr, flush=True),
         )  # fmt: skip
     except BaseException:
         recording.drop()
@@ -237,7 +239,7 @@ class Album:
         self.files.append(str(self._folder / name))
 
     def _words(self, shot: Shot) -> list[str]:
-        state, settings = shot.state, self._settings
+        state = shot.state
         inside = state.deviation.depth[state.measured]
         at_limit = int((np.abs(state.q) >= shot.snake.q_max - 1e-9).sum())
         doing = f"looking {_turned(shot)} degrees aside" if shot.event == "bent" else "just arrived"
@@ -245,9 +247,18 @@ class Album:
         return [
             f"{shot.snake.links} links, the tip {state.tip_s:.0f} mm in, {doing}",
             f"farthest out of the pathway: {deepest}",
-            f"allowed: {settings.bound_mm:g} mm, the last link {settings.tip_bound:g} mm",
+            _allowed(shot.state),
             f"{at_limit} of {shot.snake.dof} joints at their limit",
         ]
+
+
+def _allowed(state: DriveState) -> str:
+    """The bounds of the links that are inside, where they are."""
+    bound = state.bound[state.measured]
+    if not len(bound):
+        return "allowed: as far as the pathway's radius has it"
+    body = f"{bound[:-1].min():.1f} to {bound[:-1].max():.1f} mm, " if len(bound) > 1 else ""
+    return f"allowed here: {body}the last link {bound[-1]:.1f} mm"
 
 
 def _turned(shot: Shot) -> int:

@@ -20,7 +20,10 @@ from app.services.suggestions import WORTH_TELLING_MM, described, described_none
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import PlanError
 
-_FIGURES = ("least_clearance_mm", "tightest_mm", "tissue_mm", "tissue_depth_mm", "short_of_target_mm")
+_FIGURES = (
+    "verdict", "short", "words", "least_clearance_mm", "tightest_mm", "tissue_mm", "tissue_depth_mm",
+    "short_of_target_mm",
+)  # fmt: skip
 ACTIONS = ("suggest", "tools")
 _NEGATIVE = re.compile(r"^-\d*\.?\d+(,.*)?$")
 
@@ -60,11 +63,11 @@ def _suggest(services: Services, args: argparse.Namespace) -> int:
         _print(args, report, none_in_words(found.none))
         return 1
     plan = services.plans.create(case.id, name, with_alternative(content, found.alternatives[0]))
-    every = [described(one, looked) for one in found.alternatives]
+    every = described(looked)
     figures = {key: every[0][key] for key in _FIGURES}
     report = json.loads(to_native_json(plan)) | {"found": True, "plan": plan.id} | figures | {"alternatives": every}
     lines = [f"{plan.id}  {plan.name}  {len(plan.points)} points"]
-    lines += [f"  {number}  {_words(one)}" for number, one in enumerate(every, 1)]
+    lines += [f"  {number}  {one['words']}{_ends(one)}" for number, one in enumerate(every, 1)]
     _print(args, report, "\n".join(lines))
     return 0
 
@@ -79,7 +82,7 @@ def _tools(services: Services, args: argparse.Namespace) -> int:
 
 
 def _words(row: dict[str, Any]) -> str:
-    """Figures of an alternative or a tool in one line."""
+    """Figures of a tool in one line."""
     if row.get("least_clearance_mm") is None:
         return str(row["reason"])
     tissue = "soft tissue not known"
@@ -88,9 +91,13 @@ def _words(row: dict[str, Any]) -> str:
     short = (
         "" if row.get("reaches", True) else f"; {row['reached_mm']:.0f} of {row['length_mm']:.0f} mm: {row['reason']}"
     )
-    away = row.get("short_of_target_mm", 0.0)
-    ends = f"; ends {away:.1f} mm before the target" if away > WORTH_TELLING_MM else ""
-    return f"bone {row['least_clearance_mm']:.2f} mm, {tissue}{short}{ends}"
+    return f"bone {row['least_clearance_mm']:.2f} mm, {tissue}{short}"
+
+
+def _ends(one: dict[str, Any]) -> str:
+    """Where an alternative ends before its target."""
+    away = one["short_of_target_mm"]
+    return f" Ends {away:.1f} mm before the target." if away > WORTH_TELLING_MM else ""
 
 
 def _place(text: str) -> Position:

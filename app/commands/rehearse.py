@@ -18,9 +18,10 @@ from app.commands.head_options import add_file_options, say_notes, told_of_file
 from app.extras import has_app
 from app.services import Services, build_services
 from app.services.case_settings import settings_in_case
-from app.services.fields import plan_tissue
+from app.services.fields import plan_tissue, plan_ways
 from app.services.instruments import Instruments, plan_robot, plan_tool
 from app.services.openings import opened_tree
+from app.services.piercing import PiercedReport, pierced_by_poses
 from app.services.placing import standing_base, stored_placing
 from app.services.plan_model import Plan, without_placing
 from app.services.plan_shaft import shaft_of
@@ -154,6 +155,7 @@ def run(args: argparse.Namespace) -> int:
     if notes:
         report["notes"] = list(notes)
     report["soft_tissue"] = asdict(tissue_passed(case.scan(), poses.kept))
+    report["pierced"] = asdict(PiercedReport.of(pierced_by_poses(plan_ways(case.scans, plan), poses.kept)))
     unknown = "" if case.uncertainty.voxel_mm else f"{case.uncertainty.words()}; the margin has to cover that"
     report["warnings"] = [words] if (words := case.uncertainty.warning(settings.margin_mm) or unknown) else []
     say_notes([f"{words}." for words in report["warnings"]])

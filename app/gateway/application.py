@@ -1,5 +1,6 @@
 """The ASGI application: the guard around the page, the scene and the routers it is given."""
 
+import contextlib
 from collections.abc import AsyncIterator, Sequence
 from contextlib import asynccontextmanager
 from typing import Protocol
@@ -78,13 +79,13 @@ def build_application(
 def _lifespan(services: Closable, scene_server: SceneServer, warm_up: WarmUp, link: Link | None) -> Lifespan[FastAPI]:
     @asynccontextmanager
     async def lifespan(_: FastAPI) -> AsyncIterator[None]:
-        if link is not None:
-            link.start()
-        warm_up.start()
-        yield
-        if link is not None:
-            link.close()
-        scene_server.stop()
-        services.close()
+        with contextlib.ExitStack() as at_end:  # each is ended, whatever becomes of the others, the store last
+            at_end.callback(services.close)
+            at_end.callback(scene_server.stop)
+            if link is not None:
+                link.start()
+                at_end.callback(link.close)
+            warm_up.start()
+            yield
 
     return lifespan

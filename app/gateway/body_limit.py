@@ -1,5 +1,7 @@
 """Limit of request bodies, counted while they arrive; a route may set a larger one."""
 
+import asyncio
+import contextlib
 from typing import Any
 
 from fastapi import HTTPException
@@ -7,13 +9,21 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 # The longest honest JSON is about 2 KiB. JSON is parsed on the event loop, where a megabyte of it can take a second.
 MAX_BODY_BYTES = 64 << 10
+# Many clients send a whole body before they read. One whose body is not read gets a reset instead of the answer.
+DRAIN_BYTES = 64 << 20
+DRAIN_S = 5.0
 _WORDS = f"the request's body is larger than {MAX_BODY_BYTES >> 10} KiB, which is the most that is taken."
+_CLOSE = (b"connection", b"close")
 
 
 class BodyLimit:
     """Refuses bodies of more than MAX_BODY_BYTES, claimed or received, with 413.
 
     A route with a larger limit sets `request.state.max_body_bytes` before it reads, and `too_large`, the message.
+
+    Where an answer is ready before the body has been read, up to DRAIN_BYTES of the rest are read first and dropped,
+    for DRAIN_S at most; then the answer goes out, and the connection is closed. A client that claims more is answered
+    at once, since it cannot be heard to the end anyway.
     """
 
     def __init__(self, app: ASGIApp) -> None:
@@ -25,20 +35,52 @@ class BodyLimit:
             return
         state = scope.setdefault("state", {})
         state["max_body_bytes"], state["too_large"] = MAX_BODY_BYTES, _WORDS
-        claimed = next((int(value) for name, value in scope["headers"] if name == b"content-length"), 0)
-        received = 0
+        body = _Body(scope, receive, state)
 
-        async def counted() -> Message:
-            nonlocal received
-            _check(claimed, state)  # before anything is read, and before a client is told to send it
-            message = await receive()
-            received += len(message.get("body", b""))
-            _check(received, state)
-            return message
+        async def answer(message: Message) -> None:
+            if message["type"] == "http.response.start" and await body.drained():
+                message = {**message, "headers": [*message.get("headers", ()), _CLOSE]}
+            await send(message)
 
-        await self._app(scope, counted, send)
+        await self._app(scope, body.receive, answer)
 
 
-def _check(size: int, state: dict[str, Any]) -> None:
-    if size > state["max_body_bytes"]:
-        raise HTTPException(413, state["too_large"])
+class _Body:
+    """The body of one request as it arrives."""
+
+    def __init__(self, scope: Scope, receive: Receive, state: dict[str, Any]) -> None:
+        headers = dict(scope["headers"])
+        self._receive, self._state = receive, state
+        self._claimed = int(headers.get(b"content-length", 0))
+        self._read = 0
+        self._ended = not self._claimed and b"transfer-encoding" not in headers
+        self._told_to_send = b"expect" not in headers
+
+    async def receive(self) -> Message:
+        """The next part. Raises HTTPException for what is too large."""
+        self._check(self._claimed)  # before anything is read, and before a client is told to send it
+        message = await self._next()
+        self._check(self._read)
+        return message
+
+    async def drained(self) -> bool:
+        """Read what has not been read; False where all was, or where the rest is not read."""
+        if self._ended or not self._told_to_send or self._claimed - self._read > DRAIN_BYTES:
+            return False
+        most = self._read + DRAIN_BYTES
+        with contextlib.suppress(TimeoutError):
+            async with asyncio.timeout(DRAIN_S):
+                while not self._ended and self._read < most:
+                    await self._next()
+        return self._ended
+
+    async def _next(self) -> Message:
+        self._told_to_send = True
+        message = await self._receive()
+        self._read += len(message.get("body", b""))
+        self._ended = not message.get("more_body", False)
+        return message
+
+    def _check(self, size: int) -> None:
+        if size > self._state["max_body_bytes"]:
+            raise HTTPException(413, self._state["too_large"])

@@ -16,6 +16,8 @@ from uvicorn.protocols.http.h11_impl import H11Protocol
 from websockets.asyncio.server import ServerConnection
 from websockets.protocol import State
 
+from vfix_engine.error_places import error_places
+
 HEAD_DEADLINE_S = 10.0
 MAX_WAITING = 128
 MAX_MESSAGE_BYTES = 256 << 10  # of a browser's WebSocket; the longest that one sends is about 60 KiB
@@ -84,6 +86,17 @@ class BoundedWebSocket(ServerConnection):
             other.transport.abort()
 
 
+class Discreet(logging.Filter):
+    """What a library logs of an error: where it was, never what it said, which may hold a name (HAZ-33)."""
+
+    def filter(self, record: logging.LogRecord) -> bool:
+        error = record.exc_info[1] if record.exc_info else None
+        if error is not None:
+            record.msg, record.args = "%s: %s", (str(record.msg)[:60].strip(), error_places(error))
+        record.exc_info = record.exc_text = None
+        return True
+
+
 class FewLines(logging.Filter):
     """Passes _SAME_LINES records of one kind a minute; the next one has the number of those left out."""
 
@@ -106,11 +119,12 @@ class FewLines(logging.Filter):
 
 
 def quieten_log() -> None:
-    """Prevent unauthenticated clients from filling the disk with log lines."""
+    """Keep unauthenticated clients from filling the disk with log lines, and libraries from logging what errors say."""
     for name in _NOISY_LOGGERS:
         logger = logging.getLogger(name)
-        if not any(isinstance(known, FewLines) for known in logger.filters):
-            logger.addFilter(FewLines())
+        for kind in (FewLines, Discreet):
+            if not any(isinstance(known, kind) for known in logger.filters):
+                logger.addFilter(kind())
 
 
 def raise_descriptor_limit() -> None:

@@ -2,7 +2,6 @@
 
 import contextlib
 import logging
-import traceback
 
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
@@ -13,6 +12,7 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 from app.api.error_statuses import status_of
 from app.error_shape import error_body, error_code, error_details
 from app.services.errors import DocumentConflict
+from vfix_engine.error_places import error_places
 from vfix_engine.errors import VfixError
 
 _RETRY = {503: {"Retry-After": "5"}}
@@ -71,9 +71,7 @@ class DiscreetErrors:
         except Exception as error:
             if scope["type"] == "lifespan":
                 raise
-            frames = traceback.extract_tb(error.__traceback__)
-            where = "\n".join(f"  {frame.filename}:{frame.lineno} {frame.name}" for frame in frames)
-            _LOG.error("%s on a %s request\n%s", type(error).__name__, scope["type"], where)
+            _LOG.error("an error on a %s request: %s", scope["type"], error_places(error))
             if scope["type"] == "websocket":
                 with contextlib.suppress(Exception):  # the connection may be gone already
                     await send({"type": "websocket.close", "code": 1011})

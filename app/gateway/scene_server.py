@@ -19,6 +19,7 @@ from websockets.typing import Subprotocol
 
 from app.gateway.inner_lock import locked_servers
 from app.session.client_sessions import MAX_PAGES
+from vfix_engine.error_places import error_places
 
 SUBPROTOCOL = Subprotocol(f"viser-v{viser.__version__}")
 MAX_MESSAGE_BYTES = 64 * 2**20
@@ -171,8 +172,8 @@ class SceneServer:
         def run() -> None:
             try:
                 callback(*arguments)
-            except Exception:
-                _LOG.exception("a callback of the scene's tabs failed")
+            except Exception as error:
+                _LOG.error("a callback of the scene's tabs failed: %s", error_places(error))
 
         with contextlib.suppress(RuntimeError):  # the planner is stopping and takes no more calls
             self._dispatcher.submit(run)

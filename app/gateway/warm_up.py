@@ -6,6 +6,8 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 
+from vfix_engine.error_places import error_places
+
 _LOG = logging.getLogger(__name__)
 
 
@@ -77,7 +79,7 @@ class WarmUp:
         except self._ends:
             raise
         except Exception as error:
-            _LOG.exception("getting ready failed")
+            _LOG.error("getting ready failed: %s", error_places(error))
             self._failed = f"Getting ready failed: {error}"
         finally:
             self._text = ""
@@ -92,7 +94,7 @@ class WarmUp:
             step.work()
         except self._ends:
             raise
-        except Exception:
+        except Exception as error:
             if shown and not step.spare:
                 raise
-            _LOG.exception("getting ready goes on without a step that failed")
+            _LOG.error("getting ready goes on without a step that failed: %s", error_places(error))

@@ -16,6 +16,7 @@ import threading
 from collections.abc import Callable, Iterable
 
 from app.link.messages import HEADER_BYTES, Header, LinkFault, Message, Text, ToolPoses, pack, parse_header, unpack
+from vfix_engine.error_places import error_places
 from vfix_engine.errors import InputError, VfixError
 
 _LOG = logging.getLogger(__name__)
@@ -122,7 +123,7 @@ class LinkServer:
     def _ended(self, task: asyncio.Task[None]) -> None:
         self._serving.pop(task, None)
         if not task.cancelled() and (error := task.exception()) is not None:
-            _LOG.error("OpenIGTLink: a client was dropped", exc_info=error)
+            _LOG.error("OpenIGTLink: a client was dropped: %s", error_places(error))
 
     async def _serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         if len(self._clients) >= MAX_CLIENTS:
@@ -140,10 +141,10 @@ class LinkServer:
             for task in (sending, hearing):
                 task.cancel()
             for done in await asyncio.gather(sending, hearing, return_exceptions=True):
-                if isinstance(done, VfixError):
-                    _LOG.warning("OpenIGTLink: a client was dropped: %s", done)
+                if isinstance(done, LinkFault):
+                    _LOG.warning("OpenIGTLink: a client was dropped: %s", done)  # which quotes nothing that came
                 elif isinstance(done, Exception):
-                    _LOG.error("OpenIGTLink: a client was dropped", exc_info=done)
+                    _LOG.error("OpenIGTLink: a client was dropped: %s", error_places(done))
             await _closed(writer)
 
     def _make_room(self) -> None:

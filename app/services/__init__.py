@@ -158,7 +158,7 @@ def build_services(settings: Settings) -> Services:
     tracker = _tracker(settings)
     registering = Registering(registrations, cases, plans, jobs, tracker)
     planning = Planning(cases, instruments, fields, lambda plan: driven_registration(registering.registration_of(plan)))
-    runs, dry_runs = RunService(store), DryRuns(jobs, planning)
+    runs, dry_runs, switches = RunService(store), DryRuns(jobs, planning), SwitchBoard()
     removed_volumes = RemovedVolumeService(cases)
     import_jobs = ImportJobs(jobs, importing)
     return Services(
@@ -182,12 +182,12 @@ def build_services(settings: Settings) -> Services:
         import_jobs=import_jobs,
         dry_runs=dry_runs,
         prospects=Prospects(cases, planning),
-        path_reports=PathReports(planning, dry_runs, removed_volumes),
+        path_reports=PathReports(planning, dry_runs, removed_volumes, switches),
         removed_volumes=removed_volumes,
-        suggestions=Suggestions(jobs, cases, instruments, fields, planning),
+        suggestions=Suggestions(jobs, cases, instruments, fields, planning, switches),
         runs=runs,
         recordings=Recordings(jobs, runs),
-        switches=SwitchBoard(),
+        switches=switches,
         segmenting=Segmenting(cases, jobs),
         labels=Labels(store, cases, jobs),
         islands=IslandPreviews(cases, jobs),

@@ -37,6 +37,7 @@ from app.store import Store
 from app.store.errors import StoreDamaged, is_of_reading
 from app.store.models import CaseRow
 from app.store.scratch import Scratch
+from vfix_engine.error_places import error_places
 from vfix_engine.errors import InputError
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.geometry.proximity import ProximityTree
@@ -232,12 +233,12 @@ def _listed(session: Session, case_id: str) -> Case | None:
     try:
         row = _readable_row(session, case_id)
     except StoreDamaged as error:
-        _LOG.error("the case %s is left out: %s", case_id, error)
+        _LOG.error("the case %s is left out: %s", case_id, error_places(error))
         return None
     try:
         return _case_of(row, _content(row))
     except StoreDamaged as error:
-        _LOG.error("%s", error)
+        _LOG.error("the case %s cannot be read: %s", case_id, error_places(error))
         return _case_of(row, CaseContent(CaseFrame("LPS", assumed=False), ()), unreadable=str(error))
 
 

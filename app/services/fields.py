@@ -15,6 +15,8 @@ from app.services.plan_model import Plan
 from vfix_engine.errors import InputError
 from vfix_engine.geometry.distance_field import DistanceField, field_of_surface, refined_by_surface
 from vfix_engine.geometry.opened_field import opened_field
+from vfix_engine.imaging.piercing import Ways
+from vfix_engine.imaging.room_air import RoomAir, room_air
 from vfix_engine.imaging.soft_tissue import TISSUE_HU
 from vfix_engine.imaging.solids import COARSE_MM, FINE_MM, refined_solid, solid_of_volumes
 from vfix_engine.imaging.surface import BONE_HU
@@ -73,6 +75,7 @@ class Fields:
         self._cases = cases
         self._coarse: Cache[tuple[Sources, Solid], DistanceField] = Cache(4)
         self._fine: Cache[tuple[Sources, Solid, Box], DistanceField] = Cache(8)
+        self._air: Cache[Sources, RoomAir] = Cache(4)
 
     def around(self, case: Case, places: npt.ArrayLike, tell: ProgressCallback = no_progress) -> CaseFields:
         """The fields of a case, with a grid of 0.5 mm for at least 30 mm around places (n, 3) in LPS mm.
@@ -104,8 +107,17 @@ class Fields:
 
         return CaseFields(make)
 
+    def air(self, case: Case) -> RoomAir:
+        """The air of the room in a case's CT, which it has to have."""
+        return self._air.get(
+            _sources(case), lambda: room_air(self._coarse_field(case, "tissue"), self._cases.volumes(case))
+        )
+
+    def _coarse_field(self, case: Case, solid: Solid) -> DistanceField:
+        return self._coarse.get((_sources(case), solid), lambda: self._whole(case, solid))
+
     def _refined(self, case: Case, solid: Solid, box: Box) -> DistanceField:
-        whole = self._coarse.get((_sources(case), solid), lambda: self._whole(case, solid))
+        whole = self._coarse_field(case, solid)
         if not case.has_volume:
             return refined_by_surface(whole, self._cases.tree(case), np.array(box), FINE_MM)
         return refined_solid(whole, self._cases.volumes(case), _THRESHOLD_HU[solid], np.array(box))
@@ -125,6 +137,17 @@ def plan_tissue(volumes: Sequence[Volume], plan: Plan) -> DistanceField:
     """
     places = [point.position for point in plan.points] + [target.position for target in plan.targets]
     return opened_field(solid_of_volumes(volumes, TISSUE_HU, np.array(_box(places))), regions_of(plan))
+
+
+def plan_ways(volumes: Sequence[Volume], plan: Plan) -> Ways | None:
+    """What looks for ways round tissue in a head of scans alone; None without one, or where none shows the path."""
+    if not volumes:
+        return None
+    try:
+        tissue = plan_tissue(volumes, plan)
+    except InputError:
+        return None
+    return Ways(tissue, room_air(tissue, volumes), plan.points[0].position)
 
 
 def _box(places: npt.ArrayLike) -> Box:

@@ -13,6 +13,7 @@ from typing import Literal
 
 from app.clock import utc_now
 from app.services.errors import JobCancelled, NotFound, PlannerEnds
+from vfix_engine.error_places import error_places
 from vfix_engine.errors import VfixError
 
 JobKind = Literal[
@@ -22,7 +23,8 @@ JobKind = Literal[
 JobState = Literal["queued", "running", "done", "failed", "cancelled"]
 ENDED: frozenset[JobState] = frozenset({"done", "failed", "cancelled"})
 
-THREADS = 2
+THREADS = 2  # for each of the two sorts of work
+PROMPT: frozenset[JobKind] = frozenset({"dry_run", "run"})  # somebody looks at what it is about, and waits
 _KEPT = 100
 _LOG = logging.getLogger(__name__)
 
@@ -104,7 +106,11 @@ class _Entry:
 
 
 class Jobs:
-    """Two jobs run at a time, those of one lane one after another; may be used from any thread."""
+    """Jobs of one lane run one after another; may be used from any thread.
+
+    Of those that somebody waits for, `PROMPT`, two run at a time, and two of all others beside them: no import or
+    suggestion, which may take minutes, keeps a dry run waiting.
+    """
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -112,7 +118,8 @@ class Jobs:
         self._entries: dict[str, _Entry] = {}
         self._lanes: dict[str, deque[str]] = {}  # what waits in a lane that is busy
         self._closed = False
-        self._pool = ThreadPoolExecutor(THREADS, thread_name_prefix="vfix-job")
+        self._prompt = ThreadPoolExecutor(THREADS, thread_name_prefix="vfix-prompt-job")
+        self._others = ThreadPoolExecutor(THREADS, thread_name_prefix="vfix-job")
 
     def submit(
         self,
@@ -146,7 +153,7 @@ class Jobs:
                     self._lanes[lane].append(job.id)
                 else:
                     self._lanes[lane] = deque()
-                    self._pool.submit(self._run, job.id, entry)
+                    self._begin(job.id, entry)
         if closed or known is not None:
             clean_up()
         if closed:
@@ -202,7 +209,12 @@ class Jobs:
             waiting = [job_id for lane in self._lanes.values() for job_id in lane]
         for job_id in waiting:
             self.cancel(job_id)
-        self._pool.shutdown()
+        for pool in (self._prompt, self._others):
+            pool.shutdown()
+
+    def _begin(self, job_id: str, entry: _Entry) -> None:
+        pool = self._prompt if self._jobs[job_id].kind in PROMPT else self._others
+        pool.submit(self._run, job_id, entry)
 
     def _run(self, job_id: str, entry: _Entry) -> None:
         self._set(job_id, state="running", stage="starting")
@@ -215,7 +227,7 @@ class Jobs:
             self._end(job_id, entry, state="cancelled" if cancelled else "failed", error=error)
         except Exception as error:
             # Neither the log nor the answer may quote what was in the file (HAZ-33).
-            _LOG.error("a job met an unexpected %s", type(error).__name__)
+            _LOG.error("a job met an unexpected %s", error_places(error))
             self._end(job_id, entry, state="failed", error=VfixError("The planner met an unexpected error."))
         finally:
             self._next(entry.lane)
@@ -229,7 +241,7 @@ class Jobs:
             job_id = self._lanes[lane].popleft()
             entry = self._entries[job_id]
             if not self._closed:
-                self._pool.submit(self._run, job_id, entry)
+                self._begin(job_id, entry)
                 return
         self._end(job_id, entry, state="cancelled", error=JobCancelled())  # between the planner's end and its asking
         self._next(lane)

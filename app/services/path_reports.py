@@ -6,12 +6,14 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from app.services.dry_runs import DryRuns
+from app.services.piercing import NOT_KNOWN, PiercedReport
 from app.services.plan_model import NOTICE, Plan
 from app.services.plan_paths import side_caution
 from app.services.planning import Planning
 from app.services.removed_bone import RemovedVolumes, RemovedVolumeService
 from app.services.soft_depths import SoftDepth
-from app.services.verdict import Level, TissueLevel
+from app.services.switches import SwitchBoard, Switches
+from app.services.verdict import Level, Reason, TissueLevel, Verdict, refused
 from vfix_engine.errors import PlanError, StartRefused
 
 if TYPE_CHECKING:
@@ -31,18 +33,24 @@ class TargetReport:
 class PathReport:
     """The verdict on one path; lengths in mm. What is not known is None.
 
-    least_clearance_mm: of the whole tool; nearest: the structure there, part: of the tool, s_mm: arc length of the tip.
+    verdict, reason: the level and what decided it; short: both in a few words, words: the verdict, which begins so.
+    nearest: bone or the structure to spare that leaves least above its margin; least_clearance_mm: of the whole tool to
+    it, margin_mm: what is kept from it, part: of the tool, s_mm: arc length of the tip there.
     tissue_mm: largest length of the tool in soft tissue, nostril_mm the share of it within 20 mm of the entry;
     tissue_depth_mm: greatest depth, tissue_s_mm: arc length of the tip there. None without a CT.
     side_caution: a sentence where the entry lies on the other side than the path says, which the words end with.
+    pierced: whether the tool goes through skin or a wall, and how far sideways air leads round the tissue.
     soft_structures: the soft structures to spare that the tool touches, the deepest touched first.
     """
 
     path: str
     name: str
     verdict: Level
+    reason: Reason
+    short: str
     words: str
     least_clearance_mm: float | None = None
+    margin_mm: float | None = None
     nearest: str | None = None
     part: str | None = None
     s_mm: float | None = None
@@ -52,6 +60,7 @@ class PathReport:
     tissue_depth_mm: float | None = None
     tissue_s_mm: float | None = None
     soft_structures: tuple[SoftDepth, ...] = ()
+    pierced: PiercedReport = field(default_factory=lambda: PiercedReport.of(NOT_KNOWN))
     side_caution: str = ""
     completed: bool = False
     reached_mm: float = 0.0
@@ -76,10 +85,12 @@ class PlanReport:
 
 
 class PathReports:
-    """Evaluates paths of plans, stored or not; may be used from any thread."""
+    """Evaluates paths of plans, stored or not, as they would be driven now; may be used from any thread."""
 
-    def __init__(self, planning: Planning, dry_runs: DryRuns, removed: RemovedVolumeService) -> None:
-        self._planning, self._dry_runs, self._removed = planning, dry_runs, removed
+    def __init__(
+        self, planning: Planning, dry_runs: DryRuns, removed: RemovedVolumeService, switches: SwitchBoard
+    ) -> None:
+        self._planning, self._dry_runs, self._removed, self._switches = planning, dry_runs, removed, switches
 
     def of_plan(self, plan: Plan, path: str | None = None) -> PlanReport:
         """The report on a plan. path: id or name of the one to evaluate; else the chosen one, and all others beside it.
@@ -91,38 +102,41 @@ class PathReports:
             raise PlanError(
                 f"the path {chosen.path.name!r:.80} has fewer than two points; there is nothing to evaluate."
             )
-        own, removed = self._of_path(chosen), self._removed.of_plan(plan)
+        switches = self._switches.of(plan.id).in_force
+        own = self._of_path(chosen, switches if chosen.path_id == plan.path_id else switches.along(chosen))
+        removed = self._removed.of_plan(plan)
         if path is not None:
             return PlanReport(plan.id, plan.name, plan.case_id, own, (own,), removed=removed)
         others = {one.id: plan.along(one.id) for one in plan.paths if len(one.points) > 1 and one.id != plan.path_id}
-        reports = (own if one.id == plan.path_id else self._of_path(others[one.id])
+        reports = (own if one.id == plan.path_id else self._of_path(others[one.id], switches.along(others[one.id]))
                    for one in plan.paths if one.id == plan.path_id or one.id in others)  # fmt: skip
         return PlanReport(plan.id, plan.name, plan.case_id, own, tuple(reports), removed=removed)
 
-    def _of_path(self, plan: Plan) -> PathReport:
+    def _of_path(self, plan: Plan, switches: Switches) -> PathReport:
         try:
-            evaluation = self._dry_runs.evaluate(plan)
+            evaluation = self._dry_runs.evaluate(plan, switches)
         except StartRefused as error:
-            caution = side_caution(plan.path)
-            words = f"Blocked at the entry: {error} {caution}".rstrip()
-            return PathReport(plan.path_id, plan.path.name, "blocked", words, reached_mm=0.0, side_caution=caution)
-        return _report(plan, evaluation, self._targets(plan, evaluation))
-
-    def _targets(self, plan: Plan, evaluation: PlanEvaluation) -> tuple[TargetReport, ...]:
-        cones = self._planning.cones(plan, through=evaluation.registered)
-        return tuple(TargetReport(t.id, t.label, round(cones[t.id].cone_deg, 1)) for t in plan.targets)
+            return _report(plan, refused(error).beside(side_caution(plan.path)), None, ())
+        cones = self._planning.cones(plan, switches, evaluation.registered)
+        targets = tuple(TargetReport(t.id, t.label, round(cones[t.id].cone_deg, 1)) for t in plan.targets)
+        return _report(plan, evaluation.verdict, evaluation, targets)
 
 
-def _report(plan: Plan, evaluation: PlanEvaluation, targets: tuple[TargetReport, ...]) -> PathReport:
-    verdict, caution = evaluation.verdict, side_caution(plan.path)
+def _report(
+    plan: Plan, verdict: Verdict, evaluation: PlanEvaluation | None, targets: tuple[TargetReport, ...]
+) -> PathReport:
+    """evaluation: None where the tool does not fit at the entry."""
     return PathReport(
         path=plan.path_id,
         name=plan.path.name,
         verdict=verdict.level,
-        words=f"{verdict.words} {caution}".rstrip(),
+        reason=verdict.reason,
+        short=verdict.short,
+        words=verdict.words,
         least_clearance_mm=verdict.least_clearance_mm,
-        nearest=verdict.nearest,
-        part=verdict.part,
+        margin_mm=verdict.margin_mm,
+        nearest=verdict.nearest or None,
+        part=verdict.part or None,
         s_mm=verdict.s_mm,
         tissue_level=verdict.tissue_level,
         tissue_mm=verdict.tissue_mm,
@@ -130,9 +144,10 @@ def _report(plan: Plan, evaluation: PlanEvaluation, targets: tuple[TargetReport,
         tissue_depth_mm=verdict.tissue_depth_mm,
         tissue_s_mm=verdict.tissue_s_mm,
         soft_structures=verdict.soft,
-        side_caution=caution,
-        completed=evaluation.completed,
-        reached_mm=evaluation.reached_mm,
-        length_mm=evaluation.length_mm,
+        pierced=PiercedReport.of(verdict.pierced),
+        side_caution=verdict.side_caution,
+        completed=evaluation is not None and evaluation.completed,
+        reached_mm=0.0 if evaluation is None else evaluation.reached_mm,
+        length_mm=None if evaluation is None else evaluation.length_mm,
         targets=targets,
     )

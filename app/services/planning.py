@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import threading
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -20,15 +20,17 @@ from app.services.exchange_parts import CurveSample
 from app.services.fields import Fields
 from app.services.instruments import Instruments, plan_tool, shaped_tool
 from app.services.openings import Openings, PlanBone
+from app.services.piercing import pierced_along
 from app.services.placing import StoredPlacing, placed_robot
 from app.services.plan_drive import Drive
 from app.services.plan_model import DEFAULT_TOOL, Plan, Position, check_position, drive_parts
+from app.services.plan_paths import side_caution
 from app.services.plan_shaft import shaft_of
 from app.services.plan_zones import PlanZone, check_zone, zone_to_json
 from app.services.registration.driven import AS_STORED, AsStored, DrivenRegistration, Through, no_registration
 from app.services.remote_centre import path_of
 from app.services.switches import NO_SWITCHES, Standing, Switches, standing
-from app.services.verdict import Profile, Verdict, profile_of, verdict_of
+from app.services.verdict import Profile, Stated, Verdict, profile_of, verdict_of
 from app.services.zone_sets import check_kept, near_zones, with_errors, zone_set
 from vfix_engine.errors import InputError, PlanError, VfixError
 from vfix_engine.fixtures.zone_file import ZoneSet
@@ -36,6 +38,7 @@ from vfix_engine.frames import placement_of
 from vfix_engine.geometry.distance_field import DistanceField
 from vfix_engine.geometry.fit import Inside, nearest_free_point
 from vfix_engine.geometry.path import SplinePath
+from vfix_engine.imaging.piercing import Ways
 from vfix_engine.imaging.soft_tissue import Surroundings, TissuePassed, surroundings, tissue_passed
 from vfix_engine.progress import ProgressCallback, no_progress
 from vfix_engine.simulation import preparation
@@ -188,7 +191,8 @@ class Planning:
         """
         registered = self._read(plan, through)  # once: the answer is kept under the one that was driven
         key = self._content_key(plan, switches, registered_key(registered))
-        return self._evaluations.get(key, lambda: self._evaluate(plan, progress, switches, registered))
+        found = self._evaluations.get(key, lambda: self._evaluate(plan, progress, switches, registered))
+        return _beside(found, plan)
 
     def bone(self, plan: Plan) -> PlanBone:
         """The bone that a plan is driven in: the case's, without what the plan removes. Raises PlanError."""
@@ -310,7 +314,7 @@ class Planning:
         placing: of the robot for the path as it was. It is not placed anew, and nothing is kept of the answer.
         Raises as `evaluate`, and StartRefused where the robot does not reach the entry from where it stands.
         """
-        return self._evaluate(plan, progress, switches, self.registration(plan), placing)
+        return _beside(self._evaluate(plan, progress, switches, self.registration(plan), placing), plan)
 
     def _evaluate(
         self,
@@ -347,6 +351,8 @@ class Planning:
         tell("Measuring the soft tissue", 0.95)
         s = _stations(path)
         profile, passed = self._profile(plan, run, zones, registered, tell), tissue_passed(volume, run.stations())
+        stated = Stated(stands.words, bone.removed_mm3)
+        pierced = pierced_along(self.ways(plan), run, tell)
         return PlanEvaluation(
             s=s,
             positions=path.position(s),
@@ -362,12 +368,31 @@ class Planning:
             soft_tissue=passed,
             standing=stands,
             profile=profile,
-            verdict=verdict_of(run, profile, tool, tree, case, settings.kept_mm, passed.complete),
+            verdict=verdict_of(
+                run,
+                profile,
+                tool,
+                tree,
+                case,
+                settings.kept_mm,
+                passed.complete,
+                pierced,
+                stated,
+            ),
             tool_radius=tool.radius,
             zones=zones,
             removed_mm3=bone.removed_mm3,
             registered=registered,
         )
+
+    def ways(self, plan: Plan, tell: ProgressCallback = no_progress) -> Ways | None:
+        """What looks for ways round tissue in a plan's head; None without a CT, or where none shows the path."""
+        case = self._cases.get(plan.case_id)
+        try:
+            tissue = self._fields.of_plan(plan, tell).tissue
+        except InputError:
+            return None
+        return None if tissue is None else Ways(tissue, self._fields.air(case), plan.points[0].position)
 
     def _profile(
         self, plan: Plan, run: DryRun, zones: ZoneSet, registered: DrivenRegistration | None, tell: ProgressCallback
@@ -379,6 +404,12 @@ class Planning:
             tissue = None
         off_mm = None if registered is None else registered.off_mm
         return profile_of(run, plan_tool(plan), path_of(plan), tissue, zones, off_mm)
+
+
+def _beside(found: PlanEvaluation, plan: Plan) -> PlanEvaluation:
+    """The evaluation with the side where the path is said to enter weighed, on which its drive does not depend."""
+    caution = side_caution(plan.path)
+    return replace(found, verdict=found.verdict.beside(caution)) if caution else found
 
 
 def registered_key(registered: DrivenRegistration | None) -> str:

@@ -25,6 +25,7 @@ from app.store import Store
 from app.store.errors import StorageError
 from app.store.models import CaseRow, DocumentRow, DocumentStateRow, RunRow
 from app.store.private import private_file, private_folder
+from vfix_engine.error_places import error_kind
 from vfix_engine.errors import InputError
 
 _LOG = logging.getLogger(__name__)
@@ -89,7 +90,7 @@ class Purge:
                 for key in left:
                     files.remove(key)
         except StorageError as error:
-            _LOG.warning("what killed imports have left stays until the next start: %s", error)
+            _LOG.warning("what killed imports have left stays until the next start: %s", error_kind(error))
             return 0
         if left:
             _LOG.warning("%d files that an import had left are removed.", len(left))
@@ -103,7 +104,7 @@ class Purge:
             try:
                 self._go_on(begun)
             except (InputError, StorageError) as error:
-                _LOG.warning("a case could not be removed for good: %s", error)
+                _LOG.warning("a case could not be removed for good: %s", error_kind(error))
 
     def _go_on(self, begun: Path) -> None:
         try:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,9 +9,6 @@ from app.services.errors import PlannerEnds
 from app.services.jobs import Jobs, Progress
 from app.services.plan_model import Plan
 from app.services.runs import RunService, has_ticks
-from app.store.errors import StorageError
-
-_LOG = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -55,11 +51,7 @@ class Recordings:
     def __init__(self, jobs: Jobs, runs: RunService) -> None:
         self._jobs, self._runs = jobs, runs
 
-    def new(self, plan: Plan) -> Recording | None:
-        """A recording of a drive of a stored plan; None, with a warning, where the data folder takes nothing."""
-        try:
-            folder = self._runs.new_folder("page", case_id=plan.case_id, plan_id=plan.id)
-            return Recording(folder, plan, self._runs, self._jobs)
-        except StorageError as error:
-            _LOG.warning("A drive is not recorded: %s", error)
-            return None
+    def new(self, plan: Plan) -> Recording:
+        """A recording of a drive of a stored plan. Raises StorageError where the data folder takes nothing."""
+        folder = self._runs.new_folder("page", case_id=plan.case_id, plan_id=plan.id)
+        return Recording(folder, plan, self._runs, self._jobs)

@@ -24,6 +24,7 @@ from app.services.errors import NotFound, TooLarge
 from app.store import Store
 from app.store.errors import StorageError
 from app.store.models import CaseRow, DocumentRow, RunRow
+from vfix_engine.error_places import error_kind
 from vfix_engine.errors import InputError, VfixError
 from vfix_engine.json_text import parse_json
 from vfix_engine.runtime.run import END, EVENTS, MANIFEST, PART, SPEC, TICKS
@@ -205,10 +206,10 @@ class RunService:
                     self.keep(folder, **parse_json(note.read_text(encoding="utf-8")))
                     _LOG.warning("The planner was killed during a drive; what was recorded of it is kept.")
             except (StorageError, OSError) as error:
-                _LOG.warning("The recording of a killed planner is left for the next start: %s", error)
+                _LOG.warning("The recording of a killed planner is left for the next start: %s", error_kind(error))
                 return False
             except (VfixError, TypeError, ValueError) as error:
-                _LOG.warning("The recording of a killed planner cannot be kept: %s", error)
+                _LOG.warning("The recording of a killed planner cannot be kept: %s", error_kind(error))
         return True
 
     def _put(self, path: Path) -> RunFile:

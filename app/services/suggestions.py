@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any, TypeVar
 
 import numpy as np
@@ -17,14 +18,20 @@ from app.services.errors import NotFound, PlanConflict
 from app.services.fields import Fields
 from app.services.instruments import Instruments, plan_tool, shipped_tools
 from app.services.jobs import Job, JobKind, Jobs, Progress
+from app.services.piercing import sideways_of
 from app.services.plan_model import Plan, PlanContent, PlanPoint, check_position, new_point_id
+from app.services.plan_paths import side_caution
 from app.services.plan_shaft import shaft_of
 from app.services.planning import Planning
+from app.services.prospects import with_points
 from app.services.remote_centre import path_of
 from app.services.suggestion_ends import check_ends
+from app.services.switches import SwitchBoard
+from app.services.verdict import Level, Verdict, refused
 from vfix_engine.control import ControlSettings
-from vfix_engine.errors import PlanError
+from vfix_engine.errors import PlanError, StartRefused
 from vfix_engine.geometry.opened_field import opened_field
+from vfix_engine.imaging.piercing import Ways
 from vfix_engine.progress import ProgressCallback
 from vfix_engine.robots import Tool
 from vfix_engine.simulation import preparation
@@ -45,6 +52,8 @@ Position = tuple[float, float, float]
 WORTH_TELLING_MM = 0.5  # a path that ends farther than this from its target says so
 _KEPT = 16  # answers that are remembered
 _FIELDS_SHARE = 0.05  # of a job, where its fields are measured
+_JUDGED_SHARE = 0.95  # from where on what was found is judged
+_ORDER: dict[Level, int] = {"fits": 0, "tight": 1, "unknown": 2, "pierces": 3, "blocked": 4}
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +61,8 @@ class SuggestedPaths:
     """What was found from an entry to a target; both in LPS mm.
 
     tool: its name; tool_shape: its shape where it is not as shipped. kept_mm: the clearance to bone that was kept, the
-    margin and what the surface may be off.
+    margin and what thinning may have moved the surface by. verdicts: on each alternative, as the plan has it that is
+    led along it.
     """
 
     id: str
@@ -63,6 +73,7 @@ class SuggestedPaths:
     kept_mm: float
     found: Suggestion
     tool_shape: Mapping[str, float] = field(default_factory=dict)
+    verdicts: tuple[Verdict, ...] = ()
 
     def points_of(self, plan_id: str, alternative: int) -> tuple[PlanPoint, ...]:
         """The points of an alternative, counted from 0. Raises PlanError for another plan, NotFound for no such one."""
@@ -89,7 +100,7 @@ class ToolRow:
 
     reaches: it gets to the end; reason: what holds it where it does not. as_planned: with the directions of the plan,
     else with the best that were found. least_clearance_mm and reached_mm: None where it does not fit at the entry.
-    tissue_mm, tissue_depth_mm: None without a CT.
+    tissue_mm, tissue_depth_mm: None without a CT. pierces: it goes through skin or a wall, and is told not to reach.
     """
 
     tool: str
@@ -103,6 +114,7 @@ class ToolRow:
     tissue_mm: float | None
     tissue_depth_mm: float | None
     reason: str
+    pierces: bool = False
 
 
 @dataclass(frozen=True)
@@ -119,10 +131,16 @@ class Suggestions:
     """Looks for paths and tools; may be used from any thread."""
 
     def __init__(
-        self, jobs: Jobs, cases: CaseService, instruments: Instruments, fields: Fields, planning: Planning
+        self,
+        jobs: Jobs,
+        cases: CaseService,
+        instruments: Instruments,
+        fields: Fields,
+        planning: Planning,
+        switches: SwitchBoard,
     ) -> None:
         self._jobs, self._cases, self._instruments = jobs, cases, instruments
-        self._fields, self._planning = fields, planning
+        self._fields, self._planning, self._switches = fields, planning, switches
         self._paths: Cache[str, SuggestedPaths] = Cache(_KEPT)
         self._tables: Cache[str, ToolTable] = Cache(_KEPT)
 
@@ -162,15 +180,42 @@ class Suggestions:
     def look(self, plan: Plan, entry: Position, target: Position, tell: ProgressCallback) -> SuggestedPaths:
         """Paths from an entry to a target, for the tool, robot and settings of a plan, among its structures to spare.
 
+        Each is judged as the plan is that is led along it; what is blocked is left out, and of the others those that
+        fit are the first, in the order of the search.
         Raises InputError where entry or target cannot be used, before anything is measured where that is known.
         """
         check_ends(self._cases.get(plan.case_id), entry, target)
         around, settings = self._around(plan, [entry, target], tell), self._settings(plan)
         robot, tool = self._instruments.robot(plan.robot), plan_tool(plan)
-        found = suggest_path(around, robot, tool, entry, target, settings, tell)
+        found = suggest_path(around, robot, tool, entry, target, settings, partial(_search_share, tell))
+        found, verdicts = self._judged(plan, found, target, tell)
         return SuggestedPaths(
-            new_point_id(), plan.id, entry, target, tool.name, settings.kept_mm, found, plan.tool_shape
+            new_point_id(), plan.id, entry, target, tool.name, settings.kept_mm, found, plan.tool_shape, verdicts
         )
+
+    def _judged(
+        self, plan: Plan, found: Suggestion, target: Position, tell: ProgressCallback
+    ) -> tuple[Suggestion, tuple[Verdict, ...]]:
+        """What was found without what is blocked, the best verdicts first, and these."""
+        judged = [(one, self._verdict(plan, one, tell)) for one in found.alternatives]
+        passing = [pair for pair in judged if pair[1].level != "blocked"]
+        passing.sort(key=lambda pair: _ORDER[pair[1].level])
+        if judged and not passing:
+            one, verdict = judged[0]
+            end = one.run.tip[-1]
+            gap = float(np.linalg.norm(end - target))
+            reason = f"every way that was found is blocked. {verdict.words}".rstrip(".")
+            return Suggestion((), NoWay(end, gap, reason, f"{len(judged)} ways")), ()
+        return Suggestion(tuple(one for one, _ in passing), found.none), tuple(verdict for _, verdict in passing)
+
+    def _verdict(self, plan: Plan, one: Alternative, tell: ProgressCallback) -> Verdict:
+        """The verdict on a plan that is led along an alternative."""
+        led = with_points(plan, suggested_points(one))
+        try:
+            judging = partial(_judging_share, tell)
+            return self._planning.evaluate(led, judging, self._switches.of(plan.id).in_force.along(led)).verdict
+        except StartRefused as error:
+            return refused(error).beside(side_caution(led.path))
 
     def tools(self, plan: Plan, tell: ProgressCallback) -> ToolTable:
         """Every shipped tool along the path of a plan."""
@@ -215,7 +260,8 @@ class Suggestions:
         bone = self._planning.bone(plan)
         tissue = None if fields.tissue is None else opened_field(fields.tissue, bone.regions)
         room = Room(opened_field(fields.bone, bone.regions), tissue)
-        return Surroundings(bone.tree, room, zones.zones, zones.soft_zones, case.structure_names())
+        ways = None if tissue is None else Ways(tissue, self._fields.air(case), places[0])
+        return Surroundings(bone.tree, room, zones.zones, zones.soft_zones, case.structure_names(), ways)
 
 
 def draft(case: Case, content: PlanContent, name: str = "") -> Plan:
@@ -253,23 +299,42 @@ def with_alternative(content: PlanContent, one: Alternative) -> PlanContent:
     return content.with_points(suggested_points(one))
 
 
-def described(one: Alternative, looked: SuggestedPaths) -> dict[str, Any]:
-    """An alternative of what was looked for, for a client: lengths in mm, positions in LPS."""
-    tight = one.rank(looked.kept_mm)[2]
+def described(looked: SuggestedPaths) -> list[dict[str, Any]]:
+    """The alternatives of what was looked for, for a client: lengths in mm, positions in LPS."""
+    pairs = zip(looked.found.alternatives, looked.verdicts, strict=True)
+    return [_described(one, verdict, looked) for one, verdict in pairs]
+
+
+def _described(one: Alternative, verdict: Verdict, looked: SuggestedPaths) -> dict[str, Any]:
     return {
+        "verdict": verdict.level,
+        "short": verdict.short,
+        "words": verdict.words,
+        "nearest": verdict.nearest,
+        "nearest_clearance_mm": verdict.least_clearance_mm,
+        "margin_mm": verdict.margin_mm,
         "short_of_target_mm": float(np.linalg.norm(one.points[-1] - looked.target)),
         "length_mm": one.run.length_mm,
         "least_clearance_mm": one.least_clearance_mm,
         "tightest_mm": one.tightest_mm,
-        "tight": tight,
+        "tight": verdict.level == "tight",
         "tissue_mm": one.passage.tissue_mm,
         "tissue_depth_mm": one.passage.tissue_depth_mm,
+        "sideways_mm": sideways_of(one.piercing),
         "turns": bool(np.ptp(one.directions, axis=0).max() > 1e-6),
         "points": [
             {"position": point.position, "direction": point.direction, "roll_deg": point.roll_deg}
             for point in suggested_points(one)
         ],
     }
+
+
+def _search_share(tell: ProgressCallback, stage: str, share: float) -> None:
+    tell(stage, _JUDGED_SHARE * share)
+
+
+def _judging_share(tell: ProgressCallback, stage: str, share: float) -> None:
+    tell("Judging the ways", _JUDGED_SHARE)
 
 
 def described_none(none: NoWay | None) -> dict[str, Any] | None:
@@ -292,10 +357,12 @@ def _row(tool: Tool, one: Alternative | None, chosen: bool, planned: bool, lengt
     if one is None:
         blank = (False, None, length, None, None, None, "it does not fit at the entry")
         return ToolRow(tool.name, tool.title, chosen, planned, *blank)
-    done, run = one.run.completed, one.run
+    done, run, reason = one.run.completed and not one.pierces, one.run, one.run.reason
+    if one.pierces and one.run.completed:
+        reason = "it pierces skin or a wall between two airs"
     return ToolRow(
         tool.name, tool.title, chosen, planned, done, run.reached_mm, length, one.least_clearance_mm,
-        one.passage.tissue_mm, one.passage.tissue_depth_mm, run.reason,
+        one.passage.tissue_mm, one.passage.tissue_depth_mm, reason, one.pierces,
     )  # fmt: skip
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import threading
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from app.services.head_tissue import NOT_IN_SCAN, tissue_region, tissue_words
 from app.services.plan_model import Plan
@@ -33,6 +33,11 @@ class Switches:
     def in_force(self) -> Switches:
         """The same without what has no effect: two that are driven alike are equal."""
         return self if self.remote_centre else Switches(self.soft_tissue, False, self.speed_limit)
+
+    def along(self, plan: Plan) -> Switches:
+        """The same for another path of a plan: a remote centre at a point that this one has not is at its entry."""
+        here = self.centre.point is None or self.centre.point in [point.id for point in plan.points]
+        return self if here else replace(self, centre=ENTRY)
 
 
 NO_SWITCHES = Switches()

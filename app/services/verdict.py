@@ -1,32 +1,36 @@
-"""The verdict on a path: whether the tool fits among bone, what soft tissue it presses, and where."""
+"""The verdict on a path: whether the tool fits among bone, what soft tissue it presses, and where.
+
+It is made once, in `Planning`; page, REST and command line tell the same value.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from typing import Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from app.services.case_model import Case
+from app.services.obstacles import Obstacle, nearest_part, structures_of
+from app.services.piercing import NOT_KNOWN, Pierced
 from app.services.soft_depths import SoftDepth, soft_depths
-from vfix_engine.fixtures import Zone
+from vfix_engine.errors import StartRefused
 from vfix_engine.fixtures.zone_file import ZoneSet
-from vfix_engine.fixtures.zones import SHAPES
 from vfix_engine.geometry.capsules import Segments
 from vfix_engine.geometry.distance_field import DistanceField
 from vfix_engine.geometry.path import SplinePath
 from vfix_engine.geometry.proximity import ProximityTree
-from vfix_engine.geometry.shape_distance import signed_distance
-from vfix_engine.geometry.tool_depth import ToolDepth, axis_samples, tool_depth
+from vfix_engine.geometry.tool_depth import ToolDepth, tool_depth
 from vfix_engine.robots import Tool
 from vfix_engine.simulation.dry_run import STATION_MM, TIGHT_MM, DryRun
 
 Floats = npt.NDArray[np.float64]
-Level = Literal["fits", "tight", "blocked", "unknown"]
+Level = Literal["fits", "tight", "pierces", "blocked", "unknown"]
 Reason = Literal[
-    "clear", "spent", "margin", "surface", "registration", "registration_unknown", "scan_ends", "held"
+    "clear", "spent", "margin", "surface", "registration", "registration_unknown", "scan_ends", "side",
+    "held", "refused", "pierced", "wall",
 ]  # fmt: skip
 TissueLevel = Literal["none", "pressed", "deep", "unknown"]
 
@@ -40,20 +44,38 @@ _NONE_SPARED = ZoneSet()
 IN_SHORT: dict[Reason, str] = {
     "clear": "Fits",
     "spent": "Fits, but the registration may use up the margin",
-    "margin": f"Tight: within {TIGHT_MM:g} mm of the margin",
-    "surface": "Fits the surface only: bone may be nearer",
+    "margin": "Tight",
+    "surface": "Tight: bone may be nearer than the scan shows",
     "registration": "Tight: the registration may be off by more than the clearance",
     "registration_unknown": "Not known: nothing tells how far the registration may be off",
     "scan_ends": "Not known: the scan ends beside the tool",
+    "side": "Not known: the entry is not on the side that the path says",
     "held": "Blocked",
-}  # what the bar says: the head of the verdict, with the reason that decided its level
+    "refused": "Blocked at the entry",
+    "pierced": "Blocked: the tool pierces skin",
+    "wall": "Pierces a wall between two airs of the body",
+}  # the head of the verdict, with the reason that decided its level: every place that tells a verdict begins with it
 
 
 class Part(NamedTuple):
-    """A piece of a sentence, and the arc length of the tip that it is about, None where it is about no place."""
+    """A piece of a sentence, and the arc length of the tip that it is about, None where it is about no place.
+
+    detail: the page shows it on request only.
+    """
 
     words: str
     s_mm: float | None = None
+    detail: bool = False
+
+
+class Stated(NamedTuple):
+    """What a plan has besides its path: the standing fixtures of its drive in words, and the bone that it removes."""
+
+    standing: str = ""
+    removed_mm3: float = 0.0
+
+
+_NOTHING_STATED = Stated()
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,8 +83,8 @@ class Profile:
     """The dry run at one pose for every 0.5 mm of the path; lengths in mm.
 
     s (n,): of the tip. clearance (n,): of the whole tool to bone. rows (n,): of the dry run.
-    zones: the hard structures to spare, and zone_clearance (Z, n) of the whole tool to each. soft: the soft ones that
-    it touches.
+    structures: the hard structures to spare, with the clearance of the whole tool to each. soft: the soft ones that it
+    touches.
     tissue: the tool in soft tissue; None without a CT.
     off_mm (n,): what the registration is off by at the tip, 95 of 100 times at most; None without a registration, or
     where that is not known. off_unknown: there is a registration, and its error is not known.
@@ -72,11 +94,14 @@ class Profile:
     clearance: Floats
     rows: npt.NDArray[np.intp]
     tissue: ToolDepth | None
-    zones: tuple[Zone, ...] = ()
-    zone_clearance: Floats = field(default_factory=lambda: np.zeros((0, 0)))
+    structures: tuple[Obstacle, ...] = ()
     soft: tuple[SoftDepth, ...] = ()
     off_mm: Floats | None = None
     off_unknown: bool = False
+
+    def obstacles(self, run: DryRun, anatomy: str, margin_mm: float) -> tuple[Obstacle, ...]:
+        """The anatomy with its name and margin, and the structures to spare."""
+        return (Obstacle(anatomy, margin_mm, self.clearance, int(run.clearance.argmin())), *self.structures)
 
 
 class Doubt(NamedTuple):
@@ -100,34 +125,62 @@ class Verdict:
 
     level: from bone and reach: 'tight' is within 0.2 mm of the margin, or nearer than the registration's error (95 %)
     or than the scan tells where bone is,
-    'unknown' that the scan ends beside the tool, or that nothing is known of the registration's error.
-    nearest, part: names of the structure and of the part of the tool at the least clearance, and s_mm of the tip there.
+    'unknown' that the scan ends beside the tool, that nothing is known of the registration's error, or that the entry
+    lies on the other side than the path says; 'blocked' that bone holds the tool or that it pierces tissue from the
+    room's air, 'pierces' a wall within the body.
+    nearest: what leaves least above its margin, bone or a structure to spare; least_clearance_mm: the least clearance
+    to it, margin_mm: its margin; part: name of the part of the tool there, s_mm: of the tip there. None and '' where
+    the tool does not fit at the entry.
     tissue_mm: largest length of the tool whose surface is in soft tissue, nostril_mm the share of it within 20 mm of
     the entry; tissue_depth_mm: the greatest depth, and tissue_s_mm of the tip there. None without a CT.
-    parts: the verdict in words. soft: the soft structures to spare that the tool touches, the deepest touched first.
+    body: the verdict in words, without its head. soft: the soft structures to spare that the tool touches, the deepest
+    touched first.
     doubt: where the registration leaves it open whether the tool is clear, at the worst such place; None elsewhere.
+    pierced: what of skin and walls the tool goes through.
     reason: what decided the level; 'spent' fits, though the registration's error leaves less than the margin.
+    side_caution: a sentence where the entry lies on the other side than the path says, which the words end with.
+    obstacles: bone and each hard structure to spare, with the clearance along the path.
     """
 
     level: Level
     tissue_level: TissueLevel
-    least_clearance_mm: float
+    least_clearance_mm: float | None
     nearest: str
     part: str
-    s_mm: float
+    s_mm: float | None
     tissue_mm: float | None
     nostril_mm: float | None
     tissue_depth_mm: float | None
     tissue_s_mm: float | None
-    parts: tuple[Part, ...]
+    body: tuple[Part, ...]
     soft: tuple[SoftDepth, ...] = ()
     doubt: Doubt | None = None
     reason: Reason = "clear"
+    pierced: Pierced = NOT_KNOWN
+    side_caution: str = ""
+    margin_mm: float | None = None
+    obstacles: tuple[Obstacle, ...] = ()
 
     @property
     def short(self) -> str:
-        """The verdict in a few words, with its reason."""
+        """The verdict in a few words, with its reason: what all of its texts begin with."""
         return IN_SHORT[self.reason]
+
+    @property
+    def parts(self) -> tuple[Part, ...]:
+        """The verdict in words."""
+        return (Part(f"{self.short}."), *self.body)
+
+    def beside(self, side_caution: str) -> Verdict:
+        """The verdict on the same drive of a path that is said to enter on another side; '' for no other one.
+
+        The side is no part of the drive, so that saying another one does not drive the path anew.
+        """
+        if not side_caution:
+            return self
+        reason: Reason = self.reason if self.level in ("blocked", "pierces") else "side"
+        body = (*self.body, Part(f" {side_caution}"))
+        return replace(self, level=_LEVELS[reason], reason=reason, body=body, side_caution=side_caution)
 
     @property
     def words(self) -> str:
@@ -155,66 +208,82 @@ def profile_of(
     start, end, pressed = run.segments_start[rows], run.segments_end[rows], None
     if tissue is not None:
         pressed = tool_depth(tissue, start, end, tool.radius, path.position(0.0), NOSTRIL_MM)
-    away = np.array([_zone_clearance(zone, start, end, tool.radius) for zone in spared.zones])
+    structures = structures_of(run, rows, group, tool, spared.zones)
     soft = soft_depths(run, rows, tool, spared.soft_zones)
     off = None if off_mm is None else off_mm(run.tip[rows])
     unknown = off_mm is not None and off is None
-    return Profile(run.s[rows], least, rows, pressed, spared.zones, away.reshape(-1, len(rows)), soft, off, unknown)
-
-
-def _zone_clearance(zone: Zone, start: Floats, end: Floats, radius: Floats) -> Floats:
-    """Clearance (n,) of the tool to a zone; to a shape from samples of its axis, at most 0.03 mm too large."""
-    solid = zone.solid
-    if isinstance(solid, SHAPES):
-        points, _, segment = axis_samples(start, end)
-        away = signed_distance(solid, points.reshape(-1, 3)).reshape(points.shape[:2]) - radius[segment]
-        least: Floats = away.min(axis=1)
-        return least
-    return np.array([solid.closest(Segments(a, b, radius)).distance for a, b in zip(start, end, strict=True)])
+    return Profile(run.s[rows], least, rows, pressed, structures, soft, off, unknown)
 
 
 def verdict_of(
-    run: DryRun, profile: Profile, tool: Tool, tree: ProximityTree, case: Case, margin_mm: float, complete: bool
+    run: DryRun,
+    profile: Profile,
+    tool: Tool,
+    tree: ProximityTree,
+    case: Case,
+    margin_mm: float,
+    complete: bool,
+    pierced: Pierced = NOT_KNOWN,
+    stated: Stated = _NOTHING_STATED,
 ) -> Verdict:
     """The verdict on a dry run.
 
     margin_mm: kept from bone. complete: the scan holds all of the tissue beside the tool.
     """
-    least, s_mm, part, nearest, kept_mm = _nearest(run, profile, tool, tree, case, margin_mm)
-    off = case.uncertainty.off_mm if nearest in case.structure_names().values() else -np.inf
-    worst = _worst(profile, case.structure_names()[case.anatomy.id], margin_mm)
-    near = least < kept_mm + TIGHT_MM
-    reason = _reason(run, profile, worst, least <= off, near, complete or not case.has_volume)
-    level = _LEVELS[reason]
+    obstacles = profile.obstacles(run, case.structure_names()[case.anatomy.id], margin_mm)
+    bone, nearest = obstacles[0], min(obstacles, key=lambda one: one.left_mm)
+    least, off = nearest.least_mm, case.uncertainty.off_mm
+    worst, near = _worst(profile, obstacles), nearest.left_mm < TIGHT_MM
+    reason = _reason(run, profile, worst, bone.least_mm <= off, near, complete or not case.has_volume, pierced)
     found = profile.tissue
     longest, deepest = (0, 0) if found is None else (int(found.length.argmax()), int(found.depth.argmax()))
     length = None if found is None else float(found.length[longest])
     depth = None if found is None else float(found.depth[deepest])
     at_nostril = None if found is None else float(found.near_length[longest])
     deepest_s = None if found is None else float(profile.s[deepest])
-    margin = _margin_words(kept_mm, margin_mm, case) if near else ""
-    parts = (
-        *_bone_parts(run, level, least, nearest, part, s_mm, off, margin),
+    part, s_mm = _part_of(nearest, run, tool, tree), float(run.s[nearest.row])
+    body = (
+        *_pierced_parts(pierced, before=True),
+        *_held_parts(run),
+        *_nearest_parts(nearest, s_mm, part, case.uncertainty.added_mm if nearest is bone else 0.0),
+        *_surface_parts(bone, run, off, nearest is bone),
         *_doubt_parts(worst, profile.off_unknown),
         *_soft_parts(profile.soft),
         *_tissue_parts(length, at_nostril, depth, deepest_s, complete),
+        *_pierced_parts(pierced, before=False),
+        *_stated_parts(stated),
     )
     return Verdict(
-        level, tissue_level(length, depth, complete), least, nearest, part, s_mm, length, at_nostril, depth, deepest_s,
-        parts, profile.soft, worst if worst is not None and worst.left_mm < 0.0 else None, reason,
+        _LEVELS[reason], tissue_level(length, depth, complete), least, nearest.name, part, s_mm, length, at_nostril,
+        depth, deepest_s, body, profile.soft, worst if worst is not None and worst.left_mm < 0.0 else None, reason,
+        pierced, margin_mm=nearest.margin_mm, obstacles=obstacles,
+    )  # fmt: skip
+
+
+def refused(error: StartRefused) -> Verdict:
+    """The verdict where the tool does not fit at the entry, or the robot does not reach it."""
+    words = str(error)
+    return Verdict(
+        "blocked", "unknown", None, "", "", None, None, None, None, None,
+        (Part(f" {words[:1].upper()}{words[1:].rstrip('.')}."),), reason="refused",
     )  # fmt: skip
 
 
 _LEVELS: dict[Reason, Level] = {
     "clear": "fits", "spent": "fits", "margin": "tight", "surface": "tight", "registration": "tight",
-    "registration_unknown": "unknown", "scan_ends": "unknown", "held": "blocked",
+    "registration_unknown": "unknown", "scan_ends": "unknown", "side": "unknown",
+    "held": "blocked", "refused": "blocked", "pierced": "blocked", "wall": "pierces",
 }  # fmt: skip
 
 
-def _reason(run: DryRun, profile: Profile, worst: Doubt | None, surface: bool, near: bool, complete: bool) -> Reason:
-    """What decides the level, the gravest first."""
+def _reason(
+    run: DryRun, profile: Profile, worst: Doubt | None, surface: bool, near: bool, complete: bool, pierced: Pierced
+) -> Reason:
+    """What decides the level, the gravest first; the side of the entry is weighed by `Verdict.beside`."""
     found: tuple[tuple[bool, Reason], ...] = (
         (not run.completed, "held"),
+        (pierced.state == "room", "pierced"),
+        (pierced.state == "wall", "wall"),
         (surface, "surface"),
         (worst is not None and worst.left_mm < 0.0, "registration"),
         (near, "margin"),
@@ -225,44 +294,27 @@ def _reason(run: DryRun, profile: Profile, worst: Doubt | None, surface: bool, n
     return next((reason for applies, reason in found if applies), "clear")
 
 
-def _worst(profile: Profile, bone: str, margin_mm: float) -> Doubt | None:
+def _worst(profile: Profile, obstacles: Sequence[Obstacle]) -> Doubt | None:
     """Where the registration's error leaves least of a clearance; None where it is not known or there is none.
 
     A place where it exceeds the clearance goes before one where it leaves less than the margin.
     """
     if profile.off_mm is None:
         return None
-    left = np.vstack([profile.clearance, profile.zone_clearance]) - profile.off_mm
-    margins = np.array([margin_mm, *(zone.margin_mm for zone in profile.zones)])
+    left = np.array([one.clearance for one in obstacles]) - profile.off_mm
+    margins = np.array([one.margin_mm for one in obstacles])
     over = left if (left < 0.0).any() else left - margins[:, None]
     index, at = np.unravel_index(int(over.argmin()), over.shape)
-    off_mm, name = float(profile.off_mm[at]), (bone, *(zone.name for zone in profile.zones))[index]
-    return Doubt(off_mm, float(left[index, at]) + off_mm, float(margins[index]), name, float(profile.s[at]))
+    off_mm, one = float(profile.off_mm[at]), obstacles[int(index)]
+    return Doubt(off_mm, float(one.clearance[at]), one.margin_mm, one.name, float(profile.s[at]))
 
 
-def _nearest(
-    run: DryRun, profile: Profile, tool: Tool, tree: ProximityTree, case: Case, margin_mm: float
-) -> tuple[float, float, str, str, float]:
-    """The structure that leaves least above its margin: clearance, arc length, part of the tool, name, and margin."""
-    row = int(run.clearance.argmin())
-    if profile.zones:
-        slack = profile.zone_clearance - np.array([zone.margin_mm for zone in profile.zones])[:, None]
-        index, at = np.unravel_index(int(slack.argmin()), slack.shape)
-        if slack[index, at] < run.clearance[row] - margin_mm:
-            zone, pose = profile.zones[int(index)], int(profile.rows[at])
-            part = tool.segment_names[_nearest_segment(zone, run, pose, tool)]
-            least = float(profile.zone_clearance[index, at])
-            return least, float(run.s[pose]), part, zone.name, zone.margin_mm
-    pair = tree.closest(Segments(run.segments_start[row], run.segments_end[row], tool.radius))
-    part, name = tool.segment_names[pair.segment], case.structure_names()[case.anatomy.id]
-    return float(run.clearance[row]), float(run.s[row]), part, name, margin_mm
-
-
-def _nearest_segment(zone: Zone, run: DryRun, row: int, tool: Tool) -> int:
-    """The part of the tool that is nearest to a zone in one pose."""
-    start, end = run.segments_start[row : row + 1], run.segments_end[row : row + 1]
-    each = [_zone_clearance(zone, start[:, [s]], end[:, [s]], tool.radius[[s]])[0] for s in range(len(tool.radius))]
-    return int(np.argmin(each))
+def _part_of(nearest: Obstacle, run: DryRun, tool: Tool, tree: ProximityTree) -> str:
+    """Name of the part of the tool that is nearest to an obstacle where the clearance to it is least."""
+    if nearest.zones:
+        return tool.segment_names[nearest_part(nearest, run, tool)]
+    segments = Segments(run.segments_start[nearest.row], run.segments_end[nearest.row], tool.radius)
+    return tool.segment_names[tree.closest(segments).segment]
 
 
 def tissue_level(length: float | None, depth: float | None, complete: bool) -> TissueLevel:
@@ -276,19 +328,53 @@ def tissue_level(length: float | None, depth: float | None, complete: bool) -> T
     return "none" if complete else "unknown"
 
 
-def _bone_parts(
-    run: DryRun, level: Level, least: float, nearest: str, part: str, s_mm: float, off_mm: float, margin: str
-) -> tuple[Part, ...]:
-    at = (Part(f"{nearest} {least:.2f} mm ({part}, "), Part(f"at {s_mm:.0f} mm", s_mm))
-    if level == "blocked":
-        reached = Part(f"at {run.reached_mm:.0f} of {run.length_mm:.0f} mm", run.reached_mm)
-        return (Part("Blocked "), reached, Part(f": {run.reason}. Least clearance on the way: "), *at, Part(")."))
-    if least <= off_mm:
-        doubt = f"), and {nearest} may lie {off_mm:.2f} mm off its surface."
-        return (Part("Fits the surface only: "), *at, Part(doubt))
-    if level == "tight":
-        return (Part("Tight: "), *at, Part(f"), with {margin}." if margin else ")."))
-    return (Part("Not known whether it fits: " if level == "unknown" else "Fits: "), *at, Part(")."))
+def _held_parts(run: DryRun) -> tuple[Part, ...]:
+    """Where a run ends before its path does, and what holds the tool there."""
+    if run.completed:
+        return ()
+    at = Part(f"at {run.reached_mm:.0f} of {run.length_mm:.0f} mm", run.reached_mm)
+    return (Part(" Held "), at, Part(f": {run.reason.rstrip('.')}."))
+
+
+def _nearest_parts(nearest: Obstacle, s_mm: float, part: str, added_mm: float) -> tuple[Part, ...]:
+    """What leaves least above its margin. added_mm: of the margin, for what thinning may have moved the surface."""
+    scan = f", and {added_mm:.2f} mm of the margin are there since the scan’s surface may be that far off"
+    more = scan if added_mm >= _WORTH_SAYING_MM else ""
+    return (
+        Part(f" {nearest.least_mm:.2f} mm to {nearest.name} "),
+        Part(f"at {s_mm:.0f} mm", s_mm),
+        Part(f" (margin {nearest.margin_mm:.2f})."),
+        Part(f" The {part} is nearest{more}.", detail=True),
+    )
+
+
+def _surface_parts(bone: Obstacle, run: DryRun, off_mm: float, told: bool) -> tuple[Part, ...]:
+    """Where bone may be nearer than its surface. told: its least clearance is in the words already."""
+    if bone.least_mm > off_mm:
+        return ()
+    off = f"{off_mm:.2f} mm off its surface."
+    if told:
+        return (Part(f" {bone.name[:1].upper()}{bone.name[1:]} may lie {off}"),)
+    s_mm = float(run.s[bone.row])
+    at = Part(f"at {s_mm:.0f} mm", s_mm)
+    return (Part(f" {bone.least_mm:.2f} mm to {bone.name} "), at, Part(f", which may lie {off}"))
+
+
+def _stated_parts(stated: Stated) -> tuple[Part, ...]:
+    """With what the tool was driven, and what is removed before."""
+    standing = (Part(f" Simulated with {stated.standing}."),) if stated.standing else ()
+    removed = (Part(f" {stated.removed_mm3:.0f} mm³ of bone are removed first."),) if stated.removed_mm3 else ()
+    return (*standing, *removed)
+
+
+def _pierced_parts(pierced: Pierced, before: bool) -> tuple[Part, ...]:
+    """What is pierced, said before all else; that it is not known, after it."""
+    if not pierced.words or before != (pierced.state in ("room", "wall")):
+        return ()
+    if not before:
+        return (Part(f" {pierced.words}"),)
+    at = Part(f"at {pierced.s_mm:.0f} mm", pierced.s_mm)
+    return (Part(f" {pierced.words.rstrip('.')} ("), at, Part(")."))
 
 
 def _doubt_parts(worst: Doubt | None, unknown: bool) -> tuple[Part, ...]:
@@ -308,13 +394,6 @@ def _doubt_parts(worst: Doubt | None, unknown: bool) -> tuple[Part, ...]:
         at,
         Part(f", less than the margin of {worst.margin_mm:.2f} mm."),
     )
-
-
-def _margin_words(kept_mm: float, bone_mm: float, case: Case) -> str:
-    """The margin of what is nearest, and the share of it that is there for the scan: that makes a path tight too."""
-    added = case.uncertainty.added_mm if kept_mm == bone_mm else 0.0
-    scan = f", {added:.2f} mm of it since the scan’s surface may be that far off" if added >= _WORTH_SAYING_MM else ""
-    return f"a margin of {kept_mm:.2f} mm{scan}"
 
 
 def _soft_parts(soft: Sequence[SoftDepth]) -> tuple[Part, ...]:

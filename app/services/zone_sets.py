@@ -31,7 +31,7 @@ Surfaces = Callable[[str], TriangleMesh]
 
 _FIELD_STEP_MM = 0.5  # of the distances to a soft structure
 _MOST_POINTS = 12_000_000  # of their grid; of a larger structure its step is larger
-_LINK = re.compile(r" \(\d+ of \d+\)$")
+_LINK = re.compile(r" \(\d+ of \d+\)(?=$|, [^,]+ mm deep$)")
 _AROUND_MM = 8.0  # how far around the layer they are known: how far ahead the tool is looked after
 
 
@@ -108,7 +108,10 @@ def _bodies(zone: PlanZone, surface: Surfaces, anatomy: str) -> tuple[Shape | Pr
 
 
 def whole_name(name: str) -> str:
-    """The name of the structure to spare that a zone of the engine belongs to: 'optic nerve' of a chain's links."""
+    """The name of the structure to spare that a zone of the engine belongs to: 'optic nerve' of a chain's links.
+
+    Of their hard cores it is 'optic nerve, 1 mm deep'.
+    """
     return _LINK.sub("", name)
 
 

@@ -17,7 +17,7 @@ from app.scene.dragging import DragEvent
 from app.scene.view import SceneEvents, SceneView
 from app.services import Services
 from app.session.commands import SetStep
-from app.session.inbox import Inbox, Request
+from app.session.inbox import Inbox
 from app.session.sections import SessionSections, StepSection
 from app.session.view_model import ViewModel
 from app.steps.base import Closable, Step
@@ -25,6 +25,7 @@ from app.steps.registry import load, specs
 from app.views.case_view import ShownSurface
 from app.views.layers import Layer, LayerStack
 from app.views.views import Views
+from vfix_engine.error_places import error_places
 from vfix_engine.errors import VfixError
 
 Reply = Callable[[bool, Any], None]
@@ -49,14 +50,19 @@ class ClientSession:
         shared: Mapping[str, Closable | None],
         executor: Executor,
         warming: Callable[[], str],
+        scene: Callable[[], viser.ClientHandle | None] = lambda: None,
     ) -> None:
-        """shared: of :func:`make_shared`. warming: words for what the planner still gets ready, empty once it is."""
+        """shared: of :func:`make_shared`. warming: words for what the planner still gets ready, empty once it is.
+
+        scene: the client's scene as it is now; None while there is none.
+        """
         self.client = client
-        self._warming = warming
+        self._warming, self._scene = warming, scene
+        self._attached: viser.ClientHandle | None = None
         self.view_model = ViewModel()
         self.note: Note = lambda words, error: None
         self._inbox = Inbox()
-        self.post = self._inbox.put  # may be called on any thread
+        self.post = self._inbox.put  # may be called on any thread; what the page sends is offered
         self._layers: LayerStack | None = None
         self._drawn_at = 0.0
         self._own: list[str] = []  # names of the active step's layers when everything was drawn
@@ -83,6 +89,12 @@ class ClientSession:
         """The thread ends after what waits already, and the steps with it."""
         self._inbox.close()
 
+    def join(self, seconds: float) -> bool:
+        """Wait after :meth:`close`; whether it has ended within so many seconds."""
+        if self._thread.ident is not None:
+            self._thread.join(seconds)
+        return not self._thread.is_alive()
+
     def tick(self, changed: bool) -> None:
         """The planner's clock: what changes by itself is looked at; changed: the stored cases and plans as well."""
         if changed:
@@ -97,7 +109,7 @@ class ClientSession:
     def page_gone(self) -> None:
         """The client is not there any more: whatever its hand held is let go of."""
         for step in self.steps.values():
-            step.release_now()
+            self._guarded(step.release_now)
         self.post(lambda: self._each("release"))
 
     def give_up(self, still_away: Callable[[], bool]) -> None:
@@ -119,25 +131,24 @@ class ClientSession:
             self.post(lambda: self._each("give_up"))
 
     def command(self, command: Command, reply: Reply | None = None) -> bool:
-        """Answer a command; False when too many wait already."""
+        """Answer a command; False when too many wait already. One with a reply gets it, whatever happens."""
         step = self._step_of.get(type(command))
         if command.urgent and step is not None:
-            step.handle_now(command)
+            self._answer_with(lambda: step.handle_now(command), reply)
             return True
-        return self.post(lambda: self._answer(command, reply), command.stream())
+        slot = command.stream() if reply is None else None  # a newer one does not answer for it
+        return self._inbox.offer(lambda: self._answer_with(lambda: self._do(command), reply, self._publish), slot)
 
-    def scene_connected(self, client: viser.ClientHandle) -> None:
-        self.post(lambda: self._attach(client))
-
-    def scene_gone(self) -> None:
-        self.post(self._detach)
+    def scene_changed(self) -> None:
+        """A scene has come or gone: which one is there is asked on the session's thread, so that none counts twice."""
+        self.post(self._follow_scene)
 
     def _events(self) -> SceneEvents:
         return SceneEvents(
-            clicked=lambda ray: self.post(lambda: self.active.clicked(ray)),
-            item_dragged=lambda drag: self.post(lambda: self.active.dragged(drag), _drag_slot(drag)),
+            clicked=lambda ray: self._inbox.offer(lambda: self.active.clicked(ray)),
+            item_dragged=lambda drag: self._inbox.offer(lambda: self.active.dragged(drag), _drag_slot(drag)),
             grip_dragged=lambda drag: self.active.gripped(drag),
-            camera_moved=lambda lens: self.post(lambda: self.views.camera.moved(lens), "camera"),
+            camera_moved=lambda lens: self._inbox.offer(lambda: self.views.camera.moved(lens), "camera"),
         )
 
     # -- on the session's own thread
@@ -150,21 +161,24 @@ class ClientSession:
         for step in self.steps.values():
             self._guarded(step.close)
 
-    def _guarded(self, request: Request) -> None:
+    def _guarded(self, request: Callable[[], Any]) -> bool:
+        """Whether it was done; the user is told why not."""
         try:
             request()
-        except VfixError as error:
-            self.note(str(error), True)
-        except Exception:
-            _LOG.exception("a request of a session failed")
-            self.note("That did not work; the planner's log says why.", True)
+        except Exception as error:
+            self.note(_words(error), True)
+            return False
+        return True
 
     def _each(self, name: Literal["release", "give_up", "abandon", "come_back"]) -> None:
+        """Of every step, whatever becomes of the others."""
         for step in self.steps.values():
-            getattr(step, name)()
+            self._guarded(getattr(step, name))
 
     def _tick(self) -> None:
-        everything = [step.tick() for step in self.steps.values()]
+        everything = list[bool]()
+        for step in self.steps.values():
+            self._guarded(lambda step=step: everything.append(step.tick()))  # type: ignore[misc]
         if any(everything):
             self._publish()
         else:
@@ -182,16 +196,17 @@ class ClientSession:
         elif wanted.get("step") in self.steps:
             self._set_step(wanted["step"])
 
-    def _answer(self, command: Command, reply: Reply | None) -> None:
+    def _answer_with(
+        self, answer: Callable[[], Any], reply: Reply | None, show: Callable[[], None] = lambda: None
+    ) -> None:
+        """show: what came of it, before the reply."""
         try:
-            result = self._do(command)
-        except VfixError as error:
-            if reply is None:
-                raise
-            reply(False, str(error))
+            result = answer()
+        except Exception as error:
+            (self.note if reply is None else _refused(reply))(_words(error), True)
             return
         if reply is not None:
-            self._publish()
+            self._guarded(show)
             reply(True, result)
 
     def _do(self, command: Command) -> Any:
@@ -211,6 +226,16 @@ class ClientSession:
 
     # -- the scene
 
+    def _follow_scene(self) -> None:
+        now = self._scene()
+        if now is self._attached:
+            return
+        if self._attached is not None:
+            self._detach()
+        self._attached = now
+        if now is not None:
+            self._attach(now)
+
     def _attach(self, client: viser.ClientHandle) -> None:
         scene = SceneView(client, self._events())
         self._layers = LayerStack(scene)
@@ -221,8 +246,8 @@ class ClientSession:
         self._layers = None
         self.views.camera.attach(None)
         for step in self.steps.values():
-            step.release_now()
-            step.release()
+            self._guarded(step.release_now)
+            self._guarded(step.release)
 
     # -- what the page and the scene show
 
@@ -231,21 +256,26 @@ class ClientSession:
 
     def layers(self) -> dict[str, Layer[Any]]:
         """What the scene shows now, by name."""
-        own = [layer for step in self._active_last() for layer in step.layers()]
+        own = list[Layer[Any]]()
+        for step in self._active_last():
+            self._guarded(lambda step=step: own.extend(step.layers()))  # type: ignore[misc]
         return {layer.name: layer for layer in (*self.views.case.layers(), *own)}
 
     def _publish(self) -> None:
         """Everything, after a request."""
         fresh, self.views.stale = self.views.stale, False
-        self.view_model.publish(self.views.case.sections(fresh))
-        self._publish_steps(self._active_last(), fresh)
-        self._draw()
+        read = self._guarded(lambda: self.view_model.publish(self.views.case.sections(fresh)))
+        read = self._publish_steps(self._active_last(), fresh) and read
+        self._guarded(self._draw)
         self.view_model.commit()
+        self.views.stale |= fresh and not read  # what could not be read is read anew next time
 
-    def _publish_steps(self, steps: Iterable[Step], fresh: bool) -> None:
+    def _publish_steps(self, steps: Iterable[Step], fresh: bool) -> bool:
+        """Whether all could be read: one that cannot keeps no other one from being shown."""
+        read = True
         for step in steps:
-            self.view_model.publish(step.sections(fresh))
-        self.view_model.publish({"step": self._step_section()})
+            read &= self._guarded(lambda step=step: self.view_model.publish(step.sections(fresh)))  # type: ignore[misc]
+        return self._guarded(lambda: self.view_model.publish({"step": self._step_section()})) and read
 
     def _publish_ticking(self) -> None:
         """Between requests: only the steps whose sections and layers change by themselves."""
@@ -297,6 +327,18 @@ class ClientSession:
         else:
             hint = self.active.hint()
         return {"name": spec.name, "input": spec.input, "available": available, "hint": hint}
+
+
+def _words(error: Exception) -> str:
+    """For the user: what a VfixError says; anything else goes to the log."""
+    if isinstance(error, VfixError):
+        return str(error)
+    _LOG.error("a request of a session failed: %s", error_places(error))
+    return "That did not work; the planner's log says why."
+
+
+def _refused(reply: Reply) -> Note:
+    return lambda words, error: reply(not error, words)
 
 
 def _drag_slot(drag: DragEvent) -> str | None:

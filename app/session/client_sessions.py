@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import viser
 
 from app.services import Services
+from vfix_engine.error_places import error_kind, error_places
 from vfix_engine.errors import VfixError
 
 if TYPE_CHECKING:
@@ -24,6 +25,7 @@ MAX_PAGES = 16  # open at a time, each with a scene
 MAX_SESSIONS = 24  # with those whose page is away
 LEASE_GRACE_S = 6.0  # a page that lost its connection keeps the handle for so long
 ABANDONED_S = 600.0  # its rehearsal for so long
+CLOSE_S = 10.0  # for sessions and what they began, once the planner ends
 ENDED_S = 900.0  # and what it had selected and looked at for so long
 TICK_S = 0.02  # what changes by itself is looked at; its figures are shown at 50 Hz
 LOOK_S = 1.0  # between looks whether the store has changed, and at what changes seldom
@@ -31,7 +33,7 @@ LOOK_S = 1.0  # between looks whether the store has changed, and at what changes
 
 @dataclass
 class _Entry:
-    session: ClientSession
+    session: ClientSession | None = None  # None while it is made
     connected: bool = False
     seen_at: float = field(default_factory=time.monotonic)
     given_up: int = 0  # how much of what an absent page had is given up: its handle, its rehearsal
@@ -62,6 +64,7 @@ class ClientSessions:
         """warming: words for what the planner still gets ready, empty once it is."""
         self._services, self._scene_server, self._warming = services, scene_server, warming
         self._shared: dict[str, Closable | None] = {}
+        self._sharing = threading.Lock()
         # A load, a dry run, a live one, cones and a start for every client: none waits for another.
         self._executor = ThreadPoolExecutor(max_workers=5 * MAX_SESSIONS, thread_name_prefix="session-work")
         self._lock = threading.Lock()
@@ -80,8 +83,8 @@ class ClientSessions:
         while not self._stopped.wait(TICK_S):
             try:
                 self.beat(time.monotonic())
-            except Exception:
-                _LOG.exception("the clock of the sessions stumbled")
+            except Exception as error:
+                _LOG.error("the clock of the sessions stumbled: %s", error_places(error))
 
     def beat(self, now: float) -> None:
         """One tick: pages that are there are shown what changes by itself, those that are away cost nothing."""
@@ -93,6 +96,8 @@ class ClientSessions:
         with self._lock:
             entries = list(self._entries.items())
         for client, entry in entries:
+            if entry.session is None:
+                continue
             if not entry.connected:
                 self._wait_for(client, entry, now)
             elif look or entry.session.lively:
@@ -105,52 +110,68 @@ class ClientSessions:
             self._stored = self._services.store.data_version()
         except VfixError as error:
             if not self._unread:
-                _LOG.warning("changes from elsewhere are not shown: %s", error)
+                _LOG.warning("changes from elsewhere are not shown: %s", error_kind(error))
             self._unread = True
             return False
         self._unread = False
         return self._stored != before
 
     def connect(self, client: str, wanted: dict[str, str]) -> ClientSession:
-        """The session of a client, new or as it was left. Raises TabTaken or TooManyTabs."""
-        from app.session.client_session import ClientSession  # imported here: slow to load, with all of the scene
-
+        """The session of a client, new or as it was left; a new one takes a while. Raises TabTaken or TooManyTabs."""
         with self._lock:
+            if self._stopped.is_set():
+                raise TooManyTabs
             entry = self._entries.get(client)
             if entry is not None and entry.connected:
                 raise TabTaken
             if sum(known.connected for known in self._entries.values()) >= MAX_PAGES:
                 raise TooManyTabs
-            if entry is not None:
+            if entry is not None and entry.session is not None:
                 entry.connected = True
                 entry.session.come_back()
                 return entry.session
             self._make_room()
-            session = ClientSession(client, self._services, self._made_shared(), self._executor, self._warming)
-            self._entries[client] = _Entry(session, connected=True)
+            entry = self._entries[client] = _Entry(connected=True)  # nobody else takes the place meanwhile
+        try:
+            session = self._made(client)
+        except BaseException:
+            with self._lock:
+                self._entries.pop(client, None)
+            raise
+        with self._lock:
+            entry.session = session
+            ended = self._entries.get(client) is not entry
         session.start(wanted)
-        scene = self._scene_server.client_for(client)
-        if scene is not None:
-            session.scene_connected(scene)
+        session.scene_changed()  # asked for now: one that came while the session was made was told to nobody
+        if ended:
+            session.close()
         return session
+
+    def _made(self, client: str) -> ClientSession:
+        from app.session.client_session import ClientSession  # imported here: slow to load, with all of the scene
+
+        def scene() -> viser.ClientHandle | None:
+            return self._scene_server.client_for(client)
+
+        return ClientSession(client, self._services, self._made_shared(), self._executor, self._warming, scene)
 
     def shared(self, step: str) -> Any:
         """What the clients of a step share, for the step's own addresses; slow the first time."""
-        with self._lock:
-            return self._made_shared()[step]
+        return self._made_shared()[step]
 
     def _made_shared(self) -> dict[str, Closable | None]:
         from app.session.client_session import make_shared  # imported here, as above
 
-        if not self._shared:
-            self._shared = make_shared(self._services)
-        return self._shared
+        with self._sharing:
+            if not self._shared:
+                self._shared = make_shared(self._services)
+            return self._shared
 
     def disconnect(self, client: str) -> None:
         """The page is gone: the hand lets go at once, the handle after a grace (HAZ-11), the robot stays for long."""
         with self._lock:
             entry = self._entries.get(client)
-            if entry is None:
+            if entry is None or entry.session is None:
                 return
             entry.connected, entry.seen_at, entry.given_up = False, time.monotonic(), 0
         entry.session.page_gone()
@@ -160,7 +181,7 @@ class ClientSessions:
         with self._lock:  # asked and marked in one: a page that comes back in between would keep the mark
             seen_at, given_up, session = entry.seen_at, entry.given_up, entry.session
             known = self._entries.get(client) is entry and not entry.connected
-            if not known or now - seen_at < (LEASE_GRACE_S, ABANDONED_S, ENDED_S)[given_up]:
+            if session is None or not known or now - seen_at < (LEASE_GRACE_S, ABANDONED_S, ENDED_S)[given_up]:
                 return
             if given_up == 2:
                 del self._entries[client]
@@ -182,7 +203,8 @@ class ClientSessions:
         while len(self._entries) >= MAX_SESSIONS:
             idle = [client for client, entry in self._entries.items() if not entry.connected]
             oldest = min(idle, key=lambda client: self._entries[client].seen_at)
-            self._entries.pop(oldest).session.close()
+            if (session := self._entries.pop(oldest).session) is not None:
+                session.close()
 
     def _session(self, client: str) -> ClientSession | None:
         with self._lock:
@@ -190,26 +212,36 @@ class ClientSessions:
             return None if entry is None else entry.session
 
     def _scene_connected(self, client: str, scene: viser.ClientHandle) -> None:
-        session = self._session(client)
-        if session is not None:
-            session.scene_connected(scene)
+        self._scene_gone(client)  # the session asks by itself which one is there
 
     def _scene_gone(self, client: str) -> None:
         session = self._session(client)
         if session is not None:
-            session.scene_gone()
+            session.scene_changed()
 
     def close(self) -> None:
-        """End every session and every control process."""
+        """End every session and every control process, and wait for what they do with the store, so long at most."""
         self._stopped.set()
         if self._clock.is_alive():
             self._clock.join()
         with self._lock:
             entries = list(self._entries.values())
             self._entries.clear()
-        for entry in entries:
-            entry.session.close()
-        self._executor.shutdown(wait=False, cancel_futures=True)
+        until = time.monotonic() + CLOSE_S
+        sessions = [entry.session for entry in entries if entry.session is not None]
+        for session in sessions:
+            session.close()
+        going_on = sum(not session.join(max(0.0, until - time.monotonic())) for session in sessions)
         for shared in self._shared.values():
             if shared is not None:
                 shared.close()
+        going_on += not self._end_work(max(0.0, until - time.monotonic()))
+        if going_on:
+            _LOG.warning("%d parts of the page's sessions still work while the planner ends", going_on)
+
+    def _end_work(self, seconds: float) -> bool:
+        """Begin no more work in the background, and wait for what was begun; False where it goes on after that."""
+        ending = threading.Thread(target=self._executor.shutdown, kwargs={"cancel_futures": True}, daemon=True)
+        ending.start()
+        ending.join(seconds)
+        return not ending.is_alive()

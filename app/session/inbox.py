@@ -7,7 +7,7 @@ import threading
 from collections.abc import Callable
 
 Request = Callable[[], None]
-MAX_WAITING = 512  # requests of one tab; more come from a page that floods
+MAX_WAITING = 512  # requests of one tab, before what it sends is refused: more come from a page that floods
 
 
 class Inbox:
@@ -18,20 +18,26 @@ class Inbox:
         self._queue: queue.Queue[str | Request | None] = queue.Queue()
         self._slots: dict[str, Request] = {}
 
-    def put(self, request: Request, slot: str | None = None) -> bool:
-        """Queue a request; False when the tab has too many waiting already."""
+    def put(self, request: Request, slot: str | None = None) -> None:
+        """Queue a request of the planner itself, which is never refused: a flood must not cost a page's release."""
         with self._lock:
-            if slot is not None and slot in self._slots:
-                self._slots[slot] = request
-                return True
-            if self._queue.qsize() >= MAX_WAITING:
+            self._put(request, slot)
+
+    def offer(self, request: Request, slot: str | None = None) -> bool:
+        """Queue a request of the page or its scene; False when too many wait already."""
+        with self._lock:
+            if slot not in self._slots and self._queue.qsize() >= MAX_WAITING:
                 return False
-            if slot is not None:
-                self._slots[slot] = request
-                self._queue.put(slot)
-            else:
-                self._queue.put(request)
+            self._put(request, slot)
             return True
+
+    def _put(self, request: Request, slot: str | None) -> None:
+        if slot is None:
+            self._queue.put(request)
+            return
+        if slot not in self._slots:
+            self._queue.put(slot)
+        self._slots[slot] = request
 
     def close(self) -> None:
         """The last thing a reader gets is None."""

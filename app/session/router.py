@@ -8,6 +8,7 @@ import json
 import logging
 import math
 import re
+from collections import deque
 from collections.abc import AsyncIterator, Callable, Mapping, MutableMapping
 from typing import TYPE_CHECKING, Any
 
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
 Message = HelloMessage | StateMessage | ReplyMessage | NoteMessage
 MAX_MESSAGE_CHARS = 64_000
 MIN_INTERVAL_S = 0.015  # between two states that are sent to a client; the sessions' clock makes it 50 a second
+MAX_NOTES = MAX_REPLIES = 64  # that wait for a client: further notes are dropped, and no command is read meanwhile
 MAX_PER_SECOND = 400  # messages of one client; a hand, keys and a heartbeat stay below 100
 HELLO_S = 10.0  # a client that has not said hello by then holds a place for nothing
 INVALID, NOT_TEXT, SILENT, TAB_TAKEN, NOT_UNDERSTOOD, FLOOD, TOO_MANY = 1008, 1003, 4408, 4409, 4426, 4429, 4503
@@ -42,8 +44,10 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     sessions = ClientSessions(app.state.services, app.state.scene_server, lambda: str(app.state.warmup.status.text))
     app.state.sessions = sessions
     sessions.start()
-    yield
-    await asyncio.to_thread(sessions.close)
+    try:
+        yield
+    finally:
+        await asyncio.to_thread(sessions.close)
 
 
 router = APIRouter(lifespan=_lifespan)
@@ -81,10 +85,64 @@ async def _connect(sessions: ClientSessions, client: str, wanted: dict[str, str]
     """A page that reloads may be quicker than the end of its old connection: wait for it a little."""
     for _ in range(20):
         try:
-            return sessions.connect(client, wanted)
+            return await _made(sessions, client, wanted)
         except TabTaken:
             await asyncio.sleep(0.1)
-    return sessions.connect(client, wanted)
+    return await _made(sessions, client, wanted)
+
+
+async def _made(sessions: ClientSessions, client: str, wanted: dict[str, str]) -> ClientSession:
+    """Off the loop's thread, since a new session takes a while; one whose client has gone meanwhile is left at once."""
+    making = asyncio.ensure_future(asyncio.to_thread(sessions.connect, client, wanted))
+    try:
+        return await asyncio.shield(making)
+    except asyncio.CancelledError:
+        making.add_done_callback(lambda made: None if _failed(made) else sessions.disconnect(client))
+        raise
+
+
+def _failed(made: asyncio.Future[ClientSession]) -> bool:
+    return made.cancelled() or made.exception() is not None
+
+
+class Outbox:
+    """Replies and notes on their way to a client (HAZ-31). Owned by the event loop's thread.
+
+    Of notes so many wait at most. Replies are never dropped, since somebody waits for each: while `MAX_REPLIES` wait,
+    no further command is read, so that a client that does not read cannot ask for more. Its hand decays then.
+    """
+
+    def __init__(self) -> None:
+        self._waiting: deque[Message] = deque()
+        self._replies = 0
+        self.changed = asyncio.Event()  # there is something to send
+        self._room = asyncio.Event()
+        self._room.set()
+
+    def put(self, message: Message) -> None:
+        """Queue a message."""
+        reply = message["type"] == "reply"
+        if not reply and len(self._waiting) - self._replies >= MAX_NOTES:
+            return
+        self._waiting.append(message)
+        self._replies += reply
+        if self._replies >= MAX_REPLIES:
+            self._room.clear()
+        self.changed.set()
+
+    def waiting(self) -> list[Message]:
+        """What waits, in order; it stays until it is sent."""
+        return list(self._waiting)
+
+    def sent(self) -> None:
+        """The first of what waits has been sent."""
+        self._replies -= self._waiting.popleft()["type"] == "reply"
+        if self._replies < MAX_REPLIES:
+            self._room.set()
+
+    async def room(self) -> None:
+        """Wait until a further command may be read."""
+        await self._room.wait()
 
 
 def hello() -> HelloMessage:
@@ -100,32 +158,26 @@ def hello() -> HelloMessage:
 
 async def _serve(websocket: WebSocket, session: ClientSession) -> None:
     loop = asyncio.get_running_loop()
-    outbox: asyncio.Queue[Message] = asyncio.Queue(maxsize=64)
-    changed = asyncio.Event()
+    outbox = Outbox()
 
     def send_soon(message: Message) -> None:
-        def put() -> None:
-            if not outbox.full():
-                outbox.put_nowait(message)
-            changed.set()
-
         with contextlib.suppress(RuntimeError):  # the loop has ended
-            loop.call_soon_threadsafe(put)
+            loop.call_soon_threadsafe(outbox.put, message)
 
     def changed_soon() -> None:
         with contextlib.suppress(RuntimeError):
-            loop.call_soon_threadsafe(changed.set)
+            loop.call_soon_threadsafe(outbox.changed.set)
 
     session.note = lambda words, error: send_soon({"type": "note", "words": words, "error": error})
     unsubscribe = session.view_model.subscribe(changed_soon)
-    changed.set()
+    outbox.changed.set()
     tasks = list[asyncio.Task[None]]()
     try:
         if not await _greeted(websocket, session):
             return
         tasks = [
-            asyncio.create_task(_write(websocket, session, outbox, changed)),
-            asyncio.create_task(_read(websocket, session, send_soon)),
+            asyncio.create_task(_write(websocket, session, outbox)),
+            asyncio.create_task(_read(websocket, session, outbox, send_soon)),
         ]
         done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
         for task in done:
@@ -170,23 +222,22 @@ async def _may_be_read(websocket: WebSocket, message: MutableMapping[str, Any], 
     return True
 
 
-async def _write(
-    websocket: WebSocket, session: ClientSession, outbox: asyncio.Queue[Message], changed: asyncio.Event
-) -> None:
+async def _write(websocket: WebSocket, session: ClientSession, outbox: Outbox) -> None:
     """Latest state wins: what changed while the last message was on its way goes out as one message (HAZ-31).
 
     A reply is taken out before the state is read, and sent after it: whoever gets it has seen what came of the command.
     """
     revision = 0
     while True:
-        await changed.wait()
-        changed.clear()
-        messages = [outbox.get_nowait() for _ in range(outbox.qsize())]
+        await outbox.changed.wait()
+        outbox.changed.clear()
+        messages = outbox.waiting()
         revision, sections = session.view_model.changed_since(revision)
         if sections:
             await websocket.send_text(to_text({"type": "state", "sections": sections}))
         for message in messages:
             await websocket.send_text(to_text(message))
+            outbox.sent()
         await asyncio.sleep(MIN_INTERVAL_S)
 
 
@@ -195,7 +246,7 @@ def to_text(message: Mapping[str, object]) -> str:
     try:
         return json.dumps(message, allow_nan=False)
     except ValueError:
-        _LOG.exception("a message to the page has non-finite numbers")
+        _LOG.error("a message to the page of the type %s has non-finite numbers", message.get("type"))
         return json.dumps(_finite(message), allow_nan=False)
 
 
@@ -207,10 +258,13 @@ def _finite(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-async def _read(websocket: WebSocket, session: ClientSession, send_soon: Callable[[Message], None]) -> None:
+async def _read(
+    websocket: WebSocket, session: ClientSession, outbox: Outbox, send_soon: Callable[[Message], None]
+) -> None:
     loop = asyncio.get_running_loop()
     second, count = loop.time(), 0
     while True:
+        await outbox.room()
         message = await websocket.receive()
         if message["type"] == "websocket.disconnect":
             return

@@ -8,6 +8,8 @@ import logging
 import os
 from pathlib import Path
 
+from vfix_engine.error_places import error_kind
+
 _FOLDER, _FILE = 0o700, 0o600
 _LOG = logging.getLogger(__name__)
 
@@ -38,4 +40,4 @@ def _keep_from_others(path: Path, mode: int) -> None:
     except FileNotFoundError:
         raise
     except OSError as error:  # another's folder, or a disk that knows no rights
-        _LOG.warning("other users of this machine may read %s: %s", path, error.strerror)
+        _LOG.warning("other users of this machine may read %s: %s", path, error_kind(error))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Callable
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
@@ -21,10 +20,11 @@ from app.services.cases import Case
 from app.services.errors import NotFound
 from app.services.identity import holds_images
 from app.views import commands as c
+from app.views.background import in_background
 from app.views.layers import Layer
 from app.views.sections import CaseSection, CaseSections
 from app.views.slice_view import Greys, SliceView
-from vfix_engine.errors import InputError, VfixError
+from vfix_engine.errors import InputError
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.imaging.volume import Volume
 
@@ -33,7 +33,6 @@ Position = tuple[float, float, float]
 DISPLAY_ORDER = ("skull", "skull_display", "display", "bone")
 MOST_VOLUMES = 2  # in the slices: the wide CT and a finer one of a part
 OUTLINE_COLOURS = ("#f2c14e", "#e07a5f", "#7fb7be", "#b48ead", "#a3be8c", "#d08770")
-_LOG = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
@@ -85,19 +84,14 @@ class CaseView:
         ticket = self._ticket
 
         def read() -> None:
-            try:
-                mesh = self._display_mesh(case.id)
-                loaded = (mesh, BonePicker(mesh), *self._volumes(case))
-            except VfixError as error:
-                words = str(error)
-                self._post(lambda: self._failed(ticket, words))
-            except Exception:
-                _LOG.exception("a head could not be read")
-                self._post(lambda: self._failed(ticket, "The head could not be read; the planner's log says why."))
-            else:
-                self._post(lambda: self._loaded(ticket, *loaded))
+            mesh = self._display_mesh(case.id)
+            loaded = (mesh, BonePicker(mesh), *self._volumes(case))
+            self._post(lambda: self._loaded(ticket, *loaded))
 
-        self._executor.submit(read)
+        def failed(words: str) -> None:
+            self._post(lambda: self._failed(ticket, words))
+
+        in_background(self._executor, "The head could not be read", read, failed)
 
     def _volumes(self, case: Case) -> tuple[Volume | None, Volume | None]:
         """The wide CT and a finer one of a part, where there are such."""

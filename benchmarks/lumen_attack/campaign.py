@@ -28,6 +28,7 @@ Array = NDArray[np.float64]
 LONGEST = 240  # steps of an episode, a quarter of it at least
 LIED_TO = 0.2  # of the episodes
 STARTS = 30  # tried for one episode
+BY_PLACE = 0.5  # of the episodes with bounds that nobody has set
 
 
 class Campaign:
@@ -119,9 +120,9 @@ class Campaign:
         settings = DriveSettings(
             step_s=float(pick((0.001, 0.001, 0.004, 0.02))),
             insertion_step_mm=float(pick((0.5, 0.5, 3.0))),
-            bound_mm=float(pick(arena.bounds)),
+            bound_mm=None if self._random.random() < BY_PLACE else float(pick(arena.bounds)),
             control=CONTROLS[int(self._random.integers(len(CONTROLS)))],
             bends=4,
             vertices_per_link=int(pick((30, 30, 100))),
         )
-        return replace(settings, tip_bound_mm=None if self._random.random() < 0.7 else settings.bound_mm)
+        return replace(settings, tip_bound_mm=None if self._random.random() < 0.7 else settings.body_bound)

@@ -12,7 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.lumen_peers import section_as_printed
+from vfix_engine.lumen.drive.drive_state import DriveSettings
 from vfix_engine.lumen.pathway.packed import PackedPathway
+from vfix_engine.lumen.pathway.pathway import Pathway
 from vfix_engine.lumen.query.query import deviation_of_points
 from vfix_engine.robots.snake import SnakeModel
 from vfix_engine.robots.snake_surface import LinkVertices
@@ -91,4 +93,28 @@ def turned(base: Array, end: Array, share: float) -> Array:
     found: Array = base.copy()
     found[:3, :3] = Rotation.from_rotvec(share * turn).as_matrix() @ base[:3, :3]
     found[:3, 3] += share * (end[:3, 3] - base[:3, 3])
+    return found
+
+
+def bounds_by_place(pathway: Pathway, settings: DriveSettings, windows: Index) -> Array:
+    """b_i (L,) in mm of links with those windows (L, 2), segment by segment, of the pathway at rest.
+
+    8 mm, 4 mm of the last link, and half of the radius that every section of the segment has at least; or as given.
+    """
+    rest = pathway.moved(None).contours(extended=True)
+    smallest = rest.radius.min(axis=1)
+    found = np.empty(len(windows))
+    for link, (first, last) in enumerate(windows.tolist()):
+        is_tip = link == len(windows) - 1
+        given = settings.bound_mm
+        if is_tip and settings.tip_bound_mm is not None:
+            given = settings.tip_bound_mm
+        elif is_tip and given is not None:
+            given = 0.5 * given
+        found[link] = given if given is not None else (4.0 if is_tip else 8.0)
+        for j in range(first, last) if given is None else ():
+            axis = rest.centre[j + 1] - rest.centre[j]
+            axis /= np.linalg.norm(axis)
+            for end in (j, j + 1):
+                found[link] = min(found[link], 0.5 * smallest[end] * float(rest.tangent[end] @ axis))
     return found

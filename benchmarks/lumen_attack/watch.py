@@ -13,7 +13,7 @@ from vfix_engine.lumen.drive.snake_drive import SnakeDrive
 from vfix_engine.lumen.limits.limits import MOTION_TOLERANCE_MM, Configuration, HardLimits, Verdict
 from vfix_engine.lumen.pathway.packed import PackedPathway
 
-from .judge import Judge, turned
+from .judge import Judge, bounds_by_place, turned
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -126,6 +126,7 @@ class Watch:
         inner._distal_limits = _Witness(inner._distal_limits, drive, self._first, self._taken)
         self._q, self._base, self._tip = drive.q.copy(), drive.state.base.copy(), drive.tip_s
         self._refused, self._rushed = 0, -np.inf
+        self._asked, self._found = b"", np.empty(0)  # windows that bounds were asked of last, and those bounds
 
     def judge(self, state: DriveState, dt: float) -> None:
         """One step that the engine has taken."""
@@ -153,15 +154,23 @@ class Watch:
             self._replay(motions, poses, state.tip_s != self._tip)
         if self._drive.pathway.motion is not None and tally.steps % TISSUE_EVERY == 0:
             now = self._drive.pathway.packed(state.t)
-            over = self._depth(now, state.windows, state.measured, state.q, state.base) - self._drive.bound
+            over = self._depth(now, state.windows, state.measured, state.q, state.base) - self._bound(state.windows)
             tally.tissue_mm = max(tally.tissue_mm, float(over[state.measured].max(initial=0.0)))
         self._q, self._base, self._tip = state.q.copy(), state.base.copy(), state.tip_s
 
     def _depth(self, packed: PackedPathway, windows: Index, asked: Marks, q: Array, base: Array) -> Array:
         return self._judge.depth(packed, windows, asked, q, base)
 
+    def _bound(self, windows: Index) -> Array:
+        """b_i (L,) of links with those windows, by the judge."""
+        key = windows.tobytes()
+        if key != self._asked:
+            self._asked = key
+            self._found = bounds_by_place(self._drive.pathway, self._drive.settings, windows)
+        return self._found
+
     def _haste(self, depth: Array, state: DriveState) -> float:
-        near = depth[state.measured] > self._drive.bound[state.measured] - NEAR_MM
+        near = depth[state.measured] > self._bound(state.windows)[state.measured] - NEAR_MM
         return 5.0 if near.any() else 1.0
 
     def _judge_joints(self, state: DriveState, dt: float) -> None:
@@ -197,10 +206,11 @@ class Watch:
         self, state: DriveState, motions: list[Motion], poses: list[tuple[Array, Array, Array, Array]]
     ) -> Array:
         """The configuration that the step ended in."""
-        tally, bound, asked = self._tally, self._drive.bound, state.measured
+        tally, bound, asked = self._tally, self._bound(state.windows), state.measured
         depth = self._depth(state.packed, state.windows, asked, state.q, state.base)
         tally.remeasured += 1
         apart = float(np.abs(depth - state.deviation.depth)[asked].max(initial=0.0))
+        apart = max(apart, float(np.abs(bound - state.bound).max()))  # the bounds that the engine went by, too
         if apart > AGREES_MM:
             tally.disagreements += 1
             tally.fail("disagreement", doing=self._doing, apart_mm=apart)
@@ -217,7 +227,7 @@ class Watch:
         for one, (q, base, q_end, base_end) in zip(motions, poses, strict=True):
             before = self._depth(one.packed, one.windows, one.measured, q, base)
             after = self._depth(one.packed, one.windows, one.measured, q_end, base_end)
-            self._promise(after - np.maximum(bound, before), "configuration")
+            self._promise(after - np.maximum(self._bound(one.windows), before), "configuration")
         return depth
 
     def _promise(self, over: Array, kind: str) -> bool:
@@ -238,7 +248,7 @@ class Watch:
         tally.replayed_in_moving_tissue += self._drive.pathway.motion is not None
         worst = -np.inf
         for one, (q, base, q_end, base_end) in zip(motions, poses, strict=True):
-            asked, limit = one.measured, self._drive.bound
+            asked, limit = one.measured, self._bound(one.windows)
             if self._drive.pathway.motion is not None:
                 limit = np.maximum(limit, self._depth(one.packed, one.windows, asked, q, base))
             for share in np.linspace(0.0, 1.0, FINER + 1)[1:]:

@@ -20,7 +20,8 @@ print(f"after a second by hand the tip is {drive.tip_s:.1f} mm in")
 report = drive_lumen(mesh, start, end, links=7, landmarks={"polyp": 1.07 * end}, settings=settings)
 told = report.to_dict()
 print(f"{told['links']} links are {told['inserted_mm']:.0f} mm in")
-print(f"outside the pathway by {told['deviation_mm']['max']:.2f} mm at most; bounds are {told['bound_mm']} mm")
+print(f"outside the pathway by {told['deviation_mm']['max']:.2f} mm at most; bounds are {told['bound_mm']} mm at most")
+print(report.behind_wall["words"])
 print(f"at the landmark the view went round by {told['landmarks'][0]['turn_deg']:.0f} degrees")
 assert 19.0 < drive.tip_s < 21.0
 assert report.within_bounds

@@ -84,7 +84,7 @@ def suggest_a_path(page: NamedPage) -> None:
 
 def read_the_verdict(page: NamedPage) -> None:
     page.judged()
-    page.says("Placed and driven dry.")
+    page.says("Simulated from entry to the end of the path.")
     page.press("Show me")
     page.wait("the tool", lambda: page.station.state("corridor")["shown_mm"] is not None)
     page.scroll_to("Path")

@@ -8,7 +8,9 @@ import pytest
 from rest_client import Client, opened_client
 from sqlalchemy import delete, insert, select
 
-from app.services import Services, build_services
+from app.services import Services, build_services, embedded
+from app.services.case_files import CaseFiles
+from app.services.case_model import CaseContent
 from app.services.cases import Case, CaseFrame, CaseService
 from app.services.plans import PlanService
 from app.settings import Settings
@@ -20,6 +22,22 @@ from vfix_engine.geometry.mesh import TriangleMesh
 def tetrahedron() -> TriangleMesh:
     corners = np.array([[0.1, 0, 0], [10, 0, 1 / 3], [0, 10, 0], [0, 0, 10]])
     return TriangleMesh(corners, np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]))
+
+
+@pytest.fixture(autouse=True, scope="session")
+def head_read_once() -> Iterator[None]:
+    """The head that travels with vfix is read once for all homes of the tests: it takes longer than all else of one."""
+    read, found = embedded._content, dict[str, CaseContent]()
+
+    def kept(files: CaseFiles) -> CaseContent:
+        assets = embedded.shipped_hash()
+        if assets not in found:
+            found[assets] = read(files)
+        return found[assets]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(embedded, "_content", kept)
+        yield
 
 
 @pytest.fixture

@@ -13,9 +13,11 @@ from app.messages.client import Client
 from app.services import Services
 from app.services.cases import Case, CaseFrame
 from app.services.plans import Plan
+from app.session.client_session import ClientSession
 from app.steps.plan.step import PlanStep
 from app.steps.rehearse.preparation import Prepared, plan_key
 from app.steps.rehearse.shared_drive import SharedDrive
+from app.steps.rehearse.step import RehearseStep
 from app.views.plan_items import plan_items
 from app.views.views import Views
 from vfix_engine.control import ControlSettings
@@ -114,3 +116,34 @@ def case_of_ct(services: Services, name: str, volume: Volume) -> Case:
     """A stored case with a CT and the surface of its bone."""
     surfaces = {"bone": extract_surface(volume)}
     return services.cases.create(name, frame=CaseFrame("LPS", False), surfaces=surfaces, volume=volume)
+
+
+class Tabs:
+    """Stands for the scene's server: scenes come and go as a test says."""
+
+    def __init__(self) -> None:
+        self.scenes: dict[str, Any] = {}
+        self.come: Any = None
+        self.gone: Any = None
+
+    def client_for(self, tab: str) -> Any:
+        return self.scenes.get(tab)
+
+    def on_tab_connected(self, callback: Any) -> None:
+        self.come = callback
+
+    def on_tab_gone(self, callback: Any) -> None:
+        self.gone = callback
+
+
+def settle(session: ClientSession) -> None:
+    """Wait until everything that was asked of a session is done."""
+    done: Future[None] = Future()
+    session.post(lambda: done.set_result(None))
+    done.result(60)
+
+
+def rehearse_step(session: ClientSession) -> RehearseStep:
+    step = session.steps["rehearse"]
+    assert isinstance(step, RehearseStep)
+    return step

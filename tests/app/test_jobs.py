@@ -9,7 +9,7 @@ import pytest
 from app.services import Services
 from app.services.embedded import SAMPLE_PLAN
 from app.services.errors import JobCancelled, NotFound, PlannerEnds
-from app.services.jobs import ENDED, Job, Jobs, Progress, Work
+from app.services.jobs import ENDED, Job, JobKind, Jobs, Progress, Work
 from vfix_engine.errors import InputError
 
 
@@ -62,6 +62,22 @@ def test_one_lane_is_one_at_a_time_and_in_order_and_another_does_not_wait(jobs: 
         assert not any(later.begun.is_set() for later in works[index + 1 :])
         work.go.set()
         assert jobs.wait(started[index].id, 60).state == "done"
+
+
+def test_no_import_and_no_suggestion_keeps_a_dry_run_waiting(jobs: Jobs) -> None:
+    works = [Blocked() for _ in range(5)]
+    kinds: tuple[JobKind, ...] = ("import", "suggestion", "tools", "segmentation", "beads")
+    for number, (kind, work) in enumerate(zip(kinds, works, strict=True)):
+        jobs.submit(work, kind=kind, lane=f"lane {number}")
+    for work in works[:2]:
+        assert work.begun.wait(60)
+    prompt = Blocked()
+    prompt.go.set()
+    for kind in ("dry_run", "run"):
+        assert jobs.wait(jobs.submit(prompt, kind=kind, lane=f"{kind} of a case").id, 60).state == "done"
+    assert [work.begun.is_set() for work in works] == [True, True, False, False, False], "two of all others at a time"
+    for work in works:
+        work.go.set()
 
 
 def test_who_asks_for_what_goes_on_already_gets_that_job(jobs: Jobs) -> None:

@@ -16,6 +16,8 @@ from app.settings import Settings
 from vfix_engine.errors import InputError
 from vfix_engine.imaging.mesh_files import read_mesh
 from vfix_engine.lumen.anatomy.synthetic import synthetic_colon, synthetic_course, write_stl
+from vfix_engine.lumen.pathway.pathway import Pathway
+from vfix_engine.lumen.pathway.pathway_surface import pathway_surface
 from vfix_engine.runtime.replay import replay
 from vfix_engine.runtime.run import Run
 from vfix_engine.worlds import spec_of
@@ -146,6 +148,34 @@ def test_what_cannot_be_done_is_said(
     assert status == 2
     assert word in json.loads(printed.out)["error"]["message"]
     assert "Traceback" not in printed.err
+
+
+def test_a_lumen_narrower_than_the_robot_is_refused_unless_it_is_wanted(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """HAZ-39: status 2 before anything moves, with the place, both radii and the nearer end; `--anyway` goes on."""
+    at = np.linspace(0.0, 160.0, 33)
+    radius = np.interp(at, [0.0, 110.0, 120.0], [12.0, 12.0, 4.0])
+    tube = Pathway(np.column_stack([np.zeros((33, 2)), at]), radius, 33)
+    write_stl(tmp_path / "tube.stl", pathway_surface(tube))
+    (tmp_path / "marks.json").write_text('{"landmarks": {"elsewhere": [900, 0, 0]}}', encoding="utf-8")
+    tube_of = ["lumen", "drive", str(tmp_path / "tube.stl"), "--start", "0,0,10", "--links", "4", "--json"]
+    quick = ["--landmarks", str(tmp_path / "marks.json"), "--contours", "12", "--interpolated", "45"]
+    asked = [*tube_of, *quick, "--end", "0,0,150"]
+    assert main(asked) == 2
+    said = json.loads(capsys.readouterr().out)["error"]["message"]
+    for words in ("narrower than the robot", "in LPS mm", "the robot's 6 mm", "the tip could go", "end at"):
+        assert words in said
+    main([*asked, "--anyway"])
+    report = json.loads(capsys.readouterr().out)
+    assert report["narrowest"]["first"]["radius_mm"] < 6.0
+    assert any("wider than the pathway" in words for words in report["warnings"])
+    nearer = said.partition("end at ")[2].partition(", ")[0]
+    assert main([*tube_of, *quick, "--end", nearer, "--links", "2"]) == 0
+    report = json.loads(capsys.readouterr().out)
+    assert report["narrowest"]["first"] is None
+    assert report["within_bounds"] is report["reached"] is True
+    assert report["behind_wall"]["per_link_mm"] == [None, None] or report["behind_wall"]["mm"] < 6.0
 
 
 def test_a_surface_that_is_not_there_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -259,7 +259,7 @@ def test_the_table_says_what_its_figures_mean(plan: Plan) -> None:
     assert table.path.worst.within_95_mm == max(table.path.within_95_mm)
     assert table.path.s_mm[0] == 0.0
     worst = max(target.error.within_95_mm for target in table.targets)
-    assert f"below {np.ceil(worst * 100) / 100:.2f} mm in 95 of 100 cases" in table.words
+    assert f"below {np.ceil(worst * 100) / 100:.2f} mm in 95 % of cases" in table.words
     assert "FRE says how well the points fit, not how exact the tool is" in table.words
     both = expected_errors(content, [table.path.worst.position])
     assert both is not None

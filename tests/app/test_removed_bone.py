@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from rest_client import Client
+from session_doubles import Later, fail, views_of
 
 from app.cli import main
 from app.commands import plan as plan_command
@@ -14,6 +15,8 @@ from app.services import Services
 from app.services.embedded import SAMPLE_PLAN
 from app.services.plan_model import Plan
 from app.services.plan_zones import RemovedBone
+from app.steps.plan.removed_bone import RemovedBoneCount
+from vfix_engine.errors import InputError
 from vfix_engine.imaging.surface import BONE_HU
 
 
@@ -77,3 +80,32 @@ def test_rest_and_the_command_line_tell_the_same(
     assert printed["removed_mm3"] == told["removed_mm3"]
     assert main(["plan", "evaluate", plan.id]) == 0
     assert "Bone to be removed, FAR: removes nothing; bone is" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("error", "words"),
+    [
+        (InputError("the CT cannot be read."), ": the CT cannot be read."),
+        (RuntimeError("of Doe"), "; the planner's log"),
+    ],
+)
+def test_bone_that_cannot_be_counted_is_told_and_counted_again_after_a_change(
+    phantom_services: Services, monkeypatch: pytest.MonkeyPatch, error: Exception, words: str
+) -> None:
+    plan, views = _with_regions(phantom_services), views_of(phantom_services)
+    count, later = RemovedBoneCount(views), views.executor
+    assert isinstance(later, Later)
+    with monkeypatch.context() as broken:
+        broken.setattr(phantom_services.removed_volumes, "of_plan", lambda plan: fail(error))
+        assert count.section(plan) is None, "it is counted"
+        later.work.pop()()
+    section = count.section(plan)
+    assert section is not None
+    assert section["items"] == []
+    assert section["words"].startswith(f"The bone that is removed could not be counted{words}")
+    changed = replace(plan, removed_bone=plan.removed_bone[:1])
+    assert count.section(changed) is None
+    later.work.pop()()
+    section = count.section(changed)
+    assert section is not None
+    assert [item["id"] for item in section["items"]] == ["a"]

@@ -241,7 +241,7 @@ def test_a_transform_says_what_it_is_and_which_one_the_plan_goes_by(folder: Path
     words = {one.attrib["name"]: one.attrib["description"] for one in elements(folder) if "description" in one.attrib}
     for part in (
         "From the image to the patient.", "Four points are fitted. FRE 0.", "not how exact the tool is",
-        "Simulated: nothing here is of a real patient", "The plan goes by this registration.", "in 95 of 100 cases",
+        "Simulated: nothing here is of a real patient", "The plan goes by this registration.", "in 95 % of cases",
         "measured by a simulated pointer",
     ):  # fmt: skip
         assert part in words[IN_USE]

@@ -217,10 +217,10 @@ def test_a_drive_without_a_step_leaves_no_run(runs: RunService, plans: PlanServi
     assert (jobs.list(), runs.list()) == ((), ())
 
 
-def test_where_nothing_can_be_written_a_drive_is_not_recorded_and_that_is_told(
-    store: Store, plans: PlanService, case: Case, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+def test_where_nothing_can_be_written_there_is_no_recording(
+    store: Store, plans: PlanService, case: Case, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     plan = plans.create(case.id, "Plan")
     monkeypatch.setattr(store, "_refusal", StorageError("full"))
-    assert Recordings(Jobs(), RunService(store)).new(plan) is None
-    assert "not recorded" in caplog.text
+    with pytest.raises(StorageError, match="full"):
+        Recordings(Jobs(), RunService(store)).new(plan)

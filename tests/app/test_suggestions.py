@@ -21,6 +21,8 @@ from app.services.plan_shaft import point_stations, shaft_at
 from app.services.plans import Plan
 from app.services.suggestion_ends import check_ends
 from app.services.suggestions import SuggestedPaths, described
+from app.services.verdict import Verdict
+from benchmarks.piercing import pierced_by
 from vfix_engine.errors import PlanError
 from vfix_engine.geometry.path import SplinePath
 from vfix_engine.geometry.shaft_directions import rolled_frame
@@ -48,6 +50,7 @@ def plan(phantom_services: Services) -> Plan:
 
 
 def test_a_suggestion_is_found_used_and_undone(client: Client, phantom_services: Services, plan: Plan) -> None:
+    phantom_case = phantom_services.cases.get(PHANTOM_ID)
     job = client.post(f"/api/plans/{plan.id}/suggestions", json={}).json()
     assert job["kind"] == "suggestion"
     done = waited(client, job)
@@ -58,6 +61,12 @@ def test_a_suggestion_is_found_used_and_undone(client: Client, phantom_services:
     best = found["alternatives"][0]
     assert best["least_clearance_mm"] > 1.0
     assert 8.0 < best["tissue_mm"] < 20.0
+    assert 0.0 <= best["sideways_mm"] < 8.0
+    looked, volume = phantom_services.suggestions.paths(found["id"]), phantom_services.cases.volume(phantom_case)
+    assert volume is not None
+    for one in looked.found.alternatives[:2]:
+        assert not one.pierces
+        assert pierced_by(volume, one, np.array(ENTRY), 40.0) == []  # by another code
     assert best["points"][0]["position"] == pytest.approx(ENTRY)
     assert best["points"][-1]["position"] == pytest.approx(TARGET)
     tails = np.array([point["direction"] for point in best["points"]])
@@ -68,6 +77,10 @@ def test_a_suggestion_is_found_used_and_undone(client: Client, phantom_services:
     assert used["points"][3]["direction"] == pytest.approx(best["points"][3]["direction"])
     driven = phantom_services.dry_runs.evaluate(phantom_services.plans.get(plan.id))
     assert driven.completed
+    # Judged in the list already as the plan is, which nothing drives anew.
+    report = phantom_services.path_reports.of_plan(phantom_services.plans.get(plan.id)).chosen
+    assert (best["verdict"], best["short"], best["words"]) == (report.verdict, report.short, report.words)
+    assert (best["nearest"], best["margin_mm"]) == (report.nearest, report.margin_mm)
     assert driven.min_clearance_mm == pytest.approx(best["least_clearance_mm"], abs=0.02)  # driven as suggested
     undone = client.post(f"/api/plans/{plan.id}/undo", json={}).json()
     assert [point["id"] for point in undone["points"]] == ["p-1"]
@@ -141,15 +154,16 @@ def test_ends_too_far_apart_or_from_a_surface_are_refused() -> None:
 
 
 def test_a_path_that_ends_before_its_target_says_so() -> None:
-    row = {"least_clearance_mm": 1.5, "tissue_mm": None, "tissue_depth_mm": None, "short_of_target_mm": 2.4}
-    assert plan_suggest._words(row).endswith("; ends 2.4 mm before the target")
-    assert "ends" not in plan_suggest._words(row | {"short_of_target_mm": 0.4})
+    assert plan_suggest._ends({"short_of_target_mm": 2.4}) == " Ends 2.4 mm before the target."
+    assert plan_suggest._ends({"short_of_target_mm": 0.4}) == ""
     run = SimpleNamespace(completed=True, reached_mm=9.0, length_mm=9.0, clearance=np.ones(2), s=np.arange(2.0))
     passage = SimpleNamespace(tissue_mm=None, tissue_depth_mm=None)
     points, tails = np.array([[0.0, 0.0, 0.0], [0.0, 9.0, 0.0]]), np.array([[0.0, -1.0, 0.0]] * 2)
     one = Alternative(points, tails, None, np.eye(4), np.zeros(7), run, passage)  # type: ignore[arg-type]
-    looked = SuggestedPaths("s", "p", (0.0, 0.0, 0.0), (0.0, 9.0, 2.4), "bent_30", 0.3, Suggestion((one,)))
-    assert described(one, looked)["short_of_target_mm"] == pytest.approx(2.4)
+    verdict = Verdict("fits", "none", 1.5, "bone", "tip", 3.0, None, None, None, None, ())
+    ends = ((0.0, 0.0, 0.0), (0.0, 9.0, 2.4))
+    looked = SuggestedPaths("s", "p", *ends, "bent_30", 0.3, Suggestion((one,)), verdicts=(verdict,))
+    assert described(looked)[0]["short_of_target_mm"] == pytest.approx(2.4)
 
 
 def test_tools_are_compared_along_a_path(client: Client, phantom_services: Services) -> None:

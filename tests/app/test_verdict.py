@@ -11,6 +11,7 @@ from rest_client import Client
 from app.cli import main
 from app.commands import plan as plan_command
 from app.services import Services
+from app.services.case_model import Case
 from app.services.embedded import SAMPLE_PLAN
 from app.services.exchange import to_native_json
 from app.services.remote_centre import path_of
@@ -19,6 +20,7 @@ from vfix_engine.errors import PlanError
 from vfix_engine.fixtures import Zone
 from vfix_engine.fixtures.zone_file import ZoneSet
 from vfix_engine.geometry.shapes import Sphere
+from vfix_engine.imaging.surface_uncertainty import SurfaceUncertainty
 from vfix_engine.robots import Tool
 from vfix_engine.simulation.dry_run import TIGHT_MM
 
@@ -38,7 +40,10 @@ def test_bone_and_soft_tissue_of_the_sample_plan_are_told_apart(phantom_services
     assert verdict.tissue_depth_mm > DEEP_MM
     assert verdict.tissue_level == "deep"
     assert [part.s_mm for part in verdict.parts if part.s_mm is not None] == [verdict.s_mm, verdict.tissue_s_mm]
-    assert verdict.words.startswith(f"Fits: bone {verdict.least_clearance_mm:.2f} mm (shaft, at {verdict.s_mm:.0f} mm)")
+    assert verdict.words.startswith(
+        f"Fits. {verdict.least_clearance_mm:.2f} mm to bone at {verdict.s_mm:.0f} mm (margin {verdict.margin_mm:.2f})."
+    )
+    assert " The shaft is nearest" in "".join(part.words for part in verdict.parts if part.detail)
 
 
 def test_the_level_follows_margin_reach_scan_and_zones(phantom_services: Services) -> None:
@@ -56,14 +61,23 @@ def test_the_level_follows_margin_reach_scan_and_zones(phantom_services: Service
     assert judged(least - TIGHT_MM - 0.01)[0] == "fits"
     level, words = judged(least - TIGHT_MM + 0.01)
     assert level == "tight"
-    assert words.startswith("Tight: bone")
+    assert words.startswith("Tight. ")
     assert judged(0.1, complete=False)[0] == "unknown"
     level, words = judged(0.1, completed=False, reason="bone on the shaft, 0.3 mm away")
     assert level == "blocked"
     assert "bone on the shaft, 0.3 mm away" in words
 
+    # A scan that may hide bone tells so of the bone, although a structure is nearer to its margin than bone is.
+    row = len(run.s) - 1
+    far = Zone("nerve", Sphere(run.segments_end[row, 0] + [0.0, 12.0, 0.0], 3.0), 20.0)
+    hidden = profile_of(run, tool, path_of(plan), None, ZoneSet((far,)))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Case, "uncertainty", SurfaceUncertainty(0.0, 4.0))
+        found = verdict_of(run, hidden, tool, tree, case, 0.05, True)
+    assert (found.nearest, found.reason) == ("nerve", "surface")
+    assert f"{least:.2f} mm to bone at" in found.words
+
     # A structure to spare 0.4 mm beside the tip at the end, with a margin of 0.3 mm, is nearer to its margin than bone.
-    row = int(profile.rows[-1])
     ahead = run.segments_end[row, 0] - run.segments_start[row, 0]
     beside = run.segments_end[row, 0] + (3.0 + float(tool.radius[0]) + 0.4) * ahead / np.linalg.norm(ahead)
     zone = Zone("artery", Sphere(beside, 3.0), 0.3)
@@ -78,10 +92,10 @@ def test_the_level_follows_margin_reach_scan_and_zones(phantom_services: Service
 @pytest.mark.parametrize(
     ("off_mm", "level", "reason", "words"),
     [
-        (0.05, "fits", "clear", "Fits: bone"),
+        (0.05, "fits", "clear", "Fits. "),
         (0.9, "fits", "spent", "less than the margin of 0.50 mm"),
         (1.9, "tight", "registration", "more than the"),
-        (None, "unknown", "registration_unknown", "Not known whether it fits: bone"),
+        (None, "unknown", "registration_unknown", "How far the registration may be off is not known."),
     ],
 )
 def test_a_registration_is_weighed_against_clearance_and_margin(
@@ -96,7 +110,7 @@ def test_a_registration_is_weighed_against_clearance_and_margin(
     found = verdict_of(evaluation.run, profile, tool, phantom_services.cases.tree(case), case, 0.5, True)
     assert (found.level, found.reason) == (level, reason)
     assert words in found.words
-    assert found.words.split(":")[0].split()[0] == found.short.split(":")[0].split()[0].rstrip(",")
+    assert found.words.startswith(f"{found.short}. ")
     assert (found.doubt is not None) == (reason == "registration")
     if reason == "spent":
         left = found.least_clearance_mm - 0.9
@@ -131,7 +145,8 @@ def test_a_report_has_every_path_and_the_cones_of_the_targets(phantom_services: 
     assert edited.status_code == 200
     told = client.get(f"/api/plans/{plan.id}/report").json()["chosen"]
     assert f"said to enter at the {away} nostril" in told["side_caution"]
-    assert told["words"] == f"{chosen['words']} {told['side_caution']}"
+    assert (told["verdict"], told["reason"]) == ("unknown", "side")
+    assert told["words"].endswith(f"{chosen['words'].removeprefix('Fits.')} {told['side_caution']}")
     client.post(f"/api/plans/{plan.id}/undo", json={})
     cones = {target["label"]: target["cone_deg"] for target in chosen["targets"]}
     assert 5.0 < cones["pharyngeal wall"] < 60.0

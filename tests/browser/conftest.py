@@ -5,10 +5,11 @@ from __future__ import annotations
 import contextlib
 import os
 from collections.abc import Callable, Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
-from page_scripts import NO_ANTIALIASING, SAID
+from page_scripts import HOLD_SCENE, NO_ANTIALIASING, SAID
 from playwright.sync_api import Browser, Playwright, expect, sync_playwright
 from workstation import PATIENCE_MS, ROOT, TOKEN, VIEWPORT, Planner, Rest, Workstation, launch
 
@@ -54,17 +55,38 @@ def artefacts() -> Path:
     return folder
 
 
-@pytest.fixture(scope="module")
-def playwright() -> Iterator[Playwright]:
-    with sync_playwright() as running:
-        yield running
+_CLOSING = contextlib.ExitStack()
+
+
+@cache
+def _playwright() -> Playwright:
+    return _CLOSING.enter_context(sync_playwright())
+
+
+@cache
+def _browser() -> Browser:
+    started = launch(_playwright())
+    _CLOSING.callback(started.close)
+    return started
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_runtest_teardown(nextitem: pytest.Item | None) -> None:
+    """One browser serves all files of this folder; its loop would be in the way of tests that come after."""
+    if nextitem is None or Path(__file__).parent not in nextitem.path.parents:
+        for started in (_browser, _playwright):
+            started.cache_clear()
+        _CLOSING.close()
 
 
 @pytest.fixture(scope="module")
-def browser(playwright: Playwright) -> Iterator[Browser]:
-    started = launch(playwright)
-    yield started
-    started.close()
+def playwright() -> Playwright:
+    return _playwright()
+
+
+@pytest.fixture(scope="module")
+def browser() -> Browser:
+    return _browser()
 
 
 @contextlib.contextmanager
@@ -75,13 +97,13 @@ def pages(browser: Browser, planner: Planner, artefacts: Path) -> Iterator[Calla
     def open_one(
         path: str = "/", viewport: dict[str, int] | None = None, script: str = "", sample: bool = True
     ) -> Workstation:
-        """sample: the sample is open, else what the planner opens by itself."""
+        """sample: the sample is open, else what the planner opens by itself. The scene is held until asked for."""
         context = browser.new_context(viewport=viewport or VIEWPORT, accept_downloads=True)
-        context.add_init_script(NO_ANTIALIASING + SAID + (SAMPLE_OPEN if sample else "") + script)
+        context.add_init_script(NO_ANTIALIASING + HOLD_SCENE + SAID + (SAMPLE_OPEN if sample else "") + script)
         contexts.append(context)
         page = context.new_page()
         page.set_default_timeout(PATIENCE_MS)
-        station = Workstation(page, artefacts)
+        station = Workstation(page, artefacts, scene_held=True)
         page.goto(f"{planner.base}{path}?token={TOKEN}")
         return station
 

@@ -8,6 +8,25 @@ HTMLCanvasElement.prototype.getContext = function (kind, options) {
 };
 """
 
+# The scene's frame stays empty until OPEN_SCENE, over a reload too: software takes one of two cores to draw it. Then it
+# has half the resolution that the page asks of software, a quarter of the pixels.
+HOLD_SCENE = """
+if (window === top) {
+  const source = Object.getOwnPropertyDescriptor(HTMLIFrameElement.prototype, "src");
+  const isHeld = () => !sessionStorage.getItem("vfix-scene-opened");
+  const hold = { ...source, set(address) {
+    this.heldAddress = address.replace("fixedDpr=0.6", "fixedDpr=0.3");
+    if (!isHeld()) source.set.call(this, this.heldAddress);
+  } };
+  Object.defineProperty(HTMLIFrameElement.prototype, "src", hold);
+}
+"""
+OPEN_SCENE = """() => {
+  sessionStorage.setItem("vfix-scene-opened", "yes");
+  const frame = document.getElementById("scene");
+  if (frame?.heldAddress) frame.src = frame.heldAddress;
+}"""
+
 # Every note that was ever shown: most of them leave by themselves.
 SAID = """
 if (window === top) {

@@ -7,17 +7,19 @@ from collections.abc import Callable
 
 import pytest
 from playwright.sync_api import expect
-from workstation import DRIVEN_S, Workstation
+from workstation import DRIVEN_S, Rest, Workstation
 
 pytestmark = pytest.mark.browser
 
 
-def test_the_verdict_and_the_plot_show_the_tool_at_its_places(open_page: Callable[..., Workstation]) -> None:
+def test_the_verdict_and_the_plot_show_the_tool_at_its_places(
+    open_page: Callable[..., Workstation], rest: Rest
+) -> None:
     station = open_page(viewport={"width": 1440, "height": 900}).ready()
     page = station.page
     verdict = station.wait_for("the verdict", lambda: (station.state("corridor") or {}).get("verdict"), DRIVEN_S)
     assert verdict["level"] == "fits"
-    pattern = re.compile(r"^Fits: bone 1\..*Presses soft tissue along", re.DOTALL)
+    pattern = re.compile(r"^Fits\. 1\..* mm to bone.*Presses soft tissue along", re.DOTALL)
     expect(page.locator("#verdict")).to_have_text(pattern, use_inner_text=True)
     words = page.locator("#verdict").inner_text()
     # Once on the page, and not in the line below as well.
@@ -45,4 +47,35 @@ def test_the_verdict_and_the_plot_show_the_tool_at_its_places(open_page: Callabl
     station.picture("clearance-show-me")
     page.click("#profile-hide")
     station.wait_for("no tool", lambda: station.state("corridor")["shown_mm"] is None)
+    say_the_same(station, rest, station.state("plan")["id"], "fits")
+
+    # A structure across the path has a curve and a margin of its own, and every place says that it blocks.
+    blocked = rest.copy_of_sample("Blocked")
+    points = rest.plan(blocked)["points"]
+    across = {"kind": "sphere", "centre": points[len(points) // 2]["position"], "radius": 3.0}
+    wish = {"name": "optic nerve", "shape": across, "margin_mm": 1.2}
+    rest.client.post(f"/api/plans/{blocked}/zones", json=wish).raise_for_status()
+    station.open_plan(blocked)
+    page.locator("[data-kind=target]").click()
+    station.wait_for("a blocked path", lambda: (station.state("corridor") or {}).get("level") == "blocked", DRIVEN_S)
+    say_the_same(station, rest, blocked, "blocked")
+    curves = [
+        (curve["name"], curve["margin_mm"]) for curve in station.state("corridor")["verdict"]["profile"]["curves"]
+    ]
+    assert curves[1:] == [("optic nerve", 1.2)]
+    expect(page.locator("#profile .profile-margin")).to_have_count(2)
+    expect(page.locator("#profile .profile-keys li")).to_have_text(
+        [re.compile(r"^bone.*margin 0\.38 mm"), re.compile(r"^optic nerve.*margin 1\.20 mm")]
+    )
+    station.picture("clearance-blocked")
     assert not station.errors
+
+
+def say_the_same(station: Workstation, rest: Rest, plan_id: str, level: str) -> None:
+    """HAZ-40: banner, panel, bar and REST."""
+    report = rest.client.get(f"/api/plans/{plan_id}/report").json()["chosen"]
+    assert report["verdict"] == level
+    begins = re.compile(rf"^{re.escape(report['short'])}\. ")
+    for place in ("#hint", "#verdict"):
+        expect(station.page.locator(place)).to_have_text(begins, use_inner_text=True)
+    expect(station.page.locator("#statusbar .fill .reading-value")).to_have_text(report["short"], use_inner_text=True)

@@ -154,11 +154,11 @@ def test_an_import_that_goes_on_is_found_after_a_reload_and_cancelled(
 
 def test_hostile_names_are_text_and_nothing_else(open_page: Open, rest: Rest) -> None:
     """HAZ-32: names of head, plan, points and targets that are markup are shown, never run."""
-    station = open_page().ready()
+    station = open_page().see_scene()
     case = rest.client.get("/api/cases/head-phantom").json()["name"]
     try:
         for payload in HOSTILE:
-            plan_id = rest.copy_of_sample(payload)
+            plan_id = rest.short_plan(payload, 2)
             rest.client.patch("/api/cases/head-phantom", json={"name": payload}).raise_for_status()
             item = rest.plan(plan_id)["points"][0]["id"]
             rest.client.patch(f"/api/plans/{plan_id}/points/{item}", json={"label": payload}).raise_for_status()
@@ -216,7 +216,7 @@ def test_a_file_of_the_user_s_own_leads_to_the_page_and_the_scene_is_sandboxed(
     with private_page(f"{planner.base}/?token={TOKEN}") as file:
         station.page.goto(file.as_uri())
         station.page.wait_for_url(f"{planner.base}/")
-    station.ready()
+    station.see_scene()
     frame = next(frame for frame in station.page.frames if "/scene/" in frame.url)
     assert frame.evaluate("window.open('about:blank') === null")
     leave = "() => { try { top.location.href = 'about:blank'; return 'left'; } catch (error) { return error.name; } }"
@@ -225,9 +225,9 @@ def test_a_file_of_the_user_s_own_leads_to_the_page_and_the_scene_is_sandboxed(
 
 def test_a_lost_planner_is_said_and_the_same_state_comes_back(open_page: Open, rest: Rest, planner: Planner) -> None:
     """The planner ends and is started again: a banner meanwhile, then the same plan in the same step."""
-    station = open_page().ready()
-    plan_id = rest.copy_of_sample("Kept")
-    station.open_plan(plan_id)
+    plan_id = rest.short_plan("Kept", 2)
+    station = open_page(sample=False).see_scene()
+    station.wait_for("the newest plan", lambda: station.state("plan")["id"] == plan_id)
     station.page.click("[data-step=patient]")
     station.wait_for("Patient", lambda: station.state("step")["name"] == "patient")
     planner.stop()
@@ -236,14 +236,15 @@ def test_a_lost_planner_is_said_and_the_same_state_comes_back(open_page: Open, r
     station.picture("connection-lost")
     planner.start()
     expect(station.page.locator("#banner")).to_be_hidden()
-    station.ready()
+    station.see_scene()
     assert station.state("plan")["id"] == plan_id
     assert station.state("step")["name"] == "patient"
 
 
-def test_a_window_that_is_locked_out_says_what_to_do(open_page: Open, planner: Planner) -> None:
+def test_a_window_that_is_locked_out_says_what_to_do(open_page: Open, rest: Rest, planner: Planner) -> None:
     """The planner comes back with another token: no promise to reconnect, no hot retries, and a way back in."""
-    station = open_page().ready()
+    rest.short_plan("Locked out", 2)
+    station = open_page(sample=False).ready()
     banner = station.page.locator("#banner")
     row = station.page.locator("table.points tbody tr").first
     row.click()
@@ -281,9 +282,10 @@ REFUSED = """async (flood) => {
 }"""
 
 
-def test_a_window_that_is_refused_waits_and_says_so(open_page: Open) -> None:
+def test_a_window_that_is_refused_waits_and_says_so(open_page: Open, rest: Rest) -> None:
     """A page that floods the planner is shut out; neither the line nor the scene is asked for again at once."""
-    station = open_page().ready()
+    rest.short_plan("Refused", 2)
+    station = open_page(sample=False).see_scene()
     banner = station.page.locator("#banner")
     loads: list[str] = []
     station.page.on("framenavigated", lambda frame: loads.append(frame.url))
@@ -293,12 +295,13 @@ def test_a_window_that_is_refused_waits_and_says_so(open_page: Open) -> None:
     assert connected is False
     station.page.click("#retry")
     expect(banner).to_be_hidden()
-    station.ready()
+    station.see_scene()
     assert station.errors == []
 
 
 def test_a_head_is_saved_as_one_zip_and_such_a_zip_is_imported(open_page: Open, rest: Rest, tmp_path: Path) -> None:
-    station = open_page().ready()
+    rest.short_plan("Saved", 2)
+    station = open_page(sample=False).ready()
     station.page.click("[data-step=patient]")
     station.wait_for("Patient", lambda: station.state("step")["name"] == "patient")
     page = station.page

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import pytest
 from playwright.sync_api import expect
@@ -10,7 +11,7 @@ from workstation import Rest, Workstation
 
 pytestmark = pytest.mark.browser
 Open = Callable[..., Workstation]
-SIZES = [(1440, 900), (1024, 768), (800, 700), (720, 450), (390, 780)]
+SIZES = [(1440, 900), (1024, 768), (800, 700), (720, 450), (480, 800), (390, 780)]  # 1440 × 900 at 200 % is 720 × 450
 PARTS = ("panel", "scene", "slices")
 # Controls that are cut off, lie under something else or cannot be brought into sight by scrolling.
 CUT_OFF = """() => [...document.querySelectorAll('button, select, input, tr[tabindex], .slice-stage, [role=separator]')]
@@ -25,9 +26,28 @@ CUT_OFF = """() => [...document.querySelectorAll('button, select, input, tr[tabi
   .map((control) => control.outerHTML.slice(0, 160))"""
 NOTICE = """() => { const box = document.getElementById('notice').getBoundingClientRect();
   return box.width > 60 && box.left >= 0 && box.right <= innerWidth && box.top >= 0 && box.bottom <= innerHeight; }"""
+WHOLE = "(words) => words.scrollWidth <= words.clientWidth"
 BESIDE = "document.scrollingElement.scrollWidth - innerWidth"
 SHARE = """(selector) => { const box = document.querySelector(selector).getBoundingClientRect();
   return box.width * box.height / (innerWidth * innerHeight); }"""
+
+# Contrast of the borders of controls against what they stand on (WCAG 2.2, 1.4.11).
+FAINT_BORDERS = """() => {
+  const parts = (colour) => colour.match(/[\\d.]+/g).map(Number);
+  const light = (colour) => parts(colour).slice(0, 3).map((value) => value / 255)
+    .map((value) => (value <= 0.04045 ? value / 12.92 : ((value + 0.055) / 1.055) ** 2.4))
+    .reduce((sum, value, index) => sum + value * [0.2126, 0.7152, 0.0722][index], 0);
+  const ground = (element) => (!element || (parts(getComputedStyle(element).backgroundColor)[3] ?? 1) > 0.9
+    ? getComputedStyle(element ?? document.body).backgroundColor : ground(element.parentElement));
+  const drawn = (style) => style.borderTopWidth !== '0px' && (parts(style.borderTopColor)[3] ?? 1) > 0;
+  const found = [...document.querySelectorAll('button:enabled, select, .segmented')]
+    .filter((control) => control.checkVisibility() && drawn(getComputedStyle(control)))
+    .map((control) => {
+      const [one, other] = [getComputedStyle(control).borderTopColor, ground(control.parentElement)].map(light);
+      return [(Math.max(one, other) + 0.05) / (Math.min(one, other) + 0.05), control.textContent];
+    });
+  return { checked: found.length, faint: found.filter(([contrast]) => contrast < 3) };
+}"""
 
 
 @pytest.fixture(scope="module")
@@ -47,6 +67,11 @@ def test_no_control_is_cut_off_in_any_step(resized: Workstation, rest: Rest, wid
     station, page = resized, resized.page
     resize(station, width, height)
     station.open_plan(rest.copy_of_sample("Sizes"))
+    held = page.locator("#statusbar .fill .reading-value")
+
+    def borders() -> Any:
+        return page.evaluate(FAINT_BORDERS)
+
     for step in ("patient", "plan", "rehearse"):
         page.click(f"[data-step={step}]")
         station.wait_for(step, lambda step=step: station.state("step")["name"] == step)
@@ -61,12 +86,15 @@ def test_no_control_is_cut_off_in_any_step(resized: Workstation, rest: Rest, wid
             station.wait_for("nothing beside the page", lambda: page.evaluate(BESIDE) <= 0)
             page.evaluate("scrollTo(0, 0)")
             station.wait_for(f"{step}, {part}: the notice", lambda: page.evaluate(NOTICE))
+        station.wait_for("all words of what holds the tool", lambda: held.evaluate(WHOLE))
+        # a button that was just pressed or enabled still changes its colours
+        station.wait_for("borders", lambda: (now := borders())["checked"] > 0 and now["faint"] == [])
     station.picture(f"size-{width}")
     assert station.errors == []
 
 
 def test_layouts_are_chosen_by_button_and_key_and_remembered(open_page: Open) -> None:
-    """The scene's frame stays the same document through all of them."""
+    """The scene's frame stays the same document through all of them, here an empty one."""
     station = open_page(viewport={"width": 1440, "height": 900}).ready()
     page, bench = station.page, station.page.locator("#bench")
     page.evaluate("document.getElementById('scene').contentWindow.stillHere = true")
@@ -136,7 +164,7 @@ def test_a_view_that_asks_to_be_large_is(open_page: Open) -> None:
 
 
 def test_the_theme_is_the_system_s_until_somebody_chooses(open_page: Open) -> None:
-    station = open_page(viewport={"width": 1024, "height": 700}).ready()
+    station = open_page(viewport={"width": 1024, "height": 700}).see_scene()
     page = station.page
     theme = "document.documentElement.dataset.theme"
     ground = "getComputedStyle(document.getElementById('scene').contentDocument.body).backgroundColor"
@@ -151,7 +179,7 @@ def test_the_theme_is_the_system_s_until_somebody_chooses(open_page: Open) -> No
     assert page.evaluate("getComputedStyle(document.querySelector('.slice-stage')).backgroundColor") == "rgb(0, 0, 0)"
     page.click("#theme")
     page.reload()
-    station.ready()
+    station.see_scene()
     assert page.evaluate(theme) == "dark"
     station.wait_for("the scene's dark ground", lambda: page.evaluate(ground) == dark)
     assert station.errors == []

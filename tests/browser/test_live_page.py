@@ -51,7 +51,7 @@ def test_a_dragged_point_is_judged_live_and_placed_again_on_release(open_page: O
     station.picture("live-drag")
     page.mouse.up()
     station.wait_for("one edit", lambda: rest.plan(plan_id)["revision"] == before["revision"] + 1)
-    expect(said).to_have_text("Placed and driven dry.", timeout=1000.0 * DRIVEN_S)
+    expect(said).to_have_text("Simulated from entry to the end of the path.", timeout=1000.0 * DRIVEN_S)
     corridor = station.state("corridor")
     assert corridor["state"] == "current"
     assert corridor["verdict"] != live["verdict"]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import pytest
 import trimesh
@@ -25,35 +24,6 @@ SLICES_ALONE = """async ([state, turns]) => {
     await new Promise((resolve) => setTimeout(resolve, 80));
   }
   return connection.sent;
-}"""
-# Everything that can be pressed or filled in and that cannot be brought into sight, or lies under something else.
-OUT_OF_REACH = """() => [...document.querySelectorAll('button, select, input, tr[tabindex], .slice-stage')]
-  .filter((control) => control.checkVisibility({ visibilityProperty: true }))
-  .filter((control) => {
-    control.scrollIntoView({ block: 'center', inline: 'center', behavior: 'instant' });
-    const box = control.getBoundingClientRect();
-    const found = document.elementFromPoint(box.x + box.width / 2, box.y + box.height / 2);
-    return !found || !(control.contains(found) || found.closest('label')?.contains(control));
-  })
-  .map((control) => control.outerHTML.slice(0, 120))"""
-WHOLE = "(words) => words.scrollWidth <= words.clientWidth"
-BESIDE = "document.scrollingElement.scrollWidth - innerWidth"
-# Contrast of the borders of controls against what they stand on (WCAG 2.2, 1.4.11).
-FAINT_BORDERS = """() => {
-  const parts = (colour) => colour.match(/[\\d.]+/g).map(Number);
-  const light = (colour) => parts(colour).slice(0, 3).map((value) => value / 255)
-    .map((value) => (value <= 0.04045 ? value / 12.92 : ((value + 0.055) / 1.055) ** 2.4))
-    .reduce((sum, value, index) => sum + value * [0.2126, 0.7152, 0.0722][index], 0);
-  const ground = (element) => (!element || (parts(getComputedStyle(element).backgroundColor)[3] ?? 1) > 0.9
-    ? getComputedStyle(element ?? document.body).backgroundColor : ground(element.parentElement));
-  const drawn = (style) => style.borderTopWidth !== '0px' && (parts(style.borderTopColor)[3] ?? 1) > 0;
-  const found = [...document.querySelectorAll('button:enabled, select, .segmented')]
-    .filter((control) => control.checkVisibility() && drawn(getComputedStyle(control)))
-    .map((control) => {
-      const [one, other] = [getComputedStyle(control).borderTopColor, ground(control.parentElement)].map(light);
-      return [(Math.max(one, other) + 0.05) / (Math.min(one, other) + 0.05), control.textContent];
-    });
-  return { checked: found.length, faint: found.filter(([contrast]) => contrast < 3) };
 }"""
 
 
@@ -306,32 +276,6 @@ def test_a_slice_never_shows_another_one_under_its_label(open_page: Open, rest: 
     page.unroute("**/slices/axial?*")
     expect(shown).to_have_count(2)
     expect(stage.locator(".slice-failed")).to_be_hidden()
-
-
-@pytest.mark.parametrize(("width", "height"), [(720, 450), (480, 800)], ids=["200 %", "narrow"])
-def test_everything_can_be_reached(open_page: Open, rest: Rest, width: int, height: int) -> None:
-    """1440 × 900 at 200 % is 720 × 450: the page scrolls, and nothing lies over a control or outside."""
-    station = open_page(viewport={"width": width, "height": height}).ready()
-    station.open_plan(rest.copy_of_sample("Small"))
-    held = station.page.locator("#statusbar .fill .reading-value")
-
-    def borders() -> Any:
-        return station.page.evaluate(FAINT_BORDERS)
-
-    for step in ("patient", "plan", "rehearse"):
-        station.page.click(f"[data-step={step}]")
-        station.wait_for(step, lambda step=step: station.state("step")["name"] == step)
-        station.drawn()
-        for part in ("panel", "slices", "scene"):
-            if station.page.locator(f"[data-part-button={part}]").is_visible():
-                station.page.click(f"[data-part-button={part}]")
-            # what has just come may still find its place
-            station.wait_for(f"{step}, {part}: every control", lambda: station.page.evaluate(OUT_OF_REACH) == [])
-        station.wait_for("all words of what holds the tool", lambda: held.evaluate(WHOLE))
-        station.wait_for("nothing beside the page", lambda: station.page.evaluate(BESIDE) <= 0)
-        # a button that was just pressed or enabled still changes its colours
-        station.wait_for("borders", lambda: (now := borders())["checked"] > 0 and now["faint"] == [])
-    station.picture(f"small-{width}")
 
 
 def _choose(page: Page, path: Path) -> None:

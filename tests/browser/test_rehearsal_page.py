@@ -123,7 +123,7 @@ SHOWN = """
 @pytest.mark.parametrize("scene", ["whole", "small"])
 def test_the_page_shows_the_newest_figures_that_have_come(open_page: Open, rest: Rest, scene: str) -> None:
     """HAZ-31: never an older one. How old they are is printed, since software paints the whole scene slowly."""
-    station = open_page(script=NEWEST).ready()
+    station = open_page(script=NEWEST).see_scene()
     station.open_plan(rest.copy_of_sample(f"Young figures, {scene} scene"))
     station.start()
     if scene == "small":
@@ -219,7 +219,7 @@ def test_the_tool_stands_still_when_the_page_freezes_in_the_middle_of_a_drag(
 
 def test_a_key_whose_release_is_never_heard_lets_go(open_page: Open, rest: Rest) -> None:
     """HAZ-11: the key is down in the scene when another window takes the focus; its release goes there."""
-    station = open_page().ready()
+    station = open_page().see_scene()
     station.open_plan(rest.copy_of_sample("Switched away"))
     station.start()
     for how, lose in LOSSES.items():
@@ -324,7 +324,7 @@ def test_robot_tool_and_remote_centre_are_chosen_with_keys_on_a_small_screen(
     station.wait_for("its place", lambda: (station.state("options")["centre"] or {}).get("at_mm"))
     expect(page.locator("#centre-mm")).to_have_value("7")
     expect(page.locator("#centre-place")).to_have_value("entry")
-    centre = "Dry run with the remote centre at 7.0 mm"
+    centre = "Simulated with the remote centre at 7.0 mm"
     expect(page.locator("#drive-verdict")).to_contain_text(centre, use_inner_text=True, timeout=1000.0 * DRIVEN_S)
     expect(page.locator("#start")).to_be_enabled()
     station.tab_to("#start", back=True)

@@ -24,7 +24,7 @@ BONE = """() => { const bone = vfix.layer.bone.bone();
 
 
 def layered(station: Workstation) -> Workstation:
-    station.ready()
+    station.see_scene()
     station.wait_for("the layer", lambda: station.page.evaluate("Boolean(vfix.layer)"))
     station.settle()
     return station
@@ -164,7 +164,9 @@ def test_a_scene_that_nobody_sees_is_not_drawn(open_page: Open) -> None:
 
 def test_without_the_hook_the_page_says_so_and_works(open_page: Open, rest: Rest) -> None:
     """As with another version of viser: its own labels are drawn, everything else goes on."""
-    station = open_page(script="Object.defineProperty(window, '__THREE_DEVTOOLS__', { get() {}, set() {} });").ready()
+    station = open_page(
+        script="Object.defineProperty(window, '__THREE_DEVTOOLS__', { get() {}, set() {} });"
+    ).see_scene()
     page = station.page
     station.wait_for("words in the console", lambda: any("cannot be reached" in words for words in station.errors))
     assert page.evaluate("vfix.layer") is None

@@ -15,7 +15,7 @@ from typing import Any
 
 import httpx
 import pytest
-from page_scripts import DRAWN, IN_SCENE, LOOK, LOOKS_FROM, SLICES
+from page_scripts import DRAWN, IN_SCENE, LOOK, LOOKS_FROM, OPEN_SCENE, SLICES
 from playwright.sync_api import Browser, ConsoleMessage, Locator, Page, Playwright, expect
 
 from app.browsers import find_browser
@@ -31,8 +31,7 @@ FLAGS = (
     "--disable-background-networking",
     "--disable-component-update",
     "--disable-sync",
-    "--use-gl=angle",
-    "--use-angle=swiftshader",
+    "--disable-gpu",  # the page is composed without WebGL, which in software is slower
     "--enable-unsafe-swiftshader",
 )
 
@@ -56,8 +55,10 @@ sys.exit(cli.main(sys.argv[end + 1 :]))
 class Workstation:
     """One open page."""
 
-    def __init__(self, page: Page, artefacts: Path) -> None:
+    def __init__(self, page: Page, artefacts: Path, scene_held: bool = False) -> None:
+        """scene_held: its frame stays empty until something of the scene is asked for, see `see_scene`."""
         self.page = page
+        self._scene_held = scene_held
         self._artefacts = artefacts
         self.errors: list[str] = []
         self._pointer = (0.0, 0.0)
@@ -95,10 +96,25 @@ class Workstation:
         return any(words in note for note in self.page.evaluate("said"))
 
     def ready(self) -> Workstation:
-        """The scene is drawn and the camera has reported."""
+        """The head is open; unless the scene is held, it is drawn."""
+        if not self._scene_held:
+            return self.see_scene()
+        reads = lambda: (self.state("case") or {"loading": "…"})["loading"]  # noqa: E731
+        self.wait_for("the head", lambda: not reads(), DRIVEN_S)
+        return self
+
+    def see_scene(self) -> Workstation:
+        """The scene is drawn and the camera has reported; a test that looks at it beside `place` and the like asks."""
+        if self._scene_held:
+            self._scene_held = False
+            self.page.evaluate(OPEN_SCENE)
         self.wait_for("the scene", lambda: (self.state("scene") or {}).get("ready"), DRIVEN_S)
         self.wait_for("the camera", lambda: (self.state("camera") or {}).get("view_height_mm"))
         return self
+
+    def _with_scene(self) -> None:
+        if self._scene_held:
+            self.see_scene()
 
     def picture(self, name: str) -> None:
         self.page.screenshot(path=self._artefacts / f"{name}.png")
@@ -107,6 +123,7 @@ class Workstation:
 
     def place(self, position: list[float]) -> tuple[float, float]:
         """Page coordinates of a place in the head."""
+        self._with_scene()
         places = self.page.evaluate("(p) => vfix.request('project', { points: [p] })", position)["places"]
         box = self.page.locator("#scene").bounding_box()
         assert places is not None
@@ -115,6 +132,7 @@ class Workstation:
 
     def look_from(self, view: str) -> None:
         """Choose a standard view and wait until the camera stands still there."""
+        self._with_scene()
         direction = list(DIRECTIONS[view])
         there = self.page.evaluate(LOOKS_FROM, direction)
         self.page.click(f"[data-view={view}]")
@@ -126,6 +144,7 @@ class Workstation:
 
     def settle(self) -> None:
         """Wait until the camera no longer moves, and the planner knows where it is."""
+        self._with_scene()
         last: Any = None
 
         def rests() -> bool:
@@ -164,6 +183,7 @@ class Workstation:
 
     def press_at(self, position: list[float]) -> tuple[float, float]:
         """Press on what is drawn small at a place of the head; returns the place on the page. The button stays down."""
+        self._with_scene()
         self.wait_for("it in the scene", lambda: self.page.evaluate(IN_SCENE, position))
         x, y = self.place(position)
         self.page.mouse.move(x, y)

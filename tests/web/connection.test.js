@@ -87,6 +87,14 @@ test("a lost line rejects what waits, and is said", async () => {
   assert.deepEqual(said.link.map((link) => [link.connected, link.refused]), [[true, undefined], [false, false]]);
 });
 
+test("a line that is replaced by another one answers nothing any more, and that is said", async () => {
+  const { connection } = connected();
+  const rejected = assert.rejects(connection.request("undo"), { message: "The connection was lost." });
+  connection.open(); // the worker tells no end of the line before
+  await rejected;
+  assert.equal(connection.waiting.size, 0);
+});
+
 test("on a dead line a command is refused in words, and what streams is dropped without any", async () => {
   const { connection, said, sent } = connected();
   await lost(connection);

@@ -3,12 +3,14 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 import { usedWords } from "../../app/web/js/used-registration.js";
 
-const ready = /** @type {any} */ ({ state: "ready", name: "Beads", error_words: "At ‘polyp’ the error is below 1.6 mm in 95 of 100 cases.", doubts: ["Simulated."], words: "" });
-const verdict = /** @type {any} */ ({ profile: { s_mm: [0, 20, 41], clearance_mm: [3, 2, 1.4], registration_mm: [0.7, 0.8, 0.94] } });
+const ready = /** @type {any} */ ({ state: "ready", name: "Beads", error_words: "At ‘polyp’ the registration error is below 1.6 mm in 95 % of cases.", doubts: ["Simulated."], words: "" });
+// Bone is nearest at 0 mm, but the nerve leaves less above its own margin at 41 mm.
+const curves = [{ name: "bone", margin_mm: 0.3, clearance_mm: [1.2, 2, 3] }, { name: "nerve", margin_mm: 1.5, clearance_mm: [3, 2, 1.6] }];
+const verdict = /** @type {any} */ ({ nearest: "nerve", nearest_mm: 41, nearest_curve: 1, profile: { s_mm: [0, 20, 41], curves, registration_mm: [0.7, 0.8, 0.94] } });
 
 test("a registration is named with its error, where the path is narrowest and what is doubtful", () => {
   const [first, second] = usedWords(ready, verdict, false);
-  assert.equal(first.words, "Registration ‘Beads’. At ‘polyp’ the error is below 1.6 mm in 95 of 100 cases. Where the path is narrowest, at 41 mm, it is below 0.94 mm.");
+  assert.equal(first.words, "Registration ‘Beads’. At ‘polyp’ the registration error is below 1.6 mm in 95 % of cases. Where the path is narrowest, at 41 mm, it is below 0.94 mm.");
   assert.deepEqual([first.caution, second], [false, { words: "Simulated.", caution: true }]);
   assert.match(usedWords(ready, null, true)[0].words, /tells the robot where the patient lies/);
 });

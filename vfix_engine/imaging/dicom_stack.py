@@ -66,7 +66,8 @@ class Line:
     @property
     def middle(self) -> Floats:
         """(2,) the place along rows and columns that the first pixels lie around [mm]."""
-        return 0.5 * (self.sideways.min(axis=0) + self.sideways.max(axis=0))
+        middle: Floats = 0.5 * (self.sideways.min(axis=0) + self.sideways.max(axis=0))
+        return middle
 
     @property
     def is_straight(self) -> bool:

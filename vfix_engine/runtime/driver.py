@@ -52,6 +52,11 @@ class Driver(Generic[S]):
         """Why there is no background work any more, '' while there is."""
         return self._workers.lost
 
+    @property
+    def failed(self) -> str:
+        """Why a piece of background work could not be done, '' where all could."""
+        return self._workers.failed
+
     def step(self, command: Command) -> S:
         """One control period."""
         self.poll()

@@ -29,6 +29,7 @@ from .wire import snapshot_to_bytes
 PUBLISH_S = 1 / 120  # snapshots are for the eye
 REST_S = 0.005  # nap of a loop that nobody drives
 SIGN_S = 0.1  # at rest a snapshot this often says that the loop is alive
+TROUBLES = 8  # of background work that are told; a message with a figure in it is another one each time
 ANSWERS = 2  # events that one command can cause
 GREEDY_SHARE = 0.7  # of the period: steps that take more leave too little to the rest of the machine
 LITTER = 20_000  # objects made and not freed while driving, after which the youngest are looked through
@@ -59,7 +60,7 @@ class ControlLoop:
         self._input_seen = 0
         self._running = False
         self._driving = False
-        self._open, self._lost_reported = True, False
+        self._open, self._told = True, set[str]()
         self._published_at = self._obeyed_at = -np.inf
         self._publish(force=True)
 
@@ -119,15 +120,20 @@ class ControlLoop:
         One at a time, so that a flood of them stops no ticks, and none from whoever does not read the answers.
         """
         self._open = self._open and not self._events.ended
-        if self._driver.lost and not self._lost_reported:
-            self._lost_reported = self._events.put(
-                Event("note", f"{self._driver.lost}; it goes on without its results")
-            )
+        self._tell(self._driver.lost, "it goes on without its results")
+        self._tell(self._driver.failed, "its result is missing, and the next one is asked for")
         try:
             if self._open and self._events.free_slots >= ANSWERS and self._commands.poll():
                 self._do(self._commands.recv())
         except (EOFError, OSError):
             self._open = False
+
+    def _tell(self, trouble: str, what_now: str) -> None:
+        """Of background work, each trouble once."""
+        if not trouble or trouble in self._told or len(self._told) >= TROUBLES:
+            return
+        if self._events.put(Event("note", f"{trouble}; {what_now}")):
+            self._told.add(trouble)
 
     def _do(self, message: str | Request) -> None:
         """One of the verbs 'run', 'pause', 'record' and 'end', or a request to the system."""

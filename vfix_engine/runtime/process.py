@@ -8,9 +8,9 @@ import math
 import multiprocessing
 import multiprocessing.process
 import signal
+import sys
 import threading
 import time
-import traceback
 from collections.abc import Callable
 from dataclasses import replace
 from multiprocessing.connection import Connection
@@ -21,6 +21,7 @@ from weakref import WeakSet
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..error_places import error_places
 from ..errors import ControlError, VfixError
 from ..given import FARTHEST_MM
 from .background import NoWorker, WorkerLink, Workers, work
@@ -90,7 +91,8 @@ class ControlProcess(Generic[T]):
         self._latest: T | None = None
         self._seen = 0
         self._heard_at = time.monotonic()
-        self._closed = self._end_reported = self._unrecorded_told = False
+        self._closed = self._end_reported = False
+        self._unrecorded_told = set[str]()
 
     def start(self) -> None:
         """Start the process; it says 'ready' when it can be driven.
@@ -226,11 +228,17 @@ class ControlProcess(Generic[T]):
     def events(self) -> list[Event]:
         """What the process and its recorder have said since the last call; each end is said once, why before that."""
         found = self._said()
-        failed = "" if self._recorder is None else self._recorder.failed
-        if failed and not self._unrecorded_told:
-            self._unrecorded_told = True
-            found.append(Event("unrecorded", failed))
+        recorder = self._recorder
+        if recorder is not None and recorder.failed:
+            self._tell_unrecorded(found, "failed", recorder.failed)
+        elif recorder is not None and recorder.lost:
+            self._tell_unrecorded(found, "lost", "steps are missing, which came faster than they could be written")
         return found
+
+    def _tell_unrecorded(self, found: list[Event], kind: str, words: str) -> None:
+        if kind not in self._unrecorded_told:
+            self._unrecorded_told.add(kind)
+            found.append(Event("unrecorded", words))
 
     def _said(self) -> list[Event]:
         """What the process has said."""
@@ -341,7 +349,7 @@ def _main(out: str, into: str, pipe: Connection, real_time: bool, to_worker: Con
     except EOFError:
         pass  # closed before it began
     except Exception as error:
-        traceback.print_exc()  # to the planner's log
+        print(error_places(error), file=sys.stderr)  # to the planner's log
         words = f"the control process failed ({type(error).__name__}: {error}); start the rehearsal again"
         events.put(Event("failed", words))
     events.flush(LAST_WORD_S)

@@ -63,13 +63,14 @@ def replay(run: Run, spec: SystemSpec, keep_states: bool = True) -> Replay[Any]:
         keep_states: False for a long run, whose states do not fit into memory.
 
     Raises:
-        InputError: the run lost ticks, or its columns are not the system's.
+        InputError: the run lost ticks, or its columns are not the system's. A run of an earlier version may lack some
+            that were added at the end since; what it has is compared.
     """
     if run.lost:
         raise InputError(f"the run lost {run.lost} steps while it was recorded; it can be looked at, not replayed")
     system, rows = spec.build(), _Rows()
     system.prepare()
-    if list(run.columns) != list(system.row_layout):
+    if list(run.columns) != list(system.row_layout)[: len(run.columns)]:
         raise InputError("the run has other columns than this version of the system; replay it with its own version")
     driver: Driver[Any] = Driver(system, log=rows)
     events, states = list(run.events), [driver.state]
@@ -81,7 +82,8 @@ def replay(run: Run, spec: SystemSpec, keep_states: bool = True) -> Replay[Any]:
             states.append(state)
     for event in events:
         _again(driver, event)
-    found = np.array(rows.lines).reshape(run.ticks.shape)
+    lines = np.array(rows.lines).reshape(len(run.ticks), -1)
+    found = np.ascontiguousarray(lines[:, : run.ticks.shape[1]])
     differs = (found.view(np.uint64) != run.ticks.view(np.uint64)).any(axis=1)
     first = int(differs.argmax()) if differs.any() else None
     with np.errstate(invalid="ignore"):  # a row may hold infinities
@@ -89,7 +91,7 @@ def replay(run: Run, spec: SystemSpec, keep_states: bool = True) -> Replay[Any]:
     largest = float(apart.max(initial=0.0))
     then, now = run.manifest["versions"], versions()
     other = {name: (str(then.get(name, "")), now[name]) for name in now if then.get(name, "") != now[name]}
-    return Replay(tuple(states), found[:, -len(system.row_layout) :], first, largest, other)
+    return Replay(tuple(states), lines[:, -len(system.row_layout) :], first, largest, other)
 
 
 def _again(driver: Driver[Any], event: RunEvent) -> None:

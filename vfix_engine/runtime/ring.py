@@ -24,6 +24,7 @@ from .system import Column
 Array = NDArray[np.float64]
 
 RING_BYTES = 1 << 22  # several seconds of a world's rows at 1 kHz
+UNSENT = "unsent"  # kind of the event that says how many events found no room
 _HEAD = struct.Struct("<QQ")  # number of the row from 1 on, checksum of its bytes
 _COUNT = struct.Struct("<Q")
 _COUNT_AT, _LAYOUT_AT = RING_BYTES, RING_BYTES + _COUNT.size  # the layout: how many bytes of JSON, then those
@@ -70,8 +71,8 @@ class Ring:
             if number < self._next:
                 break
             if number > self._next:  # overwritten: go on with the oldest row that is still there
-                gone = number - self._next
-                self.lost, self._next = self.lost + gone, self._next + gone
+                oldest = number - self._rows + 1
+                self.lost, self._next = self.lost + oldest - self._next, oldest
                 continue
             data = bytes(buffer[start + _HEAD.size : start + self._size])
             if zlib.crc32(data, number & 0xFFFFFFFF) != checksum:
@@ -138,6 +139,7 @@ class RingLog:
     def __init__(self, ring: Ring, pipe: Connection | None):
         self._ring, self._ticks = ring, 0
         self._events = None if pipe is None else Outbox(pipe)
+        self._unsent = 0
 
     def tick(self, line: Array) -> None:
         self._ring.write(line)
@@ -145,11 +147,22 @@ class RingLog:
 
     def event(self, kind: str, content: Any) -> None:
         if self._events is not None:
-            self._events.put((self._ticks, kind, content))
+            self._say_unsent(self._events)
+            if self._unsent or not self._events.put((self._ticks, kind, content)):
+                self._unsent += 1
 
     def flush(self, seconds: float) -> bool:
         """Wait until every event is sent."""
-        return self._events is None or self._events.flush(seconds)
+        if self._events is None:
+            return True
+        sent = self._events.flush(seconds)
+        self._say_unsent(self._events)
+        return self._events.flush(seconds) and sent
+
+    def _say_unsent(self, events: Outbox) -> None:
+        """A recorder that did not read for so long that events found no room hears of it once it reads again."""
+        if self._unsent and events.put((self._ticks, UNSENT, self._unsent)):
+            self._unsent = 0
 
 
 def _buffer(memory: SharedMemory) -> memoryview:

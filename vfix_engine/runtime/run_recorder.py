@@ -1,19 +1,22 @@
 """The recorder of a control process's run: rows through a ring, events through a pipe, files written elsewhere.
 
-The control process never touches a file. A full disk ends the recording, is reported, and costs no tick.
+The control process never touches a file. Whatever ends the recording, such as a full disk, is reported, and costs no
+tick.
 """
 
 from __future__ import annotations
 
 import threading
+from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from multiprocessing.shared_memory import SharedMemory
 from pathlib import Path
 from typing import Any
 
+from ..errors import ControlError, VfixError
 from .command import COMMAND_COLUMNS, COMMAND_SIZE
-from .ring import Ring, RingLog, write_layout
+from .ring import UNSENT, Ring, RingLog, write_layout
 from .run import RunWriter
 from .system import Column, SystemSpec
 
@@ -39,7 +42,7 @@ class FarEnd:
 class RunRecorder:
     """Writes a run from a thread of the process that watches; ``memory`` is the ring's.
 
-    failed: why the recording ended early, '' where it did not.
+    failed: why the recording ended early, '' where it did not. lost: steps that it came too late for.
     """
 
     def __init__(self, folder: Path, spec: SystemSpec, ends: tuple[Connection, Connection], memory: SharedMemory):
@@ -50,6 +53,11 @@ class RunRecorder:
         self._over = threading.Event()
         self._thread = threading.Thread(target=self._run, name="vfix-recorder", daemon=True)
         self.failed = ""
+
+    @property
+    def lost(self) -> int:
+        """So far."""
+        return 0 if self._ring is None else self._ring.lost
 
     def start(self) -> None:
         """Begin; the far end's pipe is the process's now."""
@@ -70,11 +78,12 @@ class RunRecorder:
                 self._look()
             self._look()
             if self._writer is not None:
-                self._writer.close(0 if self._ring is None else self._ring.lost)
-        except OSError as error:  # what was written so far stays where it is, under its name of a part
+                self._writer.close(self.lost)
+        except Exception as error:  # what was written so far stays where it is, under its name of a part
+            self.failed = f"the run cannot be written: {_reason(error)}"
             if self._writer is not None:
-                self._writer.abandon()
-            self.failed = f"the run cannot be written: {error.strerror or error}"
+                with suppress(Exception):  # told already
+                    self._writer.abandon()
 
     def _look(self) -> None:
         """What has come since the last look; events first, since their rows may come with them."""
@@ -91,5 +100,13 @@ class RunRecorder:
             columns = tuple(Column(*pair) for pair in content)
             self._writer = RunWriter(self._folder, self._spec, columns)
             self._ring = Ring(self._memory, self._writer.width)
+        elif kind == UNSENT:
+            raise ControlError(f"{content} events came faster than they could be written")
         elif self._writer is not None:
             self._writer.event_at(at, kind, content)
+
+
+def _reason(error: Exception) -> str:
+    if isinstance(error, OSError) and error.strerror:
+        return error.strerror
+    return str(error) if isinstance(error, VfixError) else f"an unexpected error ({type(error).__name__})"

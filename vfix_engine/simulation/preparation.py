@@ -19,7 +19,10 @@ from ..geometry.mesh import TriangleMesh
 from ..geometry.path import SplinePath
 from ..geometry.proximity import ProximityTree
 from ..imaging.labels.painting import Stroke, draw_stroke
+from ..imaging.piercing import Ways
+from ..imaging.room_air import RoomAir
 from ..imaging.sampling import sample_plane, sample_points
+from ..imaging.way_round_kernel import ROOM
 from ..robots import PlacedRobot, RobotModel, Tool
 from ..runtime.preparation import Preparation, compile_parts
 from .dry_run import dry_run
@@ -86,8 +89,10 @@ def _distances() -> None:
 
 def _fields() -> None:
     """What the verdict asks of bone and of soft tissue."""
-    ball = field_of_level(lambda points: 3.0 - np.linalg.norm(points, axis=1), [[-4.0] * 3, [4.0] * 3], 1.0)
+    ball = field_of_level(lambda points: 3.0 - np.linalg.norm(points, axis=1), [[-6.0] * 3, [6.0] * 3], 1.0)
     ball.at(np.zeros((1, 3)))
+    air = RoomAir(np.full((7, 7, 7), ROOM, np.uint8), ball.grids[0].origin, 2.0, 0.0)
+    Ways(ball, air, np.zeros(3)).of_pose(np.array([[0.0, 0.0, 5.9]]), np.array([[0.0, 0.0, -5.9]]))
 
 
 def _slices() -> None:

@@ -15,6 +15,7 @@ from ..fixtures import Fixture, Zone
 from ..geometry.path import SplinePath
 from ..geometry.proximity import Proximity
 from ..geometry.shaft_directions import ShaftDirections, roll_of
+from ..imaging.piercing import Piercing, Ways, piercing_of
 from ..progress import ProgressCallback, no_progress
 from ..robots import RobotModel, Tool
 from ..simulation.dry_run import STATION_MM, TIGHT_MM, DryRun
@@ -27,6 +28,7 @@ Array = NDArray[np.float64]
 
 # Balanced first: the others spare soft tissue, or keep away from bone.
 RANKINGS = (Ranking(), Ranking(bone=1.0, depth=0.6, touched=0.3), Ranking(bone=20.0, depth=0.1, touched=0.03))
+SPARING = tuple(Ranking(bone, depth, 0.3) for bone, depth in ((1.0, 4.0), (0.1, 1.0), (0.3, 20.0), (0.02, 4.0)))
 STEADY = 3  # plans with one orientation for the whole path, beside those that change it
 _SAME_DEG = 3.0  # plans that differ by less than this everywhere are one
 _FIELD_SHARE, _RANKED_SHARE = 0.1, 0.4  # of the work, which is told as its progress
@@ -36,7 +38,7 @@ _FIELD_SHARE, _RANKED_SHARE = 0.1, 0.4  # of the work, which is told as its prog
 class Surroundings:
     """What a tool is driven in. tree: the bone, judged exactly; room: bone and soft tissue as fields, for ranking.
 
-    zones, fixtures, structure_names: as of ``Scene``.
+    zones, fixtures, structure_names: as of ``Scene``. ways: looks for ways round tissue; None without a CT.
     """
 
     tree: Proximity
@@ -44,6 +46,7 @@ class Surroundings:
     zones: tuple[Zone, ...] = ()
     fixtures: tuple[Fixture, ...] = ()
     structure_names: Mapping[str, str] = field(default_factory=dict)
+    ways: Ways | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +55,8 @@ class Alternative:
 
     points: (m, 3) path points; directions (m, 3) of the shaft at each, from the tip towards the tail; rolls (m,) in
     rad of a bent tool, None of a straight one.
-    base (4, 4), q_start: the placing; run: its dry drive; passage: what it passed of soft tissue.
+    base (4, 4), q_start: the placing; run: its dry drive; passage: what it passed of soft tissue;
+    piercing: how far round that air leads, None where nothing tells.
     """
 
     points: Array
@@ -62,6 +66,12 @@ class Alternative:
     q_start: Array
     run: DryRun
     passage: Passage
+    piercing: Piercing | None = None
+
+    @property
+    def pierces(self) -> bool:
+        """Whether the tool goes through skin or a wall: such a plan is never suggested."""
+        return self.piercing is not None and self.piercing.pierced is not None
 
     @property
     def least_clearance_mm(self) -> float:
@@ -73,8 +83,10 @@ class Alternative:
         """Arc length at which the tip is then."""
         return float(self.run.s[self.run.clearance.argmin()])
 
-    def rank(self, margin_mm: float) -> tuple[bool, float, bool, float, float, float]:
+    def rank(self, margin_mm: float) -> tuple[bool, bool, float, bool, float, float, float]:
         """Sorts those that arrive first, then those that are not tight, then by the figures that are told.
+
+        Those that pierce tissue come last of all.
 
         These are the length of the tool in soft tissue and its depth, as they are told (in mm and tenths), and of
         equals the one with more bone clearance.
@@ -82,7 +94,15 @@ class Alternative:
         tight = self.least_clearance_mm < margin_mm + TIGHT_MM
         short = 0.0 if self.run.completed else -self.run.reached_mm
         length, depth = self.passage.tissue_mm or 0.0, self.passage.tissue_depth_mm or 0.0
-        return not self.run.completed, short, tight, round(length), round(depth, 1), -self.least_clearance_mm
+        return (
+            self.pierces,
+            not self.run.completed,
+            short,
+            tight,
+            round(length),
+            round(depth, 1),
+            -self.least_clearance_mm,
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,8 +150,12 @@ def suggest_path(
         reason = f"{way.in_the_way} lies between the end of the widest way and the target"
         return Suggestion((), NoWay(way.places[-1], way.gap_mm, reason, searched))
     found = best_drives(around, robot, tool, smoothed(way.places), settings, tell=tell)
-    if found and found[0].run.completed:
-        return Suggestion(tuple(one for one in found if one.run.completed))
+    if found and found[0].pierces:
+        # Those that spare tissue most are the last resort: they come nearer to bone.
+        found = best_drives(around, robot, tool, smoothed(way.places), settings, SPARING, 0, tell)
+    clear = tuple(one for one in found if one.run.completed and not one.pierces)
+    if clear:
+        return Suggestion(clear)
     return Suggestion((), _none_arrives(found, tool, np.asarray(target, dtype=np.float64), way.places[0], searched))
 
 
@@ -192,7 +216,13 @@ def drive_plan(
     placed = robot.placed(placing.base, tool)
     tips = [placed.tip(run.q[row]) for row in rows]
     passage = around.room.passed(tool, np.stack([t.rotation for t in tips]), np.stack([t.position for t in tips]))
-    return Alternative(path.points, np.array(shaft.directions), rolls, placing.base, placing.q_start, run, passage)
+    piercing = None
+    if around.ways is not None:
+        last = np.union1d(rows, [len(run.s) - 1]).tolist()
+        piercing = piercing_of(around.ways, run.segments_start, run.segments_end, last, go_on)
+    return Alternative(
+        path.points, np.array(shaft.directions), rolls, placing.base, placing.q_start, run, passage, piercing
+    )
 
 
 def _stations(path: SplinePath) -> Array:
@@ -228,5 +258,8 @@ def _none_arrives(found: list[Alternative], tool: Tool, target: Array, entry: Ar
         return NoWay(entry, float(np.linalg.norm(target - entry)), "the tool does not fit at the entry", searched)
     best = max(found, key=lambda one: one.run.reached_mm)
     end = best.run.tip[-1]
+    if best.run.completed:
+        reason = "the tip has a way, and the tool pierces skin or a wall between two airs in each that gets there"
+        return NoWay(end, float(np.linalg.norm(target - end)), reason, searched)
     reason = f"the tip has a way, the tool gets {best.run.reached_mm:.0f} of {best.run.length_mm:.0f} mm: "
     return NoWay(end, float(np.linalg.norm(target - end)), reason + best.run.reason, searched)

@@ -17,6 +17,7 @@ from app.services.plan_versions import PlanVersions
 from app.services.plans import PlanService
 from app.services.registration.document import RegistrationContent
 from app.settings import LinkAddress
+from vfix_engine.error_places import error_places
 from vfix_engine.errors import VfixError
 
 _LOG = logging.getLogger(__name__)
@@ -75,8 +76,8 @@ class LiveLink:
                 try:
                     if due:
                         do()
-                except Exception:  # the link must not end with one pose, or one plan that cannot be read
-                    _LOG.exception("the live link stumbled")
+                except Exception as error:  # the link must not end with one pose, or one plan that cannot be read
+                    _LOG.error("the live link stumbled: %s", error_places(error))
 
     def _tell_tool(self) -> None:
         poses, transform = self._board.tool

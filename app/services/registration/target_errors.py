@@ -149,7 +149,8 @@ def _words(targets: tuple[ErrorAtTarget, ...], path: ErrorAlongPath | None) -> s
         where, radius = "at the worst place of the path", path.worst.within_95_mm
     else:
         return "The plan has no target and no path yet."
-    return f"{where[0].upper()}{where[1:]} the error is below {_above(radius)} mm in 95 of 100 cases."
+    told = f"{where[0].upper()}{where[1:]} the registration error is below {_above(radius)} mm in 95 % of cases"
+    return f"{told}; tool and tracking errors come on top."
 
 
 def _above(radius_mm: float) -> str:

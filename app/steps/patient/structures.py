@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from typing import Any
 
 from app.messages.fields import Command
@@ -12,16 +11,16 @@ from app.services.errors import NotFound
 from app.services.structures import Structure
 from app.steps.patient import commands as c
 from app.steps.patient.sections import StructureEntry, StructuresSection
+from app.views.background import in_background
 from app.views.layers import Layer
 from app.views.views import Views
-from vfix_engine.errors import InputError, VfixError
+from vfix_engine.errors import InputError
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.imaging.labels.surfaces import for_display
 
 SHOWN_AT_FIRST = 24  # structures of a case; more are not told apart, and take their time
 DISPLAY_TRIANGLES = 40_000  # of a structure
 _COLOUR = "#9f9f9f"
-_LOG = logging.getLogger(__name__)
 
 
 class Structures:
@@ -108,19 +107,17 @@ class Structures:
         for item in case.spared:
             if self._is_shown(item) and item.id not in self._meshes and item.id not in self._reading:
                 self._reading.add(item.id)
-                self._views.executor.submit(self._read_one, case.id, item.id)
+                self._read_one(case.id, item.id)
 
     def _read_one(self, case_id: str, structure_id: str) -> None:
-        """On a thread of the executor."""
-        try:
+        def read() -> None:
             mesh = for_display(self._views.services.cases.structure_mesh(case_id, structure_id), DISPLAY_TRIANGLES)
-        except VfixError as error:
-            words = str(error)  # the name does not outlive the block
-            self._views.post(lambda: self._views.note(words, True))
-        except Exception:
-            _LOG.exception("a structure could not be read")
-        else:
             self._views.post(lambda: self._loaded(structure_id, mesh))
+
+        def failed(words: str) -> None:
+            self._views.post(lambda: self._views.note(words, True))
+
+        in_background(self._views.executor, "A structure cannot be shown", read, failed)
 
     def _loaded(self, structure_id: str, mesh: TriangleMesh) -> None:
         if structure_id in self._reading:

@@ -1,15 +1,16 @@
-// Clearance along the path: bone clearance and depth in soft tissue over arc length, and the tool at one place of it.
+// Clearance along the path: clearance to bone and to each structure to spare, and depth in soft tissue over arc length, and the tool at one place of it.
 import { h, svg, whenChanged } from "/static/js/dom.js";
-import { colourOf, placeWords } from "/static/js/clearance-words.js";
+import { colourOf, curveWords, placeWords } from "/static/js/clearance-words.js";
 import { isOld } from "/static/js/dry-run.js";
 import { fixed } from "/static/js/format.js";
 
 /** @import { Connection } from "/static/js/connection.js" */
-/** @import { ClearanceProfile, CorridorSection, ScaleView, VerdictView } from "/static/js/types.js" */
+/** @import { ClearanceProfile, CorridorSection, ObstacleCurve, ScaleView, VerdictView } from "/static/js/types.js" */
 
 const WIDTH = 320, HEIGHT = 132; // of the drawing's own units; it is as wide as the panel
 const LEFT = 26, RIGHT = 6, TOP = 8, BOTTOM = 22;
 const STEP_MM = 0.5; // of the scrubber
+const TONES = 4; // colours of the curves of structures to spare
 const TICKS = [5, 10, 20, 50, 100, 200]; // mm, between labels of the arc length
 
 export class ClearanceGroup {
@@ -27,8 +28,9 @@ export class ClearanceGroup {
     });
     this.reading = h("p", { class: "words", id: "profile-reading" });
     this.hide = h("button", { type: "button", class: "plain", id: "profile-hide", onclick: () => connection.send("clearance.hide") }, "Hide the tool");
+    this.keys = h("ul", { class: "words profile-keys", "aria-label": "Lines of the plot" });
     this.key = h("p", { class: "words profile-key" });
-    this.element = h("div", { class: "fields", id: "profile", hidden: true }, this.drawing, this.slider, h("div", { class: "profile-line" }, this.reading, this.hide), this.key);
+    this.element = h("div", { class: "fields", id: "profile", hidden: true }, this.drawing, this.slider, h("div", { class: "profile-line" }, this.reading, this.hide), this.keys, this.key);
     this.drawing.addEventListener("pointerdown", (event) => this.pointed(event));
     this.drawing.addEventListener("pointermove", (event) => { if (event.buttons & 1) this.pointed(event); });
     /** @type {VerdictView | null} */
@@ -70,22 +72,21 @@ export class ClearanceGroup {
   draw(verdict, scale) {
     const { profile, length_mm: length } = verdict;
     const depths = profile.tissue_depth_mm ?? [];
-    const top = Math.max(scale.hi, Math.ceil(Math.max(0, ...depths)));
+    const margins = profile.curves.map(({ margin_mm: margin }) => margin);
+    const top = Math.ceil(Math.max(scale.hi, ...depths, ...margins));
     const x = (/** @type {number} */ s) => LEFT + (s / length) * (WIDTH - LEFT - RIGHT);
     const y = (/** @type {number} */ value) => HEIGHT - BOTTOM - (Math.min(Math.max(value, 0), top) / top) * (HEIGHT - TOP - BOTTOM);
-    const lines = profile.s_mm.slice(1).map((s, index) => {
-      const least = Math.min(profile.clearance_mm[index], profile.clearance_mm[index + 1]);
-      return svg("line", { x1: x(profile.s_mm[index]), y1: y(profile.clearance_mm[index]), x2: x(s), y2: y(profile.clearance_mm[index + 1]), class: "profile-bone", stroke: colourOf(least, scale) });
-    });
-    const points = profile.s_mm.map((s, index) => `${x(s)},${y(profile.clearance_mm[index])}`).join(" ");
-    const outline = svg("polyline", { points, class: "profile-outline" }); // the middle of the scale is almost white
-    this.drawing.replaceChildren(...axes(length, top, x, y), tissueArea(profile, x, y), registrationBand(profile, x, y),
-      svg("line", { x1: LEFT, x2: WIDTH - RIGHT, y1: y(scale.margin), y2: y(scale.margin), class: "profile-margin" }), outline, ...lines, this.cursor);
-    this.drawing.setAttribute("aria-label", `Clearance to ${verdict.nearest} over ${fixed(length, 0)} mm of path`);
+    this.drawing.replaceChildren(...axes(length, top, x, y), tissueArea(profile, x, y), registrationBand(profile, verdict.nearest_curve, x, y),
+      ...profile.curves.map(({ margin_mm: margin }, index) => svg("line", { x1: LEFT, x2: WIDTH - RIGHT, y1: y(margin), y2: y(margin), class: `profile-margin ${tone(index)}` })),
+      ...profile.curves.slice(1).map((curve, index) => outline(profile, curve, x, y, `profile-curve ${tone(index + 1)}`)),
+      outline(profile, profile.curves[0], x, y, "profile-outline"), // the middle of the scale is almost white
+      ...coloured(profile, scale, x, y), this.cursor);
+    this.drawing.setAttribute("aria-label", `Clearance to ${profile.curves.map(({ name }) => name).join(", ")} over ${fixed(length, 0)} mm of path`);
     this.slider.max = String(Math.floor(length / STEP_MM) * STEP_MM);
+    this.keys.replaceChildren(...profile.curves.map((curve, index) => h("li", {}, h("span", { class: `profile-swatch ${tone(index)}` }), curveWords(curve, index))));
     const tissue = profile.tissue_depth_mm ? " Grey area: depth in soft tissue." : "";
-    const band = profile.registration_mm ? " Band about the line: where the clearance may lie in truth, since the registration may be off; 95 of 100 times it lies within." : "";
-    this.key.textContent = `Line: clearance of the whole tool to ${verdict.nearest}, mm, in the colours of the path. Dashed: margin ${fixed(scale.margin, 2)} mm.${tissue}${band}`;
+    const band = profile.registration_mm ? ` Band about ${verdict.nearest}: registration error, 95 %; tool and tracking errors come on top.` : "";
+    this.key.textContent = `Lines: clearance of the whole tool, mm.${tissue}${band}`;
   }
 
   /**
@@ -124,15 +125,51 @@ function tissueArea(profile, x, y) {
 }
 
 /**
- * Clearance less and plus the registration's error.
+ * Class of the colour of a curve; of structures to spare it comes again after a few.
+ * @param {number} index 0 is bone
+ */
+function tone(index) {
+  return index ? `tone-${(index - 1) % TONES + 1}` : "tone-bone";
+}
+
+/**
  * @param {ClearanceProfile} profile
+ * @param {ObstacleCurve} curve
+ * @param {(s: number) => number} x
+ * @param {(value: number) => number} y
+ * @param {string} className
+ */
+function outline(profile, curve, x, y, className) {
+  return svg("polyline", { points: profile.s_mm.map((s, index) => `${x(s)},${y(curve.clearance_mm[index])}`).join(" "), class: className });
+}
+
+/**
+ * Bone's curve in the colours of the path.
+ * @param {ClearanceProfile} profile
+ * @param {ScaleView} scale
  * @param {(s: number) => number} x
  * @param {(value: number) => number} y
  */
-function registrationBand(profile, x, y) {
+function coloured({ s_mm: at, curves }, scale, x, y) {
+  const clearance = curves[0].clearance_mm;
+  return at.slice(1).map((s, index) => {
+    const stroke = colourOf(Math.min(clearance[index], clearance[index + 1]), scale);
+    return svg("line", { x1: x(at[index]), y1: y(clearance[index]), x2: x(s), y2: y(clearance[index + 1]), class: "profile-bone", stroke });
+  });
+}
+
+/**
+ * The clearance to what is nearest to its margin, less and plus the registration's error.
+ * @param {ClearanceProfile} profile
+ * @param {number} nearest its curve
+ * @param {(s: number) => number} x
+ * @param {(value: number) => number} y
+ */
+function registrationBand(profile, nearest, x, y) {
   const off = profile.registration_mm;
   if (!off) return svg("g");
-  const edge = (/** @type {number} */ sign) => profile.s_mm.map((s, index) => `${x(s)},${y(profile.clearance_mm[index] + sign * off[index])}`);
+  const { clearance_mm: clearance } = profile.curves[nearest];
+  const edge = (/** @type {number} */ sign) => profile.s_mm.map((s, index) => `${x(s)},${y(clearance[index] + sign * off[index])}`);
   return svg("polygon", { points: [...edge(1), ...edge(-1).reverse()].join(" "), class: "profile-registration" });
 }
 

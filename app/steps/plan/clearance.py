@@ -7,9 +7,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from app.scene.pierced import PiercedNodes
 from app.scene.tool_ghost import ToolGhost
+from app.services.piercing import Pierced
 from app.services.planning import PlanEvaluation
-from app.steps.plan.sections import ClearanceProfile, VerdictPart, VerdictView
+from app.steps.plan.sections import ClearanceProfile, ObstacleCurve, PiercedView, VerdictView
 from app.views.layers import Layer
 
 Floats = npt.NDArray[np.float64]
@@ -20,29 +22,57 @@ def verdict_view(evaluation: PlanEvaluation) -> VerdictView:
     """The page's view of a verdict."""
     verdict, profile = evaluation.verdict, evaluation.profile
     tissue = profile.tissue
+    curves: list[ObstacleCurve] = [
+        {
+            "name": one.name,
+            "margin_mm": round(one.margin_mm, 3),
+            "clearance_mm": np.round(one.clearance, 3).tolist(),
+        }
+        for one in verdict.obstacles
+    ]
     plotted: ClearanceProfile = {
         "s_mm": np.round(profile.s, 2).tolist(),
-        "clearance_mm": np.round(profile.clearance, 3).tolist(),
+        "curves": curves,
         "tissue_mm": None if tissue is None else np.round(tissue.length, 1).tolist(),
         "tissue_depth_mm": None if tissue is None else np.round(tissue.depth, 2).tolist(),
         "registration_mm": None if profile.off_mm is None else np.round(profile.off_mm, 3).tolist(),
+        "sideways_mm": verdict.pierced.at(profile.s),
     }
     deep = verdict.level == "fits" and verdict.tissue_level == "deep" and verdict.tissue_s_mm is not None
-    show = evaluation.reached_mm if verdict.level == "blocked" else verdict.tissue_s_mm if deep else verdict.s_mm
-    standing = evaluation.standing.words
-    before: list[VerdictPart] = [{"words": f"Dry run with {standing}. ", "s_mm": None}] if standing else []
-    removed = f" {evaluation.removed_mm3:.0f} mm³ of bone are removed first."
-    after: list[VerdictPart] = [{"words": removed, "s_mm": None}] if evaluation.removed_mm3 else []
+    pierced = verdict.reason in ("pierced", "wall") and verdict.pierced.s_mm is not None
+    show = (
+        verdict.pierced.s_mm
+        if pierced
+        else evaluation.reached_mm
+        if verdict.level == "blocked"
+        else verdict.tissue_s_mm
+        if deep
+        else verdict.s_mm
+    )
     return {
         "level": verdict.level,
         "short": verdict.short,
         "tissue_level": verdict.tissue_level,
-        "parts": before + [{"words": part.words, "s_mm": part.s_mm} for part in verdict.parts] + after,
+        "parts": [{"words": part.words, "s_mm": part.s_mm, "detail": part.detail} for part in verdict.parts],
+        "pierced": _pierced(verdict.pierced),
         "show_mm": float(show or 0.0),
         "nearest": verdict.nearest,
+        "nearest_curve": int(np.argmin([one.left_mm for one in verdict.obstacles])),
+        "nearest_mm": float(verdict.s_mm or 0.0),
         "length_mm": round(evaluation.length_mm, 3),
         "profile": plotted,
     }
+
+
+def _pierced(found: Pierced) -> PiercedView | None:
+    ends = found.ends
+    return None if ends is None else {"begin": list(ends[0]), "end": list(ends[1])}
+
+
+def pierced_layer(evaluation: PlanEvaluation | None) -> Layer[Any]:
+    """The tissue that the tool of a dry run pierces, in the scene."""
+    ends = None if evaluation is None else evaluation.verdict.pierced.ends
+    return Layer("plan.pierced", ends, PiercedNodes, lambda nodes: nodes.show(ends))
 
 
 class ShownTool:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
 from typing import Any
@@ -21,7 +20,6 @@ from vfix_engine.errors import VfixError
 from vfix_engine.simulation.cone_surface import cone_surface, mean_direction
 from vfix_engine.simulation.inspection_cone import InspectionCone
 
-_LOG = logging.getLogger(__name__)
 _LANE = "cones"
 Found = Mapping[str, tuple[Position, InspectionCone]]  # by the id of a target: where it was, and its cone
 
@@ -29,8 +27,18 @@ Found = Mapping[str, tuple[Position, InspectionCone]]  # by the id of a target: 
 class Cones:
     """Asks for the cones of one client's plan, the newest wins. Owned by the session's thread."""
 
-    def __init__(self, services: Services, executor: Executor, done: Callable[[int, Found], None]) -> None:
-        """done: gets the ticket and the answer on another thread; hand both to :meth:`accept` on the owner's."""
+    def __init__(
+        self,
+        services: Services,
+        executor: Executor,
+        done: Callable[[int, Found], None],
+        say: Callable[[str], object] = bool,
+    ) -> None:
+        """done: gets the ticket and the answer on another thread; hand both to :meth:`accept` on the owner's.
+
+        say: gets words for the user on another thread, where cones could not be computed.
+        """
+        self._say = say
         self._services, self._lanes, self._done = services, Lanes(executor), done
         self._ticket = 0
         self._asked: Any = None
@@ -68,12 +76,13 @@ class Cones:
                 cones = self._services.planning.cones(plan, switches)
             except VfixError:
                 cones = {}  # the dry run's own words say why
-            except Exception:
-                _LOG.exception("the cones of a plan failed")
-                cones = {}
             self._done(ticket, {t.id: (t.position, cones[t.id]) for t in plan.targets if t.id in cones})
 
-        self._lanes.submit(_LANE, work)
+        def failed(words: str) -> None:
+            self._say(words)
+            self._done(ticket, {})
+
+        self._lanes.submit(_LANE, "The views of the targets could not be computed", work, failed)
 
     def accept(self, ticket: int, found: Found) -> None:
         """Show an answer, unless the plan has changed while it waited."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Callable
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
@@ -15,20 +14,22 @@ from app.scene import palette
 from app.services import Services
 from app.services.case_settings import settings_in_case
 from app.services.errors import JobCancelled
+from app.services.plan_paths import side_caution
 from app.services.planning import PlanEvaluation
 from app.services.switches import NO_SWITCHES, Switches
+from app.services.verdict import Verdict, refused
 from app.steps.plan.clearance import verdict_view
 from app.steps.plan.lanes import Lanes
 from app.steps.plan.sections import CorridorSection, CorridorState, CorridorStatus, ScaleView, SoftTissueView
-from vfix_engine.errors import VfixError
+from vfix_engine.errors import StartRefused, VfixError
 
 Floats = npt.NDArray[np.float64]
-_LOG = logging.getLogger(__name__)
+FAILED = "The dry run failed"
 
 STATE_WORDS: dict[CorridorState, str] = {
     "none": "",
     "current": "",
-    "waits": "Greyed: an earlier answer. The robot is placed and driven anew …",
+    "waits": "Greyed: an earlier answer. The path is simulated anew …",
     "drag": "Provisional, while you drag: the robot’s base is kept.",
     "drag_waits": "Provisional, while you drag: greyed until it is judged …",
 }
@@ -38,7 +39,9 @@ STATE_WORDS: dict[CorridorState, str] = {
 class Corridor:
     """The state of the dry run of one plan.
 
-    status: 'none', 'computing', 'done' or 'failed'. job: id of the one that computes it; '' before it has one.
+    status: 'none', 'computing', 'done' or 'failed'. refusal: the verdict of one that has failed since the tool does not
+    fit at the entry; else the verdict is that of the evaluation.
+    job: id of the one that computes it; '' before it has one.
     cancelled: it failed because somebody cancelled it. warning: what the margin does not cover; '' where it covers all.
     margin_mm: kept from bone, with what the case's surface may be off.
     provisional: of a path that is not stored, while a hand drags it, with the robot's base kept.
@@ -58,6 +61,19 @@ class Corridor:
     provisional: bool = False
     before: PlanEvaluation | None = None
     remark: str = ""
+    refusal: Verdict | None = None
+
+    @property
+    def verdict(self) -> Verdict | None:
+        """The verdict on the path as it is shown; None while it is not known."""
+        return self.refusal if self.evaluation is None else self.evaluation.verdict
+
+    @property
+    def short(self) -> str:
+        """The verdict in a few words, as banner and bar begin; '' while it is not known."""
+        if self.verdict is None:
+            return ""
+        return f"{self.verdict.short} (provisional)" if self.provisional else self.verdict.short
 
     @property
     def pictured(self) -> PlanEvaluation | None:
@@ -70,9 +86,10 @@ class Corridor:
 
     def view(self) -> CorridorSection:
         """The page's section."""
-        least, tissue = None, None
+        verdict, tissue = self.verdict, None
+        least = None if verdict is None else verdict.least_clearance_mm
         if self.evaluation is not None:
-            least, passed = round(self.evaluation.min_clearance_mm, 3), self.evaluation.soft_tissue
+            passed = self.evaluation.soft_tissue
             tissue = SoftTissueView(length_mm=passed.length_mm, at_mm=passed.at_mm, complete=passed.complete)
         scale: ScaleView | None = None
         if self.status in ("computing", "done"):
@@ -86,9 +103,12 @@ class Corridor:
         return {
             "status": self.status,
             "words": self.words,
+            "level": None if verdict is None else verdict.level,
+            "short": self.short,
             "caution": self.caution,
             "completed": self.completed,
-            "min_clearance_mm": least,
+            "min_clearance_mm": None if least is None else round(least, 3),
+            "nearest": "" if verdict is None else verdict.nearest,
             "soft_tissue": tissue,
             "warning": self.warning,
             "scale": scale,
@@ -97,8 +117,16 @@ class Corridor:
             "verdict": None if self.pictured is None else verdict_view(self.pictured),
             "shown_mm": None,
             "state": self._state(),
-            "state_words": f"{STATE_WORDS[self._state()]} {self.remark}".strip(),
+            "state_words": f"{self._state_words()} {self.remark}".strip(),
         }
+
+    def _state_words(self) -> str:
+        found, state = self.evaluation, self._state()
+        if found is None or state != "current":
+            return STATE_WORDS[state]
+        if found.completed:
+            return "Simulated from entry to the end of the path."
+        return f"Simulated from the entry to {found.reached_mm:.0f} of {found.length_mm:.0f} mm."
 
     def _state(self) -> CorridorState:
         """What the shown verdict and plot are of."""
@@ -147,7 +175,7 @@ class DryRuns:
             if ticket == self._ticket:
                 self._done(ticket, answer)
 
-        self._lanes.submit(plan.id, work)
+        self._lanes.submit(plan.id, FAILED, work, lambda words: self._done(ticket, failed_run(words, kept_mm)))
 
     def accept(self, ticket: int, corridor: Corridor) -> None:
         """Show an answer, unless the plan has changed while it waited."""
@@ -166,8 +194,13 @@ class DryRuns:
             return Corridor("failed", words, caution=True, completed=False, margin_mm=kept_mm, cancelled=True)
 
 
+def failed_run(words: str, kept_mm: float, provisional: bool = False) -> Corridor:
+    """No answer, and why."""
+    return Corridor("failed", words, True, completed=False, margin_mm=kept_mm, provisional=provisional)
+
+
 def answered(services: Services, plan: Any, kept_mm: float, evaluate: Callable[[], PlanEvaluation]) -> Corridor:
-    """The evaluation of a plan with its words, or why there is none. Lets JobCancelled pass.
+    """The evaluation of a plan with its words, or why there is none. Lets JobCancelled pass, and what is unexpected.
 
     kept_mm: of an answer that has failed; one that has not says itself what was kept.
     """
@@ -177,15 +210,11 @@ def answered(services: Services, plan: Any, kept_mm: float, evaluate: Callable[[
         settings = settings_in_case(plan.settings, uncertainty)
     except JobCancelled:
         raise
+    except StartRefused as error:
+        verdict = refused(error).beside(side_caution(plan.path))
+        return Corridor("failed", verdict.words, caution=True, completed=False, margin_mm=kept_mm, refusal=verdict)
     except VfixError as error:
-        return Corridor("failed", str(error), caution=True, completed=False, margin_mm=kept_mm)
-    except Exception:
-        _LOG.exception("the dry run of a plan failed")
-        return Corridor("failed", "The dry run failed; the planner's log says why.", caution=True, completed=False)
+        return failed_run(str(error), kept_mm)
     words = evaluation.verdict.words
-    if evaluation.removed_mm3:
-        words = f"{words} {evaluation.removed_mm3:.0f} mm³ of bone are removed first."
-    if evaluation.standing.words:
-        words = f"Dry run with {evaluation.standing.words}. {words}"
     caution, warning = evaluation.verdict.level != "fits", uncertainty.warning(settings.margin_mm)
     return Corridor("done", words, caution, evaluation.completed, evaluation, settings.kept_mm, warning)

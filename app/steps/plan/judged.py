@@ -7,6 +7,7 @@ from typing import Any
 from app.services.case_settings import settings_in_case
 from app.services.placing import StoredPlacing
 from app.services.plan_model import Plan, Position, drive_parts
+from app.services.plan_paths import side_caution
 from app.services.planning import PlanEvaluation
 from app.steps.plan.clearance import ShownTool
 from app.steps.plan.cones import Cones
@@ -36,6 +37,7 @@ class Judged:
             views.services,
             views.executor,
             lambda ticket, answer: views.post(lambda: self.cones.accept(ticket, answer)),
+            lambda words: views.post(lambda: views.note(words, error=True)),
         )
         self.tool = ShownTool()
         self._key: Any = None
@@ -79,7 +81,8 @@ class Judged:
     def _refresh_stored(self, edited: EditedPlan) -> None:
         plan = edited.plan
         switches = self._services.switches.of(plan.id).in_force
-        key = (plan.id, switches, repr(drive_parts(plan)), self._services.planning.registration_key(plan))
+        driven = repr(drive_parts(plan)), self._services.planning.registration_key(plan)
+        key = (plan.id, switches, *driven, side_caution(plan.path))
         if key == self._key:
             return
         before, self._key = self._before(plan), key

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import logging
 import threading
 from collections.abc import Callable, Hashable
 from concurrent.futures import Executor
 
-Work = Callable[[], None]
-_LOG = logging.getLogger(__name__)
+from app.views.background import Failed, Work, guarded
 
 
 class Lanes:
@@ -19,20 +17,21 @@ class Lanes:
         self._lock = threading.Lock()
         self._waiting: dict[Hashable, Work | None] = {}  # by lane that is busy
 
-    def submit(self, lane: Hashable, work: Work) -> None:
-        """Do the work now, or after what the lane is busy with."""
+    def submit(self, lane: Hashable, what: str, work: Callable[[], None], failed: Failed) -> None:
+        """Do the work now, or after what the lane is busy with; what, failed: as of `background.in_background`."""
+
+        def told() -> None:
+            guarded(what, work, failed)
+
         with self._lock:
             busy = lane in self._waiting
-            self._waiting[lane] = work if busy else None
+            self._waiting[lane] = told if busy else None
         if not busy:
-            self._executor.submit(self._run, lane, work)
+            self._executor.submit(self._run, lane, told)
 
     def _run(self, lane: Hashable, work: Work | None) -> None:
         while work is not None:
-            try:
-                work()
-            except Exception:  # what waits is done all the same, and the lane is free after it
-                _LOG.exception("background work failed")
+            work()  # which does not raise: what waits is done all the same, and the lane is free after it
             with self._lock:
                 work, self._waiting[lane] = self._waiting[lane], None
                 if work is None:

@@ -13,7 +13,7 @@ from app.services.placing import StoredPlacing
 from app.services.planning import PlanEvaluation
 from app.services.prospects import Dragged
 from app.services.switches import NO_SWITCHES, Switches
-from app.steps.plan.dry_runs import Corridor, answered
+from app.steps.plan.dry_runs import FAILED, Corridor, answered, failed_run
 from app.steps.plan.lanes import Lanes
 
 MOVED_WORTH_SAYING_MM = 0.2  # by a release, whose hand is less exact than a click
@@ -73,7 +73,7 @@ class LiveRuns:
             if ticket >= self._first and (answer := self._answer(plan, dragged, kept_mm, placing, go_on, switches)):
                 self._done(ticket, answer)
 
-        self._lanes.submit(_LANE, work)
+        self._lanes.submit(_LANE, FAILED, work, lambda words: self._done(ticket, failed_run(words, kept_mm, True)))
 
     def accept(self, ticket: int, corridor: Corridor) -> None:
         """Show an answer: as what is so where the hand is, or greyed where the hand has moved on since."""

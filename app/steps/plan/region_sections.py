@@ -94,7 +94,7 @@ class RemovedRegionView(TypedDict):
 
 
 class RemovedBoneSection(TypedDict):
-    """The bone that the open plan removes; words: in all, '' where nothing is to be removed."""
+    """The bone that the open plan removes; words: in all, '' where nothing is to be removed, or why it is not known."""
 
     items: list[RemovedRegionView]
     words: str

@@ -8,6 +8,8 @@ from app.steps.plan.lanes import Lanes
 from app.steps.plan.region_sections import RemovedBoneSection
 from app.views.views import Views
 
+_FAILED = "The bone that is removed could not be counted"
+
 
 class RemovedBoneCount:
     """The volumes of the newest regions that were asked for. Owned by the session's thread."""
@@ -15,7 +17,7 @@ class RemovedBoneCount:
     def __init__(self, views: Views) -> None:
         self._views, self._lanes = views, Lanes(views.executor)
         self._asked: object = None
-        self._found: RemovedVolumes | None = None
+        self._found: RemovedVolumes | str | None = None  # words: why there are none
 
     def section(self, plan: Plan | None) -> RemovedBoneSection | None:
         """The page's section; None without a plan, and while its bone is counted."""
@@ -24,16 +26,23 @@ class RemovedBoneCount:
         asked = (plan.case_id, plan.removed_bone)
         if asked != self._asked:
             self._asked, self._found = asked, None
-            self._lanes.submit("count", lambda: self._count(asked, plan))
+            self._lanes.submit(
+                "count",
+                _FAILED,
+                lambda: self._tell(asked, self._views.services.removed_volumes.of_plan(plan)),
+                lambda words: self._tell(asked, words if words.startswith(_FAILED) else f"{_FAILED}: {words}"),
+            )
         if self._found is None:
             return None
+        if isinstance(self._found, str):
+            return {"items": [], "words": self._found}
         items = self._found.regions
         return {"items": [{"id": one.id, "words": one.words} for one in items], "words": self._found.words}
 
-    def _count(self, asked: object, plan: Plan) -> None:
-        found = self._views.services.removed_volumes.of_plan(plan)
+    def _tell(self, asked: object, found: RemovedVolumes | str) -> None:
+        """On the worker's thread."""
         self._views.post(lambda: self._accept(asked, found))
 
-    def _accept(self, asked: object, found: RemovedVolumes) -> None:
+    def _accept(self, asked: object, found: RemovedVolumes | str) -> None:
         if asked == self._asked:
             self._found = found

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Literal, TypedDict
 
 from app.messages.sections import Position
+from app.services.verdict import Level, TissueLevel
 from app.steps.plan.cone_section import ConeSection
 from app.steps.plan.region_sections import RegionSections
 from app.steps.plan.second_volume import SecondVolumeSections
@@ -121,38 +122,65 @@ class SoftTissueView(TypedDict):
 
 
 class VerdictPart(TypedDict):
-    """A piece of the verdict's sentence; s_mm: arc length of the tip that it is about, None where it is about none."""
+    """A piece of the verdict's sentence; s_mm: arc length of the tip that it is about, None where it is about none.
+
+    detail: shown on request only.
+    """
 
     words: str
     s_mm: float | None
+    detail: bool
+
+
+class ObstacleCurve(TypedDict):
+    """Clearance of the whole tool to bone or to a hard structure to spare along the path, and its margin, in mm."""
+
+    name: str
+    margin_mm: float
+    clearance_mm: list[float]
 
 
 class ClearanceProfile(TypedDict):
     """Along the path, at one pose of the dry run for every 0.5 mm: all lists are of one length, in mm.
 
+    curves: bone first, then each hard structure to spare.
     tissue_mm and tissue_depth_mm: along which length and how deep the tool is in soft tissue; None without a CT.
     registration_mm: what the registration may be off by at the tip (95 %); None without one.
+    sideways_mm: how far sideways air leads round the tissue that the tool passes; None where not known anywhere.
     """
 
     s_mm: list[float]
-    clearance_mm: list[float]
+    curves: list[ObstacleCurve]
     tissue_mm: list[float] | None
     tissue_depth_mm: list[float] | None
     registration_mm: list[float] | None
+    sideways_mm: list[float] | None
+
+
+class PiercedView(TypedDict):
+    """The tissue that the tool pierces, on its axis where the tip is at s_mm: from outside to inside, in LPS."""
+
+    begin: Position
+    end: Position
 
 
 class VerdictView(TypedDict):
     """The verdict on the path: level from bone and reach, tissue_level from soft tissue; short: in a few words.
 
-    show_mm: arc length of the place to look at first. nearest: name of the structure of the least clearance.
+    pierced: what is drawn in red; None where the tool pierces nothing.
+    show_mm: arc length of the place to look at first. nearest: name of what leaves least above its margin, bone or a
+    structure to spare, nearest_curve: its curve, and nearest_mm: arc length of that place.
     """
 
-    level: Literal["fits", "tight", "blocked", "unknown"]
+    level: Level
     short: str
-    tissue_level: Literal["none", "pressed", "deep", "unknown"]
+    tissue_level: TissueLevel
     parts: list[VerdictPart]
+    pierced: PiercedView | None
     show_mm: float
     nearest: str
+    nearest_curve: int
+    nearest_mm: float
     length_mm: float
     profile: ClearanceProfile
 
@@ -173,6 +201,8 @@ class ScaleView(TypedDict):
 class CorridorSection(TypedDict):
     """The dry run of the plan; completed is None until it has ended.
 
+    level, short: of the verdict, also where the tool does not fit at the entry; None and '' while it is not known.
+    min_clearance_mm: the least clearance to what is nearest to its margin, which nearest names.
     job: id of the one that computes it, None where none does. cancelled: somebody ended it.
     verdict: of a run that has ended, or of an earlier one while another is computed; shown_mm: arc length at which the
     tool is shown, None where it is not.
@@ -183,9 +213,12 @@ class CorridorSection(TypedDict):
 
     status: CorridorStatus
     words: str
+    level: Level | None
+    short: str
     caution: bool
     completed: bool | None
     min_clearance_mm: float | None
+    nearest: str
     soft_tissue: SoftTissueView | None
     warning: str
     scale: ScaleView | None

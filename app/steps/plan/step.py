@@ -17,6 +17,7 @@ from app.services.plans import Plan
 from app.steps.base import Step
 from app.steps.plan import SPEC
 from app.steps.plan import commands as c
+from app.steps.plan.clearance import pierced_layer
 from app.steps.plan.clearance_commands import HideTool, ShowTool
 from app.steps.plan.dry_runs import Corridor
 from app.steps.plan.edited_plan import EditedPlan, Ghost
@@ -252,6 +253,7 @@ class PlanStep(Step):
             items_layer(self.items(), selected, locked=edited is None or edited.locked or not self.active),
             curve_layer(self.curve_key(), self.curve),
             self._judged.tool.layer(self._shown_corridor().evaluation if self.active else None),
+            pierced_layer(self._shown_corridor().evaluation if self.active else None),
             *self._region_layers(),
             self._judged.cones.layer(self._edited if self.active else None),
             self._error_layer(),
@@ -308,8 +310,7 @@ class PlanStep(Step):
             edited.add_mode,
             edited.ghost is not None,
             edited.locked,
-            corridor.completed,
-            None if corridor.evaluation is None else corridor.evaluation.verdict.reason,
+            None if corridor.verdict is None else (corridor.verdict.level, corridor.verdict.reason, corridor.short),
             corridor.status == "failed",
         )
 

@@ -2,7 +2,7 @@
 import { clearErrors, note, noteEdit } from "/static/js/dialogs.js";
 import { fillOptions, group, h, whenChanged } from "/static/js/dom.js";
 import { numberInput, putBack, showNumber } from "/static/js/fields.js";
-import { mm, sentence } from "/static/js/format.js";
+import { fixed, mm, sentence } from "/static/js/format.js";
 import { placeWords } from "/static/js/slices/place-words.js";
 import { JobLine } from "/static/js/job-line.js";
 import { read } from "/static/js/rest.js";
@@ -11,7 +11,7 @@ import { pathKey, samePath } from "./same-path.js";
 /** @import { Connection } from "/static/js/connection.js" */
 /** @import { AlternativePublic, PlanSection, ShaftSection, SuggestionPublic, ToolPublic, ToolTablePublic, ViewModel } from "/static/js/types.js" */
 
-const ORDER = "First are those that arrive and keep clear of bone; of these the one with the shortest tool in soft tissue, then the least deep, then the widest of bone.";
+const ORDER = "First are those that fit, then those that are tight; of these the one with the shortest tool in soft tissue, then the least deep, then the widest of bone.";
 const NOT_READY = "Add the first path point at a nostril, and a target.";
 const EARLIER_WAYS = "Found for an earlier path, whose points have changed since. Use one of these ways, or suggest a path again.";
 const EARLIER_TOOLS = "Driven along an earlier path, whose points have changed since. Ask again for this one.";
@@ -110,7 +110,7 @@ export class SuggestGroup {
     const { none, alternatives } = suggestion;
     this.found = none
       ? `No way found: ${none.reason}. It ends ${mm(none.gap_mm)} from the target, at ${placeWords(none.ends_at)}. Looked through: ${none.searched}.`
-      : `${alternatives.length > 1 ? `Choose one to see it in the head. ${ORDER}` : "Choose it to see it in the head."}${alternatives.some((one) => one.tight) ? ` ‘Tight’: within 0.2 mm of the ${mm(suggestion.kept_mm, 2)} that are kept from bone, what the scan’s surface may be off included.` : ""}`;
+      : `${alternatives.length > 1 ? `Choose one to see it in the head. ${ORDER}` : "Choose it to see it in the head."}`;
     this.list.replaceChildren(...alternatives.map((one, number) => this.row(one, number)));
     this.renderStanding(this.connection.state.plan);
     if (alternatives.length) this.preview(0);
@@ -124,7 +124,7 @@ export class SuggestGroup {
     const shown = () => this.preview(number);
     return h("li", {}, h("button", {
       type: "button", class: "alternative", "data-shown": `${this.suggestion?.id} ${number}`, "aria-pressed": "false", onclick: shown, onmouseenter: shown,
-    }, h("span", { class: "name" }, `Way ${number + 1}`), h("span", { class: one.tight ? "words caution" : "words" }, figures(one))));
+    }, h("span", { class: "name" }, `Way ${number + 1}`), h("span", { class: one.verdict === "fits" ? "words" : "words caution", title: one.words }, figures(one))));
   }
 
   /** @param {number} number */
@@ -296,5 +296,5 @@ function entryOf(plan) {
 function figures(one) {
   const tissue = one.tissue_mm === null || one.tissue_depth_mm === null ? "soft tissue not known" : `soft tissue ${mm(one.tissue_mm, 0)}, ${mm(one.tissue_depth_mm)} deep`;
   const ends = one.short_of_target_mm > 0.5 ? `; ends ${mm(one.short_of_target_mm)} before the target` : "";
-  return `Bone ${mm(one.least_clearance_mm, 2)}${one.tight ? ", tight" : ""}; ${tissue}${ends}`;
+  return `${one.short}. ${mm(one.nearest_clearance_mm, 2)} to ${one.nearest} (margin ${fixed(one.margin_mm, 2)}); ${tissue}${ends}`;
 }

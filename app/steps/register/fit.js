@@ -115,11 +115,11 @@ export class ErrorsGroup {
     this.changed = whenChanged();
     this.words = h("p", { class: "words strong", id: "error-words" });
     this.body = h("tbody");
-    const head = h("thead", {}, h("tr", {}, h("th", { scope: "col" }, "Where"), h("th", { scope: "col", title: "Root mean square of the error" }, "rms"), h("th", { scope: "col", title: "The error is below this in 95 of 100 cases" }, "95 %")));
+    const head = h("thead", {}, h("tr", {}, h("th", { scope: "col" }, "Where"), h("th", { scope: "col", title: "Root mean square of the error" }, "rms"), h("th", { scope: "col", title: "The registration error is below this in 95 % of cases" }, "95 %")));
     this.table = h("table", { class: "points", id: "error-table", "aria-label": "Expected error of the registration, in mm" }, head, this.body);
     this.fle = numberInput("fle", 0.01, 50, 0.05, (value) => connection.send("registration.fle", { fle_mm: value }), () => connection.send("registration.fle", { fle_mm: null }));
     this.fle.placeholder = "estimated";
-    this.ballWords = h("p", { class: "words", id: "ball-words" }, h("span", { class: "ball-swatch" }), "Balls about the targets, in the scene here and in Plan, whose rings are seen through bone: the tool is within them in 95 of 100 cases.");
+    this.ballWords = h("p", { class: "words", id: "ball-words" }, h("span", { class: "ball-swatch" }), "Balls about the targets, in the scene here and in Plan, whose rings are seen through bone. Registration error stays inside these balls in 95 % of cases; tool and tracking errors come on top.");
     this.element = group("4  Error where the tool works", null, this.words, this.table, this.ballWords,
       h("details", { class: "folded" }, h("summary", {}, "How exactly one point is measured"), h("div", { class: "fields" },
         h("p", { class: "words" }, "Estimated from the fit, which is rough with few points. State it where the tracker's error is known; skin that moves adds to it."), field("Localisation error, mm rms", this.fle))));

@@ -163,7 +163,7 @@ class OpenRegistration:
         return marks_of(content, self._services.registering.report(content), self.selected)
 
     def error_balls(self, plan: Plan | None) -> tuple[tuple[Position, float], ...]:
-        """The plan's targets, LPS mm, and the radius in mm within which the tool is in 95 of 100 cases."""
+        """The plan’s targets, LPS mm, and the radius in mm that the registration error stays within (95 %)."""
         errors = [target.error for target in self._table(plan).targets]
         return tuple((error.position, error.within_95_mm) for error in errors)
 

@@ -17,6 +17,7 @@ from app.steps.rehearse.preparation import Prepared
 from app.steps.rehearse.recorded_process import RecordedProcess
 from app.steps.rehearse.settings_exchange import SettingsExchange
 from vfix_engine.control import ControlSettings
+from vfix_engine.error_places import error_places
 from vfix_engine.errors import ControlError, VfixError
 from vfix_engine.robots import PlacedRobot, RobotModel
 from vfix_engine.runtime.ring import RowReader
@@ -45,6 +46,7 @@ class DriveProcess:
         self._talk = SettingsExchange(ControlSettings())
         self._notes: list[str] = []  # of the process, until it is known whether they are about a setting
         self._words_for_holder: deque[str] = deque(maxlen=8)
+        self._unrecorded = ""  # why this drive is not recorded, or not to its end
         self._hand: str | None = None  # the tab whose hand holds the grip
         self._target_id: str | None = None
 
@@ -85,8 +87,8 @@ class DriveProcess:
         except VfixError as error:
             self._not_started(generation, process, str(error))
             return
-        except Exception:
-            _LOG.exception("a rehearsal could not be started")
+        except Exception as error:
+            _LOG.error("a rehearsal could not be started: %s", error_places(error))
             self._not_started(generation, process, "The rehearsal could not be started; the planner's log says why.")
             return
         with self._checking, self._lock:  # not while another process is being heard
@@ -99,6 +101,7 @@ class DriveProcess:
                 self._notes.clear()
                 self._words_for_holder.clear()
                 self._state, self._words = "ready", ""
+                self._unrecorded = prepared.unrecorded
                 return
         process.close()
 
@@ -124,8 +127,12 @@ class DriveProcess:
             processes = [process for process in (self._process, self._coming) if process is not None]
             self._process = self._coming = self._prepared = self._robot = None
             self._state, self._words, self._plan_key = state, words, None
+            self._unrecorded = ""
         for process in processes:
             process.close()
+            for event in process.events():  # the rest of the run is written when the process has ended
+                if event.kind == "unrecorded":
+                    self._not_recorded(event.text, "It ended before its run was whole.")
 
     def snapshot(self) -> Snapshot | None:
         process = self._live()
@@ -157,7 +164,9 @@ class DriveProcess:
             elif event.kind == "settings":
                 self._settings_told(process, ControlSettings.from_dict(json.loads(event.text)))
             elif event.kind == "unrecorded":
-                self._not_recorded(event.text)
+                with self._lock:
+                    self._unrecorded = self._unrecorded or event.text
+                self._not_recorded(event.text, "It can go on.")
             elif event.kind == "failed":
                 words = words or event.text
         with self._lock:
@@ -169,10 +178,10 @@ class DriveProcess:
         else:
             self._watch(process)
 
-    def _not_recorded(self, reason: str) -> None:
-        _LOG.warning("a drive: %s", reason)
+    def _not_recorded(self, reason: str, what_now: str) -> None:
+        _LOG.warning("the recording of a drive has ended before the drive; its window says why")
         with self._lock:
-            self._words_for_holder.append(f"This drive is not recorded any more: {reason}. It can go on.")
+            self._words_for_holder.append(f"This drive is not recorded any more: {reason}. {what_now}")
 
     def _watch(self, process: RehearsalProcess) -> None:
         """The age of the newest snapshot tells a process that hangs; one that wakes up again is shown again."""

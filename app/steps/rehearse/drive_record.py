@@ -31,6 +31,7 @@ class DriveRecord:
     who instructs, or who may hold what nobody holds.
     words_for_holder: what the process has said to this client since the last record. accepted: settings of this client
     that came into force and that the plan has not kept yet.
+    unrecorded: why the drive is not recorded, or not to its end; '' where it is.
     """
 
     state: DriveState = "absent"
@@ -50,6 +51,7 @@ class DriveRecord:
     may_switch: bool = False
     words_for_holder: tuple[str, ...] = ()
     accepted: dict[str, float] = field(default_factory=dict)
+    unrecorded: str = ""
 
     @property
     def shown_state(self) -> RehearsalState:

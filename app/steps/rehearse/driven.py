@@ -7,10 +7,12 @@ from typing import Self
 
 import numpy as np
 
+from app.services.piercing import short_way
 from app.services.planning import PlanEvaluation
 from app.services.verdict import NOSTRIL_MM
 from vfix_engine.geometry.distance_field import DistanceField
 from vfix_engine.geometry.tool_depth import tool_depth
+from vfix_engine.imaging.piercing import PiercingWatch, Ways
 from vfix_engine.simulation.snapshot import Snapshot
 
 FELT_N = 0.05  # a force on the grip that is worth a word
@@ -22,7 +24,8 @@ class Planned:
 
     reached_mm, reason: how far it gets, and what holds the tool there, '' where it arrives. least_mm: bone clearance.
     depth_mm: greatest, in soft tissue; tissue: the field (LPS mm) that it is measured in. Both None where it is not
-    known. verdict: in a few words, where it arrives but is not known to fit; else ''.
+    known. sideways_mm: how far air leads round tissue at the farthest, ways: looks for it; None where not known.
+    verdict: in a few words; '' of a path that fits.
     """
 
     completed: bool
@@ -33,22 +36,28 @@ class Planned:
     depth_mm: float | None = None
     tissue: DistanceField | None = None
     verdict: str = ""
+    sideways_mm: float | None = None
+    ways: Ways | None = None
 
     @classmethod
-    def of(cls, found: PlanEvaluation, tissue: DistanceField | None) -> Self:
+    def of(cls, found: PlanEvaluation, tissue: DistanceField | None, ways: Ways | None = None) -> Self:
         """tissue: None where the dry run knows nothing of soft tissue."""
         depth = None if tissue is None else found.verdict.tissue_depth_mm
         reason = "" if found.completed else found.reason
         least = found.min_clearance_mm
-        verdict = "" if found.verdict.level in ("fits", "blocked") else found.verdict.short
-        return cls(found.completed, found.reached_mm, found.length_mm, reason, least, depth, tissue, verdict)
+        verdict = "" if found.verdict.level == "fits" else found.verdict.short
+        sideways = found.verdict.pierced.sideways_mm
+        return cls(
+            found.completed, found.reached_mm, found.length_mm, reason, least, depth, tissue, verdict, sideways, ways
+        )
 
     @property
     def ends_words(self) -> str:
-        """Where the dry run ends and why, or why it is not known to fit; '' where it arrives and fits."""
+        """The verdict in a few words, and where the dry run ends and why; '' where it arrives and fits."""
         if self.completed:
             return self.verdict
-        return f"the dry run ends at {self.reached_mm:.0f} of {self.length_mm:.0f} mm: {self.reason}"
+        ends = f"The dry run ends at {self.reached_mm:.0f} of {self.length_mm:.0f} mm: {self.reason}"
+        return ". ".join(filter(None, (self.verdict, ends)))
 
 
 class SoFar:
@@ -65,6 +74,7 @@ class SoFar:
         self._steps = 0
         self._least: tuple[float, bool] | None = None  # mm, and whether it may be more than that
         self._depth_mm: float | None = None
+        self._watch: PiercingWatch | None = None
         self.held_last = ""  # what held the tool in the last push, until it moves freely again
 
     def take(self, snapshot: Snapshot | None, planned: Planned | None) -> None:
@@ -91,6 +101,10 @@ class SoFar:
         start, end = snapshot.segments_start[None], snapshot.segments_end[None]
         found = tool_depth(self._planned.tissue, start, end, snapshot.radius, snapshot.tip, NOSTRIL_MM)
         self._depth_mm = max(self._depth_mm or 0.0, float(found.depth[0]))
+        if self._watch is None and self._planned.ways is not None:
+            self._watch = PiercingWatch(self._planned.ways)
+        if self._watch is not None:
+            self._watch.add(snapshot.steps, snapshot.segments_start, snapshot.segments_end)
 
     @property
     def words(self) -> str:
@@ -100,8 +114,18 @@ class SoFar:
         planned, (least, capped) = self._planned, self._least
         bone = f"bone {'at least ' if capped else ''}{least:.2f} mm away"
         tissue = "" if self._depth_mm is None else f", {self._depth_mm:.1f} mm deep in soft tissue"
-        driven = f"Nearest while driven: {bone}{tissue}."
+        driven = f"Nearest while driven: {bone}{tissue}{self._round_words}."
         if planned is None:
             return driven
         depth = "" if planned.depth_mm is None else f", {planned.depth_mm:.1f} mm deep"
-        return f"{driven} In the dry run: {planned.least_mm:.2f} mm{depth}."
+        around = "" if planned.sideways_mm is None else f", {short_way(planned.sideways_mm)}"
+        return f"{driven} In the dry run: {planned.least_mm:.2f} mm{depth}{around}."
+
+    @property
+    def _round_words(self) -> str:
+        """How far air leads round the tissue that the tool has passed, and whether that was pierced."""
+        found = None if self._watch is None else self._watch.found
+        if found is None or (found.pierced is None and not found.known):
+            return ""
+        way = short_way(0.0 if found.worst is None else found.worst.sideways_mm)
+        return f", {way}{'' if found.pierced is None else ': tissue is pierced'}"

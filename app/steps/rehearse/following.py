@@ -154,8 +154,8 @@ class DriveFollower(Step):
             drive.pause(self._client)
         finally:  # a process that has just ended cannot be paused; the handle is free all the same
             drive.leave(self._client)
-            for words in self._keep_settings(drive, accepted):  # last: it waits for the disk
-                _LOG.warning("%s", words)  # nobody is there to read it
+            if self._keep_settings(drive, accepted):  # last: it waits for the disk
+                _LOG.warning("a window that is gone had changed settings that its plan did not keep")
 
     def abandon(self) -> None:
         """The handle is free, and a robot that nobody watches is sent home."""

@@ -18,8 +18,7 @@ def rehearse_hint(
     """free: nobody holds the handle. changed: the plan is not what is driven any more. targets: of what is driven.
 
     blocked: why the robot is not driven by the registration that it was placed by, '' where it is.
-    mode, phase: of the newest snapshot. ends: where the dry run ends before the path does, and why; or why the path is
-    not known to fit.
+    mode, phase: of the newest snapshot. ends: the verdict of a path that does not fit, and where its dry run ends.
     """
     if points < 2:
         return "A rehearsal needs a path of two points at least. Go back to Plan."
@@ -42,7 +41,7 @@ def rehearse_hint(
     if state == "paused":
         return "Paused. Press Continue to go on from here, or Reset to entry."
     if state != "running" and ends:
-        return f"{ends[:1].upper()}{ends[1:]}. Start is possible all the same: the tool stops where it is held."
+        return f"{ends.rstrip('.')}. You can still start; the tool stops before bone."
     if state != "running":
         return "The robot stands at the entry. Press Start, then drag the blue sphere on the shaft or hold ↑."
     if mode == "inspect" and phase == "inspect_hold":

@@ -4,6 +4,7 @@ import { isOld } from "/static/js/dry-run.js";
 import { fixed, mm, sentence } from "/static/js/format.js";
 import { holdButton } from "/static/js/hold.js";
 import { UsedRegistration } from "/static/js/used-registration.js";
+import { preselected } from "./preselected.js";
 import { SwitchesGroup } from "./switches.js";
 
 /** @import { Parts } from "/static/js/panel.js" */
@@ -36,7 +37,8 @@ export default class RehearsePanel {
       h("button", { type: "button", "data-mode": mode, onclick: () => this.setMode(mode) }, label));
     this.modes = h("div", { class: "segmented", role: "group", "aria-label": "Mode" }, this.modeButtons);
     this.modeWords = h("p", { class: "words" });
-    this.target = h("select", { "aria-label": "Target to inspect", onchange: () => this.setMode("inspect") });
+    this.target = h("select", { "aria-label": "Target to inspect", onchange: () => { this.chosen = this.target.value; this.setMode("inspect"); } });
+    this.chosen = ""; // the target that somebody has chosen here
     /**
      * @param {string} label
      * @param {string} hint
@@ -63,8 +65,9 @@ export default class RehearsePanel {
     this.marginWarning = h("p", { class: "words caution", hidden: true });
     this.registration = new UsedRegistration("driven-registration", true);
     this.tissueWords = h("p", { class: "words", hidden: true });
+    this.unrecorded = h("p", { class: "words caution", id: "unrecorded", role: "status", hidden: true });
     this.element = h("div", {},
-      group("Robot", null, this.words, this.registration.element, this.tissueWords, h("div", { class: "buttons even" }, this.startButton, this.resetButton)),
+      group("Robot", null, this.words, this.unrecorded, this.registration.element, this.tissueWords, h("div", { class: "buttons even" }, this.startButton, this.resetButton)),
       group("Handle", null, this.leaseWords, this.leaseButton),
       group("Motion", null, this.modes, this.target, this.modeWords,
         h("div", { class: "buttons even" }, this.forward, this.back), h("div", { class: "buttons even" }, this.twistLeft, this.twistRight),
@@ -79,6 +82,7 @@ export default class RehearsePanel {
     const rehearsal = state.rehearsal ?? {};
     const targets = (state.driven ?? state.plan)?.targets ?? []; // those of the robot that is there
     this.changedTargets([targets], () => this.renderTargets(targets));
+    this.preselect(state, targets);
     this.registration.update(state);
     const live = isLive(rehearsal);
     const adjustable = live && Boolean(rehearsal.mine);
@@ -87,6 +91,8 @@ export default class RehearsePanel {
     const { state: drive, phase, words, mine, holder, can_take, mode, target_id, path_done, plan_changed } = rehearsal;
     this.changedState([drive, phase, words, mine, holder, can_take, mode, target_id, path_done, plan_changed, state.plan_use, targets.length], () => this.renderState(state, rehearsal, targets.length));
     this.renderProgress(rehearsal);
+    this.unrecorded.textContent = rehearsal.unrecorded ? sentence(`Not recorded: ${rehearsal.unrecorded}`) : "";
+    this.unrecorded.hidden = !rehearsal.unrecorded;
     this.soFar.textContent = rehearsal.so_far ?? "";
     this.soFar.hidden = !rehearsal.so_far;
     const passed = Math.max(0, ...(isOld(state.corridor) ? null : state.corridor?.verdict?.profile.tissue_mm) ?? []); // the length that the verdict of the plan names
@@ -144,6 +150,18 @@ export default class RehearsePanel {
     const part = length ? Math.min(1, Math.max(0, (progress ?? 0) / length)) : 0;
     this.progressBar.style.width = `${(part * 100).toFixed(1)}%`;
     this.progressWords.textContent = length ? `${fixed(progress, 1)} of ${mm(length)} along the path` : "";
+  }
+
+  /**
+   * Show a target that can be inspected, until somebody chooses one; while one is inspected it is that.
+   * @param {ViewModel} state
+   * @param {ItemEntry[]} targets
+   */
+  preselect({ rehearsal, cones, plan }, targets) {
+    if (rehearsal?.mode === "inspect" || targets.some(({ id }) => id === this.chosen)) return;
+    const place = rehearsal?.phase === "done" ? rehearsal.virtual_point : plan?.points.at(-1)?.position;
+    const id = preselected(targets, cones, place ?? null);
+    if (id !== null && this.target.value !== id) this.target.value = id;
   }
 
   /** @param {ItemEntry[]} targets */

@@ -19,6 +19,7 @@ from app.services.recordings import Recording
 from app.services.switches import NO_SWITCHES, Switches
 from app.steps.rehearse.driven import Planned
 from app.steps.rehearse.refusal import refuse_where_centre_stops, refuse_where_tissue_stops
+from app.store.errors import StorageError
 from app.views.plan_items import curve_points, plan_items
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import PlanError
@@ -37,6 +38,7 @@ class Prepared:
     recording: what keeps the drive's run; None where nothing is kept.
     switches: what its standing fixtures come from. planned: what its dry run came to, None where it is not known.
     plan_key: of what it was made of, its registration as it was read for it; None where that was not read.
+    unrecorded: why the drive's run cannot be kept; '' where it can.
     """
 
     spec: SceneSpec
@@ -47,6 +49,7 @@ class Prepared:
     switches: Switches = NO_SWITCHES
     planned: Planned | None = None
     plan_key: PlanKey | None = None
+    unrecorded: str = ""
 
     def target_index(self, target_id: str) -> int:
         """Place of a target in the scene's list. Raises PlanError where the scene does not have it."""
@@ -105,6 +108,11 @@ def prepare(services: Services, plan: Plan, switches: Switches = NO_SWITCHES) ->
     )
     curve = curve_points(SplinePath(points))
     tissue = None if found.profile.tissue is None else services.fields.of_plan(plan).tissue
-    items, recording = tuple(plan_items(plan)), services.recordings.new(plan)
+    items, unrecorded = tuple(plan_items(plan)), ""
+    try:
+        recording = services.recordings.new(plan)
+    except StorageError as error:
+        recording, unrecorded = None, str(error)
     key = plan_key(plan, registered_key(found.registered))
-    return Prepared(spec, settings, items, curve, recording, switches, Planned.of(found, tissue), key)
+    planned = Planned.of(found, tissue, services.planning.ways(plan))
+    return Prepared(spec, settings, items, curve, recording, switches, planned, key, unrecorded)

@@ -39,13 +39,17 @@ class MotionView(TypedDict, total=False):
 
 
 class RehearsalSection(MotionView):
-    """The rehearsal and who drives it; mine: this window holds the handle, holder: who else does."""
+    """The rehearsal and who drives it; mine: this window holds the handle, holder: who else does.
+
+    unrecorded: why the drive is not recorded, or not to its end; None where it is.
+    """
 
     state: RehearsalState
     words: str
     mine: bool
     holder: str | None
     can_take: bool
+    unrecorded: str | None
     plan_changed: NotRequired[bool]
     target_id: NotRequired[str | None]
 
@@ -87,7 +91,7 @@ class SettingsSection(TypedDict):
 
 
 class OptionView(TypedDict):
-    """A switch of the rehearsal; words: what it does; refusal: why it cannot be used, '' where it can."""
+    """A switch of the rehearsal; words: what it does, or would do; refusal: why it cannot be used, '' where it can."""
 
     name: str
     label: str

@@ -52,6 +52,7 @@ class SharedDrive(DriveProcess):
                 may_switch=instructs or (holder is None and client.may_hold),
                 words_for_holder=words,
                 accepted=self._talk.accepted if mine else {},
+                unrecorded=self._unrecorded,
             )
 
     # -- the hand; quick and from any thread

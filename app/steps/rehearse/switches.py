@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from concurrent.futures import Executor
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 from app.services import Services
 from app.services.head_tissue import MAX_DEPTH_MM, NOSTRIL_DEPTH_MM, STIFFNESS_N_PER_MM
@@ -20,6 +20,7 @@ from app.services.switches import (
 )
 from app.services.verdict import NOSTRIL_MM
 from app.steps.rehearse.sections import CentreChoice, CentreSection, OptionsSection, OptionView
+from app.views.background import in_background
 from vfix_engine.errors import VfixError
 from vfix_engine.fixtures import RemoteCentre
 from vfix_engine.geometry.path import SplinePath
@@ -62,17 +63,21 @@ class CentrePlaces:
         at = zip(plan.points, point_places(plan, path), strict=True)
         has_ct = bool(self._services.cases.get(plan.case_id).volumes)
         known = self.known = _Known(path, tuple((point.id, point.label, s) for point, s in at), has_ct)
-        self._executor.submit(self._find, key, plan, known)
+        self._find(key, plan, known)
 
     def _find(self, key: object, plan: Plan, known: _Known) -> None:
-        entry, trouble = None, ""
-        try:
-            volume = self._services.cases.volume(self._services.cases.get(plan.case_id))
-            entry = entry_mm(plan, known.path, volume)
-        except VfixError as error:
-            trouble = str(error)
-        found = _Known(known.path, known.points, known.has_ct, entry, trouble)
-        self._post(lambda: self._accept(key, found))
+        def find() -> None:
+            try:
+                volume = self._services.cases.volume(self._services.cases.get(plan.case_id))
+                tell(entry_mm(plan, known.path, volume), "")
+            except VfixError as error:
+                tell(None, str(error))
+
+        def tell(entry: float | None, trouble: str) -> None:
+            found = _Known(known.path, known.points, known.has_ct, entry, trouble)
+            self._post(lambda: self._accept(key, found))
+
+        in_background(self._executor, "The entry was not found", find, lambda words: tell(None, words))
 
     def _accept(self, key: object, found: _Known) -> None:
         if key == self._key:
@@ -158,7 +163,7 @@ def options_section(
         {
             "name": name,
             "label": label,
-            "words": words,
+            "words": _option_words(words, getattr(wanted, name), getattr(in_force or wanted, name)),
             "on": getattr(wanted, name),
             "refusal": refusals[name] or ("" if may_change else _OF_ANOTHER),
         }
@@ -172,20 +177,43 @@ def options_section(
     }
 
 
-_LABELS = {
+class _OptionWords(NamedTuple):
+    """acts: what the switch does; would: the same behind 'Turn on to'."""
+
+    acts: str
+    would: str
+
+
+def _option_words(words: _OptionWords, on: bool, acts: bool) -> str:
+    """What a switch does, or would do. on: as it is wanted; acts: in the robot that is in place."""
+    if on != acts:
+        return f"Not in force yet: {words.acts}" if on else f"Still in force: {words.acts}"
+    return f"{words.acts[:1].upper()}{words.acts[1:]}" if on else f"Off. Turn on to {words.would}"
+
+
+_LABELS: dict[str, tuple[str, _OptionWords]] = {
     "soft_tissue": (
         "Soft tissue",
-        f"Skin and mucosa, as the CT shows them, yield with {STIFFNESS_N_PER_MM} N/mm and are hard from "
-        f"{MAX_DEPTH_MM:g} mm on, from {NOSTRIL_DEPTH_MM:g} mm within {NOSTRIL_MM:g} mm of the entry.",
+        _OptionWords(
+            f"skin and mucosa, as the CT shows them, yield with {STIFFNESS_N_PER_MM} N/mm and are hard from "
+            f"{MAX_DEPTH_MM:g} mm on, from {NOSTRIL_DEPTH_MM:g} mm within {NOSTRIL_MM:g} mm of the entry.",
+            "let skin and mucosa push back as the CT shows them.",
+        ),
     ),
     "remote_centre": (
         "Remote centre",
-        f"Once the tip is inside, the tool passes one place of the path within {TOLERANCE_MM:g} mm, "
-        "as it does in a nostril.",
+        _OptionWords(
+            f"once the tip is inside, the tool passes one place of the path within {TOLERANCE_MM:g} mm, "
+            "as it does in a nostril.",
+            f"make the tool pass one place of the path within {TOLERANCE_MM:g} mm, as it does in a nostril.",
+        ),
     ),
     "speed_limit": (
         "Speed limits",
-        f"The tip moves no faster than {SPEED_MM_PER_S:g} mm/s and turns no faster than "
-        f"{math.degrees(TURN_RAD_PER_S):.0f}°/s.",
+        _OptionWords(
+            f"the tip moves no faster than {SPEED_MM_PER_S:g} mm/s and turns no faster than "
+            f"{math.degrees(TURN_RAD_PER_S):.0f}°/s.",
+            f"limit the tip to {SPEED_MM_PER_S:g} mm/s and {math.degrees(TURN_RAD_PER_S):.0f}°/s.",
+        ),
     ),
 }

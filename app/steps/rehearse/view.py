@@ -51,6 +51,7 @@ def rehearsal_section(
         "mine": now.mine,
         "holder": "Another window" if now.holder is not None and not now.mine else None,
         "can_take": now.holder is None,
+        "unrecorded": now.unrecorded or None,
         "target_id": now.target_id if snapshot is not None and snapshot.mode == "inspect" else None,
     }
     if snapshot is None or state not in ("ready", "running", "paused"):

@@ -119,6 +119,7 @@ export class Connection extends EventTarget {
       return;
     }
     clearTimeout(this.timer);
+    this.giveUp(); // the worker does not tell the end of a line that is replaced
     this.line += 1;
     const scheme = location.protocol === "https:" ? "wss" : "ws";
     const query = new URLSearchParams({ tab: this.tab, ...remembered() });
@@ -144,12 +145,18 @@ export class Connection extends EventTarget {
     this.say("link", { connected: true, again });
   }
 
+  /** Nobody answers any more what was asked over the line that ends. */
+  giveUp() {
+    const asked = [...this.waiting.values()];
+    this.waiting.clear();
+    for (const { reject } of asked) reject(new Error("The connection was lost."));
+  }
+
   /** @param {number} code of the websocket */
   async closed(code) {
     if (this.connected) this.backoff.lost(performance.now() - this.openedAt);
     this.connected = false;
-    for (const { reject } of this.waiting.values()) reject(new Error("The connection was lost."));
-    this.waiting.clear();
+    this.giveUp();
     if (code === TAKEN) {
       // the same tab id lives in another window (a duplicated tab): take a new identity
       sessionStorage.removeItem("vfix-tab");

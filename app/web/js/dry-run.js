@@ -4,7 +4,7 @@ import { sentence } from "./format.js";
 import { goesOn, jobNow, remove } from "./rest.js";
 
 /** @import { Connection } from "./connection.js" */
-/** @import { CorridorSection, JobPublic } from "./types.js" */
+/** @import { CorridorSection, JobPublic, VerdictPart } from "./types.js" */
 
 const QUIET_MS = 400; // a run that ends sooner shows no bar
 const LOOK_MS = 300;
@@ -31,6 +31,8 @@ export class DryRun {
     this.job = null;
     this.connection = connection;
     this.verdict = h("p", { class: "words", id });
+    this.moreWords = h("p", { class: "words" });
+    this.more = h("details", { class: "verdict-more", hidden: true }, h("summary", { title: "More about this verdict", "aria-label": "More about this verdict" }, "?"), this.moreWords);
     this.state = h("p", { class: "words verdict-state", id: `${id}-state`, hidden: true });
     this.showMe = h("button", { type: "button", class: "plain", "data-tool": "show-me", hidden: true }, "Show me");
     this.stage = h("p", { class: "words" });
@@ -38,12 +40,12 @@ export class DryRun {
     this.cancelButton = h("button", { type: "button", "data-tool": "cancel", onclick: () => this.cancel() }, "Cancel");
     this.progress = h("div", { class: "job", "data-job": "dry_run", hidden: true }, this.stage, h("div", { class: "progress" }, this.bar), this.cancelButton);
     this.again = h("button", { type: "button", class: "wide", "data-tool": "again", hidden: true, onclick: () => connection.send("dry_run.again") }, "Run it again");
-    this.element = h("div", { class: "fields" }, this.verdict, this.state, this.showMe, this.progress, this.again);
+    this.element = h("div", { class: "fields" }, this.verdict, this.more, this.state, this.showMe, this.progress, this.again);
   }
 
   /** @param {CorridorSection | undefined} corridor */
   update(corridor) {
-    this.changed([corridor?.words, corridor?.caution, corridor?.cancelled, corridor?.job, corridor?.verdict, corridor?.state_words], () => {
+    this.changed([corridor?.words, corridor?.level, corridor?.caution, corridor?.cancelled, corridor?.job, corridor?.verdict, corridor?.state_words], () => {
       this.say(corridor);
       this.again.hidden = !corridor?.cancelled;
       this.follow(corridor?.job ?? null);
@@ -56,12 +58,16 @@ export class DryRun {
    */
   say(corridor) {
     const verdict = corridor?.verdict;
-    this.verdict.className = verdict ? "words verdict" : corridor?.caution ? "words caution" : "words";
+    const level = verdict?.level ?? corridor?.level; // without a drive, where the tool does not fit at the entry
+    this.verdict.className = level ? "words verdict" : corridor?.caution ? "words caution" : "words";
     this.showMe.hidden = !verdict;
+    const details = verdict?.parts.filter((part) => part.detail) ?? [];
+    this.more.hidden = !details.length;
     this.state.hidden = !verdict;
-    this.state.textContent = corridor?.state_words || "Placed and driven dry.";
+    this.state.textContent = corridor?.state_words ?? "";
     if (!verdict) {
-      delete this.verdict.dataset.level;
+      if (level) this.verdict.dataset.level = level;
+      else delete this.verdict.dataset.level;
       this.verdict.textContent = sentence(corridor?.words ?? "");
       return;
     }
@@ -69,7 +75,9 @@ export class DryRun {
     const old = isOld(corridor);
     this.verdict.classList.toggle("stale", old);
     this.showMe.disabled = old;
-    this.verdict.replaceChildren(...verdict.parts.map(({ words, s_mm: s }) => (s === null || old ? document.createTextNode(words) : this.place(words, s))));
+    const shown = (/** @type {VerdictPart[]} */ parts) => parts.map(({ words, s_mm: s }) => (s === null || old ? document.createTextNode(words) : this.place(words, s)));
+    this.verdict.replaceChildren(...shown(verdict.parts.filter((part) => !part.detail)));
+    this.moreWords.replaceChildren(...shown(details));
     this.showMe.onclick = () => this.connection.send("clearance.show", { s_mm: verdict.show_mm });
   }
 

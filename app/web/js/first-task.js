@@ -8,7 +8,7 @@ import { TOUCHED } from "./scene.js";
 const STEPS = [
   "Turn the head: drag in the scene. The wheel zooms to the pointer.",
   "Choose a point in the list, or click in a slice: scene and slices go there.",
-  "Open Rehearse, press Start and hold ↑: the tool goes in, and keeps off the bone.",
+  "Open Rehearse, press Start and hold ↑ until the end of the path: the tool keeps off the bone.",
 ];
 
 export class FirstTask {
@@ -52,7 +52,7 @@ export class FirstTask {
   update(state) {
     const led = state.step?.name === "plan" && state.plan && state.plan.points.length < 2; // by the empty plan's own steps
     this.box.hidden = !this.wanted || (Boolean(led) && !this.asked);
-    if (state.rehearsal?.state === "running") this.tick(2);
+    if (state.rehearsal?.phase === "done") this.tick(2);
   }
 
   /** @param {number} index */

@@ -165,7 +165,7 @@ export function upload(path, form, onProgress) {
       }
       reject(failure(request.status, request.response));
     });
-    request.addEventListener("error", () => reject(new Error("The upload was interrupted.")));
+    for (const end of ["error", "abort", "timeout"]) request.addEventListener(end, () => reject(new Error("The upload was interrupted.")));
     request.send(form);
   });
 }

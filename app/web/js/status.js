@@ -43,7 +43,7 @@ export class StatusBar {
     this.force.set(now.force_n, 2, "N");
     this.tip.set(now.mode === "path" || !driving ? now.tip_error_mm : null, 3, "mm");
     const corridor = driving ? null : state.corridor;
-    this.clearance.label.textContent = driving ? "Bone clearance of the tool" : "Least bone clearance";
+    this.clearance.label.textContent = driving ? "Bone clearance of the tool" : corridor?.nearest ? `Least clearance to ${corridor.nearest}` : "Least clearance";
     this.clearance.set(driving ? now.clearance_mm : corridor?.min_clearance_mm, 2, "mm", now.clearance_capped ? "≥ " : "");
     const slack = (now.clearance_mm ?? NaN) - (now.margin_mm ?? NaN);
     this.clearance.element.classList.toggle("caution", driving ? slack < NEAR_MM : Boolean(corridor?.caution));
@@ -100,7 +100,7 @@ function reading(name, extra = "") {
  */
 function planWords(corridor) {
   if (isOld(corridor)) return "Judging the path …";
-  if (corridor?.verdict) return corridor.state === "drag" ? `${corridor.verdict.short} (provisional)` : corridor.verdict.short;
+  if (corridor?.short) return corridor.short;
   if (corridor?.status === "failed") return `Not known: ${clause(corridor.words)}`;
   return corridor?.status === "computing" ? "Driving the path …" : "–";
 }

@@ -254,7 +254,7 @@ export interface StructureChoice {
   name: string;
 }
 
-/** The bone that the open plan removes; words: in all, '' where nothing is to be removed. */
+/** The bone that the open plan removes; words: in all, '' where nothing is to be removed, or why it is not known. */
 export interface RemovedBoneSection {
   items: RemovedRegionView[];
   words: string;
@@ -431,6 +431,8 @@ export interface CurveSection {
 /**
  * The dry run of the plan; completed is None until it has ended.
  *
+ * level, short: of the verdict, also where the tool does not fit at the entry; None and '' while it is not known.
+ * min_clearance_mm: the least clearance to what is nearest to its margin, which nearest names.
  * job: id of the one that computes it, None where none does. cancelled: somebody ended it.
  * verdict: of a run that has ended, or of an earlier one while another is computed; shown_mm: arc length at which the
  * tool is shown, None where it is not.
@@ -441,9 +443,12 @@ export interface CurveSection {
 export interface CorridorSection {
   status: "none" | "computing" | "done" | "failed";
   words: string;
+  level: "fits" | "tight" | "pierces" | "blocked" | "unknown" | null;
+  short: string;
   caution: boolean;
   completed: boolean | null;
   min_clearance_mm: number | null;
+  nearest: string;
   soft_tissue: SoftTissueView | null;
   warning: string;
   scale: ScaleView | null;
@@ -478,37 +483,63 @@ export interface ScaleView {
 /**
  * The verdict on the path: level from bone and reach, tissue_level from soft tissue; short: in a few words.
  *
- * show_mm: arc length of the place to look at first. nearest: name of the structure of the least clearance.
+ * pierced: what is drawn in red; None where the tool pierces nothing.
+ * show_mm: arc length of the place to look at first. nearest: name of what leaves least above its margin, bone or a
+ * structure to spare, nearest_curve: its curve, and nearest_mm: arc length of that place.
  */
 export interface VerdictView {
-  level: "fits" | "tight" | "blocked" | "unknown";
+  level: "fits" | "tight" | "pierces" | "blocked" | "unknown";
   short: string;
   tissue_level: "none" | "pressed" | "deep" | "unknown";
   parts: VerdictPart[];
+  pierced: PiercedView | null;
   show_mm: number;
   nearest: string;
+  nearest_curve: number;
+  nearest_mm: number;
   length_mm: number;
   profile: ClearanceProfile;
 }
 
-/** A piece of the verdict's sentence; s_mm: arc length of the tip that it is about, None where it is about none. */
+/**
+ * A piece of the verdict's sentence; s_mm: arc length of the tip that it is about, None where it is about none.
+ *
+ * detail: shown on request only.
+ */
 export interface VerdictPart {
   words: string;
   s_mm: number | null;
+  detail: boolean;
+}
+
+/** The tissue that the tool pierces, on its axis where the tip is at s_mm: from outside to inside, in LPS. */
+export interface PiercedView {
+  begin: [number, number, number];
+  end: [number, number, number];
 }
 
 /**
  * Along the path, at one pose of the dry run for every 0.5 mm: all lists are of one length, in mm.
  *
+ * curves: bone first, then each hard structure to spare.
  * tissue_mm and tissue_depth_mm: along which length and how deep the tool is in soft tissue; None without a CT.
  * registration_mm: what the registration may be off by at the tip (95 %); None without one.
+ * sideways_mm: how far sideways air leads round the tissue that the tool passes; None where not known anywhere.
  */
 export interface ClearanceProfile {
   s_mm: number[];
-  clearance_mm: number[];
+  curves: ObstacleCurve[];
   tissue_mm: number[] | null;
   tissue_depth_mm: number[] | null;
   registration_mm: number[] | null;
+  sideways_mm: number[] | null;
+}
+
+/** Clearance of the whole tool to bone or to a hard structure to spare along the path, and its margin, in mm. */
+export interface ObstacleCurve {
+  name: string;
+  margin_mm: number;
+  clearance_mm: number[];
 }
 
 /**
@@ -763,7 +794,11 @@ export interface TrackerView {
   words: string;
 }
 
-/** The rehearsal and who drives it; mine: this window holds the handle, holder: who else does. */
+/**
+ * The rehearsal and who drives it; mine: this window holds the handle, holder: who else does.
+ *
+ * unrecorded: why the drive is not recorded, or not to its end; None where it is.
+ */
 export interface RehearsalSection {
   mode?: string;
   phase?: string;
@@ -789,6 +824,7 @@ export interface RehearsalSection {
   mine: boolean;
   holder: string | null;
   can_take: boolean;
+  unrecorded: string | null;
   plan_changed: boolean;
   target_id: string | null;
 }
@@ -843,7 +879,7 @@ export interface OptionsSection {
   words: string;
 }
 
-/** A switch of the rehearsal; words: what it does; refusal: why it cannot be used, '' where it can. */
+/** A switch of the rehearsal; words: what it does, or would do; refusal: why it cannot be used, '' where it can. */
 export interface OptionView {
   name: string;
   label: string;
@@ -1079,7 +1115,7 @@ export interface SecondVolumePublic {
 /**
  * Alternatives, the best one first, or why there are none.
  *
- * kept_mm: from bone: the margin, and what the case's surface may be off.
+ * kept_mm: from bone: the margin, and what thinning may have moved the case's surface by.
  */
 export interface SuggestionPublic {
   id: string;
@@ -1095,10 +1131,20 @@ export interface SuggestionPublic {
 /**
  * A path with directions of the shaft, and how the tool was driven along it; lengths in mm.
  *
- * short_of_target_mm: from the path's end to the target. tight: within 0.2 mm of the margin; turns: the shaft's
- * direction changes along the path.
+ * verdict: the level that the plan has when it is led along it, short: in a few words, words: the whole of it.
+ * nearest: bone or the structure to spare that leaves least above its margin, margin_mm; nearest_clearance_mm: to it.
+ * least_clearance_mm: to bone. short_of_target_mm: from the path's end to the target. tight: the verdict is;
+ * turns: the shaft's direction changes along the path.
+ * sideways_mm: how far sideways air leads round the tissue that the tool passes; ways that pierce tissue are never
+ * among the alternatives.
  */
 export interface AlternativePublic {
+  verdict: "fits" | "tight" | "pierces" | "blocked" | "unknown";
+  short: string;
+  words: string;
+  nearest: string;
+  nearest_clearance_mm: number | null;
+  margin_mm: number | null;
   short_of_target_mm: number;
   length_mm: number;
   least_clearance_mm: number;
@@ -1106,6 +1152,7 @@ export interface AlternativePublic {
   tight: boolean;
   tissue_mm: number | null;
   tissue_depth_mm: number | null;
+  sideways_mm: number | null;
   turns: boolean;
   points: SuggestedPoint[];
 }
@@ -1145,6 +1192,7 @@ export interface ToolPublic {
   tissue_mm: number | null;
   tissue_depth_mm: number | null;
   reason: string;
+  pierces: boolean;
 }
 
 /**

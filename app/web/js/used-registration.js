@@ -1,4 +1,5 @@
 // The registration that the open plan goes by: its name, the error to be expected of it, and what is doubtful of it.
+import { rowAt } from "./clearance-words.js";
 import { h, whenChanged } from "./dom.js";
 import { mm } from "./format.js";
 
@@ -43,14 +44,13 @@ export function usedWords(use, verdict, driven) {
 }
 
 /**
- * What the registration may be off by where the path is narrowest.
+ * What the registration may be off by where least is left of a margin, to bone or to a structure to spare.
  * @param {VerdictView | null} verdict
  * @returns {string[]}
  */
 function narrowestWords(verdict) {
   const off = verdict?.profile.registration_mm;
   if (!verdict || !off?.length) return [];
-  const { clearance_mm: clearance, s_mm: s } = verdict.profile;
-  const at = clearance.indexOf(Math.min(...clearance));
-  return [`Where the path is narrowest, at ${s[at].toFixed(0)} mm, it is below ${mm(off[at], 2)}.`];
+  const at = rowAt(verdict.profile, verdict.nearest_mm);
+  return [`Where the path is narrowest, at ${verdict.nearest_mm.toFixed(0)} mm, it is below ${mm(off[at], 2)}.`];
 }

@@ -7,11 +7,12 @@ import logging
 import socket
 import time
 from types import ModuleType
+from typing import Any
 
 import pytest
 from knocking import Planner, raw
 
-from app.gateway import connections
+from app.gateway import body_limit, connections
 from app.gateway.body_limit import MAX_BODY_BYTES
 from app.link import server as link_server
 from app.services.live_link import link as live_link
@@ -78,6 +79,50 @@ def test_a_body_is_refused_before_it_is_sent(planner: Planner) -> None:
         assert f"{MAX_BODY_BYTES >> 10} KiB" in json.loads(answer.body)["error"]["message"]
     small = claimed.replace(b"{}", b"5") + b"\r\n[1,2]"
     assert raw(planner.port, small).status == 200
+
+
+def test_who_sends_a_whole_body_before_reading_gets_the_answer(
+    planner: Planner, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """And then the connection's end. A reset would throw the answer away before the client has read it."""
+    head = f"POST /api/takes HTTP/1.1\r\nHost: {planner.host}\r\n{': '.join(planner.bearer)}\r\nConnection: close\r\n"
+    size = 24 << 20  # more than what the sockets between them hold
+
+    def answer(head: str, body: bytes) -> bytes:
+        with socket.create_connection(("127.0.0.1", planner.port), timeout=60) as connection:
+            connection.sendall(head.encode() + b"\r\n")
+            connection.sendall(body)
+            found = b""
+            while more := connection.recv(1 << 16):
+                found += more
+            return found
+
+    chunks = b"".join(b"100000\r\n" + bytes(1 << 20) + b"\r\n" for _ in range(size >> 20)) + b"0\r\n\r\n"
+    claimed = f"{head}Content-Length: {size}\r\n"
+    for sent, body in ((claimed, bytes(size)), (f"{head}Transfer-Encoding: chunked\r\n", chunks)):
+        status, _, rest = answer(sent, body).partition(b"\r\n")
+        assert status.startswith(b"HTTP/1.1 413 ")
+        assert b"connection: close" in rest.lower()
+        assert f"{MAX_BODY_BYTES >> 10} KiB".encode() in rest
+    elsewhere = claimed.replace("POST /api/takes", "POST /api/nothing-here")  # answered without a look at the body
+    assert answer(elsewhere, bytes(size)).startswith(b"HTTP/1.1 404 ")
+    monkeypatch.setattr(body_limit, "DRAIN_BYTES", 1 << 20)
+    received = list[int]()
+    receive = body_limit._Body._next
+
+    async def counted(self: body_limit._Body) -> Any:
+        message = await receive(self)
+        received.append(self._read)
+        return message
+
+    monkeypatch.setattr(body_limit._Body, "_next", counted)
+    with contextlib.suppress(ConnectionError):  # more than is drained: the client may be cut off
+        answer(f"{head}Transfer-Encoding: chunked\r\n", chunks)
+    assert 1 << 20 <= received[-1] < 4 << 20, "a bounded amount"
+    received.clear()
+    with contextlib.suppress(ConnectionError):
+        answer(claimed, bytes(size))
+    assert received == [], "what is claimed to be longer is answered at once"
 
 
 def test_the_log_cannot_be_flooded(monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture) -> None:

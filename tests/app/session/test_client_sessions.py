@@ -5,14 +5,12 @@ from __future__ import annotations
 import sqlite3
 import threading
 import time
-from collections.abc import Iterator
-from concurrent.futures import Future
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
-from session_doubles import CLIENT, HEAD, SAMPLE, Robot, fail, other_case, put_in_place
+from session_doubles import CLIENT, HEAD, SAMPLE, Robot, Tabs, fail, other_case, put_in_place, rehearse_step, settle
 
 from app.scene.plan import PlanItem
 from app.services import Services
@@ -20,27 +18,9 @@ from app.session import client_sessions
 from app.session.client_session import ClientSession
 from app.session.client_sessions import ClientSessions, TooManyTabs
 from app.steps.rehearse.commands import HandCommand
-from app.steps.rehearse.step import RehearseStep
 from app.store.errors import StorageError
 from app.views.layers import Layer
 from app.views.plan_items import plan_items
-
-
-class _Tabs:
-    def client_for(self, tab: str) -> None:
-        return None
-
-    def on_tab_connected(self, callback: Any) -> None:
-        pass
-
-    def on_tab_gone(self, callback: Any) -> None:
-        pass
-
-
-def _rehearse(session: ClientSession) -> RehearseStep:
-    step = session.steps["rehearse"]
-    assert isinstance(step, RehearseStep)
-    return step
 
 
 def _items(session: ClientSession) -> tuple[PlanItem, ...]:
@@ -48,27 +28,12 @@ def _items(session: ClientSession) -> tuple[PlanItem, ...]:
     return tuple(key[0])
 
 
-def _settle(session: ClientSession) -> None:
-    """Wait until everything that was asked of a session is done."""
-    done: Future[None] = Future()
-    session.post(lambda: done.set_result(None))
-    done.result(60)
-
-
-@pytest.fixture
-def sessions(phantom_services: Services) -> Iterator[ClientSessions]:
-    """Its clock stands; a test lets it tick."""
-    made = ClientSessions(phantom_services, _Tabs(), lambda: "")
-    yield made
-    made.close()
-
-
 def test_a_window_is_refused_where_no_scene_could_be_had(
     phantom_services: Services, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """It would wait for its scene for ever; one that closes makes drive for it."""
     monkeypatch.setattr(client_sessions, "MAX_PAGES", 1)
-    sessions = ClientSessions(phantom_services, _Tabs(), lambda: "")
+    sessions = ClientSessions(phantom_services, Tabs(), lambda: "")
     try:
         sessions.connect("tab-one-0", {})
         with pytest.raises(TooManyTabs):
@@ -88,10 +53,10 @@ def test_a_lost_connection_frees_the_handle_and_keeps_the_rehearsal(sessions: Cl
     def pass_by(seconds: float) -> None:
         for _ in range(3):
             sessions.beat(time.monotonic() + seconds)
-        _settle(session)
+        settle(session)
 
-    _settle(session)
-    drive = _rehearse(session).drive
+    settle(session)
+    drive = rehearse_step(session).drive
     assert drive is not None
     drive.lease.take(CLIENT)
     sessions.disconnect("tab-one-0")
@@ -107,8 +72,8 @@ def test_a_lost_connection_frees_the_handle_and_keeps_the_rehearsal(sessions: Cl
     pass_by(client_sessions.ABANDONED_S)
     assert drive.watchers == set()
     assert sessions.connect("tab-one-0", {}) is session
-    _settle(session)
-    drive = _rehearse(session).drive
+    settle(session)
+    drive = rehearse_step(session).drive
     assert drive is not None
     assert drive.watchers == {"tab-one-0"}
     sessions.disconnect("tab-one-0")
@@ -127,12 +92,12 @@ def test_a_page_that_comes_back_in_the_very_tick_is_waited_for_anew(
 ) -> None:
     """HAZ-11, HAZ-12: the clock finds it absent, it connects, and only then something would be given up."""
     session, wait_for = sessions.connect("tab-one-0", {"plan": SAMPLE}), sessions._wait_for
-    _settle(session)
+    settle(session)
     sessions.disconnect("tab-one-0")
     late = time.monotonic() + client_sessions.ENDED_S
     for _ in range(given_up):
         sessions.beat(late)
-    _settle(session)
+    settle(session)
 
     def comes_back(*values: Any) -> None:
         assert sessions.connect("tab-one-0", {}) is session
@@ -141,14 +106,14 @@ def test_a_page_that_comes_back_in_the_very_tick_is_waited_for_anew(
     monkeypatch.setattr(sessions, "_wait_for", comes_back)
     sessions.beat(late)
     monkeypatch.undo()
-    _settle(session)
-    drive = _rehearse(session).drive
+    settle(session)
+    drive = rehearse_step(session).drive
     assert drive is not None
     assert drive.watchers == {"tab-one-0"}
     drive.lease.take(CLIENT)
     sessions.disconnect("tab-one-0")
     sessions.beat(time.monotonic() + client_sessions.LEASE_GRACE_S)
-    _settle(session)
+    settle(session)
     assert drive.lease.holder is None
 
 
@@ -157,7 +122,7 @@ def test_a_store_that_cannot_be_asked_is_logged_once_and_asked_again(
 ) -> None:
     ticks: list[bool] = []
     monkeypatch.setattr(ClientSession, "tick", lambda self, changed: ticks.append(changed))
-    _settle(sessions.connect("tab-one-0", {"plan": SAMPLE}))
+    settle(sessions.connect("tab-one-0", {"plan": SAMPLE}))
     store, now = sessions._services.store, time.monotonic()
     sessions.beat(now)
     with monkeypatch.context() as broken:
@@ -185,7 +150,7 @@ def test_a_page_that_is_away_costs_nothing(sessions: ClientSessions, monkeypatch
     monkeypatch.setattr(ClientSession, "tick", counted)
     here, away = (sessions.connect(tab, {"plan": SAMPLE}) for tab in ("tab-here-0", "tab-away-0"))
     for _ in range(2):  # what is published follows each request
-        _settle(away)
+        settle(away)
     services = sessions._services
     sessions.disconnect("tab-away-0")
     now = time.monotonic()
@@ -196,8 +161,8 @@ def test_a_page_that_is_away_costs_nothing(sessions: ClientSessions, monkeypatch
     assert len(ticks) < 10, "nothing moves there either: a look now and then is enough"
 
     def names(session: ClientSession) -> set[str]:
-        _settle(session)
-        _settle(session)  # what is published follows each request
+        settle(session)
+        settle(session)  # what is published follows each request
         section = session.view_model.read("plans")
         return set() if section is None else {item["name"] for item in section["items"]}
 
@@ -238,15 +203,15 @@ def test_the_scene_shows_what_is_driven_while_it_is_driven(sessions: ClientSessi
     services = sessions._services
     plan = services.plans.duplicate(SAMPLE)
     session = sessions.connect("tab-one-0", {"case": HEAD, "plan": plan.id})
-    _settle(session)
-    rehearse = _rehearse(session)
+    settle(session)
+    rehearse = rehearse_step(session)
     drive, robot = rehearse.drive, Robot()
     assert drive is not None
     put_in_place(drive, robot, plan)
     services.plans.editor(plan.id).delete_point(plan.points[-1].id)
     session.come_back()
-    _settle(session)
-    _settle(session)
+    settle(session)
+    settle(session)
     drawn = _items(session)
     assert len(drawn) == len(plan.points) + len(plan.targets) - 1
     session.active.active, rehearse.active, session.active = False, True, rehearse
@@ -263,10 +228,10 @@ def test_the_scene_shows_what_is_driven_while_it_is_driven(sessions: ClientSessi
 def test_between_requests_only_the_layers_of_the_active_step_are_drawn(sessions: ClientSessions) -> None:
     """Until it has other ones than before: then what another step shows under their names comes back."""
     session = sessions.connect("tab-one-0", {"case": HEAD, "plan": SAMPLE})
-    _settle(session)
+    settle(session)
     drawn: list[tuple[str, list[str]]] = []
     robot = Layer[Any]("rehearse.drive", 0, lambda view: None, lambda nodes: None)
-    own, rehearse = [robot], _rehearse(session)
+    own, rehearse = [robot], rehearse_step(session)
     stack = SimpleNamespace(
         draw=lambda layers: drawn.append(("draw", [layer.name for layer in layers])),
         update=lambda layers: drawn.append(("update", [layer.name for layer in layers])),
@@ -286,7 +251,7 @@ def test_between_requests_only_the_layers_of_the_active_step_are_drawn(sessions:
         tick()
 
     session.post(watch)
-    _settle(session)
+    settle(session)
     everything, moving, without = drawn[:3]
     assert everything[0] == without[0] == "draw"
     assert moving == ("update", ["rehearse.drive"])
@@ -297,13 +262,13 @@ def test_between_requests_only_the_layers_of_the_active_step_are_drawn(sessions:
 def test_a_client_that_comes_back_with_less_gives_up_its_handle(sessions: ClientSessions) -> None:
     session = sessions.connect("tab-one-0", {"plan": SAMPLE})
     session.greet("holds")
-    _settle(session)
-    drive = _rehearse(session).drive
+    settle(session)
+    drive = rehearse_step(session).drive
     assert drive is not None
     session.command(HandCommand(type="rehearsal.take"))
     assert drive.lease.holder == CLIENT
     session.greet("watches")
-    _settle(session)
+    settle(session)
     assert drive.lease.holder is None
     session.command(HandCommand(type="rehearsal.take"))
     assert drive.lease.holder is None
@@ -315,8 +280,8 @@ def test_a_head_that_is_deleted_elsewhere_is_told(sessions: ClientSessions, phan
 
     def hint() -> str:
         session.tick(changed=True)
-        _settle(session)
-        _settle(session)
+        settle(session)
+        settle(session)
         return str(session.view_model.read("step")["hint"])
 
     assert "deleted" not in hint()

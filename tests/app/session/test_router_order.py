@@ -6,8 +6,11 @@ import asyncio
 import contextlib
 import importlib
 import json
+import threading
 from types import SimpleNamespace
 from typing import Any
+
+import pytest
 
 from app.session.view_model import ViewModel
 
@@ -24,21 +27,19 @@ def test_a_reply_follows_the_state_that_it_answers() -> None:
         model.commit()
 
     async def write() -> None:
-        outbox: asyncio.Queue[Any] = asyncio.Queue()
-        changed = asyncio.Event()
+        outbox = router.Outbox()
 
         async def send_text(text: str) -> None:
             sent.append(json.loads(text))
             if len(sent) == 1:
                 publish(2)
-                outbox.put_nowait({"type": "reply", "id": 7, "ok": True, "result": None})
-                changed.set()
+                outbox.put({"type": "reply", "id": 7, "ok": True, "result": None})
 
         publish(1)
-        changed.set()
+        outbox.changed.set()
         socket: Any = SimpleNamespace(send_text=send_text)
         session: Any = SimpleNamespace(view_model=model)
-        writer = asyncio.create_task(router._write(socket, session, outbox, changed))
+        writer = asyncio.create_task(router._write(socket, session, outbox))
         while len(sent) < 3:
             await asyncio.sleep(0.001)
         writer.cancel()
@@ -48,6 +49,82 @@ def test_a_reply_follows_the_state_that_it_answers() -> None:
     asyncio.run(asyncio.wait_for(write(), 60.0))
     assert [message["type"] for message in sent] == ["state", "state", "reply"]
     assert [message["sections"]["plan"]["revision"] for message in sent[:2]] == [1, 2]
+
+
+def test_replies_are_never_dropped_and_while_many_wait_no_command_is_read() -> None:
+    """HAZ-31: the page sends 200 requests and reads nothing; then it reads, and every one has its reply."""
+    sent, asked = list[Any](), list[int]()
+
+    async def serve() -> None:
+        reads, first = asyncio.Event(), asyncio.Event()
+        incoming = [json.dumps({"type": "undo", "id": number}) for number in range(200)]
+
+        async def receive() -> dict[str, Any]:
+            if not incoming:
+                await asyncio.Event().wait()
+            return {"type": "websocket.receive", "text": incoming.pop(0)}
+
+        async def send_text(text: str) -> None:
+            first.set()
+            await reads.wait()
+            sent.append(json.loads(text))
+
+        def command(command: Any, reply: Any) -> bool:
+            asked.append(command.id)
+            reply(True, None)
+            return True
+
+        outbox = router.Outbox()
+        socket: Any = SimpleNamespace(send_text=send_text, receive=receive)
+        session: Any = SimpleNamespace(view_model=ViewModel(), command=command)
+        for _ in range(3 * router.MAX_NOTES):
+            outbox.put({"type": "note", "words": "…", "error": False})
+        tasks = [
+            asyncio.create_task(router._write(socket, session, outbox)),
+            asyncio.create_task(router._read(socket, session, outbox, outbox.put)),
+        ]
+        await first.wait()
+        for _ in range(1000):  # whatever can go on goes on
+            await asyncio.sleep(0)
+        assert asked == list(range(router.MAX_REPLIES)), "the rest waits in the socket: the hand's beats, too"
+        reads.set()
+        while len(sent) < 200 + router.MAX_NOTES:
+            await asyncio.sleep(0.001)
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+
+    asyncio.run(asyncio.wait_for(serve(), 60.0))
+    assert [message["id"] for message in sent if message["type"] == "reply"] == list(range(200))
+
+
+def test_a_client_that_goes_while_its_session_is_made_leaves_no_place_taken() -> None:
+    """A session is made on another thread: the loop serves all other pages meanwhile."""
+    made, connected = threading.Event(), list[str]()
+
+    def connect(client: str, wanted: dict[str, str]) -> Any:
+        assert made.wait(60)
+        connected.append(client)
+        return SimpleNamespace()
+
+    async def come_and_go() -> None:
+        left = asyncio.Event()
+
+        def disconnect(client: str) -> None:
+            connected.remove(client)
+            left.set()
+
+        sessions: Any = SimpleNamespace(connect=connect, disconnect=disconnect)
+        coming = asyncio.create_task(router._connect(sessions, "tab-one-0", {}))
+        await asyncio.sleep(0)
+        coming.cancel()
+        with pytest.raises(asyncio.CancelledError):
+            await coming
+        made.set()
+        await left.wait()
+
+    asyncio.run(asyncio.wait_for(come_and_go(), 60.0))
+    assert connected == []
 
 
 def test_what_is_no_command_is_answered_by_its_number() -> None:

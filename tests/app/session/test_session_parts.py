@@ -89,8 +89,15 @@ def test_the_inbox_keeps_the_order_and_the_newest_of_a_stream() -> None:
 
 def test_the_inbox_of_a_page_gone_mad_is_bounded() -> None:
     inbox = Inbox()
-    taken = [inbox.put(lambda: None) for _ in range(MAX_WAITING + 10)]
+    taken = [inbox.offer(lambda: None) for _ in range(MAX_WAITING + 10)]
     assert sum(taken) == MAX_WAITING
+    done = list[str]()
+    assert not inbox.offer(lambda: done.append("stream"), "stream")
+    inbox.put(lambda: done.append("release"))  # of the planner itself: a hand that is let go of
+    inbox.close()
+    while (request := inbox.get(0.1)) is not None:
+        request()
+    assert done == ["release"]
 
 
 def test_a_non_finite_number_does_not_cost_the_page_its_connection(caplog: pytest.LogCaptureFixture) -> None:

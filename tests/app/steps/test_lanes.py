@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
-from session_doubles import Now
+from session_doubles import Now, fail
 
 from app.steps.plan.lanes import Lanes
+from vfix_engine.errors import InputError
 
 
 def test_slow_work_keeps_no_other_lane_waiting_and_its_own_lane_does_the_newest_next() -> None:
@@ -21,25 +23,34 @@ def test_slow_work_keeps_no_other_lane_waiting_and_its_own_lane_does_the_newest_
 
     with ThreadPoolExecutor(4) as executor:
         lanes = Lanes(executor)
-        lanes.submit("slow", first)
-        lanes.submit("slow", lambda: done.append("older"))
-        lanes.submit("slow", lambda: done.append("newest"))
-        lanes.submit("other", other.set)
+        for lane, work in (
+            ("slow", first),
+            ("slow", lambda: done.append("older")),
+            ("slow", lambda: done.append("newest")),
+            ("other", other.set),
+        ):
+            lanes.submit(lane, "It failed", work, done.append)
         assert other.wait(60)
         assert done == []
         slow.set()
     assert done == ["first", "newest"]
 
 
-def test_work_that_fails_is_logged_and_what_waits_behind_it_is_done(caplog: pytest.LogCaptureFixture) -> None:
+def test_work_that_fails_is_told_and_what_waits_behind_it_is_done(caplog: pytest.LogCaptureFixture) -> None:
     done: list[str] = []
 
-    def fail() -> None:
-        lanes.submit("lane", lambda: done.append("waited"))
-        raise ValueError("spoiled")
+    def submit(work: Callable[[], None]) -> None:
+        lanes.submit("lane", "It failed", work, done.append)
+
+    def spoil() -> None:
+        submit(lambda: done.append("waited"))
+        raise ValueError("of Doe, John")
 
     lanes = Lanes(Now())
-    lanes.submit("lane", fail)
-    lanes.submit("lane", lambda: done.append("later"))
-    assert done == ["waited", "later"]
-    assert "spoiled" in caplog.text
+    submit(spoil)
+    submit(lambda: fail(InputError("the path is empty.")))
+    submit(lambda: done.append("later"))
+    assert done == ["It failed; the planner's log says why.", "waited", "the path is empty.", "later"]
+    assert "ValueError" in caplog.text
+    assert " spoil\n" in f"{caplog.text}\n", "where it was"
+    assert "John" not in caplog.text, "HAZ-33"

@@ -164,7 +164,8 @@ def test_the_verdict_names_bone_soft_tissue_and_what_the_margin_leaves_open(phan
         executor.work.pop()()
     ran = [answer for answer in ran if answer.status == "done"]
     assert re.fullmatch(
-        r"Fits: bone 1\.\d\d mm \(shaft, at \d+ mm\)\. Presses soft tissue along \d\d mm of the tool, "
+        r"Fits\. 1\.\d\d mm to bone at \d+ mm \(margin 0\.38\)\. The shaft is nearest, and 0\.08 mm of the margin are "
+        r"there since the scan’s surface may be that far off\. Presses soft tissue along \d\d mm of the tool, "
         r"\d\.\d mm deep at most \(at \d+ mm\); all of it at the nostril\.",
         ran[0].words,
     )
@@ -185,15 +186,14 @@ def test_a_clearance_within_what_the_scan_leaves_open_is_no_fit(
     executor.work.pop()()
     answer = ran[-1]
     assert re.match(
-        r"Fits the surface only: bone 1\.\d\d mm \(shaft, at \d+ mm\), and bone may lie 2\.00 mm off its surface\. ",
+        r"Tight: bone may be nearer than the scan shows\. 1\.\d\d mm to bone at \d+ mm \(margin 0\.30\)\. "
+        r"The shaft is nearest\. Bone may lie 2\.00 mm off its surface\. ",
         answer.words,
     )
     assert answer.caution
     assert answer.completed
     assert answer.evaluation is not None
-    assert answer.evaluation.verdict.short.startswith("Fits the surface only")
-    reason = answer.evaluation.verdict.reason
-    assert "nearer to bone than the scan can tell" in plan_hint(3, 1, "point", False, False, True, reason, False)
+    assert (answer.evaluation.verdict.level, answer.evaluation.verdict.reason) == ("tight", "surface")
 
 
 def test_choosing_the_chosen_point_again_brings_the_slices_back_to_it(
@@ -259,10 +259,14 @@ def test_undo_says_what_it_took_back(phantom_services: Services) -> None:
 
 
 def test_the_hint_says_whether_the_tool_was_stopped_or_not_driven_at_all() -> None:
-    assert "turns grey" in plan_hint(3, 1, "point", False, False, False, "held", False)
-    assert "was not driven" in plan_hint(3, 1, "point", False, False, False, None, True)
-    assert "to be inspected" in plan_hint(3, 0, "target", False, False, True, "clear", False)
-    assert "Go to Rehearse" in plan_hint(3, 1, "target", False, False, True, "clear", False)
+    held, clear = ("blocked", "held", "Blocked"), ("fits", "clear", "Fits")
+    for mode in ("point", "target"):  # a click that is waited for does not hide that the path is blocked
+        hint = plan_hint(3, 0, mode, False, False, held, False)  # type: ignore[arg-type]
+        assert hint == "Blocked. Move points where the path turns grey, or choose another tool or robot."
+    assert "was not driven" in plan_hint(3, 1, "point", False, False, None, True)
+    assert plan_hint(3, 0, "target", False, False, clear, False).startswith("Fits. Click what is to be inspected")  # type: ignore[arg-type]
+    assert plan_hint(3, 1, "target", False, False, clear, False) == "Fits. Go to Rehearse."  # type: ignore[arg-type]
+    assert plan_hint(3, 1, "point", False, True, held, False).startswith("Blocked. The points are locked.")  # type: ignore[arg-type]
 
 
 def test_the_scale_names_the_colour_of_what_the_tool_does_not_reach() -> None:

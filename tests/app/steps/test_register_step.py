@@ -88,13 +88,13 @@ def test_points_are_touched_fitted_and_used(opened: Opened) -> None:
     rows = registration["errors"]["rows"]
     assert len(rows) == len(opened.views.plan.current.targets) + 1  # type: ignore[union-attr]
     assert rows[-1]["s_mm"] is not None
-    assert "in 95 of 100 cases" in registration["errors"]["words"]
+    assert "in 95 % of cases" in registration["errors"]["words"]
     assert "Use for this plan" in opened.step.hint()
     used = opened.do("registration.use", used=True)["plan_use"]
     assert (used["state"], used["here"], used["registration"]) == ("ready", True, registration["id"])
     assert opened.services.plans.get(opened.plan_id).registration == registration["id"]
     assert (used["name"], used["doubts"][0][:10]) == (registration["name"], "The points")
-    assert "in 95 of 100 cases" in used["error_words"]
+    assert "in 95 % of cases" in used["error_words"]
     assert used["has_balls"]
     assert "Go on to Plan" in opened.step.hint()
     assert opened.do("registration.use", used=False)["plan_use"]["state"] == "none"

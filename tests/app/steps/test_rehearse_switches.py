@@ -8,7 +8,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from session_doubles import CLIENT, SAMPLE, Later, Now, Robot, other_case, put_in_place, views_of
+from session_doubles import CLIENT, SAMPLE, Later, Now, Robot, fail, other_case, put_in_place, views_of
 
 from app.messages.client import Client
 from app.services import Services, head_tissue
@@ -107,6 +107,20 @@ def fail_tissue() -> None:
     raise AssertionError("nobody needs the tissue")
 
 
+def test_a_switch_is_told_as_acting_only_where_it_acts() -> None:
+    on, off = Switches(speed_limit=True), NO_SWITCHES
+
+    def words(wanted: Switches, in_force: Switches | None) -> str:
+        items = {item["name"]: item["words"] for item in options_section(wanted, in_force, None, True, True)["items"]}
+        assert items["remote_centre"].startswith("Off. Turn on to make the tool pass one place of the path within ")
+        return items["speed_limit"]
+
+    assert words(off, None) == words(off, off) == "Off. Turn on to limit the tip to 5 mm/s and 10°/s."
+    assert words(on, None) == words(on, on) == "The tip moves no faster than 5 mm/s and turns no faster than 10°/s."
+    assert words(on, off).startswith("Not in force yet: the tip moves")
+    assert words(off, on).startswith("Still in force: the tip moves")
+
+
 def test_the_page_lists_places_for_the_remote_centre_and_says_which_cannot_be(phantom_services: Services) -> None:
     plan = phantom_services.plans.get(SAMPLE)
     later, places = Later(), CentrePlaces(phantom_services, Now(), lambda act: act())
@@ -130,6 +144,19 @@ def test_the_page_lists_places_for_the_remote_centre_and_says_which_cannot_be(ph
     early = waiting.section(ENTRY)
     assert early is not None
     assert early["at_mm"] is None  # the CT is read in the background
+
+
+def test_an_entry_that_nobody_expected_not_to_be_found_is_told(
+    phantom_services: Services, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setattr(phantom_services.cases, "volume", lambda case: fail(RuntimeError("of Doe, John")))
+    places = CentrePlaces(phantom_services, Now(), lambda act: act())
+    places.ask(phantom_services.plans.get(SAMPLE))
+    section = places.section(ENTRY)
+    assert section is not None
+    assert section["trouble"] == "The entry was not found; the planner's log says why."
+    assert "RuntimeError" in caplog.text
+    assert "John" not in caplog.text
 
 
 def test_the_dry_run_is_that_of_the_drive_and_says_which_switches_are_on(phantom_services: Services) -> None:

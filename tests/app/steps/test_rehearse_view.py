@@ -113,14 +113,15 @@ def test_what_held_the_tool_is_kept_until_it_moves_freely() -> None:
 
 
 def test_the_hint_tells_where_the_dry_run_ends() -> None:
-    planned = Planned(False, 56.2, 90.1, "bone on the shaft, 0.2 mm away", 0.3)
+    planned = Planned(False, 56.2, 90.1, "bone on the shaft, 0.2 mm away", 0.3, verdict=IN_SHORT["held"])
     hint = rehearse_hint(5, "ready", True, False, "path", "", 1, False, planned.ends_words)
-    assert hint.startswith("The dry run ends at 56 of 90 mm: bone on the shaft, 0.2 mm away. Start is possible")
+    ends = "Blocked. The dry run ends at 56 of 90 mm: bone on the shaft, 0.2 mm away."
+    assert hint == f"{ends} You can still start; the tool stops before bone."
     assert "dry run" not in rehearse_hint(5, "running", True, False, "path", "", 1, False, planned.ends_words)
     assert Planned(True, 90.0, 90.0, "", 1.0).ends_words == ""
     doubted = Planned(True, 90.0, 90.0, "", 1.0, verdict=IN_SHORT["registration"])
     hint = rehearse_hint(5, "ready", True, False, "path", "", 1, False, doubted.ends_words)
-    assert hint.startswith("Tight: the registration may be off by more than the clearance. Start is possible")
+    assert hint.startswith("Tight: the registration may be off by more than the clearance. You can still start;")
 
 
 def test_what_acts_without_slowing_the_tool_is_named() -> None:

@@ -18,6 +18,7 @@ from app.steps.rehearse import drive_process
 from app.steps.rehearse.preparation import Prepared
 from app.steps.rehearse.shared_drive import SharedDrive
 from app.steps.rehearse.shared_drives import SharedDrives
+from app.steps.rehearse.view import rehearsal_section
 from tests.locks import Beside
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import ControlError, InputError, PlanError
@@ -26,7 +27,7 @@ from vfix_engine.runtime.events import Event
 ONE, TWO, THREE = (Client(name, "holds") for name in ("one", "two", "three"))
 
 
-class _Process:
+class Process:
     """Stands for the control process and notes what it is told."""
 
     refuses = False
@@ -36,9 +37,9 @@ class _Process:
     def __init__(self, *_: Any) -> None:
         self.told: list[Any] = []
         self.alive = True
-        _Process.last = self
+        Process.last = self
 
-    last: _Process
+    last: Process
 
     def start(self) -> None:
         pass
@@ -68,8 +69,8 @@ def _prepared() -> Prepared:
 
 @pytest.fixture
 def drive(monkeypatch: pytest.MonkeyPatch) -> SharedDrive:
-    monkeypatch.setattr(drive_process, "RehearsalProcess", _Process)
-    monkeypatch.setattr(_Process, "refuses", False)
+    monkeypatch.setattr(drive_process, "RehearsalProcess", Process)
+    monkeypatch.setattr(Process, "refuses", False)
     made = SharedDrive()
     made.open("plan", _prepared, Now())
     return made
@@ -78,7 +79,7 @@ def drive(monkeypatch: pytest.MonkeyPatch) -> SharedDrive:
 @pytest.mark.parametrize("driven", ["plan", "plan behind another registration"])
 def test_a_robot_stands_for_what_it_was_placed_for(monkeypatch: pytest.MonkeyPatch, driven: str) -> None:
     """The registration may have been changed after the start was asked for, and changed back since."""
-    monkeypatch.setattr(drive_process, "RehearsalProcess", _Process)
+    monkeypatch.setattr(drive_process, "RehearsalProcess", Process)
     drive = SharedDrive()
     drive.open("plan", lambda: replace(_prepared(), plan_key=driven), Now())
     assert drive.is_for(driven)
@@ -98,8 +99,8 @@ def test_only_the_holder_moves_the_robot(drive: SharedDrive) -> None:
         drive.set_mode(tab, "inspect", "t-2")
         drive.change_settings(tab, {"margin_mm": 1.0})
         if tab == TWO:
-            assert _Process.last.told == []
-    names = [name for name, *_ in _Process.last.told]
+            assert Process.last.told == []
+    names = [name for name, *_ in Process.last.told]
     assert names == ["set_grip", "drive", "twist", "run", "pause", "reset", "set_mode", "set_settings"]
 
 
@@ -107,7 +108,7 @@ def test_a_target_is_named_by_its_id_and_must_be_one_that_is_driven(drive: Share
     """The process has the targets of the plan that it was started for, in their order."""
     drive.lease.take(ONE)
     drive.set_mode(ONE, "inspect", "t-2")
-    assert (_Process.last.told, drive.read(ONE).target_id) == ([("set_mode", "inspect", 1)], "t-2")
+    assert (Process.last.told, drive.read(ONE).target_id) == ([("set_mode", "inspect", 1)], "t-2")
     with pytest.raises(PlanError, match="not part of this rehearsal"):
         drive.set_mode(ONE, "inspect", "p-1")
     assert drive.read(ONE).target_id == "t-2"
@@ -122,27 +123,27 @@ def test_a_heartbeat_never_takes_hold(drive: SharedDrive) -> None:
     drive.release(ONE)
     drive.heartbeat(ONE)
     beat, grip = ("heartbeat",), ("set_grip", (1.0, 2.0, 3.0))
-    assert _Process.last.told == [beat, grip, beat, ("release",), beat]
+    assert Process.last.told == [beat, grip, beat, ("release",), beat]
 
 
 def test_a_click_beside_the_grip_leaves_the_keys_alone(drive: SharedDrive) -> None:
     drive.lease.take(ONE)
     drive.drive(ONE, 1)
     drive.release_grip(ONE)
-    assert _Process.last.told == [("drive", 1)]
+    assert Process.last.told == [("drive", 1)]
     drive.set_grip(ONE, (1.0, 2.0, 3.0))
     drive.release_grip(ONE)
-    assert _Process.last.told[-1] == ("release",)
+    assert Process.last.told[-1] == ("release",)
 
 
 def _answer(drive: SharedDrive, monkeypatch: pytest.MonkeyPatch, *events: Event) -> None:
-    monkeypatch.setattr(_Process, "events", lambda self: list(events))
+    monkeypatch.setattr(Process, "events", lambda self: list(events))
     drive.check()
-    monkeypatch.setattr(_Process, "events", lambda self: [])
+    monkeypatch.setattr(Process, "events", lambda self: [])
 
 
 def _sent(drive: SharedDrive) -> list[ControlSettings]:
-    return [told[1] for told in _Process.last.told if told[0] == "set_settings"]
+    return [told[1] for told in Process.last.told if told[0] == "set_settings"]
 
 
 def _told(settings: ControlSettings) -> Event:
@@ -158,7 +159,7 @@ def test_a_setting_that_is_refused_is_not_shown_as_in_force(
     drive.change_settings(ONE, {"margin_mm": 1.5})
     drive.change_settings(ONE, {"force_cap_n": 2.0})
     assert (drive.read(ONE).settings, len(_sent(drive))) == (old, 1)
-    monkeypatch.setattr(_Process, "snapshot", lambda self: SimpleNamespace(clearance_mm=0.35))
+    monkeypatch.setattr(Process, "snapshot", lambda self: SimpleNamespace(clearance_mm=0.35))
     _answer(drive, monkeypatch, Event("note", "no such target"), Event("note", "would start too near"), _told(old))
     assert (drive.read(ONE).settings, drive.read(ONE).answered) == (old, 1)
     assert (
@@ -202,11 +203,11 @@ def test_a_process_that_does_not_read_is_sent_one_change_of_the_settings(drive: 
 
 
 def test_a_change_that_could_not_be_sent_is_not_waited_for(drive: SharedDrive, monkeypatch: pytest.MonkeyPatch) -> None:
-    def refuse(process: _Process, settings: ControlSettings) -> None:
+    def refuse(process: Process, settings: ControlSettings) -> None:
         raise ControlError("the control process does not answer")
 
     drive.lease.take(ONE)
-    monkeypatch.setattr(_Process, "set_settings", refuse, raising=False)
+    monkeypatch.setattr(Process, "set_settings", refuse, raising=False)
     with pytest.raises(ControlError, match="does not answer"):
         drive.change_settings(ONE, {"margin_mm": 0.5})
     monkeypatch.undo()
@@ -218,12 +219,12 @@ def test_a_change_that_could_not_be_sent_is_not_waited_for(drive: SharedDrive, m
 def test_a_process_that_hangs_is_told_and_can_be_ended(drive: SharedDrive, monkeypatch: pytest.MonkeyPatch) -> None:
     """HAZ-10: the age of its newest snapshot tells it; one that wakes up again is shown again."""
     for silence, state in ((0.1, "ready"), (2.5, "silent"), (7.0, "silent"), (0.0, "ready"), (60.0, "silent")):
-        monkeypatch.setattr(_Process, "silence_s", silence)
+        monkeypatch.setattr(Process, "silence_s", silence)
         drive.check()
         assert drive.state == state
         assert (f"has not answered for {silence:.0f} s" in drive.read(ONE).words) == (state == "silent")
     drive.close()
-    assert (drive.state, _Process.last.alive) == ("absent", False)
+    assert (drive.state, Process.last.alive) == ("absent", False)
 
 
 def test_a_process_that_ends_with_a_word_passes_it_on(drive: SharedDrive, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -244,7 +245,7 @@ def test_a_hand_is_forgotten_with_the_process_it_held(drive: SharedDrive) -> Non
         drive.lease.take(TWO)
         drive.drive(TWO, 1)
         drive.heartbeat(TWO)
-        assert _Process.last.told == [("drive", 1), ("heartbeat",)]
+        assert Process.last.told == [("drive", 1), ("heartbeat",)]
         drive.lease.let_go(TWO)
 
 
@@ -256,7 +257,7 @@ def test_a_hand_that_was_let_go_of_has_to_take_hold_again(drive: SharedDrive) ->
     drive.release_grip(ONE)
     drive.set_grip(ONE, (9.0, 9.0, 9.0), takes_hold=False)
     drive.heartbeat(ONE)
-    assert _Process.last.told == [
+    assert Process.last.told == [
         ("set_grip", (1.0, 2.0, 3.0)),
         ("set_grip", (2.0, 2.0, 3.0)),
         ("release",),
@@ -303,6 +304,22 @@ def test_the_holder_is_told_that_a_drive_is_not_recorded_any_more(
     assert "not recorded any more" in words
     assert "No space left" in words
     assert (drive.state, drive.read(ONE).refusal) == ("ready", "")
+    shown = [rehearsal_section(drive.read(client))["unrecorded"] for client in (ONE, TWO)]
+    assert shown == ["the run cannot be written: No space left on device"] * 2, "also to those who watch, and it stays"
+
+
+def test_a_run_that_cannot_be_finished_is_told_when_the_drive_has_ended(
+    drive: SharedDrive, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The rest of it is written, and it gets its name, once its process has ended."""
+    drive.lease.take(ONE)
+    process = drive._live()
+    late = [Event("unrecorded", "the run cannot be written: No space left on device")]
+    monkeypatch.setattr(process, "events", lambda: [] if process.alive else late, raising=False)
+    drive.close()
+    (words,) = drive.read(ONE, take_words=True).words_for_holder
+    assert words.startswith("This drive is not recorded any more: the run cannot be written: No space left on device.")
+    assert rehearsal_section(drive.read(ONE))["unrecorded"] is None, "there is no drive"
 
 
 def test_a_process_that_ends_while_another_is_coming_does_not_end_that_one(
@@ -312,15 +329,15 @@ def test_a_process_that_ends_while_another_is_coming_does_not_end_that_one(
     started: list[Any] = []
     later: Any = SimpleNamespace(submit=lambda work, *values: started.append(lambda: work(*values)))
 
-    def events(process: _Process) -> list[Any]:
+    def events(process: Process) -> list[Any]:
         drive.open("plan", _prepared, later)
         return [Event("failed", "ended")]
 
-    monkeypatch.setattr(_Process, "events", events)
+    monkeypatch.setattr(Process, "events", events)
     drive.check()
     assert (drive.state, drive.is_for("plan")) == ("starting", True)
     started[0]()
-    assert (drive.state, _Process.last.alive) == ("ready", True)
+    assert (drive.state, Process.last.alive) == ("ready", True)
 
 
 def test_two_windows_that_listen_at_once_hear_the_reason_of_a_refusal(
@@ -332,14 +349,14 @@ def test_two_windows_that_listen_at_once_hear_the_reason_of_a_refusal(
     said = [[Event("note", "the tube is narrow")], [_told(drive.read(ONE).settings)]]
     other = Beside(lambda: drive.check())
 
-    def events(process: _Process) -> list[Event]:
+    def events(process: Process) -> list[Event]:
         heard = said.pop(0) if said else []
         if threading.current_thread() is not other.thread:
             other.begin()
         return heard
 
     monkeypatch.setattr(drive, "_checking", other, raising=False)
-    monkeypatch.setattr(_Process, "events", events)
+    monkeypatch.setattr(Process, "events", events)
     drive.check()
     other.thread.join(20)
     assert drive.read(ONE).refusal == "Safety margin stays at 0.3 mm: the tube is narrow"
@@ -350,7 +367,7 @@ def test_a_page_that_leaves_lets_go(drive: SharedDrive) -> None:
     drive.lease.take(ONE)
     drive.set_grip(ONE, (1.0, 2.0, 3.0))
     drive.leave(ONE)
-    assert _Process.last.told[-1] == ("release",)
+    assert Process.last.told[-1] == ("release",)
     assert drive.lease.take(TWO)
 
 
@@ -364,35 +381,35 @@ def test_settings_are_clamped_on_the_server(drive: SharedDrive) -> None:
 
 
 def test_a_drive_says_why_it_could_not_start(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(drive_process, "RehearsalProcess", _Process)
-    monkeypatch.setattr(_Process, "refuses", True)
+    monkeypatch.setattr(drive_process, "RehearsalProcess", Process)
+    monkeypatch.setattr(Process, "refuses", True)
     drive = SharedDrive()
     drive.open("plan", _prepared, Now())
     assert drive.state == "failed"
     assert "does not fit" in drive.read(ONE).words
-    assert not _Process.last.alive
+    assert not Process.last.alive
 
 
 def test_a_start_that_is_not_wanted_any_more_is_ended_at_once(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """It does not go on for its two minutes behind the back of the next one."""
-    monkeypatch.setattr(drive_process, "RehearsalProcess", _Process)
+    monkeypatch.setattr(drive_process, "RehearsalProcess", Process)
     drive = SharedDrive()
     ended: list[bool] = []
 
-    def wait_ready(process: _Process) -> None:
+    def wait_ready(process: Process) -> None:
         drive.close()
         ended.append(not process.alive)
         raise ControlError("the control process ended before it was ready")
 
-    monkeypatch.setattr(_Process, "wait_ready", wait_ready)
+    monkeypatch.setattr(Process, "wait_ready", wait_ready)
     drive.open("plan", _prepared, Now())
     assert (ended, drive.state) == ([True], "absent")
 
 
 def test_a_control_process_that_ends_is_noticed(drive: SharedDrive) -> None:
-    _Process.last.alive = False
+    Process.last.alive = False
     drive.check()
     assert drive.state == "failed"
     assert "ended" in drive.read(ONE).words
@@ -410,6 +427,6 @@ def test_a_role_says_what_a_client_may_do(drive: SharedDrive) -> None:
         drive.reset(client)
         drive.set_mode(client, "free", None)
         drive.change_settings(client, {"margin_mm": 1.0})
-        told = [name for name, *_ in _Process.last.told]
+        told = [name for name, *_ in Process.last.told]
         assert told == ([] if client is watcher else ["set_mode", "set_settings"])
     assert drive.lease.holder == ONE

@@ -24,7 +24,7 @@ from vfix_engine.lumen.limits.limits import Configuration, HardLimits, Verdict
 from vfix_engine.robots.snake import SnakeModel
 
 SCENES = ("helix", "narrow", "lobes", "hairpin", "breathing bend", "squeezing helix")
-STEPS, SEED = 90, 20261121
+STEPS, SEED = 100, 20261124
 
 
 @pytest.fixture(scope="module")

@@ -259,16 +259,16 @@ def test_tissue_that_leaves_no_pathway_holds_the_robot_until_there_is_one() -> N
 def test_a_lumen_that_is_narrower_than_the_robot_is_told_with_its_place() -> None:
     at = np.linspace(0.0, 300.0, 31)
     waist = Pathway(np.column_stack([np.zeros((31, 2)), at]), np.where(np.abs(at - 150.0) < 15.0, 4.0, 14.0), 61)
-    found = narrowest(waist, 6.0, 8.0, 300.0)
+    found = narrowest(waist, SnakeModel(12), 8.0, 300.0)
     assert (found.radius_mm, found.at_mm) == pytest.approx((4.0, 140.0))
     assert found.below_robot_mm == found.below_bound_mm == pytest.approx(25.0, abs=5.0)
-    wide, bound = found.warnings(6.0, 8.0)
+    wide, bound = found.warnings(8.0)
     assert (
         "the robot is wider than the pathway: the pathway's radius is 4.0 mm at 140 mm, (0.0, 0.0, 140.0) in LPS"
         in wide
     )
     assert "smaller bound" in bound
-    assert narrowest(waist, 6.0, 8.0, 100.0).warnings(6.0, 8.0) == []
+    assert narrowest(waist, SnakeModel(12), 8.0, 100.0).warnings(8.0) == []
 
 
 def test_the_pathway_as_a_surface_is_closed_and_as_wide_as_it_is() -> None:
@@ -295,9 +295,12 @@ def test_an_operator_whose_steps_lead_nowhere_gives_up(monkeypatch: pytest.Monke
     stuck = SimpleNamespace(
         tip_s=100.0, length_mm=300.0, settings=DriveSettings(), can_look=True, straight=False, bend=np.full(10, 0.2),
         state=SimpleNamespace(outcome="shrunk", held_by="link 5 would be 4.10 mm outside", held_at=np.zeros(3)),
-        plan_anew=lambda _: None,
+        plan_anew=lambda _: None, pathway=SimpleNamespace(motion=None),
     )  # fmt: skip
     assert sum(1 for _ in scripted(stuck, [], 200.0)) < 1000
+    stuck.state.outcome = "held"  # the same numbers would refuse the same step again and again
+    assert sum(1 for _ in scripted(stuck, [], 200.0)) < 30
+    stuck.state.outcome = "shrunk"
     monkeypatch.setattr("vfix_engine.lumen.drive.look_round._by_hand", lambda *_: iter(()))
     orders = list(look_round(stuck, Stop("here", 100.0)))
     assert len(orders) < 200

@@ -18,9 +18,9 @@ from vfix_engine.lumen.drive.drive import Shot, drive_lumen, lumen_between
 from vfix_engine.lumen.drive.drive_report import Tally
 from vfix_engine.lumen.drive.drive_run import why_it_ended
 from vfix_engine.lumen.drive.drive_state import DriveSettings, DriveState
-from vfix_engine.lumen.drive.narrow import WallDepth
 from vfix_engine.lumen.drive.operators import Stop, _come_again, adversarial, scripted
 from vfix_engine.lumen.drive.snake_drive import SnakeDrive
+from vfix_engine.lumen.drive.wall_depth import WallDepth
 from vfix_engine.lumen.limits.limits import MOTION_TOLERANCE_MM
 from vfix_engine.lumen.pathway.pathway import Pathway
 from vfix_engine.lumen.pathway.tissue_motion import breathing, peristalsis
@@ -197,7 +197,7 @@ def test_the_wall_is_measured_only_past_the_paths_start() -> None:
     lumen = lumen_between(mesh, start, end, SnakeModel(3), settings)
     drive = SnakeDrive(SnakeModel(3), lumen.pathway, settings, lumen.curve, lumen.slack, tip_s=10.0)
     assert drive.state.measured.any()
-    depth = WallDepth(mesh, lumen.pathway, lumen.curve)
+    depth = WallDepth(mesh, lumen.pathway, lumen.curve, drive.snake.links)
     depth.look(drive, True)
     assert depth.deepest["mm"] == 0.0
     assert "no part of the robot" in depth.words

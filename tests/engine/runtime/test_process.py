@@ -128,6 +128,25 @@ def test_a_worker_that_dies_stops_no_tick(process: Process) -> None:
     until(process, lambda _: any("worker process ended" in text for text in notes), listen)
 
 
+def test_work_that_fails_once_is_told_and_the_next_piece_is_done(process: Process) -> None:
+    process.apply(Jump(-60.0))
+    notes: list[str] = []
+
+    def listen() -> None:
+        process.drive(1)
+        notes.extend(event.text for event in process.events() if event.kind == "note")
+
+    until(process, lambda _: bool(notes), listen)
+    assert notes == [
+        "background work failed (ValueError: too low); its result is missing, and the next one is asked for"
+    ]
+    process.apply(Jump(3.0))
+    until(process, lambda s: s.half > 1.0, listen)
+    assert process._worker is not None
+    assert process._worker.is_alive()
+    assert len(notes) == 1, "each trouble once"
+
+
 def test_every_step_is_read_at_control_rate() -> None:
     """1 kHz for two seconds, read at 100 Hz by two readers: no step is missing, and nobody records."""
     process: Process = ControlProcess(TinySpec(), real_time=False)

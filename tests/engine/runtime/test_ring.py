@@ -42,9 +42,23 @@ def test_a_reader_that_comes_too_late_counts_what_it_lost(memory: SharedMemory) 
     for number in range(many):
         writer.write(np.full(1000, float(number)))
     found = rows(reader.read(), 1000)
-    assert found[-1, 0] == many - 1
-    assert reader.lost == found[0, 0] > 0
-    assert len(found) + reader.lost == many
+    assert np.array_equal(found[:, 0], np.arange(many - len(found), many))
+    assert len(found) == reader._rows, "of what is still there nothing is skipped"
+    assert reader.lost == many - len(found) > 0
+
+
+def test_a_reader_that_is_overtaken_again_and_again_counts_every_row(memory: SharedMemory) -> None:
+    writer, reader = Ring(memory, 1000), Ring(memory, 1000)
+    random, written, found = np.random.default_rng(3), 0, list[float]()
+    for _ in range(12):
+        for _ in range(int(random.integers(1, 2 * reader._rows))):
+            writer.write(np.full(1000, float(written)))
+            written += 1
+        newest = rows(reader.read(), 1000)[:, 0].tolist()
+        assert newest == list(range(written - len(newest), written))
+        found += newest
+        assert len(found) + reader.lost == written
+    assert reader.lost > 0
 
 
 def test_a_half_written_row_is_not_read(memory: SharedMemory) -> None:

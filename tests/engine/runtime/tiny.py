@@ -142,7 +142,9 @@ class TinySystem:
 
 
 def halved(inputs: dict[str, Array]) -> dict[str, Any]:
-    """The worker; a negative number ends its process."""
+    """The worker; a negative number fails, and one below -100 ends its process."""
+    if -100.0 <= inputs["x"][0] < -50.0:
+        raise ValueError("too low")
     if inputs["x"][0] < -100.0:
         os._exit(3)
     return {"half": 0.5 * inputs["x"], "process": os.getpid()}

@@ -1,10 +1,12 @@
 """Alternatives are ordered by the figures that are told of them."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 
+from vfix_engine.imaging.piercing import Piercing, Run
 from vfix_engine.suggestion.room import Passage
 from vfix_engine.suggestion.suggest import Alternative
 
@@ -31,6 +33,20 @@ def test_shortest_in_tissue_then_least_deep_then_widest_of_bone() -> None:
         alternative(9.0, 0.0, 0.0, reached=40.0, completed=False),
     ]
     assert sorted((wanted[n] for n in (5, 2, 7, 0, 3, 6, 1, 4)), key=lambda one: one.rank(MARGIN_MM)) == wanted
+
+
+def test_one_that_pierces_comes_last() -> None:
+    """However good its figures are: also behind one that does not arrive (HAZ-36)."""
+    place = (0.0, 0.0, 0.0)
+    run = Run(9.0, 5.0, place, place, "room", "body")
+    nothing = np.zeros(0)
+    found = Piercing(nothing.astype(np.intp), nothing, nothing, run, 0, True)
+    pierces = replace(alternative(9.0, 0.0, 0.0), piercing=found)
+    short = alternative(0.35, 20.0, 4.0, reached=40.0, completed=False)
+    assert pierces.pierces
+    assert sorted([pierces, short], key=lambda one: one.rank(MARGIN_MM)) == [short, pierces]
+    given = replace(pierces, piercing=replace(found, worst=replace(run, gives_mm=9.5)))
+    assert not given.pierces
 
 
 def test_without_a_ct_bone_decides() -> None:

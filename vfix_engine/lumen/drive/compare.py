@@ -75,7 +75,7 @@ def _only_camera(order: Order) -> Order:
 
 
 def _measured(drive: SnakeDrive, orders: list[Order]) -> dict[str, Any]:
-    tally = Tally(drive.snake.q_max, drive.bound)
+    tally = Tally(drive.snake.q_max, drive.bounds.most)
     joints, cameras, wanted, done = [drive.q[-drive.distal.dof :].copy()], [_camera(drive)], 0.0, 0.0
     even = orders[0].dt
     jerks: list[float] = []

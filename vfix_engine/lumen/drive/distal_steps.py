@@ -127,12 +127,17 @@ class DistalSteps:
                 self._refused = Refusal(verdict, end, context.bound, self.distal, self._distal_query)
             return verdict.taken
 
-        share = largest_share(is_admissible)
+        share = largest_share(is_admissible, self._part)
         if share > 0.0 and by_joints:
             self._by_joints, self.control.steering = not self.straight, (0.0, 0.0)
         elif share > 0.0:
             self.control.accept(within * share)
         return self._backtracked(share)
+
+    def _part(self) -> float:
+        """Of the motion that was refused last, the part that was certified, if parting it more often was the end."""
+        refused = self._refused
+        return refused.verdict.part if refused is not None and refused.verdict.exhausted else 1.0
 
     def _backtracked(self, share: float) -> Outcome:
         """Of a motion of which ``share`` was admissible, 0 where none was."""

@@ -24,9 +24,10 @@ from .drive_report import DriveReport, Visit
 from .drive_run import DriveRun
 from .drive_state import Command, DriveSettings, DriveState, Observer
 from .lumen import Lumen, lumen_between
-from .narrow import WallDepth, narrowest
+from .narrow import narrowest
 from .operators import OPERATORS, Order, Stop, adversarial, scripted
 from .snake_drive import SnakeDrive
+from .wall_depth import WallDepth
 
 __all__ = [
     "OPERATORS",
@@ -83,6 +84,7 @@ def drive_lumen(
     snake: SnakeModel | None = None,
     tissue: TissueMotion | None = None,
     seed: int = 0,
+    anyway: bool = False,
     progress: Callable[[str], None] | None = None,
     observe: Callable[[SnakeDrive, Lumen], Observer | None] | None = None,
 ) -> DriveReport:
@@ -97,10 +99,11 @@ def drive_lumen(
         snake: the robot that ``links`` is taken of; None: the paper's.
         tissue: how the pathway moves; None: it is still.
         seed: of the adversarial operator; progress: called with what is being done.
+        anyway: go also where the pathway is narrower than the robot, which is refused otherwise.
         observe: makes who hears of all that is done with the drive, such as what records it; called once, None: nobody.
 
     Raises:
-        PathwayError: clicks or a surface that no path can be made of.
+        PathwayError: clicks or a surface that no path can be made of; a pathway that is narrower than the robot.
         InputError: an unknown operator, a landmark that is no point, more links than it takes to the end.
         RobotError: a number of links that no snake has.
     """
@@ -119,18 +122,22 @@ def drive_lumen(
     robot = lumen.snake(model, links)
     target = min(curve.length, robot.reach_mm())
     visits, places = _visits(curve, landmarks, target)
-    narrow, ends = narrowest(lumen.pathway, robot.sphere_mm, settings.bound_mm, target), PathEnds.of(curve, start, end)
-    warnings = (*ends.warnings(), *narrow.warnings(robot.sphere_mm, settings.bound_mm))
+    narrow, ends = narrowest(lumen.pathway, robot, settings.bound_mm, target), PathEnds.of(curve, start, end)
+    if not anyway:
+        narrow.refuse(robot)
+    warnings = (*ends.warnings(), *narrow.warnings(settings.bound_mm))
     for words in warnings:
         say(f"warning: {words}")
     drive = SnakeDrive(robot, lumen.pathway, settings, lumen.curve, lumen.slack)
     if observe is not None:
         drive.observer = observe(drive, lumen)
-    run = DriveRun(drive, visits, WallDepth(mesh, lumen.pathway, curve) if tissue is None else None, say)
+    run = DriveRun(drive, visits, WallDepth(mesh, lumen.pathway, curve, robot.links) if tissue is None else None, say)
     for order in _orders(drive, operator, visits, target, seed):
         visit = run.carry_out(order)
         if visit is not None and picture is not None and order.event in ("arrived", "bent"):
             picture(Shot(visit.name, order.event, places[visit.name], robot, drive.state, lumen))
+        if operator == "scripted" and run.stalled is not None:
+            break
     target = min(target, drive.length_mm)  # a path that moves may have become shorter
     stopped = run.finish(target)
     outside = containment(mesh, lumen.pathway if tissue is None else lumen.pathway.moved(None))

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from .. import NOTICE
 from ..anatomy.path_ends import PathEnds
+from ..limits.link_bounds import BOUND_SHARE
 from ..pathway.pathway import Pathway
 from .drive_state import DriveState
 from .look_round import Retry, SideSeen
@@ -70,13 +71,18 @@ class Visit:
 
 @dataclass
 class Tally:
-    """Sums over the steps of a drive; only links that are inside the pathway count."""
+    """Sums over the steps of a drive; only links that are inside the pathway count.
+
+    bound: (L,) mm, the most that b_i is; what counts is b_i where the link is, of which ``least_bound`` (L,) is the
+    least. outside: (L,) mm, the largest deviation of each link, NaN of links that were never inside.
+    """
 
     q_max: float
     bound: Array
     total: float = 0.0
     measured: int = 0
     deepest: float = 0.0
+    deepest_at: tuple[int, float] | None = None  # link, counted from 0, and the tip's place in mm
     most_beyond: float = -np.inf  # of any link beyond its bound, mm
     beyond: int = 0  # link-steps beyond a bound
     joint_limit_hits: int = 0
@@ -84,8 +90,13 @@ class Tally:
     seconds: float = 0.0  # of the robot's own time
     step_us: dict[str, list[float]] = field(default_factory=lambda: {"inserting": [], "looking": []})
     query_us: list[float] = field(default_factory=list)
+    slowest_s: float = 0.0  # of a step, on the clock
+    slowest_at_mm: float | None = None  # where the tip was then
     outcomes: dict[str, int] = field(default_factory=lambda: {"rest": 0, "moved": 0, "shrunk": 0, "held": 0})
     reasons: dict[str, int] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self.outside, self.least_bound = np.full(len(self.bound), np.nan), np.array(self.bound)
 
     def add(self, before: Array, state: DriveState, dt: float) -> None:
         """One more step, from joints ``before``."""
@@ -93,8 +104,12 @@ class Tally:
         self.total += float(depth.sum())
         self.measured += len(depth)
         if len(depth):
-            over = depth - self.bound[state.measured]
-            self.deepest = max(self.deepest, float(depth.max()))
+            over = depth - state.bound[state.measured]
+            if depth.max() > self.deepest:
+                self.deepest = float(depth.max())
+                self.deepest_at = int(np.flatnonzero(state.measured)[depth.argmax()]), state.tip_s
+            self.outside[state.measured] = np.fmax(self.outside[state.measured], depth)
+            self.least_bound[state.measured] = np.minimum(self.least_bound, state.bound)[state.measured]
             self.most_beyond = max(self.most_beyond, float(over.max()))
             self.beyond += int((over > 0.0).sum())
         self.joint_limit_hits += int((np.abs(state.q) >= self.q_max - 1e-9).sum())
@@ -106,6 +121,8 @@ class Tally:
         if state.outcome != "rest":
             self.step_us[state.mode].append(1e6 * state.step_s)
         self.query_us.append(1e6 * state.query_s)
+        if state.step_s > self.slowest_s:
+            self.slowest_s, self.slowest_at_mm = state.step_s, state.tip_s
 
     @property
     def mean(self) -> float:
@@ -139,7 +156,7 @@ class DriveReport:
     robot_assumed: tuple[str, ...]
     warnings: tuple[str, ...]
     narrowest: Narrowest
-    behind_wall: dict[str, Any] | None
+    behind_wall: dict[str, Any]
     ends: PathEnds
     base: Array  # (3,) where the robot's base and its tip ended, LPS mm
     tip: Array
@@ -159,11 +176,15 @@ class DriveReport:
         """JSON's types only.
 
         deviation_mm: mean over all steps and links inside, and the largest. bound_mm: b_i of the last link and of the
-        others. joint_limit_hits: joint-steps at ± q_max. query_us, step_us: medians. pathway_outside: share of the
+        others at the most; bound_share: of the lumen's radius, that it is no more than; None where it is given;
+        least_mm: the least that it was for each link. outside_pathway: the largest deviation, of which link, where its
+        tip was, and of each link. joint_limit_hits: joint-steps at ± q_max. query_us, step_us: medians; slowest_step:
+        s on the clock and where the tip was. pathway_outside: share of the
         pathway's surface that lies outside the lumen, and how far (median, 95 %, most): the pathway is not the wall.
         behind_wall: of the vertices past the path's start that were measured against the triangles themselves, the one
-        deepest behind them; None where the tissue moves. narrowest: see ``narrow``. start_lps_mm, end_lps_mm: of the
-        path as driven, ``*_moved_mm`` from where they were asked for; base_lps_mm, tip_lps_mm: where the robot ended.
+        deepest behind them, and of each link; its mm is None where the tissue moves. narrowest: see ``narrow``.
+        start_lps_mm, end_lps_mm: of the path as driven, ``*_moved_mm`` from where they were asked for; base_lps_mm,
+        tip_lps_mm: where the robot ended.
         """
         tally = self.tally
         looking, inserting = tally.step_us["looking"], tally.step_us["inserting"]
@@ -181,7 +202,11 @@ class DriveReport:
             "tip_lps_mm": self.tip.tolist(),
             "deviation_mm": {"mean": float(tally.mean), "max": float(tally.deepest)},
             "bound_mm": {"body": float(tally.bound[0]) if self.links > 1 else None, "last": float(tally.bound[-1])},
+            "bound_share": BOUND_SHARE if self.settings["bound_mm"] is None else None,
+            "least_bound_mm": tally.least_bound.tolist(),
             "within_bounds": self.within_bounds,
+            "outside_pathway": self._outside(),
+            "behind_wall": self.behind_wall,
             "beyond_bound_link_steps": tally.beyond,
             "joint_limit_hits": tally.joint_limit_hits,
             "joint_speed_max_deg_s": float(np.degrees(tally.fastest)),
@@ -189,6 +214,7 @@ class DriveReport:
             "step_us": _median(looking + inserting),
             "step_us_inserting": _median(inserting),
             "step_us_looking": _median(looking),
+            "slowest_step": {"s": float(tally.slowest_s), "tip_mm": tally.slowest_at_mm},
             "steps": {"inserting": len(inserting), "looking": len(looking)},
             "outcomes": dict(tally.outcomes),
             "held_by": tally.most_frequent(),
@@ -205,9 +231,15 @@ class DriveReport:
             "robot_assumed": list(self.robot_assumed),
             "warnings": list(self.warnings),
             "narrowest": narrowest_values(self.narrowest),
-            "behind_wall": self.behind_wall,
             "notice": NOTICE,
         }
+
+    def _outside(self) -> dict[str, Any]:
+        """The largest deviation from the pathway, and that of each link; JSON's types."""
+        link, tip = self.tally.deepest_at or (None, None)
+        per_link = [None if math.isnan(mm) else mm for mm in self.tally.outside.tolist()]
+        number = None if link is None else link + 1
+        return {"mm": float(self.tally.deepest), "link": number, "tip_mm": tip, "per_link_mm": per_link}
 
 
 def _median(values: list[float]) -> float | None:

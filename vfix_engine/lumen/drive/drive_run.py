@@ -10,11 +10,12 @@ from numpy.typing import NDArray
 
 from .drive_report import Tally, Visit
 from .look_round import Order, Retry
-from .narrow import WallDepth
 from .snake_drive import SnakeDrive
+from .wall_depth import UNMEASURED, WallDepth
 
 Array = NDArray[np.float64]
 
+STALLED = 3000  # steps in a row that move no joint and bring the tip nowhere: nobody waits any longer
 _REMEDY = "a larger bound, a thinner robot or other waypoints may get past"
 
 
@@ -31,10 +32,11 @@ class DriveRun:
         self, drive: SnakeDrive, visits: list[Visit], behind: WallDepth | None, say: Callable[[str], None]
     ) -> None:
         self.drive, self.visits = drive, visits
-        self.tally = Tally(drive.snake.q_max, drive.bound)
+        self.tally = Tally(drive.snake.q_max, drive.bounds.most)
         self.retries: list[Retry] = []
         self._behind, self._say = behind, say
         self._offsets: list[Array] = []
+        self._still = 0  # steps in a row
 
     @property
     def offset_mm(self) -> tuple[float, float]:
@@ -43,14 +45,24 @@ class DriveRun:
         return float(np.median(offset)), float(offset.max())
 
     @property
-    def behind_wall(self) -> dict[str, Any] | None:
-        """Of the vertices measured against the surface the one deepest behind it."""
-        return None if self._behind is None else self._behind.to_dict()
+    def behind_wall(self) -> dict[str, Any]:
+        """Of the vertices measured against the surface the one deepest behind it, and of each link."""
+        return UNMEASURED if self._behind is None else self._behind.to_dict()
+
+    @property
+    def stalled(self) -> str | None:
+        """In words, that the drive gets nowhere any more, and why; None while it does."""
+        if self._still < STALLED:
+            return None
+        why = self.drive.state.held_by or "nothing that is known holds it"
+        return f"{self._still:,} steps in a row moved nothing: {why}"
 
     def carry_out(self, order: Order) -> Visit | None:
         """One step of the drive; the landmark that its event is about, if there is an event."""
-        before = self.drive.q.copy()
+        before, tip_s = self.drive.q.copy(), self.drive.tip_s
         self.drive.step(order.command, order.dt)
+        moved = self.drive.tip_s != tip_s or not np.array_equal(self.drive.q, before)
+        self._still = 0 if moved or order.event is not None else self._still + 1
         self.tally.add(before, self.drive.state, order.dt)
         self._offsets.append(self.drive.offset_mm)
         if self._behind is not None:
@@ -66,13 +78,12 @@ class DriveRun:
 
     def finish(self, target: float) -> str | None:
         """Note landmarks that were not reached; in words, what ended the drive before ``target`` mm."""
-        stopped = why_it_ended(self.drive, target, self.retries)
+        stopped = self.stalled or why_it_ended(self.drive, target, self.retries)
         for visit in self.visits:
             if not visit.reached and not visit.note:
                 reason = f", {stopped}" if stopped else ""
                 visit.note = f"not reached: the tip ended at {self.drive.tip_s:.0f} mm{reason}"
-        if self._behind is not None:
-            self._say(self._behind.words)
+        self._say(self.behind_wall["words"])
         return stopped
 
     def _noted(self, order: Order, name: str) -> Visit:

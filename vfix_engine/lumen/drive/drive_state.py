@@ -14,6 +14,7 @@ from ...errors import InputError
 from ...given import positive, whole, within
 from ...robots.snake import MOST_LINKS
 from ..haptics.haptics import Forces
+from ..limits.link_bounds import BOUND_MM, LinkBounds
 from ..pathway.checks import MOST_ANGLES, MOST_CONTOURS, MOST_FITTED
 from ..pathway.packed import PackedPathway
 from ..query.query import Deviations
@@ -49,7 +50,8 @@ class DriveSettings:
     waypoint_mm: of insertion between two conforming shapes; an operator who is held draws back and comes with others.
         This and the step are 0.01 mm at least.
     manipulated: distal links that the camera command moves, L' of Kwok 2013, section III.B.
-    bound_mm, tip_bound_mm: b_i of eq. 17, of all links and of the last one; None for the tip: half the others'.
+    bound_mm, tip_bound_mm: b_i of eq. 17, of all links and of the last one, everywhere as given. None: by place, at
+        most 8 mm and 4 mm and half the lumen's radius (``link_bounds``); for the tip alone: half the others'.
     r_max: largest r, 1 at least; reoptimise_below: control bends are found anew, and the tip is inserted, only while
         r is not larger; from 0 to 0.5.
     bends: control configurations, 4 or 8.
@@ -72,7 +74,7 @@ class DriveSettings:
     insertion_step_mm: float = 0.5
     waypoint_mm: float = 1.0
     manipulated: int = 5
-    bound_mm: float = 8.0
+    bound_mm: float | None = None
     tip_bound_mm: float | None = None
     r_max: float = 1.4
     reoptimise_below: float = 0.15
@@ -90,10 +92,11 @@ class DriveSettings:
     look_within_mm: float = 10.0
 
     def __post_init__(self) -> None:
-        for name in ("insertion_mm_per_s", "bound_mm", "speed_max", "tissue_s"):
+        for name in ("insertion_mm_per_s", "speed_max", "tissue_s"):
             positive(_called(name), getattr(self, name))
-        if self.tip_bound_mm is not None:
-            positive(_called("tip_bound_mm"), self.tip_bound_mm)
+        for name in ("bound_mm", "tip_bound_mm"):
+            if getattr(self, name) is not None:
+                positive(_called(name), getattr(self, name))
         for name, low, high in (
             ("step_s", _FINEST_S, math.inf), ("insertion_step_mm", _FINEST_MM, math.inf),
             ("waypoint_mm", _FINEST_MM, math.inf), ("r_max", 1.0, math.inf), ("reoptimise_below", 0.0, _MOST_BENT),
@@ -115,10 +118,19 @@ class DriveSettings:
         if self.bends not in (4, 8):
             raise InputError(f"there are 4 or 8 control bends, not {self.bends}")
 
+    def bounds(self, links: int) -> LinkBounds:
+        """b_i of a robot of so many links."""
+        return LinkBounds.of(self.bound_mm, self.tip_bound_mm, links)
+
+    @property
+    def body_bound(self) -> float:
+        """The most that b_i of a link is, in mm."""
+        return BOUND_MM if self.bound_mm is None else self.bound_mm
+
     @property
     def tip_bound(self) -> float:
-        """b_i of the last link in mm."""
-        return 0.5 * self.bound_mm if self.tip_bound_mm is None else self.tip_bound_mm
+        """The most that b_i of the last link is, in mm."""
+        return float(self.bounds(1).most[-1])
 
 
 def _called(name: str) -> str:
@@ -218,7 +230,8 @@ class DriveState:
     tip_s: mm, how far the tip is in; joint_s: (L + 1,) arc lengths of the joints of the conforming shape.
     steering: (u, v) = r (cos ϑ, sin ϑ); (0, 0) under the quadratic program.
     packed: the pathway of this moment; windows: (L, 2); measured: (L,) links that are inside the pathway.
-    deviation: (L,) eq. 9 against that pathway, 0 for links that are not measured.
+    bound: (L,) mm, b_i where each link is. deviation: (L,) eq. 9 against that pathway, 0 for links that are not
+        measured.
     forces: on the operator's hand.
     outcome: 'rest' where nothing is asked for or it is so already, 'moved', 'shrunk' to a part of the wanted step, or
         'held'. 'shrunk' too where a command was carried out but the tissue's motion could not be followed, or where one
@@ -241,6 +254,7 @@ class DriveState:
     packed: PackedPathway
     windows: Index
     measured: NDArray[np.bool_]
+    bound: Array
     deviation: Deviations
     forces: Forces
     outcome: Literal["rest", "moved", "shrunk", "held"]

@@ -20,7 +20,7 @@ from ..control.projection import projected_to_limits
 from ..control.tip_control import DistalContext, stops
 from ..control.wall_program import WallProgram, joint_regularisation
 from ..limits.backtracking import SHARES
-from ..limits.limits import Configuration, HardLimits
+from ..limits.limits import Configuration, HardLimits, Verdict
 
 Array = NDArray[np.float64]
 
@@ -167,21 +167,30 @@ class LookPlanner:
         step = self._wanted(q, side, certified)
         if step is None:
             return None
+        most = 1.0
         for share in SHARES:
             after = snake.clamp(q + share * step)
-            if not certified or self._taken(q, after):
+            if not certified:
                 return after
+            if share > most:
+                continue
+            verdict = self._verdict(q, after)
+            if verdict.taken:
+                return after
+            if verdict.exhausted:
+                most = share * verdict.part
+                continue
             # Along a wall that bends away from its rows, and back onto it.
             projected = projected_to_limits(replace(context, rest=after), q, share * _MOST)
-            if projected is not None and self._taken(q, projected):
+            if projected is not None and self._verdict(q, projected).taken:
                 return projected
         return None
 
-    def _taken(self, q: Array, after: Array) -> bool:
-        """Whether the hard limits let the robot go from one configuration of a path to another."""
+    def _verdict(self, q: Array, after: Array) -> Verdict:
+        """What the hard limits say of going from one configuration of a path to another."""
         context = self.context
         poses = Configuration(context.base, q), Configuration(context.base, after)
-        return self._limits.certify(context.packed, context.window, *poses, context.bound).taken
+        return self._limits.certify(context.packed, context.window, *poses, context.bound)
 
     def _wanted(self, q: Array, side: int, certified: bool) -> Array | None:
         """The step of joints (2L',) that turns the view best, as a quadratic program with the walls as rows."""

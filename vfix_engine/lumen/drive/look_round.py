@@ -25,6 +25,7 @@ _TURN_S = 4.0  # [s] once round
 _AHEAD = 0.08  # the operator waits while the camera is farther behind in (u, v)
 _IMPATIENT = 0.25  # pace of a hand that waits, of one that is followed
 _GIVE_UP_S = 30.0  # [s] of a look-round by hand, at the latest
+_HAND_STILL = 1000  # steps in a row in which the hand moves no joint, until it gives up
 _BEYOND_MM = 0.1  # less counts as the same place
 _BETTER = math.radians(1.0)  # so much farther than the hand a planned bend is to look, to be made
 _REACHED = 1e-9  # [rad]
@@ -191,9 +192,9 @@ def _by_hand(drive: SnakeDrive, stop: Stop, seen: _Seen, trail: list[Array]) -> 
         shadow.prepare(drive.distal_context(), drive.q[-drive.distal.dof :])
     else:
         shadow = pilot
-    done, began = 0.0, drive.t
+    done, began, still = 0.0, drive.t, 0
     total = 2.0 * _RAMP_S + _TURN_S
-    while done < total and drive.t - began < _GIVE_UP_S:
+    while done < total and drive.t - began < _GIVE_UP_S and still < _HAND_STILL:
         r, theta = _wanted_view(done)
         here, target = np.array(shadow.steering), np.array([r * math.cos(theta), r * math.sin(theta)])
         remaining = target - here
@@ -207,6 +208,7 @@ def _by_hand(drive: SnakeDrive, stop: Stop, seen: _Seen, trail: list[Array]) -> 
         before = drive.snake.camera(drive.q, drive.state.base)
         yield Order(Command(camera_mm_per_s=(float(camera[0]), float(camera[1]))), dt, None, stop)
         seen.look()
+        still = still + 1 if trail and np.array_equal(trail[-1], drive.bend) else 0
         trail.append(drive.bend)
         if pilot is None:
             share = _carried_out(before, drive.snake.camera(drive.q, drive.state.base), camera * dt)

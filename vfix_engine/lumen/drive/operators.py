@@ -19,6 +19,7 @@ __all__ = ["OPERATORS", "Order", "Retry", "Stop", "adversarial", "scripted"]
 OPERATORS = ("scripted", "adversarial")
 
 _CREEP_MM = 0.005  # a step that brings the tip no farther than that is held
+_SAME_AGAIN = 2  # steps that are held where nothing moves: another one would be refused by the same numbers
 # Of an operator who is held: how far to draw back, mm, and the spacing to come again with, of the usual one.
 _COME_AGAIN = ((5.0, 0.5), (10.0, 1.0), (20.0, 2.0), (40.0, 0.5))
 
@@ -85,14 +86,15 @@ def _held_by(drive: SnakeDrive) -> str:
 
 def _go(drive: SnakeDrive, to_s: float) -> Iterator[Order]:
     """Forwards or backwards, until the tip is there or held."""
-    settings, held = drive.settings, 0
+    settings, held, same, still = drive.settings, 0, 0, drive.pathway.motion is None
     usual = settings.insertion_step_mm / settings.insertion_mm_per_s  # [s]
     sign = 1.0 if to_s > drive.tip_s else -1.0
-    while (min(to_s, drive.length_mm) - drive.tip_s) * sign > 1e-9 and held < STUCK:
+    while (min(to_s, drive.length_mm) - drive.tip_s) * sign > 1e-9 and held < STUCK and same < _SAME_AGAIN:
         left = (to_s - drive.tip_s) / usual
         speed = sign * min(settings.insertion_mm_per_s, abs(left))
         was = drive.tip_s
         yield Order(Command(insert_mm_per_s=speed), usual)
+        same = same + 1 if still and drive.tip_s == was and drive.state.outcome == "held" else 0
         held = held + 1 if abs(drive.tip_s - was) < min(_CREEP_MM, 0.5 * abs(to_s - was)) else 0
 
 

@@ -14,10 +14,13 @@ from ..control.projection import projected_to_limits
 from ..control.tip_control import DistalContext
 from ..limits.backtracking import largest_share
 from ..limits.limits import Configuration, HardLimits
+from ..limits.link_bounds import LinkBounds, known_within
 from ..pathway.live_pathway import LivePathway
+from ..pathway.pathway import Pathway
 from ..query.query import Deviations, Query
 from .distal_steps import SAME, DistalSteps
 from .drive_state import Command, Outcome
+from .link_windows import link_windows, planning_margin
 from .refusal import Refusal
 
 Array = NDArray[np.float64]
@@ -41,6 +44,10 @@ class ShapeSteps(DistalSteps):
     _goal: ShapeSolution | None
     _measured: NDArray[np.bool_]
     _deviation: Deviations
+    _inscribed: Array
+    bounds: LinkBounds
+    bound: Array
+    pathway: Pathway
 
     @property
     def length_mm(self) -> float:
@@ -103,7 +110,7 @@ class ShapeSteps(DistalSteps):
             advances = self.tip_s + part * remaining != self.tip_s  # else joints would move and the tip would not
             return advances and self._certified(blended(self._conformed, ahead, part), dt)
 
-        share = largest_share(is_admissible)
+        share = largest_share(is_admissible, self._part)
         if share > 0.0:
             self.tip_s = self._conformed.tip_s
             if self._goal is not None:  # what the tissue asks for goes in with the robot
@@ -125,10 +132,12 @@ class ShapeSteps(DistalSteps):
         if not _in_order(shape.joint_s):
             self._waypoints.restart(self._conformed)
             raise LookupError("no shape conforms to the path there")
-        known = self._windows, self._measured
+        known = self._windows, self._measured, self.bound
         self._set_windows(shape.joint_s)
-        better = moved_off(shape, self.snake, self.query, self._packed, self._windows, self._bounds())
-        self._windows, self._measured = known
+        windows, margin = self._windows, planning_margin(self._waypoints.spacing_mm)
+        self.bound = self.bounds.at(self._inscribed, link_windows(self.pathway, shape.joint_s, self._first, margin))
+        better = moved_off(shape, self.snake, self.query, self._packed, windows, self._bounds())
+        self._windows, self._measured, self.bound = known
         if better is not None:
             self._waypoints.correct(better)
         return place, better or shape
@@ -171,7 +180,9 @@ class ShapeSteps(DistalSteps):
             return Outcome("rest")
         due = self._live.share(self.t, dt)
         whole = due == 1.0 and self._fastest(goal, dt) <= 1.0
-        share = largest_share(lambda share: self._certified(blended(self._conformed, goal, share * due), dt))
+        share = largest_share(
+            lambda share: self._certified(blended(self._conformed, goal, share * due), dt), self._part
+        )
         self._goal = None if share == 0.0 or (whole and share == 1.0) else goal
         if share == 0.0:  # nothing is followed until the tissue has moved on
             self._waypoints.restart(self._conformed)
@@ -195,12 +206,14 @@ class ShapeSteps(DistalSteps):
         if not _in_order(wanted.joint_s):
             self._refused = None
             return False
-        windows, measured = self._windows, self._measured
+        windows, measured, bound = self._windows, self._measured, self.bound
         self._set_windows(wanted.joint_s)
         start, end = Configuration(self._conformed.base, self.q), Configuration(wanted.base, self._bent(wanted))
-        known = self._deviation.depth  # a link that comes to count, or gets another window, has to be within its bound
+        # A link that comes to count, gets another window or with it a smaller bound, has to be within its bound.
+        known = known_within(self._deviation.depth, bound, self.bound)
         verdict = self._limits.certify(self._packed, self._windows, start, end, self._bounds(), known)
-        if self.projects_within_step and not verdict.taken and np.isfinite(verdict.deviation.depth).all():
+        parted = verdict.taken or verdict.exhausted  # what has only been parted too often is within its bounds already
+        if self.projects_within_step and not parted and np.isfinite(verdict.deviation.depth).all():
             wanted, end = self._projected(wanted, end, dt)
             verdict = self._limits.certify(self._packed, self._windows, start, end, self._bounds(), known)
         if verdict.taken:
@@ -208,7 +221,7 @@ class ShapeSteps(DistalSteps):
             self._keep(verdict.deviation)
         else:
             self._refused = Refusal(verdict, end, self._bounds(), self.snake, self.query)
-            self._windows, self._measured = windows, measured
+            self._windows, self._measured, self.bound = windows, measured, bound
         return verdict.taken
 
     def _retreat(self, dt: float) -> None:

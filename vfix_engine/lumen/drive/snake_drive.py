@@ -25,6 +25,7 @@ from ..conform.waypoints import Waypoints
 from ..haptics.hand_forces import HandForces
 from ..haptics.haptics import Forces
 from ..limits.limits import Configuration, HardLimits
+from ..limits.link_bounds import inscribed_radii
 from ..pathway.live_pathway import LivePathway
 from ..pathway.pathway import Pathway, TissueMotion
 from ..query.query import Deviations, Query
@@ -32,6 +33,7 @@ from .drive_start import checked_slack, checked_tip, make_control, refuse_beyond
 from .drive_state import Command, DriveSettings, DriveState, Observer, Outcome, both
 from .link_windows import entrance, link_windows
 from .lumen import lumen_between
+from .narrow import narrowest
 from .refusal import Refusal
 from .shape_steps import ShapeSteps
 from .trail import Trail
@@ -45,7 +47,7 @@ _TIMED = 10  # every so many steps one query of all links is timed
 
 
 class SnakeDrive(ShapeSteps):
-    """State and one step of a driven snake; see ``DriveState``.
+    """State and one step of a driven snake; see ``DriveState``. ``bound``: (L,) mm, b_i where the links are.
 
     Args:
         snake: the whole robot.
@@ -85,8 +87,8 @@ class SnakeDrive(ShapeSteps):
             Query(snake.vertices(each * links)),
             Query(self.distal.vertices(each * self.distal.links)),
         )
-        self.bound = np.full(links, self.settings.bound_mm)
-        self.bound[-1] = self.settings.tip_bound
+        self.bounds, self._inscribed = self.settings.bounds(links), inscribed_radii(pathway)
+        self.bound = self.bounds.most
         self._first = links - self.distal.links  # of the distal links
         self._limits = HardLimits(self.query, snake, self.bound)
         self._distal_limits = HardLimits(self._distal_query, self.distal, self.bound[self._first :], self._first)
@@ -132,6 +134,7 @@ class SnakeDrive(ShapeSteps):
         snake: SnakeModel | None = None,
         tissue: TissueMotion | None = None,
         tip_s: float = 0.0,
+        anyway: bool = False,
     ) -> Self:
         """A snake before the entrance of a lumen of one's own, with the pathway that is found through it.
 
@@ -139,14 +142,18 @@ class SnakeDrive(ShapeSteps):
             mesh: the lumen's surface, mm; start, end: (3,) clicks in the patient frame.
             links: of the snake; None: as many as it takes to the end. snake: whose links they are; None: the paper's.
             tissue: how the pathway moves; None: it is still. tip_s: how far in the tip starts, mm.
+            anyway: also where the pathway is narrower than the robot somewhere as far as it reaches.
 
         Raises:
-            PathwayError: clicks or a surface that no path can be made of.
+            PathwayError: clicks or a surface that no path can be made of; a pathway that is narrower than the robot.
             InputError: as the class. RobotError: a number of links that no snake has.
         """
         settings, model = settings or DriveSettings(), snake or SnakeModel(1)
         lumen = lumen_between(mesh, start, end, model, settings, tissue)
-        return cls(lumen.snake(model, links), lumen.pathway, settings, lumen.curve, lumen.slack, tip_s)
+        robot = lumen.snake(model, links)
+        if not anyway:
+            narrowest(lumen.pathway, robot, settings.bound_mm, robot.reach_mm()).refuse(robot)
+        return cls(robot, lumen.pathway, settings, lumen.curve, lumen.slack, tip_s)
 
     @property
     def length_mm(self) -> float:
@@ -242,8 +249,9 @@ class SnakeDrive(ShapeSteps):
         return other
 
     def _set_windows(self, joint_s: Array) -> None:
-        """Windows of the links for joints at these arc lengths, and which links are inside."""
+        """Windows of the links for joints at these arc lengths, their bounds there, and which links are inside."""
         self._windows = link_windows(self.pathway, joint_s, self._first)
+        self.bound = self.bounds.at(self._inscribed, self._windows)
         self._measured = joint_s[:-1] >= self._entrance
 
     def _bounds(self) -> Array:
@@ -276,5 +284,5 @@ class SnakeDrive(ShapeSteps):
         return DriveState(
             self.t, mode, self._conformed.base, self.q.copy(), self._conformed.q, self.tip_s,
             self._conformed.joint_s, self.control.steering, self._packed, self._windows, self._measured,
-            self._deviation, forces, *outcome, self._query_s, spent,
+            self.bound, self._deviation, forces, *outcome, self._query_s, spent,
         )  # fmt: skip

@@ -22,6 +22,7 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 ROUNDING_MM = 1e-9  # [mm] so much deeper than it was known to be a link may be found that has not moved
+_EXHAUSTED = "the motion is too large to be certified even in parts: ask for a shorter step"
 MOTION_TOLERANCE_MM = 0.05  # [mm] so much beyond its bound a link may be between two poses that were measured
 
 
@@ -66,6 +67,8 @@ class Verdict(NamedTuple):
     """So many poses were measured."""
     held_by: str | None
     """In words what refused it; None where it is taken."""
+    exhausted: bool = False
+    """Whether it is refused because it was parted as often as it may be: no pose of it was beyond a bound."""
 
 
 class HardLimits:
@@ -135,7 +138,10 @@ class HardLimits:
         )  # fmt: skip
         if part >= 1.0:
             return Verdict(True, 1.0, found, poses, None)
-        return Verdict(False, part, found, poses, self._reason(found, limit))
+        beyond = found.depth - limit
+        if not (beyond > 0.0).any():
+            return Verdict(False, part, found, poses, _EXHAUSTED, True)
+        return Verdict(False, part, found, poses, self._reason(found, limit, int(beyond.argmax())))
 
     def _checked(
         self, packed: PackedPathway, windows: Index, before: Configuration, after: Configuration, bound: Array
@@ -177,11 +183,7 @@ class HardLimits:
             raise InputError(f"known depths are ({self.snake.links},) mm of at least 0, not {found}")
         return np.asarray(found + ROUNDING_MM, dtype=np.float64)
 
-    def _reason(self, found: Deviations, bound: Array) -> str:
-        beyond = found.depth - bound
-        link = int(beyond.argmax())
-        if not beyond[link] > 0.0:
-            return "the motion is too large to be certified even in parts: ask for a shorter step"
+    def _reason(self, found: Deviations, bound: Array, link: int) -> str:
         name, deep, most = self.first + link + 1, found.depth[link], bound[link]
         return f"link {name} would be {beyond_text(deep, most)} mm outside of the pathway; its bound is {most:g} mm"
 

@@ -25,6 +25,7 @@ Index = NDArray[np.int64]
 LENGTH, REACH, TOLERANCE, LOW, HIGH = 0, 1, 2, 3, 6
 SHAPE_SIZE = 9
 LEAST_PART = 1.0 / 4096.0  # of a motion; one that has to be parted further is refused
+MOST_POSES = 64  # of a motion; one that takes more is refused, so that no step takes long
 DEEPEST = 0.9  # of a window's least inscribed radius: the Lipschitz constant is proven for deviations up to that
 
 
@@ -102,7 +103,7 @@ def certify_motion(
         if not (before[link] <= limit[link] and before[link] < np.inf):
             return 0.0, 1
     done, size, poses = 0.0, 1.0, 1
-    while done < 1.0 and size >= LEAST_PART:
+    while done < 1.0 and size >= LEAST_PART and poses < MOST_POSES:
         to = min(1.0, done + size)
         _place(base, base_end, turn, q, q_end, to, pose, joints)
         snake_frames(joints, pose, shape[LENGTH], there)

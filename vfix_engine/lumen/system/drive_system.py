@@ -59,7 +59,7 @@ class DriveRecorder:
 
     def __init__(self, drive: SnakeDrive, log: Log) -> None:
         self._drive, self._log = drive, log
-        self._row = SnakeRow(drive.snake)
+        self._row = SnakeRow(drive.snake, drive.settings.manipulated)
         self._line = np.zeros(COMMAND_SIZE + len(self._row.layout))
         self._dt = drive.settings.step_s
         self._bend: tuple[float, ...] | None = None
@@ -100,7 +100,7 @@ class DriveSpec(SnakeSystemSpec):
     @property
     def columns(self) -> tuple[Column, ...]:
         """Of the rows of its runs."""
-        return SnakeRow(self.snake).layout
+        return SnakeRow(self.snake, self.drive.manipulated).layout
 
     @property
     def world(self) -> str:
@@ -138,7 +138,7 @@ class DriveSystem:
     """Implements ``runtime.System``; made by ``DriveSpec.build``."""
 
     def __init__(self, first: SnakeDrive) -> None:
-        self._first, self._row = first, SnakeRow(first.snake)
+        self._first, self._row = first, SnakeRow(first.snake, first.settings.manipulated)
 
     @property
     def row_layout(self) -> tuple[Column, ...]:
@@ -176,7 +176,9 @@ class DriveSystem:
     def settings(self, state: DriveMoment) -> SnakeSettings:
         """Those of its settings that a driven snake has."""
         fixed = state.drive.settings
-        return SnakeSettings(state.dt, fixed.insertion_mm_per_s, bound_mm=fixed.bound_mm, tip_bound_mm=fixed.tip_bound)
+        return SnakeSettings(
+            state.dt, fixed.insertion_mm_per_s, bound_mm=fixed.bound_mm, tip_bound_mm=fixed.tip_bound_mm
+        )
 
     def period_s(self, state: DriveMoment) -> float:
         """How long the next step takes in s."""

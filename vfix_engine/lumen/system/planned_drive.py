@@ -172,8 +172,8 @@ class PlannedDrive(SnakeDrive):
         Raises:
             ControlError: a link would be beyond its new bound.
         """
-        bound = np.full(self.snake.links, settings.bound_mm)
-        bound[-1] = settings.tip_bound
+        bounds = settings.bounds(self.snake.links)
+        bound = bounds.at(self._inscribed, self._windows)
         over = np.where(self._measured, self._deviation.depth - bound, -np.inf)
         link = int(over.argmax())
         if over[link] > 0.0:
@@ -182,7 +182,7 @@ class PlannedDrive(SnakeDrive):
                 f"link {link + 1} is {deep} mm outside of the pathway, more than the bound of {bound[link]:g} mm: "
                 "straighten or draw back first"
             )
-        self.settings, self.bound = settings, bound
+        self.settings, self.bounds, self.bound = settings, bounds, bound
 
     # What a step may do
 
@@ -262,12 +262,22 @@ class PlannedDrive(SnakeDrive):
         if look is None and not sign and bends is None and view is None:
             return None
         most = TISSUE_SHARE * self.settings.speed_max * self.settings.tissue_s
-        bound = self.bound
+        reserve = np.zeros(self.snake.links)
         if self.moves:  # until the plan after this one is adopted, as it seems
-            bound = np.maximum(bound - self._reserve(self.tissue_age_s + self.settings.tissue_s), 0.0)
+            reserve = self._reserve(self.tissue_age_s + self.settings.tissue_s)
         bend = self.q - self._conformed.q
         return PlanInputs(
-            look, Shape.of(near), near.tip_s, most, sign, self._waypoints.spacing_mm, bend, bound, bends, view
+            look,
+            Shape.of(near),
+            near.tip_s,
+            most,
+            sign,
+            self._waypoints.spacing_mm,
+            bend,
+            self.bounds,
+            reserve,
+            bends,
+            view,
         )
 
     def _bends_wanted(self) -> BendsWanted | None:

@@ -19,9 +19,10 @@ from ..control.parameterised import found_bends
 from ..control.projection import projected_to_limits
 from ..control.tip_control import DistalContext
 from ..drive.drive_state import DriveSettings
-from ..drive.link_windows import entrance, link_windows
+from ..drive.link_windows import entrance, link_windows, planning_margin
 from ..drive.look_plan import LookPlanner
 from ..limits.limits import HardLimits
+from ..limits.link_bounds import inscribed_radii
 from ..pathway.packed import (
     END,
     END_RADIUS,
@@ -67,7 +68,7 @@ class Planner:
         self._first = snake.links - self._distal.links
         self._query = Query(snake.vertices(each * snake.links))
         self._distal_query = Query(self._distal.vertices(each * self._distal.links))
-        self._entrance = entrance(pathway.packed(0.0), snake)
+        self._entrance, self._inscribed = entrance(pathway.packed(0.0), snake), inscribed_radii(pathway)
         self._seen = _Look(0.0, pathway.packed(0.0), curve)  # the last one, as bends ask for it
 
     def __call__(self, wanted: PlanInputs) -> Plan:
@@ -121,19 +122,24 @@ class Planner:
             place = min(place, curve.length) if wanted.sign > 0 else max(place, 0.0)
             if (place - near.tip_s) * wanted.sign <= 0.0:
                 break
-            near = self._inside(conform(self._snake, curve, place, near, slack, near.roll), packed, wanted.bound)
+            near = self._inside(conform(self._snake, curve, place, near, slack, near.roll), packed, wanted)
             found.append(Shape.of(near))
         return tuple(found)
 
-    def _inside(self, shape: ShapeSolution, packed: PackedPathway, bound: Array) -> ShapeSolution:
+    def _inside(self, shape: ShapeSolution, packed: PackedPathway, wanted: PlanInputs) -> ShapeSolution:
         windows = link_windows(self._pathway, shape.joint_s, self._first)
-        kept = np.where(shape.joint_s[:-1] >= self._entrance, bound, math.inf)
-        return moved_off(shape, self._snake, self._query, packed, windows, kept) or shape
+        return moved_off(shape, self._snake, self._query, packed, windows, self._kept(shape, wanted)) or shape
+
+    def _kept(self, shape: ShapeSolution, wanted: PlanInputs) -> Array:
+        """(L,) mm, the bounds of a planned shape and of those next to it; infinite outside of the pathway."""
+        around = link_windows(self._pathway, shape.joint_s, self._first, planning_margin(wanted.spacing_mm))
+        bound = np.maximum(wanted.bounds.at(self._inscribed, around) - wanted.reserve, 0.0)
+        return np.where(shape.joint_s[:-1] >= self._entrance, bound, math.inf)
 
     def _bent_inside(self, goal: ShapeSolution, packed: PackedPathway, wanted: PlanInputs) -> ShapeSolution:
         """The shape moved so that with the hand's bend on top of it links keep their bounds, as near as can be."""
         windows = link_windows(self._pathway, goal.joint_s, self._first)
-        bound = np.where(goal.joint_s[:-1] >= self._entrance, wanted.bound, math.inf)
+        bound = self._kept(goal, wanted)
         kept = bound - np.minimum(RESERVE_MM, 0.5 * bound)
         bent = self._snake.clamp(goal.q + wanted.bend)
         if (self._query.deviations(packed, self._snake.frames(bent, goal.base), windows).depth <= kept).all():

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from ..anatomy.curve import Curve
 from ..bending.optimise import Bend
 from ..conform.conformance import ShapeSolution
+from ..limits.link_bounds import LinkBounds
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -94,8 +95,8 @@ class PlanInputs:
     near: the shape that the robot has or is about to have, with its tip at ``tip_s`` mm; ``most``: rad, by which the
         shape that follows the tissue may differ from it.
     sign: of the insertion whose next shapes are wanted, 0: none are. spacing_mm: between two of them.
-    bend: (2L,) rad by which the hand has bent the robot off that shape. bound: (L,) mm that planned shapes keep where
-        the link is inside, the one that follows the tissue with that bend.
+    bend: (2L,) rad by which the hand has bent the robot off that shape. bounds: that planned shapes keep where the link
+        is inside, less a reserve (L,) mm; the shape that follows the tissue keeps them with that bend.
     bends: where control bends are wanted, or None. view: from where the view is to be turned on, or None.
     """
 
@@ -106,7 +107,8 @@ class PlanInputs:
     sign: int
     spacing_mm: float
     bend: Array
-    bound: Array
+    bounds: LinkBounds
+    reserve: Array
     bends: BendsWanted | None
     view: LookWanted | None = None
 

@@ -26,7 +26,7 @@ class SnakeSettings:
 
     step_s: the control period.
     insertion_mm_per_s, camera_mm_per_s: speeds of an axis that is fully deflected.
-    bound_mm, tip_bound_mm: b_i of Kwok 2013, eq. 17, of all links and of the last one.
+    bound_mm, tip_bound_mm: b_i of Kwok 2013, eq. 17, of all links and of the last one; None as in ``DriveSettings``.
     reoptimise_below: r below which control bends are found anew and the tip is inserted.
 
     Raises:
@@ -36,13 +36,15 @@ class SnakeSettings:
     step_s: float = 1e-3
     insertion_mm_per_s: float = 20.0
     camera_mm_per_s: float = 30.0
-    bound_mm: float = 8.0
-    tip_bound_mm: float = 4.0
+    bound_mm: float | None = None
+    tip_bound_mm: float | None = None
     reoptimise_below: float = 0.15
 
     def __post_init__(self) -> None:
         for name, allowed in _RANGES.items():
             value = getattr(self, name)
+            if value is None and name in _BY_PLACE:
+                continue
             if not _is_finite(value) or not allowed.low <= value <= allowed.high:
                 unit = f" {allowed.unit}" if allowed.unit else ""
                 raise InputError(
@@ -99,6 +101,7 @@ def _is_finite(value: Any) -> bool:
     return isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) < math.inf
 
 
+_BY_PLACE = ("bound_mm", "tip_bound_mm")  # None where nobody has set them
 _RANGES = {
     "step_s": Range(1e-4, 2e-2, "s", "Control period"),
     "insertion_mm_per_s": Range(0.1, 100.0, "mm/s", "Insertion speed"),

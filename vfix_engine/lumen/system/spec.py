@@ -17,6 +17,7 @@ from ..anatomy.curve import Curve
 from ..conform.conforming import driven_curve
 from ..drive.drive_state import DriveSettings
 from ..drive.lumen import Lumen, lumen_between
+from ..drive.narrow import narrowest
 from ..pathway.pathway import Pathway, TissueMotion
 from ..pathway.tissue_motion import Breathing, Peristalsis, Together
 from .planned_drive import PlannedDrive
@@ -74,6 +75,7 @@ class SnakeSystemSpec:
         tissue: how the lumen moves in simulated time, None: it is still. Of ``tissue_motion``'s own motions a manifest
             can be written.
         tip_s: mm, how far in the tip starts.
+        anyway: build it although its lumen is narrower than the robot somewhere as far as that reaches.
     """
 
     lumen: LumenContours | LumenSurface
@@ -82,6 +84,7 @@ class SnakeSystemSpec:
     drive: DriveSettings = field(default_factory=DriveSettings)
     tissue: TissueMotion | None = None
     tip_s: float = 0.0
+    anyway: bool = False
 
     @property
     def world(self) -> str:
@@ -115,17 +118,19 @@ class SnakeSystemSpec:
         mesh = TriangleMesh(surface.vertices, surface.faces)
         made = lumen_between(mesh, surface.start, surface.end, self.snake, self.drive)
         contours = LumenContours.of(made)
-        return SnakeSystemSpec(contours, self.snake, self.settings, self.drive, self.tissue, self.tip_s)
+        return SnakeSystemSpec(contours, self.snake, self.settings, self.drive, self.tissue, self.tip_s, self.anyway)
 
     def build(self) -> SnakeSystem:
         """The system itself.
 
         Raises:
-            PathwayError: no pathway can be made of the lumen.
+            PathwayError: no pathway can be made of the lumen, or it is narrower than the robot.
             InputError: a robot, settings or start that do not fit it.
         """
         pathway, curve, slack = self._parts()
         settings = self.settings.of_drive(self.drive)
+        if not self.anyway:
+            narrowest(pathway, self.snake, None, min(curve.length, self.snake.reach_mm())).refuse(self.snake)
         first = PlannedDrive(self.snake, pathway, settings, curve, slack, self.tip_s)
         return SnakeSystem(first, self.settings, Planner(self.snake, pathway, curve, slack, settings))
 
@@ -154,6 +159,7 @@ class SnakeSystemSpec:
         values: dict[str, Any] = {
             "lumen": kind, "snake": asdict(self.snake), "settings": self.settings.to_dict(),
             "drive": asdict(self.drive), "tissue": _motion_values(self.tissue), "tip_s": self.tip_s,
+            "anyway": self.anyway,
         }  # fmt: skip
         if isinstance(self.lumen, LumenContours):
             values |= {"count": self.lumen.count, "curve_step_mm": self.lumen.curve_step_mm}
@@ -178,6 +184,7 @@ class SnakeSystemSpec:
             return cls(
                 lumen, SnakeModel(**values["snake"]), SnakeSettings.from_dict(values["settings"]),
                 DriveSettings(**values["drive"]), _motion_of(values["tissue"]), values["tip_s"],
+                values.get("anyway", True),  # what was driven before nobody asked is driven again
             )  # fmt: skip
         except (KeyError, TypeError) as error:
             raise InputError(f"the parts of a snake's world do not fit: {error}") from error

@@ -61,7 +61,7 @@ class SnakeSystem:
 
     def __init__(self, first: PlannedDrive, settings: SnakeSettings, planner: Planner) -> None:
         self._first, self._settings, self.planner = first, settings, planner
-        self._row = SnakeRow(first.snake)
+        self._row = SnakeRow(first.snake, first.settings.manipulated)
 
     @property
     def row_layout(self) -> tuple[Column, ...]:

@@ -39,6 +39,8 @@ export function marksOf(port, state, cross, measures) {
   for (const mark of state.fiducials?.items ?? []) marks.push(...drawnFiducial(project, mark));
   if (!driven) for (const place of state.regions?.drawing?.places ?? []) marks.push(drawnMark(project(place), "slice-point drawing", false, 0.9));
   if (!driven && plan?.ghost) marks.push(drawnMark(project(plan.ghost.position), "slice-point ghost", false, 1.3));
+  const pierced = driven ? null : state.corridor?.verdict?.pierced;
+  if (pierced) line([pierced.begin, pierced.end], "slice-pierced");
   if (state.step?.input === "drive") for (const segment of state.tool?.segments ?? []) line(segment, "slice-tool");
   for (const measure of measures) marks.push(...drawnMeasure(measure, project));
   return marks;

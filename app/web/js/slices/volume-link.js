@@ -58,8 +58,7 @@ export class VolumeLink extends EventTarget {
     this.caseId = caseId;
     this.volumes = volumes;
     this.head += 1;
-    for (const answer of this.waiting.values()) answer(null);
-    this.waiting.clear();
+    this.giveUp();
     this.tell("loading", 0);
     this.worker.postMessage({ kind: "open", head: this.head, caseId, volumes });
   }
@@ -75,7 +74,7 @@ export class VolumeLink extends EventTarget {
   }
 
   /**
-   * The picture of a view; null when another head was opened meanwhile.
+   * The picture of a view; null when another head was opened meanwhile, or the voxels are gone.
    * @param {string} view
    * @param {Raster} raster
    * @param {Greys} greys
@@ -174,9 +173,17 @@ export class VolumeLink extends EventTarget {
     this.waiting.delete(id);
   }
 
+  /** Nothing that was asked so far is answered any more. */
+  giveUp() {
+    const asked = [...this.waiting.values()];
+    this.waiting.clear();
+    for (const answer of asked) answer(null);
+  }
+
   /** @param {string} words */
   fail(words) {
     this.words = words;
+    this.giveUp();
     this.tell("failed", 0);
     this.timer = setTimeout(() => this.again(), TRY_AGAIN_MS);
   }

@@ -1,0 +1,157 @@
+"""Whether a planned tool pierces skin or a wall between two airs, in words; the engine measures it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal, Self
+
+import numpy as np
+import numpy.typing as npt
+
+from vfix_engine.imaging.piercing import Piercing, Run, Ways, piercing_of
+from vfix_engine.imaging.way_round_kernel import REACH_MM
+from vfix_engine.progress import ProgressCallback
+from vfix_engine.simulation.dry_run import STATION_MM, DryRun
+
+Floats = npt.NDArray[np.float64]
+Place = tuple[float, float, float]
+PiercedState = Literal["none", "room", "wall", "unknown"]
+
+_MIDDLE_MM = 3.0  # nearer to the middle of the head than that is told as the middle
+_LEVEL_MM = 0.5  # a smaller height is told as level with the nostril
+
+
+@dataclass(frozen=True, eq=False)
+class Pierced:
+    """What of the body a tool pierces; lengths in mm, places (3,) in LPS.
+
+    state: 'room' that it pierces tissue with the room's air at one end, 'wall' one between two airs of the body;
+    'unknown' that the scan does not tell. sideways_mm: how far round the worst tissue the nearest air leads, inf beyond
+    15 mm, and gives_mm what tissue gives there; None where the tool passes none, or nothing is known. begin, end: of
+    that tissue on the tool's axis, from outside to inside; s_mm: of the tip there. s, along_mm (m,): the same along the
+    path, NaN where it is not known.
+    """
+
+    state: PiercedState
+    sideways_mm: float | None = None
+    gives_mm: float | None = None
+    begin: Place | None = None
+    end: Place | None = None
+    s_mm: float | None = None
+    where: str = ""
+    s: Floats | None = None
+    along_mm: Floats | None = None
+
+    def at(self, s: Floats) -> list[float] | None:
+        """`along_mm` at arc lengths (n,): of the pose judged last before each; 15 mm where farther or unknown."""
+        if self.s is None or self.along_mm is None or not len(self.s) or np.isnan(self.along_mm).all():
+            return None
+        rows = np.maximum(np.searchsorted(self.s, s + 1e-9, side="right") - 1, 0)
+        far: list[float] = np.round(np.nan_to_num(np.fmin(self.along_mm[rows], REACH_MM), nan=REACH_MM), 1).tolist()
+        return far
+
+    @property
+    def ends(self) -> tuple[Place, Place] | None:
+        """Both ends of the tissue that is pierced; None where none is."""
+        if self.state not in ("room", "wall") or self.begin is None or self.end is None:
+            return None
+        return self.begin, self.end
+
+    @property
+    def words(self) -> str:
+        """A sentence, '' where nothing is pierced."""
+        if self.state == "unknown":
+            return "Whether the tool pierces tissue is not known: no scan shows it from the room's air on."
+        if self.state == "none" or self.sideways_mm is None:
+            return ""
+        what = "skin" if self.state == "room" else "a wall between two airs of the body"
+        return f"Pierces {what} {self.where}: {way_words(self.sideways_mm)}, where tissue gives {self.gives_mm:.0f} mm."
+
+
+NOT_KNOWN = Pierced("unknown")
+
+
+def way_words(sideways_mm: float) -> str:
+    """How far air leads round tissue, within a sentence."""
+    if not np.isfinite(sideways_mm):
+        return "no air leads round it within 15 mm"
+    return f"air leads round it {sideways_mm:.1f} mm beside the tool"
+
+
+def short_way(sideways_mm: float | None) -> str:
+    """The same in a few words, as a figure among others; None where it is not known."""
+    if sideways_mm is None:
+        return "air round tissue not known"
+    return (
+        "no air round tissue within 15 mm" if not np.isfinite(sideways_mm) else f"air {sideways_mm:.1f} mm round tissue"
+    )
+
+
+def pierced_along(ways: Ways | None, run: DryRun, go_on: ProgressCallback) -> Pierced:
+    """What a dry run pierces. ways: of its head, None without a CT or where none of it shows the path."""
+    if ways is None:
+        return NOT_KNOWN
+    rows = np.union1d(np.unique(np.rint(run.s / STATION_MM), return_index=True)[1], [len(run.s) - 1])
+    found = piercing_of(
+        ways, run.segments_start, run.segments_end, rows.tolist(), lambda: go_on("Looking for ways round tissue", 0.97)
+    )
+    return _pierced(found, run.s, ways)
+
+
+def pierced_by_poses(ways: Ways | None, poses: Sequence[tuple[float, Floats, Floats]]) -> Pierced:
+    """What a drive pierces. poses: the arc length of the tip, and starts and ends (S, 3) of the tool's axis."""
+    if ways is None or not poses:
+        return NOT_KNOWN
+    s, start, end = (np.array(values) for values in zip(*poses, strict=True))
+    return _pierced(piercing_of(ways, start, end, range(len(s))), s, ways)
+
+
+def _pierced(found: Piercing, s: Floats, ways: Ways) -> Pierced:
+    along = s[found.rows], found.sideways_mm
+    if found.pierced is None and not found.known:
+        return Pierced("unknown", s=along[0], along_mm=along[1])
+    worst = found.worst
+    if worst is None or found.row is None:
+        return Pierced("none", 0.0, s=along[0], along_mm=along[1])
+    state: PiercedState = "none" if not worst.pierced else "room" if worst.from_room else "wall"
+    return Pierced(
+        state, worst.sideways_mm, worst.gives_mm, worst.begin, worst.end, float(s[found.row]),
+        place_words(worst, ways), *along,
+    )  # fmt: skip
+
+
+def sideways_of(found: Piercing | None) -> float | None:
+    """How far sideways air leads round the worst tissue of a drive; None where not known, or beyond 15 mm."""
+    if found is None or not found.known:
+        return None
+    told = 0.0 if found.worst is None else found.worst.sideways_mm
+    return told if told is not None and np.isfinite(told) else None
+
+
+@dataclass(frozen=True)
+class PiercedReport:
+    """What a report tells of `Pierced`: its values, sideways_mm being None where no air leads round within 15 mm."""
+
+    state: PiercedState
+    sideways_mm: float | None
+    gives_mm: float | None
+    begin: Place | None
+    end: Place | None
+    s_mm: float | None
+    words: str
+
+    @classmethod
+    def of(cls, found: Pierced) -> Self:
+        far = found.sideways_mm if found.sideways_mm is not None and np.isfinite(found.sideways_mm) else None
+        return cls(found.state, far, found.gives_mm, found.begin, found.end, found.s_mm, found.words)
+
+
+def place_words(run: Run, ways: Ways) -> str:
+    """Where tissue begins that a tool passes: its side of the patient, its height above the nostril, and its place."""
+    x, y, z = run.begin if run.outside == "room" or run.inside != "room" else run.end
+    beside = x - ways.middle_mm
+    side = "in the middle" if abs(beside) < _MIDDLE_MM else "on the left" if beside > 0.0 else "on the right"
+    above = z - float(ways.entry[2])
+    height = "level with" if abs(above) < _LEVEL_MM else f"{abs(above):.0f} mm {'above' if above > 0.0 else 'below'}"
+    return f"{side}, {height} the nostril (L {x:.0f}, P {y:.0f}, S {z:.0f})"

@@ -1,0 +1,134 @@
+"""`vfix bench piercing`: suggested ways in a head, and whether one of them pierces tissue, judged by brute force.
+
+From each entry to each target, moved by up to 2 mm, ways are looked for with each tool until there are as many as asked
+for; each of their poses, 8 mm apart, is judged out of the voxels by another code (`piercing_judge`). None may pierce.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks import report
+from benchmarks.piercing_judge import pierced_runs
+from vfix_engine.control import ControlSettings
+from vfix_engine.errors import InputError
+from vfix_engine.geometry.proximity import ProximityTree
+from vfix_engine.imaging.phantom import load_head_ct, load_landmarks
+from vfix_engine.imaging.piercing import Ways
+from vfix_engine.imaging.readers import read_volume
+from vfix_engine.imaging.room_air import room_air
+from vfix_engine.imaging.soft_tissue import TISSUE_HU
+from vfix_engine.imaging.solids import solid_of_volumes
+from vfix_engine.imaging.surface import BONE_HU, extract_surface
+from vfix_engine.imaging.volume import Volume
+from vfix_engine.robots import RobotModel, Tool
+from vfix_engine.suggestion import Alternative, Room, Surroundings, suggest_path
+
+SUMMARY = "suggested ways in a head: none pierces skin or a wall, judged out of the voxels by another code"
+TOOLS = ("straight_pointer", "bent_30", "endoscope_0")
+SLACK_MM = 0.75  # both codes have grids of 0.5 mm
+EVERY_MM = 8.0  # between poses that are judged
+_MOVED_MM, _AROUND_MM = 2.0, 30.0
+
+Array = NDArray[np.float64]
+
+
+class Head(NamedTuple):
+    """A scan with entries and targets (n, 3) in LPS mm."""
+
+    volume: Volume
+    entries: Array
+    targets: Array
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Which head, and how many ways."""
+    parser.add_argument("--ways", type=int, default=100, metavar="N", help="ways to look at (default 100)")
+    parser.add_argument("--seed", type=int, default=0, metavar="S", help="of the moved ends")
+    parser.add_argument("--head", type=Path, metavar="FILE", help="a CT; by default the head phantom")
+    for end in ("--entry", "--target"):
+        words = "of that CT, LPS mm; may be repeated"
+        parser.add_argument(end, type=_place, action="append", default=[], metavar="X,Y,Z", help=words)
+
+
+def run(args: argparse.Namespace) -> dict[str, Any]:
+    """Counts of ways and of those that pierce.
+
+    Raises:
+        BenchmarkRefused: a number or an argument makes no sense.
+    """
+    if not 1 <= args.ways <= 100_000 or args.seed < 0:
+        raise report.BenchmarkRefused("--ways is from 1 to 100,000, --seed 0 or more")
+    if args.head is not None and not (args.entry and args.target):
+        raise report.BenchmarkRefused("--head needs an --entry and a --target of it")
+    machine, begin = report.machine().to_dict(), time.perf_counter()
+    head = (
+        phantom() if args.head is None else Head(read_volume(args.head)[0], np.array(args.entry), np.array(args.target))
+    )
+    ways, pierce, asked = 0, 0, 0
+    for found, entry in suggested(head, np.random.default_rng(args.seed)):
+        asked += 1
+        for one in found[: args.ways - ways]:
+            ways += 1
+            pierce += bool(pierced_by(head.volume, one, entry))
+        if ways >= args.ways or asked >= 4 * args.ways:
+            break
+    return {
+        "machine": machine,
+        "ways": ways,
+        "searches": asked,
+        "pierce": pierce,
+        "seconds": time.perf_counter() - begin,
+        "correct": ways == args.ways and pierce == 0,
+    }
+
+
+def phantom() -> Head:
+    """The head phantom with both nostrils and its targets."""
+    known = load_landmarks()
+    entry = np.array(known.corridor[0].position)
+    targets = np.array([known.corridor[4].position, *(target.position for target in known.targets)])
+    both = np.concatenate([targets, targets * [-1.0, 1.0, 1.0]])
+    return Head(load_head_ct(), np.stack([entry, entry * [-1.0, 1.0, 1.0]]), both)
+
+
+def suggested(
+    head: Head, random: np.random.Generator, tools: Sequence[str] = TOOLS
+) -> Iterator[tuple[tuple[Alternative, ...], Array]]:
+    """Alternatives of one search after another, without an end, and the entry of each."""
+    ends = np.concatenate([head.entries, head.targets])
+    focus = np.stack([ends.min(axis=0) - _AROUND_MM, ends.max(axis=0) + _AROUND_MM])
+    bone, tissue = (solid_of_volumes([head.volume], level, focus) for level in (BONE_HU, TISSUE_HU))
+    tree, room, air = ProximityTree(extract_surface(head.volume)), Room(bone, tissue), room_air(tissue, [head.volume])
+    robot, every, number = RobotModel.load("steady_hand"), [Tool.load(name) for name in tools], 0
+    while True:
+        entry = head.entries[random.integers(len(head.entries))] + random.uniform(-_MOVED_MM, _MOVED_MM, 3)
+        target = head.targets[random.integers(len(head.targets))] + random.uniform(-_MOVED_MM, _MOVED_MM, 3)
+        around = Surroundings(tree, room, ways=Ways(tissue, air, entry))
+        try:
+            found = suggest_path(around, robot, every[number % len(every)], entry, target, ControlSettings())
+            yield found.alternatives, entry
+        except InputError:  # an end that was moved into tissue
+            yield (), entry
+        number += 1
+
+
+def pierced_by(volume: Volume, one: Alternative, entry: Array, every_mm: float = EVERY_MM) -> list[Array]:
+    """Where the poses of an alternative pierce tissue, by brute force."""
+    rows = np.unique(np.rint(one.run.s / every_mm), return_index=True)[1]
+    found = list[Array]()
+    for row in np.union1d(rows, [len(one.run.s) - 1]):
+        found += pierced_runs(volume, one.run.segments_start[row], one.run.segments_end[row], entry, SLACK_MM)
+    return found
+
+
+def _place(text: str) -> tuple[float, float, float]:
+    x, y, z = (float(part) for part in text.split(","))
+    return x, y, z

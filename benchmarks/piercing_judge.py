@@ -1,0 +1,76 @@
+"""Whether a tool pierces tissue, by brute force out of the voxels: the judge of `vfix bench piercing`.
+
+It has nothing of the engine but the sampling of a volume: air is thresholded and measured on a grid of its own around
+each run of tissue, and connected by labels.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vfix_engine.imaging.volume import Volume
+
+Array = NDArray[np.float64]
+
+AIR_HU = -300.0
+STEP_MM, SAMPLE_MM = 0.5, 0.2
+BALL_MM = 1.0  # half of the width of air that counts as a way
+GIVES_MM, GIVES_AT_ENTRY_MM, ENTRY_MM = 5.0, 8.0, 20.0
+_BESIDE_MM = 15.0  # of the axis on both sides of the tissue
+
+
+def pierced_runs(volume: Volume, start: Array, end: Array, entry: Array, slack_mm: float = 0.0) -> list[Array]:
+    """Middles (3,) of the runs of tissue that the axis segments (S, 3) of a pose pierce.
+
+    entry: (3,) where the path begins. slack_mm: added to what tissue gives; two codes with grids of 0.5 mm differ.
+    """
+    axis = _axis(start, end)
+    tissue = volume.sample(axis) > AIR_HU
+    borders = np.flatnonzero(np.diff(tissue)) + 1
+    pieces = [piece for piece in np.split(np.arange(len(axis)), borders) if tissue[piece[0]]]
+    merged = list[NDArray[np.intp]]()
+    for piece in pieces:
+        if merged and (piece[0] - merged[-1][-1]) * SAMPLE_MM < 2.0 * BALL_MM:
+            merged[-1] = np.arange(merged[-1][0], piece[-1] + 1)
+        else:
+            merged.append(piece)
+    inner = [piece for piece in merged if piece[0] > 0 and piece[-1] + 1 < len(axis)]
+    found = list[Array]()
+    for piece in inner:
+        near = np.linalg.norm(axis[piece] - entry, axis=1).min() <= ENTRY_MM
+        gives = (GIVES_AT_ENTRY_MM if near else GIVES_MM) + slack_mm
+        if not _round(volume, axis, int(piece[0]), int(piece[-1]), gives):
+            found.append(axis[piece].mean(axis=0))
+    return found
+
+
+def _axis(start: Array, end: Array) -> Array:
+    parts = [
+        a + np.linspace(0.0, 1.0, max(2, int(np.linalg.norm(b - a) / SAMPLE_MM)))[:, None] * (b - a)
+        for a, b in zip(end, start, strict=True)  # from the tip on; a segment ends at its front
+    ]
+    return np.concatenate(parts)
+
+
+def _round(volume: Volume, axis: Array, first: int, last: int, gives: float) -> bool:
+    """Whether air leads from one side of a run of tissue to the other within a distance of the axis."""
+    from scipy import ndimage
+    from scipy.spatial import cKDTree
+
+    beside = int(_BESIDE_MM / SAMPLE_MM)
+    window = axis[max(first - beside, 0) : last + beside + 1]
+    reach = gives + BALL_MM
+    low, high = window.min(axis=0) - reach - 2.0, window.max(axis=0) + reach + 2.0
+    ticks = [np.arange(a, b, STEP_MM) for a, b in zip(low, high, strict=True)]
+    places = np.stack(np.meshgrid(*ticks, indexing="ij"), axis=-1)
+    shape = places.shape[:3]
+    air = (volume.sample(places.reshape(-1, 3)) <= AIR_HU).reshape(shape)
+    wide = ndimage.distance_transform_edt(air, sampling=STEP_MM) > BALL_MM - 0.5 * STEP_MM
+    away = cKDTree(window).query(places.reshape(-1, 3), distance_upper_bound=reach + 1e-6)[0].reshape(shape)
+    labels, _ = ndimage.label(wide & (away <= reach))
+    sides = []
+    for side in (axis[max(first - beside, 0) : first], axis[last + 1 : last + beside + 1]):
+        near = cKDTree(side).query(places.reshape(-1, 3), distance_upper_bound=BALL_MM + STEP_MM)[0].reshape(shape)
+        sides.append(np.unique(labels[np.isfinite(near) & (labels > 0)]))
+    return bool(np.intersect1d(sides[0], sides[1]).size)

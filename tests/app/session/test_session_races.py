@@ -1,0 +1,208 @@
+"""What comes while something else is going on: scenes, errors, replies and the end of a session."""
+
+from __future__ import annotations
+
+import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
+import pytest
+from session_doubles import SAMPLE, Tabs, fail, rehearse_step, settle
+
+from app.services import Services
+from app.services.errors import JobCancelled
+from app.session import client_sessions
+from app.session.client_session import ClientSession
+from app.session.client_sessions import ClientSessions, TabTaken, TooManyTabs
+from app.steps.rehearse.commands import HandCommand, SetMode
+from app.views.commands import SetCross
+from vfix_engine.errors import PlanError
+
+
+def test_a_scene_that_comes_while_its_session_is_made_is_attached_once(
+    phantom_services: Services, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Twice, one click would show and confirm: whatever the order, the session follows the scene that is there."""
+    tabs, attached, tab = Tabs(), list[Any](), "tab-one-0"
+    sessions = ClientSessions(phantom_services, tabs, lambda: "")
+    monkeypatch.setattr(ClientSession, "_attach", lambda self, client: attached.append(client))
+    begun, go_on, start = threading.Event(), threading.Event(), ClientSession.start
+
+    def start_late(self: ClientSession, wanted: Any) -> None:
+        start(self, wanted)
+        begun.set()
+        assert go_on.wait(60)
+
+    monkeypatch.setattr(ClientSession, "start", start_late)
+    try:
+        with ThreadPoolExecutor(1) as beside:
+            connecting = beside.submit(sessions.connect, tab, {"plan": SAMPLE})
+            assert begun.wait(60)
+            tabs.scenes[tab] = first = object()  # it comes now, and is told before and after it is asked for
+            tabs.come(tab, first)
+            go_on.set()
+            session = connecting.result(60)
+        settle(session)
+        assert attached == [first]
+        released = list[str]()
+        monkeypatch.setattr(session.steps["rehearse"], "release_now", lambda: released.append("hand"))
+        tabs.scenes[tab] = second = object()  # a scene that was loaded anew; that the first one went comes late
+        tabs.come(tab, second)
+        tabs.gone(tab)
+        settle(session)
+        assert attached == [first, second]
+        assert released == ["hand"]
+        del tabs.scenes[tab]
+        tabs.gone(tab)
+        tabs.come(tab, second)  # late news of a scene that is gone again
+        settle(session)
+        assert attached == [first, second]
+        assert released == ["hand", "hand"]
+    finally:
+        go_on.set()
+        sessions.close()
+
+
+def test_a_session_that_is_made_keeps_no_other_one_waiting(
+    sessions: ClientSessions, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made, begun, go_on = ClientSession.__init__, threading.Event(), threading.Event()
+
+    def slowly(self: ClientSession, client: str, *values: Any) -> None:
+        if client == "tab-slow-0":
+            begun.set()
+            assert go_on.wait(60)
+        made(self, client, *values)
+
+    monkeypatch.setattr(ClientSession, "__init__", slowly)
+    with ThreadPoolExecutor(1) as beside:
+        slow = beside.submit(sessions.connect, "tab-slow-0", {"plan": SAMPLE})
+        assert begun.wait(60)
+        try:
+            quick = sessions.connect("tab-quick-0", {"plan": SAMPLE})
+            sessions.beat(time.monotonic())
+            sessions.disconnect("tab-quick-0")
+            with pytest.raises(TabTaken):
+                sessions.connect("tab-slow-0", {})
+        finally:
+            go_on.set()
+        assert slow.result(60) is not quick
+
+
+def test_a_session_that_cannot_be_made_leaves_its_place_free(
+    sessions: ClientSessions, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with monkeypatch.context() as broken:
+        broken.setattr(ClientSession, "__init__", lambda *_: fail(MemoryError()))
+        with pytest.raises(MemoryError):
+            sessions.connect("tab-one-0", {})
+    sessions.connect("tab-one-0", {"plan": SAMPLE})
+
+
+def test_an_error_in_one_step_leaves_the_others_shown_and_is_tried_again(
+    sessions: ClientSessions, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of what was stored elsewhere each tab is read anew, whichever cannot be read just now."""
+    session, notes = sessions.connect("tab-one-0", {"plan": SAMPLE}), list[str]()
+    settle(session)
+    session.note = lambda words, error: notes.append(words)
+    names, fresh = list(session.steps), list[tuple[str, bool]]()
+    for name in names:
+        step = session.steps[name]
+        monkeypatch.setattr(step, "sections", lambda again, name=name: fresh.append((name, again)) or {})
+    first = session._active_last()[0]
+    with monkeypatch.context() as broken:
+        broken.setattr(first, "sections", lambda again: fail(RuntimeError("of Doe, John")))
+        session.post(session._look_again)
+        settle(session)
+        settle(session)  # what is published follows each request
+        assert {name for name, again in fresh if again} == {*names} - {first.spec.name}
+        assert set(notes) == {"That did not work; the planner's log says why."}
+    fresh.clear()
+    settle(session)
+    settle(session)
+    assert (first.spec.name, True) in fresh, "what could not be read is still to be read anew"
+    fresh.clear()
+    settle(session)
+    settle(session)
+    assert not any(again for _, again in fresh)
+
+
+def test_an_error_in_one_step_keeps_no_other_one_from_letting_go(
+    sessions: ClientSessions, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """HAZ-11."""
+    session, let_go = sessions.connect("tab-one-0", {"plan": SAMPLE}), list[str]()
+    settle(session)
+    for name, step in session.steps.items():
+        for act in ("release_now", "release"):
+            monkeypatch.setattr(step, act, lambda name=name, act=act: let_go.append(f"{name} {act}") or fail(OSError()))
+    sessions.disconnect("tab-one-0")
+    settle(session)
+    assert sorted(let_go) == sorted(f"{name} {act}" for name in session.steps for act in ("release_now", "release"))
+
+
+@pytest.mark.parametrize("broken", ["handle", "publish", "urgent", "refused", "nothing"])
+def test_every_command_that_asks_for_a_reply_gets_one(
+    sessions: ClientSessions, monkeypatch: pytest.MonkeyPatch, broken: str
+) -> None:
+    session, replies = sessions.connect("tab-one-0", {"plan": SAMPLE}), list[tuple[bool, Any]]()
+    settle(session)
+    step = rehearse_step(session)
+    monkeypatch.setattr(step, "handle", lambda command: None)
+    if broken == "publish":
+        monkeypatch.setattr(session, "_publish", lambda: fail(RuntimeError("of Doe, John")))
+    elif broken != "nothing":
+        error = PlanError("open a plan first.") if broken == "refused" else RuntimeError("of Doe, John")
+        monkeypatch.setattr(step, "handle_now" if broken == "urgent" else "handle", lambda command: fail(error))
+    command = HandCommand(type="heartbeat", id=1) if broken == "urgent" else SetMode(type="rehearsal.mode", mode="free")
+    assert session.command(command, lambda ok, result: replies.append((ok, result)))
+    settle(session)
+    failed = "That did not work; the planner's log says why."
+    expected = {"refused": (False, "open a plan first."), "handle": (False, failed), "urgent": (False, failed)}
+    assert replies == [expected.get(broken, (True, None))]
+
+
+def test_a_newer_value_of_a_stream_does_not_answer_for_one_that_asks_for_a_reply(sessions: ClientSessions) -> None:
+    session, replies, go_on = sessions.connect("tab-one-0", {"plan": SAMPLE}), list[int](), threading.Event()
+    settle(session)
+    session.post(lambda: go_on.wait(60))
+    streamed = SetCross(type="slice.cross", position=(1.0, 2.0, 3.0))
+    assert streamed.stream() is not None
+    for number in range(3):
+        session.command(streamed, lambda ok, result, number=number: replies.append(number))
+        session.command(streamed)
+    go_on.set()
+    settle(session)
+    assert replies == [0, 1, 2]
+
+
+def test_the_end_waits_for_what_sessions_do_with_the_store(
+    phantom_services: Services, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(client_sessions, "CLOSE_S", 60.0)
+    monkeypatch.setattr(phantom_services.dry_runs, "evaluate", lambda *_, **__: fail(JobCancelled()))
+    sessions, done = ClientSessions(phantom_services, Tabs(), lambda: ""), list[str]()
+    session, begun, go_on = sessions.connect("tab-one-0", {"plan": SAMPLE}), threading.Event(), threading.Event()
+    settle(session)
+
+    def work(what: str) -> None:
+        begun.set()
+        go_on.wait(60)
+        done.append(what)
+
+    session.post(lambda: work("request"))
+    sessions._executor.submit(work, "background")
+    assert begun.wait(60)
+    with ThreadPoolExecutor(1) as beside:
+        closing = beside.submit(sessions.close)
+        while not session._inbox._queue.qsize():  # until it was told to end, which comes behind the request
+            time.sleep(0.001)
+        assert not closing.done()
+        go_on.set()
+        closing.result(60)
+    assert sorted(done) == ["background", "request"]
+    assert not session._thread.is_alive()
+    with pytest.raises(TooManyTabs):
+        sessions.connect("tab-two-0", {})

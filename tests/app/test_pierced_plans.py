@@ -1,0 +1,163 @@
+"""Plans on the head phantom whose tool pierces the nose: blocked, a level of its own, or as before (HAZ-36)."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from rest_client import Client
+
+from app.services import Services
+from app.services.embedded import SAMPLE_PLAN
+from app.services.piercing import Pierced, PiercedReport, pierced_along
+from app.services.plan_model import Plan
+from app.services.verdict import verdict_of
+from app.steps.plan.clearance import verdict_view
+from app.steps.rehearse.driven import Planned, SoFar
+from benchmarks.piercing_judge import pierced_runs
+from vfix_engine.imaging.piercing import PoseWays, Ways
+from vfix_engine.robots import Tool
+from vfix_engine.simulation.dry_run import DryRun
+
+TIP = np.array([4.5, 36.5, 0.5])
+DORSUM = (0.0, -12.0, 22.0)
+# Places that a straight shaft to TIP passes, what it pierces there, and how far round air leads, between two bounds.
+SHAFTS: dict[str, tuple[tuple[float, float, float], str, float, float]] = {
+    "dorsum, 12 mm above": ((0.0, -18.0, 15.0), "room", 13.0, np.inf),
+    "dorsum, 20 mm above": (DORSUM, "room", 13.0, np.inf),
+    "dorsum, 27 mm above": ((0.0, -6.0, 28.0), "room", 13.0, np.inf),
+    "ala": ((16.0, -8.0, 6.0), "room", 9.5, 12.0),
+    "columella and tip": ((0.0, -22.0, 6.0), "room", 8.0, 9.5),
+    "cheek": ((40.0, 0.0, 10.0), "room", np.inf, np.inf),
+    "septum": ((-6.0, -11.0, 3.5), "wall", 9.0, 15.0),
+}
+
+
+@pytest.fixture(scope="module")
+def plan(phantom_services: Services) -> Plan:
+    return phantom_services.plans.get(SAMPLE_PLAN)
+
+
+@pytest.fixture(scope="module")
+def ways(phantom_services: Services, plan: Plan) -> Ways:
+    found = phantom_services.planning.ways(plan)
+    assert found is not None
+    return found
+
+
+def pose(ways: Ways, through: tuple[float, float, float]) -> PoseWays:
+    ahead = np.array(through) - TIP
+    return ways.of_pose((TIP + 150.0 * ahead / np.linalg.norm(ahead))[None], TIP[None])
+
+
+@pytest.mark.parametrize("shaft", SHAFTS)
+def test_a_shaft_through_each_part_of_the_nose_is_told(ways: Ways, shaft: str) -> None:
+    through, state, least, most = SHAFTS[shaft]
+    found = pose(ways, through)
+    assert found.known
+    assert found.worst is not None
+    assert found.worst.pierced
+    assert found.worst.from_room == (state == "room")
+    assert found.worst.sideways_mm is not None
+    assert least <= found.worst.sideways_mm <= most
+
+
+def test_the_shipped_plan_passes_by_both_codes(phantom_services: Services, plan: Plan) -> None:
+    evaluation = phantom_services.planning.evaluate(plan)
+    pierced, run = evaluation.verdict.pierced, evaluation.run
+    assert (pierced.state, evaluation.verdict.level) == ("none", "fits")
+    assert pierced.sideways_mm is not None
+    assert pierced.gives_mm is not None
+    assert 1.0 < pierced.sideways_mm < pierced.gives_mm
+    assert verdict_view(evaluation)["pierced"] is None
+    plotted = verdict_view(evaluation)["profile"]["sideways_mm"]
+    assert plotted is not None
+    assert len(plotted) == len(evaluation.profile.s)
+    assert max(plotted) == pytest.approx(np.nanmax(pierced.along_mm), abs=0.06)
+    volume = phantom_services.cases.volume(phantom_services.cases.get(plan.case_id))
+    assert volume is not None
+    for row in range(0, len(run.s), 300):
+        entry = np.array(plan.points[0].position)
+        assert pierced_runs(volume, run.segments_start[row], run.segments_end[row], entry) == []
+
+
+def straight_run(run: DryRun, through: tuple[float, float, float]) -> DryRun:
+    """The dry run, in its last pose with a straight shaft through a place."""
+    start, end = np.array(run.segments_start), np.array(run.segments_end)
+    ahead = (np.array(through) - TIP) / np.linalg.norm(np.array(through) - TIP)
+    length = np.linalg.norm(end[-1] - start[-1], axis=1)
+    end[-1], start[-1] = TIP + np.r_[0.0, length.cumsum()[:-1]][:, None] * ahead, TIP + length.cumsum()[:, None] * ahead
+    return dataclasses.replace(run, segments_start=start, segments_end=end)
+
+
+@pytest.mark.parametrize(
+    ("shaft", "level", "words"),
+    [
+        ("dorsum, 12 mm above", "blocked", "Blocked. Pierces skin in the middle, "),
+        ("ala", "blocked", "on the left, "),
+        ("septum", "pierces", "Pierces a wall between two airs of the body "),
+    ],
+)
+def test_the_verdict_names_place_side_and_height(
+    phantom_services: Services, plan: Plan, ways: Ways, shaft: str, level: str, words: str
+) -> None:
+    evaluation, case = phantom_services.planning.evaluate(plan), phantom_services.cases.get(plan.case_id)
+    run = straight_run(evaluation.run, SHAFTS[shaft][0])
+    pierced, tree = pierced_along(ways, run, lambda stage, share: None), phantom_services.cases.tree(case)
+    found = verdict_of(run, evaluation.profile, Tool.load("bent_30"), tree, case, 0.3, True, pierced)
+    assert found.level == level
+    assert words in found.words
+    assert "the nostril (L " in found.words
+    assert found.short.lower().startswith(("blocked: the tool pierces", "pierces a wall"))
+    assert pierced.s_mm == pytest.approx(float(run.s[-1]))
+    view = verdict_view(dataclasses.replace(evaluation, verdict=found))
+    assert view["pierced"] is not None
+    assert view["show_mm"] == pytest.approx(pierced.s_mm)
+    blocked = dataclasses.replace(run, completed=False, reason="bone on the shaft")
+    held = verdict_of(blocked, evaluation.profile, Tool.load("bent_30"), tree, case, 0.3, True, pierced)
+    assert (held.level, held.reason) == ("blocked", "held")
+    assert "bone on the shaft" in held.words
+
+
+def test_without_knowledge_the_level_is_what_it_was(phantom_services: Services, plan: Plan) -> None:
+    evaluation, case = phantom_services.planning.evaluate(plan), phantom_services.cases.get(plan.case_id)
+    tree = phantom_services.cases.tree(case)
+    found = verdict_of(evaluation.run, evaluation.profile, Tool.load("bent_30"), tree, case, 0.3, True)
+    assert found.level == "fits"
+    assert "Whether the tool pierces tissue is not known" in found.words
+    assert pierced_along(None, evaluation.run, lambda stage, share: None).state == "unknown"
+    told = PiercedReport.of(Pierced("room", np.inf, 5.0, (0.0, 1.0, 2.0), (0.0, 3.0, 2.0), 4.0, "on the left"))
+    assert told.sideways_mm is None
+    assert "no air leads round it within 15 mm" in told.words
+
+
+def test_a_report_tells_it(client: Client, plan: Plan) -> None:
+    chosen = json.loads(client.get(f"/api/plans/{plan.id}/report").text)["chosen"]
+    assert chosen["pierced"]["state"] == "none"
+    assert 1.0 < chosen["pierced"]["sideways_mm"] < 8.0
+
+
+def test_a_drive_tells_how_far_air_leads_round_what_it_passes(
+    phantom_services: Services, plan: Plan, ways: Ways
+) -> None:
+    evaluation = phantom_services.planning.evaluate(plan)
+    planned, so_far = Planned.of(evaluation, phantom_services.fields.of_plan(plan).tissue, ways), SoFar()
+    radius = Tool.load("bent_30").radius
+
+    def taken(steps: int, run: DryRun) -> str:
+        values = {"reason": "", "held": False, "force": np.zeros(3), "threshold_mm": 5.0, "clearance_mm": 1.0}
+        start, end = run.segments_start[-1], run.segments_end[-1]
+        pose: Any = SimpleNamespace(
+            steps=steps, segments_start=start, segments_end=end, tip=TIP, radius=radius, **values
+        )
+        so_far.take(pose, planned)
+        return so_far.words
+
+    words = taken(1, evaluation.run)
+    assert f"air {evaluation.verdict.pierced.sideways_mm:.1f} mm round tissue." in words
+    assert "pierced" not in words
+    assert "no air round tissue within 15 mm: tissue is pierced." in taken(2, straight_run(evaluation.run, DORSUM))
