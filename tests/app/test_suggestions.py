@@ -59,7 +59,7 @@ def test_a_suggestion_is_found_used_and_undone(client: Client, phantom_services:
     assert found["none"] is None
     assert found["plan_id"] == plan.id
     best = found["alternatives"][0]
-    assert best["least_clearance_mm"] > 1.0
+    assert best["least_clearance_mm"] > 0.8  # ways with more of it pierce the rim of the nostril
     assert 8.0 < best["tissue_mm"] < 20.0
     assert 0.0 <= best["sideways_mm"] < 8.0
     looked, volume = phantom_services.suggestions.paths(found["id"]), phantom_services.cases.volume(phantom_case)

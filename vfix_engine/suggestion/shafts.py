@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from ..geometry.path import SplinePath
 from ..geometry.shaft_directions import ShaftDirections, roll_of, rolled_frame
+from ..imaging.piercing import Ways
 from ..robots import Tool
 from .room import Figures, Room
 
@@ -30,6 +31,10 @@ MOST_ROLL_DEG_PER_MM = 4.0
 _NEIGHBOURS = 48  # of a direction that are looked at
 COMFORT_MM = 1.2  # more clearance than the margin and this is worth nothing more
 _BLOCKED = 100.0  # cost of a pose that leaves the margin; finite, since fields are not exact
+_PIERCES_PER_MM = 20.0  # cost of each mm by which air leads farther round tissue than that gives, up to _BLOCKED
+_PIERCES_RESERVE_MM = 1.0  # less than what tissue gives, since a few orientations stand for all
+_PIERCES_DIRECTIONS, _PIERCES_ROLLS = 40, 6  # orientations for which that is looked at
+_PIERCES_EVERY_MM = 12.0  # of the path
 _STEADY = 0.002  # cost of a turn of one degree, squared
 _CHORD = 0.7  # share of the path that its chord spans
 
@@ -61,24 +66,28 @@ def ranked_shafts(
     rankings: tuple[Ranking, ...],
     steady: int,
     go_on: Callable[[], object] = bool,
+    ways: Ways | None = None,
 ) -> list[ShaftDirections]:
     """Plans of the shaft along a path: the best changing one of each ranking, and the ``steady`` best unchanging ones.
 
     Args:
         stations: (m,) arc lengths at which the plan names the orientation, the path's ends among them.
         go_on: called between the stations; what it raises ends the search.
+        ways: given, an orientation costs by how far the tool pierces tissue, too; that takes seconds.
     """
     grid = _orientations(path, tool)
     middle = 0.5 * (stations[1:] + stations[:-1])
     at, between = (_measured(room, tool, grid, path.position(s), go_on) for s in (stations, middle))
     plans = list[ShaftDirections]()
+    pierces: Array | float = 0.0 if ways is None else _piercing_cost(grid, tool, path, stations, ways, go_on)
     for ranking in rankings:
-        cost = np.stack([_cost(f, ranking, margin_mm) for f in at])
+        cost = np.stack([_cost(f, ranking, margin_mm) for f in at]) + pierces
         half = np.stack([_cost(f, ranking, margin_mm) for f in between])
         cost[:-1] += 0.5 * half
         cost[1:] += 0.5 * half
         plans.append(_plan(stations, grid.frames[_best_sequence(cost, grid, np.diff(stations))], tool))
-    cost = sum(np.stack([_cost(f, rankings[0], margin_mm) for f in part]).sum(axis=0) for part in (at, between))
+    cost = np.sum(pierces + np.zeros((1, 1)), axis=0)
+    cost = cost + sum(np.stack([_cost(f, rankings[0], margin_mm) for f in part]).sum(axis=0) for part in (at, between))
     for number in _spread(cost, grid, steady):
         plans.append(_plan(stations[:1], grid.frames[number][None], tool))
     return plans
@@ -136,6 +145,35 @@ def _cost(figures: Figures, ranking: Ranking, margin: float) -> Array:
     blocked = (figures.bone < margin + 0.05) | (figures.unknown > 0.0)
     cost: Array = ranking.bone * missing**2 + ranking.depth * figures.depth + ranking.touched * figures.touched
     return cost + _BLOCKED * (blocked + missing * (figures.bone < margin))
+
+
+def _piercing_cost(
+    grid: _Grid, tool: Tool, path: SplinePath, stations: Array, ways: Ways, go_on: Callable[[], object]
+) -> Array:  # fmt: skip
+    """Cost (m, n) of how far the tool pierces tissue at each station, between those of a coarser grid."""
+    from scipy.interpolate import interp1d  # imported here: slow to load
+    from scipy.spatial import cKDTree
+
+    directions = np.arange(0, len(grid.axes), max(len(grid.axes) // _PIERCES_DIRECTIONS, 1))
+    rolls = np.arange(0, grid.rolls, max(grid.rolls // _PIERCES_ROLLS, 1))
+    frames = grid.frames.reshape(len(grid.axes), grid.rolls, 3, 3)[np.ix_(directions, rolls)]
+    looked_at = np.linspace(0.0, path.length, int(np.ceil(path.length / _PIERCES_EVERY_MM)) + 1)
+    coarse = np.empty((len(looked_at), *frames.shape[:2]))
+    for m, place in enumerate(path.position(looked_at)):
+        for d, r in np.ndindex(*frames.shape[:2]):
+            go_on()
+            segments = tool.segments(frames[d, r], place)
+            worst = ways.of_pose(segments.start, segments.end).worst
+            over = -np.inf if worst is None else worst.over_mm + _PIERCES_RESERVE_MM
+            coarse[m, d, r] = min(max(_PIERCES_PER_MM * over, 0.0), _BLOCKED)
+    away, near = cKDTree(grid.axes[directions]).query(grid.axes, k=3)
+    weight = 1.0 / (away + 1e-3)
+    weight /= weight.sum(axis=1, keepdims=True)
+    blended = np.einsum("dk,mdkr->mdr", weight, coarse[:, near])
+    nearest_roll = np.rint(np.arange(grid.rolls) / grid.rolls * len(rolls)).astype(int) % len(rolls)
+    along = interp1d(looked_at, blended[:, :, nearest_roll].reshape(len(looked_at), -1), axis=0)
+    cost: Array = along(np.minimum(stations, path.length))
+    return cost
 
 
 def _best_sequence(cost: Array, grid: _Grid, lengths: Array) -> Index:

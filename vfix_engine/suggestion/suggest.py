@@ -28,7 +28,6 @@ Array = NDArray[np.float64]
 
 # Balanced first: the others spare soft tissue, or keep away from bone.
 RANKINGS = (Ranking(), Ranking(bone=1.0, depth=0.6, touched=0.3), Ranking(bone=20.0, depth=0.1, touched=0.03))
-SPARING = tuple(Ranking(bone, depth, 0.3) for bone, depth in ((1.0, 4.0), (0.1, 1.0), (0.3, 20.0), (0.02, 4.0)))
 STEADY = 3  # plans with one orientation for the whole path, beside those that change it
 _SAME_DEG = 3.0  # plans that differ by less than this everywhere are one
 _FIELD_SHARE, _RANKED_SHARE = 0.1, 0.4  # of the work, which is told as its progress
@@ -151,8 +150,8 @@ def suggest_path(
         return Suggestion((), NoWay(way.places[-1], way.gap_mm, reason, searched))
     found = best_drives(around, robot, tool, smoothed(way.places), settings, tell=tell)
     if found and found[0].pierces:
-        # Those that spare tissue most are the last resort: they come nearer to bone.
-        found = best_drives(around, robot, tool, smoothed(way.places), settings, SPARING, 0, tell)
+        # What the tool would pierce is looked at in each orientation, which takes longer than all the rest.
+        found = best_drives(around, robot, tool, smoothed(way.places), settings, tell=tell, ways=around.ways)
     clear = tuple(one for one in found if one.run.completed and not one.pierces)
     if clear:
         return Suggestion(clear)
@@ -168,9 +167,11 @@ def best_drives(
     rankings: tuple[Ranking, ...] = RANKINGS,
     steady: int = STEADY,
     tell: ProgressCallback = no_progress,
+    ways: Ways | None = None,
 ) -> list[Alternative]:
     """Drives of a tool along a path (m, 3) with the best plans of its shaft, the best one first.
 
+    ways: given, the plans keep from piercing tissue.
     None where the tool does not fit at the entry in any of them.
     """
     tell("Ranking directions of the shaft by bone and soft tissue", _FIELD_SHARE)
@@ -178,7 +179,7 @@ def best_drives(
     stations = _stations(path)
     plans = ranked_shafts(
         around.room, tool, path, stations, settings.kept_mm, rankings, steady,
-        lambda: tell("Ranking directions of the shaft by bone and soft tissue", _FIELD_SHARE),
+        lambda: tell("Ranking directions of the shaft by bone and soft tissue", _FIELD_SHARE), ways,
     )  # fmt: skip
     plans, found = _different(plans, stations), list[Alternative]()
     for number, plan in enumerate(plans):
