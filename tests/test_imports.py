@@ -13,6 +13,7 @@ ENGINE_ROOMS = {
     "errors": 0,
     "resources": 0,
     "progress": 0,
+    "error_places": 0,
     "json_text": 0,
     "given": 1,
     "frames": 2,

@@ -528,6 +528,7 @@ def rest(services: Services) -> Iterator[Client]:
 
 
 def test_rest_goes_there_and_back(services: Services, head: Case, archive: Path, rest: Client) -> None:
+    """HAZ-34: what holds images is asked about."""
     before = left_of(services)
     refused = rest.get(f"/api/cases/{head.id}/archive")
     assert (refused.status_code, "with_images=true" in refused.text) == (422, True)  # HAZ-34

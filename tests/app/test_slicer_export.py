@@ -386,6 +386,7 @@ def test_two_plans_of_one_name_are_told_by_their_ids(
 def test_rest_sends_the_folder_as_a_zip_and_leaves_nothing(
     client: Client, phantom_services: Services, plan: Plan, folder: Path
 ) -> None:
+    """HAZ-34: what holds images is asked about."""
     before = list(phantom_services.store.scratch.open().iterdir())
     refused = client.get(f"/api/plans/{plan.id}/export/slicer")
     assert (refused.status_code, "with_images=true" in refused.text) == (422, True)  # HAZ-34

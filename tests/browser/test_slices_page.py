@@ -336,7 +336,7 @@ def test_a_threshold_tints_the_slices_at_once(open_page: Open) -> None:
 
 
 def test_a_second_volume_is_laid_over_by_a_transform(open_page: Open, rest: Rest, tmp_path: Path) -> None:
-    """The finer CT of the phantom as a head of its own, laid over the phantom."""
+    """HAZ-38: the finer CT of the phantom as a head of its own is asked about, then laid over the phantom."""
     nose = load_nose_ct()
     image = SimpleITK.GetImageFromArray(nose.hu)
     image.SetOrigin(nose.origin.tolist())

@@ -296,7 +296,7 @@ def test_a_window_that_enters_while_the_last_one_leaves_keeps_its_robot(
 def test_the_holder_is_told_that_a_drive_is_not_recorded_any_more(
     drive: SharedDrive, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """It is no answer to a setting that is on its way, and the drive goes on."""
+    """HAZ-26: it is no answer to a setting that is on its way, and the drive goes on."""
     drive.lease.take(ONE)
     drive.change_settings(ONE, {"margin_mm": 1.5})
     _answer(drive, monkeypatch, Event("unrecorded", "the run cannot be written: No space left on device"))
