@@ -12,6 +12,7 @@ from run_folder import write_run
 from app.api.dependencies import ERRORS
 from app.api.error_statuses import ERROR_STATUSES
 from app.error_shape import error_code
+from app.gateway import body_limit
 from app.gateway.body_limit import MAX_BODY_BYTES
 from app.services import Services
 from app.services.case_model import HEAD_PHANTOM
@@ -127,8 +128,9 @@ class _Ids(dict[str, str]):
 
 
 @pytest.mark.parametrize("content_type", ["application/json", "multipart/form-data; boundary=x", "text/plain"])
-def test_a_body_that_is_no_upload_is_small(client: Client, content_type: str) -> None:
-    """HAZ-30: whatever it says that it is, claimed or not; none of it is kept."""
+def test_a_body_that_is_no_upload_is_small(client: Client, content_type: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """HAZ-30: whatever it says that it is, claimed or not; none is kept, and a bounded part of the rest is read."""
+    monkeypatch.setattr(body_limit, "DRAIN_BYTES", MAX_BODY_BYTES)
     paths = client.get("/openapi.json").json()["paths"]
     takers = [
         (method, re.sub(r"{[a-z_]+}", "x", path.format_map(_Ids(case_id=HEAD_PHANTOM, plan_id=SAMPLE_PLAN))))
@@ -141,7 +143,7 @@ def test_a_body_that_is_no_upload_is_small(client: Client, content_type: str) ->
         sent: list[int] = []
         body = flood(b'{"name": "', 1 << 14, sent)
         streamed = client.request(method, path, headers={"content-type": content_type}, content=body)
-        assert sum(sent) < 2 * MAX_BODY_BYTES, (method, path)
+        assert sum(sent) < 3 * MAX_BODY_BYTES, (method, path)
         claims = {"content-type": content_type, "content-length": "1000000000"}
         claimed = client.request(method, path, headers=claims, content=b"{")
         for answer in (streamed, claimed):

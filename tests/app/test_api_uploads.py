@@ -13,6 +13,7 @@ from endless_reader import BEGUN, NEVER_S, never_end
 from rest_client import CASE, PLAN, Client, flood, opened_client
 
 from app.api import cases as case_routes
+from app.gateway import body_limit
 from app.services import Services, build_services
 from app.services.case_model import HEAD_PHANTOM
 from app.settings import Settings
@@ -155,6 +156,7 @@ def test_a_flood_is_stopped(client: Client, monkeypatch: pytest.MonkeyPatch) -> 
     assert (claimed.status_code, claimed.json()["error"]["code"]) == (413, "too_large")
     assert "the file is larger than 2048 MiB" in claimed.json()["error"]["message"]
     monkeypatch.setattr(case_routes, "MAX_CASE_BYTES", 1 << 20)
+    monkeypatch.setattr(body_limit, "DRAIN_BYTES", 1 << 16)  # what is read of the rest, and dropped
     sent: list[int] = []
     file = flood(b'--x\r\nContent-Disposition: form-data; name="file"; filename="x.obj"\r\n\r\n', 1 << 16, sent)
     streamed = client.post("/api/cases", headers={"content-type": headers["content-type"]}, content=file)

@@ -57,7 +57,7 @@ class World:
         passed, told = planning_module.tissue_passed, lambda: self.complete
         monkeypatch.setattr(planning_module, "tissue_passed", lambda *given: replace(passed(*given), complete=told()))
         monkeypatch.setattr(Drive, "run", lambda *given: self._driven())
-        monkeypatch.setattr(Planning, "_pierced", lambda *given: self.pierced)
+        monkeypatch.setattr(planning_module, "pierced_along", lambda *given: self.pierced)
 
     def next(self) -> Plan:
         """Another plan; its drive, surface, scan and registration are those of this world from now on."""
@@ -71,7 +71,7 @@ class World:
             run.s[rows], run.tip[rows], clearance, run.q[rows], run.segments_start[rows], run.segments_end[rows],
             done, "" if done else "bone on the shaft, 0.3 mm away", run.length_mm,
         )  # fmt: skip
-        self.surface = SurfaceUncertainty(float(draw(0.0, 0.1)), float(draw(0.0, 1.2)) if some(0.5) else 0.0)
+        self.surface = SurfaceUncertainty(float(draw(0.0, 0.1)), float(draw(0.0, 3.0)) if some(0.5) else 0.0)
         self.patch.setattr(Case, "uncertainty", self.surface)
         state = self.random.choice(["none", "room", "wall", "unknown"], p=[0.7, 0.1, 0.1, 0.1])
         self.pierced = Pierced(state, 12.0, 8.0, s_mm=30.0, where="on the left") if state != "unknown" else NOT_KNOWN

@@ -97,7 +97,7 @@ def straight_run(run: DryRun, through: tuple[float, float, float]) -> DryRun:
 @pytest.mark.parametrize(
     ("shaft", "level", "words"),
     [
-        ("dorsum, 12 mm above", "blocked", "Blocked. Pierces skin in the middle, "),
+        ("dorsum, 12 mm above", "blocked", "Blocked: the tool pierces skin. Pierces skin in the middle, "),
         ("ala", "blocked", "on the left, "),
         ("septum", "pierces", "Pierces a wall between two airs of the body "),
     ],

@@ -222,5 +222,5 @@ def test_where_nothing_can_be_written_there_is_no_recording(
 ) -> None:
     plan = plans.create(case.id, "Plan")
     monkeypatch.setattr(store, "_refusal", StorageError("full"))
-    with pytest.raises(StorageError, match="full"):
+    with pytest.raises(StorageError, match="only read"):
         Recordings(Jobs(), RunService(store)).new(plan)
