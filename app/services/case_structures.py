@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import count
 
+import numpy as np
 from sqlalchemy import select
 from sqlalchemy.orm import Session
 
@@ -24,9 +25,17 @@ from vfix_engine.imaging.labels.reading import Place, Segmentation
 from vfix_engine.imaging.labels.surfaces import LabelSurface
 
 MAX_STRUCTURES = 400  # of a case
+OUTLINE_COLOUR = "#f2c14e"  # of bone in the slices
+_ALIKE = 30  # of 255, in each channel
 _COLOUR = re.compile(r"#[0-9a-f]{6}")
 # For labels whose file has no colour: far apart from each other and from bone, with every common colour blindness.
 _PALETTE = ("#e69f00", "#56b4e9", "#009e73", "#f0e442", "#cc79a7", "#d55e00", "#0072b2", "#9f7fd6")
+
+
+def _is_bones(colour: str) -> bool:
+    """Whether a colour is taken for that of bone's outline."""
+    one, bone = (np.frombuffer(bytes.fromhex(text[1:]), np.uint8).astype(int) for text in (colour, OUTLINE_COLOUR))
+    return bool(np.abs(one - bone).max() < _ALIKE)
 
 
 class CaseStructures:
@@ -91,7 +100,9 @@ class CaseStructures:
             provenance,
             off_mm,
             encloses(surface.mesh),
-            colour=surface.colour or _PALETTE[number % len(_PALETTE)],
+            colour=_PALETTE[number % len(_PALETTE)]
+            if surface.colour is None or _is_bones(surface.colour)
+            else surface.colour,
             notes=(*surface.notes, *notes, *([coarse] if off_mm else [])),
         )
 
@@ -101,6 +112,8 @@ class CaseStructures:
             check_name(name, "structure's name")
         if colour is not None and not _COLOUR.fullmatch(colour):
             raise InputError("a structure's colour is written as '#rrggbb', in lower case.")
+        if colour is not None and _is_bones(colour):
+            raise InputError("that colour is bone's outline in the slices; choose another for the structure.")
 
         def changed(item: Structure) -> Structure:
             return replace(item, name=name or item.name, colour=colour or item.colour)

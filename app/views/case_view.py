@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from typing import Any
@@ -16,9 +16,11 @@ from app.scene.picking import BonePicker, Hit, hit_plane
 from app.scene.view import ClickRay
 from app.services import Services
 from app.services.case_model import Overlay
+from app.services.case_structures import OUTLINE_COLOUR
 from app.services.cases import Case
 from app.services.errors import NotFound
 from app.services.identity import holds_images
+from app.services.structures import Structure
 from app.views import commands as c
 from app.views.background import in_background
 from app.views.layers import Layer
@@ -32,7 +34,7 @@ Floats = npt.NDArray[np.float64]
 Position = tuple[float, float, float]
 DISPLAY_ORDER = ("skull", "skull_display", "display", "bone")
 MOST_VOLUMES = 2  # in the slices: the wide CT and a finer one of a part
-OUTLINE_COLOURS = ("#f2c14e", "#e07a5f", "#7fb7be", "#b48ead", "#a3be8c", "#d08770")
+OUTLINE_COLOURS = (OUTLINE_COLOUR, "#e07a5f", "#7fb7be", "#b48ead", "#a3be8c", "#d08770")
 
 
 @dataclass(frozen=True)
@@ -52,6 +54,7 @@ class CaseView:
         self._services, self._executor, self._post = services, executor, post
         self.case_id: str | None = None
         self.loading = ""
+        self.hidden: frozenset[str] = frozenset()  # structures that somebody has hidden, by id
         self.surface: ShownSurface | None = None
         self._case: Case | None = None
         self._look = Look()
@@ -225,7 +228,7 @@ class CaseView:
                 self._case = None
         look = self._look
         return {
-            "case": None if self._case is None else case_section(self._case, self.loading),
+            "case": None if self._case is None else case_section(self._case, self.loading, self.hidden),
             "slices": None if self._slices is None else self._slices.view(),
             "view": {"opacity": look.opacity, "cut": look.cut, "slices": look.slices},
         }
@@ -237,8 +240,15 @@ def overlay_words(overlay: Overlay) -> str:
     return f"{' × '.join(str(size) for size in overlay.volume.shape)} voxels of {spacing} mm"
 
 
-def case_section(case: Case, loading: str) -> CaseSection:
-    """The page's section of the open case."""
+def _outline_colour(case: Case, item: Structure, index: int) -> str:
+    """The anatomy alone has the first colour."""
+    if item is case.anatomy:
+        return OUTLINE_COLOURS[0]
+    return item.colour or OUTLINE_COLOURS[1 + index % (len(OUTLINE_COLOURS) - 1)]
+
+
+def case_section(case: Case, loading: str, hidden: Collection[str] = ()) -> CaseSection:
+    """The page's section of the open case. hidden: ids of structures that are not drawn in the slices either."""
     return {
         "id": case.id,
         "name": case.name,
@@ -262,7 +272,12 @@ def case_section(case: Case, loading: str) -> CaseSection:
         "loading": loading or None,
         "volumes": [volume.name for volume in case.volumes[:MOST_VOLUMES]],
         "outlines": [
-            {"surface": item.surface, "colour": item.colour or OUTLINE_COLOURS[index % len(OUTLINE_COLOURS)]}
+            {
+                "surface": item.surface,
+                "colour": _outline_colour(case, item, index),
+                "closed": item is case.anatomy and case.has_volume,
+            }
             for index, item in enumerate(case.structures)
+            if item.id not in hidden
         ],
     }

@@ -26,10 +26,11 @@ class SurfaceView(TypedDict):
 
 
 class OutlineView(TypedDict):
-    """A surface whose cut is drawn in the slices, and the colour."""
+    """A surface whose cut is drawn in the slices, and the colour. closed: by flat faces where its volume ends."""
 
     surface: str
     colour: str
+    closed: bool
 
 
 class OverlayView(TypedDict):

@@ -18,10 +18,11 @@ from test_api_uploads import wait
 from app.cli import main
 from app.services import Services
 from app.services.case_model import Case
-from app.services.case_structures import usable_name
+from app.services.case_structures import OUTLINE_COLOUR, usable_name
 from app.services.cases import CaseFrame
 from app.services.structures import encloses, is_closed
 from app.store.models import DocumentStateRow
+from app.views.case_view import case_section
 from tests.engine.imaging.label_files import ellipsoid, save_dicom_seg, save_nifti, save_seg_nrrd
 from vfix_engine.errors import InputError
 from vfix_engine.geometry.mesh import TriangleMesh
@@ -94,6 +95,13 @@ def test_a_segmentation_over_rest(client: Client, phantom_services: Services, he
     changed = client.patch(f"{path}/{eye['id']}", json={"name": "Eye <left>", "colour": "#00ff00"}).json()
     assert (changed["name"], changed["colour"]) == ("Eye <left>", "#00ff00")
     assert client.patch(f"{path}/{eye['id']}", json={"colour": "red"}).status_code == 422
+    refused = client.patch(f"{path}/{eye['id']}", json={"colour": "#f0c050"})
+    assert (refused.status_code, "bone's outline" in refused.text) == (422, True)
+    stored = phantom_services.cases.get(head.id)
+    shown, fewer = (case_section(stored, "", hidden)["outlines"] for hidden in ((), {eye["id"]}))
+    assert [one["colour"] for one in shown][:2] == [OUTLINE_COLOUR, "#00ff00"]
+    assert [one["closed"] for one in shown] == [True, False, False]
+    assert [one["surface"] for one in shown if one not in fewer] == [eye["id"]]
     assert client.patch(f"{path}/bone", json={"name": "x"}).status_code == 422
     assert client.delete(f"{path}/bone").status_code == 422
     assert client.delete(f"{path}/nobody").status_code == 404

@@ -59,6 +59,7 @@ class Structures:
                 self._case = None
         self._forget_others()
         self._read()
+        self._views.case.hidden = frozenset(item.id for item in self._spared() if not self._is_shown(item))
         return {"items": [self._entry(self._case, item) for item in self._spared()] if self._case else []}
 
     def layers(self) -> list[Layer[Any]]:

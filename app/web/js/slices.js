@@ -353,7 +353,7 @@ export class Slices extends EventTarget {
   /** Have the worker load the surfaces that are drawn; again where structures have come or gone. */
   askOutlines() {
     if (!this.outlined || !this.link.ready || !this.state) return;
-    const wanted = this.state.case.outlines.map(({ surface, colour }) => ({ name: surface, colour }));
+    const wanted = this.state.case.outlines.map(({ surface, colour, closed }) => ({ name: surface, colour, closed }));
     const key = JSON.stringify(wanted);
     if (key === this.outlinesAsked) return;
     this.outlinesAsked = key;

@@ -74,10 +74,11 @@ export interface OverlayView {
   notes: string[];
 }
 
-/** A surface whose cut is drawn in the slices, and the colour. */
+/** A surface whose cut is drawn in the slices, and the colour. closed: by flat faces where its volume ends. */
 export interface OutlineView {
   surface: string;
   colour: string;
+  closed: boolean;
 }
 
 /** The three slices through the cross, and the grey values [HU]. */

@@ -52,8 +52,8 @@ def test_a_motion_that_is_kept_keeps_the_margin_and_one_that_is_refused_mostly_d
         assert seen.min() >= margin - SWEEP_TOLERANCE_MM - COAL_MM
         assert after.clearance == pytest.approx(seen[-1], abs=COAL_MM)
         state = after if random.random() < 0.3 else context.measure(np.zeros(7))
-    assert kept > 10
-    assert refused > 10
+    assert kept > 5
+    assert refused > 5
     assert dipped > 0.85 * refused  # a bound that refuses everything would pass the rest
 
 

@@ -5,18 +5,22 @@ import { dot } from "./vectors.js";
 
 const BLOCK = 256; // triangles with one box: neighbours in the file are mostly neighbours in space
 
+const BORDER_MM = 0.05; // from a side of the box around a mesh: single precision, and what thinning moves
+
 /** @typedef {{ vertices: Float32Array, faces: Uint32Array, boxes: Float32Array }} BlockedMesh boxes: low and high corner of each block of triangles, LPS mm */
 
 /**
  * A mesh as `GET /api/cases/{id}/surfaces/{name}?format=arrays` sends it.
  * @param {ArrayBuffer} buffer
+ * @param {boolean} [closed] where its volume ends it was closed by flat faces, which are no anatomy and are left out
  * @returns {BlockedMesh}
  */
-export function meshOf(buffer) {
+export function meshOf(buffer, closed = false) {
   const [vertexCount, faceCount] = new Uint32Array(buffer, 0, 2);
   const vertices = new Float32Array(buffer, 8, vertexCount * 3);
-  const faces = new Uint32Array(buffer, 8 + vertices.byteLength, faceCount * 3);
-  const blocks = Math.ceil(faceCount / BLOCK);
+  const all = new Uint32Array(buffer, 8 + vertices.byteLength, faceCount * 3);
+  const faces = closed ? withoutBorder(vertices, all) : all;
+  const blocks = Math.ceil(faces.length / 3 / BLOCK);
   const boxes = new Float32Array(blocks * 6);
   for (let block = 0; block < blocks; block += 1) {
     const box = boxes.subarray(block * 6, block * 6 + 6).fill(Infinity, 0, 3).fill(-Infinity, 3, 6);
@@ -30,6 +34,28 @@ export function meshOf(buffer) {
     }
   }
   return { vertices, faces, boxes };
+}
+
+/**
+ * The faces of a mesh without those that lie in one side of the box around it.
+ * @param {Float32Array} vertices
+ * @param {Uint32Array} faces
+ */
+function withoutBorder(vertices, faces) {
+  const box = [Infinity, Infinity, Infinity, -Infinity, -Infinity, -Infinity];
+  for (let n = 0; n < vertices.length; n += 1) {
+    box[n % 3] = Math.min(box[n % 3], vertices[n]);
+    box[n % 3 + 3] = Math.max(box[n % 3 + 3], vertices[n]);
+  }
+  const kept = new Uint32Array(faces.length);
+  let count = 0;
+  for (let face = 0; face < faces.length; face += 3) {
+    const within = box.some((side, axis) => [0, 1, 2].every((corner) => Math.abs(vertices[faces[face + corner] * 3 + axis % 3] - side) < BORDER_MM));
+    if (within) continue;
+    kept.set(faces.subarray(face, face + 3), count);
+    count += 3;
+  }
+  return kept.subarray(0, count);
 }
 
 /**

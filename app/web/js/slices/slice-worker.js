@@ -12,7 +12,7 @@ import { shade, tableOf } from "./shade.js";
 /** @import { OverlayLook, Transform } from "./overlay.js" */
 /** @import { Greys } from "./shade.js" */
 
-/** @typedef {{ name: string, colour: string }} OutlineWish a surface of the case */
+/** @typedef {{ name: string, colour: string, closed: boolean }} OutlineWish a surface of the case; closed: where its volume ends */
 /** @typedef {{ kind: "open", head: number, caseId: string, volumes: string[] }} OpenOrder volumes: the widest first; finer ones are drawn over it */
 /** @typedef {{ kind: "outlines", head: number, caseId: string, outlines: OutlineWish[] }} OutlinesOrder */
 /** @typedef {{ kind: "draw", head: number, id: number, view: string, raster: Raster, greys: Greys, outlines: boolean, overlay: OverlayLook | null }} DrawOrder */
@@ -29,7 +29,7 @@ const SAY_MS = 100; // between two words on how far the voxels are
 let head = 0;
 /** @type {CutVolume[]} */
 let volumes = [];
-/** @type {{ colour: string, mesh: BlockedMesh }[]} */
+/** @type {{ name: string, colour: string, mesh: BlockedMesh }[]} */
 let outlines = [];
 /** @type {{ caseId: string, name: string | null, volume: CutVolume, transform: Transform } | null} the second volume */
 let second = null;
@@ -126,9 +126,11 @@ async function open(order) {
 /** @param {OutlinesOrder} order */
 async function loadOutlines({ head: mine, caseId, outlines: wanted }) {
   try {
-    const loaded = await Promise.all(wanted.map(async ({ name, colour }) => {
+    const loaded = await Promise.all(wanted.map(async ({ name, colour, closed }) => {
+      const known = outlines.find((one) => one.name === name); // one that is shown again, or has another colour
+      if (known) return { ...known, colour };
       const address = `/api/cases/${encodeURIComponent(caseId)}/surfaces/${encodeURIComponent(name)}?format=arrays`;
-      return { colour, mesh: meshOf(await (await fetched(address)).arrayBuffer()) };
+      return { name, colour, mesh: meshOf(await (await fetched(address)).arrayBuffer(), closed) };
     }));
     if (mine !== head) return;
     outlines = loaded;
