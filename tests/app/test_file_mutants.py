@@ -103,7 +103,9 @@ def spoiler(name: str, folder: Path) -> Spoil:
     if name == "plan.fcsv":
         rows = "".join(f"{n},{n},2.5,3,0,0,0,1,1,1,0,F-{n},,\n" for n in range(6))
         head = "# Markups fiducial file version = 4.11\n# CoordinateSystem = LPS\n"
-        return plain((head + "# columns = id,x,y,z,ow,ox,oy,oz,vis,sel,lock,label,desc\n" + rows).encode())
+        return plain(
+            (head + "# columns = id,x,y,z,ow,ox,oy,oz,vis,sel,lock,label,desc,associatedNodeID\n" + rows).encode()
+        )
     return plain(ball("ply", encoding="ascii") if name == "text.ply" else ball(name.rpartition(".")[2]))
 
 

@@ -172,6 +172,7 @@ def test_an_attempt_that_cannot_draw_back_and_creeps_on_is_told_as_that() -> Non
     """It has drawn back by nothing, not by less; and it did get past the place, though not by 5 mm."""
     drive = SimpleNamespace(
         tip_s=100.0, length_mm=300.0, settings=DriveSettings(), plan_anew=lambda _: None, tip=np.zeros(3), lost=None,
+        pathway=SimpleNamespace(motion=object()),
         state=SimpleNamespace(held_by="link 3 at its bound", held_at=None),
     )  # fmt: skip
     told: list[Any] = []
