@@ -30,7 +30,8 @@ from app.services.plan_zones import PlanZone, check_zone, zone_to_json
 from app.services.registration.driven import AS_STORED, AsStored, DrivenRegistration, Through, no_registration
 from app.services.remote_centre import path_of
 from app.services.switches import NO_SWITCHES, Standing, Switches, standing
-from app.services.verdict import Profile, Stated, Verdict, profile_of, verdict_of
+from app.services.verdict import Profile, Verdict, profile_of, verdict_of
+from app.services.verdict_words import Stated
 from app.services.zone_sets import check_kept, near_zones, with_errors, zone_set
 from vfix_engine.errors import InputError, PlanError, VfixError
 from vfix_engine.fixtures.zone_file import ZoneSet

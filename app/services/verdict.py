@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal, NamedTuple
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -16,6 +16,20 @@ from app.services.case_model import Case
 from app.services.obstacles import Obstacle, nearest_part, structures_of
 from app.services.piercing import NOT_KNOWN, Pierced
 from app.services.soft_depths import SoftDepth, soft_depths
+from app.services.verdict_words import (
+    SHORT_MM,
+    Doubt,
+    Part,
+    Stated,
+    doubt_parts,
+    held_parts,
+    nearest_parts,
+    pierced_parts,
+    soft_parts,
+    stated_parts,
+    surface_parts,
+    tissue_parts,
+)
 from vfix_engine.errors import StartRefused
 from vfix_engine.fixtures.zone_file import ZoneSet
 from vfix_engine.geometry.capsules import Segments
@@ -36,9 +50,6 @@ TissueLevel = Literal["none", "pressed", "deep", "unknown"]
 
 NOSTRIL_MM = 20.0  # of the entry: vestibule and rim of the nose, which give way further than mucosa
 DEEP_MM = 3.0  # of soft tissue, assumed: what is deeper is told as deep
-_SHORT_MM = 0.5  # a shorter length is not told in figures
-_WORTH_DEPTH_MM = 0.05  # a smaller depth in a soft structure is not told in words
-_WORTH_SAYING_MM = 0.005  # of a margin, in hundredths of a mm
 _NONE_SPARED = ZoneSet()
 
 IN_SHORT: dict[Reason, str] = {
@@ -55,24 +66,6 @@ IN_SHORT: dict[Reason, str] = {
     "pierced": "Blocked: the tool pierces skin",
     "wall": "Pierces a wall between two airs of the body",
 }  # the head of the verdict, with the reason that decided its level: every place that tells a verdict begins with it
-
-
-class Part(NamedTuple):
-    """A piece of a sentence, and the arc length of the tip that it is about, None where it is about no place.
-
-    detail: the page shows it on request only.
-    """
-
-    words: str
-    s_mm: float | None = None
-    detail: bool = False
-
-
-class Stated(NamedTuple):
-    """What a plan has besides its path: the standing fixtures of its drive in words, and the bone that it removes."""
-
-    standing: str = ""
-    removed_mm3: float = 0.0
 
 
 _NOTHING_STATED = Stated()
@@ -102,21 +95,6 @@ class Profile:
     def obstacles(self, run: DryRun, anatomy: str, margin_mm: float) -> tuple[Obstacle, ...]:
         """The anatomy with its name and margin, and the structures to spare."""
         return (Obstacle(anatomy, margin_mm, self.clearance, int(run.clearance.argmin())), *self.structures)
-
-
-class Doubt(NamedTuple):
-    """Where the registration leaves least: its error, clearance and margin in mm, what is near, and s_mm of the tip."""
-
-    off_mm: float
-    clearance_mm: float
-    margin_mm: float
-    nearest: str
-    s_mm: float
-
-    @property
-    def left_mm(self) -> float:
-        """Of the clearance, where the registration is off by that much; negative where it may touch."""
-        return self.clearance_mm - self.off_mm
 
 
 @dataclass(frozen=True)
@@ -243,15 +221,15 @@ def verdict_of(
     deepest_s = None if found is None else float(profile.s[deepest])
     part, s_mm = _part_of(nearest, run, tool, tree), float(run.s[nearest.row])
     body = (
-        *_pierced_parts(pierced, before=True),
-        *_held_parts(run),
-        *_nearest_parts(nearest, s_mm, part, case.uncertainty.added_mm if nearest is bone else 0.0),
-        *_surface_parts(bone, run, off, nearest is bone),
-        *_doubt_parts(worst, profile.off_unknown),
-        *_soft_parts(profile.soft),
-        *_tissue_parts(length, at_nostril, depth, deepest_s, complete),
-        *_pierced_parts(pierced, before=False),
-        *_stated_parts(stated),
+        *pierced_parts(pierced, before=True),
+        *held_parts(run),
+        *nearest_parts(nearest, s_mm, part, case.uncertainty.added_mm if nearest is bone else 0.0),
+        *surface_parts(bone, run, off, nearest is bone),
+        *doubt_parts(worst, profile.off_unknown),
+        *soft_parts(profile.soft),
+        *tissue_parts(length, at_nostril, depth, deepest_s, complete),
+        *pierced_parts(pierced, before=False),
+        *stated_parts(stated),
     )
     return Verdict(
         _LEVELS[reason], tissue_level(length, depth, complete), least, nearest.name, part, s_mm, length, at_nostril,
@@ -323,101 +301,6 @@ def tissue_level(length: float | None, depth: float | None, complete: bool) -> T
         return "unknown"
     if depth > DEEP_MM:
         return "deep"
-    if length >= _SHORT_MM:
+    if length >= SHORT_MM:
         return "pressed"
     return "none" if complete else "unknown"
-
-
-def _held_parts(run: DryRun) -> tuple[Part, ...]:
-    """Where a run ends before its path does, and what holds the tool there."""
-    if run.completed:
-        return ()
-    at = Part(f"at {run.reached_mm:.0f} of {run.length_mm:.0f} mm", run.reached_mm)
-    return (Part(" Held "), at, Part(f": {run.reason.rstrip('.')}."))
-
-
-def _nearest_parts(nearest: Obstacle, s_mm: float, part: str, added_mm: float) -> tuple[Part, ...]:
-    """What leaves least above its margin. added_mm: of the margin, for what thinning may have moved the surface."""
-    scan = f", and {added_mm:.2f} mm of the margin are there since the scan’s surface may be that far off"
-    more = scan if added_mm >= _WORTH_SAYING_MM else ""
-    return (
-        Part(f" {nearest.least_mm:.2f} mm to {nearest.name} "),
-        Part(f"at {s_mm:.0f} mm", s_mm),
-        Part(f" (margin {nearest.margin_mm:.2f})."),
-        Part(f" The {part} is nearest{more}.", detail=True),
-    )
-
-
-def _surface_parts(bone: Obstacle, run: DryRun, off_mm: float, told: bool) -> tuple[Part, ...]:
-    """Where bone may be nearer than its surface. told: its least clearance is in the words already."""
-    if bone.least_mm > off_mm:
-        return ()
-    off = f"{off_mm:.2f} mm off its surface."
-    if told:
-        return (Part(f" {bone.name[:1].upper()}{bone.name[1:]} may lie {off}"),)
-    s_mm = float(run.s[bone.row])
-    at = Part(f"at {s_mm:.0f} mm", s_mm)
-    return (Part(f" {bone.least_mm:.2f} mm to {bone.name} "), at, Part(f", which may lie {off}"))
-
-
-def _stated_parts(stated: Stated) -> tuple[Part, ...]:
-    """With what the tool was driven, and what is removed before."""
-    standing = (Part(f" Simulated with {stated.standing}."),) if stated.standing else ()
-    removed = (Part(f" {stated.removed_mm3:.0f} mm³ of bone are removed first."),) if stated.removed_mm3 else ()
-    return (*standing, *removed)
-
-
-def _pierced_parts(pierced: Pierced, before: bool) -> tuple[Part, ...]:
-    """What is pierced, said before all else; that it is not known, after it."""
-    if not pierced.words or before != (pierced.state in ("room", "wall")):
-        return ()
-    if not before:
-        return (Part(f" {pierced.words}"),)
-    at = Part(f"at {pierced.s_mm:.0f} mm", pierced.s_mm)
-    return (Part(f" {pierced.words.rstrip('.')} ("), at, Part(")."))
-
-
-def _doubt_parts(worst: Doubt | None, unknown: bool) -> tuple[Part, ...]:
-    if unknown:
-        return (Part(" How far the registration may be off is not known."),)
-    if worst is None or worst.left_mm >= worst.margin_mm:
-        return ()
-    at = Part(f"at {worst.s_mm:.0f} mm", worst.s_mm)
-    if worst.left_mm < 0.0:
-        return (
-            Part(f" The registration may be off by {worst.off_mm:.2f} mm (95 %) "),
-            at,
-            Part(f", more than the {max(worst.clearance_mm, 0.0):.2f} mm to {worst.nearest}."),
-        )
-    return (
-        Part(f" With what the registration may be off by (95 %), {worst.left_mm:.2f} mm to {worst.nearest} are left "),
-        at,
-        Part(f", less than the margin of {worst.margin_mm:.2f} mm."),
-    )
-
-
-def _soft_parts(soft: Sequence[SoftDepth]) -> tuple[Part, ...]:
-    told = [one for one in soft if one.depth_mm >= _WORTH_DEPTH_MM]
-    parts = list[Part]()
-    for first, one in zip([True] + [False] * len(told), told, strict=False):
-        parts.append(Part(f"{' Goes ' if first else ', '}{one.depth_mm:.1f} mm deep into {one.name} ("))
-        parts += [Part(f"at {one.s_mm:.0f} mm", one.s_mm), Part(")")]
-    return (*parts, Part(".")) if told else ()
-
-
-def _tissue_parts(
-    length: float | None, at_nostril: float | None, depth: float | None, s_mm: float | None, complete: bool
-) -> tuple[Part, ...]:
-    if length is None or at_nostril is None or depth is None or s_mm is None:
-        return (Part(" Soft tissue is not known: no CT shows the tool's path."),)
-    beyond = "" if complete else " The scan ends in tissue beside the tool; what lies there is not known."
-    if length < _SHORT_MM:
-        return (Part(f" Presses no soft tissue.{beyond}"),)
-    share = "all" if at_nostril > length - _SHORT_MM else f"{at_nostril:.0f} mm"
-    nostril = f"; {share} of it at the nostril" if at_nostril >= _SHORT_MM else ""
-    at_least = "" if complete else "at least "
-    return (
-        Part(f" Presses soft tissue along {at_least}{length:.0f} mm of the tool, {depth:.1f} mm deep at most ("),
-        Part(f"at {s_mm:.0f} mm", s_mm),
-        Part(f"){nostril}.{beyond}"),
-    )
