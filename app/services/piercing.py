@@ -148,10 +148,13 @@ class PiercedReport:
 
 
 def place_words(run: Run, ways: Ways) -> str:
-    """Where tissue begins that a tool passes: its side of the patient, its height above the nostril, and its place."""
+    """Where tissue begins that a tool passes: its side of the patient, its height above the path's entry, its place."""
     x, y, z = run.begin if run.outside == "room" or run.inside != "room" else run.end
     beside = x - ways.middle_mm
     side = "in the middle" if abs(beside) < _MIDDLE_MM else "on the left" if beside > 0.0 else "on the right"
     above = z - float(ways.entry[2])
     height = "level with" if abs(above) < _LEVEL_MM else f"{abs(above):.0f} mm {'above' if above > 0.0 else 'below'}"
-    return f"{side}, {height} the nostril (L {x:.0f}, P {y:.0f}, S {z:.0f})"
+    place = " ".join(
+        f"{ends[value < 0.0]} {abs(value):.0f}" for ends, value in zip(("LR", "PA", "SI"), (x, y, z), strict=True)
+    )
+    return f"{side}, {height} the entry ({place})"

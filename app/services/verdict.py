@@ -259,8 +259,8 @@ def _reason(
 ) -> Reason:
     """What decides the level, the gravest first; the side of the entry is weighed by `Verdict.beside`."""
     found: tuple[tuple[bool, Reason], ...] = (
-        (not run.completed, "held"),
         (pierced.state == "room", "pierced"),
+        (not run.completed, "held"),
         (pierced.state == "wall", "wall"),
         (surface, "surface"),
         (worst is not None and worst.left_mm < 0.0, "registration"),

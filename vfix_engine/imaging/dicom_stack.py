@@ -20,6 +20,7 @@ Floats = npt.NDArray[np.float64]
 _FARTHEST_OFF = 0.1  # [mm] of a slice from the line through all
 _SHARE_OFF = 0.1  # of the spacing, where that is less
 _ROUNDING = 0.02  # [mm] positions are written with two decimals by some scanners
+_FARTHEST_ASIDE = 1.0  # [mm] of a slice within its plane from the line through all: more is no tilt and no jitter
 _SAME_PLACE = 0.01  # of the spacing
 _SAME_DIRECTION = 1e-4
 _SCOUT_COSINE = 0.7  # between normals: a plane that is turned further cannot be one of the stack
@@ -188,6 +189,14 @@ def _line(ordered: list[Slice], normal: Floats) -> Line:
         raise ImageError(
             f"the slices are not evenly spaced: gaps of {shown}, so that one lies {off:.2f} mm off its even place; a "
             f"slice is missing or two scans are mixed{tilt}. Export it resampled to even slices."
+        )
+    start_aside, slope = _fitted(sideways)
+    aside = np.linalg.norm(sideways - start_aside - np.outer(np.arange(len(sideways)), slope), axis=1)
+    worst = int(aside.argmax())
+    if aside[worst] > _FARTHEST_ASIDE:
+        raise ImageError(
+            f"{ordered[worst].where} lies {aside[worst]:.1f} mm to the side of the line through the slices, which no "
+            "gantry tilt explains: its position is wrong, or scans are mixed. Remove it, or export the series again."
         )
     return line
 

@@ -113,7 +113,10 @@ def _check(vertices: npt.NDArray[Any], faces: npt.NDArray[Any]) -> None:
         raise MeshError("some corners of the surface are not finite numbers.")
     named = int(faces.min() if faces.min() < 0 else faces.max())
     if not 0 <= named < len(vertices):
-        raise MeshError(f"a triangle names corner {named}, but the {len(vertices):,} corners are counted from 0.")
+        raise MeshError(
+            f"a triangle names corner {named}, counted from 0, of a surface with {len(vertices):,} corners; the file "
+            "is damaged or incomplete. Export it again."
+        )
 
 
 _READERS: dict[str, Callable[[bytes], Arrays]] = {"stl": read_stl, "obj": read_obj, "ply": read_ply, "glb": read_glb}

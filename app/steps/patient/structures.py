@@ -42,6 +42,7 @@ class Structures:
             case c.ShowStructures():
                 ids = [item.id for item in self._spared()] if command.structure_id is None else [command.structure_id]
                 self._chosen |= dict.fromkeys(ids, command.shown)
+                self._hide_outlines()  # before the section of the case is made, which the slices draw by
             case c.ChangeStructure():
                 stored.change(case_id, command.structure_id, name=command.name, colour=command.colour)
             case c.DeleteStructure():
@@ -59,8 +60,11 @@ class Structures:
                 self._case = None
         self._forget_others()
         self._read()
-        self._views.case.hidden = frozenset(item.id for item in self._spared() if not self._is_shown(item))
+        self._hide_outlines()
         return {"items": [self._entry(self._case, item) for item in self._spared()] if self._case else []}
+
+    def _hide_outlines(self) -> None:
+        self._views.case.hidden = frozenset(item.id for item in self._spared() if not self._is_shown(item))
 
     def layers(self) -> list[Layer[Any]]:
         """The structures that are shown, and those that were and are hidden now."""

@@ -41,7 +41,7 @@ def rehearse_hint(
     if state == "paused":
         return "Paused. Press Continue to go on from here, or Reset to entry."
     if state != "running" and ends:
-        return f"{ends.rstrip('.')}. You can still start; the tool stops before bone."
+        return f"{ends.rstrip('.')}. You can still start; the tool stops before bone, not before skin."
     if state != "running":
         return "The robot stands at the entry. Press Start, then drag the blue sphere on the shaft or hold ↑."
     if mode == "inspect" and phase == "inspect_hold":

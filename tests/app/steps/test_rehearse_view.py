@@ -116,7 +116,7 @@ def test_the_hint_tells_where_the_dry_run_ends() -> None:
     planned = Planned(False, 56.2, 90.1, "bone on the shaft, 0.2 mm away", 0.3, verdict=IN_SHORT["held"])
     hint = rehearse_hint(5, "ready", True, False, "path", "", 1, False, planned.ends_words)
     ends = "Blocked. The dry run ends at 56 of 90 mm: bone on the shaft, 0.2 mm away."
-    assert hint == f"{ends} You can still start; the tool stops before bone."
+    assert hint == f"{ends} You can still start; the tool stops before bone, not before skin."
     assert "dry run" not in rehearse_hint(5, "running", True, False, "path", "", 1, False, planned.ends_words)
     assert Planned(True, 90.0, 90.0, "", 1.0).ends_words == ""
     doubted = Planned(True, 90.0, 90.0, "", 1.0, verdict=IN_SHORT["registration"])

@@ -105,6 +105,15 @@ def test_slices_that_jitter_sideways_are_placed_one_by_one() -> None:
     assert np.abs(hu - ramp(places)).max() < 3.0
 
 
+@pytest.mark.parametrize("which", [slice(17, 18), slice(15, 30)])
+def test_slices_that_lie_aside_of_the_line_are_refused(which: slice) -> None:
+    """HAZ-37: one slice, or the upper half; no tilt explains it, and where they belong nobody can tell."""
+    offsets = tilted(30, 1.0, 0.0)
+    offsets[which, 0] += 20.0
+    with pytest.raises(ImageError, match=r"mm to the side of the line through the slices"):
+        stack(sliced(ramp, offsets))
+
+
 @pytest.mark.parametrize(
     ("heights", "figures"),
     [

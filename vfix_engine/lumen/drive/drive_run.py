@@ -83,6 +83,8 @@ class DriveRun:
             if not visit.reached and not visit.note:
                 reason = f", {stopped}" if stopped else ""
                 visit.note = f"not reached: the tip ended at {self.drive.tip_s:.0f} mm{reason}"
+        if self._behind is not None:
+            self._behind.look(self.drive, True)  # where it ends it may be deepest
         self._say(self.behind_wall["words"])
         return stopped
 

@@ -23,7 +23,8 @@ _RAYS = 12
 class WallDepth:
     """How far vertices of the links past the path's start were behind the triangles of a lumen that does not move.
 
-    deepest: {mm, link, at_lps, tip_mm} of the deepest vertex that was measured, 0 mm where none was behind the wall.
+    deepest: {mm, link, at_lps, tip_mm} of the deepest vertex that was measured, 0 mm where none was behind the wall, or
+        none was measured, which ``words`` and ``to_dict`` tell apart.
     per_link: (L,) mm, the same of every link; NaN of links that were never measured.
     """
 
@@ -69,6 +70,10 @@ class WallDepth:
     @property
     def words(self) -> str:
         """The depth, for people."""
+        if np.isnan(self.per_link).all():
+            return (
+                "how deep the robot is behind the lumen's wall is not known: no part of it came past the path's start"
+            )
         if self.deepest["link"] is None:
             return "no part of the robot was measured behind the lumen's wall"
         return (
@@ -79,7 +84,8 @@ class WallDepth:
     def to_dict(self) -> dict[str, Any]:
         """JSON's types only."""
         per_link = [None if np.isnan(mm) else mm for mm in self.per_link.tolist()]
-        return self.deepest | {"per_link_mm": per_link, "words": self.words}
+        never = {"mm": None} if np.isnan(self.per_link).all() else {}
+        return self.deepest | never | {"per_link_mm": per_link, "words": self.words}
 
 
 UNMEASURED: dict[str, Any] = {
