@@ -241,11 +241,17 @@ class RehearseStep(DriveFollower):
         points, targets = (0, 0) if plan is None else (len(plan.points), len(plan.targets))
         mode, phase = ("path", "") if now.snapshot is None else (now.snapshot.mode, now.snapshot.phase)
         free = self.drive is not None and now.holder is None
-        planned = None if now.prepared is None else now.prepared.planned
-        ends = "" if planned is None else planned.ends_words
+        ends = ""
+        # Another margin than that of the dry run has another verdict, which the panel tells.
+        if now.prepared is not None and now.prepared.planned is not None and not self._other_margin(now):
+            ends = now.prepared.planned.ends_words
         blocked = self._withdrawn(now) if self._changed else ""
         state, changed = now.shown_state, self._changed
         return rehearse_hint(points, state, now.mine, free, mode, phase, targets, changed, ends, blocked)
+
+    def _other_margin(self, now: DriveRecord) -> bool:
+        """Whether the margin was changed since the drive was prepared."""
+        return now.prepared is not None and now.settings.margin_mm != now.prepared.settings.margin_mm
 
     def sections(self, fresh: bool) -> RehearsalSections:
         if fresh:
