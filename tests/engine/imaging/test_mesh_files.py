@@ -166,7 +166,11 @@ def test_a_refused_surface_says_what_is_wrong(tmp_path: Path) -> None:
     ply, obj = exported("ply", "ascii"), exported("obj")
     faults = [
         ("ball.ply", b"\n".join(ply.splitlines()[:1500]) + b"\n", r"claims 1,922 rows of values, but 1,490 are there"),
-        ("ball.ply", ply.replace(b"\n3 0 ", b"\n3 -1 ", 1), r"names corner -1, counted from 0, of a surface with 642 corners"),
+        (
+            "ball.ply",
+            ply.replace(b"\n3 0 ", b"\n3 -1 ", 1),
+            r"names corner -1, counted from 0, of a surface with 642 corners",
+        ),
         ("ball.ply", ply.replace(b"\n3 0 ", b"\n3 ", 1), r"row \d+ of the PLY file has 3 values, not 4"),
         ("ball.ply", ply[:-1], "add a line break"),
         ("ball.obj", obj[:-1], "add a line break"),
