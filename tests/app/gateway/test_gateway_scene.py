@@ -254,7 +254,7 @@ def test_a_flood_of_messages_is_read_at_the_relay_s_pace(planner: Planner, monke
     """A browser that sends ten thousand a second is not let take the processor from the robot."""
     monkeypatch.setattr(relay, "FLOOD_S", 2.0)
     arrived: list[float] = []
-    with scene(planner, "flooding-tab", close_timeout=1) as connection:
+    with scene(planner, "flooding-tab", close_timeout=30) as connection:
         say(connection, **CAMERA)
         eventually(lambda: planner.scene_server.client_for("flooding-tab"))
         client = planner.scene_server.client_for("flooding-tab")
