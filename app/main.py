@@ -14,8 +14,8 @@ from app.services.live_link import LiveLink
 from app.session import router as session_router
 from app.settings import Settings
 from app.steps.registry import routers as step_routers
-from vfix_engine import worlds
-from vfix_engine.simulation import preparation
+from vfix_engine.worlds import registry as worlds
+from vfix_engine.worlds.rigid import preparation
 
 
 def build(settings: Settings) -> FastAPI:

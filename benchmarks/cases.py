@@ -14,17 +14,17 @@ import numpy as np
 from app.services.exchange import read_plan
 from app.services.resolve import read_bytes
 from benchmarks.report import BenchmarkRefused
+from vfix_engine.anatomy.phantom import load_bone_surface, load_landmarks
 from vfix_engine.control import ControlSettings
+from vfix_engine.files.mesh_files import read_mesh
 from vfix_engine.geometry.capsules import Segments
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.geometry.path import SplinePath
-from vfix_engine.geometry.proximity import ProximityTree
-from vfix_engine.imaging.mesh_files import read_mesh
-from vfix_engine.imaging.phantom import load_bone_surface, load_landmarks
+from vfix_engine.proximity.proximity import ProximityTree
 from vfix_engine.robots import RobotModel, Tool
-from vfix_engine.simulation.dry_run import DryRun
-from vfix_engine.simulation.placing import place_robot
-from vfix_engine.simulation.scene import Scene
+from vfix_engine.worlds.rigid.dry_run import DryRun
+from vfix_engine.worlds.rigid.placing import place_robot
+from vfix_engine.worlds.rigid.scene import Scene
 
 DEFAULT_TRIAL_DATA = Path(__file__).resolve().parents[2] / "shared" / "data"
 NAMES = ("phantom", "head")

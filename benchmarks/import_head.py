@@ -17,10 +17,10 @@ import numpy.typing as npt
 
 from app.extras import has_app, need_app
 from benchmarks import report
+from vfix_engine.anatomy.phantom import load_head_ct
 from vfix_engine.errors import InputError
-from vfix_engine.imaging.phantom import load_head_ct
-from vfix_engine.imaging.readers import read_volume
-from vfix_engine.imaging.volume import Volume
+from vfix_engine.files.readers import read_volume
+from vfix_engine.files.volume import Volume
 
 SUMMARY = "the import of a large CT, until bone can be seen and clicked"
 SHAPE = (400, 512, 512)  # voxels along k, j, i

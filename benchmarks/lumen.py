@@ -22,7 +22,7 @@ from benchmarks.lumen_attack import command as lumen_attack
 from benchmarks.lumen_peers import NumpyQuery, literal_query
 from benchmarks.lumen_scene import JUDGED, LINKS, SEGMENTS, Scene
 from benchmarks.lumen_threads import ThreadedQuery
-from vfix_engine.lumen.query.query import Query
+from vfix_engine.pathway.query.query import Query
 from vfix_engine.robots.snake_surface import LinkVertices
 
 Array = NDArray[np.float64]

@@ -18,12 +18,12 @@ from numpy.typing import NDArray
 
 from benchmarks.lumen_figure_7c import figure_7c
 from benchmarks.lumen_figure_8 import figure_8
-from vfix_engine.lumen.bending.bending import DIRECTIONS, BendProblem
-from vfix_engine.lumen.bending.optimise import control_bends, search_globally
-from vfix_engine.lumen.pathway.cavity import body_cavity
-from vfix_engine.lumen.pathway.pathway import Pathway
-from vfix_engine.lumen.query.query import Query
+from vfix_engine.pathway.cavity import body_cavity
+from vfix_engine.pathway.pathway import Pathway
+from vfix_engine.pathway.query.query import Query
 from vfix_engine.robots.snake import SnakeModel
+from vfix_engine.snake.bending.bending import DIRECTIONS, BendProblem
+from vfix_engine.snake.bending.optimise import control_bends, search_globally
 
 Array = NDArray[np.float64]
 

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.svg_plot import INK, SOFT, page, printed, text
-from vfix_engine.lumen.bending.bending import BendProblem
-from vfix_engine.lumen.bending.optimise import Bend
-from vfix_engine.lumen.pathway.cavity import ANGLES, CONTOURS, body_cavity
+from vfix_engine.pathway.cavity import ANGLES, CONTOURS, body_cavity
+from vfix_engine.snake.bending.bending import BendProblem
+from vfix_engine.snake.bending.optimise import Bend
 
 Array = NDArray[np.float64]
 

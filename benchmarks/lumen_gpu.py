@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from benchmarks import report
 from benchmarks.lumen_peers import literal_query
 from benchmarks.lumen_scene import JUDGED, Scene
-from vfix_engine.lumen.query import gpu
+from vfix_engine.pathway.query import gpu
 from vfix_engine.robots.snake_surface import LinkVertices
 
 Array = NDArray[np.float64]

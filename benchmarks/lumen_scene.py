@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vfix_engine.lumen.pathway.packed import PackedPathway
-from vfix_engine.lumen.pathway.pathway import Pathway
-from vfix_engine.lumen.query.query import Query
+from vfix_engine.pathway.packed import PackedPathway
+from vfix_engine.pathway.pathway import Pathway
+from vfix_engine.pathway.query.query import Query
 from vfix_engine.robots.snake import SnakeModel
 from vfix_engine.robots.snake_surface import LinkVertices
 

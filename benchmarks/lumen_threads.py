@@ -13,10 +13,10 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from vfix_engine.lumen.pathway.packed import PackedPathway
-from vfix_engine.lumen.query.query import Deviations, Query
-from vfix_engine.lumen.query.query_fast import link_deviations
-from vfix_engine.lumen.query.query_lanes import WORK
+from vfix_engine.pathway.packed import PackedPathway
+from vfix_engine.pathway.query.query import Deviations, Query
+from vfix_engine.pathway.query.query_fast import link_deviations
+from vfix_engine.pathway.query.query_lanes import WORK
 from vfix_engine.robots.snake_surface import LinkVertices
 
 Array = NDArray[np.float64]

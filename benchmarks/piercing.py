@@ -17,17 +17,17 @@ from numpy.typing import NDArray
 
 from benchmarks import report
 from benchmarks.piercing_judge import pierced_runs
+from vfix_engine.anatomy.phantom import load_head_ct, load_landmarks
+from vfix_engine.anatomy.piercing import Ways
+from vfix_engine.anatomy.room_air import room_air
+from vfix_engine.anatomy.soft_tissue import TISSUE_HU
+from vfix_engine.anatomy.solids import solid_of_volumes
+from vfix_engine.anatomy.surface import extract_surface
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import InputError
-from vfix_engine.geometry.proximity import ProximityTree
-from vfix_engine.imaging.phantom import load_head_ct, load_landmarks
-from vfix_engine.imaging.piercing import Ways
-from vfix_engine.imaging.readers import read_volume
-from vfix_engine.imaging.room_air import room_air
-from vfix_engine.imaging.soft_tissue import TISSUE_HU
-from vfix_engine.imaging.solids import solid_of_volumes
-from vfix_engine.imaging.surface import BONE_HU, extract_surface
-from vfix_engine.imaging.volume import Volume
+from vfix_engine.files.readers import read_volume
+from vfix_engine.files.volume import BONE_HU, Volume
+from vfix_engine.proximity.proximity import ProximityTree
 from vfix_engine.robots import RobotModel, Tool
 from vfix_engine.suggestion import Alternative, Room, Surroundings, suggest_path
 

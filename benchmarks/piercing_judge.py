@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from vfix_engine.imaging.volume import Volume
+from vfix_engine.files.volume import Volume
 
 Array = NDArray[np.float64]
 

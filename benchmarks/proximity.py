@@ -20,7 +20,7 @@ from benchmarks.brute_force import BruteForce
 from benchmarks.coal_peer import CoalPeer, build
 from vfix_engine.geometry.capsules import Segments
 from vfix_engine.geometry.mesh import TriangleMesh
-from vfix_engine.geometry.proximity import ProximityTree
+from vfix_engine.proximity.proximity import ProximityTree
 
 Array = NDArray[np.float64]
 

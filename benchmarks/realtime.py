@@ -10,7 +10,7 @@ from typing import Any
 from benchmarks import cases, realtime_snake, report
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import ControlError
-from vfix_engine.simulation.realtime import RehearsalProcess, SceneSpec
+from vfix_engine.worlds.rigid.realtime import RehearsalProcess, SceneSpec
 
 SUMMARY = "the rate and lateness of a driven control process"
 BEAT_S = 0.02  # between two heartbeats of the hand

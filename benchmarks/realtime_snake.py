@@ -15,15 +15,15 @@ from typing import Any
 import numpy as np
 
 from vfix_engine.errors import ControlError
-from vfix_engine.lumen.drive.drive_state import DriveSettings
-from vfix_engine.lumen.pathway.tissue_motion import breathing
-from vfix_engine.lumen.system import LumenContours, SnakeSettings, SnakeSystemSpec
-from vfix_engine.lumen.system.snapshot import SnakeSnapshot
+from vfix_engine.pathway.tissue_motion import breathing
 from vfix_engine.robots.snake import SnakeModel
 from vfix_engine.runtime.command import BUTTON_STRAIGHTEN
 from vfix_engine.runtime.process import ControlProcess
 from vfix_engine.runtime.replay import replay
 from vfix_engine.runtime.run import Run
+from vfix_engine.worlds.snake import LumenContours, SnakeSettings, SnakeSystemSpec
+from vfix_engine.worlds.snake.drive_state import DriveSettings
+from vfix_engine.worlds.snake.snapshot import SnakeSnapshot
 
 BEAT_S = 0.02  # between two signs of the hand
 ANSWER_S = 5.0

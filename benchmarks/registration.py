@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks import report
-from vfix_engine.imaging.phantom import load_landmarks
+from vfix_engine.anatomy.phantom import load_landmarks
 from vfix_engine.registration import expected_fre_mm, register_points
 from vfix_engine.registration.rigid_fit import residual_lengths, rigid_fits
 

@@ -17,7 +17,7 @@ from typing import Any
 
 from app.extras import has_app, need_app
 from benchmarks import report
-from vfix_engine.worlds import RIGID, SNAKE
+from vfix_engine.worlds.registry import RIGID, SNAKE
 
 SUMMARY = "the first start, which compiles the kernels, and later ones"
 FIRST_S, FIRST_MOST_S, LATER_S = 30.0, 60.0, 2.0  # aimed at, allowed while the page is there already, allowed

@@ -23,7 +23,7 @@ from benchmarks.stack import PARTS, Stack
 from benchmarks.step_parts import StepParts
 from benchmarks.whole_step import WholeStep
 from vfix_engine.control import Controller, ControlSettings, HandCommand, StepReport, StepRequest, StepState, Task
-from vfix_engine.simulation.rehearsal import Command, Rehearsal
+from vfix_engine.worlds.rigid.rehearsal import Command, Rehearsal
 
 SUMMARY = "a whole control step along the corridor, against Pinocchio + coal + qpsolvers"
 BLOCK = 20  # steps that are driven in one go, as a rehearsal drives them, before the stack has its turn

@@ -17,16 +17,16 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from vfix_engine.certificate.certify_kernel import certify_motion
+from vfix_engine.certificate.measure_kernel import measure, place
+from vfix_engine.certificate.world import unpack_cover, unpack_world
 from vfix_engine.control import Controller, StepRequest, StepState, qp
-from vfix_engine.control.certify_kernel import certify_motion
 from vfix_engine.control.dual_kernel import solve_dual
-from vfix_engine.control.measure_kernel import measure, place
 from vfix_engine.control.problem_kernel import DUAL_TOLERANCE, PRIMAL_TOLERANCE, check_kkt, prepare
 from vfix_engine.control.step_kernel import answer_size, answer_views, fused_step, program_size, program_views
-from vfix_engine.control.world import unpack_cover, unpack_world
-from vfix_engine.fixtures.state_kernel import state_views
-from vfix_engine.geometry.array_table import table_of
-from vfix_engine.geometry.pairs import MAX_ROWS
+from vfix_engine.kernels.array_table import table_of
+from vfix_engine.proximity.pairs import MAX_ROWS
+from vfix_engine.virtual_fixtures.state_kernel import state_views
 
 PARTS = ("kinematics", "proximity", "rows", "qp", "certificate")
 REPEATS = 20  # of a kernel for its floor

@@ -21,10 +21,10 @@ from benchmarks.stack import Stack
 from vfix_engine.control import ControlSettings, StepReport
 from vfix_engine.control.step_request import StepRequest
 from vfix_engine.control.tasks import view_point
-from vfix_engine.fixtures import StepState
 from vfix_engine.runtime import Command, SetTask
-from vfix_engine.simulation.rigid import RehearsalState, RigidSystem
-from vfix_engine.simulation.scene import Scene
+from vfix_engine.virtual_fixtures import StepState
+from vfix_engine.worlds.rigid.rigid import RehearsalState, RigidSystem
+from vfix_engine.worlds.rigid.scene import Scene
 
 STEPS = 1500  # of each drive
 SWING_STEPS = 700  # of one swing about the target, and of one way there and back in the free drive

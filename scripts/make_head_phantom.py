@@ -19,10 +19,10 @@ import numpy as np
 
 from head_phantom import files, landmarks, measure, surfaces
 from head_phantom.generate import NOSE_BOX, generate
+from vfix_engine.anatomy import phantom
+from vfix_engine.files.mesh_files import write_ply
+from vfix_engine.files.volume import Volume
 from vfix_engine.geometry.mesh import TriangleMesh
-from vfix_engine.imaging import phantom
-from vfix_engine.imaging.mesh_files import write_ply
-from vfix_engine.imaging.volume import Volume
 
 GENERATOR_VERSION = 1
 HEAD_SPACING = 0.8  # [mm]
@@ -43,7 +43,7 @@ def main() -> None:
     head = _timed("CT of the head", lambda: files.packed(generate(HEAD_SPACING)))
     files.write_nrrd(out / phantom.HEAD_CT, head)
     bone, report = _timed("bone around the nose", lambda: surfaces.bone_around_nose(nose))
-    print(f"  {report}, to be kept as BONE_REPORT in vfix_engine/imaging/phantom.py")
+    print(f"  {report}, to be kept as BONE_REPORT in vfix_engine/anatomy/phantom.py")
     write_ply(out / phantom.BONE, bone)
     for name, make in (
         ("skull", lambda: surfaces.skull(DISPLAY_SPACING)),

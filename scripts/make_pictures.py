@@ -27,7 +27,7 @@ from pictures import registration, sample_plan, tutorial  # noqa: E402
 from pictures.album import Album  # noqa: E402
 from pictures.dicom_folder import write_dicom_folder  # noqa: E402
 from pictures.named_page import NamedPage  # noqa: E402
-from vfix_engine.imaging.phantom import load_head_ct  # noqa: E402
+from vfix_engine.anatomy.phantom import load_head_ct  # noqa: E402
 
 SIZE = {"width": 1440, "height": 900}
 

@@ -29,7 +29,7 @@ CHECKS = (
 )
 # The kernels as a first start compiles them, on two cores; a test that needs others compiles those itself. With all
 # tests, one of them is such a start and hands on what it has compiled: then this finds all done.
-PREPARATION = ("-c", "from vfix_engine.simulation.preparation import prepare; prepare()")
+PREPARATION = ("-c", "from vfix_engine.worlds.rigid.preparation import prepare; prepare()")
 # The tests, in runs of which two are made at once; the first two begin first, one after the other. A run leaves out
 # what another one names. The page and what has a clock of its own wait more than they compute and go first; the
 # others, which only compute, give way to them: the longest first, so that both cores are busy until the end.

@@ -9,8 +9,8 @@ import pytest
 
 from pictures.album import MOST_BYTES, small_png
 from pictures.dicom_folder import WINDOW_HU, write_dicom_folder
-from vfix_engine.imaging.dicom import read_series
-from vfix_engine.imaging.volume import Volume
+from vfix_engine.files.dicom import read_series
+from vfix_engine.files.volume import Volume
 
 ROOT = Path(__file__).resolve().parent.parent
 IMAGES = ROOT / "docs" / "images"

@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 
 from tests import fresh_environment
-from vfix_engine.imaging.phantom import load_landmarks
+from vfix_engine.anatomy.phantom import load_landmarks
 
 ROOT = Path(__file__).resolve().parent.parent
 MAX_WHEEL_BYTES = 30 * 2**20

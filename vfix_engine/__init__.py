@@ -13,8 +13,10 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from .moved import find_old_names
+
 if TYPE_CHECKING:
-    from . import errors, fixtures
+    from . import errors, virtual_fixtures
     from .control import (
         Certified,
         ControlContext,
@@ -32,17 +34,19 @@ if TYPE_CHECKING:
         tasks,
     )
     from .errors import ControlError, InputError, StartRefused, VfixError
-    from .fixtures import Zone, zones
+    from .files.mesh_files import read_mesh
     from .geometry.mesh import TriangleMesh
     from .geometry.path import SplinePath
-    from .geometry.proximity import ProximityTree
-    from .imaging.mesh_files import read_mesh
-    from .lumen.drive.snake_drive import SnakeDrive
+    from .proximity.proximity import ProximityTree
     from .registration import Registration, find_beads, register_points
     from .robots import RobotModel, Tool
-    from .simulation.simulation import Simulation
+    from .virtual_fixtures import Zone, zones
+    from .worlds.rigid.simulation import Simulation
+    from .worlds.snake.snake_drive import SnakeDrive
 
 __version__ = "0.1.0"
+
+find_old_names()
 
 # Module of each name.
 _WHERE = {
@@ -54,18 +58,23 @@ _WHERE = {
         ".control",
     ),
     **dict.fromkeys(("ControlError", "InputError", "StartRefused", "VfixError"), ".errors"),
-    "ProximityTree": ".geometry.proximity",
+    "ProximityTree": ".proximity.proximity",
     **dict.fromkeys(("Registration", "find_beads", "register_points"), ".registration"),
     "RobotModel": ".robots",
-    "Simulation": ".simulation.simulation",
-    "SnakeDrive": ".lumen.drive.snake_drive",
+    "Simulation": ".worlds.rigid.simulation",
+    "SnakeDrive": ".worlds.snake.snake_drive",
     "SplinePath": ".geometry.path",
     "Tool": ".robots",
     "TriangleMesh": ".geometry.mesh",
-    "Zone": ".fixtures",
-    "read_mesh": ".imaging.mesh_files",
+    "Zone": ".virtual_fixtures",
+    "read_mesh": ".files.mesh_files",
 }  # fmt: skip
-_MODULES = {"errors": ".errors", "fixtures": ".fixtures", "tasks": ".control.tasks", "zones": ".fixtures.zones"}
+_MODULES = {
+    "errors": ".errors",
+    "tasks": ".control.tasks",
+    "virtual_fixtures": ".virtual_fixtures",
+    "zones": ".virtual_fixtures.zones",
+}
 
 __all__ = [
     "Certified",
@@ -95,11 +104,11 @@ __all__ = [
     "certify_step",
     "errors",
     "find_beads",
-    "fixtures",
     "read_mesh",
     "register_points",
     "solve_step",
     "tasks",
+    "virtual_fixtures",
     "zones",
 ]
 

@@ -11,8 +11,8 @@ from app.services.label_kind import FIRST_COLOUR
 from app.services.labels import PaintedDocument
 from app.services.names import MAX_NAME
 from app.services.plan_model import NOTICE
+from vfix_engine.anatomy.labels.painting import LEAST_RADIUS_MM, MOST_POINTS, MOST_RADIUS_MM, Stroke, runs_of
 from vfix_engine.errors import ImageError, InputError
-from vfix_engine.imaging.labels.painting import LEAST_RADIUS_MM, MOST_POINTS, MOST_RADIUS_MM, Stroke, runs_of
 
 router = APIRouter(tags=["labels"], responses=ERRORS)
 

@@ -10,7 +10,7 @@ from app.services.plan_model import MAX_COORDINATE
 from app.services.plans import Plan
 from app.services.second_volume import IDENTITY, second_to_json
 from app.services.verdict import Level
-from vfix_engine.imaging.soft_tissue import Surroundings
+from vfix_engine.anatomy.soft_tissue import Surroundings
 
 # Strict: a true or a text is no length and no setting.
 Coordinate = Annotated[float, Field(gt=-MAX_COORDINATE, lt=MAX_COORDINATE, allow_inf_nan=False, strict=True)]  # [mm]

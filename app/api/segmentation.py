@@ -10,9 +10,9 @@ from app.api.jobs import JobPublic
 from app.services.names import MAX_NAME
 from app.services.plan_model import NOTICE
 from app.services.segmenting import SegmentWish, wish_of
-from vfix_engine.imaging.islands import Islands
-from vfix_engine.imaging.labels.painting import runs_of
-from vfix_engine.imaging.segmentation import SegmentRequest
+from vfix_engine.anatomy.islands import Islands
+from vfix_engine.anatomy.labels.painting import runs_of
+from vfix_engine.anatomy.segmentation import SegmentRequest
 
 router = APIRouter(prefix="/cases/{case_id}/segment", tags=["structures"], responses=ERRORS)
 

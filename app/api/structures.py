@@ -6,7 +6,7 @@ from app.api.case_models import CasePublic, StructurePublic, StructureUpdate
 from app.api.dependencies import ERRORS, Identifier, ServicesDep
 from app.api.jobs import JobPublic
 from app.api.uploads import MAX_FILES, form_of, receive
-from vfix_engine.imaging.labels.reading import SegmentationRequest
+from vfix_engine.anatomy.labels.reading import SegmentationRequest
 
 router = APIRouter(prefix="/cases/{case_id}/structures", tags=["structures"], responses=ERRORS)
 

@@ -12,7 +12,7 @@ from pydantic import BaseModel
 from app.api.dependencies import ERRORS, Identifier, ServicesDep
 from app.services.errors import NotFound
 from app.services.plan_model import NOTICE
-from vfix_engine.imaging.volume import Volume
+from vfix_engine.files.volume import Volume
 
 router = APIRouter(prefix="/cases/{case_id}", tags=["pictures"], responses=ERRORS)
 

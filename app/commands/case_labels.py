@@ -12,9 +12,9 @@ from app.services import Services
 from app.services.case_model import Case
 from app.services.labels import PaintedDocument
 from app.services.names import MAX_NAME
+from vfix_engine.anatomy.labels.painting import Place, Stroke
+from vfix_engine.anatomy.labels.writing import FORMS
 from vfix_engine.errors import InputError
-from vfix_engine.imaging.labels.painting import Place, Stroke
-from vfix_engine.imaging.labels.writing import FORMS
 
 
 def add_parser(actions: argparse._SubParsersAction[argparse.ArgumentParser]) -> argparse.ArgumentParser:

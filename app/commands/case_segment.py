@@ -10,8 +10,8 @@ from app.commands import case_structures
 from app.services import Services
 from app.services.case_model import Case
 from app.services.segmenting import Place, wish_of
+from vfix_engine.anatomy.segmentation import PRESETS
 from vfix_engine.errors import InputError
-from vfix_engine.imaging.segmentation import PRESETS
 
 
 def add_parser(actions: argparse._SubParsersAction[argparse.ArgumentParser]) -> argparse.ArgumentParser:

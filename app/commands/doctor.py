@@ -15,9 +15,9 @@ from app.browsers import find_browser
 from app.extras import has_app
 from app.settings import Settings
 from vfix_engine.errors import VfixError
-from vfix_engine.geometry import kernel_cache
-from vfix_engine.imaging import confinement
-from vfix_engine.imaging.isolated import run_isolated
+from vfix_engine.files.sandbox import confinement
+from vfix_engine.files.sandbox.isolated import run_isolated
+from vfix_engine.kernels import kernel_cache
 from vfix_engine.runtime.priority import why_not
 
 PACKAGES = ("daqp", "embreex", "numba", "numpy", "pin", "pydicom", "qpsolvers", "scipy", "simpleitk", "trimesh")

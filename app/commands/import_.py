@@ -16,8 +16,8 @@ from app.services.identity import WARNING, holds_images
 from app.services.importing import ImportRequest, OverlayRequest
 from app.services.resolve import find
 from app.settings import Settings
+from vfix_engine.anatomy.labels.reading import SegmentationRequest
 from vfix_engine.errors import InputError
-from vfix_engine.imaging.labels.reading import SegmentationRequest
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> argparse.ArgumentParser:

@@ -19,21 +19,21 @@ from app.commands.head_options import say_notes
 from app.extras import has_app
 from app.settings import Settings
 from vfix_engine.errors import FrameError, InputError, MeshError, VfixError
+from vfix_engine.files.frame_report import FRAMES, MM_PER_UNIT, FrameReport
+from vfix_engine.files.mesh_files import read_mesh, write_ply
 from vfix_engine.geometry.mesh import TriangleMesh
-from vfix_engine.imaging.frame_report import FRAMES, MM_PER_UNIT, FrameReport
-from vfix_engine.imaging.mesh_files import read_mesh, write_ply
 from vfix_engine.json_text import parse_json
-from vfix_engine.lumen.drive.drive import OPERATORS, DriveReport, DriveSettings, Shot, drive_lumen
-from vfix_engine.lumen.drive.drive_state import CONTROLS, DriveState, Observer
-from vfix_engine.lumen.drive.look_plan import view_of
-from vfix_engine.lumen.drive.lumen import Lumen
-from vfix_engine.lumen.drive.snake_drive import SnakeDrive
-from vfix_engine.lumen.pathway.pathway import TissueMotion
-from vfix_engine.lumen.pathway.pathway_surface import pathway_surface
-from vfix_engine.lumen.pathway.tissue_motion import breathing, peristalsis, together
-from vfix_engine.lumen.picture.picture import LumenPictures
-from vfix_engine.lumen.system import DriveRecorder, DriveSpec
+from vfix_engine.pathway.pathway import TissueMotion
+from vfix_engine.pathway.pathway_surface import pathway_surface
+from vfix_engine.pathway.tissue_motion import breathing, peristalsis, together
 from vfix_engine.robots.snake import SnakeModel
+from vfix_engine.worlds.snake import DriveRecorder, DriveSpec
+from vfix_engine.worlds.snake.drive import OPERATORS, DriveReport, DriveSettings, Shot, drive_lumen
+from vfix_engine.worlds.snake.drive_state import CONTROLS, DriveState, Observer
+from vfix_engine.worlds.snake.look_plan import view_of
+from vfix_engine.worlds.snake.lumen import Lumen
+from vfix_engine.worlds.snake.picture.picture import LumenPictures
+from vfix_engine.worlds.snake.snake_drive import SnakeDrive
 
 if TYPE_CHECKING:  # a drive without a store keeps no run
     from app.commands.recorded_run import RecordedRun

@@ -37,23 +37,23 @@ from app.services.resolve import (
 )
 from app.services.switches import NO_SWITCHES, Switches, standing
 from app.settings import Settings
+from vfix_engine.anatomy.head_import import HeadRequest
+from vfix_engine.anatomy.soft_tissue import tissue_passed
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import InputError, VfixError
-from vfix_engine.fixtures.zone_file import ZoneSet
 from vfix_engine.frames import ImageRegistration
 from vfix_engine.geometry.path import SplinePath
-from vfix_engine.imaging.head_import import HeadRequest
-from vfix_engine.imaging.soft_tissue import tissue_passed
 from vfix_engine.robots import RobotModel, Tool
-from vfix_engine.simulation import preparation
-from vfix_engine.simulation.dry_run import STATION_MM
-from vfix_engine.simulation.headless import HeadlessRun
-from vfix_engine.simulation.placing import place_robot
-from vfix_engine.simulation.recorder import CsvRecorder
-from vfix_engine.simulation.rehearsal import Rehearsal
-from vfix_engine.simulation.rigid_spec import RigidSpec, SceneSpec
-from vfix_engine.simulation.scene import Scene
-from vfix_engine.simulation.snapshot import Snapshot
+from vfix_engine.virtual_fixtures.zone_file import ZoneSet
+from vfix_engine.worlds.rigid import preparation
+from vfix_engine.worlds.rigid.dry_run import STATION_MM
+from vfix_engine.worlds.rigid.headless import HeadlessRun
+from vfix_engine.worlds.rigid.placing import place_robot
+from vfix_engine.worlds.rigid.recorder import CsvRecorder
+from vfix_engine.worlds.rigid.rehearsal import Rehearsal
+from vfix_engine.worlds.rigid.rigid_spec import RigidSpec, SceneSpec
+from vfix_engine.worlds.rigid.scene import Scene
+from vfix_engine.worlds.rigid.snapshot import Snapshot
 
 if TYPE_CHECKING:  # a drive without a store keeps no run
     from app.commands.recorded_run import RecordedRun

@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from app.scene import palette
 from app.scene.view import SceneView
-from vfix_engine.fixtures.polyhedra import across
+from vfix_engine.virtual_fixtures.polyhedra import across
 
 Floats = npt.NDArray[np.float64]
 _CORNERS = 48

@@ -6,7 +6,7 @@ import numpy as np
 import viser
 
 from app.scene import shapes
-from vfix_engine.geometry.axes import rotation_z_to
+from vfix_engine.proximity.axes import rotation_z_to
 
 # name, direction the light comes from (LPS), colour, intensity
 _LIGHTS = (

@@ -10,7 +10,7 @@ import trimesh
 import viser
 
 from app.scene import palette, shapes
-from vfix_engine.geometry.axes import rotation_z_to
+from vfix_engine.proximity.axes import rotation_z_to
 from vfix_engine.robots import Visual
 
 Floats = npt.NDArray[np.float64]

@@ -13,12 +13,12 @@ from app.services.case_model import SurfaceInfo, VolumeInfo, to_bounds, to_tripl
 from app.services.errors import TooLarge
 from app.store import FileStore
 from app.store.errors import StorageError
+from vfix_engine.anatomy.bone import SurfaceReport
+from vfix_engine.anatomy.phantom import load_head_ct, load_nose_ct
 from vfix_engine.errors import InputError
+from vfix_engine.files.mesh_files import read_mesh
+from vfix_engine.files.volume import Volume
 from vfix_engine.geometry.mesh import TriangleMesh
-from vfix_engine.imaging.bone import SurfaceReport
-from vfix_engine.imaging.mesh_files import read_mesh
-from vfix_engine.imaging.phantom import load_head_ct, load_nose_ct
-from vfix_engine.imaging.volume import Volume
 from vfix_engine.resources import assets_dir
 
 ASSET, STORED = "asset:", "sha256:"

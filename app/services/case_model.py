@@ -15,9 +15,9 @@ from app.services.structures import (
     structure_name,
     within_a_sentence,
 )
-from vfix_engine.imaging.bone import SurfaceReport
-from vfix_engine.imaging.surface import BONE_HU
-from vfix_engine.imaging.surface_uncertainty import SurfaceUncertainty, describe_report, uncertainty_of
+from vfix_engine.anatomy.bone import SurfaceReport
+from vfix_engine.anatomy.surface_uncertainty import SurfaceUncertainty, describe_report, uncertainty_of
+from vfix_engine.files.volume import BONE_HU
 
 HEAD_PHANTOM = "head-phantom"  # id of the case that travels with vfix
 

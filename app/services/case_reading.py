@@ -26,11 +26,11 @@ from app.services.case_model import (
 from app.services.names import check_name, check_stored_label
 from app.services.plan_points import check_id, check_position, number
 from app.services.structures import ANATOMY, BONE, CaseKind, Origin, Provenance, Role, Structure
+from vfix_engine.anatomy.bone import SurfaceReport
+from vfix_engine.anatomy.surface import Dropped
 from vfix_engine.errors import InputError
+from vfix_engine.files.frame_report import FRAMES
 from vfix_engine.given import FARTHEST_MM
-from vfix_engine.imaging.bone import SurfaceReport
-from vfix_engine.imaging.frame_report import FRAMES
-from vfix_engine.imaging.surface import Dropped
 
 MAX_ITEMS = 2000  # surfaces, structures, notes, … of one case
 MAX_NOTE = 1 << 16  # [characters]

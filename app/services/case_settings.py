@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
+from vfix_engine.anatomy.surface_uncertainty import SurfaceUncertainty
 from vfix_engine.control import ControlSettings
-from vfix_engine.imaging.surface_uncertainty import SurfaceUncertainty
 
 
 def settings_in_case(settings: Mapping[str, float], uncertainty: SurfaceUncertainty) -> ControlSettings:

@@ -19,10 +19,10 @@ from app.services.errors import NotFound
 from app.services.names import MAX_NAME, check_name
 from app.services.structures import Provenance, Structure, encloses
 from app.store.models import DocumentRow, DocumentStateRow
+from vfix_engine.anatomy.bone import slice_uncertainty_mm
+from vfix_engine.anatomy.labels.reading import Place, Segmentation
+from vfix_engine.anatomy.labels.surfaces import LabelSurface
 from vfix_engine.errors import InputError
-from vfix_engine.imaging.bone import slice_uncertainty_mm
-from vfix_engine.imaging.labels.reading import Place, Segmentation
-from vfix_engine.imaging.labels.surfaces import LabelSurface
 
 MAX_STRUCTURES = 400  # of a case
 OUTLINE_COLOUR = "#f2c14e"  # of bone in the slices

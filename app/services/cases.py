@@ -37,12 +37,12 @@ from app.store import Store
 from app.store.errors import StoreDamaged, is_of_reading
 from app.store.models import CaseRow
 from app.store.scratch import Scratch
+from vfix_engine.anatomy.bone import SurfaceReport
 from vfix_engine.error_places import error_places
 from vfix_engine.errors import InputError
+from vfix_engine.files.volume import Volume
 from vfix_engine.geometry.mesh import TriangleMesh
-from vfix_engine.geometry.proximity import ProximityTree
-from vfix_engine.imaging.bone import SurfaceReport
-from vfix_engine.imaging.volume import Volume
+from vfix_engine.proximity.proximity import ProximityTree
 
 __all__ = ["Bead", "Case", "CaseFrame", "CaseService", "Structure", "SurfaceInfo", "VolumeInfo"]
 

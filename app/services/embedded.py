@@ -27,8 +27,8 @@ from app.services.structures import BONE, Provenance, is_closed
 from app.store import Store
 from app.store.errors import StoreDamaged
 from app.store.models import DocumentRow
-from vfix_engine.imaging.phantom import BONE_REPORT, load_head_ct, load_nose_ct
-from vfix_engine.imaging.volume import Volume
+from vfix_engine.anatomy.phantom import BONE_REPORT, load_head_ct, load_nose_ct
+from vfix_engine.files.volume import Volume
 from vfix_engine.resources import assets_dir
 
 SAMPLE_PLAN = "head-phantom-sample"

@@ -16,8 +16,8 @@ from app.services.names import check_label
 from app.services.plan_model import PlanPoint, Position, check_position, new_point_id
 from app.services.plan_model import number as checked_number
 from vfix_engine.errors import FrameError, InputError, PlanError
+from vfix_engine.files.frame_report import MM_PER_UNIT, named_unit_of
 from vfix_engine.frames import RAS_TO_LPS
-from vfix_engine.imaging.frame_report import MM_PER_UNIT, named_unit_of
 from vfix_engine.json_text import parse_json
 
 MAX_TEXT = 16 << 20  # [byte] of a plan's file

@@ -12,16 +12,15 @@ import numpy.typing as npt
 from app.services.cache import Cache
 from app.services.openings import regions_of
 from app.services.plan_model import Plan
+from vfix_engine.anatomy.piercing import Ways
+from vfix_engine.anatomy.room_air import RoomAir, room_air
+from vfix_engine.anatomy.soft_tissue import TISSUE_HU
+from vfix_engine.anatomy.solids import COARSE_MM, FINE_MM, refined_solid, solid_of_volumes
 from vfix_engine.errors import InputError
-from vfix_engine.geometry.distance_field import DistanceField, field_of_surface, refined_by_surface
-from vfix_engine.geometry.opened_field import opened_field
-from vfix_engine.imaging.piercing import Ways
-from vfix_engine.imaging.room_air import RoomAir, room_air
-from vfix_engine.imaging.soft_tissue import TISSUE_HU
-from vfix_engine.imaging.solids import COARSE_MM, FINE_MM, refined_solid, solid_of_volumes
-from vfix_engine.imaging.surface import BONE_HU
-from vfix_engine.imaging.volume import Volume
+from vfix_engine.files.volume import BONE_HU, Volume
 from vfix_engine.progress import ProgressCallback, no_progress
+from vfix_engine.proximity.fields.distance_field import DistanceField, field_of_surface, refined_by_surface
+from vfix_engine.proximity.fields.opened_field import opened_field
 
 if TYPE_CHECKING:  # a drive of files alone needs no store
     from app.services.cases import Case, CaseService

@@ -6,10 +6,10 @@ import numpy as np
 
 from app.services.verdict import NOSTRIL_MM
 from vfix_engine.errors import PlanError
-from vfix_engine.fixtures import DeeperPlace, SoftRegion
-from vfix_engine.geometry.compact_field import compact_field
-from vfix_engine.geometry.distance_field import DistanceField
 from vfix_engine.geometry.path import SplinePath
+from vfix_engine.proximity.fields.compact_field import compact_field
+from vfix_engine.proximity.fields.distance_field import DistanceField
+from vfix_engine.virtual_fixtures import DeeperPlace, SoftRegion
 
 NAME = "soft tissue"
 STIFFNESS_N_PER_MM = 0.5  # assumed

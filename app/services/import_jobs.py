@@ -13,8 +13,8 @@ from app.services.errors import AnswerUnusable
 from app.services.importing import ImportRequest, ImportService, OverlayRequest, case_name
 from app.services.jobs import Job, JobKind, Jobs, Progress
 from app.services.overlays import PLAIN_NAME
+from vfix_engine.anatomy.labels.reading import SegmentationRequest
 from vfix_engine.errors import InputError
-from vfix_engine.imaging.labels.reading import SegmentationRequest
 
 Request = ImportRequest | SegmentationRequest | OverlayRequest
 

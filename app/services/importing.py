@@ -14,19 +14,19 @@ from app.services.names import check_name, unused_name
 from app.services.overlays import Overlays
 from app.services.structures import BONE, Structure
 from app.store.errors import StorageError
-from vfix_engine.geometry.mesh import TriangleMesh
-from vfix_engine.imaging.head_import import (
+from vfix_engine.anatomy.head_import import (
     ControlHead,
     HeadRequest,
     control_head,
     extract_bone,
     read_head,
 )
-from vfix_engine.imaging.isolated import Cancellation
-from vfix_engine.imaging.labels.reading import SegmentationRequest, read_segmentation
-from vfix_engine.imaging.mesh_files import is_mesh
-from vfix_engine.imaging.overlay import read_overlay
-from vfix_engine.imaging.readers import is_dicom
+from vfix_engine.anatomy.labels.reading import SegmentationRequest, read_segmentation
+from vfix_engine.anatomy.overlay import read_overlay
+from vfix_engine.files.mesh_files import is_mesh
+from vfix_engine.files.readers import is_dicom
+from vfix_engine.files.sandbox.isolated import Cancellation
+from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.progress import ProgressCallback, no_progress
 
 DISPLAY = "display"

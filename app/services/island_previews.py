@@ -11,10 +11,10 @@ from app.services.cache import Cache
 from app.services.cases import CaseService
 from app.services.errors import NotFound
 from app.services.jobs import Job, Jobs, Progress
+from vfix_engine.anatomy.islands import Islands, islands, region_at
+from vfix_engine.anatomy.segmentation import Mask, SegmentRequest
 from vfix_engine.errors import InputError
-from vfix_engine.imaging.islands import Islands, islands, region_at
-from vfix_engine.imaging.segmentation import Mask, SegmentRequest
-from vfix_engine.imaging.volume import Volume
+from vfix_engine.files.volume import Volume
 from vfix_engine.progress import no_progress
 
 HALF = 2

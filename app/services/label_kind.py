@@ -11,8 +11,8 @@ from typing import Any
 
 from app.services.documents import DocumentKind
 from app.services.plan_model import number
+from vfix_engine.anatomy.labels.painting import Place, Stroke
 from vfix_engine.errors import ImageError, InputError
-from vfix_engine.imaging.labels.painting import Place, Stroke
 
 SCHEMA = "vfix-label/1"
 # A state holds the strokes since its start, so what a stroke stores is bounded by these.

@@ -22,13 +22,13 @@ from app.services.label_kind import FIRST_COLOUR, LABEL, MOST_POINTS, MOST_STROK
 from app.services.structures import Provenance, Structure, encloses
 from app.store import Store
 from app.store.errors import StorageError
+from vfix_engine.anatomy.labels.label_map import Label
+from vfix_engine.anatomy.labels.painting import Mask, Stroke, draw_stroke, reaches
+from vfix_engine.anatomy.labels.surfaces import surface_of
+from vfix_engine.anatomy.labels.voxelized import voxels_inside
+from vfix_engine.anatomy.labels.writing import label_file
 from vfix_engine.errors import InputError
-from vfix_engine.imaging.labels.label_map import Label
-from vfix_engine.imaging.labels.painting import Mask, Stroke, draw_stroke, reaches
-from vfix_engine.imaging.labels.surfaces import surface_of
-from vfix_engine.imaging.labels.voxelized import voxels_inside
-from vfix_engine.imaging.labels.writing import label_file
-from vfix_engine.imaging.volume import Volume
+from vfix_engine.files.volume import Volume
 from vfix_engine.progress import ProgressCallback, no_progress
 
 PaintedDocument = Document[PaintedLabel]

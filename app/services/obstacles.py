@@ -9,13 +9,13 @@ import numpy as np
 import numpy.typing as npt
 
 from app.services.zone_sets import whole_name
-from vfix_engine.fixtures import Zone
-from vfix_engine.fixtures.zones import SHAPES
 from vfix_engine.geometry.capsules import Segments
 from vfix_engine.geometry.shape_distance import signed_distance
-from vfix_engine.geometry.tool_depth import axis_samples
+from vfix_engine.proximity.fields.tool_depth import axis_samples
 from vfix_engine.robots import Tool
-from vfix_engine.simulation.dry_run import STATION_MM, DryRun
+from vfix_engine.virtual_fixtures import Zone
+from vfix_engine.virtual_fixtures.zones import SHAPES
+from vfix_engine.worlds.rigid.dry_run import STATION_MM, DryRun
 
 Floats = npt.NDArray[np.float64]
 Rows = npt.NDArray[np.intp]

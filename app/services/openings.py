@@ -14,15 +14,14 @@ from numpy.typing import NDArray
 from app.services.cache import Cache
 from app.services.plan_model import Plan
 from app.services.plan_shapes import solids
+from vfix_engine.anatomy.opened_bone import OpenedBone, opened_bone, without_regions
 from vfix_engine.errors import InputError, PlanError
-from vfix_engine.geometry.fit import Inside
+from vfix_engine.files.volume import BONE_HU, Volume
 from vfix_engine.geometry.mesh import TriangleMesh
-from vfix_engine.geometry.proximity import ProximityTree
 from vfix_engine.geometry.shapes import Shape
-from vfix_engine.geometry.side import SurfaceSide
-from vfix_engine.imaging.opened_bone import OpenedBone, opened_bone, without_regions
-from vfix_engine.imaging.surface import BONE_HU
-from vfix_engine.imaging.volume import Volume
+from vfix_engine.proximity.fields.side import SurfaceSide
+from vfix_engine.proximity.fit import Inside
+from vfix_engine.proximity.proximity import ProximityTree
 
 if TYPE_CHECKING:  # a drive of files alone needs no store
     from app.services.cases import Case, CaseService

@@ -15,8 +15,8 @@ from app.services.cases import CaseService, volume_named
 from app.services.errors import NotFound
 from app.services.names import check_name
 from app.services.second_volume import SecondVolume
+from vfix_engine.anatomy.overlay import OverlayVolume
 from vfix_engine.errors import InputError, PlanError
-from vfix_engine.imaging.overlay import OverlayVolume
 
 MAX_OVERLAYS = 8  # of a case
 PLAIN_NAME = "Second volume"

@@ -9,10 +9,10 @@ from typing import Literal, Self
 import numpy as np
 import numpy.typing as npt
 
-from vfix_engine.imaging.piercing import Piercing, Run, Ways, piercing_of
-from vfix_engine.imaging.way_round_kernel import REACH_MM
+from vfix_engine.anatomy.piercing import Piercing, Run, Ways, piercing_of
+from vfix_engine.anatomy.way_round_kernel import REACH_MM
 from vfix_engine.progress import ProgressCallback
-from vfix_engine.simulation.dry_run import STATION_MM, DryRun
+from vfix_engine.worlds.rigid.dry_run import STATION_MM, DryRun
 
 Floats = npt.NDArray[np.float64]
 Place = tuple[float, float, float]

@@ -9,16 +9,16 @@ from typing import Any
 
 from app.services.placing import StoredPlacing, standing_base, stored_placing
 from vfix_engine.control import ControlSettings
-from vfix_engine.fixtures import Fixture, Zone
 from vfix_engine.frames import ImageRegistration
 from vfix_engine.geometry.path import SplinePath
-from vfix_engine.geometry.proximity import ProximityTree
 from vfix_engine.geometry.shaft_directions import ShaftDirections
 from vfix_engine.progress import ProgressCallback
+from vfix_engine.proximity.proximity import ProximityTree
 from vfix_engine.robots import RobotModel, Tool
-from vfix_engine.simulation.dry_run import STEP_MM, dry_run
-from vfix_engine.simulation.placing import Placing, place_robot, started_at
-from vfix_engine.simulation.scene import Scene
+from vfix_engine.virtual_fixtures import Fixture, Zone
+from vfix_engine.worlds.rigid.dry_run import STEP_MM, dry_run
+from vfix_engine.worlds.rigid.placing import Placing, place_robot, started_at
+from vfix_engine.worlds.rigid.scene import Scene
 
 PROSPECT_STEP_MM = 0.2  # of the dry run while a hand drags; the least clearance is within some 0.03 mm
 

@@ -10,9 +10,9 @@ from app.services.names import check_stored_name
 from app.services.plan_points import check_id, number
 from app.services.plan_shapes import check_shape, check_solid
 from vfix_engine.errors import PlanError
-from vfix_engine.fixtures.soft_zone import STIFFEST_N_PER_MM
-from vfix_engine.fixtures.zones import LARGEST_MARGIN_MM
-from vfix_engine.fixtures.zones import check_name as check_zone_name
+from vfix_engine.virtual_fixtures.soft_zone import STIFFEST_N_PER_MM
+from vfix_engine.virtual_fixtures.zones import LARGEST_MARGIN_MM
+from vfix_engine.virtual_fixtures.zones import check_name as check_zone_name
 
 Firmness = Literal["hard", "soft"]
 

@@ -33,18 +33,18 @@ from app.services.switches import NO_SWITCHES, Standing, Switches, standing
 from app.services.verdict import Profile, Verdict, profile_of, verdict_of
 from app.services.verdict_words import Stated
 from app.services.zone_sets import check_kept, near_zones, with_errors, zone_set
+from vfix_engine.anatomy.piercing import Ways
+from vfix_engine.anatomy.soft_tissue import Surroundings, TissuePassed, surroundings, tissue_passed
 from vfix_engine.errors import InputError, PlanError, VfixError
-from vfix_engine.fixtures.zone_file import ZoneSet
 from vfix_engine.frames import placement_of
-from vfix_engine.geometry.distance_field import DistanceField
-from vfix_engine.geometry.fit import Inside, nearest_free_point
 from vfix_engine.geometry.path import SplinePath
-from vfix_engine.imaging.piercing import Ways
-from vfix_engine.imaging.soft_tissue import Surroundings, TissuePassed, surroundings, tissue_passed
 from vfix_engine.progress import ProgressCallback, no_progress
-from vfix_engine.simulation import preparation
-from vfix_engine.simulation.dry_run import DryRun
-from vfix_engine.simulation.inspection_cone import InspectionCone, inspection_cone
+from vfix_engine.proximity.fields.distance_field import DistanceField
+from vfix_engine.proximity.fit import Inside, nearest_free_point
+from vfix_engine.virtual_fixtures.zone_file import ZoneSet
+from vfix_engine.worlds.rigid import preparation
+from vfix_engine.worlds.rigid.dry_run import DryRun
+from vfix_engine.worlds.rigid.inspection_cone import InspectionCone, inspection_cone
 
 Array = NDArray[np.float64]
 

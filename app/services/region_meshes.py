@@ -11,9 +11,9 @@ import numpy.typing as npt
 
 from app.services.cases import CaseService
 from vfix_engine.errors import InputError
-from vfix_engine.geometry.axes import rotation_z_to
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.geometry.shape_patch import patch_around
+from vfix_engine.proximity.axes import rotation_z_to
 
 if TYPE_CHECKING:
     import trimesh

@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from app.services.cache import Cache
 from app.services.plan_model import Plan
+from vfix_engine.anatomy.soft_tissue import surroundings
 from vfix_engine.errors import PlanError
-from vfix_engine.fixtures import RemoteCentre
+from vfix_engine.files.volume import Volume
 from vfix_engine.geometry.path import SplinePath
-from vfix_engine.imaging.soft_tissue import surroundings
-from vfix_engine.imaging.volume import Volume
+from vfix_engine.virtual_fixtures import RemoteCentre
 
 Array = NDArray[np.float64]
 

@@ -13,8 +13,8 @@ from app.services.openings import inside_of
 from app.services.plan_model import Plan
 from app.services.plan_shapes import solids
 from app.services.plan_zones import RemovedBone
+from vfix_engine.anatomy.opened_bone import removed_mm3
 from vfix_engine.geometry.shape_distance import signed_distance
-from vfix_engine.imaging.opened_bone import removed_mm3
 
 _NONE_MM3 = 0.05  # less is told as no bone
 

@@ -22,13 +22,13 @@ from app.services.exchange_parts import MAX_TEXT, decode, parse_json_object
 from app.services.plan_model import Plan, PlanPoint
 from app.services.structures import BONE, structure_name, within_a_sentence
 from app.services.zone_sets import with_errors, zone_set
+from vfix_engine.anatomy.head_import import ControlHead, HeadRequest, control_head, is_head
+from vfix_engine.anatomy.surface_uncertainty import SurfaceUncertainty
 from vfix_engine.errors import FrameError, InputError
-from vfix_engine.fixtures.zone_file import ZoneSet, zones_from_dict
+from vfix_engine.files.volume import Volume
 from vfix_engine.geometry.mesh import TriangleMesh
-from vfix_engine.geometry.proximity import ProximityTree
-from vfix_engine.imaging.head_import import ControlHead, HeadRequest, control_head, is_head
-from vfix_engine.imaging.surface_uncertainty import SurfaceUncertainty
-from vfix_engine.imaging.volume import Volume
+from vfix_engine.proximity.proximity import ProximityTree
+from vfix_engine.virtual_fixtures.zone_file import ZoneSet, zones_from_dict
 
 if TYPE_CHECKING:
     from app.services.case_model import Case

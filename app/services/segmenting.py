@@ -13,11 +13,12 @@ from app.services.cases import CaseService
 from app.services.jobs import Job, Jobs, Progress
 from app.services.names import check_name
 from app.services.structures import Provenance, Structure, is_closed
+from vfix_engine.anatomy.bone import SurfaceReport
+from vfix_engine.anatomy.segmentation import HIGHEST_HU, LOWEST_HU, PRESETS, Band, Segmented, SegmentRequest, segment
+from vfix_engine.anatomy.surface import Dropped
+from vfix_engine.anatomy.tissue_regions import MUCOSA_MM, SHEET_MM
 from vfix_engine.errors import InputError
-from vfix_engine.imaging.bone import SurfaceReport
-from vfix_engine.imaging.segmentation import HIGHEST_HU, LOWEST_HU, PRESETS, Band, Segmented, SegmentRequest, segment
-from vfix_engine.imaging.surface import BONE_HU, Dropped
-from vfix_engine.imaging.tissue_regions import MUCOSA_MM, SHEET_MM
+from vfix_engine.files.volume import BONE_HU
 from vfix_engine.progress import ProgressCallback, no_progress
 
 # By preset, and for a threshold of one's own.

@@ -28,13 +28,12 @@ from app.services.remote_centre import path_of
 from app.services.suggestion_ends import check_ends
 from app.services.switches import SwitchBoard
 from app.services.verdict import Level, Verdict, refused
+from vfix_engine.anatomy.piercing import Ways
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import PlanError, StartRefused
-from vfix_engine.geometry.opened_field import opened_field
-from vfix_engine.imaging.piercing import Ways
 from vfix_engine.progress import ProgressCallback
+from vfix_engine.proximity.fields.opened_field import opened_field
 from vfix_engine.robots import Tool
-from vfix_engine.simulation import preparation
 from vfix_engine.suggestion import (
     RANKINGS,
     Alternative,
@@ -46,6 +45,7 @@ from vfix_engine.suggestion import (
     drive_plan,
     suggest_path,
 )
+from vfix_engine.worlds.rigid import preparation
 
 Position = tuple[float, float, float]
 

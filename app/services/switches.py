@@ -11,9 +11,9 @@ from app.services.head_tissue import NOT_IN_SCAN, tissue_region, tissue_words
 from app.services.plan_model import Plan
 from app.services.remote_centre import ENTRY, Place, centre_at, path_of, place_mm
 from vfix_engine.errors import InputError, PlanError
-from vfix_engine.fixtures import CartesianLimits, Fixture, RemoteCentre
-from vfix_engine.geometry.distance_field import DistanceField
-from vfix_engine.imaging.volume import Volume
+from vfix_engine.files.volume import Volume
+from vfix_engine.proximity.fields.distance_field import DistanceField
+from vfix_engine.virtual_fixtures import CartesianLimits, Fixture, RemoteCentre
 
 SPEED_MM_PER_S = 5.0  # of the tip; half of what the hand reaches with the settings as they come
 TURN_RAD_PER_S = math.radians(10.0)

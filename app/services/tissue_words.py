@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from vfix_engine.imaging.soft_tissue import Surroundings
+from vfix_engine.anatomy.soft_tissue import Surroundings
 
 # A sentence about a place that is offered; '' for one in the air inside the body.
 PLACE_WORDS: dict[Surroundings, str] = {

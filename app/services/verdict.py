@@ -31,14 +31,14 @@ from app.services.verdict_words import (
     tissue_parts,
 )
 from vfix_engine.errors import StartRefused
-from vfix_engine.fixtures.zone_file import ZoneSet
 from vfix_engine.geometry.capsules import Segments
-from vfix_engine.geometry.distance_field import DistanceField
 from vfix_engine.geometry.path import SplinePath
-from vfix_engine.geometry.proximity import ProximityTree
-from vfix_engine.geometry.tool_depth import ToolDepth, tool_depth
+from vfix_engine.proximity.fields.distance_field import DistanceField
+from vfix_engine.proximity.fields.tool_depth import ToolDepth, tool_depth
+from vfix_engine.proximity.proximity import ProximityTree
 from vfix_engine.robots import Tool
-from vfix_engine.simulation.dry_run import STATION_MM, TIGHT_MM, DryRun
+from vfix_engine.virtual_fixtures.zone_file import ZoneSet
+from vfix_engine.worlds.rigid.dry_run import STATION_MM, TIGHT_MM, DryRun
 
 Floats = npt.NDArray[np.float64]
 Level = Literal["fits", "tight", "pierces", "blocked", "unknown"]

@@ -8,7 +8,7 @@ from typing import NamedTuple
 from app.services.obstacles import Obstacle
 from app.services.piercing import Pierced
 from app.services.soft_depths import SoftDepth
-from vfix_engine.simulation.dry_run import DryRun
+from vfix_engine.worlds.rigid.dry_run import DryRun
 
 SHORT_MM = 0.5  # a shorter length is not told in figures
 _WORTH_DEPTH_MM = 0.05  # a smaller depth in a soft structure is not told in words

@@ -14,17 +14,17 @@ from app.services.plan_shapes import solids
 from app.services.plan_zones import PlanZone
 from app.services.structures import BONE, encloses
 from vfix_engine.errors import InputError, PlanError
-from vfix_engine.fixtures import SoftRegion, SoftZone, Zone
-from vfix_engine.fixtures.soft_core import hard_core
-from vfix_engine.fixtures.soft_zone import THICKEST_MM
-from vfix_engine.fixtures.zone_file import ZoneSet
-from vfix_engine.fixtures.zones import SHAPES
-from vfix_engine.geometry.distance_field import field_of_surface
 from vfix_engine.geometry.mesh import TriangleMesh
-from vfix_engine.geometry.proximity import Proximity, ProximityTree
 from vfix_engine.geometry.shape_distance import signed_distance
 from vfix_engine.geometry.shape_patch import patch_around
 from vfix_engine.geometry.shapes import Shape
+from vfix_engine.proximity.fields.distance_field import field_of_surface
+from vfix_engine.proximity.proximity import Proximity, ProximityTree
+from vfix_engine.virtual_fixtures import SoftRegion, SoftZone, Zone
+from vfix_engine.virtual_fixtures.soft_core import hard_core
+from vfix_engine.virtual_fixtures.soft_zone import THICKEST_MM
+from vfix_engine.virtual_fixtures.zone_file import ZoneSet
+from vfix_engine.virtual_fixtures.zones import SHAPES
 
 Array = NDArray[np.float64]
 Surfaces = Callable[[str], TriangleMesh]

@@ -27,8 +27,8 @@ from app.views.layers import Layer
 from app.views.sections import CaseSection, CaseSections
 from app.views.slice_view import Greys, SliceView
 from vfix_engine.errors import InputError
+from vfix_engine.files.volume import Volume
 from vfix_engine.geometry.mesh import TriangleMesh
-from vfix_engine.imaging.volume import Volume
 
 Floats = npt.NDArray[np.float64]
 Position = tuple[float, float, float]

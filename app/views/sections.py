@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Annotated, Literal, TypedDict
 
 from app.messages.sections import Length, Position
-from vfix_engine.imaging.volume import Axis
+from vfix_engine.files.volume import Axis
 
 ItemKind = Literal["point", "target"]
 

@@ -12,7 +12,7 @@ import numpy.typing as npt
 from app.scene.anatomy import SlicePicture
 from app.scene.picking import Plane
 from app.views.sections import SliceGrid, SlicePlane, SlicesSection
-from vfix_engine.imaging.volume import Axis, Volume
+from vfix_engine.files.volume import Axis, Volume
 
 Floats = npt.NDArray[np.float64]
 

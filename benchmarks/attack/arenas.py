@@ -11,7 +11,12 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from benchmarks import cases
-from vfix_engine.fixtures import (
+from vfix_engine.geometry.mesh import TriangleMesh
+from vfix_engine.geometry.path import SplinePath
+from vfix_engine.geometry.shapes import Box, CapsuleShape, HalfSpace, Sphere
+from vfix_engine.proximity.proximity import ProximityTree
+from vfix_engine.robots import RobotModel, Tool
+from vfix_engine.virtual_fixtures import (
     CartesianLimits,
     Fixture,
     OrientationCone,
@@ -20,12 +25,7 @@ from vfix_engine.fixtures import (
     Zone,
     weighted,
 )
-from vfix_engine.geometry.mesh import TriangleMesh
-from vfix_engine.geometry.path import SplinePath
-from vfix_engine.geometry.proximity import ProximityTree
-from vfix_engine.geometry.shapes import Box, CapsuleShape, HalfSpace, Sphere
-from vfix_engine.robots import RobotModel, Tool
-from vfix_engine.simulation.scene import Scene
+from vfix_engine.worlds.rigid.scene import Scene
 
 from . import meshes
 

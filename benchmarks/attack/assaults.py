@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vfix_engine.control import StepRequest, qp
-from vfix_engine.fixtures import Constraint, Objective
-from vfix_engine.simulation.rehearsal import Rehearsal, RehearsalState
-from vfix_engine.simulation.snapshot import Snapshot
+from vfix_engine.virtual_fixtures import Constraint, Objective
+from vfix_engine.worlds.rigid.rehearsal import Rehearsal, RehearsalState
+from vfix_engine.worlds.rigid.snapshot import Snapshot
 
 from .hands import HANDS, Hand, Memory
 

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 from vfix_engine.control import Controller, ControlSettings
 from vfix_engine.errors import ControlError, StartRefused
 from vfix_engine.geometry.mesh import TriangleMesh
-from vfix_engine.geometry.proximity import ProximityTree
-from vfix_engine.simulation.rehearsal import Rehearsal, RehearsalState
-from vfix_engine.simulation.scene import Scene
+from vfix_engine.proximity.proximity import ProximityTree
+from vfix_engine.worlds.rigid.rehearsal import Rehearsal, RehearsalState
+from vfix_engine.worlds.rigid.scene import Scene
 
 from .arenas import BUILDERS
 from .assaults import ASSAULTS, lying_solver

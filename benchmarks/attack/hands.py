@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vfix_engine.simulation.rehearsal import Command, Rehearsal, RehearsalState
-from vfix_engine.simulation.teleoperation import Master
+from vfix_engine.worlds.rigid.rehearsal import Command, Rehearsal, RehearsalState
+from vfix_engine.worlds.rigid.teleoperation import Master
 
 Array = NDArray[np.float64]
 Random = np.random.Generator

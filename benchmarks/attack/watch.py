@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from vfix_engine.control import ControlSettings
 from vfix_engine.robots import RobotModel
-from vfix_engine.simulation.rehearsal import RehearsalState
-from vfix_engine.simulation.snapshot import Snapshot
+from vfix_engine.worlds.rigid.rehearsal import RehearsalState
+from vfix_engine.worlds.rigid.snapshot import Snapshot
 
 from .bodies import Judges
 from .exact import furthest

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vfix_engine.errors import InputError, PathwayError
-from vfix_engine.lumen.drive.drive_state import CONTROLS, DriveSettings
-from vfix_engine.lumen.drive.snake_drive import SnakeDrive
 from vfix_engine.robots.snake import SnakeModel
+from vfix_engine.worlds.snake.drive_state import CONTROLS, DriveSettings
+from vfix_engine.worlds.snake.snake_drive import SnakeDrive
 
 from .hands import HANDS, Memory
 from .lies import LIES

@@ -9,8 +9,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from vfix_engine.lumen.drive.drive_state import Command
-from vfix_engine.lumen.drive.snake_drive import SnakeDrive
+from vfix_engine.worlds.snake.drive_state import Command
+from vfix_engine.worlds.snake.snake_drive import SnakeDrive
 
 Array = NDArray[np.float64]
 Order = tuple[Command, float]

@@ -12,12 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.lumen_peers import section_as_printed
-from vfix_engine.lumen.drive.drive_state import DriveSettings
-from vfix_engine.lumen.pathway.packed import PackedPathway
-from vfix_engine.lumen.pathway.pathway import Pathway
-from vfix_engine.lumen.query.query import deviation_of_points
+from vfix_engine.pathway.packed import PackedPathway
+from vfix_engine.pathway.pathway import Pathway
+from vfix_engine.pathway.query.query import deviation_of_points
 from vfix_engine.robots.snake import SnakeModel
 from vfix_engine.robots.snake_surface import LinkVertices
+from vfix_engine.worlds.snake.drive_state import DriveSettings
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vfix_engine.lumen.conform.conformance import ShapeSolution
-from vfix_engine.lumen.drive.snake_drive import SnakeDrive
-from vfix_engine.lumen.limits.limits import Configuration
+from vfix_engine.pathway.limits.limits import Configuration
+from vfix_engine.snake.conform.conformance import ShapeSolution
+from vfix_engine.worlds.snake.snake_drive import SnakeDrive
 
 Array = NDArray[np.float64]
 Random = np.random.Generator

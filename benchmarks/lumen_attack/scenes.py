@@ -13,14 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.cases import DEFAULT_TRIAL_DATA
-from vfix_engine.imaging.mesh_files import read_mesh
-from vfix_engine.lumen.anatomy.curve import Curve
-from vfix_engine.lumen.drive.drive import Lumen, lumen_between
-from vfix_engine.lumen.drive.drive_state import DriveSettings
-from vfix_engine.lumen.pathway.cavity import body_cavity
-from vfix_engine.lumen.pathway.pathway import Pathway, TissueMotion
-from vfix_engine.lumen.pathway.tissue_motion import breathing, peristalsis, together
+from vfix_engine.files.mesh_files import read_mesh
+from vfix_engine.geometry.curve import Curve
+from vfix_engine.pathway.cavity import body_cavity
+from vfix_engine.pathway.pathway import Pathway, TissueMotion
+from vfix_engine.pathway.tissue_motion import breathing, peristalsis, together
 from vfix_engine.robots.snake import SnakeModel
+from vfix_engine.worlds.snake.drive import Lumen, lumen_between
+from vfix_engine.worlds.snake.drive_state import DriveSettings
 
 Array = NDArray[np.float64]
 

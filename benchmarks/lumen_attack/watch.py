@@ -8,10 +8,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vfix_engine.lumen.drive.drive_state import DriveState
-from vfix_engine.lumen.drive.snake_drive import SnakeDrive
-from vfix_engine.lumen.limits.limits import MOTION_TOLERANCE_MM, Configuration, HardLimits, Verdict
-from vfix_engine.lumen.pathway.packed import PackedPathway
+from vfix_engine.pathway.limits.limits import MOTION_TOLERANCE_MM, Configuration, HardLimits, Verdict
+from vfix_engine.pathway.packed import PackedPathway
+from vfix_engine.worlds.snake.drive_state import DriveState
+from vfix_engine.worlds.snake.snake_drive import SnakeDrive
 
 from .judge import Judge, bounds_by_place, turned
 

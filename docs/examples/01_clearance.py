@@ -6,7 +6,7 @@ Every distance in the engine is exact: from the surface of the tool's capsules t
 import numpy as np
 
 from vfix_engine import Tool, read_mesh
-from vfix_engine.geometry.proximity import ProximityTree
+from vfix_engine.proximity.proximity import ProximityTree
 from vfix_engine.resources import assets_dir
 
 mesh, frame = read_mesh(assets_dir() / "head_phantom" / "bone_nose.ply")  # vertices (V, 3) in LPS, mm

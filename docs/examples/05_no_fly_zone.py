@@ -7,8 +7,8 @@ import numpy as np
 import trimesh
 
 from vfix_engine import Simulation, TriangleMesh
-from vfix_engine.fixtures import Zone
 from vfix_engine.geometry.shapes import Sphere
+from vfix_engine.virtual_fixtures import Zone
 
 tunnel = trimesh.creation.annulus(r_min=12.0, r_max=15.0, height=80.0).subdivide_to_size(4.0)
 nerve = Zone("optic nerve", Sphere(centre=[6.0, 0.0, -10.0], radius=2.0), margin_mm=1.0)

@@ -7,7 +7,7 @@ import numpy as np
 import trimesh
 
 from vfix_engine import Simulation, TriangleMesh
-from vfix_engine.fixtures import OrientationCone, RemoteCentre, weighted
+from vfix_engine.virtual_fixtures import OrientationCone, RemoteCentre, weighted
 
 tunnel = trimesh.creation.annulus(r_min=12.0, r_max=15.0, height=80.0).subdivide_to_size(4.0)
 nostril = np.array([0.0, 0.0, -40.0])

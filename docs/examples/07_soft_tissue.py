@@ -6,8 +6,8 @@ Under a steady hand the tool sinks into the tissue until its spring carries the 
 import trimesh
 
 from vfix_engine import Simulation, TriangleMesh
-from vfix_engine.fixtures import SoftZone
-from vfix_engine.geometry.proximity import ProximityTree
+from vfix_engine.proximity.proximity import ProximityTree
+from vfix_engine.virtual_fixtures import SoftZone
 
 wall = trimesh.creation.box(extents=[60.0, 60.0, 4.0]).subdivide_to_size(5.0)  # from z = -2 to 2 mm
 tree = ProximityTree(TriangleMesh(wall.vertices, wall.faces))

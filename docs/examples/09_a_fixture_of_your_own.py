@@ -10,7 +10,7 @@ import numpy as np
 import trimesh
 
 from vfix_engine import Simulation, TriangleMesh
-from vfix_engine.fixtures import Constraint, Rows, Situation, StepState
+from vfix_engine.virtual_fixtures import Constraint, Rows, Situation, StepState
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ import numpy as np
 import trimesh
 
 from vfix_engine import ControlSettings, Simulation, TriangleMesh
-from vfix_engine.simulation.realtime import RehearsalProcess, SceneSpec
+from vfix_engine.worlds.rigid.realtime import RehearsalProcess, SceneSpec
 
 if __name__ == "__main__":  # the process starts this module anew
     tunnel = trimesh.creation.annulus(r_min=6.0, r_max=9.0, height=80.0).subdivide_to_size(3.0)

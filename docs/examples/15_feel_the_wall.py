@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from vfix_engine.lumen.drive import Command, DriveSettings, SnakeDrive
-from vfix_engine.lumen.pathway import Pathway
+from vfix_engine.pathway import Pathway
 from vfix_engine.robots.snake import SnakeModel
+from vfix_engine.worlds.snake.drive import Command, DriveSettings, SnakeDrive
 
 centre = np.column_stack([np.zeros(31), np.zeros(31), np.linspace(0.0, 300.0, 31)])
 pathway = Pathway(centre, np.full(31, 12.0), count=31)

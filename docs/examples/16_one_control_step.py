@@ -18,7 +18,7 @@ from vfix_engine import (
 )
 from vfix_engine.control import Certified, HandCommand
 from vfix_engine.control.tasks import MoveFreely
-from vfix_engine.geometry.proximity import ProximityTree
+from vfix_engine.proximity.proximity import ProximityTree
 
 tunnel = trimesh.creation.annulus(r_min=12.0, r_max=15.0, height=80.0).subdivide_to_size(3.0)
 tunnel.apply_transform(trimesh.transformations.rotation_matrix(np.pi / 2, [1, 0, 0]))  # along the tool's shaft, y

@@ -20,7 +20,7 @@ from vfix_engine import (
     TriangleMesh,
     tasks,
 )
-from vfix_engine.fixtures import Objective
+from vfix_engine.virtual_fixtures import Objective
 
 
 @dataclass(frozen=True)

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
-from vfix_engine.lumen.system import LumenContours, SnakeSystemSpec
 from vfix_engine.robots.snake import SnakeModel
 from vfix_engine.runtime import Command, Driver, InlineWorker, Run, RunWriter
 from vfix_engine.runtime.replay import replay
-from vfix_engine.worlds import spec_of
+from vfix_engine.worlds.registry import spec_of
+from vfix_engine.worlds.snake import LumenContours, SnakeSystemSpec
 
 angle = np.linspace(0.0, 2.2, 61)
 centre = 130.0 * np.column_stack([1.0 - np.cos(angle), 0.0 * angle, np.sin(angle)])  # mm, LPS

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vfix_engine.imaging.phantom import load_head_ct, load_landmarks
+from vfix_engine.anatomy.phantom import load_head_ct, load_landmarks
 from vfix_engine.registration import SimulatedTracker, calibrate_pivot, find_beads, find_outlier, match_points
 
 # The image: five beads on the skin of the shipped head, and a target in its nose.

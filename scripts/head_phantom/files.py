@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from vfix_engine.imaging.volume import Volume
+from vfix_engine.files.volume import Volume
 
 HU_STEP = 4  # values are rounded to this, far below the noise: the files pack better
 

@@ -13,7 +13,7 @@ from head_phantom.hounsfield import hounsfield_units
 from head_phantom.shapes import Box
 from head_phantom.space import HIGH, LOW, Space, Unevenness
 from vfix_engine.errors import ImageError
-from vfix_engine.imaging.volume import Volume
+from vfix_engine.files.volume import Volume
 
 SEED = 3
 NOSE_BOX: Box = ((-45.0, -36.0, -34.0), (45.0, 92.0, 66.0))

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy import ndimage
 
-from vfix_engine.imaging.volume import Volume
+from vfix_engine.files.volume import Volume
 
 AIR_BELOW_HU = -450.0  # halfway between air and mucosa
 BONE_ABOVE_HU = 250.0

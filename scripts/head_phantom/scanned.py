@@ -19,7 +19,7 @@ from head_phantom.generate import generate_fields
 from head_phantom.hounsfield import hounsfield_units
 from head_phantom.shapes import Box
 from head_phantom.space import Space
-from vfix_engine.imaging.volume import Volume
+from vfix_engine.files.volume import Volume
 
 FINE_MM = 0.25  # of the grid that the tissues are painted on
 _SHARP_MM = 0.3  # width of an edge there

@@ -14,11 +14,11 @@ from head_phantom.blending import Field, without
 from head_phantom.generate import generate_fields
 from head_phantom.shapes import Box
 from head_phantom.space import HIGH, LOW, Space
+from vfix_engine.anatomy.bone import SurfaceReport
+from vfix_engine.anatomy.surface import Dropped, clean, extract_surface
+from vfix_engine.anatomy.thinning import collapsed, within
+from vfix_engine.files.volume import AIR_HU, BONE_HU, Volume
 from vfix_engine.geometry.mesh import TriangleMesh
-from vfix_engine.imaging.bone import SurfaceReport
-from vfix_engine.imaging.surface import BONE_HU, Dropped, clean, extract_surface
-from vfix_engine.imaging.thinning import collapsed, within
-from vfix_engine.imaging.volume import AIR_HU, Volume
 
 NOSE_TRIANGLES = 180_000
 BONE_TOLERANCE_MM = 0.05  # of a vertex of the CT's own surface; what is farther is put back

@@ -8,7 +8,7 @@ import pydicom
 from pydicom.dataset import FileDataset, FileMetaDataset
 from pydicom.uid import CTImageStorage, ExplicitVRLittleEndian, generate_uid
 
-from vfix_engine.imaging.volume import Volume
+from vfix_engine.files.volume import Volume
 
 INTERCEPT = -1024
 WINDOW_HU = (2000, 300)  # width and centre that the files suggest

@@ -59,8 +59,8 @@ def read_mutants(folder: Path, code: Path) -> tuple[int, int, float, list[str]]:
 
 def _read(file: Path) -> None:
     from app.services.exchange import read_plan
-    from vfix_engine.imaging.mesh_files import is_mesh, read_mesh
-    from vfix_engine.imaging.readers import is_volume, read_volume
+    from vfix_engine.files.mesh_files import is_mesh, read_mesh
+    from vfix_engine.files.readers import is_volume, read_volume
 
     if is_mesh(file):
         bounds = read_mesh(file, assume=True)[0].bounds

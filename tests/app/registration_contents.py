@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from app.services.registration.document import FiducialPair, RegistrationContent
 from app.services.registration.fit_report import refitted
-from vfix_engine.imaging.phantom import load_landmarks
+from vfix_engine.anatomy.phantom import load_landmarks
 
 BEADS = [tuple(bead.centroid.tolist()) for bead in load_landmarks().beads]
 NAMES = [bead.name for bead in load_landmarks().beads]

@@ -20,10 +20,10 @@ from app.steps.rehearse.shared_drive import SharedDrive
 from app.steps.rehearse.step import RehearseStep
 from app.views.plan_items import plan_items
 from app.views.views import Views
+from vfix_engine.anatomy.surface import extract_surface
 from vfix_engine.control import ControlSettings
+from vfix_engine.files.volume import Volume
 from vfix_engine.geometry.mesh import TriangleMesh
-from vfix_engine.imaging.surface import extract_surface
-from vfix_engine.imaging.volume import Volume
 
 SAMPLE = "head-phantom-sample"
 HEAD = "head-phantom"

@@ -3,7 +3,7 @@
 import pytest
 
 from app.services.tissue_words import PLACE_WORDS
-from vfix_engine.imaging.surface_uncertainty import SurfaceUncertainty
+from vfix_engine.anatomy.surface_uncertainty import SurfaceUncertainty
 
 
 def test_only_a_place_in_the_airway_needs_no_word() -> None:

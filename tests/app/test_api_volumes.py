@@ -7,7 +7,7 @@ from rest_client import CASE, Client
 from app.api.volumes import pieces
 from app.services import Services
 from app.services.case_model import HEAD_PHANTOM
-from vfix_engine.imaging.volume import volume_of
+from vfix_engine.files.volume import volume_of
 
 
 @pytest.mark.parametrize("name", ["head", "nose"])

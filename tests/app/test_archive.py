@@ -36,10 +36,10 @@ from app.services.registration.document import FiducialPair, RegistrationContent
 from app.settings import Settings
 from app.store.errors import StorageError
 from app.store.models import DocumentStateRow
+from vfix_engine.anatomy.labels.painting import Stroke
 from vfix_engine.errors import InputError
+from vfix_engine.files.volume import Volume
 from vfix_engine.geometry.mesh import TriangleMesh
-from vfix_engine.imaging.labels.painting import Stroke
-from vfix_engine.imaging.volume import Volume
 
 POINTS = (
     PlanPoint("a", "entry", (-29.512345678901, 1 / 3, -14.0), (0.6, 0.0, -0.8), 12.5),

@@ -30,9 +30,9 @@ from app.services.structures import BONE
 from app.services.zone_sets import with_errors
 from app.settings import Settings
 from app.store.models import CaseRow
+from vfix_engine.anatomy.surface_uncertainty import SurfaceUncertainty
 from vfix_engine.errors import InputError, PlanError
-from vfix_engine.imaging.surface_uncertainty import SurfaceUncertainty
-from vfix_engine.imaging.volume import Volume
+from vfix_engine.files.volume import Volume
 
 Entries = dict[str, bytes]
 MUTANTS = 200

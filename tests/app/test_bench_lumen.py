@@ -18,8 +18,8 @@ from benchmarks import lumen, lumen_bends, lumen_controls, lumen_gpu, svg_plot
 from benchmarks.lumen_peers import NumpyQuery, literal_query
 from benchmarks.lumen_scene import Scene
 from benchmarks.lumen_threads import ThreadedQuery
-from vfix_engine.lumen.pathway.packed import pack
-from vfix_engine.lumen.query.query import Query, deviation_of_points
+from vfix_engine.pathway.packed import pack
+from vfix_engine.pathway.query.query import Query, deviation_of_points
 
 
 @pytest.fixture(scope="module")

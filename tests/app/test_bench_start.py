@@ -14,8 +14,8 @@ import pytest
 from app.cli import main
 from benchmarks import start
 from benchmarks.report import BenchmarkRefused
-from vfix_engine import worlds
-from vfix_engine.geometry.kernel_cache import cache_folder
+from vfix_engine.kernels.kernel_cache import cache_folder
+from vfix_engine.worlds import registry as worlds
 
 
 class Handed(tempfile.TemporaryDirectory[str]):

@@ -32,8 +32,8 @@ from app.services.registration.pose_tables import paired, read_poses
 from app.services.registration.service import PlanRegistration
 from app.services.registration.simulated_touch import simulated_pose, simulated_tracker_to_base
 from app.services.registration.target_errors import error_table, expected_errors
+from vfix_engine.anatomy.phantom import load_landmarks
 from vfix_engine.errors import InputError
-from vfix_engine.imaging.phantom import load_landmarks
 from vfix_engine.registration import calibrate_pivot, register_points, register_robot_to_tracker, target_errors_mm
 
 BEADS = [tuple(bead.centroid.tolist()) for bead in load_landmarks().beads]

@@ -24,11 +24,11 @@ from app.services.structures import encloses, is_closed
 from app.store.models import DocumentStateRow
 from app.views.case_view import case_section
 from tests.engine.imaging.label_files import ellipsoid, save_dicom_seg, save_nifti, save_seg_nrrd
+from vfix_engine.anatomy.labels.label_map import Label
+from vfix_engine.anatomy.labels.surfaces import surface_of
 from vfix_engine.errors import InputError
+from vfix_engine.files.volume import Volume
 from vfix_engine.geometry.mesh import TriangleMesh
-from vfix_engine.imaging.labels.label_map import Label
-from vfix_engine.imaging.labels.surfaces import surface_of
-from vfix_engine.imaging.volume import Volume
 
 SHAPE = (30, 40, 50)
 COARSE = "Its voxels are up to 2.5 mm long: its surface may be 1.25 mm off, by which the margin of a hard zone grows."

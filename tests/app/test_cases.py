@@ -16,8 +16,8 @@ from app.store import Store
 from app.store.errors import StoreDamaged
 from app.store.models import CaseRow
 from vfix_engine.errors import InputError
+from vfix_engine.files.volume import Volume
 from vfix_engine.geometry.mesh import TriangleMesh
-from vfix_engine.imaging.volume import Volume
 from vfix_engine.resources import assets_dir
 
 LPS = CaseFrame("LPS", assumed=False)

@@ -19,7 +19,7 @@ from app.services.exchange import to_csv, to_native_json
 from app.services.exchange_markups import to_markups
 from app.services.plan_model import Plan, PlanPoint
 from tests.engine.imaging.imaging_phantoms import asymmetric_volume, dicom_slices
-from vfix_engine.imaging.isolated import run_isolated
+from vfix_engine.files.sandbox.isolated import run_isolated
 
 MUTANTS = 1000
 Spoil = Callable[[np.random.Generator | None], bytes]  # the sound file where nothing random is given

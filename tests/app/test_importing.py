@@ -22,11 +22,11 @@ from app.services.structures import Provenance
 from app.settings import Settings
 from app.store import Store
 from tests.engine.imaging.imaging_phantoms import dicom_slices, save_dicom
+from vfix_engine.anatomy.bone import CONTROL_TRIANGLES
+from vfix_engine.anatomy.segmentation import PRESETS, SegmentRequest, segment
 from vfix_engine.control.settings import ControlSettings
 from vfix_engine.errors import FrameError, ImageError, InputError
-from vfix_engine.imaging.bone import CONTROL_TRIANGLES
-from vfix_engine.imaging.segmentation import PRESETS, SegmentRequest, segment
-from vfix_engine.imaging.volume import Volume
+from vfix_engine.files.volume import Volume
 
 
 @pytest.fixture

@@ -13,14 +13,14 @@ from app.cli import main
 from app.commands.lumen import read_landmarks
 from app.services import build_services
 from app.settings import Settings
+from vfix_engine.anatomy.lumen.synthetic import synthetic_colon, synthetic_course, write_stl
 from vfix_engine.errors import InputError
-from vfix_engine.imaging.mesh_files import read_mesh
-from vfix_engine.lumen.anatomy.synthetic import synthetic_colon, synthetic_course, write_stl
-from vfix_engine.lumen.pathway.pathway import Pathway
-from vfix_engine.lumen.pathway.pathway_surface import pathway_surface
+from vfix_engine.files.mesh_files import read_mesh
+from vfix_engine.pathway.pathway import Pathway
+from vfix_engine.pathway.pathway_surface import pathway_surface
 from vfix_engine.runtime.replay import replay
 from vfix_engine.runtime.run import Run
-from vfix_engine.worlds import spec_of
+from vfix_engine.worlds.registry import spec_of
 
 
 @pytest.fixture(autouse=True)

@@ -29,12 +29,12 @@ from app.services.registration.driven import DrivenRegistration
 from app.services.verdict import IN_SHORT
 from app.steps.plan.dry_runs import Corridor, answered
 from app.steps.rehearse.driven import Planned
+from vfix_engine.anatomy.surface_uncertainty import SurfaceUncertainty
 from vfix_engine.errors import StartRefused
 from vfix_engine.frames import ImageRegistration
-from vfix_engine.imaging.surface_uncertainty import SurfaceUncertainty
 from vfix_engine.robots import Tool
-from vfix_engine.simulation.dry_run import TIGHT_MM, DryRun
-from vfix_engine.simulation.placing import Placing
+from vfix_engine.worlds.rigid.dry_run import TIGHT_MM, DryRun
+from vfix_engine.worlds.rigid.placing import Placing
 
 Floats = NDArray[np.float64]
 WORD = {"fits": "Fits", "tight": "Tight", "blocked": "Blocked", "pierces": "Pierces", "unknown": "Not known"}

@@ -17,10 +17,10 @@ from app.services import Services, build_services
 from app.services.case_model import CaseFrame
 from app.services.errors import DocumentLocked, JobCancelled
 from app.services.label_kind import MOST_STROKES
+from vfix_engine.anatomy.labels.painting import Stroke, draw_stroke, mask_of_runs
+from vfix_engine.anatomy.surface import extract_surface
 from vfix_engine.errors import InputError
-from vfix_engine.imaging.labels.painting import Stroke, draw_stroke, mask_of_runs
-from vfix_engine.imaging.surface import extract_surface
-from vfix_engine.imaging.volume import Volume
+from vfix_engine.files.volume import Volume
 
 SHAPE = (24, 28, 32)
 

@@ -14,7 +14,7 @@ import pytest
 from app.services.case_files import STORED, CaseFiles
 from app.store import FileStore
 from app.store.files import StorageError
-from vfix_engine.imaging.crossing import load
+from vfix_engine.files.sandbox.crossing import load
 
 
 class Canary:

@@ -20,9 +20,9 @@ from app.services.verdict import verdict_of
 from app.steps.plan.clearance import verdict_view
 from app.steps.rehearse.driven import Planned, SoFar
 from benchmarks.piercing_judge import pierced_runs
-from vfix_engine.imaging.piercing import PoseWays, Ways
+from vfix_engine.anatomy.piercing import PoseWays, Ways
 from vfix_engine.robots import Tool
-from vfix_engine.simulation.dry_run import DryRun
+from vfix_engine.worlds.rigid.dry_run import DryRun
 
 TIP = np.array([4.5, 36.5, 0.5])
 DORSUM = (0.0, -12.0, 22.0)

@@ -25,15 +25,15 @@ from app.settings import Settings
 from app.steps.rehearse.preparation import prepare
 from tests.engine.scenes import CoalJudge, curved_tube
 from vfix_engine.errors import PlanError
-from vfix_engine.fixtures import SoftRegion, SoftZone
-from vfix_engine.fixtures.zone_file import ZoneSet
 from vfix_engine.geometry.capsules import Segments
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.geometry.shape_distance import signed_distance
 from vfix_engine.geometry.shapes import Box, CapsuleShape, HalfSpace, Sphere
-from vfix_engine.simulation.headless import HeadlessRun
-from vfix_engine.simulation.rehearsal import Rehearsal
-from vfix_engine.simulation.snapshot import Snapshot
+from vfix_engine.virtual_fixtures import SoftRegion, SoftZone
+from vfix_engine.virtual_fixtures.zone_file import ZoneSet
+from vfix_engine.worlds.rigid.headless import HeadlessRun
+from vfix_engine.worlds.rigid.rehearsal import Rehearsal
+from vfix_engine.worlds.rigid.snapshot import Snapshot
 
 ACROSS = {"kind": "sphere", "centre": [0.0, 30.0, 3.8], "radius": 4.0}
 BESIDE = {"kind": "capsules", "points": [[-8.0, 30.0, 8.0], [0.0, 30.0, 8.5], [8.0, 30.0, 8.0]], "radius": 1.5}

@@ -23,8 +23,8 @@ from app.steps.plan.edited_plan import EditedPlan
 from app.store import Store
 from tests.engine.scenes import head_mesh
 from vfix_engine.errors import PlanError
+from vfix_engine.files.readers import read_volume
 from vfix_engine.geometry.mesh import TriangleMesh
-from vfix_engine.imaging.readers import read_volume
 from vfix_engine.robots import Tool
 
 

@@ -24,7 +24,7 @@ from app.services import Services, build_services
 from app.settings import Settings
 from tests.engine.imaging.imaging_phantoms import dicom_slices
 from tests.engine.imaging.label_files import ellipsoid, save_dicom_seg, save_nifti, save_seg_nrrd
-from vfix_engine.imaging.volume import Volume
+from vfix_engine.files.volume import Volume
 
 CANARY = "Canary"
 SHAPE = (24, 30, 36)

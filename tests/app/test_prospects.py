@@ -23,7 +23,7 @@ from app.steps.plan.live import LiveRuns
 from vfix_engine.errors import PlanError, StartRefused
 from vfix_engine.geometry.capsules import Segments
 from vfix_engine.robots import RobotModel, Tool
-from vfix_engine.simulation.placing import started_at
+from vfix_engine.worlds.rigid.placing import started_at
 
 
 def nobody(stage: str, fraction: float) -> None:

@@ -22,11 +22,11 @@ from app.services.errors import NotFound
 from app.services.plan_model import PlanContent, PlanPoint
 from app.settings import Settings
 from app.store.models import RunRow
+from vfix_engine.anatomy.labels.reading import Segmentation
+from vfix_engine.anatomy.labels.surfaces import LabelSurface
 from vfix_engine.errors import InputError
+from vfix_engine.files.frame_report import FrameReport
 from vfix_engine.geometry.mesh import TriangleMesh
-from vfix_engine.imaging.frame_report import FrameReport
-from vfix_engine.imaging.labels.reading import Segmentation
-from vfix_engine.imaging.labels.surfaces import LabelSurface
 
 NAME, LABEL, STRUCTURE, NOTE = "CanaryHead", "CanaryPoint", "CanaryNerve", "CanaryNote"
 FRAME = CaseFrame("LPS", assumed=False)

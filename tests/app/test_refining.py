@@ -26,9 +26,9 @@ from app.services.registration.refining import Refining
 from app.services.registration.simulated_touch import simulated_pose
 from app.services.registration.target_errors import error_table, expected_errors
 from app.steps.register.hints import register_hint
+from vfix_engine.anatomy.phantom import load_landmarks
 from vfix_engine.errors import FrameError, InputError
 from vfix_engine.frames import ImageRegistration
-from vfix_engine.imaging.phantom import load_landmarks
 from vfix_engine.registration import register_points
 
 BEADS = [bead.centroid.tolist() for bead in load_landmarks().beads]

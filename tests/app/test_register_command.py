@@ -18,7 +18,7 @@ from app.services import Services
 from app.services.case_model import HEAD_PHANTOM
 from app.services.embedded import SAMPLE_PLAN
 from app.services.registration.reachable_surface import reachable_places
-from vfix_engine.imaging.phantom import load_landmarks
+from vfix_engine.anatomy.phantom import load_landmarks
 from vfix_engine.registration.transform_files import write_transform
 
 TURN = Rotation.from_euler("xyz", [10.0, 20.0, 30.0], degrees=True).as_matrix()

@@ -19,8 +19,8 @@ from app.services.registration.fit_report import report_of
 from app.services.registration.refining import begin_of
 from app.services.registration.service import PlanRegistration
 from app.services.registration.target_errors import error_table
+from vfix_engine.anatomy.phantom import load_landmarks
 from vfix_engine.errors import InputError, PlanError
-from vfix_engine.imaging.phantom import load_landmarks
 
 BEADS = [tuple(bead.centroid) for bead in load_landmarks().beads]
 

@@ -13,7 +13,7 @@ from rest_client import CASE, Client
 from app.api import router
 from app.services import Services
 from app.services.embedded import SAMPLE_PLAN
-from vfix_engine.imaging.phantom import load_landmarks
+from vfix_engine.anatomy.phantom import load_landmarks
 from vfix_engine.registration.transform_files import tfm_text
 
 

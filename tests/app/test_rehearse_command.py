@@ -16,8 +16,8 @@ from app.services import resolve
 from tests.engine.scenes import CoalJudge
 from vfix_engine.geometry.capsules import Segments
 from vfix_engine.geometry.mesh import TriangleMesh
-from vfix_engine.geometry.proximity import ProximityTree
-from vfix_engine.simulation import preparation
+from vfix_engine.proximity.proximity import ProximityTree
+from vfix_engine.worlds.rigid import preparation
 
 
 @pytest.fixture

@@ -17,7 +17,7 @@ from app.services.plan_model import Plan
 from app.services.plan_zones import RemovedBone
 from app.steps.plan.removed_bone import RemovedBoneCount
 from vfix_engine.errors import InputError
-from vfix_engine.imaging.surface import BONE_HU
+from vfix_engine.files.volume import BONE_HU
 
 
 def _with_regions(services: Services) -> Plan:

@@ -16,7 +16,7 @@ from vfix_engine.errors import StartRefused
 from vfix_engine.geometry.path import SplinePath
 from vfix_engine.resources import assets_dir
 from vfix_engine.robots import RobotModel, Tool
-from vfix_engine.simulation.placing import place_robot
+from vfix_engine.worlds.rigid.placing import place_robot
 
 
 def short_arm() -> bytes:

@@ -16,8 +16,8 @@ from app.scene.camera import Lens
 from app.scene.error_balls import ErrorBalls
 from app.scene.fiducials import FiducialNodes, FiducialShape
 from app.scene.picking import BonePicker, Plane, hit_items, hit_plane
-from vfix_engine.geometry.axes import rotation_z_to
 from vfix_engine.geometry.mesh import TriangleMesh
+from vfix_engine.proximity.axes import rotation_z_to
 
 VIEWS = ("anterior", "left", "right", "superior", "oblique", "nose")
 

@@ -23,8 +23,8 @@ from app.services.second_volume import IDENTITY, SecondVolume
 from app.steps.plan.edited_plan import EditedPlan
 from tests.engine.imaging.imaging_phantoms import dicom_slices, save_dicom
 from vfix_engine.errors import PlanError
+from vfix_engine.files.volume import Volume
 from vfix_engine.geometry.mesh import TriangleMesh
-from vfix_engine.imaging.volume import Volume
 
 MOVED = (0.0, -1.0, 0.0, 5.0, 1.0, 0.0, 0.0, 6.0, 0.0, 0.0, 1.0, 7.0, 0.0, 0.0, 0.0, 1.0)
 

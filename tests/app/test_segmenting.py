@@ -17,11 +17,11 @@ from app.services.case_model import CaseFrame
 from app.services.embedded import SAMPLE_PLAN
 from app.services.plan_zones import PlanZone
 from app.services.segmenting import band_words, wish_of
+from vfix_engine.anatomy.labels.painting import mask_of_runs
+from vfix_engine.anatomy.segmentation import HIGHEST_HU, LOWEST_HU, Band
+from vfix_engine.anatomy.surface import extract_surface
 from vfix_engine.errors import InputError
-from vfix_engine.imaging.labels.painting import mask_of_runs
-from vfix_engine.imaging.segmentation import HIGHEST_HU, LOWEST_HU, Band
-from vfix_engine.imaging.surface import extract_surface
-from vfix_engine.imaging.volume import Volume
+from vfix_engine.files.volume import Volume
 
 
 def ct() -> Volume:

@@ -35,8 +35,8 @@ from app.services.slicer import SCENE
 from app.services.slicer.scene import SceneNode, scene_text
 from app.store.errors import StorageError
 from vfix_engine.errors import InputError
+from vfix_engine.files.volume import Volume
 from vfix_engine.geometry.mesh import TriangleMesh
-from vfix_engine.imaging.volume import Volume
 from vfix_engine.registration.transform_files import read_transform, tfm_comments
 
 # A rigid transform that is neither symmetric nor its own inverse.

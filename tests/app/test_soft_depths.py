@@ -16,7 +16,7 @@ from app.services.zone_sets import zone_set
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.geometry.path import SplinePath
 from vfix_engine.robots import Tool
-from vfix_engine.simulation.dry_run import DryRun
+from vfix_engine.worlds.rigid.dry_run import DryRun
 
 TOOL = Tool.load("bent_30")
 # Tip and shaft from the tip backwards, which is −y.

@@ -20,9 +20,9 @@ from app.services.registration.document import RegistrationContent
 from app.services.registration.editor import RegistrationEditor
 from app.services.registration.simulated_touch import simulated_pose
 from app.services.registration.tracing import Tracing
+from vfix_engine.anatomy.phantom import load_landmarks
 from vfix_engine.errors import InputError, PlanError
 from vfix_engine.geometry.path import SplinePath
-from vfix_engine.imaging.phantom import load_landmarks
 
 BEADS = [bead.centroid.tolist() for bead in load_landmarks().beads]
 NOISE_MM = 0.3

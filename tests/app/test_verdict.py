@@ -16,13 +16,13 @@ from app.services.embedded import SAMPLE_PLAN
 from app.services.exchange import to_native_json
 from app.services.remote_centre import path_of
 from app.services.verdict import DEEP_MM, profile_of, tissue_level, verdict_of
+from vfix_engine.anatomy.surface_uncertainty import SurfaceUncertainty
 from vfix_engine.errors import PlanError
-from vfix_engine.fixtures import Zone
-from vfix_engine.fixtures.zone_file import ZoneSet
 from vfix_engine.geometry.shapes import Sphere
-from vfix_engine.imaging.surface_uncertainty import SurfaceUncertainty
 from vfix_engine.robots import Tool
-from vfix_engine.simulation.dry_run import TIGHT_MM
+from vfix_engine.virtual_fixtures import Zone
+from vfix_engine.virtual_fixtures.zone_file import ZoneSet
+from vfix_engine.worlds.rigid.dry_run import TIGHT_MM
 
 
 def test_bone_and_soft_tissue_of_the_sample_plan_are_told_apart(phantom_services: Services) -> None:

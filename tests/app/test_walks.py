@@ -29,8 +29,8 @@ from vfix_engine.runtime.loop import ControlLoop
 from vfix_engine.runtime.mailbox import Mailbox
 from vfix_engine.runtime.outbox import Outbox
 from vfix_engine.runtime.priority import RealTimePriority
-from vfix_engine.simulation.realtime import RehearsalProcess
-from vfix_engine.simulation.rigid import RigidSystem
+from vfix_engine.worlds.rigid.realtime import RehearsalProcess
+from vfix_engine.worlds.rigid.rigid import RigidSystem
 
 TOLERANCE = 0.15  # of the documented numbers
 

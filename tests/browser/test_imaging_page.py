@@ -15,7 +15,7 @@ from workstation import Rest, Workstation
 
 from tests.engine.imaging.imaging_phantoms import dicom_slices, save_dicom
 from tests.engine.imaging.label_files import ellipsoid, save_nifti, save_seg_nrrd
-from vfix_engine.imaging.volume import Volume
+from vfix_engine.files.volume import Volume
 
 pytestmark = pytest.mark.browser
 Open = Callable[..., Workstation]

@@ -12,7 +12,7 @@ import SimpleITK
 from playwright.sync_api import expect
 from workstation import DRIVEN_S, Rest, Workstation
 
-from vfix_engine.imaging.phantom import load_head_ct, load_nose_ct
+from vfix_engine.anatomy.phantom import load_head_ct, load_nose_ct
 
 pytestmark = pytest.mark.browser
 Open = Callable[..., Workstation]

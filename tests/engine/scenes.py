@@ -13,10 +13,10 @@ from vfix_engine.control import ControlSettings
 from vfix_engine.geometry.capsules import Segments
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.geometry.path import SplinePath
-from vfix_engine.geometry.proximity import ProximityTree
+from vfix_engine.proximity.proximity import ProximityTree
 from vfix_engine.robots import RobotModel, Tool
-from vfix_engine.simulation.placing import place_robot
-from vfix_engine.simulation.scene import Scene
+from vfix_engine.worlds.rigid.placing import place_robot
+from vfix_engine.worlds.rigid.scene import Scene
 
 
 def curved_tube(radius: float = 6.0, bend_radius: float = 120.0) -> tuple[TriangleMesh, np.ndarray]:

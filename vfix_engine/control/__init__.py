@@ -5,7 +5,7 @@ One step: the tasks and fixtures give rows, the boundary adds its own (``build_s
 The controller does these three, tries less where a step is refused, and names what held it.
 """
 
-from ..fixtures import StepState
+from ..virtual_fixtures import StepState
 from .blockers import Blocker
 from .context import ControlContext
 from .controller import Controller

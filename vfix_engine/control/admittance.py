@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import math
 
-from ..geometry.compiled import shared
-from ..geometry.triples import Triple, dot, minus, norm, over, plus, times
+from ..kernels.compiled import shared
+from ..kernels.triples import Triple, dot, minus, norm, over, plus, times
 
 
 @shared

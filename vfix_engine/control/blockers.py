@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..fixtures import Constraint, Objective, StepState
-from ..fixtures.state_kernel import BODY, SEGMENT
+from ..virtual_fixtures import Constraint, Objective, StepState
+from ..virtual_fixtures.state_kernel import BODY, SEGMENT
 from .problem import Problem
 from .qp import Solution
 

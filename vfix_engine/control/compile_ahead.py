@@ -11,27 +11,27 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..fixtures.joint_limits import step_box
-from ..fixtures.state_kernel import PAIR, StateViews, state_size, state_views
-from ..geometry.candidate_kernels import pack
-from ..geometry.candidates import CandidateList
+from ..certificate.bind_kernel import binding, largest_moves
+from ..certificate.certify_kernel import certify_motion, measure_state
+from ..certificate.measure_kernel import covered, measure, place
+from ..certificate.sweep_kernel import bend, chords
+from ..certificate.world import World, unpack_cover, unpack_world
 from ..geometry.capsules import Segments
 from ..geometry.mesh import TriangleMesh
-from ..geometry.pairs import MAX_ROWS
+from ..proximity.candidate_kernels import pack
+from ..proximity.candidates import CandidateList
+from ..proximity.pairs import MAX_ROWS
 from ..robots import PlacedRobot, Tool
+from ..virtual_fixtures.joint_limits import step_box
+from ..virtual_fixtures.state_kernel import PAIR, StateViews, state_size, state_views
 from . import qp
-from .bind_kernel import binding, largest_moves
-from .certify_kernel import certify_motion, measure_state
 from .dual_kernel import solve_dual
-from .measure_kernel import covered, measure, place
 from .problem_kernel import DUAL_TOLERANCE, PRIMAL_TOLERANCE, check_kkt, prepare
 from .request_kernel import load_requests, task_numbers
 from .settings import ControlSettings
 from .shaft_kernel import load_shaft_rows
 from .step_kernel import answer_size, answer_views, program_size, program_views
 from .surroundings import Surroundings
-from .sweep_kernel import bend, chords
-from .world import World, unpack_cover, unpack_world
 
 Array = NDArray[np.float64]
 

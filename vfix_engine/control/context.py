@@ -11,22 +11,22 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..certificate.certify_kernel import KEPT, OVERFULL, REFUSED, UNCOVERED, certify_motion, measure_state
+from ..certificate.sweep_kernel import motion_sag
 from ..errors import ControlError, InputError, StartRefused
-from ..fixtures import Boundary, Fixture, JointLimits, StepState
-from ..fixtures.state import Layout
-from ..fixtures.zones import Zone, refuse_start
-from ..geometry.array_table import table_of
-from ..geometry.pairs import MAX_ROWS
-from ..geometry.proximity import Proximity
 from ..given import real_array
+from ..kernels.array_table import table_of
+from ..proximity.pairs import MAX_ROWS
+from ..proximity.proximity import Proximity
 from ..robots import PlacedRobot, Tool
+from ..virtual_fixtures import Boundary, Fixture, JointLimits, StepState
+from ..virtual_fixtures.state import Layout
+from ..virtual_fixtures.zones import Zone, refuse_start
 from . import qp
-from .certify_kernel import KEPT, OVERFULL, REFUSED, UNCOVERED, certify_motion, measure_state
 from .request_kernel import task_numbers
 from .settings import ControlSettings
 from .step_kernel import UNSOLVED, answer_size, fused_step, program_size
 from .surroundings import SLACK_MM, Surroundings
-from .sweep_kernel import motion_sag
 
 if TYPE_CHECKING:
     from .problem import Problem

@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from ..fixtures import Fixture, Objective, StepState
-from ..fixtures.zones import Zone
-from ..geometry.proximity import Proximity
 from ..given import real_array, several
+from ..proximity.proximity import Proximity
 from ..robots import PlacedRobot, Tool
+from ..virtual_fixtures import Fixture, Objective, StepState
+from ..virtual_fixtures.zones import Zone
 from . import qp
 from .context import ControlContext
 from .relaxations import RELAXATIONS, take_step

@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..geometry.compiled import compiled, inlined
+from ..kernels.compiled import compiled, inlined
 
 Array = NDArray[np.float64]
 Limits = NDArray[np.int64]

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ControlError
-from ..fixtures import Constraint, Fixture, Objective, StepState
-from ..fixtures.state_kernel import BODY, SEGMENT
+from ..virtual_fixtures import Constraint, Fixture, Objective, StepState
+from ..virtual_fixtures.state_kernel import BODY, SEGMENT
 from . import qp
 from .context import ControlContext
 from .problem_kernel import prepare

@@ -10,11 +10,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..fixtures.boundary import approach
-from ..fixtures.state_kernel import BODY, StateViews, binding_pairs, state_views
-from ..fixtures.stopping import approach_bound
-from ..geometry.compiled import compiled, inlined
-from .world import Counts, World, unpack_world
+from ..certificate.world import Counts, World, unpack_world
+from ..kernels.compiled import compiled, inlined
+from ..virtual_fixtures.boundary import approach
+from ..virtual_fixtures.state_kernel import BODY, StateViews, binding_pairs, state_views
+from ..virtual_fixtures.stopping import approach_bound
 
 Array = NDArray[np.float64]
 

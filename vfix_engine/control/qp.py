@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import ControlError, InputError
-from ..fixtures import Constraint, Objective
-from ..fixtures.state_kernel import PAIR
+from ..virtual_fixtures import Constraint, Objective
+from ..virtual_fixtures.state_kernel import PAIR
 from .dual_kernel import solve_dual
 from .problem_kernel import DUAL_TOLERANCE, PRIMAL_TOLERANCE, UNBOUNDED, check_kkt, fill, set_box
 from .step_kernel import program_size, program_views

@@ -14,7 +14,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from ..fixtures import StepState, joint_bounds
+from ..virtual_fixtures import StepState, joint_bounds
 from . import qp
 from .blockers import Blocker, active_constraints, nearest, unsolved
 from .problem import Problem

@@ -18,14 +18,14 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..fixtures.polyhedra import BALL_DIRECTIONS
-from ..fixtures.state_kernel import StateViews, state_views
-from ..fixtures.stopping import approach_bound, stoppable_step
-from ..geometry.compiled import compiled, shared
-from ..geometry.packed import packed, packing
-from ..geometry.triples import Triple, dot, minus, norm, over, plus, times
-from ..geometry.views import view
+from ..kernels.compiled import compiled, shared
+from ..kernels.packed import packed, packing
+from ..kernels.triples import Triple, dot, minus, norm, over, plus, times
+from ..kernels.views import view
 from ..robots import Tool
+from ..virtual_fixtures.polyhedra import BALL_DIRECTIONS
+from ..virtual_fixtures.state_kernel import StateViews, state_views
+from ..virtual_fixtures.stopping import approach_bound, stoppable_step
 from .admittance import approach_velocity, path_velocity, saturate, slew_limited
 from .settings import ControlSettings
 

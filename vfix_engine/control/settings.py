@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import Any
 
 from ..errors import InputError
-from ..fixtures import stoppable_step
+from ..virtual_fixtures import stoppable_step
 
 # Settings that plans made earlier may still carry; they mean nothing any more and are passed over when read.
 RETIRED = frozenset({"group_flat_mm"})

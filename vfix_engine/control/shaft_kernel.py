@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..fixtures.state_kernel import state_views
-from ..geometry.compiled import compiled, shared
 from ..geometry.shaft_directions import ShaftDirections
 from ..geometry.shaft_kernels import axes_at, column, turn_between, turned
-from ..geometry.triples import Triple, cross, dot, minus, norm, over, plus, times
+from ..kernels.compiled import compiled, shared
+from ..kernels.triples import Triple, cross, dot, minus, norm, over, plus, times
+from ..virtual_fixtures.state_kernel import state_views
 from .admittance import saturate, slew_limited
 from .request_kernel import sight_turn, stoppable_speed, task_views, triple_at
 

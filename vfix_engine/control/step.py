@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError
-from ..fixtures import Constraint, Fixture, Rows, Situation, StepState, brake
 from ..given import real_array
+from ..virtual_fixtures import Constraint, Fixture, Rows, Situation, StepState, brake
 from . import qp
 from .context import ControlContext, context_of
 from .problem import Problem

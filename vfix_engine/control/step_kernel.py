@@ -10,14 +10,14 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..fixtures.state_kernel import PAIR_COUNT, state_views
-from ..geometry.array_table import float32_at, float64_at, int32_at, int64_at
-from ..geometry.compiled import compiled, shared
-from ..geometry.packed import packing
-from .certify_kernel import certify_motion
+from ..certificate.certify_kernel import certify_motion
+from ..certificate.world import Counts, Single, unpack_world
+from ..kernels.array_table import float32_at, float64_at, int32_at, int64_at
+from ..kernels.compiled import compiled, shared
+from ..kernels.packed import packing
+from ..virtual_fixtures.state_kernel import PAIR_COUNT, state_views
 from .dual_kernel import solve_dual
 from .problem_kernel import DUAL_TOLERANCE, PRIMAL_TOLERANCE, assemble, check_kkt
-from .world import Counts, Single, unpack_world
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int32]

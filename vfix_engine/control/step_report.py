@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import NamedTuple
 
-from ..fixtures import StepState
+from ..virtual_fixtures import StepState
 from .blockers import Blocker
 
 

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from ..fixtures import Constraint, Objective, StepState
 from ..given import real_array
+from ..virtual_fixtures import Constraint, Objective, StepState
 
 Array = NDArray[np.float64]
 

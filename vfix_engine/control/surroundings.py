@@ -7,15 +7,15 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ..fixtures import joint_regularisation
-from ..fixtures.zones import ANATOMY, Zone, bodies, ordered
-from ..geometry.candidate_kernels import Candidates
+from ..certificate.world import Counts, Index, Single, World, pack_poses, pack_world
 from ..geometry.capsules import Segments
-from ..geometry.proximity import Proximity
 from ..geometry.shapes import shape_table
+from ..proximity.candidate_kernels import Candidates
+from ..proximity.proximity import Proximity
 from ..robots import PlacedRobot, Tool
+from ..virtual_fixtures import joint_regularisation
+from ..virtual_fixtures.zones import ANATOMY, Zone, bodies, ordered
 from .settings import ControlSettings
-from .world import Counts, Index, Single, World, pack_poses, pack_world
 
 Array = NDArray[np.float64]
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from .compiled import compiled
+from ..kernels.compiled import compiled
 
 Array = NDArray[np.float64]
 

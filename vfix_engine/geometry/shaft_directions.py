@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import PlanError
+from ..kernels.triples import triple
 from .shaft_kernels import frames_at, turn_between, turned
-from .triples import triple
 
 Array = NDArray[np.float64]
 

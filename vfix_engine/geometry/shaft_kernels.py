@@ -12,8 +12,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from .compiled import compiled, shared
-from .triples import Triple, cross, dot, norm, over, plus, times
+from ..kernels.compiled import compiled, shared
+from ..kernels.triples import Triple, cross, dot, norm, over, plus, times
 
 Array = NDArray[np.float64]
 

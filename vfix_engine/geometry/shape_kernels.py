@@ -16,7 +16,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from .compiled import compiled
+from ..kernels.compiled import compiled
 from .shapes import BOX, CAPSULE, SPHERE
 from .triangle_kernels import edge_pair
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..errors import InputError
-from .compiled import compiled
+from ..kernels.compiled import compiled
 from .mesh import TriangleMesh
 from .triangle_kernels import segment_triangle
 

@@ -7,7 +7,7 @@ Near a degeneracy a case may be missed, but every result is the distance of an a
 
 from __future__ import annotations
 
-from .compiled import compiled, inlined
+from ..kernels.compiled import compiled, inlined
 
 # Squared sine of a corner below which the triangle's normal is too inaccurate to reject a case.
 _THIN = 1e-6

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
+from ..files.volume import Volume
 from ..given import within
-from ..imaging.volume import Volume
 from ..progress import ProgressCallback, no_progress
 
 Array = NDArray[np.float64]

@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 from ..errors import InputError
 from ..frames import inverse
 from ..geometry.mesh import TriangleMesh
-from ..geometry.proximity import Proximity, ProximityTree
 from ..given import rigid_transform, within
+from ..proximity.proximity import Proximity, ProximityTree
 from .points import Registration, checked_points
 from .rigid_fit import rigid_fits
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..geometry.compiled import inlined
+from ..kernels.compiled import inlined
 
 Array = NDArray[np.float64]
 

@@ -12,7 +12,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from ..geometry.compiled import compiled, no_refcount
+from ..kernels.compiled import compiled, no_refcount
 
 Array = NDArray[np.float64]
 

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..control.admittance import saturate
-from ..geometry.triples import triple
 from ..given import FARTHEST_MM
+from ..kernels.triples import triple
 
 Array = NDArray[np.float64]
 

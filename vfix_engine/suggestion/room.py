@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from ..geometry.distance_field import DistanceField, FieldGrid
+from ..proximity.fields.distance_field import DistanceField, FieldGrid
 from ..robots import Tool
 from .room_kernels import BONE, DEEPEST, DEPTH, TOUCHED, UNKNOWN, pose_figures
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ..geometry.compiled import compiled, inlined
+from ..kernels.compiled import compiled, inlined
 
 BONE, TOUCHED, DEEPEST, DEPTH, UNKNOWN = range(5)  # columns of `pose_figures`
 FIGURES = 5

@@ -14,9 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..anatomy.piercing import Ways
 from ..geometry.path import SplinePath
 from ..geometry.shaft_directions import ShaftDirections, roll_of, rolled_frame
-from ..imaging.piercing import Ways
 from ..robots import Tool
 from .room import Figures, Room
 

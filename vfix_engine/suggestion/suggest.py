@@ -9,17 +9,17 @@ from functools import partial
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..anatomy.piercing import Piercing, Ways, piercing_of
 from ..control import ControlSettings
 from ..errors import StartRefused
-from ..fixtures import Fixture, Zone
 from ..geometry.path import SplinePath
-from ..geometry.proximity import Proximity
 from ..geometry.shaft_directions import ShaftDirections, roll_of
-from ..imaging.piercing import Piercing, Ways, piercing_of
 from ..progress import ProgressCallback, no_progress
+from ..proximity.proximity import Proximity
 from ..robots import RobotModel, Tool
-from ..simulation.dry_run import STATION_MM, TIGHT_MM, DryRun
-from ..simulation.placing import place_robot
+from ..virtual_fixtures import Fixture, Zone
+from ..worlds.rigid.dry_run import STATION_MM, TIGHT_MM, DryRun
+from ..worlds.rigid.placing import place_robot
 from .room import Passage, Room
 from .shafts import Ranking, ranked_shafts
 from .way import smoothed, widest_way

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from app.services.plan_points import Position
 from vfix_engine.errors import InputError
-from vfix_engine.geometry.proximity import Proximity
+from vfix_engine.proximity.proximity import Proximity
 
 Floats = npt.NDArray[np.float64]
 

@@ -25,7 +25,7 @@ from app.services.slicer.volume_file import write_nrrd
 from app.services.structures import Structure
 from app.store.errors import StorageError
 from vfix_engine.errors import InputError
-from vfix_engine.imaging.mesh_files import write_ply
+from vfix_engine.files.mesh_files import write_ply
 
 SCENE = "scene.mrml"
 _BONE, _STRUCTURE = "#e2d8c6", "#e0b04c"

@@ -16,7 +16,7 @@ from app.services.exchange_regions import region_markups
 from app.services.plan_model import NOTICE, Plan, PlanPoint
 from app.services.plan_zones import PlanZone
 from app.services.slicer.scene import NodeKind
-from vfix_engine.geometry.axes import rotation_z_to
+from vfix_engine.proximity.axes import rotation_z_to
 
 PATH, OTHER_PATH, NOT_REACHED = "#6db3f2", "#8a94a6", "#f0857d"
 TARGET, REMOVED, BEAD, SHAFT = "#e58fd0", "#d9a066", "#facc5c", "#ced4dc"

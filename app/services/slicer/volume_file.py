@@ -6,7 +6,7 @@ import zlib
 from pathlib import Path
 
 from app.services.plan_model import NOTICE
-from vfix_engine.imaging.volume import Volume
+from vfix_engine.files.volume import Volume
 
 _LEVEL = 3  # of zlib: a third of the size at a fraction of the time of the highest
 _GZIP = 31  # window bits of zlib for a gzip header without a time: equal volumes give equal files

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field, StringConstraints
 
 from app.messages.fields import Command, Identifier, Name, Position
-from vfix_engine.imaging.labels.painting import LEAST_RADIUS_MM, MOST_POINTS, MOST_RADIUS_MM
+from vfix_engine.anatomy.labels.painting import LEAST_RADIUS_MM, MOST_POINTS, MOST_RADIUS_MM
 
 
 class NewLabel(Command):

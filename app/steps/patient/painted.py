@@ -9,8 +9,8 @@ from app.services.labels import PaintedDocument
 from app.steps.patient import paint_commands as c
 from app.steps.patient.sections import LabelEntry, LabelsSection, LabelState
 from app.views.views import Views
+from vfix_engine.anatomy.labels.painting import Stroke
 from vfix_engine.errors import InputError
-from vfix_engine.imaging.labels.painting import Stroke
 
 
 class PaintedLabels:

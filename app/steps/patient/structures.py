@@ -14,9 +14,9 @@ from app.steps.patient.sections import StructureEntry, StructuresSection
 from app.views.background import in_background
 from app.views.layers import Layer
 from app.views.views import Views
+from vfix_engine.anatomy.labels.surfaces import for_display
 from vfix_engine.errors import InputError
 from vfix_engine.geometry.mesh import TriangleMesh
-from vfix_engine.imaging.labels.surfaces import for_display
 
 SHOWN_AT_FIRST = 24  # structures of a case; more are not told apart, and take their time
 DISPLAY_TRIANGLES = 40_000  # of a structure

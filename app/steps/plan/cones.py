@@ -17,8 +17,8 @@ from app.steps.plan.lanes import Lanes
 from app.steps.plan.side_words import direction_words
 from app.views.layers import Layer
 from vfix_engine.errors import VfixError
-from vfix_engine.simulation.cone_surface import cone_surface, mean_direction
-from vfix_engine.simulation.inspection_cone import InspectionCone
+from vfix_engine.worlds.rigid.cone_surface import cone_surface, mean_direction
+from vfix_engine.worlds.rigid.inspection_cone import InspectionCone
 
 _LANE = "cones"
 Found = Mapping[str, tuple[Position, InspectionCone]]  # by the id of a target: where it was, and its cone

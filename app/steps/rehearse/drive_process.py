@@ -21,8 +21,8 @@ from vfix_engine.error_places import error_places
 from vfix_engine.errors import ControlError, VfixError
 from vfix_engine.robots import PlacedRobot, RobotModel
 from vfix_engine.runtime.ring import RowReader
-from vfix_engine.simulation.realtime import RehearsalProcess
-from vfix_engine.simulation.snapshot import Snapshot
+from vfix_engine.worlds.rigid.realtime import RehearsalProcess
+from vfix_engine.worlds.rigid.snapshot import Snapshot
 
 SILENT_S = 2.0  # a process that shows no new snapshot for so long hangs; one that rests shows several a second
 _ENDED = "The control process ended. Start the rehearsal again."

@@ -11,7 +11,7 @@ from app.steps.rehearse.preparation import Prepared
 from app.steps.rehearse.sections import RehearsalState
 from vfix_engine.control import ControlSettings
 from vfix_engine.robots import PlacedRobot
-from vfix_engine.simulation.snapshot import Snapshot
+from vfix_engine.worlds.rigid.snapshot import Snapshot
 
 DriveState = Literal["absent", "starting", "ready", "silent", "failed"]
 

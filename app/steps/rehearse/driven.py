@@ -10,10 +10,10 @@ import numpy as np
 from app.services.piercing import short_way
 from app.services.planning import PlanEvaluation
 from app.services.verdict import NOSTRIL_MM
-from vfix_engine.geometry.distance_field import DistanceField
-from vfix_engine.geometry.tool_depth import tool_depth
-from vfix_engine.imaging.piercing import PiercingWatch, Ways
-from vfix_engine.simulation.snapshot import Snapshot
+from vfix_engine.anatomy.piercing import PiercingWatch, Ways
+from vfix_engine.proximity.fields.distance_field import DistanceField
+from vfix_engine.proximity.fields.tool_depth import tool_depth
+from vfix_engine.worlds.rigid.snapshot import Snapshot
 
 FELT_N = 0.05  # a force on the grip that is worth a word
 

@@ -18,9 +18,9 @@ from app.steps.rehearse.shared_drive import SharedDrive
 from app.steps.rehearse.shared_drives import SharedDrives
 from app.views.plan_items import Position
 from app.views.views import Views
+from vfix_engine.anatomy.surface_uncertainty import SurfaceUncertainty
 from vfix_engine.errors import PlanError, VfixError
-from vfix_engine.imaging.surface_uncertainty import SurfaceUncertainty
-from vfix_engine.simulation.snapshot import Snapshot
+from vfix_engine.worlds.rigid.snapshot import Snapshot
 
 _LOG = logging.getLogger(__name__)
 

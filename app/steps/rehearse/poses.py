@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 if TYPE_CHECKING:  # slow to load, and the address needs none of it
-    from vfix_engine.simulation.snapshot import Snapshot
+    from vfix_engine.worlds.rigid.snapshot import Snapshot
 
 Row = npt.NDArray[np.float64]
 MAX_READERS = 16  # at a time

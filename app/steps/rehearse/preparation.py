@@ -24,7 +24,7 @@ from app.views.plan_items import curve_points, plan_items
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import PlanError
 from vfix_engine.geometry.path import SplinePath
-from vfix_engine.simulation.realtime import SceneSpec
+from vfix_engine.worlds.rigid.realtime import SceneSpec
 
 if TYPE_CHECKING:
     from app.scene.plan import PlanItem

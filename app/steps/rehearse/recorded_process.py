@@ -6,7 +6,7 @@ import threading
 
 from app.services.recordings import Recording
 from vfix_engine.control import ControlSettings
-from vfix_engine.simulation.realtime import RehearsalProcess, SceneSpec
+from vfix_engine.worlds.rigid.realtime import RehearsalProcess, SceneSpec
 
 
 class RecordedProcess(RehearsalProcess):

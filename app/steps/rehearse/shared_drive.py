@@ -6,7 +6,7 @@ from app.messages.client import Client
 from app.steps.rehearse.drive_process import DriveProcess
 from app.steps.rehearse.drive_record import DriveRecord
 from app.steps.rehearse.lease import Lease
-from vfix_engine.simulation.realtime import RehearsalProcess
+from vfix_engine.worlds.rigid.realtime import RehearsalProcess
 
 Position = tuple[float, float, float]
 

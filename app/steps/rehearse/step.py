@@ -29,7 +29,7 @@ from app.views.plan_items import curve_layer, curve_section, entries, items_laye
 from app.views.views import Views
 from vfix_engine.errors import PlanError
 from vfix_engine.robots import PlacedRobot
-from vfix_engine.simulation.snapshot import Snapshot
+from vfix_engine.worlds.rigid.snapshot import Snapshot
 
 _HAND_LOST = "The window was late, so the hand let go: press or drag again"
 _NOT_HELD = "only the window that holds the handle can do that; you can watch, or take over when it lets go."

@@ -22,8 +22,8 @@ from app.services.verdict import NOSTRIL_MM
 from app.steps.rehearse.sections import CentreChoice, CentreSection, OptionsSection, OptionView
 from app.views.background import in_background
 from vfix_engine.errors import VfixError
-from vfix_engine.fixtures import RemoteCentre
 from vfix_engine.geometry.path import SplinePath
+from vfix_engine.virtual_fixtures import RemoteCentre
 
 ENTRY, MM = "entry", "mm"  # of a place that is no path point
 _OF_ANOTHER = "Another window holds the handle."

@@ -17,9 +17,9 @@ from app.steps.rehearse.sections import (
     SettingsSection,
     ToolSection,
 )
+from vfix_engine.anatomy.surface_uncertainty import SurfaceUncertainty
 from vfix_engine.control import ControlSettings
-from vfix_engine.imaging.surface_uncertainty import SurfaceUncertainty
-from vfix_engine.simulation.snapshot import Snapshot, Timing
+from vfix_engine.worlds.rigid.snapshot import Snapshot, Timing
 
 # What a person at the page may turn; the rest stays as the plan says.
 SHOWN_SETTINGS = {

@@ -24,7 +24,7 @@ from app.steps.rehearse import routes
 from app.steps.rehearse.poses import MAX_READERS
 from app.steps.rehearse.shared_drives import SharedDrives
 from vfix_engine.runtime.ring import Ring, RowReader, write_layout
-from vfix_engine.simulation.snapshot import Snapshot
+from vfix_engine.worlds.rigid.snapshot import Snapshot
 
 PLAN = "plan-1"
 PATH = f"/api/steps/rehearse/poses?plan={PLAN}"

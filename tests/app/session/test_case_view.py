@@ -8,7 +8,7 @@ from session_doubles import HEAD, Later, other_case
 from app.services import Services
 from app.views.case_view import CaseView
 from app.views.slice_view import SliceView
-from vfix_engine.imaging.volume import Volume
+from vfix_engine.files.volume import Volume
 
 
 def test_a_deleted_embedded_head_is_not_opened(phantom_services: Services) -> None:

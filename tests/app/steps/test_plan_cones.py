@@ -11,7 +11,7 @@ from app.steps.plan import commands as c
 from app.steps.plan.cones import Cones, Found, cone_words
 from app.steps.plan.dry_runs import Corridor
 from app.steps.plan.edited_plan import EditedPlan
-from vfix_engine.simulation.cone_surface import cone_surface
+from vfix_engine.worlds.rigid.cone_surface import cone_surface
 
 
 def test_the_cones_of_the_page_are_those_that_evaluate_tells(phantom_services: Services) -> None:

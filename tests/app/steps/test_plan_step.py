@@ -23,8 +23,8 @@ from app.steps.plan.hints import plan_hint
 from app.steps.plan.version_commands import VersionCommand
 from app.store.errors import StorageError
 from app.store.models import DocumentStateRow
+from vfix_engine.anatomy.surface_uncertainty import SurfaceUncertainty
 from vfix_engine.errors import InputError, PlanError
-from vfix_engine.imaging.surface_uncertainty import SurfaceUncertainty
 
 
 def test_the_dry_run_of_an_older_plan_is_not_shown_for_a_newer_one(monkeypatch: pytest.MonkeyPatch) -> None:

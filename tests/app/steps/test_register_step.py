@@ -17,8 +17,8 @@ from app.steps.plan.step import PlanStep
 from app.steps.register import commands as c
 from app.steps.register.hints import register_hint
 from app.steps.register.step import RegisterStep
+from vfix_engine.anatomy.phantom import load_landmarks
 from vfix_engine.errors import InputError, VfixError
-from vfix_engine.imaging.phantom import load_landmarks
 
 BEADS = [tuple(bead.centroid.tolist()) for bead in load_landmarks().beads]
 

@@ -23,8 +23,8 @@ from app.steps.rehearse.shared_drives import SharedDrives
 from app.steps.rehearse.step import RehearseStep
 from app.steps.rehearse.switches import CentrePlaces, options_section
 from vfix_engine.errors import PlanError
-from vfix_engine.fixtures import CartesianLimits, RemoteCentre, SoftRegion
-from vfix_engine.simulation.dry_run import DryRun
+from vfix_engine.virtual_fixtures import CartesianLimits, RemoteCentre, SoftRegion
+from vfix_engine.worlds.rigid.dry_run import DryRun
 
 OTHER = Client("tab-two-0", "holds")
 ALL = Switches(soft_tissue=True, remote_centre=True, speed_limit=True)

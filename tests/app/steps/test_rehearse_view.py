@@ -10,7 +10,7 @@ from app.services.verdict import IN_SHORT
 from app.steps.rehearse.driven import Planned, SoFar
 from app.steps.rehearse.hints import rehearse_hint
 from app.steps.rehearse.view import details_section, holding_words
-from vfix_engine.simulation.snapshot import Timing
+from vfix_engine.worlds.rigid.snapshot import Timing
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ import pytest
 
 from vfix_engine.control import Controller, ControlSettings
 from vfix_engine.geometry.mesh import TriangleMesh
-from vfix_engine.geometry.proximity import ProximityTree
+from vfix_engine.proximity.proximity import ProximityTree
 from vfix_engine.robots import RobotModel, Tool
 
 

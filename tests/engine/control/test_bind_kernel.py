@@ -9,11 +9,11 @@ import pytest
 
 from tests.engine.control.test_whole_step import controller_of
 from tests.engine.scenes import straight_scene, wall
-from vfix_engine.control.bind_kernel import binding, largest_moves
-from vfix_engine.control.world import World, unpack_world
-from vfix_engine.fixtures.state_kernel import BODY, SEGMENT, TRIANGLE
-from vfix_engine.fixtures.stopping import stopping_distance
-from vfix_engine.geometry.pairs import COSINE, MAX_ROWS, RADIUS_MM
+from vfix_engine.certificate.bind_kernel import binding, largest_moves
+from vfix_engine.certificate.world import World, unpack_world
+from vfix_engine.proximity.pairs import COSINE, MAX_ROWS, RADIUS_MM
+from vfix_engine.virtual_fixtures.state_kernel import BODY, SEGMENT, TRIANGLE
+from vfix_engine.virtual_fixtures.stopping import stopping_distance
 
 PAIR = 13  # numbers of a pair
 

@@ -8,8 +8,8 @@ import pytest
 from tests.engine.control.test_three_functions import FREE, PUSH, same_report
 from tests.engine.control.test_whole_step import controller_of, random_task
 from tests.engine.scenes import straight_scene, wall
+from vfix_engine.certificate.certify_kernel import AT_LIMIT
 from vfix_engine.control import Certified, Controller, Refused, StepState, build_step, certify_step
-from vfix_engine.control.certify_kernel import AT_LIMIT
 from vfix_engine.control.step import CERTIFICATE
 from vfix_engine.errors import ControlError
 

@@ -7,10 +7,10 @@ import pytest
 
 from tests.engine.control.test_whole_step import controller_of, narrow_tube
 from tests.engine.scenes import CoalJudge, straight_scene, wall
+from vfix_engine.certificate.certify_kernel import SWEEP_TOLERANCE_MM
+from vfix_engine.certificate.sweep_kernel import chords
 from vfix_engine.control import ControlContext, StepState
-from vfix_engine.control.certify_kernel import SWEEP_TOLERANCE_MM
-from vfix_engine.control.sweep_kernel import chords
-from vfix_engine.simulation.scene import Scene
+from vfix_engine.worlds.rigid.scene import Scene
 
 POSES = 8  # of a motion that are looked at again
 COAL_MM = 1e-5  # what coal's iterations leave

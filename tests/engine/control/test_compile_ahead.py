@@ -36,7 +36,9 @@ def signatures() -> dict[str, int]:
     """How many types each kernel of a step is compiled or loaded for."""
     found = {}
     for name, module in list(sys.modules.items()):
-        if name.startswith(("vfix_engine.control", "vfix_engine.fixtures", "vfix_engine.robots")):
+        if name.startswith(
+            ("vfix_engine.certificate", "vfix_engine.control", "vfix_engine.virtual_fixtures", "vfix_engine.robots")
+        ):
             for word, kernel in vars(module).items():
                 if hasattr(kernel, "py_func") and kernel.py_func.__module__ == name and kernel.signatures:
                     found[word] = len(kernel.signatures)

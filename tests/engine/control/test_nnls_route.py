@@ -13,19 +13,19 @@ from scipy.optimize import nnls
 
 from vfix_engine.control import qp
 from vfix_engine.control.problem_kernel import REGULARISATION
-from vfix_engine.fixtures import (
+from vfix_engine.geometry.mesh import TriangleMesh
+from vfix_engine.proximity.proximity import ProximityTree, reduce_pairs
+from vfix_engine.robots import RobotModel, Tool
+from vfix_engine.virtual_fixtures import (
     Constraint,
     Objective,
     boundary,
     joint_bounds,
     joint_regularisation,
 )
-from vfix_engine.fixtures.motion import point_jacobian
-from vfix_engine.fixtures.polyhedra import BALL_DIRECTIONS, ball_inner
-from vfix_engine.fixtures.rows import with_progress
-from vfix_engine.geometry.mesh import TriangleMesh
-from vfix_engine.geometry.proximity import ProximityTree, reduce_pairs
-from vfix_engine.robots import RobotModel, Tool
+from vfix_engine.virtual_fixtures.motion import point_jacobian
+from vfix_engine.virtual_fixtures.polyhedra import BALL_DIRECTIONS, ball_inner
+from vfix_engine.virtual_fixtures.rows import with_progress
 
 Array = np.ndarray
 SCALE = 0.01  # mm, the length of a step at 10 mm/s and 1 kHz

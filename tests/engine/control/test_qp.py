@@ -6,7 +6,7 @@ from scipy.optimize import lsq_linear, nnls
 
 from vfix_engine.control import qp
 from vfix_engine.errors import ControlError
-from vfix_engine.fixtures import Constraint, Objective
+from vfix_engine.virtual_fixtures import Constraint, Objective
 
 N = 7
 

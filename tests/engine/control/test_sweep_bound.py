@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.engine.robots.test_robot import SHIPPED, random_base
-from vfix_engine.control.sweep_kernel import bend
+from vfix_engine.certificate.sweep_kernel import bend
 from vfix_engine.robots import Joint, RobotModel, Tool
 
 TOOL = Tool.load("shaver_40")

@@ -11,10 +11,10 @@ from tests.engine.scenes import straight_scene, wall
 from vfix_engine.control import ControlContext, ControlSettings, HandCommand, StepRequest, StepState, Task
 from vfix_engine.control.tasks import ApproachPath, ApproachTarget, FollowPath, InspectTarget, MoveFreely, PathPoint
 from vfix_engine.errors import ControlError, InputError
-from vfix_engine.fixtures.motion import point_jacobian
-from vfix_engine.fixtures.polyhedra import BALL_DIRECTIONS, ball_inner
-from vfix_engine.fixtures.stopping import approach_bounds, stoppable_step
 from vfix_engine.geometry.path import SplinePath
+from vfix_engine.virtual_fixtures.motion import point_jacobian
+from vfix_engine.virtual_fixtures.polyhedra import BALL_DIRECTIONS, ball_inner
+from vfix_engine.virtual_fixtures.stopping import approach_bounds, stoppable_step
 
 Array = np.ndarray
 

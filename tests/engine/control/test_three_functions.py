@@ -26,9 +26,9 @@ from vfix_engine.control import (
     solve_step,
 )
 from vfix_engine.control.relaxations import RELAXATIONS, take_step
-from vfix_engine.fixtures import Constraint, Objective, Rows, Situation, ToolState
 from vfix_engine.geometry.shapes import Sphere
-from vfix_engine.simulation.scene import Scene
+from vfix_engine.virtual_fixtures import Constraint, Objective, Rows, Situation, ToolState
+from vfix_engine.worlds.rigid.scene import Scene
 
 PUSH = HandCommand(force=np.array([0.0, 5.0, 0.0]), torque=np.zeros(3))
 FREE = tasks.MoveFreely()

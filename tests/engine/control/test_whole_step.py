@@ -20,13 +20,13 @@ from benchmarks.stack import Stack
 from tests.engine.scenes import straight_scene, wall
 from vfix_engine.control import Controller, ControlSettings, HandCommand, StepReport, StepRequest, StepState
 from vfix_engine.control.tasks import FollowPath, MoveFreely, PathPoint
-from vfix_engine.fixtures import Constraint, Rows, Situation, Zone
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.geometry.path import SplinePath
-from vfix_engine.geometry.proximity import ProximityTree
 from vfix_engine.geometry.shapes import Sphere
+from vfix_engine.proximity.proximity import ProximityTree
 from vfix_engine.robots import RobotModel, Tool
-from vfix_engine.simulation.scene import Scene
+from vfix_engine.virtual_fixtures import Constraint, Rows, Situation, Zone
+from vfix_engine.worlds.rigid.scene import Scene
 
 SETTINGS = ControlSettings(dt_s=4e-3)
 LINE = SplinePath([[0.0, 0, 0], [0, 100, 0]])  # its length alone counts where the nearest point is given

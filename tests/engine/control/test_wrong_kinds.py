@@ -14,8 +14,8 @@ from tests.engine.scenes import straight_scene, wall
 from vfix_engine import Controller, InputError, ProximityTree, RobotModel, Simulation, Tool, tasks
 from vfix_engine.control import HandCommand, StepRequest, build_step
 from vfix_engine.errors import RobotError
-from vfix_engine.fixtures import Objective
-from vfix_engine.simulation.scene import Scene
+from vfix_engine.virtual_fixtures import Objective
+from vfix_engine.worlds.rigid.scene import Scene
 
 PUSH = HandCommand(np.array([0.0, 1.0, 0.0]))
 FREE = tasks.MoveFreely()

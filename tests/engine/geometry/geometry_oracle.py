@@ -8,8 +8,8 @@ from itertools import combinations
 
 import numpy as np
 
-from vfix_engine.geometry.compiled import compiled
 from vfix_engine.geometry.triangle_kernels import segment_triangle
+from vfix_engine.kernels.compiled import compiled
 
 Vector = list[Fraction]
 

@@ -6,8 +6,12 @@ from numpy.typing import NDArray
 
 from tests.engine.geometry.geometry_meshes import ball as ball_mesh
 from vfix_engine import read_mesh
+from vfix_engine.anatomy.phantom import load_head_ct, load_nose_ct
+from vfix_engine.anatomy.solids import solid_of_label, solid_of_volumes
 from vfix_engine.errors import InputError
-from vfix_engine.geometry.distance_field import (
+from vfix_engine.files.volume import BONE_HU
+from vfix_engine.geometry.mesh import TriangleMesh
+from vfix_engine.proximity.fields.distance_field import (
     DistanceField,
     FieldGrid,
     field_of_level,
@@ -15,12 +19,8 @@ from vfix_engine.geometry.distance_field import (
     refined_by_level,
     refined_by_surface,
 )
-from vfix_engine.geometry.mesh import TriangleMesh
-from vfix_engine.geometry.proximity import ProximityTree
-from vfix_engine.geometry.side import SurfaceSide
-from vfix_engine.imaging.phantom import load_head_ct, load_nose_ct
-from vfix_engine.imaging.solids import solid_of_label, solid_of_volumes
-from vfix_engine.imaging.surface import BONE_HU
+from vfix_engine.proximity.fields.side import SurfaceSide
+from vfix_engine.proximity.proximity import ProximityTree
 from vfix_engine.resources import assets_dir
 
 Array = NDArray[np.float64]

@@ -12,12 +12,12 @@ from typing import Any
 
 import pytest
 
-from vfix_engine.geometry import kernel_cache
-from vfix_engine.geometry.compiled import compiled
+from vfix_engine.kernels import kernel_cache
+from vfix_engine.kernels.compiled import compiled
 
 PACKAGE = Path(kernel_cache.__file__).parents[1]
 SAMPLE = """
-from vfix_engine.geometry.compiled import compiled
+from vfix_engine.kernels.compiled import compiled
 @compiled
 def double(x):
     return 2.0 * x

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from vfix_engine.geometry.distance_field import DistanceField, FieldGrid
-from vfix_engine.geometry.opened_field import opened_field
 from vfix_engine.geometry.shapes import Box, Sphere
+from vfix_engine.proximity.fields.distance_field import DistanceField, FieldGrid
+from vfix_engine.proximity.fields.opened_field import opened_field
 
 
 def ground() -> DistanceField:

@@ -9,10 +9,10 @@ from geometry_oracle import every_distance
 
 from vfix_engine.errors import InputError
 from vfix_engine.geometry.capsules import Segments
-from vfix_engine.geometry.covariance.spheres import enclosing_spheres
 from vfix_engine.geometry.mesh import TriangleMesh
-from vfix_engine.geometry.pairs import Pairs, reduce_pairs
-from vfix_engine.geometry.proximity import CovarianceTree, Proximity, ProximityTree
+from vfix_engine.proximity.covariance.spheres import enclosing_spheres
+from vfix_engine.proximity.pairs import Pairs, reduce_pairs
+from vfix_engine.proximity.proximity import CovarianceTree, Proximity, ProximityTree
 
 MESHES = all_meshes()
 STRUCTURES = {

@@ -11,9 +11,9 @@ import trimesh
 from geometry_meshes import bent_tools
 
 from vfix_engine.geometry.capsules import Segments
-from vfix_engine.geometry.fit import nearest_free_point
 from vfix_engine.geometry.mesh import TriangleMesh
-from vfix_engine.geometry.proximity import ProximityTree
+from vfix_engine.proximity.fit import nearest_free_point
+from vfix_engine.proximity.proximity import ProximityTree
 
 
 @pytest.fixture(scope="module")

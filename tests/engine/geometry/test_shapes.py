@@ -8,9 +8,9 @@ from geometry_meshes import ball
 
 from vfix_engine.errors import InputError, MeshError, PlanError
 from vfix_engine.geometry.capsules import Segments
-from vfix_engine.geometry.fit import nearest_free_point
 from vfix_engine.geometry.mesh import TriangleMesh
-from vfix_engine.geometry.proximity import ProximityTree
+from vfix_engine.proximity.fit import nearest_free_point
+from vfix_engine.proximity.proximity import ProximityTree
 
 CORNERS = [[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]
 

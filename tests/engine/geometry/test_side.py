@@ -9,14 +9,14 @@ import pytest
 import trimesh
 from geometry_meshes import ball, coinciding, slivers
 
+from vfix_engine.anatomy.phantom import load_bone_surface, load_nose_ct
 from vfix_engine.errors import InputError
-from vfix_engine.geometry.fit import nearest_free_point
+from vfix_engine.files.mesh_files import read_mesh
+from vfix_engine.files.readers import read_volume
 from vfix_engine.geometry.mesh import TriangleMesh
-from vfix_engine.geometry.proximity import ProximityTree
-from vfix_engine.geometry.side import SurfaceSide
-from vfix_engine.imaging.mesh_files import read_mesh
-from vfix_engine.imaging.phantom import load_bone_surface, load_nose_ct
-from vfix_engine.imaging.readers import read_volume
+from vfix_engine.proximity.fields.side import SurfaceSide
+from vfix_engine.proximity.fit import nearest_free_point
+from vfix_engine.proximity.proximity import ProximityTree
 
 BONE_HU = 250.0
 

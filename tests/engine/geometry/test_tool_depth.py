@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from vfix_engine.geometry.distance_field import DistanceField, field_of_level
-from vfix_engine.geometry.tool_depth import tool_depth
+from vfix_engine.proximity.fields.distance_field import DistanceField, field_of_level
+from vfix_engine.proximity.fields.tool_depth import tool_depth
 
 Array = NDArray[np.float64]
 

@@ -6,7 +6,7 @@ import numba
 import numpy as np
 import pytest
 
-from vfix_engine.geometry.views import view
+from vfix_engine.kernels.views import view
 
 
 @numba.njit

@@ -7,7 +7,7 @@ import pydicom
 from pydicom.dataset import FileDataset, FileMetaDataset
 from pydicom.uid import CTImageStorage, ExplicitVRLittleEndian, generate_uid
 
-from vfix_engine.imaging.volume import Volume
+from vfix_engine.files.volume import Volume
 
 
 def asymmetric_volume(direction: np.ndarray | None = None) -> Volume:

@@ -12,8 +12,8 @@ from highdicom.sr.coding import CodedConcept
 from pydicom.uid import UID, generate_uid
 
 from tests.engine.imaging.imaging_phantoms import dicom_slices
-from vfix_engine.imaging.labels.reading import Place
-from vfix_engine.imaging.volume import Volume
+from vfix_engine.anatomy.labels.reading import Place
+from vfix_engine.files.volume import Volume
 
 RAS = np.diag([-1.0, -1.0, 1.0, 1.0])
 

@@ -15,8 +15,8 @@ from pydicom.dataset import FileDataset
 from pydicom.uid import DeflatedExplicitVRLittleEndian, generate_uid
 
 from vfix_engine.errors import ImageError
-from vfix_engine.imaging import dicom_files
-from vfix_engine.imaging.readers import read_volume
+from vfix_engine.files import dicom_files
+from vfix_engine.files.readers import read_volume
 
 Slices = list[FileDataset]
 

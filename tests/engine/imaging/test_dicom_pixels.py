@@ -10,7 +10,7 @@ from imaging_phantoms import asymmetric_volume, dicom_slices, save_dicom
 from pydicom.dataset import FileDataset
 
 from vfix_engine.errors import ImageError
-from vfix_engine.imaging.readers import read_volume
+from vfix_engine.files.readers import read_volume
 
 Slices = list[FileDataset]
 

@@ -11,12 +11,12 @@ from label_files import ellipsoid, save_dicom_seg
 from scipy.ndimage import binary_erosion
 from scipy.special import erf
 
+from vfix_engine.anatomy.labels.reading import read_label_map
+from vfix_engine.anatomy.surface import extract_surface
 from vfix_engine.errors import ImageError
-from vfix_engine.imaging.dicom_stack import Slice, stack
-from vfix_engine.imaging.labels.reading import read_label_map
-from vfix_engine.imaging.readers import read_volume
-from vfix_engine.imaging.surface import extract_surface
-from vfix_engine.imaging.volume import Volume
+from vfix_engine.files.dicom_stack import Slice, stack
+from vfix_engine.files.readers import read_volume
+from vfix_engine.files.volume import Volume
 
 Floats = np.ndarray
 PIXEL_MM = np.array([0.5, 0.6])

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from vfix_engine.anatomy.segmentation import Band, SegmentRequest, segment
+from vfix_engine.files.volume import Volume
 from vfix_engine.geometry.mesh import TriangleMesh
-from vfix_engine.geometry.proximity import ProximityTree
-from vfix_engine.imaging.segmentation import Band, SegmentRequest, segment
-from vfix_engine.imaging.volume import Volume
+from vfix_engine.proximity.proximity import ProximityTree
 
 SPACING = np.array([0.5, 0.7, 1.2])
 SHAPE = (13, 18, 20)  # K, J, I

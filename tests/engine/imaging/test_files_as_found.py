@@ -10,12 +10,12 @@ import pytest
 import SimpleITK as sitk  # noqa: N813
 from imaging_phantoms import asymmetric_volume
 
+from vfix_engine.anatomy.head_import import HeadRequest, read_head
+from vfix_engine.anatomy.labels.mask_folder import read_mask_folder
+from vfix_engine.anatomy.labels.reading import read_label_map
 from vfix_engine.errors import ImageError
-from vfix_engine.imaging.head_import import HeadRequest, read_head
-from vfix_engine.imaging.labels.mask_folder import read_mask_folder
-from vfix_engine.imaging.labels.reading import read_label_map
-from vfix_engine.imaging.readers import read_volume
-from vfix_engine.imaging.volume import Volume
+from vfix_engine.files.readers import read_volume
+from vfix_engine.files.volume import Volume
 
 LABELS = (np.arange(5 * 6 * 7).reshape(5, 6, 7) % 8).astype(np.int16)
 

@@ -26,10 +26,10 @@ from pydicom.uid import (
     generate_uid,
 )
 
+from vfix_engine.anatomy.head_import import HeadRequest, read_head
 from vfix_engine.errors import ImageError, SeriesUnclear
-from vfix_engine.imaging.head_import import HeadRequest, read_head
-from vfix_engine.imaging.readers import read_volume
-from vfix_engine.imaging.volume import Volume
+from vfix_engine.files.readers import read_volume
+from vfix_engine.files.volume import Volume
 
 VOLUME = asymmetric_volume(rotation((5.0, -10.0, 15.0)))
 

@@ -8,10 +8,10 @@ import pytest
 import trimesh
 from imaging_phantoms import asymmetric_volume, dicom_slices, save_dicom
 
+from vfix_engine.anatomy.head_files import assumption, check_ct, read_ct_of_head, read_surface_of_head
 from vfix_engine.errors import ImageError, MeshError
-from vfix_engine.imaging.frame_report import FrameReport
-from vfix_engine.imaging.head_files import assumption, check_ct, read_ct_of_head, read_surface_of_head
-from vfix_engine.imaging.volume import Volume
+from vfix_engine.files.frame_report import FrameReport
+from vfix_engine.files.volume import Volume
 
 MM = FrameReport("LPS", False)
 

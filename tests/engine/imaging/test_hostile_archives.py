@@ -13,7 +13,7 @@ import pytest
 from imaging_phantoms import asymmetric_volume, dicom_slices, save_dicom
 
 from vfix_engine.errors import ImageError
-from vfix_engine.imaging.readers import read_volume
+from vfix_engine.files.readers import read_volume
 
 UP = ("../", "../../", "a/../../", "./../", "..\\", "a\\..\\..\\", "a/b/../../../", "..//", "/..", "a/../..\\")
 ROOTS = ("/", "//", "\\", "\\\\host\\share\\", "C:\\", "C:/", "c:", "/tmp/", "file:///", "a/C:")

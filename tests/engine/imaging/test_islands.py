@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
+from vfix_engine.anatomy.islands import islands
+from vfix_engine.anatomy.segmentation import PRESETS, Band, SegmentRequest, segment
 from vfix_engine.errors import ImageError
-from vfix_engine.imaging.islands import islands
-from vfix_engine.imaging.segmentation import PRESETS, Band, SegmentRequest, segment
-from vfix_engine.imaging.volume import Volume
+from vfix_engine.files.volume import Volume
 
 SPACING = np.array([0.5, 0.6, 0.8])
 

@@ -17,12 +17,12 @@ import pytest
 from imaging_phantoms import asymmetric_volume
 
 from vfix_engine.errors import FrameError, ImageError, InputError
+from vfix_engine.files.frame_report import FrameReport
+from vfix_engine.files.readers import read_volume
+from vfix_engine.files.sandbox import confinement, isolated
+from vfix_engine.files.sandbox.crossing import save
+from vfix_engine.files.sandbox.isolated import Cancellation, run_isolated
 from vfix_engine.geometry.mesh import TriangleMesh
-from vfix_engine.imaging import confinement, isolated
-from vfix_engine.imaging.crossing import save
-from vfix_engine.imaging.frame_report import FrameReport
-from vfix_engine.imaging.isolated import Cancellation, run_isolated
-from vfix_engine.imaging.readers import read_volume
 from vfix_engine.progress import ProgressCallback
 
 linux = pytest.mark.skipif(sys.platform != "linux", reason="asks Linux what became of a process")
@@ -32,7 +32,7 @@ import sys
 from pathlib import Path
 sys.path.insert(0, sys.argv[1])
 from test_isolated import wait_in
-from vfix_engine.imaging.isolated import run_isolated
+from vfix_engine.files.sandbox.isolated import run_isolated
 place = Path(sys.argv[2])
 run_isolated(wait_in, place, True, folder=place, writable=(place,))
 """

@@ -13,14 +13,14 @@ import pytest
 from scipy import ndimage
 from scipy.spatial.transform import Rotation
 
+from vfix_engine.anatomy.labels.label_map import Label
+from vfix_engine.anatomy.labels.painting import Stroke, draw_stroke, mask_of_runs, reaches, runs_of
+from vfix_engine.anatomy.labels.seg_nrrd import read_seg_nrrd
+from vfix_engine.anatomy.labels.surfaces import surface_of
+from vfix_engine.anatomy.labels.voxelized import voxels_inside
+from vfix_engine.anatomy.labels.writing import label_file
 from vfix_engine.errors import ImageError
 from vfix_engine.geometry.mesh import TriangleMesh
-from vfix_engine.imaging.labels.label_map import Label
-from vfix_engine.imaging.labels.painting import Stroke, draw_stroke, mask_of_runs, reaches, runs_of
-from vfix_engine.imaging.labels.seg_nrrd import read_seg_nrrd
-from vfix_engine.imaging.labels.surfaces import surface_of
-from vfix_engine.imaging.labels.voxelized import voxels_inside
-from vfix_engine.imaging.labels.writing import label_file
 
 SHAPE = (24, 30, 36)  # K, J, I
 SPACING = np.array([0.5, 0.7, 1.1])

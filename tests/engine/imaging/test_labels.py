@@ -14,17 +14,17 @@ import SimpleITK as sitk  # noqa: N813
 from imaging_phantoms import asymmetric_volume, dicom_slices, rotation, save_dicom
 from label_files import ellipsoid, place_of, save_dicom_seg, save_nifti, save_seg_nrrd
 
+from vfix_engine.anatomy.labels import label_map
+from vfix_engine.anatomy.labels.label_map import Label
+from vfix_engine.anatomy.labels.names import read_names
+from vfix_engine.anatomy.labels.reading import Place, SegmentationRequest, _read, read_label_map, read_segmentation
+from vfix_engine.anatomy.labels.surfaces import surface_of
+from vfix_engine.anatomy.surface import extract_surface
 from vfix_engine.errors import FrameError, ImageError, InputError
-from vfix_engine.geometry.proximity import ProximityTree
-from vfix_engine.imaging.labels import label_map
-from vfix_engine.imaging.labels.label_map import Label
-from vfix_engine.imaging.labels.names import read_names
-from vfix_engine.imaging.labels.reading import Place, SegmentationRequest, _read, read_label_map, read_segmentation
-from vfix_engine.imaging.labels.surfaces import surface_of
-from vfix_engine.imaging.mesh_files import read_mesh
-from vfix_engine.imaging.readers import read_volume
-from vfix_engine.imaging.surface import extract_surface
-from vfix_engine.imaging.volume import Volume
+from vfix_engine.files.mesh_files import read_mesh
+from vfix_engine.files.readers import read_volume
+from vfix_engine.files.volume import Volume
+from vfix_engine.proximity.proximity import ProximityTree
 
 MIRRORED = np.diag([1.0, 1.0, -1.0])
 

@@ -6,8 +6,8 @@ import nibabel
 import numpy as np
 import pytest
 
+from vfix_engine.anatomy.labels.mask_folder import read_mask_folder
 from vfix_engine.errors import ImageError
-from vfix_engine.imaging.labels.mask_folder import read_mask_folder
 
 
 def saved(file: Path, value: float = 1.0) -> Path:

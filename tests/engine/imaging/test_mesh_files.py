@@ -7,8 +7,8 @@ import pytest
 import trimesh
 
 from vfix_engine.errors import FrameError, MeshError
+from vfix_engine.files.mesh_files import read_mesh, write_ply
 from vfix_engine.geometry.mesh import TriangleMesh
-from vfix_engine.imaging.mesh_files import read_mesh, write_ply
 
 
 @pytest.fixture

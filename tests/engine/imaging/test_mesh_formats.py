@@ -13,8 +13,8 @@ import pytest
 import trimesh
 
 from vfix_engine.errors import FrameError, MeshError
+from vfix_engine.files.mesh_files import read_mesh
 from vfix_engine.geometry.mesh import TriangleMesh
-from vfix_engine.imaging.mesh_files import read_mesh
 
 SPHERE = trimesh.creation.icosphere(subdivisions=2, radius=30.0)
 VERTICES = np.asarray(SPHERE.vertices, dtype=np.float32) + np.float32([5, -20, 40])

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from vfix_engine.errors import FrameError, MeshError
+from vfix_engine.files.mesh_files import read_mesh
 from vfix_engine.geometry.mesh import TriangleMesh
-from vfix_engine.imaging.mesh_files import read_mesh
 
 BOM = b"\xef\xbb\xbf"
 CORNERS = np.array([[0, 0, 0], [80, 0, 0], [80, 60, 0], [0, 60, 0], [40, 30, 70.5]])

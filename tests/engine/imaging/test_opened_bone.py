@@ -3,15 +3,15 @@
 import numpy as np
 import pytest
 
+from vfix_engine.anatomy.opened_bone import PIECE_MM, opened_bone
+from vfix_engine.anatomy.surface import extract_surface
 from vfix_engine.errors import InputError
+from vfix_engine.files.volume import Volume
 from vfix_engine.geometry.mesh import TriangleMesh
-from vfix_engine.geometry.proximity import ProximityTree
 from vfix_engine.geometry.shape_distance import signed_distance
 from vfix_engine.geometry.shape_surface import border_triangles
 from vfix_engine.geometry.shapes import Box, CapsuleShape, HalfSpace, Shape, Sphere
-from vfix_engine.imaging.opened_bone import PIECE_MM, opened_bone
-from vfix_engine.imaging.surface import extract_surface
-from vfix_engine.imaging.volume import Volume
+from vfix_engine.proximity.proximity import ProximityTree
 
 TURNED = np.array([[0.8, -0.6, 0.0, 9.0], [0.6, 0.8, 0.0, 9.0], [0.0, 0.0, 1.0, 10.0], [0.0, 0.0, 0.0, 1.0]])
 REGIONS: dict[str, tuple[Shape, ...]] = {

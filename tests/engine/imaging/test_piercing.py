@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
-from vfix_engine.geometry.opened_field import opened_field
+from vfix_engine.anatomy.piercing import GIVES_AT_ENTRY_MM, PoseWays, Ways, piercing_of
+from vfix_engine.anatomy.room_air import padding, room_air
+from vfix_engine.anatomy.solids import refined_solid, solid_of_volumes
+from vfix_engine.anatomy.way_round_kernel import UNKNOWN
+from vfix_engine.files.readers import read_volume
+from vfix_engine.files.volume import Volume
 from vfix_engine.geometry.shapes import Sphere
-from vfix_engine.imaging.piercing import GIVES_AT_ENTRY_MM, PoseWays, Ways, piercing_of
-from vfix_engine.imaging.readers import read_volume
-from vfix_engine.imaging.room_air import padding, room_air
-from vfix_engine.imaging.solids import refined_solid, solid_of_volumes
-from vfix_engine.imaging.volume import Volume
-from vfix_engine.imaging.way_round_kernel import UNKNOWN
+from vfix_engine.proximity.fields.opened_field import opened_field
 
 AIR_HU, SKIN_HU, PADDING_HU = -1000, 40, -2000
 LOW, HIGH = np.array([-42.0, -36.0, -30.0]), np.array([42.0, 56.0, 42.0])

@@ -8,10 +8,10 @@ import pytest
 import trimesh
 
 from tests.engine.geometry.geometry_oracle import every_distance
+from vfix_engine.anatomy.head_files import read_surface_of_head
 from vfix_engine.errors import MeshError
 from vfix_engine.geometry.capsules import Segments
-from vfix_engine.geometry.proximity import ProximityTree
-from vfix_engine.imaging.head_files import read_surface_of_head
+from vfix_engine.proximity.proximity import ProximityTree
 
 MESHES = 500
 Surface = tuple[np.ndarray, np.ndarray]

@@ -10,8 +10,8 @@ import SimpleITK as sitk  # noqa: N813
 from imaging_phantoms import asymmetric_volume, dicom_slices, rotation, save_dicom
 
 from vfix_engine.errors import FrameError, ImageError
-from vfix_engine.imaging.readers import read_volume
-from vfix_engine.imaging.volume import Volume
+from vfix_engine.files.readers import read_volume
+from vfix_engine.files.volume import Volume
 
 DIRECTIONS = pytest.mark.parametrize(
     "direction",

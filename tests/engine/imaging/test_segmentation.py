@@ -7,14 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from vfix_engine.anatomy.airway import body, inner_air
+from vfix_engine.anatomy.phantom import load_head_ct, load_landmarks
+from vfix_engine.anatomy.segmentation import PRESETS, Band, SegmentRequest, segment
 from vfix_engine.errors import ImageError
-from vfix_engine.geometry.proximity import ProximityTree
-from vfix_engine.geometry.side import SurfaceSide
-from vfix_engine.imaging.airway import body, inner_air
-from vfix_engine.imaging.phantom import load_head_ct, load_landmarks
-from vfix_engine.imaging.readers import read_volume
-from vfix_engine.imaging.segmentation import PRESETS, Band, SegmentRequest, segment
-from vfix_engine.imaging.volume import Volume
+from vfix_engine.files.readers import read_volume
+from vfix_engine.files.volume import Volume
+from vfix_engine.proximity.fields.side import SurfaceSide
+from vfix_engine.proximity.proximity import ProximityTree
 
 
 def balls() -> Volume:

@@ -8,15 +8,15 @@ from imaging_phantoms import asymmetric_volume, rotation
 from scipy.ndimage import map_coordinates
 
 from tests.engine.scenes import head_corridor, head_mesh
+from vfix_engine.anatomy.phantom import load_head_ct, load_landmarks
+from vfix_engine.anatomy.soft_tissue import SAMPLE_MM, TISSUE_HU, TissuePassed, surroundings, tissue_passed
 from vfix_engine.control import ControlSettings
+from vfix_engine.files.readers import read_volume
+from vfix_engine.files.volume import Volume
 from vfix_engine.geometry.path import SplinePath
-from vfix_engine.geometry.proximity import ProximityTree
-from vfix_engine.imaging.phantom import load_head_ct, load_landmarks
-from vfix_engine.imaging.readers import read_volume
-from vfix_engine.imaging.soft_tissue import SAMPLE_MM, TISSUE_HU, TissuePassed, surroundings, tissue_passed
-from vfix_engine.imaging.volume import Volume
+from vfix_engine.proximity.proximity import ProximityTree
 from vfix_engine.robots import RobotModel, Tool
-from vfix_engine.simulation.placing import place_robot
+from vfix_engine.worlds.rigid.placing import place_robot
 
 Line = tuple[np.ndarray, np.ndarray]  # starts (S, 3) and ends (S, 3) of a tool's axis, from the tip on
 

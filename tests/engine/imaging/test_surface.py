@@ -7,15 +7,15 @@ import pytest
 from imaging_phantoms import asymmetric_volume, rotation
 from scipy.spatial import cKDTree
 
+from vfix_engine.anatomy.bone import slice_uncertainty_mm
+from vfix_engine.anatomy.phantom import load_nose_ct
+from vfix_engine.anatomy.surface import Dropped, clean, extract_surface
+from vfix_engine.anatomy.thinning import thin
 from vfix_engine.errors import ImageError, MeshError
+from vfix_engine.files.readers import read_volume
+from vfix_engine.files.volume import Volume
 from vfix_engine.geometry.mesh import TriangleMesh
-from vfix_engine.geometry.proximity import ProximityTree
-from vfix_engine.imaging.bone import slice_uncertainty_mm
-from vfix_engine.imaging.phantom import load_nose_ct
-from vfix_engine.imaging.readers import read_volume
-from vfix_engine.imaging.surface import Dropped, clean, extract_surface
-from vfix_engine.imaging.thinning import thin
-from vfix_engine.imaging.volume import Volume
+from vfix_engine.proximity.proximity import ProximityTree
 
 DIRECTIONS = pytest.mark.parametrize(
     "direction",

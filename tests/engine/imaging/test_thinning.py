@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from imaging_phantoms import asymmetric_volume
 
+from vfix_engine.anatomy import bone as bone_module
+from vfix_engine.anatomy.bone import bone_of_volume, surfaces_of
+from vfix_engine.anatomy.surface import extract_surface
+from vfix_engine.anatomy.thinning import bound_over, collapsed, within
+from vfix_engine.files.volume import BONE_HU, Volume
 from vfix_engine.geometry.mesh import TriangleMesh
-from vfix_engine.geometry.proximity import ProximityTree
-from vfix_engine.imaging import bone as bone_module
-from vfix_engine.imaging.bone import bone_of_volume, surfaces_of
-from vfix_engine.imaging.surface import BONE_HU, extract_surface
-from vfix_engine.imaging.thinning import bound_over, collapsed, within
-from vfix_engine.imaging.volume import Volume
+from vfix_engine.proximity.proximity import ProximityTree
 
 
 def rough_ball(seed: int = 2) -> Volume:

@@ -8,7 +8,7 @@ from imaging_phantoms import asymmetric_volume, rotation
 from scipy.ndimage import map_coordinates
 
 from vfix_engine.errors import ImageError
-from vfix_engine.imaging.volume import Volume
+from vfix_engine.files.volume import Volume
 
 OBLIQUE = rotation((20.0, 10.0, -35.0))
 FLIPPED = np.diag([-1.0, 1.0, -1.0])

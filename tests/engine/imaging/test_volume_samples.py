@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vfix_engine.imaging.volume import Volume
+from vfix_engine.files.volume import Volume
 
 SAMPLES = Path(__file__).resolve().parents[2] / "web" / "volume-samples.json"
 

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from vfix_engine.anatomy.lumen.centreline import Centreline, centreline_between
+from vfix_engine.anatomy.lumen.synthetic import SyntheticCourse, synthetic_colon, synthetic_course
+from vfix_engine.files.mesh_files import read_mesh
 from vfix_engine.geometry.mesh import TriangleMesh
-from vfix_engine.imaging.mesh_files import read_mesh
-from vfix_engine.lumen.anatomy.centreline import Centreline, centreline_between
-from vfix_engine.lumen.anatomy.synthetic import SyntheticCourse, synthetic_colon, synthetic_course
 
 
 @pytest.fixture(scope="session")

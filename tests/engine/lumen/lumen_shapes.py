@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from vfix_engine.lumen.bending.bending import DIRECTIONS, Direction, bend_angles, tip_displacement
-from vfix_engine.lumen.pathway.cavity import body_cavity
-from vfix_engine.lumen.pathway.pathway import Pathway
+from vfix_engine.pathway.cavity import body_cavity
+from vfix_engine.pathway.pathway import Pathway
 from vfix_engine.robots.snake import SnakeModel
+from vfix_engine.snake.bending.bending import DIRECTIONS, Direction, bend_angles, tip_displacement
 
 
 def straight(length: float = 300.0, radius: float = 12.0, contours: int = 31, angles: int = 1, **more) -> Pathway:

@@ -10,14 +10,14 @@ import numpy as np
 from lumen_shapes import arc
 
 from benchmarks.lumen_attack.judge import Judge
-from vfix_engine.lumen.drive.drive_state import DriveSettings
-from vfix_engine.lumen.pathway.pathway import TissueMotion
-from vfix_engine.lumen.pathway.tissue_motion import breathing, peristalsis
-from vfix_engine.lumen.system import LumenContours, SnakeSettings, SnakeState, SnakeSystem, SnakeSystemSpec
+from vfix_engine.pathway.pathway import TissueMotion
+from vfix_engine.pathway.tissue_motion import breathing, peristalsis
 from vfix_engine.robots.snake import SnakeModel
 from vfix_engine.runtime.background import InlineWorker
 from vfix_engine.runtime.command import Command, no_command
 from vfix_engine.runtime.driver import Driver
+from vfix_engine.worlds.snake import LumenContours, SnakeSettings, SnakeState, SnakeSystem, SnakeSystemSpec
+from vfix_engine.worlds.snake.drive_state import DriveSettings
 
 BREATH = breathing((0.0, 0.3, 1.0), 6.0, 1.0, 60.0)  # up to 18 mm/s: a hurried breath
 AGE = 20  # steps from asking for a plan to adopting it

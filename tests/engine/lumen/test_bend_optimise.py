@@ -13,21 +13,21 @@ import pytest
 from benchmarks import lumen_bends, lumen_figure_7c
 from tests.engine.lumen.lumen_shapes import arc, small_bend, straight
 from vfix_engine.errors import InputError
-from vfix_engine.lumen.bending.bending import (
+from vfix_engine.pathway.cavity import body_cavity
+from vfix_engine.pathway.query.query import Query, deviation_of_points
+from vfix_engine.robots import SnakeModel
+from vfix_engine.snake.bending.bending import (
     DIRECTIONS,
     BendProblem,
     bend_angles,
     tip_displacement,
 )
-from vfix_engine.lumen.bending.optimise import (
+from vfix_engine.snake.bending.optimise import (
     Bend,
     control_bends,
     optimise_primary,
     search_globally,
 )
-from vfix_engine.lumen.pathway.cavity import body_cavity
-from vfix_engine.lumen.query.query import Query, deviation_of_points
-from vfix_engine.robots import SnakeModel
 
 SNAKE = SnakeModel(5)
 QUERY = Query(SNAKE.vertices(500))

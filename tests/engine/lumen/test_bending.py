@@ -10,14 +10,14 @@ import pytest
 
 from tests.engine.lumen.lumen_shapes import small_bend, straight
 from vfix_engine.errors import InputError
-from vfix_engine.lumen.bending.bending import (
+from vfix_engine.robots import SnakeModel
+from vfix_engine.robots.snake_dynamics import SnakeDynamics
+from vfix_engine.snake.bending.bending import (
     DIRECTIONS,
     BendProblem,
     bend_angles,
     tip_displacement,
 )
-from vfix_engine.robots import SnakeModel
-from vfix_engine.robots.snake_dynamics import SnakeDynamics
 
 SNAKE = SnakeModel(5)
 BASE = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 60.0], [0.0, 0.0, 0.0, 1.0]])

@@ -6,9 +6,9 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from vfix_engine.lumen.bending.hermite import PolarHermite
 from vfix_engine.robots import SnakeModel
 from vfix_engine.robots.snake_dynamics import Drift, SnakeDynamics, accelerated
+from vfix_engine.snake.bending.hermite import PolarHermite
 
 SNAKE = SnakeModel(5)
 STEP = 1e-4  # [s]

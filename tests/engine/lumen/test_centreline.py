@@ -7,14 +7,14 @@ import pytest
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from vfix_engine.anatomy.lumen import voxel_pieces
+from vfix_engine.anatomy.lumen.centreline import Centreline, centreline_between
+from vfix_engine.anatomy.lumen.synthetic import SyntheticCourse, synthetic_colon, synthetic_course, write_stl
+from vfix_engine.anatomy.lumen.voxels import VoxelLumen, piece_with, voxels_of
 from vfix_engine.errors import InputError, PathwayError
+from vfix_engine.files.mesh_files import read_mesh
 from vfix_engine.geometry.mesh import TriangleMesh
-from vfix_engine.geometry.proximity import ProximityTree
-from vfix_engine.imaging.mesh_files import read_mesh
-from vfix_engine.lumen.anatomy import voxel_pieces
-from vfix_engine.lumen.anatomy.centreline import Centreline, centreline_between
-from vfix_engine.lumen.anatomy.synthetic import SyntheticCourse, synthetic_colon, synthetic_course, write_stl
-from vfix_engine.lumen.anatomy.voxels import VoxelLumen, piece_with, voxels_of
+from vfix_engine.proximity.proximity import ProximityTree
 
 Array = NDArray[np.float64]
 

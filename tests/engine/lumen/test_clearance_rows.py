@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from vfix_engine.errors import InputError
-from vfix_engine.lumen.pathway.cavity import body_cavity
-from vfix_engine.lumen.pathway.pathway import Pathway
-from vfix_engine.lumen.query.clearance import ALIKE, APART_MM, binding_vertices, clearances, lipschitz_constant
-from vfix_engine.lumen.query.query import Query, deviation_of_points
+from vfix_engine.pathway.cavity import body_cavity
+from vfix_engine.pathway.pathway import Pathway
+from vfix_engine.pathway.query.clearance import ALIKE, APART_MM, binding_vertices, clearances, lipschitz_constant
+from vfix_engine.pathway.query.query import Query, deviation_of_points
 from vfix_engine.robots.snake import SnakeModel
 from vfix_engine.robots.snake_surface import LinkVertices
 

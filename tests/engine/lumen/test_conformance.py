@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from vfix_engine.errors import PathwayError
-from vfix_engine.lumen.anatomy.curve import Curve
-from vfix_engine.lumen.anatomy.transport import transported
-from vfix_engine.lumen.conform.conform_kernel import Body, Line, Task, normal_matrix, shape_cost
-from vfix_engine.lumen.conform.conform_solve import box_step
-from vfix_engine.lumen.conform.conformance import FASTEST, Insertion, ShapeSolution, conform
+from vfix_engine.geometry.curve import Curve
+from vfix_engine.geometry.transport import transported
 from vfix_engine.robots.snake import SnakeModel
+from vfix_engine.snake.conform.conform_kernel import Body, Line, Task, normal_matrix, shape_cost
+from vfix_engine.snake.conform.conform_solve import box_step
+from vfix_engine.snake.conform.conformance import FASTEST, Insertion, ShapeSolution, conform
 
 LINK = 28.0
 

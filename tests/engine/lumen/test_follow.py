@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from vfix_engine.errors import PathwayError
-from vfix_engine.lumen.anatomy.curve import Curve
-from vfix_engine.lumen.conform.follow import followable
-from vfix_engine.lumen.conform.joint_places import joint_places
+from vfix_engine.geometry.curve import Curve
 from vfix_engine.robots.snake import SnakeModel
+from vfix_engine.snake.conform.follow import followable
+from vfix_engine.snake.conform.joint_places import joint_places
 
 SNAKE = SnakeModel(5)
 

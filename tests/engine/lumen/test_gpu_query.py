@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 from vfix_engine.errors import InputError
-from vfix_engine.lumen.query import gpu
+from vfix_engine.pathway.query import gpu
 from vfix_engine.robots.snake_surface import LinkVertices
 
 ROOT = Path(gpu.__file__).parents[2]
@@ -25,9 +25,9 @@ ASKING = """
 import json
 import numpy as np
 from vfix_engine.errors import InputError
-from vfix_engine.lumen.query import gpu
-from vfix_engine.lumen.pathway.packed import PackedPathway
-from vfix_engine.lumen.query.query import Query, deviation_of_points
+from vfix_engine.pathway.query import gpu
+from vfix_engine.pathway.packed import PackedPathway
+from vfix_engine.pathway.query.query import Query, deviation_of_points
 from vfix_engine.robots.snake_surface import LinkVertices
 from lumen_shapes import arc, helix, straight
 
@@ -166,5 +166,5 @@ def test_without_a_gpu_it_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_it_costs_nothing_until_it_is_used() -> None:
-    loaded = ask("import sys; import vfix_engine.lumen.query.gpu; print('numba.cuda' in sys.modules)")
+    loaded = ask("import sys; import vfix_engine.pathway.query.gpu; print('numba.cuda' in sys.modules)")
     assert loaded.strip() == "False"

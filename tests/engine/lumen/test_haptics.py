@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from vfix_engine.errors import InputError
-from vfix_engine.lumen.haptics.haptics import HapticSettings, guidance, net, resistance
-from vfix_engine.lumen.pathway.cavity import body_cavity
-from vfix_engine.lumen.query.query import Query
+from vfix_engine.pathway.cavity import body_cavity
+from vfix_engine.pathway.query.query import Query
 from vfix_engine.robots import SnakeModel
+from vfix_engine.snake.haptics.haptics import HapticSettings, guidance, net, resistance
 
 TABLE_II = HapticSettings()
 STILL = np.zeros(2)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from vfix_engine.errors import InputError
-from vfix_engine.lumen.bending.hermite import PolarHermite
+from vfix_engine.snake.bending.hermite import PolarHermite
 
 UNEVEN = np.array([0.3, 1.0, 2.4, 3.5, 5.1])
 SIDE = 1e-9  # [rad] to either side of an angle

@@ -5,11 +5,11 @@ import pytest
 import trimesh
 
 from vfix_engine import SnakeDrive, TriangleMesh
+from vfix_engine.anatomy.lumen.centreline import centreline_between
 from vfix_engine.errors import PathwayError
-from vfix_engine.lumen.anatomy.centreline import centreline_between
-from vfix_engine.lumen.drive import Command, DriveSettings
-from vfix_engine.lumen.drive.lumen import lumen_between
 from vfix_engine.robots.snake import SnakeModel
+from vfix_engine.worlds.snake.drive import Command, DriveSettings
+from vfix_engine.worlds.snake.lumen import lumen_between
 
 SETTINGS = DriveSettings(contours=12, interpolated=45, vertices_per_link=30, bends=4, step_s=0.01)
 START, END = np.array([0.0, 0.0, -120.0]), np.array([0.0, 0.0, 120.0])

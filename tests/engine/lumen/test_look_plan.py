@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from lumen_shapes import arc, straight
 
-from vfix_engine.lumen.drive.drive_state import Command, DriveSettings
-from vfix_engine.lumen.drive.look_plan import SIDES, LookPlanner, view_of
-from vfix_engine.lumen.drive.look_round import planned
-from vfix_engine.lumen.drive.snake_drive import SnakeDrive
-from vfix_engine.lumen.limits.limits import MOTION_TOLERANCE_MM
-from vfix_engine.lumen.query.query import deviation_of_points
+from vfix_engine.pathway.limits.limits import MOTION_TOLERANCE_MM
+from vfix_engine.pathway.query.query import deviation_of_points
 from vfix_engine.robots.snake import SnakeModel
+from vfix_engine.worlds.snake.drive_state import Command, DriveSettings
+from vfix_engine.worlds.snake.look_plan import SIDES, LookPlanner, view_of
+from vfix_engine.worlds.snake.look_round import planned
+from vfix_engine.worlds.snake.snake_drive import SnakeDrive
 
 # A bend in which joints of 45° have little left: chords of 28 mm turn by 41°.
 TIGHT = arc(40.0, 3.0, radius=11.0, contours=40)

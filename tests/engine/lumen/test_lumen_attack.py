@@ -18,10 +18,10 @@ from benchmarks.lumen_attack.command import SUMMED, summary
 from benchmarks.lumen_attack.hands import HANDS
 from benchmarks.lumen_attack.lies import LIES
 from benchmarks.lumen_attack.watch import Motion, Tally, Watch
-from vfix_engine.lumen.drive.drive_state import DriveSettings
-from vfix_engine.lumen.drive.snake_drive import SnakeDrive
-from vfix_engine.lumen.limits.limits import Configuration, HardLimits, Verdict
+from vfix_engine.pathway.limits.limits import Configuration, HardLimits, Verdict
 from vfix_engine.robots.snake import SnakeModel
+from vfix_engine.worlds.snake.drive_state import DriveSettings
+from vfix_engine.worlds.snake.snake_drive import SnakeDrive
 
 SCENES = ("helix", "narrow", "lobes", "hairpin", "breathing bend", "squeezing helix")
 STEPS, SEED = 100, 20261124

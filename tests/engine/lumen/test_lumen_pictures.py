@@ -5,16 +5,16 @@ import pytest
 import trimesh
 from numpy.typing import NDArray
 
+from vfix_engine.anatomy.lumen.synthetic import SyntheticCourse
 from vfix_engine.errors import InputError
 from vfix_engine.geometry.mesh import TriangleMesh
-from vfix_engine.lumen.anatomy.synthetic import SyntheticCourse
-from vfix_engine.lumen.pathway.fit import fit_pathway
-from vfix_engine.lumen.picture import picture_marks
-from vfix_engine.lumen.picture.camera_view import Surface, View, endoscope_view
-from vfix_engine.lumen.picture.picture import HEIGHT, WIDTH, LumenPictures
-from vfix_engine.lumen.picture.picture_marks import RIM, rims
-from vfix_engine.lumen.picture.robot_shape import robot_shape
+from vfix_engine.pathway.fit import fit_pathway
 from vfix_engine.robots.snake import SnakeModel
+from vfix_engine.worlds.snake.picture import picture_marks
+from vfix_engine.worlds.snake.picture.camera_view import Surface, View, endoscope_view
+from vfix_engine.worlds.snake.picture.picture import HEIGHT, WIDTH, LumenPictures
+from vfix_engine.worlds.snake.picture.picture_marks import RIM, rims
+from vfix_engine.worlds.snake.picture.robot_shape import robot_shape
 
 Array = NDArray[np.float64]
 

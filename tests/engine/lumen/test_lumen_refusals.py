@@ -12,26 +12,26 @@ import pytest
 import trimesh
 from lumen_shapes import straight
 
+from vfix_engine.anatomy.lumen.centreline import centreline_between
 from vfix_engine.errors import InputError, VfixError
-from vfix_engine.lumen.anatomy.centreline import centreline_between
-from vfix_engine.lumen.bending.bending import BendProblem
-from vfix_engine.lumen.bending.hermite import PolarHermite
-from vfix_engine.lumen.bending.optimise import control_bends
-from vfix_engine.lumen.bending.visual_motor import Steering, VisualMotor
-from vfix_engine.lumen.drive.drive import drive_lumen
-from vfix_engine.lumen.drive.drive_report import Visit
-from vfix_engine.lumen.drive.drive_state import Command, DriveSettings
-from vfix_engine.lumen.drive.look_round import look_round
-from vfix_engine.lumen.drive.narrow import narrowest
-from vfix_engine.lumen.drive.operators import Stop, scripted
-from vfix_engine.lumen.drive.snake_drive import SnakeDrive
-from vfix_engine.lumen.pathway.fit import fit_pathway
-from vfix_engine.lumen.pathway.packed import PackedPathway
-from vfix_engine.lumen.pathway.pathway import Pathway
-from vfix_engine.lumen.pathway.pathway_surface import pathway_surface
-from vfix_engine.lumen.pathway.tissue_motion import breathing, peristalsis
-from vfix_engine.lumen.query.query import Query, deviation_of_points
+from vfix_engine.pathway.fit import fit_pathway
+from vfix_engine.pathway.packed import PackedPathway
+from vfix_engine.pathway.pathway import Pathway
+from vfix_engine.pathway.pathway_surface import pathway_surface
+from vfix_engine.pathway.query.query import Query, deviation_of_points
+from vfix_engine.pathway.tissue_motion import breathing, peristalsis
 from vfix_engine.robots.snake import SnakeModel
+from vfix_engine.snake.bending.bending import BendProblem
+from vfix_engine.snake.bending.hermite import PolarHermite
+from vfix_engine.snake.bending.optimise import control_bends
+from vfix_engine.snake.bending.visual_motor import Steering, VisualMotor
+from vfix_engine.worlds.snake.drive import drive_lumen
+from vfix_engine.worlds.snake.drive_report import Visit
+from vfix_engine.worlds.snake.drive_state import Command, DriveSettings
+from vfix_engine.worlds.snake.look_round import look_round
+from vfix_engine.worlds.snake.narrow import narrowest
+from vfix_engine.worlds.snake.operators import Stop, scripted
+from vfix_engine.worlds.snake.snake_drive import SnakeDrive
 
 LANE = straight(contours=16)
 RADII = np.full(16, 12.0)
@@ -301,7 +301,7 @@ def test_an_operator_whose_steps_lead_nowhere_gives_up(monkeypatch: pytest.Monke
     stuck.state.outcome = "held"  # the same numbers would refuse the same step again and again
     assert sum(1 for _ in scripted(stuck, [], 200.0)) < 30
     stuck.state.outcome = "shrunk"
-    monkeypatch.setattr("vfix_engine.lumen.drive.look_round._by_hand", lambda *_: iter(()))
+    monkeypatch.setattr("vfix_engine.worlds.snake.look_round._by_hand", lambda *_: iter(()))
     orders = list(look_round(stuck, Stop("here", 100.0)))
     assert len(orders) < 200
     assert orders[-1].event == "gave up"

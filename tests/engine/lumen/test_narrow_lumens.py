@@ -16,25 +16,25 @@ from snake_runs import hand, judged, made_spec, rows
 
 from benchmarks.lumen_attack.judge import Judge, bounds_by_place
 from vfix_engine.errors import InputError, PathwayError
-from vfix_engine.lumen.drive.drive import drive_lumen
-from vfix_engine.lumen.drive.drive_run import STALLED, DriveRun
-from vfix_engine.lumen.drive.drive_state import Command, DriveSettings, DriveState
-from vfix_engine.lumen.drive.look_round import Order, Stop, look_round
-from vfix_engine.lumen.drive.narrow import narrowest
-from vfix_engine.lumen.drive.snake_drive import SnakeDrive
-from vfix_engine.lumen.limits.limits import Configuration, HardLimits
-from vfix_engine.lumen.limits.limits_kernel import MOST_POSES
-from vfix_engine.lumen.limits.link_bounds import BOUND_SHARE, LinkBounds, inscribed_radii, known_within
-from vfix_engine.lumen.pathway.pathway import Pathway
-from vfix_engine.lumen.pathway.pathway_surface import pathway_surface
-from vfix_engine.lumen.pathway.tissue_motion import peristalsis
-from vfix_engine.lumen.query.query import Query
-from vfix_engine.lumen.system import LumenContours, SnakeSettings, SnakeSystemSpec
+from vfix_engine.pathway.limits.limits import Configuration, HardLimits
+from vfix_engine.pathway.limits.limits_kernel import MOST_POSES
+from vfix_engine.pathway.limits.link_bounds import BOUND_SHARE, LinkBounds, inscribed_radii, known_within
+from vfix_engine.pathway.pathway import Pathway
+from vfix_engine.pathway.pathway_surface import pathway_surface
+from vfix_engine.pathway.query.query import Query
+from vfix_engine.pathway.tissue_motion import peristalsis
 from vfix_engine.robots.snake import SnakeModel
 from vfix_engine.runtime.driver import Driver
 from vfix_engine.runtime.replay import replay
 from vfix_engine.runtime.run import END, Run, RunWriter
-from vfix_engine.worlds import spec_of
+from vfix_engine.worlds.registry import spec_of
+from vfix_engine.worlds.snake import LumenContours, SnakeSettings, SnakeSystemSpec
+from vfix_engine.worlds.snake.drive import drive_lumen
+from vfix_engine.worlds.snake.drive_run import STALLED, DriveRun
+from vfix_engine.worlds.snake.drive_state import Command, DriveSettings, DriveState
+from vfix_engine.worlds.snake.look_round import Order, Stop, look_round
+from vfix_engine.worlds.snake.narrow import narrowest
+from vfix_engine.worlds.snake.snake_drive import SnakeDrive
 
 COARSE = DriveSettings(vertices_per_link=30, bends=4, step_s=0.01)
 

@@ -9,10 +9,10 @@ from lumen_shapes import SHAPES
 from scipy.interpolate import PchipInterpolator
 
 from vfix_engine.errors import PathwayError
-from vfix_engine.lumen.pathway import packed
-from vfix_engine.lumen.pathway.checks import clear_of_neighbours
-from vfix_engine.lumen.pathway.interpolation import Interpolation
-from vfix_engine.lumen.pathway.pathway import Pathway
+from vfix_engine.pathway import packed
+from vfix_engine.pathway.checks import clear_of_neighbours
+from vfix_engine.pathway.interpolation import Interpolation
+from vfix_engine.pathway.pathway import Pathway
 
 # Interpolation
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from vfix_engine.errors import PathwayError
-from vfix_engine.lumen.anatomy.curve import Curve
-from vfix_engine.lumen.anatomy.transport import transported
+from vfix_engine.geometry.curve import Curve
+from vfix_engine.geometry.transport import transported
 
 
 def circle(radius: float = 50.0, turn: float = 2.0, points: int = 60) -> np.ndarray:

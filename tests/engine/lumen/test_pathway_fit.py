@@ -7,15 +7,15 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from vfix_engine.anatomy.lumen.centreline import Centreline
+from vfix_engine.anatomy.lumen.synthetic import SyntheticCourse
 from vfix_engine.errors import PathwayError
+from vfix_engine.geometry.curve import Curve
 from vfix_engine.geometry.mesh import TriangleMesh
-from vfix_engine.lumen.anatomy.centreline import Centreline
-from vfix_engine.lumen.anatomy.curve import Curve
-from vfix_engine.lumen.anatomy.synthetic import SyntheticCourse
-from vfix_engine.lumen.anatomy.transport import transported
-from vfix_engine.lumen.pathway.fit import containment, fit_pathway
-from vfix_engine.lumen.pathway.interpolation import Interpolation
-from vfix_engine.lumen.pathway.uncross import uncrossed
+from vfix_engine.geometry.transport import transported
+from vfix_engine.pathway.fit import containment, fit_pathway
+from vfix_engine.pathway.interpolation import Interpolation
+from vfix_engine.pathway.uncross import uncrossed
 
 Array = np.ndarray
 Width = Callable[[Array, Array], Array]

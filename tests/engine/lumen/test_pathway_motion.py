@@ -9,8 +9,8 @@ import pytest
 from lumen_shapes import SHAPES, arc
 
 from vfix_engine.errors import PathwayError
-from vfix_engine.lumen.pathway.pathway import Pathway
-from vfix_engine.lumen.pathway.tissue_motion import breathing, peristalsis, together
+from vfix_engine.pathway.pathway import Pathway
+from vfix_engine.pathway.tissue_motion import breathing, peristalsis, together
 
 
 def test_a_moved_pathway_is_the_pathway_of_the_moved_contours() -> None:

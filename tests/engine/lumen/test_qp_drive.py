@@ -8,15 +8,15 @@ import math
 import numpy as np
 from lumen_shapes import arc, straight
 
-from vfix_engine.lumen.control.projection import projected_to_limits
-from vfix_engine.lumen.control.qp_drive import QpControl
-from vfix_engine.lumen.control.tip_control import DistalContext, camera_jacobian
-from vfix_engine.lumen.control.wall_rows import wall_rows
-from vfix_engine.lumen.drive.drive import compare_controls
-from vfix_engine.lumen.drive.drive_state import Command, DriveSettings
-from vfix_engine.lumen.drive.snake_drive import SnakeDrive
-from vfix_engine.lumen.query.query import Query
+from vfix_engine.pathway.query.query import Query
 from vfix_engine.robots.snake import SnakeModel
+from vfix_engine.snake.control.projection import projected_to_limits
+from vfix_engine.snake.control.qp_drive import QpControl
+from vfix_engine.snake.control.tip_control import DistalContext, camera_jacobian
+from vfix_engine.snake.control.wall_rows import wall_rows
+from vfix_engine.worlds.snake.drive import compare_controls
+from vfix_engine.worlds.snake.drive_state import Command, DriveSettings
+from vfix_engine.worlds.snake.snake_drive import SnakeDrive
 
 SETTINGS = DriveSettings(vertices_per_link=40, control="qp", step_s=0.002)
 

@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 
 from vfix_engine.errors import InputError, PathwayError
-from vfix_engine.lumen.pathway.cavity import body_cavity
-from vfix_engine.lumen.pathway.packed import PackedPathway
-from vfix_engine.lumen.pathway.pathway import Pathway
-from vfix_engine.lumen.query import query_blocks
-from vfix_engine.lumen.query.query import Deviations, Query, deviation_of_points
-from vfix_engine.lumen.query.query_blocks import CHILD, RADIUS, vertex_blocks
-from vfix_engine.lumen.query.query_fast import largest_excess, link_deviations
-from vfix_engine.lumen.query.query_lanes import WORK
+from vfix_engine.pathway.cavity import body_cavity
+from vfix_engine.pathway.packed import PackedPathway
+from vfix_engine.pathway.pathway import Pathway
+from vfix_engine.pathway.query import query_blocks
+from vfix_engine.pathway.query.query import Deviations, Query, deviation_of_points
+from vfix_engine.pathway.query.query_blocks import CHILD, RADIUS, vertex_blocks
+from vfix_engine.pathway.query.query_fast import largest_excess, link_deviations
+from vfix_engine.pathway.query.query_lanes import WORK
 from vfix_engine.robots.snake import SnakeModel
 from vfix_engine.robots.snake_surface import LinkVertices
 

@@ -14,18 +14,18 @@ from lumen_shapes import arc, helix, straight
 
 from vfix_engine.errors import InputError
 from vfix_engine.geometry.mesh import TriangleMesh
-from vfix_engine.lumen.drive.drive import Shot, drive_lumen, lumen_between
-from vfix_engine.lumen.drive.drive_report import Tally
-from vfix_engine.lumen.drive.drive_run import why_it_ended
-from vfix_engine.lumen.drive.drive_state import DriveSettings, DriveState
-from vfix_engine.lumen.drive.operators import Stop, _come_again, adversarial, scripted
-from vfix_engine.lumen.drive.snake_drive import SnakeDrive
-from vfix_engine.lumen.drive.wall_depth import WallDepth
-from vfix_engine.lumen.limits.limits import MOTION_TOLERANCE_MM
-from vfix_engine.lumen.pathway.pathway import Pathway
-from vfix_engine.lumen.pathway.tissue_motion import breathing, peristalsis
-from vfix_engine.lumen.query.query import deviation_of_points
+from vfix_engine.pathway.limits.limits import MOTION_TOLERANCE_MM
+from vfix_engine.pathway.pathway import Pathway
+from vfix_engine.pathway.query.query import deviation_of_points
+from vfix_engine.pathway.tissue_motion import breathing, peristalsis
 from vfix_engine.robots.snake import SnakeModel
+from vfix_engine.worlds.snake.drive import Shot, drive_lumen, lumen_between
+from vfix_engine.worlds.snake.drive_report import Tally
+from vfix_engine.worlds.snake.drive_run import why_it_ended
+from vfix_engine.worlds.snake.drive_state import DriveSettings, DriveState
+from vfix_engine.worlds.snake.operators import Stop, _come_again, adversarial, scripted
+from vfix_engine.worlds.snake.snake_drive import SnakeDrive
+from vfix_engine.worlds.snake.wall_depth import WallDepth
 
 QUICK = DriveSettings(vertices_per_link=40, bends=4, step_s=0.008)
 

@@ -8,11 +8,11 @@ import lumen_shapes
 import numpy as np
 import pytest
 
-from vfix_engine.lumen.pathway import packed
-from vfix_engine.lumen.pathway.inner_line import inner_lines
-from vfix_engine.lumen.pathway.packed import PackedPathway
-from vfix_engine.lumen.query.query import deviation_of_points
-from vfix_engine.lumen.query.section import section_distance, signed_distance
+from vfix_engine.pathway import packed
+from vfix_engine.pathway.inner_line import inner_lines
+from vfix_engine.pathway.packed import PackedPathway
+from vfix_engine.pathway.query.query import deviation_of_points
+from vfix_engine.pathway.query.section import section_distance, signed_distance
 
 Long = np.longdouble
 

@@ -11,14 +11,14 @@ import pytest
 from lumen_shapes import helix, straight
 
 from vfix_engine.errors import InputError
-from vfix_engine.lumen.conform.conformance import conform
-from vfix_engine.lumen.conform.waypoints import moved_off
-from vfix_engine.lumen.control.projection import projected_to_limits
-from vfix_engine.lumen.drive.drive_state import Command, DriveSettings
-from vfix_engine.lumen.drive.snake_drive import SnakeDrive
-from vfix_engine.lumen.limits.limits import beyond_text
-from vfix_engine.lumen.pathway.tissue_motion import breathing
+from vfix_engine.pathway.limits.limits import beyond_text
+from vfix_engine.pathway.tissue_motion import breathing
 from vfix_engine.robots.snake import SnakeModel
+from vfix_engine.snake.conform.conformance import conform
+from vfix_engine.snake.conform.waypoints import moved_off
+from vfix_engine.snake.control.projection import projected_to_limits
+from vfix_engine.worlds.snake.drive_state import Command, DriveSettings
+from vfix_engine.worlds.snake.snake_drive import SnakeDrive
 
 QUICK = DriveSettings(vertices_per_link=40, bends=4, step_s=0.008)
 
@@ -59,7 +59,7 @@ def test_what_projects_a_shape_to_the_limits_is_compiled_before_the_first_step(m
     """Its first call of an installation takes seconds."""
     asked = []
     monkeypatch.setattr(
-        "vfix_engine.lumen.drive.shape_steps.projected_to_limits",
+        "vfix_engine.worlds.snake.shape_steps.projected_to_limits",
         lambda *given: asked.append(projected_to_limits(*given)),
     )
     SnakeDrive(SnakeModel(6), straight(300.0), QUICK, tip_s=170.0)

@@ -9,12 +9,12 @@ import pytest
 from lumen_shapes import arc, straight
 
 from vfix_engine.errors import InputError
-from vfix_engine.lumen.limits.limits import MOTION_TOLERANCE_MM, Configuration, HardLimits
-from vfix_engine.lumen.limits.limits_kernel import _bows, _turn_between, lipschitz_to_depth
-from vfix_engine.lumen.limits.limits_vertices import _growth
-from vfix_engine.lumen.pathway.packed import INSCRIBED_RADIUS, PackedPathway
-from vfix_engine.lumen.query.clearance import lipschitz_constant
-from vfix_engine.lumen.query.query import Query, deviation_of_points
+from vfix_engine.pathway.limits.limits import MOTION_TOLERANCE_MM, Configuration, HardLimits
+from vfix_engine.pathway.limits.limits_kernel import _bows, _turn_between, lipschitz_to_depth
+from vfix_engine.pathway.limits.limits_vertices import _growth
+from vfix_engine.pathway.packed import INSCRIBED_RADIUS, PackedPathway
+from vfix_engine.pathway.query.clearance import lipschitz_constant
+from vfix_engine.pathway.query.query import Query, deviation_of_points
 from vfix_engine.robots.snake import SnakeModel
 
 SNAKE = SnakeModel(5)

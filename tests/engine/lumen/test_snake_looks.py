@@ -10,11 +10,11 @@ import pytest
 from snake_runs import BREATH, SAME_MM, hand, judged, made_spec, rows, run
 
 from vfix_engine.errors import ControlError, InputError
-from vfix_engine.lumen.drive.look_plan import SIDES
-from vfix_engine.lumen.pathway.pathway import TissueMotion
-from vfix_engine.lumen.system import LookRound, SnakeState, SnakeSystem
+from vfix_engine.pathway.pathway import TissueMotion
 from vfix_engine.runtime import Straighten
 from vfix_engine.runtime.command import no_command
+from vfix_engine.worlds.snake import LookRound, SnakeState, SnakeSystem
+from vfix_engine.worlds.snake.look_plan import SIDES
 
 MOST_STEPS = 30_000
 

@@ -13,12 +13,12 @@ from pathlib import Path
 import numpy as np
 from snake_runs import SAME_MM, made_spec, wall_that_gives_way
 
-from vfix_engine.lumen.system import LookRound, SnakeSnapshot
-from vfix_engine.lumen.system.planned_drive import OLDEST_S
-from vfix_engine.lumen.system.system import STILL_N
 from vfix_engine.runtime.process import ControlProcess
 from vfix_engine.runtime.run import Run
 from vfix_engine.runtime.virtual_coupling import GONE_S
+from vfix_engine.worlds.snake import LookRound, SnakeSnapshot
+from vfix_engine.worlds.snake.planned_drive import OLDEST_S
+from vfix_engine.worlds.snake.system import STILL_N
 
 Process = ControlProcess[SnakeSnapshot]
 PUSH = (0.5, 0.0, 0.0)

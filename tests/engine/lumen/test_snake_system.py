@@ -9,12 +9,12 @@ import pytest
 from snake_runs import AGE, BREATH, SAME_MM, TIGHT, hand, judged, made_spec, rows, run, tour
 
 from vfix_engine.errors import ControlError, InputError
-from vfix_engine.lumen.pathway.tissue_motion import breathing, peristalsis, together
-from vfix_engine.lumen.system import FollowTissue, LumenSurface, SnakeSettings, SnakeSystem, SnakeSystemSpec
-from vfix_engine.lumen.system.planned_drive import OLDEST_S
-from vfix_engine.lumen.system.planner import rim_travel
+from vfix_engine.pathway.tissue_motion import breathing, peristalsis, together
 from vfix_engine.robots.snake import SnakeModel
 from vfix_engine.runtime.requests import Bend, Reset, SetSettings, Straighten
+from vfix_engine.worlds.snake import FollowTissue, LumenSurface, SnakeSettings, SnakeSystem, SnakeSystemSpec
+from vfix_engine.worlds.snake.planned_drive import OLDEST_S
+from vfix_engine.worlds.snake.planner import rim_travel
 
 
 @pytest.fixture(scope="module")

@@ -9,9 +9,9 @@ import pytest
 from numpy.typing import ArrayLike
 
 from vfix_engine.errors import InputError
-from vfix_engine.lumen.bending.hermite import PolarHermite
-from vfix_engine.lumen.bending.visual_motor import Steering, VisualMotor
 from vfix_engine.robots import SnakeModel
+from vfix_engine.snake.bending.hermite import PolarHermite
+from vfix_engine.snake.bending.visual_motor import Steering, VisualMotor
 
 SNAKE = SnakeModel(5)
 BASE = np.array([[0.0, 0.0, 1.0, 40.0], [1.0, 0.0, 0.0, -7.0], [0.0, 1.0, 0.0, 120.0], [0.0, 0.0, 0.0, 1.0]])

@@ -10,10 +10,10 @@ import pytest
 
 from head_phantom.generate import generate, generate_fields
 from head_phantom.scanned import FINE_MM, scanned
-from vfix_engine.geometry.proximity import ProximityTree
-from vfix_engine.imaging.soft_tissue import TISSUE_HU
-from vfix_engine.imaging.surface import BONE_HU, extract_surface
-from vfix_engine.imaging.volume import Volume
+from vfix_engine.anatomy.soft_tissue import TISSUE_HU
+from vfix_engine.anatomy.surface import extract_surface
+from vfix_engine.files.volume import BONE_HU, Volume
+from vfix_engine.proximity.proximity import ProximityTree
 
 TURBINATE = ((-2.0, 26.0, 12.0), (17.0, 40.0, 32.0))  # middle turbinate and septum, and the air on both sides
 THINNER_MM = 0.7

@@ -7,9 +7,9 @@ import pytest
 
 from head_phantom.files import HU_STEP, packed
 from head_phantom.generate import generate
+from vfix_engine.anatomy.phantom import load_nose_ct
 from vfix_engine.errors import ImageError
-from vfix_engine.imaging.phantom import load_nose_ct
-from vfix_engine.imaging.volume import Volume
+from vfix_engine.files.volume import Volume
 
 AROUND_THE_OSTIUM = ((2.0, 24.0, 14.0), (24.0, 38.0, 26.0))
 

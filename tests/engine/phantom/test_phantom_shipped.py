@@ -12,11 +12,7 @@ import pytest
 from head_phantom import landmarks as known
 from head_phantom import measure
 from head_phantom.files import write_nrrd
-from vfix_engine.geometry.mesh import TriangleMesh
-from vfix_engine.geometry.path import SplinePath
-from vfix_engine.geometry.proximity import ProximityTree
-from vfix_engine.imaging.mesh_files import read_mesh
-from vfix_engine.imaging.phantom import (
+from vfix_engine.anatomy.phantom import (
     BONE_REPORT,
     DESCRIPTION,
     DISPLAY,
@@ -26,8 +22,12 @@ from vfix_engine.imaging.phantom import (
     load_nose_ct,
     phantom_dir,
 )
-from vfix_engine.imaging.surface import extract_surface
-from vfix_engine.imaging.volume import Volume
+from vfix_engine.anatomy.surface import extract_surface
+from vfix_engine.files.mesh_files import read_mesh
+from vfix_engine.files.volume import Volume
+from vfix_engine.geometry.mesh import TriangleMesh
+from vfix_engine.geometry.path import SplinePath
+from vfix_engine.proximity.proximity import ProximityTree
 
 SIDES = pytest.mark.parametrize("side", [1.0, -1.0], ids=["left", "right"])
 

@@ -7,12 +7,11 @@ import pytest
 
 from head_phantom.generate import generate_fields
 from head_phantom.scanned import FINE_MM, scanned
-from vfix_engine.imaging.islands import islands
-from vfix_engine.imaging.segmentation import PRESETS, SegmentRequest
-from vfix_engine.imaging.soft_tissue import TISSUE_HU
-from vfix_engine.imaging.surface import BONE_HU
-from vfix_engine.imaging.tissue_regions import near_air, sheets_between_air
-from vfix_engine.imaging.volume import Volume
+from vfix_engine.anatomy.islands import islands
+from vfix_engine.anatomy.segmentation import PRESETS, SegmentRequest
+from vfix_engine.anatomy.soft_tissue import TISSUE_HU
+from vfix_engine.anatomy.tissue_regions import near_air, sheets_between_air
+from vfix_engine.files.volume import BONE_HU, Volume
 
 BOX = ((-2.0, 26.0, 12.0), (17.0, 40.0, 32.0))  # middle turbinate and septum, and the air on both sides
 

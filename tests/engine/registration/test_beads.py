@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from vfix_engine.anatomy.phantom import load_head_ct, load_landmarks
+from vfix_engine.anatomy.synthetic_beads import place_beads, skin_sites
 from vfix_engine.errors import ImageError, InputError
-from vfix_engine.imaging.phantom import load_head_ct, load_landmarks
-from vfix_engine.imaging.synthetic_beads import place_beads, skin_sites
-from vfix_engine.imaging.volume import Volume
+from vfix_engine.files.volume import Volume
 from vfix_engine.registration import find_beads
 
 RADIUS = 22.0  # mm, of a head that is a ball: skin, and a skull 6 mm below it

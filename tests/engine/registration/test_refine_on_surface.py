@@ -8,10 +8,10 @@ import trimesh
 from registration_cases import placed, some_pose
 from scipy.spatial.transform import Rotation
 
+from vfix_engine.anatomy.phantom import load_bone_surface
 from vfix_engine.errors import InputError
 from vfix_engine.geometry.mesh import TriangleMesh
-from vfix_engine.geometry.proximity import ProximityTree
-from vfix_engine.imaging.phantom import load_bone_surface
+from vfix_engine.proximity.proximity import ProximityTree
 from vfix_engine.registration import refine_on_surface, register_points
 
 TARGET = np.array([[2.0, 52.0, 27.0]])  # sphenoid sinus

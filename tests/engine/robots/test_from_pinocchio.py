@@ -11,8 +11,8 @@ import pytest
 
 from vfix_engine import RobotModel, Tool
 from vfix_engine.errors import RobotError
-from vfix_engine.fixtures import joint_regularisation
 from vfix_engine.resources import assets_dir
+from vfix_engine.virtual_fixtures import joint_regularisation
 
 URDF = assets_dir() / "robots" / "arm_7.urdf"
 FRAME = json.loads((assets_dir() / "robots" / "arm_7.json").read_text(encoding="utf-8"))["tool_frame"]

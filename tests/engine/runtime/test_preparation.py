@@ -15,10 +15,10 @@ from typing import Any
 
 import pytest
 
-from vfix_engine import worlds
-from vfix_engine.runtime import preparation
-from vfix_engine.runtime.preparation import Preparation
-from vfix_engine.worlds import RIGID, SNAKE
+from vfix_engine.kernels import preparation
+from vfix_engine.kernels.preparation import Preparation
+from vfix_engine.worlds import registry as worlds
+from vfix_engine.worlds.registry import RIGID, SNAKE
 
 
 @pytest.fixture
@@ -164,9 +164,9 @@ def test_a_part_ends_with_the_planner(one: Preparation, part: str) -> None:
 
 SLICES = """
 import numpy as np
-from vfix_engine.imaging import sampling
-from vfix_engine.imaging.volume import Volume
-from vfix_engine.simulation import preparation
+from vfix_engine.files import sampling
+from vfix_engine.files.volume import Volume
+from vfix_engine.worlds.rigid import preparation
 
 preparation._slices()
 before = sampling._points.signatures + sampling._plane.signatures

@@ -18,7 +18,7 @@ from benchmarks.attack.arenas import BUILDERS
 from benchmarks.attack.campaign import Campaign
 from benchmarks.certify import summary
 from vfix_engine.control import Controller
-from vfix_engine.fixtures import StepState
+from vfix_engine.virtual_fixtures import StepState
 
 PHANTOM, REAL_HEAD = "phantom", "real head"
 STEPS, HEAD_STEPS = 290, 400  # of each scene

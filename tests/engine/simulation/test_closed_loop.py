@@ -11,16 +11,16 @@ import numpy as np
 import pytest
 
 from tests.engine.scenes import CoalJudge, curved_tube, head_corridor, head_mesh, placed_scene, straight_scene, wall
+from vfix_engine.anatomy.phantom import load_bone_surface, load_landmarks
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import ControlError, InputError, StartRefused
 from vfix_engine.geometry.capsules import Segments
-from vfix_engine.imaging.phantom import load_bone_surface, load_landmarks
-from vfix_engine.simulation.dry_run import dry_run
-from vfix_engine.simulation.headless import HeadlessRun
-from vfix_engine.simulation.rehearsal import ON_PATH_MM, Command, Rehearsal
-from vfix_engine.simulation.rigid_spec import RigidSpec, SceneSpec
-from vfix_engine.simulation.scene import Scene
-from vfix_engine.simulation.snapshot import Snapshot
+from vfix_engine.worlds.rigid.dry_run import dry_run
+from vfix_engine.worlds.rigid.headless import HeadlessRun
+from vfix_engine.worlds.rigid.rehearsal import ON_PATH_MM, Command, Rehearsal
+from vfix_engine.worlds.rigid.rigid_spec import RigidSpec, SceneSpec
+from vfix_engine.worlds.rigid.scene import Scene
+from vfix_engine.worlds.rigid.snapshot import Snapshot
 
 SETTINGS = ControlSettings()
 FAST = ControlSettings(dt_s=5e-3)  # steps of 0.05 mm: five times fewer, the certificate the same

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from vfix_engine.errors import InputError
-from vfix_engine.simulation.cone_surface import cone_surface, mean_direction
-from vfix_engine.simulation.inspection_cone import InspectionCone, spread_directions
+from vfix_engine.worlds.rigid.cone_surface import cone_surface, mean_direction
+from vfix_engine.worlds.rigid.inspection_cone import InspectionCone, spread_directions
 
 TARGET = np.array([3.0, -60.0, 12.0])
 LENGTH_MM = 30.0

@@ -6,11 +6,11 @@ import pytest
 from tests.engine.scenes import curved_tube
 from vfix_engine.control import ControlSettings
 from vfix_engine.geometry.path import SplinePath
-from vfix_engine.geometry.proximity import ProximityTree
+from vfix_engine.proximity.proximity import ProximityTree
 from vfix_engine.robots import RobotModel, Tool
-from vfix_engine.simulation.operators import ScriptedOperator
-from vfix_engine.simulation.rehearsal import Rehearsal
-from vfix_engine.simulation.scene import Scene
+from vfix_engine.worlds.rigid.operators import ScriptedOperator
+from vfix_engine.worlds.rigid.rehearsal import Rehearsal
+from vfix_engine.worlds.rigid.scene import Scene
 
 MESH, POINTS = curved_tube(radius=14.0)
 

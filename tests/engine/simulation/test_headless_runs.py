@@ -9,9 +9,9 @@ from vfix_engine.control import ControlSettings
 from vfix_engine.robots import Tool
 from vfix_engine.runtime.replay import replay
 from vfix_engine.runtime.run import Run, RunWriter
-from vfix_engine.simulation.headless import HeadlessRun
-from vfix_engine.simulation.rehearsal import Rehearsal
-from vfix_engine.simulation.rigid_spec import RigidSpec, SceneSpec
+from vfix_engine.worlds.rigid.headless import HeadlessRun
+from vfix_engine.worlds.rigid.rehearsal import Rehearsal
+from vfix_engine.worlds.rigid.rigid_spec import RigidSpec, SceneSpec
 
 
 def test_a_drive_is_recorded_as_it_can_be_driven_again(tmp_path: Path) -> None:

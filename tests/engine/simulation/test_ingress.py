@@ -16,13 +16,13 @@ from tests.engine.scenes import curved_tube, straight_scene, wall
 from vfix_engine import Simulation
 from vfix_engine.control import Controller, ControlSettings, StepRequest, qp
 from vfix_engine.errors import ControlError, InputError, MeshError, PlanError, StartRefused
-from vfix_engine.fixtures import Constraint, Objective, Zone
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.geometry.path import SplinePath
 from vfix_engine.geometry.shapes import Box, CapsuleShape, HalfSpace, Sphere
 from vfix_engine.runtime.virtual_coupling import VirtualCoupling
-from vfix_engine.simulation.rehearsal import Command, Rehearsal, RehearsalState
-from vfix_engine.simulation.teleoperation import Master
+from vfix_engine.virtual_fixtures import Constraint, Objective, Zone
+from vfix_engine.worlds.rigid.rehearsal import Command, Rehearsal, RehearsalState
+from vfix_engine.worlds.rigid.teleoperation import Master
 
 NOT_FINITE = (np.nan, np.inf, -np.inf)
 HUGE = (1e300, -1e300, 1.7e308, -1e18)

@@ -5,9 +5,9 @@ import pytest
 import trimesh
 
 from vfix_engine.geometry.mesh import TriangleMesh
-from vfix_engine.geometry.proximity import ProximityTree
+from vfix_engine.proximity.proximity import ProximityTree
 from vfix_engine.robots import Tool
-from vfix_engine.simulation.inspection_cone import inspection_cone
+from vfix_engine.worlds.rigid.inspection_cone import inspection_cone
 
 STRAIGHT = Tool.load("straight_pointer")
 DOWN = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])  # columns: the shaft, +y, runs along -z

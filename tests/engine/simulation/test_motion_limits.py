@@ -13,9 +13,9 @@ from benchmarks.attack.limits import MotionJudge, braking_way
 from tests.engine.scenes import curved_tube, placed_scene, straight_scene, wall
 from vfix_engine.control import ControlSettings
 from vfix_engine.control.admittance import slew_limited
-from vfix_engine.simulation.rehearsal import Command, Rehearsal, RehearsalState
-from vfix_engine.simulation.scene import Scene
-from vfix_engine.simulation.teleoperation import Master
+from vfix_engine.worlds.rigid.rehearsal import Command, Rehearsal, RehearsalState
+from vfix_engine.worlds.rigid.scene import Scene
+from vfix_engine.worlds.rigid.teleoperation import Master
 
 SLOW, FAST = ControlSettings(), ControlSettings(dt_s=5e-3)
 # Five times the force, five times its effect, and no patience of its own: all that is left are the limits.

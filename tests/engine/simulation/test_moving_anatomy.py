@@ -10,13 +10,13 @@ import pytest
 from tests.engine.scenes import CoalJudge, curved_tube, placed_scene, straight_scene, wall
 from vfix_engine.control import Controller, ControlSettings, HandCommand, StepState
 from vfix_engine.control.tasks import MoveFreely
-from vfix_engine.fixtures import Zone
 from vfix_engine.geometry.mesh import TriangleMesh
-from vfix_engine.geometry.proximity import ProximityTree
 from vfix_engine.geometry.shapes import Box, HalfSpace, Sphere
+from vfix_engine.proximity.proximity import ProximityTree
 from vfix_engine.robots import Tool
-from vfix_engine.simulation.rehearsal import Command, Rehearsal
-from vfix_engine.simulation.scene import Scene
+from vfix_engine.virtual_fixtures import Zone
+from vfix_engine.worlds.rigid.rehearsal import Command, Rehearsal
+from vfix_engine.worlds.rigid.scene import Scene
 
 FAST = ControlSettings(dt_s=5e-3, k_tau=1.0)
 

@@ -14,19 +14,19 @@ from tests.engine.scenes import CoalJudge, curved_tube
 from vfix_engine import Simulation
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import StartRefused
-from vfix_engine.fixtures import Rows, Situation, StepState, Zone
 from vfix_engine.geometry.path import SplinePath
-from vfix_engine.geometry.proximity import ProximityTree
 from vfix_engine.geometry.shapes import Sphere
+from vfix_engine.proximity.proximity import ProximityTree
 from vfix_engine.resources import assets_dir
 from vfix_engine.robots import RobotModel, Tool
 from vfix_engine.robots.inverse import inverse_kinematics
-from vfix_engine.simulation.base_placement import BasePlacement, tip_freedom
-from vfix_engine.simulation.headless import HeadlessRun
-from vfix_engine.simulation.placing import Placing, place_robot
-from vfix_engine.simulation.realtime import SceneSpec
-from vfix_engine.simulation.rehearsal import Rehearsal
-from vfix_engine.simulation.scene import Scene
+from vfix_engine.virtual_fixtures import Rows, Situation, StepState, Zone
+from vfix_engine.worlds.rigid.base_placement import BasePlacement, tip_freedom
+from vfix_engine.worlds.rigid.headless import HeadlessRun
+from vfix_engine.worlds.rigid.placing import Placing, place_robot
+from vfix_engine.worlds.rigid.realtime import SceneSpec
+from vfix_engine.worlds.rigid.rehearsal import Rehearsal
+from vfix_engine.worlds.rigid.scene import Scene
 
 MESH, POINTS = curved_tube()
 TREE = ProximityTree(MESH)

@@ -9,17 +9,17 @@ from tests.engine.scenes import curved_tube, wall
 from vfix_engine.control import ControlSettings
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.geometry.path import SplinePath
-from vfix_engine.geometry.proximity import ProximityTree
 from vfix_engine.geometry.shaft_directions import ShaftDirections, roll_of
+from vfix_engine.proximity.proximity import ProximityTree
 from vfix_engine.robots import RobotModel, Tool
 from vfix_engine.runtime.command import Command
-from vfix_engine.simulation.dry_run import dry_run
-from vfix_engine.simulation.headless import HeadlessRun
-from vfix_engine.simulation.placing import place_robot, placed_along
-from vfix_engine.simulation.rehearsal import Rehearsal
-from vfix_engine.simulation.rigid_spec import RigidSpec, SceneSpec
-from vfix_engine.simulation.scene import Scene
-from vfix_engine.simulation.snapshot import Snapshot
+from vfix_engine.worlds.rigid.dry_run import dry_run
+from vfix_engine.worlds.rigid.headless import HeadlessRun
+from vfix_engine.worlds.rigid.placing import place_robot, placed_along
+from vfix_engine.worlds.rigid.rehearsal import Rehearsal
+from vfix_engine.worlds.rigid.rigid_spec import RigidSpec, SceneSpec
+from vfix_engine.worlds.rigid.scene import Scene
+from vfix_engine.worlds.rigid.snapshot import Snapshot
 
 ROBOT = RobotModel.load("steady_hand")
 POINTS = np.column_stack([np.zeros(5), np.linspace(0.0, 60.0, 5), np.zeros(5)])

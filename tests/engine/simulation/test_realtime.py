@@ -23,8 +23,8 @@ from vfix_engine.robots import Tool
 from vfix_engine.runtime.events import Event
 from vfix_engine.runtime.mailbox import Mailbox
 from vfix_engine.runtime.requests import SetTask
-from vfix_engine.simulation.realtime import RehearsalProcess, SceneSpec
-from vfix_engine.simulation.snapshot import Snapshot
+from vfix_engine.worlds.rigid.realtime import RehearsalProcess, SceneSpec
+from vfix_engine.worlds.rigid.snapshot import Snapshot
 
 
 def spec_of(mesh: TriangleMesh, points: np.ndarray) -> SceneSpec:

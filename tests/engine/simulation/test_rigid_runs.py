@@ -15,7 +15,18 @@ import pytest
 from tests.engine.scenes import curved_tube, straight_scene, wall
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import ControlError, InputError
-from vfix_engine.fixtures import (
+from vfix_engine.geometry.shapes import Box, HalfSpace, Sphere
+from vfix_engine.proximity.fields.distance_field import DistanceField, FieldGrid
+from vfix_engine.proximity.proximity import ProximityTree
+from vfix_engine.resources import assets_dir
+from vfix_engine.robots import RobotModel, Tool
+from vfix_engine.robots.model import Joint
+from vfix_engine.runtime import Command, Master, Reset, SetSettings, SetTask, Straighten
+from vfix_engine.runtime.driver import Driver
+from vfix_engine.runtime.process import ControlProcess
+from vfix_engine.runtime.replay import replay
+from vfix_engine.runtime.run import Run, RunWriter
+from vfix_engine.virtual_fixtures import (
     CartesianLimits,
     DeeperPlace,
     OrientationCone,
@@ -26,24 +37,13 @@ from vfix_engine.fixtures import (
     StepState,
     Zone,
 )
-from vfix_engine.fixtures.soft_zone import SoftZone
-from vfix_engine.fixtures.weighted import weighted
-from vfix_engine.geometry.distance_field import DistanceField, FieldGrid
-from vfix_engine.geometry.proximity import ProximityTree
-from vfix_engine.geometry.shapes import Box, HalfSpace, Sphere
-from vfix_engine.resources import assets_dir
-from vfix_engine.robots import RobotModel, Tool
-from vfix_engine.robots.model import Joint
-from vfix_engine.runtime import Command, Master, Reset, SetSettings, SetTask, Straighten
-from vfix_engine.runtime.driver import Driver
-from vfix_engine.runtime.process import ControlProcess
-from vfix_engine.runtime.replay import replay
-from vfix_engine.runtime.run import Run, RunWriter
-from vfix_engine.simulation.rehearsal import Rehearsal
-from vfix_engine.simulation.rigid_spec import RigidSpec, SceneSpec
-from vfix_engine.simulation.scene import Scene
-from vfix_engine.simulation.scene_parts import robot_from, robot_parts
-from vfix_engine.simulation.snapshot import Snapshot
+from vfix_engine.virtual_fixtures.soft_zone import SoftZone
+from vfix_engine.virtual_fixtures.weighted import weighted
+from vfix_engine.worlds.rigid.rehearsal import Rehearsal
+from vfix_engine.worlds.rigid.rigid_spec import RigidSpec, SceneSpec
+from vfix_engine.worlds.rigid.scene import Scene
+from vfix_engine.worlds.rigid.scene_parts import robot_from, robot_parts
+from vfix_engine.worlds.rigid.snapshot import Snapshot
 
 SETTINGS = ControlSettings()
 

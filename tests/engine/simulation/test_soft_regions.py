@@ -10,18 +10,18 @@ from scipy.ndimage import distance_transform_edt, map_coordinates
 from skimage.measure import marching_cubes
 
 from tests.engine.scenes import straight_scene, wall
+from vfix_engine.anatomy.phantom import load_nose_ct
+from vfix_engine.anatomy.soft_tissue import TISSUE_HU
 from vfix_engine.control import Controller, ControlSettings, HandCommand, StepState
 from vfix_engine.control.tasks import FollowPath, MoveFreely
 from vfix_engine.errors import InputError, StartRefused
-from vfix_engine.fixtures import DeeperPlace, Fixture, Situation, SoftRegion, weighted
-from vfix_engine.fixtures.soft_region import ERROR_STEPS
-from vfix_engine.geometry.compact_field import compact_field, stored_values, values_of
-from vfix_engine.geometry.distance_field import DistanceField, FieldGrid, field_of_level, field_of_surface
 from vfix_engine.geometry.mesh import TriangleMesh
-from vfix_engine.geometry.proximity import ProximityTree
-from vfix_engine.imaging.phantom import load_nose_ct
-from vfix_engine.imaging.soft_tissue import TISSUE_HU
-from vfix_engine.simulation.scene import Scene
+from vfix_engine.proximity.fields.compact_field import compact_field, stored_values, values_of
+from vfix_engine.proximity.fields.distance_field import DistanceField, FieldGrid, field_of_level, field_of_surface
+from vfix_engine.proximity.proximity import ProximityTree
+from vfix_engine.virtual_fixtures import DeeperPlace, Fixture, Situation, SoftRegion, weighted
+from vfix_engine.virtual_fixtures.soft_region import ERROR_STEPS
+from vfix_engine.worlds.rigid.scene import Scene
 
 SLOW = ControlSettings(dt_s=2e-2)
 PATH = np.array([[0.0, 0, 0], [0, 10, 0], [0, 30, 0]])

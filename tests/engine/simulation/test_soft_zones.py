@@ -10,9 +10,9 @@ import pytest
 from tests.engine.scenes import CoalJudge, curved_tube, placed_scene, straight_scene, wall
 from vfix_engine.control import Controller, ControlSettings, HandCommand, StepReport, StepState, Task
 from vfix_engine.control.tasks import ApproachTarget, FollowPath, InspectTarget, MoveFreely, view_point
-from vfix_engine.fixtures import Fixture, SoftZone, weighted
 from vfix_engine.geometry.shapes import HalfSpace, Sphere
-from vfix_engine.simulation.scene import Scene
+from vfix_engine.virtual_fixtures import Fixture, SoftZone, weighted
+from vfix_engine.worlds.rigid.scene import Scene
 
 SLOW = ControlSettings(dt_s=2e-2)
 PATH = np.array([[0.0, 0, 0], [0, 10, 0], [0, 30, 0]])

@@ -11,10 +11,10 @@ import pytest
 
 from tests.engine.scenes import head_corridor, head_mesh, placed_scene, straight_scene, wall
 from vfix_engine.control import ControlSettings
-from vfix_engine.fixtures import CartesianLimits, Fixture, OrientationCone, RemoteCentre, StepState, weighted
-from vfix_engine.simulation.rehearsal import Command, Rehearsal
-from vfix_engine.simulation.scene import Scene
-from vfix_engine.simulation.snapshot import Snapshot
+from vfix_engine.virtual_fixtures import CartesianLimits, Fixture, OrientationCone, RemoteCentre, StepState, weighted
+from vfix_engine.worlds.rigid.rehearsal import Command, Rehearsal
+from vfix_engine.worlds.rigid.scene import Scene
+from vfix_engine.worlds.rigid.snapshot import Snapshot
 
 FAST = ControlSettings(dt_s=5e-3)
 

@@ -9,10 +9,10 @@ import pytest
 
 from tests.engine.scenes import straight_scene, wall
 from vfix_engine.control import ControlSettings
-from vfix_engine.simulation.rehearsal import Command, Rehearsal, RehearsalState
-from vfix_engine.simulation.scene import Scene
-from vfix_engine.simulation.snapshot import Snapshot
-from vfix_engine.simulation.teleoperation import Master, advance_leader, consume_motion, spring
+from vfix_engine.worlds.rigid.rehearsal import Command, Rehearsal, RehearsalState
+from vfix_engine.worlds.rigid.scene import Scene
+from vfix_engine.worlds.rigid.snapshot import Snapshot
+from vfix_engine.worlds.rigid.teleoperation import Master, advance_leader, consume_motion, spring
 
 SETTINGS = ControlSettings(dt_s=2e-3)
 CURVE = np.array([[0.0, 0, 0], [2, 12, 0], [0, 24, 1], [0, 36, 0]])

@@ -9,15 +9,15 @@ import msgspec
 import numpy as np
 import pytest
 
-from vfix_engine.lumen.system import SnakeSnapshot
-from vfix_engine.lumen.system.spec import LumenContours, SnakeSystemSpec
 from vfix_engine.robots.snake import MOST_LINKS, SnakeModel
 from vfix_engine.runtime.hand import INPUT_BYTES, HandInput
 from vfix_engine.runtime.mailbox import Mailbox
 from vfix_engine.runtime.snapshot import Blocker
 from vfix_engine.runtime.virtual_coupling import Hold
 from vfix_engine.runtime.wire import SNAPSHOT_BYTES, SnapshotReader, snapshot_bytes, snapshot_to_bytes
-from vfix_engine.simulation.snapshot import Snapshot, Timing
+from vfix_engine.worlds.rigid.snapshot import Snapshot, Timing
+from vfix_engine.worlds.snake import SnakeSnapshot
+from vfix_engine.worlds.snake.spec import LumenContours, SnakeSystemSpec
 
 snapshot_from_bytes = SnapshotReader(Snapshot).read
 

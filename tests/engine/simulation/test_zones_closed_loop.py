@@ -12,13 +12,13 @@ from scipy.spatial.transform import Rotation
 from tests.engine.scenes import CoalJudge, straight_scene, wall
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import InputError, StartRefused
-from vfix_engine.fixtures import Zone
 from vfix_engine.geometry.capsules import Segments
 from vfix_engine.geometry.mesh import TriangleMesh
-from vfix_engine.geometry.proximity import ProximityTree
 from vfix_engine.geometry.shapes import Box, CapsuleShape, HalfSpace, Shape, Sphere
-from vfix_engine.simulation.rehearsal import Command, Rehearsal, RehearsalState
-from vfix_engine.simulation.scene import Scene
+from vfix_engine.proximity.proximity import ProximityTree
+from vfix_engine.virtual_fixtures import Zone
+from vfix_engine.worlds.rigid.rehearsal import Command, Rehearsal, RehearsalState
+from vfix_engine.worlds.rigid.scene import Scene
 
 FAST = ControlSettings(dt_s=5e-3, k_tau=1.0)
 KINDS = ("sphere", "capsule", "box", "half-space", "patch")

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from vfix_engine.imaging.piercing import Piercing, Run
+from vfix_engine.anatomy.piercing import Piercing, Run
 from vfix_engine.suggestion.room import Passage
 from vfix_engine.suggestion.suggest import Alternative
 

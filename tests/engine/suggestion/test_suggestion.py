@@ -5,13 +5,13 @@ from functools import cache
 import numpy as np
 import pytest
 
+from vfix_engine.anatomy.surface import extract_surface
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import InputError
-from vfix_engine.geometry.distance_field import DistanceField, FieldGrid
+from vfix_engine.files.volume import Volume
 from vfix_engine.geometry.path import SplinePath
-from vfix_engine.geometry.proximity import ProximityTree
-from vfix_engine.imaging.surface import extract_surface
-from vfix_engine.imaging.volume import Volume
+from vfix_engine.proximity.fields.distance_field import DistanceField, FieldGrid
+from vfix_engine.proximity.proximity import ProximityTree
 from vfix_engine.robots import RobotModel, Tool
 from vfix_engine.suggestion import NoWay, Room, Surroundings, smoothed, suggest_path, widest_way
 

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...fixtures import StepState
 from ...geometry.path import SplinePath
 from ...geometry.shaft_directions import ShaftDirections
-from ...geometry.triples import triple
+from ...kernels.triples import triple
+from ...virtual_fixtures import StepState
 from ..request_kernel import approach_request
 from ..step_request import HandCommand, StepRequest
 from .follow_path import PathPoint

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ...fixtures import Objective, StepState, joint_regularisation
+from ...virtual_fixtures import Objective, StepState, joint_regularisation
 from ..context import context_of
 from ..step_request import StepRequest
 

@@ -8,10 +8,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...fixtures import StepState
 from ...geometry.path import SplinePath
 from ...geometry.shaft_directions import ShaftDirections
-from ...geometry.triples import triple
+from ...kernels.triples import triple
+from ...virtual_fixtures import StepState
 from ..request_kernel import path_request
 from ..step_request import HandCommand, StepRequest
 from .hand_request import context_for, request_with, shaft_objective

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import InputError
-from ...fixtures import Constraint, Objective, StepState
 from ...geometry.shaft_directions import ShaftDirections
+from ...virtual_fixtures import Constraint, Objective, StepState
 from ..context import ControlContext, context_of
 from ..request_kernel import Asked
 from ..shaft_kernel import shaft_rows

@@ -8,11 +8,11 @@ from functools import partial
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ...fixtures import Constraint, StepState
-from ...fixtures.polyhedra import BALL_DIRECTIONS, ball_inner
-from ...geometry.triples import Triple, triple
 from ...given import point
+from ...kernels.triples import Triple, triple
 from ...robots import Tool
+from ...virtual_fixtures import Constraint, StepState
+from ...virtual_fixtures.polyhedra import BALL_DIRECTIONS, ball_inner
 from ..context import ControlContext
 from ..request_kernel import approach_request, inspect_request, stays_in_view
 from ..step_request import HandCommand, StepRequest

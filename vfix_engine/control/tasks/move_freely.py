@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...fixtures import StepState
-from ...geometry.triples import triple
+from ...kernels.triples import triple
+from ...virtual_fixtures import StepState
 from ..request_kernel import free_request
 from ..step_request import HandCommand, StepRequest
 from .hand_request import context_for, request_with

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from ...errors import InputError
-from ...fixtures import StepState
+from ...virtual_fixtures import StepState
 from ..step_request import StepRequest, Task, completed, joined
 
 

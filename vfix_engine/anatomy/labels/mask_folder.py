@@ -1,0 +1,88 @@
+"""A folder or zip of masks, one NIfTI file a structure, as TotalSegmentator writes it: `liver.nii.gz`, ...
+
+Here alone the names of files become names of structures: whoever imports such a folder asks for that.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path, PurePosixPath
+
+import numpy as np
+
+from vfix_engine.anatomy.labels.label_map import MAX_LABELS, ROUNDED, Label, LabelMap
+from vfix_engine.errors import ImageError
+from vfix_engine.files.dicom_files import contents, names
+from vfix_engine.files.frame_report import FrameReport
+from vfix_engine.files.readers import read_grid
+
+MASK_SUFFIXES = (".nii.gz", ".nii")
+
+
+def is_mask_folder(path: Path) -> bool:
+    """Whether a folder or zip holds NIfTI files alone, besides tables and texts. Raises ImageError for a bad zip."""
+    if not (path.is_dir() or path.name.lower().endswith(".zip")):
+        return False
+    found = names(path)
+    return bool(found) and all(name.lower().endswith(MASK_SUFFIXES) for name in found)
+
+
+def name_of_mask(file_name: str) -> str:
+    """'Optic nerve left' of 'optic_nerve_left.nii.gz'."""
+    name = PurePosixPath(file_name.replace("\\", "/")).name
+    stem = name[: next((-len(end) for end in MASK_SUFFIXES if name.lower().endswith(end)), None)]
+    words = " ".join(stem.replace("_", " ").split())
+    return words[:1].upper() + words[1:]
+
+
+def read_mask_folder(
+    path: Path, frame: str | None = None, unit: str | None = None, *, assume: bool = False
+) -> LabelMap:
+    """The labels of the masks, numbered from 1 in the order of their files' names; empty masks are told by name.
+
+    Raises ImageError, and FrameError as `resolve_frame` does. To be called in a worker.
+    """
+    count = len(names(path))
+    if count > MAX_LABELS:
+        raise ImageError(f"there are {count} masks in it, and a segmentation may have {MAX_LABELS}.")
+    labels: list[Label] = []
+    empty: list[str] = []
+    report: FrameReport | None = None
+    with tempfile.TemporaryDirectory() as folder:
+        for place, data in contents(path):
+            name = place.name
+            file = Path(folder) / ("mask" + next(end for end in MASK_SUFFIXES if name.lower().endswith(end)))
+            file.write_bytes(data)
+            label, report = _label_of(file, name, len(labels) + 1, (frame, unit, assume))
+            file.unlink()
+            if label is None:
+                empty.append(name_of_mask(name))
+            else:
+                labels.append(label)
+    if not labels or report is None:
+        raise ImageError("all masks in it are empty.")
+    return LabelMap(tuple(labels), report, tuple(empty))
+
+
+def _label_of(
+    file: Path, name: str, number: int, told: tuple[str | None, str | None, bool]
+) -> tuple[Label | None, FrameReport]:
+    try:
+        values, transform, report = read_grid(file, told[0], told[1], assume=told[2])
+    except ImageError as error:  # one of a hundred files: say which
+        raise ImageError(f"the mask {name_of_mask(name)!r:.80} cannot be used: {error}") from None
+    mask = values > ROUNDED
+    inside = values[mask]
+    if inside.size and float(np.ptp(inside)) > ROUNDED:
+        raise ImageError(
+            f"{name_of_mask(name)!r:.80} holds several values and is no mask of one structure. Import a label map by "
+            "itself, and a CT as a head of its own."
+        )
+    if values.size and float(values.min()) < -ROUNDED:
+        raise ImageError(f"{name_of_mask(name)!r:.80} holds values below 0 and is no mask.")
+    if not inside.size:
+        return None, report
+    axes = [np.flatnonzero(mask.any(axis=tuple(other for other in range(3) if other != axis))) for axis in range(3)]
+    box = tuple(slice(int(one[0]), int(one[-1]) + 1) for one in axes)
+    first = np.array([one[0] for one in axes[::-1]], dtype=np.int64)
+    return Label(number, name_of_mask(name), None, mask[box].copy(), first, transform), report

@@ -1,0 +1,195 @@
+"""Bone that will be opened: the surface without the bone inside of regions, and the volume that is taken away.
+
+Triangles that lie in a region are left out, and those that its border cuts are divided there. The border of the region
+within bone becomes the new surface, so that the margin holds for it too. Everything that is uncertain stays: what is
+kept may reach into a region by `PIECE_MM`, and nothing outside of the regions is lost.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vfix_engine.anatomy.surface import compact
+from vfix_engine.errors import InputError
+from vfix_engine.files.volume import BONE_HU, Volume
+from vfix_engine.geometry.mesh import TriangleMesh
+from vfix_engine.geometry.shape_distance import signed_distance
+from vfix_engine.geometry.shape_surface import border_triangles
+from vfix_engine.geometry.shapes import Shape
+from vfix_engine.proximity.fields.side import SurfaceSide
+from vfix_engine.proximity.proximity import ProximityTree
+from vfix_engine.proximity.quarters import quarters
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+Inside = Callable[[Array], Mask]
+
+PIECE_MM = 0.03  # longest edge of a piece that is kept although it may reach into a region
+NUDGE_MM = 0.01  # how far beyond a border it is decided whether another region goes on there
+CUT_EDGE_MM = 0.25  # of the new surface's triangles before they are divided at the border of bone
+_STEP_MM, _MOST_STEPS = 0.2, 4_000_000  # of the grid that the volume is counted on
+
+
+@dataclass(frozen=True, eq=False)
+class OpenedBone:
+    """Bone without what was removed. mesh: its surface, normals out of the bone. removed_mm3: the bone taken away."""
+
+    mesh: TriangleMesh
+    removed_mm3: float
+
+
+def opened_bone(
+    mesh: TriangleMesh, regions: Sequence[Shape], volume: Volume | None = None, *, inside: Inside | None = None
+) -> OpenedBone:
+    """The bone of a surface without what lies inside of regions.
+
+    Args:
+        mesh: the surface, LPS mm, normals out of the bone.
+        regions: spheres, capsules and boxes, LPS mm; they may overlap.
+        volume: the CT, which tells bone from air where the surface is new; without it the normals of the mesh do.
+        inside: whether points (n, 3) lie in bone, instead of the CT.
+
+    Raises:
+        InputError: a half-space, or regions that leave no bone.
+    """
+    if not regions:
+        return OpenedBone(mesh, 0.0)
+    inside = inside or _inside_of(mesh, volume)
+    whole, pieces = _outside(mesh, regions)
+    cut = [_new_surface(regions, number, inside) for number in range(len(regions))]
+    added = np.concatenate([pieces, *cut])
+    if not len(whole) and not len(added):
+        raise InputError("the regions to be removed hold all of the bone; make them smaller")
+    vertices, faces = compact(mesh.vertices, mesh.faces[whole])
+    corners = len(vertices) + np.arange(3 * len(added), dtype=np.int64).reshape(-1, 3)
+    opened = TriangleMesh(np.concatenate([vertices, added.reshape(-1, 3)]), np.concatenate([faces, corners]))
+    return OpenedBone(opened, removed_mm3(regions, inside))
+
+
+def removed_mm3(regions: Sequence[Shape], inside: Inside) -> float:
+    """Volume of the bone inside of regions in mm³, counted on a grid of 0.2 mm, or coarser in large regions.
+
+    inside: whether points (n, 3) lie in bone.
+    """
+    total = 0.0
+    for number, region in enumerate(regions):
+        corners = border_triangles(region, 1.0).reshape(-1, 3)
+        if not len(corners):  # smaller than numbers can tell apart
+            continue
+        low, high = corners.min(axis=0), corners.max(axis=0)
+        step = max(_STEP_MM, float(np.prod(high - low) / _MOST_STEPS) ** (1.0 / 3.0))
+        counts = np.maximum(np.ceil((high - low) / step).astype(int), 1)
+        size = (high - low) / counts
+        axes = [low[k] + size[k] * (np.arange(counts[k]) + 0.5) for k in range(3)]
+        for x in np.array_split(axes[0], max(1, counts[0] * counts[1] * counts[2] // 500_000)):
+            if not len(x):
+                continue
+            points = np.stack(np.meshgrid(x, axes[1], axes[2], indexing="ij"), axis=-1).reshape(-1, 3)
+            points = points[_within(region, points)]
+            for other in regions[:number]:  # what two regions share is counted once
+                points = points[~_within(other, points)]
+            total += float(np.count_nonzero(inside(points))) * float(np.prod(size)) if len(points) else 0.0
+    return total
+
+
+def without_regions(inside: Inside, regions: Sequence[Shape]) -> Inside:
+    """Whether points lie in the bone that is left."""
+
+    def left(points: Array) -> Mask:
+        found = inside(points)
+        for region in regions:
+            found = found & ~_within(region, points)
+        return found
+
+    return left
+
+
+def _inside_of(mesh: TriangleMesh, volume: Volume | None) -> Inside:
+    if volume is not None:
+        return lambda points: volume.sample(points) >= BONE_HU
+    side = SurfaceSide(ProximityTree(mesh))
+    return lambda points: ~side.outside(points)
+
+
+def _within(region: Shape, points: Array) -> Mask:
+    within: Mask = signed_distance(region, points) <= 0.0
+    return within
+
+
+def _outside(mesh: TriangleMesh, regions: Sequence[Shape]) -> tuple[NDArray[np.intp], Array]:
+    """The faces that no region meets, by number, and pieces (n, 3, 3) of those that a border cuts."""
+    gone, near = _meeting(mesh.triangles, regions)
+    return np.flatnonzero(~near), _pieces_outside(mesh.triangles[near & ~gone], regions)
+
+
+def _pieces_outside(triangles: Array, regions: Sequence[Shape]) -> Array:
+    """The parts of triangles (n, 3, 3) outside of all regions, and those that reach into one by less than a piece."""
+    kept = [np.zeros((0, 3, 3))]
+    parts = triangles
+    while len(parts):
+        gone, crossing = _meeting(parts, regions)
+        small = _longest(parts) <= PIECE_MM
+        kept.append(parts[~gone & (~crossing | small)])
+        parts = quarters(parts[~gone & crossing & ~small])
+    return np.concatenate(kept)
+
+
+def _new_surface(regions: Sequence[Shape], number: int, inside: Inside) -> Array:
+    """The border of a region within bone and outside of the other regions: triangles (n, 3, 3), normals into it."""
+    others = [region for index, region in enumerate(regions) if index != number]
+    kept = [np.zeros((0, 3, 3))]
+    parts = border_triangles(regions[number], CUT_EDGE_MM)[:, ::-1]
+    while len(parts):
+        gone, crossing = _meeting_beyond(parts, others)
+        parts, crossing = parts[~gone], crossing[~gone]
+        probes = np.concatenate([parts, parts.mean(axis=1, keepdims=True)], axis=1)
+        in_bone = inside(probes.reshape(-1, 3)).reshape(-1, 4) if len(parts) else np.zeros((0, 4), dtype=bool)
+        whole, none = in_bone.all(axis=1) & ~crossing, ~in_bone.any(axis=1)
+        small = _longest(parts) <= PIECE_MM - NUDGE_MM
+        kept.append(parts[whole | (small & ~none)])
+        parts = quarters(parts[~whole & ~none & ~small])
+    return np.concatenate(kept)
+
+
+def _meeting(triangles: Array, regions: Sequence[Shape]) -> tuple[Mask, Mask]:
+    """Which triangles (n, 3, 3) lie in one of the regions, and which may meet one."""
+    middle = triangles.mean(axis=1)
+    reach = np.linalg.norm(triangles - middle[:, None], axis=2).max(axis=1, initial=0.0)
+    gone, meeting = np.zeros(len(triangles), dtype=bool), np.zeros(len(triangles), dtype=bool)
+    for region in regions:
+        # A region is convex: a triangle whose corners lie in it lies in it.
+        gone |= _within(region, triangles.reshape(-1, 3)).reshape(-1, 3).all(axis=1)
+        meeting |= signed_distance(region, middle) < reach
+    return gone, meeting
+
+
+def _meeting_beyond(parts: Array, regions: Sequence[Shape]) -> tuple[Mask, Mask]:
+    """As `_meeting`, for the places just beyond parts (n, 3, 3) of a region's border, whose normals point into it.
+
+    Where two regions share a part of their borders, it lies in both. It is the border of the bone that is left unless
+    the other region goes on beyond it. One that follows the other's border is not divided.
+    """
+    normals = np.cross(parts[:, 1] - parts[:, 0], parts[:, 2] - parts[:, 0])
+    beyond = parts - NUDGE_MM * (normals / np.linalg.norm(normals, axis=1, keepdims=True))[:, None]
+    gone, meeting = _meeting(beyond, regions)
+    if not meeting.any():
+        return gone, meeting
+    middle = beyond.mean(axis=1, keepdims=True)
+    probes = np.concatenate([beyond, (beyond + np.roll(beyond, -1, axis=1)) / 2.0, middle], axis=1)
+    reach = np.linalg.norm(beyond - middle, axis=2).max(axis=1, initial=0.0)
+    crossing = np.zeros(len(parts), dtype=bool)
+    for region in regions:
+        distance = signed_distance(region, probes.reshape(-1, 3)).reshape(-1, 7)
+        follows = ((distance >= 0.0) & (distance <= 2.0 * NUDGE_MM)).all(axis=1)
+        crossing |= (distance[:, 6] < reach) & ~follows
+    return gone, crossing
+
+
+def _longest(triangles: Array) -> Array:
+    """(n,) longest edge of triangles (n, 3, 3)."""
+    longest: Array = np.linalg.norm(np.roll(triangles, -1, axis=1) - triangles, axis=2).max(axis=1, initial=0.0)
+    return longest

@@ -1,0 +1,93 @@
+"""Which of the hundreds of pairs can bind in the next step, compiled.
+
+A pair's row is −n·ΔP ≤ bound, and no point of segment s moves further than m_s in one step within the joints' box:
+a row with a bound of m_s or more holds for every such step and may be left out without any change of the answer.
+That box keeps the accelerations. An emergency's program has a wider one (``joint_bounds``), in which a row that was
+left out may be missed; as with every row, the certificate then refuses what comes too near.
+Of the others those are kept that say something of their own, nearest first (``geometry.pairs.select``).
+What that drops is nearly a copy of a nearer row; should it matter all the same, the certificate refuses the step.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..kernels.compiled import compiled
+from ..proximity.pairs import COSINE, MAX_ROWS, RADIUS_MM, select
+from ..virtual_fixtures.state_kernel import BODY, SEGMENT, TRIANGLE
+from ..virtual_fixtures.stopping import stopping_distance
+from .world import World
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int32]
+
+
+@compiled
+def largest_moves(box: Array, position: Array, jacobian: Array, start: Array, end: Array, move: Array) -> None:
+    """Bound (S,) in mm of how far any point of each segment moves in the next step: at one of its ends.
+
+    Args:
+        box: (2, n) least and largest Δq, see ``step_box``.
+    """
+    n = box.shape[1]
+    for s in range(len(move)):
+        move[s] = 0.0
+        for side in range(2):
+            point = start[s] if side == 0 else end[s]
+            x, y, z = point[0] - position[0], point[1] - position[1], point[2] - position[2]
+            total = 0.0
+            for j in range(n):
+                a, b, c = jacobian[3, j], jacobian[4, j], jacobian[5, j]
+                u = jacobian[0, j] + b * z - c * y
+                v = jacobian[1, j] + c * x - a * z
+                w = jacobian[2, j] + a * y - b * x
+                total += max(abs(box[0, j]), abs(box[1, j])) * np.sqrt(u * u + v * v + w * w)
+            move[s] = max(move[s], total)
+
+
+@compiled
+def binding(world: World, move: Array, rows: Array, labels: Index, body: Index, found: int, pairs: Array) -> int:
+    """Write those of some pairs, at least one, that can bind, nearest to their margin first; how many they are.
+
+    The nearest of all is always the first of them: where it cannot bind, but a pair of a faster segment can, both are
+    written.
+
+    Args:
+        move: (S,) from ``largest_moves``; rows, labels, body: the ``found`` pairs of ``measure``.
+        pairs: (MAX_ROWS, 13) out, see ``state_kernel``.
+    """
+    limit = np.empty(len(move))
+    for s in range(len(move)):
+        limit[s] = stopping_distance(move[s], world.change)
+    free, nearest = np.empty(found), 0
+    for i in range(found):
+        free[i] = rows[i, 0] - world.keep[body[i]]
+        if free[i] < free[nearest]:
+            nearest = i
+    waiting, slack = np.empty(found, np.int32), np.empty(found)
+    left = 0
+    for i in range(found):
+        if i == nearest or free[i] < limit[labels[i, 0]]:
+            waiting[left], slack[left] = i, free[i]
+            left += 1
+    if left == 1:
+        _write_pair(rows, labels, body, nearest, pairs[0])
+        return 1
+    normal, point, segment = np.empty((left, 3)), np.empty((left, 3)), np.empty(left, np.int32)
+    for i in range(left):
+        row = rows[waiting[i]]
+        for k in range(3):
+            normal[i, k], point[i, k] = row[1 + k], row[4 + k]
+        segment[i] = labels[waiting[i], 0]
+    chosen = select(slack[:left], normal, point, segment, MAX_ROWS, COSINE, RADIUS_MM)
+    for i in range(len(chosen)):
+        _write_pair(rows, labels, body, waiting[chosen[i]], pairs[i])
+    return len(chosen)
+
+
+@compiled
+def _write_pair(rows: Array, labels: Index, body: Index, source: int, pair: Array) -> None:
+    for k in range(10):
+        pair[k] = rows[source, k]
+    pair[SEGMENT], pair[TRIANGLE], pair[BODY] = labels[source, 0], labels[source, 1], body[source]

@@ -1,0 +1,58 @@
+"""How near the tool can come between two poses: the bound that the certificate rests on (HAZ-02)."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..kernels.compiled import compiled
+from ..robots.chain_kernel import Chain
+from .world import Counts, unpack_world
+
+Array = NDArray[np.float64]
+
+
+@compiled
+def bend(chain: Chain, links: Array, reach: float, q: Array, step: Array) -> float:
+    """Bound of |P''(s)| in mm for every point P of the tool on the motion q + s·step, s in [0, 1].
+
+    ∂²P/∂q_i∂q_j, i ≤ j counted from the base, is z_i × ∂P/∂q_j for a revolute joint i and nothing for a prismatic one.
+    |∂P/∂q_j| is 1 for a prismatic joint j and at most the lever of a revolute one: the summed lengths of everything
+    between its origin and the point, prismatic joints with their larger extension on the way.
+
+    Args:
+        links: (n,) distance of each joint's frame from the frame of the joint before it.
+        reach: distance of the tool's farthest point from the last joint's frame.
+    """
+    lever, beyond, bound = reach, 0.0, 0.0
+    for j in range(len(q) - 1, -1, -1):
+        size = abs(step[j])
+        if chain.revolute[j]:
+            bound += size * (size * lever + 2.0 * beyond)
+            beyond += size * lever
+        else:
+            lever += max(abs(q[j]), abs(q[j] + step[j]))
+            beyond += size
+        lever += links[j]
+    return bound
+
+
+@compiled
+def motion_sag(numbers: Array, counts: Counts, q: Array, q_after: Array) -> float:
+    """How far in mm a point of the tool may be from the straight line between its places at joints q and q_after.
+
+    numbers, counts: a ``PackedWorld``.
+    """
+    world = unpack_world(numbers, counts)
+    return bend(world.chain, world.links, world.reach, q, q_after - q) / 8.0
+
+
+@compiled
+def chords(start: Array, end: Array, new_start: Array, new_end: Array, chord: Array) -> None:
+    """Largest displacement (S,) of any point of each segment between two poses: that of one of its ends."""
+    for s in range(len(chord)):
+        one, two = 0.0, 0.0
+        for k in range(3):
+            one += (new_start[s, k] - start[s, k]) ** 2
+            two += (new_end[s, k] - end[s, k]) ** 2
+        chord[s] = np.sqrt(max(one, two))

@@ -1,0 +1,123 @@
+"""Reader of surfaces (.ply, .stl, .obj, .glb, .vtk, .vtp) into LPS mm, and writer of .ply with its frame and unit.
+
+What every format can hold that is no surface (NaN, a corner that is not there, no triangle) is refused here; the
+readers of the formats compare what a file claims with what it holds.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from vfix_engine.errors import FrameError, MeshError
+from vfix_engine.files.frame_report import FrameReport, named_unit_of, resolve_frame, to_lps_mm
+from vfix_engine.files.mesh_glb import read_glb
+from vfix_engine.files.mesh_obj import read_obj
+from vfix_engine.files.mesh_parts import Arrays, check_count
+from vfix_engine.files.mesh_ply import read_ply
+from vfix_engine.files.mesh_stl import read_stl
+from vfix_engine.files.mesh_vtk import read_vtk, read_vtp
+from vfix_engine.geometry.mesh import TriangleMesh
+
+MESH_SUFFIXES = (".ply", ".stl", ".obj", ".glb", ".vtk", ".vtp")
+MAX_FILE_BYTES = 1 << 30
+FARTHEST_MM = 1e5  # of a corner from the origin
+# 3D Slicer writes the frame as 'SPACE=LPS' into the comment of each of these formats; the unit follows its example.
+_NAMED_FRAME = re.compile(rb"SPACE=(?:LPS|RAS)\b")
+_NAMED_UNIT = re.compile(rb"\bUNIT=[\w\xb5\xc2\xbc\xce]+")
+
+
+def is_mesh(path: Path) -> bool:
+    """Whether the name ends like that of a surface."""
+    return path.suffix.lower() in MESH_SUFFIXES
+
+
+def read_mesh(
+    path: str | Path, frame: str | None = None, unit: str | None = None, *, assume: bool = False
+) -> tuple[TriangleMesh, FrameReport]:
+    """Read a surface into LPS mm. Triangles keep their order; polygons are split into triangles.
+
+    The counts of the file are compared with its content, so that a truncated file is refused.
+
+    Args:
+        frame, unit: 'LPS' or 'RAS', 'mm', 'm' or 'um', where the file does not name them.
+        assume: take LPS mm where neither names them, and report it, instead of raising FrameError.
+
+    Raises:
+        MeshError: the surface cannot be used.
+        FrameError: frame or unit are missing, or contradict the file.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise MeshError("there is no such file.")
+    if not is_mesh(path):
+        raise MeshError(f"a surface is read from {', '.join(MESH_SUFFIXES)}.")
+    if path.stat().st_size > MAX_FILE_BYTES:
+        raise MeshError(f"the file is larger than {MAX_FILE_BYTES >> 20} MiB.")
+    data = path.read_bytes()
+    kind = path.suffix.lower()[1:]
+    if not data:
+        raise MeshError("the file is empty.")
+    named_frame, unit_words = _named(_NAMED_FRAME, data), _named(_NAMED_UNIT, data)
+    named_unit = None if unit_words is None else named_unit_of([unit_words])
+    if kind in _VTK_READERS:
+        vertices, faces, space = _VTK_READERS[kind](data)
+        named_frame = named_frame or space
+    read_frame, read_unit, report = resolve_frame((named_frame, named_unit), (frame, unit), assume=assume)
+    if kind in _READERS:
+        vertices, faces = _READERS[kind](data)
+    _check(vertices, faces)
+    placed = to_lps_mm(vertices, read_frame, read_unit)
+    farthest = float(np.abs(placed).max())
+    if farthest > FARTHEST_MM:
+        raise MeshError(
+            f"a corner of the surface is {farthest:.3g} mm from the origin; at most {FARTHEST_MM:g} mm are taken. "
+            "The file is damaged, or its unit is another."
+        )
+    return TriangleMesh(placed, faces), report
+
+
+def _named(pattern: re.Pattern[bytes], data: bytes) -> str | None:
+    """The frame or unit in the comments; FrameError where two comments contradict each other."""
+    words = list(dict.fromkeys(word.decode("utf-8", "replace") for word in pattern.findall(data)))
+    if len(words) > 1:
+        raise FrameError(f"the file says {words[1]} after {words[0]}; keep the one that is right, or split the file.")
+    return words[0].partition("=")[2] if words else None
+
+
+def write_ply(path: Path, mesh: TriangleMesh) -> None:
+    """Write a binary PLY in LPS mm, with frame and unit named and vertices in double precision."""
+    head = (
+        "ply\nformat binary_little_endian 1.0\ncomment SPACE=LPS UNIT=mm\ncomment Not for clinical use\n"
+        f"element vertex {len(mesh.vertices)}\nproperty double x\nproperty double y\nproperty double z\n"
+        f"element face {len(mesh.faces)}\nproperty list uchar int vertex_indices\nend_header\n"
+    )
+    records = np.empty(len(mesh.faces), dtype=[("count", "u1"), ("corners", "<i4", 3)])
+    records["count"] = 3
+    records["corners"] = mesh.faces
+    path.write_bytes(head.encode("ascii") + mesh.vertices.astype("<f8").tobytes() + records.tobytes())
+
+
+def _check(vertices: npt.NDArray[Any], faces: npt.NDArray[Any]) -> None:
+    if len(faces) == 0 or len(vertices) == 0:
+        raise MeshError("the file holds no triangles.")
+    check_count(len(faces))
+    if faces.ndim != 2 or faces.shape[1] != 3 or vertices.ndim != 2 or vertices.shape[1] != 3:
+        raise MeshError("the file does not hold triangles in three dimensions.")
+    if not np.isfinite(vertices).all():
+        raise MeshError("some corners of the surface are not finite numbers.")
+    named = int(faces.min() if faces.min() < 0 else faces.max())
+    if not 0 <= named < len(vertices):
+        raise MeshError(
+            f"a triangle names corner {named}, counted from 0, of a surface with {len(vertices):,} corners; the file "
+            "is damaged or incomplete. Export it again."
+        )
+
+
+_READERS: dict[str, Callable[[bytes], Arrays]] = {"stl": read_stl, "obj": read_obj, "ply": read_ply, "glb": read_glb}
+_VTK_READERS = {"vtk": read_vtk, "vtp": read_vtp}  # that know the frame of their fields too

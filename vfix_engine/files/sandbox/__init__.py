@@ -1,0 +1,1 @@
+"""Readers of untrusted files in a process of their own, without access to anything else."""

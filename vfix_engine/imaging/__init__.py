@@ -1,1 +1,0 @@
-"""Imaging: CT volumes and surfaces in, checked, LPS mm."""

@@ -1,0 +1,100 @@
+"""Modules under their names of version 0.1, for scripts and recordings that use those.
+
+An import by an old name gives the module of the new one, with a DeprecationWarning.
+"""
+
+from __future__ import annotations
+
+import sys
+import warnings
+from collections.abc import Sequence
+from importlib import import_module
+from importlib.abc import Loader, MetaPathFinder
+from importlib.machinery import ModuleSpec
+from types import ModuleType
+
+# Old name to new name. A package stands for every module in it that is not named itself.
+MOVED = {
+    "vfix_engine.fixtures": "vfix_engine.virtual_fixtures",
+    "vfix_engine.geometry.covariance": "vfix_engine.proximity.covariance",
+    "vfix_engine.geometry.distance_field": "vfix_engine.proximity.fields.distance_field",
+    "vfix_engine.geometry.fit": "vfix_engine.proximity.fit",
+    "vfix_engine.geometry.pairs": "vfix_engine.proximity.pairs",
+    "vfix_engine.geometry.proximity": "vfix_engine.proximity.proximity",
+    "vfix_engine.geometry.tool_depth": "vfix_engine.proximity.fields.tool_depth",
+    "vfix_engine.imaging": "vfix_engine.files",
+    "vfix_engine.imaging.airway": "vfix_engine.anatomy.airway",
+    "vfix_engine.imaging.bone": "vfix_engine.anatomy.bone",
+    "vfix_engine.imaging.enclosing": "vfix_engine.anatomy.enclosing",
+    "vfix_engine.imaging.head_import": "vfix_engine.anatomy.head_import",
+    "vfix_engine.imaging.islands": "vfix_engine.anatomy.islands",
+    "vfix_engine.imaging.labels": "vfix_engine.anatomy.labels",
+    "vfix_engine.imaging.opened_bone": "vfix_engine.anatomy.opened_bone",
+    "vfix_engine.imaging.overlay": "vfix_engine.anatomy.overlay",
+    "vfix_engine.imaging.phantom": "vfix_engine.anatomy.phantom",
+    "vfix_engine.imaging.segmentation": "vfix_engine.anatomy.segmentation",
+    "vfix_engine.imaging.soft_tissue": "vfix_engine.anatomy.soft_tissue",
+    "vfix_engine.imaging.solids": "vfix_engine.anatomy.solids",
+    "vfix_engine.imaging.surface": "vfix_engine.anatomy.surface",
+    "vfix_engine.imaging.synthetic_beads": "vfix_engine.anatomy.synthetic_beads",
+    "vfix_engine.imaging.tissue_regions": "vfix_engine.anatomy.tissue_regions",
+    "vfix_engine.lumen": "vfix_engine.worlds.snake",
+    "vfix_engine.lumen.anatomy": "vfix_engine.anatomy.lumen",
+    "vfix_engine.lumen.anatomy.curve": "vfix_engine.geometry.curve",
+    "vfix_engine.lumen.anatomy.transport": "vfix_engine.geometry.transport",
+    "vfix_engine.lumen.bending": "vfix_engine.snake.bending",
+    "vfix_engine.lumen.conform": "vfix_engine.snake.conform",
+    "vfix_engine.lumen.control": "vfix_engine.snake.control",
+    "vfix_engine.lumen.drive": "vfix_engine.worlds.snake",
+    "vfix_engine.lumen.haptics": "vfix_engine.snake.haptics",
+    "vfix_engine.lumen.limits": "vfix_engine.pathway.limits",
+    "vfix_engine.lumen.pathway": "vfix_engine.pathway",
+    "vfix_engine.lumen.query": "vfix_engine.pathway.query",
+    "vfix_engine.lumen.synthetic": "vfix_engine.anatomy.lumen.synthetic",
+    "vfix_engine.lumen.system": "vfix_engine.worlds.snake",
+    "vfix_engine.simulation": "vfix_engine.worlds.rigid",
+}
+
+
+def current_name(name: str) -> str:
+    """The name of today for a module's name of any version."""
+    parts = name.split(".")
+    for length in range(len(parts), 0, -1):
+        if (new := MOVED.get(".".join(parts[:length]))) is not None:
+            return ".".join([new, *parts[length:]])
+    return name
+
+
+class _Alias(Loader):
+    """Gives the module of the new name as it is, without a second copy of it."""
+
+    def __init__(self, module: ModuleType) -> None:
+        self._module, self._spec = module, module.__spec__
+
+    def create_module(self, spec: ModuleSpec) -> ModuleType:
+        return self._module
+
+    def exec_module(self, module: ModuleType) -> None:
+        module.__spec__ = self._spec  # the import system has set that of the old name
+
+
+class _Finder(MetaPathFinder):
+    def find_spec(
+        self, fullname: str, path: Sequence[str] | None = None, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
+        if not fullname.startswith("vfix_engine.") or (name := current_name(fullname)) == fullname:
+            return None
+        try:
+            module = import_module(name)
+        except ModuleNotFoundError as error:
+            if error.name != name:
+                raise
+            return None
+        warnings.warn(f"{fullname} is {name} now", DeprecationWarning, stacklevel=2)
+        return ModuleSpec(fullname, _Alias(module), is_package=hasattr(module, "__path__"))
+
+
+def find_old_names() -> None:
+    """Let imports by old names find the modules of today."""
+    if not any(isinstance(finder, _Finder) for finder in sys.meta_path):
+        sys.meta_path.insert(0, _Finder())

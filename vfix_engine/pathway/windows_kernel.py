@@ -1,0 +1,40 @@
+"""Which segments of a pathway arcs meet, compiled: a step of the drive asks it several times."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..kernels.compiled import no_refcount
+
+Array = NDArray[np.float64]
+
+
+@no_refcount
+def put_windows(s: Array, low: Array, high: Array, before: int, segments: int, out: NDArray[np.int64]) -> int:
+    """Windows of arcs low (n,) … high (n,) mm into ``out`` (n, 2); the first arc that is none, or -1.
+
+    s: (C,) arc lengths of the contours, increasing; before: segments ahead of the first contour; segments: of all.
+    """
+    for k in range(len(low)):
+        if not (low[k] <= high[k] and math.isfinite(low[k]) and math.isfinite(high[k])):
+            return k
+        a, b = 0, len(s)
+        while a < b:  # how many contours are no farther than low
+            middle = (a + b) // 2
+            if s[middle] <= low[k]:
+                a = middle + 1
+            else:
+                b = middle
+        first = min(max(a - 2 + before, 0), segments - 1)
+        a, b = 0, len(s)
+        while a < b:  # and how many come before high
+            middle = (a + b) // 2
+            if s[middle] < high[k]:
+                a = middle + 1
+            else:
+                b = middle
+        out[k, 0], out[k, 1] = first, max(min(a + before + 1, segments), first + 1)
+    return -1

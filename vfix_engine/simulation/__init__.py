@@ -1,1 +1,0 @@
-"""Simulation: rehearsal, operators, recorder, real-time process."""

@@ -1,0 +1,363 @@
+"""A snake that lies along a curve, and goes in along it with every joint following the one ahead.
+
+Kwok 2013, section III.A: the joint centres lie on the lumen's centreline. Where the limits allow that it is done in
+closed form. The flexures of a colon bend more than joints of ± 45° over 28 mm can, and the paper assumes that away;
+there the nearest chain that keeps the limits is found by bounded least squares over all joints at once.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from weakref import WeakKeyDictionary
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ...errors import PathwayError
+from ...geometry.curve import Curve
+from ...geometry.transport import transported
+from ...robots.snake import SnakeModel
+from .conform_kernel import CENTRE, GUIDE, MIDDLE, SLACK, STAY, STEEP, TIP, Line, Task
+from .conform_solve import settle_chain
+from .joint_places import angles_between, frame_on_curve, joint_places
+
+Array = NDArray[np.float64]
+Marks = NDArray[np.bool_]
+
+FASTEST = 0.1  # [rad/mm] change of an angle per millimetre of insertion where the limits bind
+_STEP = 1.0  # [mm] of insertion between two solutions
+_ROLLS = 8  # tried for the base; the limits are the same after a quarter turn
+_ROLL_STEP = 5.0  # [mm] of insertion between the places at which a roll is measured
+_FEED = 3.0  # [mm/mm] how much faster than its tip the base may go where the limits bind
+_SLIP = 10.0  # [mm] that the tip is asked to make up for in one solution
+_SETTLE = 200  # turns of a solution without one before it
+_FOLLOW = 6  # turns of a solution that follows one
+_ANEW = 20  # turns of a solution that follows one on a curve that has moved
+_ALIGNED = 1e-9  # [rad] of a link that is straight
+_DEFAULT_ROOM = 4.0  # [mm] around the curve where none is given
+
+
+@dataclass(frozen=True, eq=False)
+class ShapeSolution:
+    """A snake along a curve.
+
+    base: (4, 4) transform_base_to_patient. q: (2L,) rad. joint_s: (L + 1,) arc length in mm of base joint … tip, of the
+    nearest place of the curve where they are off it; negative before its start. offset_mm: (L + 1,) distance of each
+    joint centre to the curve. at_limit: (2L,) which angles are at ± q_max. exact: every joint centre is on the curve.
+    tip_s: where the tip was to be, mm; where the limits bind it may lag behind. roll: rad, of the base about
+    the curve. curve: what it lies along.
+    """
+
+    base: Array
+    q: Array
+    joint_s: Array
+    offset_mm: Array
+    at_limit: Marks
+    exact: bool
+    tip_s: float
+    roll: float
+    curve: Curve = field(repr=False)
+
+    @property
+    def links_inside(self) -> int:
+        """How many links have their far end beyond the curve's start."""
+        return int((self.joint_s[1:] > 0.0).sum())
+
+
+_known: WeakKeyDictionary[Curve, Array] = WeakKeyDictionary()
+
+
+def _across(curve: Curve, before: Curve | None = None) -> Array:
+    """The transported directions (N, 3) along a curve, found once; the first is near that of the curve of before.
+
+    Any other first direction may jump by a quarter turn as a curve moves a little, and the base's roll with it.
+    """
+    found = _known.get(curve)
+    if found is None:
+        found = transported(curve.points, curve.tangents, None if before is None else _across(before)[0])
+        found.setflags(write=False)
+        _known[curve] = found
+    return found
+
+
+class _Chain:
+    """One snake on one curve: what stays the same for every depth."""
+
+    def __init__(
+        self,
+        snake: SnakeModel,
+        curve: Curve,
+        slack: ArrayLike | None,
+        roll: float | None,
+        outside: bool,
+        deepest: float | None = None,
+    ):
+        self.snake, self.curve, self.outside = snake, curve, outside
+        self.points, self.tangents = curve.points, curve.tangents
+        self.across = _across(curve)
+        self.slack = _checked_slack(slack, len(self.points))
+        self.slack.setflags(write=False)
+        if not outside:
+            self._fits()
+        self.roll = self._best_roll(curve.length if deepest is None else deepest) if roll is None else float(roll)
+
+    def _fits(self) -> None:
+        reach, link = self.snake.reach_mm(), self.snake.length_mm
+        if reach > self.curve.length:
+            raise PathwayError(
+                f"{self.snake.links} links of {link:g} mm are {reach:g} mm long, the path has "
+                f"{self.curve.length:.0f} mm: take {int(self.curve.length / link)} links or a longer path"
+            )
+
+    def check(self, tip_s: float) -> None:
+        """Whether the tip can be there.
+
+        Raises:
+            PathwayError: it cannot.
+        """
+        if not math.isfinite(tip_s):
+            raise PathwayError("the depth of the tip is not finite")
+        if tip_s > self.curve.length + 1e-9:
+            raise PathwayError(
+                f"the robot would be {tip_s - self.curve.length:.3g} mm beyond the end of the path "
+                f"({self.curve.length:.1f} mm): insert less, or set the end farther in"
+            )
+
+    def exact(self, tip_s: float, roll: float) -> tuple[Array, Array, Array, Array, float]:
+        """Places, joint centres, base rows, angles with all joints on the curve, and the largest angle."""
+        links = self.snake.links
+        places, joints = np.empty(links + 1), np.empty((links + 1, 3))
+        base, q = np.empty((3, 4)), np.empty(2 * links)
+        step = self.curve.step_mm
+        joint_places(self.points, self.tangents, step, tip_s, self.snake.length_mm, places, joints)
+        frame_on_curve(self.points, self.tangents, self.across, step, places[0], roll, base)
+        largest = angles_between(joints, base, q)
+        return places, joints, base, q, largest
+
+    def _best_roll(self, deepest: float) -> float:
+        """The roll of the base that asks least of the joints beyond their limits over the whole insertion."""
+        depths = np.arange(0.0, min(self.curve.length, deepest), _ROLL_STEP)
+        rolls = np.arange(_ROLLS) * (0.5 * math.pi / _ROLLS)
+        beyond = [self._beyond(depths, roll) for roll in rolls]
+        return float(rolls[int(np.argmin(beyond))])
+
+    def _beyond(self, depths: Array, roll: float) -> float:
+        total = 0.0
+        for depth in depths:
+            q = self.exact(float(depth), roll)[3]
+            total += float((np.maximum(np.abs(q) - self.snake.q_max, 0.0) ** 2).sum())
+        return total
+
+    def on_curve(self, tip_s: float) -> ShapeSolution | None:
+        """All joint centres on the curve, or None where the limits do not allow it."""
+        places, _, base, q, largest = self.exact(tip_s, self.roll)
+        if largest > self.snake.q_max:
+            return None
+        return self._finished(base, q, places, tip_s, True)
+
+    def nearest(self, tip_s: float, near: ShapeSolution | None, moved: float, most: float = math.inf) -> ShapeSolution:
+        """The nearest chain within the limits; after another one no farther than its angles may go in ``moved`` mm.
+
+        most: rad, how far they may go where it is another curve that has moved, and no insertion that sets the pace.
+        """
+        links, limit = self.snake.links, self.snake.q_max
+        state, places = np.empty(2 * links + 1), np.empty(2 * links)
+        joint_s, _, _, q, largest = self.exact(tip_s, self.roll)
+        low, high = np.full(len(state), -limit), np.full(len(state), limit)
+        low[-1], high[-1], turns, target = -math.inf, math.inf, _SETTLE, tip_s
+        state[:-1] = q
+        if near is not None:
+            joint_s = near.joint_s + moved
+            target = min(tip_s, float(joint_s[-1]) + _SLIP)
+            state[:-1] = _convected(near.q, moved / self.snake.length_mm)
+            turns = _ANEW
+        if near is not None:
+            pace = FASTEST * abs(moved) if near.curve is self.curve else most
+            low[:-1], high[:-1] = np.maximum(low[:-1], near.q - pace), np.minimum(high[:-1], near.q + pace)
+        if near is not None and near.curve is self.curve:
+            low[-1], high[-1] = near.joint_s[0] - _FEED * abs(moved), near.joint_s[0] + _FEED * abs(moved)
+            turns = _FOLLOW
+        state[-1] = joint_s[0]
+        places[0::2], places[1::2] = 0.5 * (joint_s[:-1] + joint_s[1:]), joint_s[1:]
+        out = 0 if near is None else _straight_outside(near, self.snake.length_mm)
+        before = np.arange(-out, 0.0) * self.snake.length_mm  # of the joints that stay out
+        state[-1] = joint_s[out]
+        for feed in (low, high):
+            feed[-1] -= before[0] if out else 0.0
+        state, places, low, high = state[2 * out :], places[2 * out :], low[2 * out :], high[2 * out :]
+        line = Line(self.points, self.tangents, self.across, self.slack, self.curve.step_mm)
+        task = Task(self.snake.length_mm, self.roll, target, _weights(largest <= limit), state.copy())
+        base, frames = np.empty((3, 4)), np.empty((links - out, 3, 4))
+        settle_chain(line, task, low, high, turns, state, places, base, frames)
+        q = np.concatenate([np.zeros(2 * out), state[:-1]])
+        if out:  # straight before the curve's start, where all frames are parallel
+            base[:, 3] += before[0] * base[:, 2]
+        return self._finished(base, q, np.concatenate([state[-1] + before, state[-1:], places[1::2]]), tip_s, False)
+
+    def _finished(self, base: Array, q: Array, joint_s: Array, tip_s: float, exact: bool) -> ShapeSolution:
+        whole = np.eye(4)
+        whole[:3] = base
+        joints = self.snake.frames(q, whole)[:, :3, 3]
+        offset = np.linalg.norm(joints - self.curve.position(joint_s), axis=1)
+        at_limit = np.abs(q) >= self.snake.q_max - 1e-9
+        for array in (whole, q, joint_s, offset, at_limit):
+            array.setflags(write=False)
+        return ShapeSolution(whole, q, joint_s, offset, at_limit, exact, tip_s, self.roll, self.curve)
+
+    def follow(self, tip_s: float, near: ShapeSolution, moved: float) -> ShapeSolution:
+        """The next after ``near``, with the tip ``moved`` mm, at most one step, farther."""
+        found = self.on_curve(tip_s)
+        if found is not None:
+            change = float(np.abs(found.q - near.q).max())
+            if near.exact or change <= FASTEST * abs(moved):
+                return found
+        return self.nearest(tip_s, near, moved)
+
+
+def _straight_outside(near: ShapeSolution, length: float) -> int:
+    """How many links, from the base on, lie straight so far outside that the next step leaves them as they are.
+
+    So the shape of what is inside does not depend on how many links are still to come.
+    """
+    far = (near.joint_s[1:] < -length) & (np.abs(near.q.reshape(-1, 2)) < _ALIGNED).all(axis=1)
+    return int(np.append(far[:-1], False).argmin())
+
+
+def _convected(q: Array, share: float) -> Array:
+    """The angles of a snake whose joints have gone on by a share of a link, each taking over from the one ahead."""
+    pairs = q.reshape(-1, 2)
+    ahead = np.vstack([pairs[1:], pairs[-1:]] if share >= 0.0 else [np.zeros((1, 2)), pairs[:-1]])
+    moved: Array = ((1.0 - abs(share)) * pairs + abs(share) * ahead).reshape(-1)
+    return moved
+
+
+def _weights(feasible: bool) -> Array:
+    """What the least squares hold against a chain; where all joints can be on the curve, only that they are not."""
+    weights = np.empty(7)
+    weights[CENTRE], weights[SLACK], weights[MIDDLE] = (1.0, 0.0, 0.0) if feasible else (0.1, 1.0, 1.0)
+    weights[GUIDE], weights[TIP], weights[STAY], weights[STEEP] = 10.0, 1000.0, 1.0, 2.0
+    return weights
+
+
+def _checked_slack(slack: ArrayLike | None, count: int) -> Array:
+    if slack is None:
+        return np.full(count, _DEFAULT_ROOM)
+    found = np.array(slack, dtype=np.float64)
+    if found.shape != (count,) or not np.isfinite(found).all():
+        raise PathwayError(f"the slack about a curve of {count} points is ({count},) finite, not {found.shape}")
+    return np.maximum(found, 0.0)
+
+
+def conform(
+    snake: SnakeModel,
+    curve: Curve,
+    tip_s: float,
+    near: ShapeSolution | None = None,
+    slack: ArrayLike | None = None,
+    roll: float | None = None,
+    outside: bool = True,
+    most: float = math.inf,
+) -> ShapeSolution:
+    """The snake along a curve with its tip at ``tip_s`` mm, the joints that are not in yet straight before its start.
+
+    Args:
+        snake: any number of links.
+        curve: in the patient frame.
+        tip_s: arc length of the tip, at most the curve's.
+        near: where the snake is now; on this curve the angles change by at most 0.1 rad per
+            millimetre that the limits bind, from another curve it is where the search begins.
+        slack: (N,) mm at ``curve.points``: how far off it a joint centre may be without touching; None: 4 mm.
+        roll: rad, of the base about the curve; None: that of ``near``, else of eight the one that asks least of the
+            joints.
+        outside: whether links may be before the curve's start.
+        most: rad, by which an angle may differ from that of ``near`` on another curve.
+
+    Raises:
+        PathwayError: a tip beyond the curve's end, or a snake longer than it that may not be outside.
+    """
+    if near is not None:
+        roll = near.roll if roll is None else roll
+        _across(curve, near.curve)
+    chain = _Chain(snake, curve, slack, roll, outside)
+    chain.check(tip_s)
+    if near is not None and near.curve is curve:
+        return _walked(chain, near, tip_s - near.tip_s, tip_s)
+    found = chain.on_curve(tip_s)
+    if found is not None and (near is None or float(np.abs(found.q - near.q).max()) <= most):
+        return found
+    return chain.nearest(tip_s, near, 0.0 if near is None else tip_s - near.tip_s, most)
+
+
+def _walked(chain: _Chain, state: ShapeSolution, distance: float, tip_s: float) -> ShapeSolution:
+    if distance == 0.0:
+        return state
+    steps = max(math.ceil(abs(distance) / _STEP - 1e-9), 1)
+    for number in range(steps):
+        left = (steps - 1 - number) / steps
+        state = chain.follow(tip_s - left * distance, state, distance / steps)
+    return state
+
+
+class Insertion:
+    """Follow-the-leader: a snake that goes in along a curve, and comes out the same way.
+
+    Args:
+        snake, curve, slack, roll: as for ``conform``.
+        tip_s: where the tip begins, mm; the default is the curve's start, with the snake straight before it.
+        deepest: mm, how far in the tip will go at most, which is what the roll is chosen for; None: to the curve's end.
+    """
+
+    def __init__(
+        self,
+        snake: SnakeModel,
+        curve: Curve,
+        slack: ArrayLike | None = None,
+        roll: float | None = None,
+        tip_s: float = 0.0,
+        deepest: float | None = None,
+    ):
+        self._chain = _Chain(snake, curve, slack, roll, True, deepest)
+        self._chain.check(tip_s)
+        self._tip_s = float(tip_s)
+        state = self._chain.on_curve(self._tip_s)
+        self._state = self._chain.nearest(self._tip_s, None, 0.0) if state is None else state
+
+    @property
+    def state(self) -> ShapeSolution:
+        """Where the snake is."""
+        return self._state
+
+    @property
+    def tip_s(self) -> float:
+        """Arc length of the tip in mm."""
+        return self._tip_s
+
+    @property
+    def roll(self) -> float:
+        """Of the base about the curve, rad."""
+        return self._chain.roll
+
+    @property
+    def links_inside(self) -> int:
+        """How many links have their far end beyond the curve's start."""
+        return self._state.links_inside
+
+    def correct(self, state: ShapeSolution) -> None:
+        """Go on from another shape along the same curve."""
+        self._state, self._tip_s = state, state.tip_s
+
+    def advance(self, ds: float) -> ShapeSolution:
+        """The snake with its tip ``ds`` mm farther in, or farther out where that is negative.
+
+        Where all joints can be on the curve its angles are those of the curve; elsewhere none changes by more than
+        0.1 rad per millimetre.
+
+        Raises:
+            PathwayError: a tip beyond the curve's end, or a depth that is not finite; the snake stays where it is.
+        """
+        target = self._tip_s + ds
+        self._chain.check(target)
+        self._state = _walked(self._chain, self._state, ds, target)
+        self._tip_s = target
+        return self._state

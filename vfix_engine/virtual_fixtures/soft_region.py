@@ -1,0 +1,278 @@
+"""Soft regions: tissue with an inside, which pushes back like a spring and is hard beyond a greatest depth.
+
+A ``SoftZone`` is a layer over a surface, which has no inside: a tool whose axis has crossed it is pushed on. A region
+is a solid, given by its signed distance d: the depth of the tool is δ = max over its axis of layer + r − d, and the
+spring points out of the solid wherever the tool is, deep inside as well. The spring is that of ``soft_zone.py``.
+
+The greatest depth is kept by hard rows and by a certificate over the whole motion. Between two poses every point of the
+tool's axis is within C/8 of the straight line between its places (``sweep_kernel.bend``), so poses at shares of that
+line, h apart, bound the excess of all of the motion: it is larger than theirs by STEEPEST · (h / 2 + C/8) at most.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from dataclasses import field as made
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import InputError, StartRefused
+from ..geometry.checks import checked_points
+from ..proximity.fields.distance_field import DistanceField
+from .fixture import Rows, Situation
+from .region_kernel import (
+    COARSE,
+    CONTACT,
+    DEEPER,
+    DEPTH,
+    FINE,
+    LAYER,
+    LEAST_ADVANCE_MM,
+    NUMBERS,
+    STEEPEST,
+    contact_rows,
+    contacts,
+    keeps_depth,
+    largest_excess,
+)
+from .rows import Constraint
+from .soft_zone import LOOK_AHEAD, MAX_ROWS, STIFFEST_N_PER_MM, THICKEST_MM
+from .state import StepState
+from .stopping import approach_bounds
+from .zones import check_name, check_number, check_positive
+
+Array = NDArray[np.float64]
+Values = NDArray[np.float32]
+
+DEEPEST_MM = 50.0  # of a greatest depth
+ERROR_STEPS = 1.0  # error of a field in steps of its grid: √3/2 of interpolation, the rest of the points' own values
+EDGE_PER_MM = 0.5  # how fast the greatest depth changes at the edge of a deeper place
+RESERVE_MM = 0.15  # kept under the greatest depth for what lies between the places and poses that are looked at
+_BETWEEN_MM = RESERVE_MM - 0.5 * STEEPEST * LEAST_ADVANCE_MM - 0.005  # of it, for what lies between poses
+_BUFFER_MM = 0.02  # rows keep this much more, so that the certificate rarely has to say no
+_MOST_POSES = 64  # of one motion that are looked at; one that needs more is refused
+_HARD_ROWS = 16
+_CONTACTS = 512  # windows of the tool's axes, at most
+
+
+@dataclass(frozen=True, eq=False)
+class DeeperPlace:
+    """Where a region may be pressed deeper: within ``radius_mm`` of ``centre`` (3,), patient frame, mm.
+
+    Around it the greatest depth goes over into the region's own by 0.5 mm per mm.
+    Raises InputError for a centre that is not three finite numbers, or a radius or depth out of range.
+    """
+
+    centre: Array
+    radius_mm: float
+    max_depth_mm: float
+
+    def __post_init__(self) -> None:
+        centre = checked_points(np.reshape(np.asarray(self.centre, dtype=np.float64), (1, -1)))[0].copy()
+        centre.setflags(write=False)
+        object.__setattr__(self, "centre", centre)
+        check_positive(self.radius_mm, "the radius of a deeper place in mm", 1e3)
+        check_positive(self.max_depth_mm, "the greatest depth of a deeper place in mm", DEEPEST_MM)
+
+
+@dataclass(frozen=True, eq=False)
+class SoftRegion:
+    """A solid with a stiffness in N/mm, and the greatest depth to which the tool's surface may be pressed into it.
+
+    field: signed distance to the solid. Where it is not known, nothing holds the tool. Its error is taken to be one
+        step of the grid that answers (``ERROR_STEPS``).
+    max_depth_mm: below the border of the solid, or of the layer of ``layer_mm`` around it; None: no bound. The tool is
+        held before it by that error and 0.15 mm, so that no part of it is ever deeper, between two poses neither.
+    deeper: a place where the greatest depth is larger.
+
+    Raises:
+        InputError: names the region and what is wrong with it.
+    """
+
+    name: str
+    field: DistanceField
+    stiffness_n_per_mm: float
+    max_depth_mm: float | None = None
+    deeper: DeeperPlace | None = None
+    layer_mm: float = 0.0
+    numbers: Array = made(init=False, repr=False)
+    _fine: Values = made(init=False, repr=False)
+    _coarse: Values = made(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        check_name(self.name, "soft region")
+        check_positive(self.stiffness_n_per_mm, f"{self.label}: the stiffness in N/mm", STIFFEST_N_PER_MM)
+        if not isinstance(self.field, DistanceField) or len(self.field.grids) > 2:
+            raise InputError(f"{self.label} needs a distance field of one or two grids")
+        if not 0.0 <= check_number(self.layer_mm, f"{self.label}: the layer in mm") <= THICKEST_MM:
+            raise InputError(f"{self.label}: the layer is {self.layer_mm:g} mm; allowed is 0 … {THICKEST_MM:g} mm")
+        if self.max_depth_mm is None:
+            if self.deeper is not None:
+                raise InputError(f"{self.label} has a deeper place, but no greatest depth elsewhere")
+        else:
+            words = f"{self.label}: the greatest depth in mm"
+            least = self.held_before_mm
+            if not least < check_number(self.max_depth_mm, words) <= DEEPEST_MM:
+                raise InputError(
+                    f"{words} is {self.max_depth_mm:g}; it must be more than {least:.2f} mm, which the error of the "
+                    f"field and the certificate take, and {DEEPEST_MM:g} mm at most"
+                )
+            if self.deeper is not None and self.deeper.max_depth_mm < self.max_depth_mm:
+                raise InputError(f"{self.label}: its deeper place is less deep than the rest")
+        object.__setattr__(self, "numbers", _numbers(self))
+        object.__setattr__(self, "_fine", self.field.grids[0].values)
+        object.__setattr__(self, "_coarse", self.field.grids[-1].values)
+
+    @property
+    def label(self) -> str:
+        """\"soft region 'mucosa'\"."""
+        return f"soft region '{self.name}'"
+
+    @property
+    def words(self) -> str:
+        """Who refuses a motion, for people."""
+        return f"{self.name} at its greatest depth"
+
+    @property
+    def held_before_mm(self) -> float:
+        """How much less than the greatest depth the tool is let in, where the first grid of the field answers."""
+        return ERROR_STEPS * self.field.grids[0].step_mm + RESERVE_MM
+
+    def penetration(self, state: StepState) -> float:
+        """δ in mm, the depth of the tool by the field; 0 outside."""
+        found = self._contacts(state, 0.0, 0.0)
+        return max(float(found[:, 4].max()), 0.0) if len(found) else 0.0
+
+    def excess(self, state: StepState) -> float:
+        """How much deeper than allowed the tool may be, in mm, the error of the field added; at least −50 mm."""
+        return self._deepest(state)[0]
+
+    def _deepest(self, state: StepState) -> tuple[float, int, float]:
+        """The largest excess in mm, its segment, and the share of that one's axis; −50, −1 and 0 where it is less."""
+        at = state.segments
+        found: tuple[float, int, float] = largest_excess(
+            self._fine, self._coarse, self.numbers, at.start, at.end, at.radius, 0.0, at.start, at.end, -DEEPEST_MM
+        )
+        return found
+
+    def refuse_start(self, state: StepState, parts: Sequence[str]) -> None:
+        """Refuse a start that is deeper than allowed (HAZ-04). Raises StartRefused."""
+        if self.max_depth_mm is None:
+            return
+        excess, segment, share = self._deepest(state)
+        if excess <= -RESERVE_MM:
+            return
+        at = state.segments
+        place = at.start[segment] + share * (at.end[segment] - at.start[segment])
+        allowed = self.allowed_mm(place)
+        depth = self.layer_mm + at.radius[segment] - float(self.field.at(place[None])[0])
+        raise StartRefused(
+            f"the {parts[segment]} would start {max(depth, 0.0):.1f} mm deep in {self.name}, where "
+            f"{allowed:g} mm are allowed less {self.held_before_mm:.2f} mm for errors; move the entry, tilt the robot, "
+            "or allow a greater depth"
+        )
+
+    def warm_up(self, state: StepState) -> None:
+        """Load the kernels; nothing moves."""
+        self.excess(state)
+        self.is_admissible(state, state)
+        self._contacts(state, 0.0, 0.0)
+        tip = state.tip
+        row = np.zeros((1, tip.jacobian.shape[1] + 1))
+        contact_rows(self.numbers, np.zeros((1, CONTACT)), True, tip.position, tip.jacobian, row)
+
+    def allowed_mm(self, place: Array) -> float:
+        """The greatest depth at a place (3,), mm; infinite without a bound."""
+        if self.max_depth_mm is None:
+            return math.inf
+        if self.deeper is None:
+            return self.max_depth_mm
+        beyond = max(float(np.linalg.norm(place - self.deeper.centre)) - self.deeper.radius_mm, 0.0)
+        return max(self.deeper.max_depth_mm - EDGE_PER_MM * beyond, self.max_depth_mm)
+
+    def rows(self, now: Situation) -> Rows:
+        """One soft constraint, the spring, and one hard one, the greatest depth."""
+        ahead = LOOK_AHEAD * now.scale_mm
+        found = self._contacts(now.state, ahead, -RESERVE_MM - _near_mm(now))
+        if len(found):
+            found = found[found[:, 6:].any(axis=1)]  # in the very middle every way leads out, and none needs a row
+        near = found[found[:, 5] > -RESERVE_MM - _near_mm(now)]
+        constraints = []
+        if len(found) and found[:, 4].max() > -ahead:
+            constraints.append(self._spring(found, now))
+        if self.max_depth_mm is not None and len(near):
+            constraints.append(self._bound(near, now))
+        return Rows((), tuple(constraints))
+
+    def _spring(self, found: Array, now: Situation) -> Constraint:
+        """δ − n·ΔP ≤ s for the deepest contacts, all with the same s, as of a soft zone."""
+        found = found[np.argsort(-found[:, 4], kind="stable")[:MAX_ROWS]]
+        depth = max(float(found[0, 4]), 0.0)
+        least = max(depth - now.scale_mm, 0.0)  # lower limit of the slack: no faster outwards than the command
+        penalty = now.compliance_mm_per_n * self.stiffness_n_per_mm
+        worst = found[found[:, 5].argmax()]
+        held = worst[5] > -RESERVE_MM - 2.0 * _BUFFER_MM  # then that is what holds the tool, whatever the spring does
+        text = self._bound_words(worst, now) if held else f"{self.name}, {depth:.1f} mm deep"
+        index = np.arange(len(found))
+        matrix = self._matrix(found, now, False)
+        return Constraint(
+            "soft", matrix, least - found[:, 4], index, (text,), penalty, price=penalty * least, shared=True
+        )
+
+    def _bound(self, found: Array, now: Situation) -> Constraint:
+        """No contact's excess grows beyond 0, and each can be stopped before it."""
+        found = found[np.argsort(-found[:, 5], kind="stable")[:_HARD_ROWS]]
+        change = now.deceleration_mm_per_s2 * now.dt_s**2
+        bound = approach_bounds(-RESERVE_MM - _BUFFER_MM - found[:, 5], change)
+        texts = tuple(self._bound_words(one, now) for one in found)
+        return Constraint("depth", self._matrix(found, now, True), bound, np.arange(len(found)), texts)
+
+    def _bound_words(self, contact: Array, now: Situation) -> str:
+        part, allowed = now.tool.segment_names[int(contact[0])], self.allowed_mm(contact[1:4])
+        return f"{self.name} on the {part}, at its greatest depth of {allowed:.1f} mm"
+
+    def is_admissible(self, before: StepState, after: StepState) -> bool:
+        """Whether the whole motion keeps the greatest depth, or from deeper never gets deeper still."""
+        if self.max_depth_mm is None:
+            return True
+        one, two = before.segments, after.segments
+        sag = 0.0 if after.context is None else after.context.sag_mm(before, after)
+        return keeps_depth(
+            self._fine, self._coarse, self.numbers, one.start, one.end, one.radius, two.start, two.end,
+            sag, -RESERVE_MM, _BETWEEN_MM, _MOST_POSES,
+        )  # fmt: skip
+
+    def _contacts(self, state: StepState, ahead: float, limit: float) -> Array:
+        at, found = state.segments, np.empty((_CONTACTS, CONTACT))
+        count = contacts(self._fine, self._coarse, self.numbers, at.start, at.end, at.radius, ahead, limit, found)
+        return found[:count]
+
+    def _matrix(self, chosen: Array, now: Situation, hard: bool) -> Array:
+        tip = now.state.tip
+        matrix = np.zeros((len(chosen), tip.jacobian.shape[1] + 1))
+        contact_rows(self.numbers, np.ascontiguousarray(chosen), hard, tip.position, tip.jacobian, matrix)
+        return matrix
+
+
+def _near_mm(now: Situation) -> float:
+    """How far from its bound an excess needs a row: the tool must be able to stop before it."""
+    return max(1.0, 2.0 * LOOK_AHEAD * now.scale_mm)
+
+
+def _numbers(region: SoftRegion) -> Array:
+    """Packed numbers of a region, see ``region_kernel``."""
+    numbers = np.empty(NUMBERS)
+    for first, grid in ((FINE, region.field.grids[0]), (COARSE, region.field.grids[-1])):
+        numbers[first : first + 3], numbers[first + 3] = grid.origin, grid.step_mm
+        numbers[first + 4] = ERROR_STEPS * grid.step_mm
+    numbers[LAYER] = region.layer_mm
+    numbers[DEPTH] = 1e3 if region.max_depth_mm is None else region.max_depth_mm
+    numbers[DEEPER:] = (0.0, 0.0, 0.0, 0.0, numbers[DEPTH], 0.0)
+    if region.deeper is not None:
+        place = region.deeper
+        numbers[DEEPER:] = (*place.centre, place.radius_mm, place.max_depth_mm, EDGE_PER_MM)
+    numbers.setflags(write=False)
+    return numbers

@@ -1,0 +1,138 @@
+"""No-fly zones: solid shapes and patches of surface that no part of the tool enters, each with its own margin.
+
+A zone is a body beside the anatomy. Its pairs give boundary rows (Li 2007, eq. (16)) with the zone's margin, and the
+certificate checks its distance like that of bone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import InputError, StartRefused
+from ..geometry.mesh import TriangleMesh
+from ..geometry.shape_patch import patch_around, patch_of
+from ..geometry.shapes import Box, CapsuleShape, HalfSpace, Shape, Sphere
+from ..proximity.proximity import Proximity, ProximityTree
+
+Array = NDArray[np.float64]
+
+ANATOMY = "bone"  # id of the structure that the tool is driven in
+SHAPES = (Sphere, CapsuleShape, Box, HalfSpace)
+LARGEST_MARGIN_MM = 20.0  # beyond it, use a larger shape
+_LONGEST_NAME = 80
+
+
+@dataclass(frozen=True, eq=False)
+class Zone:
+    """A solid or a surface that the tool stays out of, by at least ``margin_mm``.
+
+    solid: a shape, or the tree of a surface (``ProximityTree``).
+    A shape has an inside. A surface has none: the margin holds on both of its sides.
+
+    Raises:
+        InputError: names the zone and what is wrong with it.
+    """
+
+    name: str
+    solid: Shape | Proximity
+    margin_mm: float
+
+    def __post_init__(self) -> None:
+        check_name(self.name, "structure to spare")
+        if not isinstance(self.solid, SHAPES) and not hasattr(self.solid, "pairs_within"):
+            raise InputError(f"{self.label} is a {type(self.solid).__name__}; it needs a shape or a surface's tree")
+        margin = check_number(self.margin_mm, f"{self.label}: the margin in mm")
+        if not 0.0 <= margin <= LARGEST_MARGIN_MM:  # NaN fails as well
+            raise InputError(f"{self.label}: the margin is {margin:g} mm; allowed is 0 … {LARGEST_MARGIN_MM:g} mm")
+        object.__setattr__(self, "margin_mm", margin)
+
+    @property
+    def label(self) -> str:
+        """\"structure to spare 'optic nerve'\"."""
+        return f"structure to spare '{self.name}'"
+
+    @classmethod
+    def around(cls, name: str, mesh: TriangleMesh, centre: ArrayLike, radius_mm: float, margin_mm: float) -> Zone:
+        """A zone of the anatomy within ``radius_mm`` of ``centre`` (3,), in mm, patient frame."""
+        return cls(name, _tree(name, lambda: patch_around(mesh, centre, radius_mm)), margin_mm)
+
+    @classmethod
+    def of_faces(cls, name: str, mesh: TriangleMesh, chosen: ArrayLike, margin_mm: float) -> Zone:
+        """A zone of the triangles of a mesh that a mask (F,) or indices (k,) select."""
+        return cls(name, _tree(name, lambda: patch_of(mesh, chosen)), margin_mm)
+
+
+def _tree(name: str, patch: Callable[[], TriangleMesh]) -> ProximityTree:
+    """The tree of a patch; an InputError names the zone."""
+    try:
+        return ProximityTree(patch())
+    except InputError as error:
+        raise InputError(f"structure to spare '{name}': {error}") from error
+
+
+def ordered(zones: Sequence[Zone]) -> tuple[Zone, ...]:
+    """Zones in the order of their bodies, from body 1 on: surfaces first, then shapes.
+
+    Raises:
+        InputError: two zones have the same name.
+    """
+    names = [zone.name for zone in zones]
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise InputError(f"two structures to spare are called '{twice[0]}'")
+    return (*(z for z in zones if not isinstance(z.solid, SHAPES)), *(z for z in zones if isinstance(z.solid, SHAPES)))
+
+
+def bodies(zones: Sequence[Zone]) -> tuple[tuple[Proximity, ...], tuple[Shape, ...]]:
+    """Surfaces and shapes of ``ordered`` zones."""
+    surfaces = tuple(z.solid for z in zones if not isinstance(z.solid, SHAPES))
+    shapes = tuple(z.solid for z in zones if isinstance(z.solid, SHAPES))
+    return surfaces, shapes
+
+
+def refuse_start(zones: Sequence[Zone], distance: Array, parts: Sequence[str]) -> None:
+    """Refuse a start that is inside a zone or its margin (HAZ-04).
+
+    Args:
+        zones: in the order of their bodies; distance: (z, S) from each to each segment in mm; parts: S names.
+
+    Raises:
+        StartRefused: names the zone, the part of the tool and the distance.
+    """
+    for zone, row in zip(zones, distance, strict=True):
+        worst = int(row.argmin())
+        if row[worst] >= zone.margin_mm:
+            continue
+        if row[worst] < 0.0:
+            where = f"inside {zone.label}, {-row[worst]:.2f} mm deep"
+        else:
+            where = f"{row[worst]:.2f} mm from {zone.label}, less than its margin of {zone.margin_mm:g} mm"
+        raise StartRefused(f"the {parts[worst]} would start {where}; move the entry, or make the zone smaller")
+
+
+def check_name(name: object, what: str) -> str:
+    """The name of a zone: one line of printable text, at most 80 characters; InputError otherwise."""
+    if not isinstance(name, str) or not name.strip() or not name.isprintable():
+        raise InputError(f"a {what} needs a name of visible characters")
+    if len(name) > _LONGEST_NAME:
+        raise InputError(f"a {what}'s name has {len(name)} characters; {_LONGEST_NAME} are allowed")
+    return name
+
+
+def check_number(value: object, what: str) -> float:
+    """The value as float; InputError for text and booleans. NaN and infinity pass."""
+    if isinstance(value, bool) or not isinstance(value, (int, float, np.floating, np.integer)):
+        raise InputError(f"{what} must be a number")
+    return float(value)
+
+
+def check_positive(value: object, what: str, largest: float) -> float:
+    """A positive number up to ``largest``; InputError otherwise."""
+    number = check_number(value, what)
+    if not 0.0 < number <= largest:  # NaN fails as well
+        raise InputError(f"{what} is {number:g}; it must be positive, {largest:g} at most")
+    return number

@@ -1,0 +1,61 @@
+"""The worlds that are driven, by name: where the spec of each is, and how its kernels are compiled ahead.
+
+The one place that knows all of them. A world is loaded when it is asked for, its kernels' table is not.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import Any, NamedTuple
+
+from ..errors import InputError
+from ..kernels.preparation import Preparation
+from ..runtime.run import Run
+from ..runtime.system import SystemSpec
+from .rigid.preparation import RIGID
+
+
+class World(NamedTuple):
+    """Module and name of a world's spec. preparation: of its kernels; None: another world's are all it needs."""
+
+    module: str
+    spec: str
+    preparation: Preparation | None = None
+
+    def load(self) -> type[SystemSpec]:
+        """The class of its specs."""
+        found: Any = getattr(import_module(self.module), self.spec)
+        return found  # type: ignore[no-any-return]
+
+
+__all__ = ["RIGID", "SNAKE", "WORLDS", "World", "prepare", "spec_of"]
+
+# One process, which yields to others: the page waits for the rigid tool's kernels only.
+SNAKE = Preparation("vfix_engine.worlds.snake.preparation", (("drive",),), "prepared-snake", 219, spare=True)
+
+WORLDS = {
+    "rigid": World("vfix_engine.worlds.rigid.rigid_spec", "RigidSpec", RIGID),
+    "snake": World("vfix_engine.worlds.snake", "SnakeSystemSpec", SNAKE),
+    "snake drive": World("vfix_engine.worlds.snake", "DriveSpec"),
+}
+
+
+def prepare() -> None:
+    """Compile the kernels of every world; as ``Preparation.prepare``."""
+    for world in WORLDS.values():
+        if world.preparation is not None:
+            world.preparation.prepare()
+
+
+def spec_of(run: Run) -> SystemSpec:
+    """The spec that a run was driven with, made of its manifest.
+
+    Raises:
+        InputError: a world that is not known here, or a spec that could not be written or does not fit.
+    """
+    name = run.manifest["world"]
+    if name not in WORLDS:
+        raise InputError(f"the run is of the world '{name}'; known here are {', '.join(WORLDS)}")
+    if run.manifest["spec_not_written"]:
+        raise InputError(f"the run does not hold its spec: {run.manifest['spec_not_written']}")
+    return WORLDS[name].load().from_parts(run.manifest["spec"], run.arrays)

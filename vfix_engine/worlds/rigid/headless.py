@@ -1,0 +1,232 @@
+"""A rehearsal without a page: an operator drives, every step is measured."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ...errors import ControlError
+from ...runtime.command import COMMAND_SIZE, command_to_row
+from ...runtime.driver import Log
+from ...runtime.requests import Reset, SetTask
+from .dry_run import dry_run
+from .operators import Operator, PushingOperator, ScriptedOperator
+from .rehearsal import ON_PATH_MM, Rehearsal, RehearsalState
+from .snapshot import Snapshot
+
+PATIENCE_STEPS = 400  # steps without progress after which a scripted hand gives up
+GAIN_MM = 0.02  # less than this in that many steps is no progress towards a target
+GAIN_SHARE = 0.005  # less of the motion that a free hand would make in that many steps is no progress along the path
+ATTEMPTS = 3  # to bring the view onto a target, each from further out
+BACK_OFF_MM = 8.0
+PASSED_MM = 0.3  # the view is past its nearest place when it is this much further away again
+WARM_UP_STEPS = 20  # not counted in the step times: caches fill
+
+Keep = Callable[[Snapshot], None]
+
+
+@dataclass
+class Tally:
+    """Running figures of a rehearsal."""
+
+    steps: int = 0
+    held: int = 0
+    approach: int = 0  # steps on which a guide brought the tip to the path
+    on_path: bool = False  # since it last came into the path's mode the tip has been within ON_PATH_MM of it
+    least_clearance: float = np.inf
+    rows: tuple[int, int] = (10**9, 0)
+
+    def __post_init__(self) -> None:
+        self.errors: list[float] = []
+        self.times: list[float] = []
+
+    def add(self, snapshot: Snapshot, seconds: float) -> None:
+        self.steps += 1
+        self.held += snapshot.held
+        self.least_clearance = min(self.least_clearance, snapshot.clearance_mm)
+        if snapshot.rows:
+            self.rows = (min(self.rows[0], snapshot.rows), max(self.rows[1], snapshot.rows))
+        self.approach += snapshot.phase == "approach"
+        self.on_path = snapshot.mode == "path" and (self.on_path or snapshot.tip_error_mm <= ON_PATH_MM)
+        if self.on_path:
+            self.errors.append(snapshot.tip_error_mm)
+        if self.steps > WARM_UP_STEPS:
+            self.times.append(1e6 * seconds)
+
+    def report(self) -> dict[str, Any]:
+        def spread(values: list[float], **parts: Callable[[np.ndarray], Any]) -> dict[str, float | None]:
+            array = np.array(values)
+            return {name: float(f(array)) if len(array) else None for name, f in parts.items()}
+
+        return {
+            "steps": self.steps,
+            "held_steps": self.held,
+            "approach_steps": self.approach,
+            "tip_error_mm": spread(self.errors, mean=np.mean, max=np.max),
+            "min_clearance_mm": self.least_clearance,
+            "min_bone_clearance_mm": self.least_clearance,
+            "step_time_us": spread(self.times, median=np.median, p99=lambda a: np.percentile(a, 99)),
+            "qp_rows": {"min": min(self.rows), "max": self.rows[1]},
+        }
+
+
+class HeadlessRun:
+    """Steps a rehearsal with an operator and hands every snapshot to ``keep``.
+
+    log: where every command with the system's row, and every request, goes, as ``runtime.driver`` has them; None:
+        nowhere.
+    """
+
+    def __init__(self, rehearsal: Rehearsal, keep: Keep, log: Log | None = None):
+        self.rehearsal, self._keep, self._log, self.tally = rehearsal, keep, log, Tally()
+        self._line = np.zeros(COMMAND_SIZE + len(rehearsal.system.row_layout))
+        self._started = False
+        self.least_of_zones = [np.inf] * len(rehearsal.controller.zones)  # [mm], of the whole tool to each so far
+
+    def follow(self) -> Snapshot:
+        """Along the path to its end, or until the hand gives up."""
+        state = self._start()
+        return self._drive(state, ScriptedOperator(), lambda s: s.phase == "done")[1]
+
+    def push(self, steps: int, seed: int, free: bool) -> dict[str, Any]:
+        """Along the path to its tightest place, then ``steps`` steps of full force into bone; what these came to."""
+        rehearsal = self.rehearsal
+        dry = dry_run(rehearsal.scene, rehearsal.settings)
+        tightest = float(dry.s[dry.clearance.argmin()])
+        state, snapshot = self._drive(
+            self._start(),
+            ScriptedOperator(),
+            lambda s: s.progress_mm >= tightest or s.phase == "done",
+        )
+        if free:
+            state = self._with_task(state, "free")
+            self.tally.errors.clear()  # without the fixture the path is no reference
+        operator = PushingOperator(seed)
+        pushed = Tally()
+        for _ in range(steps):
+            state, snapshot = self._one(state, operator)
+            pushed.add(snapshot, 0.0)
+        return {
+            "mode": snapshot.mode,
+            # What slowed the last step, or what it went along without being slowed.
+            "reason": snapshot.reason or next(iter(snapshot.active), ""),
+            "pushing": {
+                "steps": pushed.steps,
+                "min_clearance_mm": pushed.least_clearance,
+                "min_bone_clearance_mm": pushed.least_clearance,
+                "held_steps": pushed.held,
+            },
+        }
+
+    def inspect(self, target: int, steps: int) -> dict[str, Any]:
+        """Along the path to where the view is nearest to the target, onto it, and ``steps`` steps of swinging.
+
+        A hand that cannot bring the view onto the target from there backs off along the path and tries again.
+        """
+        rehearsal = self.rehearsal
+        if rehearsal.scene.path is None:
+            raise ControlError("inspection starts from a path; the plan has none")
+        goal, name = rehearsal.scene.targets[target], rehearsal.scene.target_names[target]
+        state = self._to_best_view(self._start(), goal)
+        for attempt in range(ATTEMPTS):
+            if attempt:
+                state = self._back_off(state)
+            state = self._with_task(state, "inspect", target)
+            state, snapshot = self._drive(state, ScriptedOperator(), _arrival())
+            if snapshot.phase == "inspect_hold":
+                return {"target": name, "reached": True, "reason": ""} | self._swing(state, steps)
+        reason = snapshot.reason or next(iter(snapshot.active), "the view does not get there")
+        return {"target": name, "reached": False, "reason": reason, "error_mm": None, "swing_deg": 0.0}
+
+    def _swing(self, state: RehearsalState, steps: int) -> dict[str, Any]:
+        """Swing about the target: the error of the view and the largest turn from where it began."""
+        operator, first = ScriptedOperator(), state.tool.tip.rotation
+        errors, swing = [], 0.0
+        for _ in range(steps):
+            state, snapshot = self._one(state, operator)
+            errors.append(snapshot.target_error_mm)
+            turned = np.arccos(np.clip((np.trace(first.T @ state.tool.tip.rotation) - 1) / 2, -1, 1))
+            swing = max(swing, float(np.degrees(turned)))
+        return {"error_mm": {"mean": float(np.mean(errors)), "max": float(np.max(errors))}, "swing_deg": swing}
+
+    def _back_off(self, state: RehearsalState) -> RehearsalState:
+        """Back onto the path and some distance out along it."""
+        state = self._with_task(state, "path")
+        out = self.rehearsal.snapshot(state).progress_mm - BACK_OFF_MM
+        back = ScriptedOperator(drive=-1)
+        return self._drive(state, back, lambda s: s.phase == "follow" and s.progress_mm <= max(out, 0.0))[0]
+
+    def _to_best_view(self, state: RehearsalState, goal: np.ndarray) -> RehearsalState:
+        """Drive on until the virtual point has passed where it is nearest to the goal."""
+        nearest = np.inf
+
+        def passed(snapshot: Snapshot) -> bool:
+            nonlocal nearest
+            distance = float(np.linalg.norm(snapshot.virtual_point - goal))
+            nearest = min(nearest, distance)
+            return snapshot.phase == "done" or distance > nearest + PASSED_MM
+
+        return self._drive(state, ScriptedOperator(), passed)[0]
+
+    def _start(self) -> RehearsalState:
+        """At the entry, on the path."""
+        state = self.rehearsal.start("path")
+        if self._log is not None and self._started:
+            self._log.event("request", Reset())
+        self._started = True
+        return state
+
+    def _with_task(self, state: RehearsalState, task: str, target: int = 0) -> RehearsalState:
+        """The same pose and speed with another task."""
+        state = self.rehearsal.with_mode(state, task, target)
+        if self._log is not None:
+            self._log.event("request", SetTask(task, target))
+        return state
+
+    def _drive(
+        self, state: RehearsalState, operator: Operator, stop: Callable[[Snapshot], bool]
+    ) -> tuple[RehearsalState, Snapshot]:
+        """Until ``stop``, or until the hand gives up: held for long, or on the path and no longer getting anywhere."""
+        snapshot = self.rehearsal.snapshot(state)
+        settings = self.rehearsal.settings
+        free = settings.gain_mm_per_s_per_n * settings.force_cap_n * settings.dt_s * PATIENCE_STEPS
+        held, idle, best = 0, 0, (snapshot.progress_mm, snapshot.tip_error_mm)
+        while not stop(snapshot) and max(held, idle) < PATIENCE_STEPS:
+            state, snapshot = self._one(state, operator)
+            held = held + 1 if snapshot.held else 0
+            now = snapshot.progress_mm, snapshot.tip_error_mm
+            nowhere = max(abs(a - b) for a, b in zip(now, best, strict=True)) < GAIN_SHARE * free
+            idle, best = (idle + 1, best) if nowhere and snapshot.mode == "path" else (0, now)
+        return state, snapshot
+
+    def _one(self, state: RehearsalState, operator: Operator) -> tuple[RehearsalState, Snapshot]:
+        command = operator.command(self.rehearsal, state)
+        begin = time.perf_counter()
+        state, snapshot = self.rehearsal.step(state, command)
+        self.tally.add(snapshot, time.perf_counter() - begin)
+        nearest = state.tool.distance[1:].min(axis=1)
+        self.least_of_zones = [min(*pair) for pair in zip(self.least_of_zones, nearest.tolist(), strict=True)]
+        if self._log is not None:
+            command_to_row(command, self._line)
+            self.rehearsal.system.row(state, self._line[COMMAND_SIZE:])
+            self._log.tick(self._line)
+        self._keep(snapshot)
+        return state, snapshot
+
+
+def _arrival() -> Callable[[Snapshot], bool]:
+    """True once the view is held on the target, or comes no nearer to it."""
+    nearest, since = np.inf, 0
+
+    def arrived(snapshot: Snapshot) -> bool:
+        nonlocal nearest, since
+        since += 1
+        if snapshot.target_error_mm < nearest - GAIN_MM:
+            nearest, since = snapshot.target_error_mm, 0
+        return snapshot.phase == "inspect_hold" or since > PATIENCE_STEPS
+
+    return arrived

@@ -1,0 +1,46 @@
+"""What a rehearsal happens in: anatomy, robot, tool, path and targets."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...geometry.path import SplinePath
+from ...geometry.shaft_directions import ShaftDirections
+from ...proximity.proximity import Proximity
+from ...robots import PlacedRobot, RobotModel, Tool
+from ...virtual_fixtures import Fixture, Zone
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Everything that does not change during a rehearsal; patient frame, mm.
+
+    base: transform_base_to_patient (4, 4); q_start: joints at the entry (n,).
+    path: None where only free motion is wanted; targets: (m, 3).
+    zones: no-fly zones; fixtures: virtual fixtures of every step, whatever the task is (Li 2007, eq. 1-5).
+    shaft: planned orientation of the shaft along the path, which the tool keeps as far as bone lets it; None: none.
+    structure_names: name of a structure by its id, for words; one that has none here has its id.
+    """
+
+    tree: Proximity
+    robot: RobotModel
+    tool: Tool
+    base: Array
+    q_start: Array
+    path: SplinePath | None = None
+    targets: Array = field(default_factory=lambda: np.zeros((0, 3)))
+    target_names: tuple[str, ...] = ()
+    zones: tuple[Zone, ...] = ()
+    fixtures: tuple[Fixture, ...] = ()
+    structure_names: Mapping[str, str] = field(default_factory=dict)
+    shaft: ShaftDirections | None = None
+
+    def placed_robot(self) -> PlacedRobot:
+        """The robot with its base in the patient frame and the tool's tip as its tip."""
+        return self.robot.placed(self.base, self.tool)

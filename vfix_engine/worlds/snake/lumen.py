@@ -1,0 +1,82 @@
+"""A lumen made ready for a snake: from its surface and two clicks to centreline, followable curve and pathway."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ...anatomy.lumen.centreline import Centreline, centreline_between
+from ...geometry.curve import Curve
+from ...geometry.mesh import TriangleMesh
+from ...pathway.fit import fit_pathway
+from ...pathway.pathway import Pathway, TissueMotion
+from ...robots.snake import SnakeModel
+from ...snake.conform.conforming import driven_curve
+from ...snake.conform.follow import followable
+from .drive_state import DriveSettings
+
+Array = NDArray[np.float64]
+
+_MOST_SLACK_MM = 4.0  # a robot that uses more of a wide place is turned the wrong way for the narrow one behind it
+
+
+@dataclass(frozen=True, eq=False)
+class Lumen:
+    """A lumen made ready: its centreline, the curve a snake is to follow, and the pathway around that.
+
+    slack: (N,) mm at the curve's points, how far a joint centre may leave the curve before the snake touches the wall.
+    """
+
+    centreline: Centreline
+    curve: Curve
+    slack: Array
+    pathway: Pathway
+
+    def snake(self, model: SnakeModel, links: int | None) -> SnakeModel:
+        """A robot of so many of the model's links; None: as many as it takes to the end.
+
+        Raises:
+            RobotError: a number of links that no snake has.
+        """
+        length = driven_curve(self.pathway, self.curve).length
+        return replace(model, links=links if links is not None else math.ceil(length / model.length_mm))
+
+
+def lumen_between(
+    mesh: TriangleMesh,
+    start: ArrayLike,
+    end: ArrayLike,
+    snake: SnakeModel,
+    settings: DriveSettings,
+    tissue: TissueMotion | None = None,
+) -> Lumen:
+    """Centreline, followable curve and pathway from two clicks in a lumen.
+
+    Args:
+        mesh: the lumen's surface, mm; start, end: (3,) clicks in the patient frame.
+        snake: the length and the radius of its links count; settings: those of the pathway.
+        tissue: how the pathway moves; None: it is still.
+
+    Raises:
+        PathwayError: as ``centreline_between`` and ``fit_pathway``.
+    """
+    centreline = centreline_between(mesh, start, end)
+    curve = followable(centreline, snake)
+    pathway = fit_pathway(
+        mesh, curve, settings.contours, settings.interpolated, settings.angles, quantile=settings.quantile
+    )
+    slack = _slack(curve, pathway, snake)
+    if tissue is not None:
+        pathway = pathway.moved(tissue)
+    return Lumen(centreline, curve, slack, pathway)
+
+
+def _slack(curve: Curve, pathway: Pathway, snake: SnakeModel) -> Array:
+    """How far the robot may leave the curve: the pathway's least radius there less its own, and never far."""
+    at = np.arange(len(curve.points)) * curve.step_mm * (pathway.length / curve.length)
+    radius = np.interp(at, pathway.s, pathway.contours().radius.min(axis=1))
+    found: Array = np.clip(radius - snake.radius_mm, 0.0, _MOST_SLACK_MM)
+    return found

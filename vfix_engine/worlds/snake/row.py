@@ -1,0 +1,55 @@
+"""The row of numbers that is recorded of every step of a snake."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...robots.snake import SnakeModel
+from ...robots.snake_kernel import snake_frames
+from ...runtime.system import Column
+from .snake_drive import SnakeDrive
+
+Array = NDArray[np.float64]
+
+OUTCOMES = {"rest": "idle", "moved": "moved", "shrunk": "shrunk", "held": "held"}
+_CODES = {name: float(code) for code, name in enumerate(OUTCOMES)}
+
+
+class SnakeRow:
+    """Writes rows of one snake; ``layout``: names and units. outcome: 0 idle, 1 moved, 2 shrunk, 3 held.
+
+    outside_linkN: how deep one of the last links is outside of the pathway, which is not the wall. How deep it is
+    behind a surface's triangles takes too long for a tick: ``behind_wall`` of a finished drive has it.
+
+    Args:
+        manipulated: so many of the last links are told of.
+    """
+
+    def __init__(self, snake: SnakeModel, manipulated: int) -> None:
+        self._first = max(snake.links - manipulated, 0)
+        self.layout = _layout(snake.dof, range(self._first, snake.links))
+        self._length, self._frames = snake.length_mm, np.empty((snake.links, 3, 4))
+
+    def write(self, drive: SnakeDrive, tissue_age_s: float, out: Array) -> None:
+        """The row of the drive as it is, into ``out``; ``tissue_age_s``: since its pathway was seen."""
+        now = drive.state
+        snake_frames(now.q, now.base, self._length, self._frames)
+        over = now.deviation.depth - drive.bound
+        out[0], out[1], out[2], out[3] = now.t, now.tip_s, *now.steering
+        out[4], out[5] = over[now.measured].max(initial=-np.inf), tissue_age_s
+        out[6:8] = now.forces.total
+        out[8] = _CODES[now.outcome]
+        out[9:12], out[12:24] = self._frames[-1, :, 3], now.base[:3].ravel()
+        joints = 24 + len(now.q)
+        out[24:joints], out[joints:] = now.q, now.deviation.depth[self._first :]
+
+
+def _layout(dof: int, told: range) -> tuple[Column, ...]:
+    first = [("t", "s"), ("tip_s", "mm"), ("u", ""), ("v", ""), ("beyond_bound", "mm"), ("tissue_age", "s")]
+    first += [("force_x", "N"), ("force_y", "N"), ("outcome", "")]
+    first += [(f"tip_{axis}", "mm") for axis in "xyz"]
+    first += [(f"base_{row}{column}", "mm" if column == 3 else "") for row in range(3) for column in range(4)]
+    joints = [(f"q{joint}", "rad") for joint in range(dof)]
+    last = [(f"outside_link{link + 1}", "mm") for link in told]  # at the end: runs of before have none of them
+    return tuple(Column(*one) for one in [*first, *joints, *last])

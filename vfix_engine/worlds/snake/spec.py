@@ -1,0 +1,221 @@
+"""The snake's world as plain values and arrays, which cross to the control process and into a run's manifest."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...errors import InputError
+from ...geometry.curve import Curve
+from ...geometry.mesh import TriangleMesh
+from ...pathway.pathway import Pathway, TissueMotion
+from ...pathway.tissue_motion import Breathing, Peristalsis, Together
+from ...robots.snake import SnakeModel
+from ...runtime.snapshot import Snapshot
+from ...snake.conform.conforming import driven_curve
+from .drive_state import DriveSettings
+from .lumen import Lumen, lumen_between
+from .narrow import narrowest
+from .planned_drive import PlannedDrive
+from .planner import Planner
+from .settings import SnakeSettings
+from .snapshot import SnakeSnapshot
+from .system import SnakeSystem
+
+Array = NDArray[np.float64]
+
+_MOTIONS: dict[str, type[Breathing] | type[Peristalsis]] = {"breathing": Breathing, "peristalsis": Peristalsis}
+
+
+@dataclass(frozen=True, eq=False)
+class LumenSurface:
+    """A lumen as its surface, vertices (V, 3) mm and faces (F, 3), and the clicks (3,) at its two ends, LPS."""
+
+    vertices: Array
+    faces: NDArray[np.int32]
+    start: Array
+    end: Array
+
+
+@dataclass(frozen=True, eq=False)
+class LumenContours:
+    """A lumen as the control contours of its pathway; see ``Pathway`` for centre, radius, count, knots.
+
+    curve_points, curve_step_mm: what the robot conforms to while the tissue is still, None: the pathway's own centres;
+    slack: (N,) mm at its points, how far a joint may leave it.
+    """
+
+    centre: Array
+    radius: Array
+    count: int = 197
+    knots: Array | None = None
+    curve_points: Array | None = None
+    curve_step_mm: float = 0.0
+    slack: Array | None = None
+
+    @classmethod
+    def of(cls, made: Lumen) -> Self:
+        """Of a lumen that is ready to be driven in."""
+        path, curve = made.pathway, made.curve
+        return cls(path.centre, path.radius, path.count, path.knots, curve.points, curve.step_mm, made.slack)
+
+
+@dataclass(frozen=True, eq=False)
+class SnakeSystemSpec:
+    """A snake in a lumen.
+
+    Args:
+        lumen: contours, or a surface with two clicks, of which they are made when the system is built.
+        snake: the whole robot.
+        settings: at the start; drive: what is fixed for the whole drive.
+        tissue: how the lumen moves in simulated time, None: it is still. Of ``tissue_motion``'s own motions a manifest
+            can be written.
+        tip_s: mm, how far in the tip starts.
+        anyway: build it although its lumen is narrower than the robot somewhere as far as that reaches.
+    """
+
+    lumen: LumenContours | LumenSurface
+    snake: SnakeModel
+    settings: SnakeSettings = field(default_factory=SnakeSettings)
+    drive: DriveSettings = field(default_factory=DriveSettings)
+    tissue: TissueMotion | None = None
+    tip_s: float = 0.0
+    anyway: bool = False
+
+    @property
+    def world(self) -> str:
+        """'snake'."""
+        return "snake"
+
+    @property
+    def snapshot_type(self) -> type[Snapshot]:
+        """``SnakeSnapshot``."""
+        return SnakeSnapshot
+
+    @property
+    def snapshot_numbers(self) -> int:
+        """Of the joints, and of each link its capsule, deviation and bound."""
+        return self.snake.dof + 9 * self.snake.links
+
+    @property
+    def has_worker(self) -> bool:
+        """True: shapes and bends take longer than a tick."""
+        return True
+
+    def with_contours(self) -> SnakeSystemSpec:
+        """The same with the contours that its surface gives; a few seconds.
+
+        Raises:
+            PathwayError: clicks or a surface that no path can be made of.
+        """
+        if isinstance(self.lumen, LumenContours):
+            return self
+        surface = self.lumen
+        mesh = TriangleMesh(surface.vertices, surface.faces)
+        made = lumen_between(mesh, surface.start, surface.end, self.snake, self.drive)
+        contours = LumenContours.of(made)
+        return SnakeSystemSpec(contours, self.snake, self.settings, self.drive, self.tissue, self.tip_s, self.anyway)
+
+    def build(self) -> SnakeSystem:
+        """The system itself.
+
+        Raises:
+            PathwayError: no pathway can be made of the lumen, or it is narrower than the robot.
+            InputError: a robot, settings or start that do not fit it.
+        """
+        pathway, curve, slack = self._parts()
+        settings = self.settings.of_drive(self.drive)
+        if not self.anyway:
+            narrowest(pathway, self.snake, None, min(curve.length, self.snake.reach_mm())).refuse(self.snake)
+        first = PlannedDrive(self.snake, pathway, settings, curve, slack, self.tip_s)
+        return SnakeSystem(first, self.settings, Planner(self.snake, pathway, curve, slack, settings))
+
+    def worker(self) -> Planner:
+        """What plans, in the worker process; it has made one plan of each kind, so its kernels are loaded."""
+        system = self.build()
+        system.prepare()
+        return system.planner
+
+    def _parts(self) -> tuple[Pathway, Curve, Array | None]:
+        found = self.with_contours().lumen
+        assert isinstance(found, LumenContours)
+        pathway = Pathway(found.centre, found.radius, found.count, motion=self.tissue, knots=found.knots)
+        given = None if found.curve_points is None else Curve(found.curve_points, found.curve_step_mm)
+        curve = driven_curve(pathway, given)
+        return pathway, curve, found.slack if given is not None and curve is given else None
+
+    def to_parts(self) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
+        """Plain values for JSON, and arrays by name.
+
+        Raises:
+            InputError: a tissue motion of one's own, which cannot be written.
+        """
+        names, kind = _arrays_of(self.lumen), "contours" if isinstance(self.lumen, LumenContours) else "surface"
+        arrays = {name: np.asarray(value) for name in names if (value := getattr(self.lumen, name)) is not None}
+        values: dict[str, Any] = {
+            "lumen": kind, "snake": asdict(self.snake), "settings": self.settings.to_dict(),
+            "drive": asdict(self.drive), "tissue": _motion_values(self.tissue), "tip_s": self.tip_s,
+            "anyway": self.anyway,
+        }  # fmt: skip
+        if isinstance(self.lumen, LumenContours):
+            values |= {"count": self.lumen.count, "curve_step_mm": self.lumen.curve_step_mm}
+        return values, arrays
+
+    @classmethod
+    def from_parts(cls, values: dict[str, Any], arrays: Mapping[str, NDArray[Any]]) -> Self:
+        """The inverse.
+
+        Raises:
+            InputError: a part is missing or does not fit.
+        """
+        try:
+            lumen: LumenContours | LumenSurface
+            if values["lumen"] == "surface":
+                lumen = LumenSurface(*(arrays[name] for name in ("vertices", "faces", "start", "end")))
+            else:
+                lumen = LumenContours(
+                    arrays["centre"], arrays["radius"], values["count"], arrays.get("knots"),
+                    arrays.get("curve_points"), values["curve_step_mm"], arrays.get("slack"),
+                )  # fmt: skip
+            return cls(
+                lumen, SnakeModel(**values["snake"]), SnakeSettings.from_dict(values["settings"]),
+                DriveSettings(**values["drive"]), _motion_of(values["tissue"]), values["tip_s"],
+                values.get("anyway", True),  # what was driven before nobody asked is driven again
+            )  # fmt: skip
+        except (KeyError, TypeError) as error:
+            raise InputError(f"the parts of a snake's world do not fit: {error}") from error
+
+
+def _arrays_of(lumen: LumenContours | LumenSurface) -> tuple[str, ...]:
+    if isinstance(lumen, LumenSurface):
+        return "vertices", "faces", "start", "end"
+    return "centre", "radius", "knots", "curve_points", "slack"
+
+
+def _motion_values(motion: TissueMotion | None) -> Any:
+    if motion is None:
+        return None
+    if isinstance(motion, Together):
+        return {"together": [_motion_values(one) for one in motion.motions]}
+    for name, kind in _MOTIONS.items():
+        if isinstance(motion, kind):
+            return {name: asdict(motion)}
+    raise InputError(f"a tissue motion of one's own cannot be written: {motion!r:.60}")
+
+
+def _motion_of(values: Any) -> TissueMotion | None:
+    if values is None:
+        return None
+    ((name, given),) = values.items()
+    if name == "together":
+        motions = [_motion_of(one) for one in given]
+        return Together(tuple(one for one in motions if one is not None))
+    if name not in _MOTIONS:
+        raise InputError(f"no tissue motion is called '{name}'; there are together, {', '.join(_MOTIONS)}")
+    if name == "breathing":
+        given = given | {"along": tuple(given["along"])}
+    return _MOTIONS[name](**given)

@@ -1,0 +1,94 @@
+"""How deep the links of a driven snake really were behind the triangles of the lumen's surface."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...anatomy.lumen.wall import Wall, outward_side
+from ...geometry.curve import Curve
+from ...geometry.mesh import TriangleMesh
+from ...given import point_text
+from ...pathway.pathway import Pathway
+from .snake_drive import SnakeDrive
+
+Array = NDArray[np.float64]
+
+EVERY_MM = 10.0  # of insertion between two places at which links are measured against the wall
+_RAYS = 12
+
+
+class WallDepth:
+    """How far vertices of the links past the path's start were behind the triangles of a lumen that does not move.
+
+    deepest: {mm, link, at_lps, tip_mm} of the deepest vertex that was measured, 0 mm where none was behind the wall, or
+        none was measured, which ``words`` and ``to_dict`` tell apart.
+    per_link: (L,) mm, the same of every link; NaN of links that were never measured.
+    """
+
+    def __init__(self, mesh: TriangleMesh, pathway: Pathway, curve: Curve, links: int) -> None:
+        self._wall = Wall(mesh)
+        rest = pathway.contours()
+        psi = 2.0 * np.pi * np.arange(_RAYS) / _RAYS
+        second = np.cross(rest.tangent, rest.first)
+        around = np.cos(psi)[:, None] * rest.first[:, None] + np.sin(psi)[:, None] * second[:, None]
+        self._outward = outward_side(self._wall.seen(rest.centre[:, None], around)[1])
+        self._start, self._ahead = curve.position(0.0), curve.tangent(0.0)
+        self._next_mm = -np.inf
+        self.deepest: dict[str, Any] = {"mm": 0.0, "link": None, "at_lps": None, "tip_mm": None}
+        self.per_link = np.full(links, np.nan)
+
+    def look(self, drive: SnakeDrive, always: bool = False) -> None:
+        """Measure the links that are inside, if the tip has gone on by ``EVERY_MM`` or ``always``."""
+        if not always and drive.tip_s < self._next_mm:
+            return
+        self._next_mm = drive.tip_s + EVERY_MM
+        state, vertices = drive.state, drive.query.vertices
+        frames = drive.snake.frames(state.q, state.base)[1:]
+        link = np.repeat(np.arange(drive.snake.links), np.diff(vertices.start))
+        inside = state.measured[link]
+        if not inside.any():
+            return
+        link = link[inside]
+        points = np.einsum("nij,nj->ni", frames[link, :3, :3], vertices.points[inside]) + frames[link, :3, 3]
+        # The start's plane says what is in only of the links at it: a lumen may come back through that plane later.
+        past = (state.joint_s[link] >= drive.snake.sphere_mm) | ((points - self._start) @ self._ahead > 0.0)
+        if not past.any():
+            return
+        link, points = link[past], points[past]
+        depth = -self._wall.clearance(points, self._outward)[0]
+        np.fmax.at(self.per_link, link, np.maximum(depth, 0.0))
+        worst = int(depth.argmax())
+        if depth[worst] > self.deepest["mm"]:
+            self.deepest = {
+                "mm": float(depth[worst]), "link": int(link[worst]) + 1, "at_lps": points[worst].tolist(),
+                "tip_mm": float(drive.tip_s),
+            }  # fmt: skip
+
+    @property
+    def words(self) -> str:
+        """The depth, for people."""
+        if np.isnan(self.per_link).all():
+            return (
+                "how deep the robot is behind the lumen's wall is not known: no part of it came past the path's start"
+            )
+        if self.deepest["link"] is None:
+            return "no part of the robot was measured behind the lumen's wall"
+        return (
+            f"deepest behind the lumen's wall: {self.deepest['mm']:.1f} mm, link {self.deepest['link']} at "
+            f"{point_text(self.deepest['at_lps'])}, with the tip {self.deepest['tip_mm']:.0f} mm in"
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """JSON's types only."""
+        per_link = [None if np.isnan(mm) else mm for mm in self.per_link.tolist()]
+        never = {"mm": None} if np.isnan(self.per_link).all() else {}
+        return self.deepest | never | {"per_link_mm": per_link, "words": self.words}
+
+
+UNMEASURED: dict[str, Any] = {
+    "mm": None, "link": None, "at_lps": None, "tip_mm": None, "per_link_mm": None,
+    "words": "how deep the robot is behind the lumen's wall is not known: the surface does not move with the tissue",
+}  # fmt: skip
