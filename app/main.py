@@ -8,12 +8,12 @@ from app.api import router as api_router
 from app.gateway.application import build_application
 from app.gateway.scene_server import SceneServer
 from app.gateway.warm_up import WarmUp, WarmUpStep
-from app.services import Services, build_services
-from app.services.errors import PlannerEnds
-from app.services.live_link import LiveLink
+from app.kit.errors import PlannerEnds
+from app.live import LiveLink
 from app.session import router as session_router
 from app.settings import Settings
 from app.steps.registry import routers as step_routers
+from app.wiring.services import Services, build_services
 from vfix_engine.worlds import registry as worlds
 from vfix_engine.worlds.rigid import preparation
 

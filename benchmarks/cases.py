@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from app.services.exchange import read_plan
-from app.services.resolve import read_bytes
+from app.exchange.plan_files import read_plan
+from app.exchange.resolve import read_bytes
 from benchmarks.report import BenchmarkRefused
 from vfix_engine.anatomy.phantom import load_bone_surface, load_landmarks
 from vfix_engine.control import ControlSettings

@@ -14,13 +14,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from app.extras import has_app, need_app
-from app.services import Services, build_services
-from app.services.placing import StoredPlacing
+from app.planning.placement import StoredPlacing
 from app.settings import Settings
+from app.wiring.services import Services, build_services
 from benchmarks import report
 
 if TYPE_CHECKING:
-    from app.services.plans import Plan
+    from app.plans.service import Plan
 
 SUMMARY = "the verdict while a path point is dragged"
 AIMED_S = 0.3
@@ -45,7 +45,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
         raise need_app("vfix bench drag")
     if not 4 <= args.places <= 1000:
         raise report.BenchmarkRefused(f"--places {args.places} is not between 4 and 1000")
-    from app.services.resolve import find  # not in an installation of the engine alone
+    from app.exchange.resolve import find  # not in an installation of the engine alone
 
     services = build_services(Settings.from_environment())
     try:
@@ -85,7 +85,7 @@ def _measured(services: Services, plan: Plan, count: int) -> dict[str, Any]:
 
 def _moved(plan: Plan, angle: float) -> Plan:
     """The plan with the middle point of its path on a circle around where it is stored."""
-    from app.services.prospects import with_points  # not in an installation of the engine alone
+    from app.planning.previews import with_points  # not in an installation of the engine alone
 
     middle = len(plan.points) // 2
     x, y, z = plan.points[middle].position

@@ -23,13 +23,13 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import numpy as np
 
 from app.extras import has_app, need_app
-from app.services.plan_model import PlanContent, content_to_json
+from app.plans.model import PlanContent, content_to_json
 from app.settings import Settings
 from benchmarks import report
 from vfix_engine.geometry.mesh import TriangleMesh
 
 if TYPE_CHECKING:
-    from app.services.plan_editor import PlanEditor
+    from app.plans.editor import PlanEditor
     from app.store import Store
 
 SUMMARY = "kill -9 a planner that writes: edits acknowledged, edits lost, and the database's own check"
@@ -91,8 +91,8 @@ class _Tally:
 
 
 def _fight(settings: Settings, kills: int, seed: int, early: bool) -> dict[str, Any]:
-    from app.services.cases import CaseFrame, CaseService
-    from app.services.plans import PlanService
+    from app.cases.service import CaseFrame, CaseService
+    from app.plans.service import PlanService
 
     chance = random.Random(seed)
     begin = time.perf_counter()
@@ -171,7 +171,7 @@ def _writer_that_is_killed(
 
 def _write(settings: Settings, plan: str, chance: random.Random, pipe: int, early: bool) -> NoReturn:
     """Edit a plan, and say after each edit which state it made."""
-    from app.services.plans import PlanService
+    from app.plans.service import PlanService
     from app.store import Store
 
     try:

@@ -17,12 +17,12 @@ from app.api.dependencies import ERRORS, Identifier, ServicesDep
 from app.api.jobs import JobPublic
 from app.api.passing_file import PassingFile
 from app.api.uploads import Upload, form_of, receive, safe_name
-from app.services import Services
-from app.services.errors import JobCancelled
-from app.services.identity import WITH_IMAGES, check_images
-from app.services.jobs import Progress
-from app.services.plan_model import NOTICE
+from app.exchange.patient_images import WITH_IMAGES, check_images
+from app.kit.errors import JobCancelled
+from app.kit.jobs import Progress
+from app.plans.model import NOTICE
 from app.store.errors import StorageError
+from app.wiring.services import Services
 
 router = APIRouter(prefix="/cases", tags=["archives"], responses=ERRORS)
 

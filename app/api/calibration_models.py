@@ -8,19 +8,19 @@ from pydantic import BaseModel, Field
 
 from app.api.dependencies import Number, Wish
 from app.api.plan_models import Name, Revision
-from app.services.registration.calibration import (
+from app.registration.calibration import (
     LONGEST_PIVOT_S,
     PIVOT_S,
     SHORTEST_PIVOT_S,
 )
-from app.services.registration.calibration_records import (
+from app.registration.calibration_records import (
     PointerTip,
     PosesFrom,
     RobotToTracker,
     pointer_cautions,
     robot_cautions,
 )
-from app.services.registration.simulated_touch import DEFAULT_NOISE_MM
+from app.registration.simulated_touch import DEFAULT_NOISE_MM
 
 Triple = tuple[float, float, float]
 

@@ -5,9 +5,9 @@ from typing import Annotated
 from pydantic import BaseModel, Field
 
 from app.api.dependencies import Flag, Wish
-from app.services.cases import Case
-from app.services.names import MAX_NAME
-from app.services.structures import CaseKind, Origin, Role
+from app.cases.service import Case
+from app.cases.structures import CaseKind, Origin, Role
+from app.kit.names import MAX_NAME
 
 Triple = tuple[float, float, float]
 

@@ -10,8 +10,8 @@ from app.api.case_models import CasePublic, CaseUpdate
 from app.api.dependencies import ERRORS, Identifier, ServicesDep
 from app.api.jobs import JobPublic
 from app.api.uploads import MAX_FILES, form_of, receive
-from app.services.archive import is_archive
-from app.services.importing import ImportRequest
+from app.exchange.archive import is_archive
+from app.imaging.importing import ImportRequest
 
 router = APIRouter(prefix="/cases", tags=["cases"], responses=ERRORS)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from app.services.errors import DocumentConflict, DocumentLocked, JobCancelled, NotFound, PlannerEnds, TooLarge, TooMany
+from app.kit.errors import DocumentConflict, DocumentLocked, JobCancelled, NotFound, PlannerEnds, TooLarge, TooMany
 from app.store.errors import StorageError, StoreBusy, StoreUnusable
 from vfix_engine.errors import ControlError, InputError, VfixError
 

@@ -7,8 +7,8 @@ from pydantic import BaseModel, Field
 
 from app.api.dependencies import ERRORS, ErrorWords, Identifier, ServicesDep, Wish
 from app.error_shape import error_code, error_details
-from app.services.import_jobs import Answer
-from app.services.jobs import ENDED, Job, JobKind, JobState
+from app.imaging.import_jobs import Answer
+from app.kit.jobs import ENDED, Job, JobKind, JobState
 
 router = APIRouter(prefix="/jobs", tags=["jobs"], responses=ERRORS)
 

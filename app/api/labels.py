@@ -7,10 +7,10 @@ from pydantic import BaseModel, Field
 
 from app.api.dependencies import ERRORS, Condition, ConditionDep, Flag, Identifier, ServicesDep, Wish
 from app.api.jobs import JobPublic
-from app.services.label_kind import FIRST_COLOUR
-from app.services.labels import PaintedDocument
-from app.services.names import MAX_NAME
-from app.services.plan_model import NOTICE
+from app.imaging.label_document import FIRST_COLOUR
+from app.imaging.labels import PaintedDocument
+from app.kit.names import MAX_NAME
+from app.plans.model import NOTICE
 from vfix_engine.anatomy.labels.painting import LEAST_RADIUS_MM, MOST_POINTS, MOST_RADIUS_MM, Stroke, runs_of
 from vfix_engine.errors import ImageError, InputError
 

@@ -8,8 +8,8 @@ from app.api.dependencies import ERRORS, ConditionDep, Identifier, ServicesDep, 
 from app.api.jobs import JobPublic
 from app.api.plan_models import PlanPublic, Revision, SecondVolumePublic
 from app.api.uploads import MAX_FILES, form_of, receive
-from app.services.importing import OverlayRequest
-from app.services.second_volume import second_from_json
+from app.cases.second_volume import second_from_json
+from app.imaging.importing import OverlayRequest
 
 router = APIRouter(tags=["second volumes"], responses=ERRORS)
 

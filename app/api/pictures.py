@@ -10,7 +10,7 @@ from fastapi import APIRouter, Query, Response
 
 from app.api.dependencies import ERRORS, Identifier, ServicesDep
 from app.api.volumes import Axis, VolumeName, volume_of
-from app.services.plan_model import NOTICE
+from app.plans.model import NOTICE
 from vfix_engine.geometry.mesh import TriangleMesh
 
 router = APIRouter(prefix="/cases/{case_id}", tags=["pictures"], responses=ERRORS)

@@ -13,9 +13,9 @@ from app.api.dependencies import ERRORS, ConditionDep, Identifier, ServicesDep
 from app.api.passing_file import PassingFile
 from app.api.plan_models import PlanPublic
 from app.api.uploads import form_of, receive_small, safe_name
-from app.services.exchange import MEDIA_TYPES, Format, PointsAs, export_text, read_plan
-from app.services.identity import WITH_IMAGES, check_images
-from app.services.plan_model import NOTICE
+from app.exchange.patient_images import WITH_IMAGES, check_images
+from app.exchange.plan_files import MEDIA_TYPES, Format, PointsAs, export_text, read_plan
+from app.plans.model import NOTICE
 from app.store.errors import StorageError
 from vfix_engine.errors import InputError
 

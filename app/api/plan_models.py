@@ -5,11 +5,11 @@ from typing import Annotated, Any
 from pydantic import BaseModel, ConfigDict, Field
 
 from app.api.dependencies import Flag, Number, Wish
-from app.services.names import MAX_NAME
-from app.services.plan_model import MAX_COORDINATE
-from app.services.plans import Plan
-from app.services.second_volume import IDENTITY, second_to_json
-from app.services.verdict import Level
+from app.cases.second_volume import IDENTITY, second_to_json
+from app.kit.names import MAX_NAME
+from app.planning.verdict import Level
+from app.plans.model import MAX_COORDINATE
+from app.plans.service import Plan
 from vfix_engine.anatomy.soft_tissue import Surroundings
 
 # Strict: a true or a text is no length and no setting.

@@ -11,11 +11,11 @@ from pydantic import Field
 
 from app.api.dependencies import ERRORS, Condition, ConditionDep, Identifier, Number, ServicesDep, Wish
 from app.api.plan_models import Name, PathPublic, PlanPublic, RemovedBonePublic, Revision, ZonePublic
-from app.services.errors import NotFound
-from app.services.plan_edits import changed_zone
-from app.services.plan_model import MAX_NOTES, Plan
-from app.services.plan_paths import EntrySide
-from app.services.plan_zones import Firmness, PlanZone
+from app.kit.errors import NotFound
+from app.plans.edits import changed_zone
+from app.plans.model import MAX_NOTES, Plan
+from app.plans.paths import EntrySide
+from app.plans.zones import Firmness, PlanZone
 from vfix_engine.errors import PlanError
 
 router = APIRouter(tags=["plan parts"], responses=ERRORS)

@@ -8,8 +8,8 @@ from fastapi import APIRouter, Query
 from pydantic import BaseModel
 
 from app.api.dependencies import Identifier, ServicesDep
-from app.services.piercing import PiercedState
-from app.services.verdict import Level, Reason, TissueLevel
+from app.planning.piercing import PiercedState
+from app.planning.verdict import Level, Reason, TissueLevel
 
 router = APIRouter()
 

@@ -7,7 +7,7 @@ from pydantic import BaseModel, Field
 
 from app.api.dependencies import ERRORS, ConditionDep, Identifier, ServicesDep, Wish
 from app.api.plan_models import Name, PlanPublic, Revision
-from app.services.plan_versions import PlanVersion
+from app.plans.versions import PlanVersion
 
 router = APIRouter(tags=["plan versions"], responses=ERRORS)
 

@@ -22,9 +22,9 @@ from app.api.plan_models import (
     TargetCreate,
     TargetsTake,
 )
-from app.services.errors import NotFound
-from app.services.plan_model import check_robot
-from app.services.plans import Plan
+from app.kit.errors import NotFound
+from app.plans.model import check_robot
+from app.plans.service import Plan
 from vfix_engine.errors import InputError, PlanError
 
 router = APIRouter(tags=["plans"], responses=ERRORS)

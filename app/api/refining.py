@@ -11,7 +11,7 @@ from app.api.registration_files import MAX_BYTES
 from app.api.registration_models import RegistrationPublic
 from app.api.surface_models import RefineWish, SurfaceTouchWish, SurfaceTrackedWish
 from app.api.uploads import form_of, receive_small
-from app.services.registration.files import read_touched
+from app.registration.files import read_touched
 
 router = APIRouter(tags=["registrations"], responses=ERRORS)
 

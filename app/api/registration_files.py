@@ -9,8 +9,8 @@ from starlette.concurrency import run_in_threadpool
 from app.api.dependencies import ERRORS, ConditionDep, Identifier, ServicesDep
 from app.api.registration_models import RegistrationPublic
 from app.api.uploads import form_of, receive_small, safe_name
-from app.services.plan_model import NOTICE
-from app.services.registration.files import (
+from app.plans.model import NOTICE
+from app.registration.files import (
     MEDIA_TYPES,
     Format,
     export_text,

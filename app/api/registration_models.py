@@ -11,16 +11,16 @@ from app.api.calibration_models import PointerTipPublic, RobotToTrackerPublic
 from app.api.dependencies import Flag, Number, Wish
 from app.api.plan_models import Label, Name, Position, Revision
 from app.api.surface_models import SurfacePublic
-from app.services.plan_model import NOTICE
-from app.services.registration.document import MadeFrom, MeasuredFrom
-from app.services.registration.editor import StoredRegistration
-from app.services.registration.fit_report import FitReport, FitState, FleSource, report_of
-from app.services.registration.point_order import OrderAnswer
-from app.services.registration.said_by_file import said_to_json
-from app.services.registration.service import LONGEST_S, MEASURE_S, PlanRegistration, UseState
-from app.services.registration.simulated_touch import DEFAULT_NOISE_MM
-from app.services.registration.target_errors import ErrorTable
-from app.services.registration.touched_surface import surface_to_json
+from app.plans.model import NOTICE
+from app.registration.document import MadeFrom, MeasuredFrom
+from app.registration.editor import StoredRegistration
+from app.registration.fit_report import FitReport, FitState, FleSource, report_of
+from app.registration.point_order import OrderAnswer
+from app.registration.said_by_file import said_to_json
+from app.registration.service import LONGEST_S, MEASURE_S, PlanRegistration, UseState
+from app.registration.simulated_touch import DEFAULT_NOISE_MM
+from app.registration.target_errors import ErrorTable
+from app.registration.touched_surface import surface_to_json
 from vfix_engine.frames import RegisteredTo
 from vfix_engine.registration.beads import THRESHOLD_HU
 

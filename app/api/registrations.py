@@ -25,8 +25,8 @@ from app.api.registration_models import (
     RegistrationUpdate,
     TouchWish,
 )
-from app.services.registration.document import RegistrationContent
-from app.services.registration.editor import StoredRegistration
+from app.registration.document import RegistrationContent
+from app.registration.editor import StoredRegistration
 from vfix_engine.errors import InputError
 
 router = APIRouter(tags=["registrations"], responses=ERRORS)

@@ -6,7 +6,7 @@ from starlette.concurrency import run_in_threadpool
 from app.api.dependencies import ERRORS, ServicesDep
 from app.api.plan_models import OwnRobotPublic
 from app.api.uploads import form_of, receive_small
-from app.services.instruments import MAX_URDF_BYTES
+from app.plans.instruments import MAX_URDF_BYTES
 
 router = APIRouter(tags=["robots"], responses=ERRORS)
 

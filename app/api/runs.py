@@ -9,8 +9,8 @@ from fastapi.responses import FileResponse
 from pydantic import BaseModel
 
 from app.api.dependencies import ERRORS, Identifier, ServicesDep
-from app.services.plan_model import NOTICE
-from app.services.runs import Origin, StoredRun
+from app.drives.runs import Origin, StoredRun
+from app.plans.model import NOTICE
 
 router = APIRouter(tags=["runs"], responses=ERRORS)
 

@@ -7,9 +7,9 @@ from pydantic import Field
 
 from app.api.dependencies import ERRORS, Identifier, Number, ServicesDep, Wish
 from app.api.jobs import JobPublic
-from app.services.names import MAX_NAME
-from app.services.plan_model import NOTICE
-from app.services.segmenting import SegmentWish, wish_of
+from app.imaging.segmenting import SegmentWish, wish_of
+from app.kit.names import MAX_NAME
+from app.plans.model import NOTICE
 from vfix_engine.anatomy.islands import Islands
 from vfix_engine.anatomy.labels.painting import runs_of
 from vfix_engine.anatomy.segmentation import SegmentRequest

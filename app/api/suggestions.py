@@ -11,8 +11,8 @@ from pydantic import BaseModel, Field
 from app.api.dependencies import ERRORS, Condition, ConditionDep, Identifier, ServicesDep, Wish
 from app.api.jobs import JobPublic
 from app.api.plan_models import PlanPublic, Revision
-from app.services.suggestions import described, described_none
-from app.services.verdict import Level
+from app.planning.suggestions import described, described_none
+from app.planning.verdict import Level
 
 router = APIRouter(tags=["suggestions"], responses=ERRORS)
 

@@ -8,10 +8,10 @@ from pydantic import BaseModel, Field
 
 from app.api.dependencies import Number, Wish
 from app.api.plan_models import Revision
-from app.services.registration.refining import DEFAULT_COUNT, KEEP
-from app.services.registration.simulated_touch import DEFAULT_NOISE_MM
-from app.services.registration.touched_surface import MAX_TOUCHED, TouchedFrom
-from app.services.registration.tracked_tip import LONGEST_S
+from app.registration.refining import DEFAULT_COUNT, KEEP
+from app.registration.simulated_touch import DEFAULT_NOISE_MM
+from app.registration.touched_surface import MAX_TOUCHED, TouchedFrom
+from app.registration.tracked_tip import LONGEST_S
 
 StructureId = Annotated[str | None, Field(min_length=1, max_length=64)]
 Seconds = Annotated[float, Field(gt=0.0, le=LONGEST_S, allow_inf_nan=False, strict=True)]

@@ -4,9 +4,9 @@ from fastapi import APIRouter
 from pydantic import BaseModel
 
 from app.api.dependencies import ERRORS, Identifier, ServicesDep
-from app.services.case_settings import settings_in_case
-from app.services.errors import NotFound
-from app.services.instruments import plan_tool
+from app.cases.settings import settings_in_case
+from app.kit.errors import NotFound
+from app.plans.instruments import plan_tool
 
 router = APIRouter(tags=["plans"], responses=ERRORS)
 

@@ -12,10 +12,10 @@ from app.api.dependencies import ERRORS, Condition, ConditionDep, Identifier, Nu
 from app.api.plan_models import PlanPublic, Revision
 from app.api.surface_models import Seconds
 from app.api.uploads import form_of, receive_small
-from app.services.names import check_name
-from app.services.registration.files import read_traced
-from app.services.registration.simulated_touch import DEFAULT_NOISE_MM
-from app.services.registration.tracing import Traced, TracedFrom
+from app.kit.names import check_name
+from app.registration.files import read_traced
+from app.registration.simulated_touch import DEFAULT_NOISE_MM
+from app.registration.tracing import Traced, TracedFrom
 
 router = APIRouter(tags=["plans"], responses=ERRORS)
 

@@ -10,8 +10,8 @@ from fastapi.responses import StreamingResponse
 from pydantic import BaseModel
 
 from app.api.dependencies import ERRORS, Identifier, ServicesDep
-from app.services.errors import NotFound
-from app.services.plan_model import NOTICE
+from app.kit.errors import NotFound
+from app.plans.model import NOTICE
 from vfix_engine.files.volume import Volume
 
 router = APIRouter(prefix="/cases/{case_id}", tags=["pictures"], responses=ERRORS)

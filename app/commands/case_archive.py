@@ -6,10 +6,10 @@ import argparse
 import json
 from pathlib import Path
 
-from app.services import Services
-from app.services.case_model import Case
-from app.services.identity import check_images
+from app.cases.model import Case
+from app.exchange.patient_images import check_images
 from app.store.files import open_atomically
+from app.wiring.services import Services
 
 
 def add_parsers(actions: argparse._SubParsersAction[argparse.ArgumentParser]) -> list[argparse.ArgumentParser]:

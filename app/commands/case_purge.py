@@ -7,9 +7,9 @@ import json
 import sys
 from dataclasses import asdict
 
-from app.services import Services
-from app.services.case_model import Case
-from app.services.purge import Purged
+from app.cases.model import Case
+from app.cases.purge import Purged
+from app.wiring.services import Services
 from vfix_engine.errors import InputError
 
 

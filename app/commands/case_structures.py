@@ -7,9 +7,9 @@ import json
 from dataclasses import asdict
 from typing import Any
 
-from app.services import Services
-from app.services.case_model import Case
-from app.services.structures import Structure
+from app.cases.model import Case
+from app.cases.structures import Structure
+from app.wiring.services import Services
 from vfix_engine.errors import InputError
 
 

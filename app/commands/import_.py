@@ -8,14 +8,14 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from app.cases.model import Case
 from app.commands import case_structures
 from app.commands.head_options import add_file_options, say_notes, told_of_file
-from app.services import Services, build_services
-from app.services.case_model import Case
-from app.services.identity import WARNING, holds_images
-from app.services.importing import ImportRequest, OverlayRequest
-from app.services.resolve import find
+from app.exchange.patient_images import WARNING, holds_images
+from app.exchange.resolve import find
+from app.imaging.importing import ImportRequest, OverlayRequest
 from app.settings import Settings
+from app.wiring.services import Services, build_services
 from vfix_engine.anatomy.labels.reading import SegmentationRequest
 from vfix_engine.errors import InputError
 

@@ -9,8 +9,8 @@ from typing import Any, get_args
 
 from app.commands import plan_evaluate, plan_suggest, plan_versions
 from app.commands.head_options import say_notes
-from app.services import Services, build_services
-from app.services.exchange import (
+from app.exchange.patient_images import check_images
+from app.exchange.plan_files import (
     FORMATS,
     Format,
     PointsAs,
@@ -20,10 +20,10 @@ from app.services.exchange import (
     to_native_json,
     write_export,
 )
-from app.services.identity import check_images
-from app.services.plans import Plan
-from app.services.resolve import find, path_notes, read_bytes
+from app.exchange.resolve import find, path_notes, read_bytes
+from app.plans.service import Plan
 from app.settings import Settings
+from app.wiring.services import Services, build_services
 from vfix_engine.errors import PlanError
 
 

@@ -8,11 +8,11 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from app.services import Services
-from app.services.exchange import read_plan
-from app.services.path_reports import PathReport, PlanReport
-from app.services.plans import Plan
-from app.services.resolve import find, is_file, read_bytes, resolve_case, resolve_plan
+from app.exchange.plan_files import read_plan
+from app.exchange.resolve import find, is_file, read_bytes, resolve_case, resolve_plan
+from app.planning.reports import PathReport, PlanReport
+from app.plans.service import Plan
+from app.wiring.services import Services
 from vfix_engine.errors import InputError
 
 

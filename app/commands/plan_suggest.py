@@ -10,13 +10,13 @@ from dataclasses import asdict
 from typing import Any
 
 from app.commands.head_options import say_notes
-from app.services import Services
-from app.services.exchange import to_native_json
-from app.services.instruments import shaped_tool
-from app.services.names import check_name
-from app.services.plan_model import DEFAULT_TOOL, PlanContent, PlanPoint, Position, check_position, new_point_id
-from app.services.resolve import find
-from app.services.suggestions import WORTH_TELLING_MM, described, described_none, draft, none_in_words, with_alternative
+from app.exchange.plan_files import to_native_json
+from app.exchange.resolve import find
+from app.kit.names import check_name
+from app.planning.suggestions import WORTH_TELLING_MM, described, described_none, draft, none_in_words, with_alternative
+from app.plans.instruments import shaped_tool
+from app.plans.model import DEFAULT_TOOL, PlanContent, PlanPoint, Position, check_position, new_point_id
+from app.wiring.services import Services
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import PlanError
 

@@ -6,9 +6,9 @@ import argparse
 import json
 from typing import Any
 
-from app.services import Services
-from app.services.plan_versions import PlanVersion
-from app.services.resolve import find
+from app.exchange.resolve import find
+from app.plans.versions import PlanVersion
+from app.wiring.services import Services
 
 ACTIONS = ("versions", "diff")
 

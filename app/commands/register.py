@@ -9,14 +9,14 @@ from typing import Any, get_args
 
 from app.commands import register_calibration
 from app.commands import register_refine as refining
-from app.services import Services, build_services
-from app.services.documents import Document
-from app.services.registration.document import RegistrationContent
-from app.services.registration.editor import MeasuredPoint, StoredRegistration
-from app.services.registration.files import export_text, name_of, read_measured, read_transform
-from app.services.registration.fit_report import report_of
-from app.services.resolve import find, read_bytes
+from app.documents import Document
+from app.exchange.resolve import find, read_bytes
+from app.registration.document import RegistrationContent
+from app.registration.editor import MeasuredPoint, StoredRegistration
+from app.registration.files import export_text, name_of, read_measured, read_transform
+from app.registration.fit_report import report_of
 from app.settings import Settings
+from app.wiring.services import Services, build_services
 from vfix_engine.errors import InputError
 from vfix_engine.frames import RegisteredTo
 from vfix_engine.registration.beads import THRESHOLD_HU

@@ -11,16 +11,16 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any, get_args
 
+from app.exchange.resolve import read_bytes
 from app.link import TrackerClient
-from app.services import Services
-from app.services.registration.calibrating import Calibrating
-from app.services.registration.calibration import PIVOT_S
-from app.services.registration.calibration_records import pointer_cautions, robot_cautions
-from app.services.registration.document import RegistrationContent
-from app.services.registration.editor import StoredRegistration
-from app.services.registration.pose_tables import MAX_POSES_BYTES
-from app.services.resolve import read_bytes
+from app.registration.calibrating import Calibrating
+from app.registration.calibration import PIVOT_S
+from app.registration.calibration_records import pointer_cautions, robot_cautions
+from app.registration.document import RegistrationContent
+from app.registration.editor import StoredRegistration
+from app.registration.pose_tables import MAX_POSES_BYTES
 from app.settings import tracker_address
+from app.wiring.services import Services
 from vfix_engine.errors import InputError
 from vfix_engine.frames import RegisteredTo
 

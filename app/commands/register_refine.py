@@ -8,9 +8,9 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from app.services import Services
-from app.services.registration.files import read_touched, read_traced
-from app.services.resolve import find, read_bytes
+from app.exchange.resolve import find, read_bytes
+from app.registration.files import read_touched, read_traced
+from app.wiring.services import Services
 
 KEEP = 0.75
 

@@ -14,19 +14,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from app.cases.settings import settings_in_case
 from app.commands.head_options import add_file_options, say_notes, told_of_file
-from app.extras import has_app
-from app.services import Services, build_services
-from app.services.case_settings import settings_in_case
-from app.services.fields import plan_tissue, plan_ways
-from app.services.instruments import Instruments, plan_robot, plan_tool
-from app.services.openings import opened_tree
-from app.services.piercing import PiercedReport, pierced_by_poses
-from app.services.placing import standing_base, stored_placing
-from app.services.plan_model import Plan, without_placing
-from app.services.plan_shaft import shaft_of
-from app.services.remote_centre import ENTRY, Place
-from app.services.resolve import (
+from app.exchange.resolve import (
     ResolvedCase,
     path_notes,
     resolve_case,
@@ -35,8 +25,18 @@ from app.services.resolve import (
     resolve_targets,
     resolve_zones,
 )
-from app.services.switches import NO_SWITCHES, Switches, standing
+from app.extras import has_app
+from app.planning.distance_fields import plan_tissue, plan_ways
+from app.planning.openings import opened_tree
+from app.planning.piercing import PiercedReport, pierced_by_poses
+from app.planning.placement import standing_base, stored_placing
+from app.planning.rehearsal_options import NO_SWITCHES, Switches, standing
+from app.planning.remote_centre import ENTRY, Place
+from app.planning.shaft import shaft_of
+from app.plans.instruments import Instruments, plan_robot, plan_tool
+from app.plans.model import Plan, without_placing
 from app.settings import Settings
+from app.wiring.services import Services, build_services
 from vfix_engine.anatomy.head_import import HeadRequest
 from vfix_engine.anatomy.soft_tissue import tissue_passed
 from vfix_engine.control import ControlSettings

@@ -23,7 +23,7 @@ MAX_WAITING = 128
 MAX_MESSAGE_BYTES = 256 << 10  # of a browser's WebSocket; the longest that one sends is about 60 KiB
 _MOST_DESCRIPTORS = 8192
 _SAME_LINES = 5  # of one kind a minute
-_NOISY_LOGGERS = ("asyncio", "uvicorn.error", "websockets.server", "app.link.server", "app.services.live_link.link")
+_NOISY_LOGGERS = ("asyncio", "uvicorn.error", "websockets.server", "app.link.server", "app.live.link")
 
 
 class BoundedHttp(H11Protocol):

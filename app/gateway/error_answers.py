@@ -11,7 +11,7 @@ from starlette.types import ASGIApp, Receive, Scope, Send
 
 from app.api.error_statuses import status_of
 from app.error_shape import error_body, error_code, error_details
-from app.services.errors import DocumentConflict
+from app.kit.errors import DocumentConflict
 from vfix_engine.error_places import error_places
 from vfix_engine.errors import VfixError
 

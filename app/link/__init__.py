@@ -1,6 +1,6 @@
 """OpenIGTLink: messages, a server that several clients listen to, and a client of a tracking server.
 
-Nothing here knows plans or cases; `app.services.live_link` does.
+Nothing here knows plans or cases; `app.live` does.
 """
 
 from app.link.messages import LinkFault, Message, Point, PointList, Text, Transform

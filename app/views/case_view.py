@@ -10,22 +10,22 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from app.cases.model import Overlay
+from app.cases.segments import OUTLINE_COLOUR
+from app.cases.service import Case
+from app.cases.structures import Structure
+from app.exchange.patient_images import holds_images
+from app.kit.errors import NotFound
 from app.messages.fields import Command
 from app.scene.anatomy import LETTER_GAP_MM, AnatomyNodes, Look, SliceNodes
 from app.scene.picking import BonePicker, Hit, hit_plane
 from app.scene.view import ClickRay
-from app.services import Services
-from app.services.case_model import Overlay
-from app.services.case_structures import OUTLINE_COLOUR
-from app.services.cases import Case
-from app.services.errors import NotFound
-from app.services.identity import holds_images
-from app.services.structures import Structure
 from app.views import commands as c
 from app.views.background import in_background
 from app.views.layers import Layer
 from app.views.sections import CaseSection, CaseSections
 from app.views.slice_view import Greys, SliceView
+from app.wiring.services import Services
 from vfix_engine.errors import InputError
 from vfix_engine.files.volume import Volume
 from vfix_engine.geometry.mesh import TriangleMesh

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from app.services.plans import Plan
+from app.plans.service import Plan
 
 
 class OpenPlan:

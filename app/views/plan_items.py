@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from app.plans.service import Plan
 from app.scene.plan import CurveNodes, ItemNodes, PlanItem
-from app.services.plans import Plan
 from app.views.layers import Layer
 from app.views.sections import CurveSection, ItemsSection
 from vfix_engine.geometry.path import SplinePath

@@ -8,14 +8,15 @@ import pytest
 from rest_client import Client, opened_client
 from sqlalchemy import delete, insert, select
 
-from app.services import Services, build_services, embedded
-from app.services.case_files import CaseFiles
-from app.services.case_model import CaseContent
-from app.services.cases import Case, CaseFrame, CaseService
-from app.services.plans import PlanService
+from app.cases.files import CaseFiles
+from app.cases.model import CaseContent
+from app.cases.service import Case, CaseFrame, CaseService
+from app.plans import shipped_head as embedded
+from app.plans.service import PlanService
 from app.settings import Settings
 from app.store import Store
 from app.store.models import Base
+from app.wiring.services import Services, build_services
 from vfix_engine.geometry.mesh import TriangleMesh
 
 

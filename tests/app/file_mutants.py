@@ -58,7 +58,7 @@ def read_mutants(folder: Path, code: Path) -> tuple[int, int, float, list[str]]:
 
 
 def _read(file: Path) -> None:
-    from app.services.exchange import read_plan
+    from app.exchange.plan_files import read_plan
     from vfix_engine.files.mesh_files import is_mesh, read_mesh
     from vfix_engine.files.readers import is_volume, read_volume
 

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from app.services.registration.document import FiducialPair, RegistrationContent
-from app.services.registration.fit_report import refitted
+from app.registration.document import FiducialPair, RegistrationContent
+from app.registration.fit_report import refitted
 from vfix_engine.anatomy.phantom import load_landmarks
 
 BEADS = [tuple(bead.centroid.tolist()) for bead in load_landmarks().beads]

@@ -8,11 +8,11 @@ import httpx
 from fastapi import FastAPI
 
 from app.api import router
+from app.cases.model import HEAD_PHANTOM
 from app.gateway.body_limit import BodyLimit
 from app.gateway.error_answers import install_error_answers
-from app.services import Services
-from app.services.case_model import HEAD_PHANTOM
-from app.services.embedded import SAMPLE_PLAN
+from app.plans.shipped_head import SAMPLE_PLAN
+from app.wiring.services import Services
 
 CASE, PLAN = f"/api/cases/{HEAD_PHANTOM}", f"/api/plans/{SAMPLE_PLAN}"
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from app.services.tissue_words import PLACE_WORDS
+from app.planning.tissue_words import PLACE_WORDS
 from vfix_engine.anatomy.surface_uncertainty import SurfaceUncertainty
 
 

@@ -11,15 +11,15 @@ from run_folder import write_run
 
 from app.api.dependencies import ERRORS
 from app.api.error_statuses import ERROR_STATUSES
+from app.cases.model import HEAD_PHANTOM
 from app.error_shape import error_code
 from app.gateway import body_limit
 from app.gateway.body_limit import MAX_BODY_BYTES
-from app.services import Services
-from app.services.case_model import HEAD_PHANTOM
-from app.services.embedded import SAMPLE_PLAN
-from app.services.errors import PlanLocked
-from app.services.plans import PlanService
+from app.kit.errors import PlanLocked
+from app.plans.service import PlanService
+from app.plans.shipped_head import SAMPLE_PLAN
 from app.store.errors import StorageError, StoreBusy, StoreDamaged, StoreUnusable
+from app.wiring.services import Services
 from vfix_engine.errors import VfixError
 
 

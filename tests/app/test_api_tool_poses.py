@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from rest_client import CASE, PLAN, Client
 
-from app.services import Services
-from app.services.case_model import HEAD_PHANTOM
-from app.services.embedded import SAMPLE_PLAN
+from app.cases.model import HEAD_PHANTOM
+from app.plans.shipped_head import SAMPLE_PLAN
+from app.wiring.services import Services
 
 
 def test_poses_are_those_of_the_dry_run(client: Client, phantom_services: Services) -> None:

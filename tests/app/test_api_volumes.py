@@ -5,8 +5,8 @@ import pytest
 from rest_client import CASE, Client
 
 from app.api.volumes import pieces
-from app.services import Services
-from app.services.case_model import HEAD_PHANTOM
+from app.cases.model import HEAD_PHANTOM
+from app.wiring.services import Services
 from vfix_engine.files.volume import volume_of
 
 

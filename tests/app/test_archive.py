@@ -22,20 +22,21 @@ from rest_client import Client, opened_client
 
 from app.api import archives as routes
 from app.api import router
+from app.cases.model import HEAD_PHANTOM
+from app.cases.service import Bead, Case, CaseFrame
 from app.cli import main
+from app.exchange.archive import ArchiveWriter
+from app.exchange.archive import checking as module
 from app.gateway.error_answers import install_error_answers
-from app.services import Services, build_services, zip_directory
-from app.services.archive import ArchiveWriter
-from app.services.archive import checking as module
-from app.services.case_model import HEAD_PHANTOM
-from app.services.cases import Bead, Case, CaseFrame
-from app.services.errors import JobCancelled, TooLarge
-from app.services.plan_model import PlanContent, PlanPoint
-from app.services.plan_zones import PlanZone
-from app.services.registration.document import FiducialPair, RegistrationContent
+from app.kit import zip_directory
+from app.kit.errors import JobCancelled, TooLarge
+from app.plans.model import PlanContent, PlanPoint
+from app.plans.zones import PlanZone
+from app.registration.document import FiducialPair, RegistrationContent
 from app.settings import Settings
 from app.store.errors import StorageError
 from app.store.models import DocumentStateRow
+from app.wiring.services import Services, build_services
 from vfix_engine.anatomy.labels.painting import Stroke
 from vfix_engine.errors import InputError
 from vfix_engine.files.volume import Volume
@@ -452,7 +453,7 @@ def test_more_than_the_limit_is_refused(other: Services, archive: Path, monkeypa
 def test_a_stored_file_that_unpacks_to_too_much_is_refused(
     other: Services, archive: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("app.services.archive.reading.MAX_UNPACKED_BYTES", 1000)
+    monkeypatch.setattr("app.exchange.archive.reading.MAX_UNPACKED_BYTES", 1000)
     before = left_of(other)
     with pytest.raises(TooLarge, match="too much"):
         other.archive_reader.read(archive)

@@ -7,13 +7,13 @@ import pytest
 from session_doubles import other_case
 from sqlalchemy.orm import Session
 
-from app.services import Services, build_services
-from app.services.archive.reading import ArchiveReader
-from app.services.case_model import CaseContent
-from app.services.cases import Case
-from app.services.purge import referred_files
+from app.cases.model import CaseContent
+from app.cases.purge import referred_files
+from app.cases.service import Case
+from app.exchange.archive.reading import ArchiveReader
 from app.settings import Settings
 from app.store.errors import StoreBusy
+from app.wiring.services import Services, build_services
 from vfix_engine.errors import InputError
 
 
@@ -60,7 +60,7 @@ def test_it_is_not_stored_between_the_look_for_unused_files_and_their_removal(
                 other.archive_reader.read(archive)
         return looks[-1]
 
-    monkeypatch.setattr("app.services.purge.referred_files", looked)
+    monkeypatch.setattr("app.cases.purge.referred_files", looked)
     assert one.purge.run(head.id).files > 0
     assert len(looks) == 3
     made = other.archive_reader.read(archive)

@@ -18,18 +18,19 @@ from session_doubles import other_case
 from app.api.case_models import CasePublic
 from app.api.plan_models import PlanPublic
 from app.api.registration_models import RegistrationPublic
+from app.cases.model import CaseFrame
+from app.cases.structures import BONE
 from app.cli import main
 from app.commands.case import summary, surface_lines
-from app.services import Services, array_files, build_services, zip_directory
-from app.services.archive.checking import CheckedArchive, is_archive
-from app.services.case_model import CaseFrame
-from app.services.errors import TooLarge
-from app.services.plan_model import PlanContent, PlanPoint
-from app.services.plan_zones import PlanZone
-from app.services.structures import BONE
-from app.services.zone_sets import with_errors
+from app.exchange.archive.checking import CheckedArchive, is_archive
+from app.kit import array_files, zip_directory
+from app.kit.errors import TooLarge
+from app.planning.zone_sets import with_errors
+from app.plans.model import PlanContent, PlanPoint
+from app.plans.zones import PlanZone
 from app.settings import Settings
 from app.store.models import CaseRow
+from app.wiring.services import Services, build_services
 from vfix_engine.anatomy.surface_uncertainty import SurfaceUncertainty
 from vfix_engine.errors import InputError, PlanError
 from vfix_engine.files.volume import Volume

@@ -14,11 +14,11 @@ import numpy as np
 import pytest
 from session_doubles import other_case
 
-from app.services import Services, build_services
-from app.services.case_model import HEAD_PHANTOM
-from app.services.cases import hash_of
-from app.services.plan_model import PlanContent
+from app.cases.model import HEAD_PHANTOM
+from app.cases.service import hash_of
+from app.plans.model import PlanContent
 from app.settings import Settings
+from app.wiring.services import Services, build_services
 from vfix_engine.errors import InputError
 
 Entries = dict[str, bytes]

@@ -8,8 +8,8 @@ from concurrent.futures import Future, ThreadPoolExecutor
 
 import pytest
 
-from app.services.cache import Cache
-from app.services.errors import JobCancelled
+from app.kit.cache import Cache
+from app.kit.errors import JobCancelled
 from vfix_engine.errors import InputError
 
 

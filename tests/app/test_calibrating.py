@@ -12,26 +12,26 @@ from registration_poses_cases import TRACKER_TO_BASE, paired_poses, swung, table
 from rest_client import CASE, Client
 from scipy.spatial.transform import Rotation
 
-from app.services import Services
-from app.services.case_model import HEAD_PHANTOM
-from app.services.embedded import SAMPLE_PLAN
-from app.services.errors import DocumentConflict, DocumentLocked
-from app.services.registration.calibrating import Calibrating
-from app.services.registration.calibration import (
+from app.cases.model import HEAD_PHANTOM
+from app.kit.errors import DocumentConflict, DocumentLocked
+from app.plans.shipped_head import SAMPLE_PLAN
+from app.registration.calibrating import Calibrating
+from app.registration.calibration import (
     motion_covariance,
     robot_of,
     simulated_robot,
     tracked_through,
 )
-from app.services.registration.calibration_records import PointerTip, pointer_cautions, robot_cautions
-from app.services.registration.document import FiducialPair, RegistrationContent
-from app.services.registration.driven import driven_registration
-from app.services.registration.files import read_measured
-from app.services.registration.fit_report import refitted, report_of
-from app.services.registration.pose_tables import paired, read_poses
-from app.services.registration.service import PlanRegistration
-from app.services.registration.simulated_touch import simulated_pose, simulated_tracker_to_base
-from app.services.registration.target_errors import error_table, expected_errors
+from app.registration.calibration_records import PointerTip, pointer_cautions, robot_cautions
+from app.registration.document import FiducialPair, RegistrationContent
+from app.registration.driven import driven_registration
+from app.registration.files import read_measured
+from app.registration.fit_report import refitted, report_of
+from app.registration.pose_tables import paired, read_poses
+from app.registration.service import PlanRegistration
+from app.registration.simulated_touch import simulated_pose, simulated_tracker_to_base
+from app.registration.target_errors import error_table, expected_errors
+from app.wiring.services import Services
 from vfix_engine.anatomy.phantom import load_landmarks
 from vfix_engine.errors import InputError
 from vfix_engine.registration import calibrate_pivot, register_points, register_robot_to_tracker, target_errors_mm

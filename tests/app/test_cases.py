@@ -6,15 +6,15 @@ from dataclasses import asdict
 import numpy as np
 import pytest
 
-from app.services import Services, build_services
-from app.services.cache import Cache
-from app.services.cases import Bead, Case, CaseFrame, CaseService
-from app.services.embedded import SAMPLE_PLAN
-from app.services.errors import NotFound
-from app.services.structures import Provenance, is_closed, within_a_sentence
+from app.cases.service import Bead, Case, CaseFrame, CaseService
+from app.cases.structures import Provenance, is_closed, within_a_sentence
+from app.kit.cache import Cache
+from app.kit.errors import NotFound
+from app.plans.shipped_head import SAMPLE_PLAN
 from app.store import Store
 from app.store.errors import StoreDamaged
 from app.store.models import CaseRow
+from app.wiring.services import Services, build_services
 from vfix_engine.errors import InputError
 from vfix_engine.files.volume import Volume
 from vfix_engine.geometry.mesh import TriangleMesh

@@ -12,7 +12,7 @@ from types import SimpleNamespace
 import pytest
 
 from app import cli
-from app.services.resolve import is_file
+from app.exchange.resolve import is_file
 from vfix_engine.errors import FrameError
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -100,7 +100,7 @@ LONG = """
 import sys
 from types import SimpleNamespace
 from app import cli
-from app.services.resolve import is_file
+from app.exchange.resolve import is_file
 def say(args):
     for _ in range({lines}):
         print("x" * 100)

@@ -6,11 +6,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from app.services.cases import Case
-from app.services.documents import DocumentKind, Documents, Ref
-from app.services.errors import DocumentConflict, DocumentLocked, NotFound
-from app.services.plans import PlanService
-from app.services.registration.document import REGISTRATION, FiducialPair, RegistrationContent
+from app.cases.service import Case
+from app.documents import DocumentKind, Documents, Ref
+from app.kit.errors import DocumentConflict, DocumentLocked, NotFound
+from app.plans.service import PlanService
+from app.registration.document import REGISTRATION, FiducialPair, RegistrationContent
 from app.store import Store
 from app.store.models import DocumentStateRow
 from vfix_engine.errors import InputError

@@ -4,7 +4,7 @@ import pytest
 
 from app.api.dependencies import ERRORS
 from app.api.error_statuses import ERROR_STATUSES, status_of
-from app.services import errors
+from app.kit import errors
 from app.store.errors import StorageError, StoreBusy, StoreDamaged
 from vfix_engine.errors import ControlError, FrameError, InputError, PlanError, StartRefused, VfixError
 

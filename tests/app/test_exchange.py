@@ -11,8 +11,7 @@ from hypothesis import given
 from hypothesis import settings as hypothesis_settings
 from hypothesis import strategies as st
 
-from app.services.errors import PointsUnclear, TooLarge
-from app.services.exchange import (
+from app.exchange.plan_files import (
     FORMATS,
     CurveSample,
     PointsAs,
@@ -24,10 +23,11 @@ from app.services.exchange import (
     to_markups,
     write_export,
 )
-from app.services.names import check_label
-from app.services.plan_model import MAX_POINTS, Plan, PlanPoint, content_from_json
-from app.services.registration.document import RegistrationContent
-from app.services.registration.files import read_measured
+from app.kit.errors import PointsUnclear, TooLarge
+from app.kit.names import check_label
+from app.plans.model import MAX_POINTS, Plan, PlanPoint, content_from_json
+from app.registration.document import RegistrationContent
+from app.registration.files import read_measured
 from vfix_engine.errors import FrameError, InputError, PlanError
 from vfix_engine.json_text import MAX_DEPTH, parse_json
 

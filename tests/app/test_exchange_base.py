@@ -12,13 +12,13 @@ from rest_client import Client
 from scipy.spatial.transform import Rotation
 
 from app.cli import main
-from app.services import Services
-from app.services.embedded import SAMPLE_PLAN
-from app.services.errors import NotFound
-from app.services.exchange import read_plan
-from app.services.placing import placed_robot, standing_base
-from app.services.plan_model import Plan, without_placing
-from app.services.registration.document import FiducialPair, RegistrationContent
+from app.exchange.plan_files import read_plan
+from app.kit.errors import NotFound
+from app.planning.placement import placed_robot, standing_base
+from app.plans.model import Plan, without_placing
+from app.plans.shipped_head import SAMPLE_PLAN
+from app.registration.document import FiducialPair, RegistrationContent
+from app.wiring.services import Services
 from vfix_engine.errors import FrameError, PlanError
 from vfix_engine.frames import ImageRegistration
 

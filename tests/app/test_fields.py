@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from app.services import Services
-from app.services.cases import CaseFrame
-from app.services.embedded import SAMPLE_PLAN
+from app.cases.service import CaseFrame
+from app.plans.shipped_head import SAMPLE_PLAN
+from app.wiring.services import Services
 from vfix_engine.errors import InputError
 from vfix_engine.geometry.mesh import TriangleMesh
 

@@ -15,9 +15,9 @@ import SimpleITK as sitk  # noqa: N813
 import trimesh
 from file_mutants import mutant, read_mutants
 
-from app.services.exchange import to_csv, to_native_json
-from app.services.exchange_markups import to_markups
-from app.services.plan_model import Plan, PlanPoint
+from app.exchange.markups import to_markups
+from app.exchange.plan_files import to_csv, to_native_json
+from app.plans.model import Plan, PlanPoint
 from tests.engine.imaging.imaging_phantoms import asymmetric_volume, dicom_slices
 from vfix_engine.files.sandbox.isolated import run_isolated
 

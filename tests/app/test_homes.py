@@ -15,17 +15,17 @@ from typing import Any
 
 import pytest
 
+from app.cases.model import HEAD_PHANTOM
+from app.cases.service import Case, CaseFrame, CaseService
 from app.cli import main
 from app.commands.doctor import examine
-from app.services import build_services
-from app.services.archive import is_archive
-from app.services.case_model import HEAD_PHANTOM
-from app.services.cases import Case, CaseFrame, CaseService
-from app.services.embedded import SAMPLE_PLAN
-from app.services.plans import PlanService
+from app.exchange.archive import is_archive
+from app.plans.service import PlanService
+from app.plans.shipped_head import SAMPLE_PLAN
 from app.settings import Settings
 from app.store import Store, database, schema
 from app.store.errors import StorageError, StoreBusy, StoreDamaged, StoreUnusable
+from app.wiring.services import build_services
 
 VERSION = schema.NEWEST
 posix = pytest.mark.skipif(os.name == "nt", reason="these are the rights of POSIX")

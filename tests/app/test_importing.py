@@ -9,18 +9,18 @@ import pytest
 import trimesh
 from pydicom.uid import generate_uid
 
+from app.cases.model import HEAD_PHANTOM, Case, CaseContent
+from app.cases.reading import case_content_from_json
+from app.cases.service import CaseService
+from app.cases.settings import settings_in_case
+from app.cases.structures import Provenance
 from app.cli import main
-from app.services import Services
-from app.services.case_model import HEAD_PHANTOM, Case, CaseContent
-from app.services.case_reading import case_content_from_json
-from app.services.case_settings import settings_in_case
-from app.services.cases import CaseService
-from app.services.embedded import SAMPLE_PLAN
-from app.services.importing import ImportRequest, ImportService, case_name
-from app.services.resolve import resolve_case, resolve_plan
-from app.services.structures import Provenance
+from app.exchange.resolve import resolve_case, resolve_plan
+from app.imaging.importing import ImportRequest, ImportService, case_name
+from app.plans.shipped_head import SAMPLE_PLAN
 from app.settings import Settings
 from app.store import Store
+from app.wiring.services import Services
 from tests.engine.imaging.imaging_phantoms import dicom_slices, save_dicom
 from vfix_engine.anatomy.bone import CONTROL_TRIANGLES
 from vfix_engine.anatomy.segmentation import PRESETS, SegmentRequest, segment

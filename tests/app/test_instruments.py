@@ -7,10 +7,11 @@ from dataclasses import replace
 
 import pytest
 
-from app.services.cases import Case
-from app.services.errors import PlanLocked
-from app.services.exchange import from_native_json, to_native_json
-from app.services.instruments import (
+from app.cases.service import Case
+from app.exchange.plan_files import from_native_json, to_native_json
+from app.kit.errors import PlanLocked
+from app.plans.editor import PlanEditor
+from app.plans.instruments import (
     Instruments,
     plan_robot,
     plan_tool,
@@ -19,9 +20,8 @@ from app.services.instruments import (
     shipped_tools,
     tool_words,
 )
-from app.services.plan_editor import PlanEditor
-from app.services.plan_model import check_robot, content_from_json, content_to_json
-from app.services.plans import PlanService
+from app.plans.model import check_robot, content_from_json, content_to_json
+from app.plans.service import PlanService
 from app.store import Store
 from tests.engine.robots.urdf_texts import GOOD, joint, links, urdf
 from vfix_engine.errors import InputError, PlanError, RobotError

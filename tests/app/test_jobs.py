@@ -6,10 +6,10 @@ from collections.abc import Callable, Iterator
 
 import pytest
 
-from app.services import Services
-from app.services.embedded import SAMPLE_PLAN
-from app.services.errors import JobCancelled, NotFound, PlannerEnds
-from app.services.jobs import ENDED, Job, JobKind, Jobs, Progress, Work
+from app.kit.errors import JobCancelled, NotFound, PlannerEnds
+from app.kit.jobs import ENDED, Job, JobKind, Jobs, Progress, Work
+from app.plans.shipped_head import SAMPLE_PLAN
+from app.wiring.services import Services
 from vfix_engine.errors import InputError
 
 

@@ -3,8 +3,8 @@
 import pytest
 
 from app.api.error_statuses import status_of
-from app.services.errors import TooMany
-from app.services.line import Line
+from app.kit.errors import TooMany
+from app.kit.queue_places import Line
 
 
 def test_they_work_one_after_another_in_their_order() -> None:

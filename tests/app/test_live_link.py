@@ -12,19 +12,19 @@ from typing import Any
 import numpy as np
 import pytest
 
+from app.cases.service import Case
+from app.documents import Documents
+from app.kit.errors import PlanLocked
 from app.link import LinkFault, Point, PointList, Text, Transform
 from app.link.messages import HEADER_BYTES, parse_header
-from app.services.cases import Case
-from app.services.documents import Documents
-from app.services.errors import PlanLocked
-from app.services.live_link import LiveBoard, LiveLink, frames
-from app.services.live_link import incoming as module
-from app.services.live_link.incoming import MAX_REGISTRATIONS, Intake
-from app.services.live_link.outgoing import plan_messages, registration_messages
-from app.services.plan_model import Plan, PlanContent, PlanPoint
-from app.services.plan_versions import PlanVersions
-from app.services.plans import PlanService
-from app.services.registration.document import REGISTRATION, RegistrationContent
+from app.live import LiveBoard, LiveLink, frames
+from app.live import incoming as module
+from app.live.incoming import MAX_REGISTRATIONS, Intake
+from app.live.outgoing import plan_messages, registration_messages
+from app.plans.model import Plan, PlanContent, PlanPoint
+from app.plans.service import PlanService
+from app.plans.versions import PlanVersions
+from app.registration.document import REGISTRATION, RegistrationContent
 from app.settings import LinkAddress, Settings, link_address, tracker_address
 from app.store import Store
 from vfix_engine.errors import InputError, PlanError
@@ -187,7 +187,7 @@ def test_new_targets_get_identifiers_of_their_own(parts: Parts, intake: Intake, 
 def test_proposals_without_end_leave_the_users_versions_room(
     parts: Parts, intake: Intake, plan: Plan, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("app.services.plan_versions.MAX_PROPOSED", 2)
+    monkeypatch.setattr("app.plans.versions.MAX_PROPOSED", 2)
     for x in range(4):
         intake.hear(PointList("Targets", (Point("T", (float(x), 0.0, 0.0)),)))
         assert "Proposed as version" in intake.settle()[0]

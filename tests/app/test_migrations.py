@@ -14,8 +14,8 @@ from alembic import command
 from alembic.config import Config
 from sqlalchemy import create_engine
 
-from app.services.errors import PlanLocked
-from app.services.plans import PlanService
+from app.kit.errors import PlanLocked
+from app.plans.service import PlanService
 from app.settings import Settings
 from app.store import Store, schema
 from app.store.private import private_folder

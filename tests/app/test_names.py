@@ -2,7 +2,7 @@
 
 import pytest
 
-from app.services.names import MAX_NAME, unused_name
+from app.kit.names import MAX_NAME, unused_name
 
 
 @pytest.mark.parametrize(

@@ -14,21 +14,21 @@ from numpy.typing import NDArray
 from session_doubles import SAMPLE, open_sample
 
 from app.api.plan_reports import PathReportPublic
+from app.cases.model import Case
+from app.cases.settings import settings_in_case
 from app.commands import plan_evaluate
-from app.services import Services
-from app.services import planning as planning_module
-from app.services.case_model import Case
-from app.services.case_settings import settings_in_case
-from app.services.path_reports import PathReports
-from app.services.piercing import NOT_KNOWN, Pierced
-from app.services.plan_drive import Drive
-from app.services.plan_model import Plan
-from app.services.plan_zones import PlanZone
-from app.services.planning import PlanEvaluation, Planning
-from app.services.registration.driven import DrivenRegistration
-from app.services.verdict import IN_SHORT
+from app.planning import evaluation as planning_module
+from app.planning.drive import Drive
+from app.planning.evaluation import PlanEvaluation, Planning
+from app.planning.piercing import NOT_KNOWN, Pierced
+from app.planning.reports import PathReports
+from app.planning.verdict import IN_SHORT
+from app.plans.model import Plan
+from app.plans.zones import PlanZone
+from app.registration.driven import DrivenRegistration
 from app.steps.plan.dry_runs import Corridor, answered
 from app.steps.rehearse.driven import Planned
+from app.wiring.services import Services
 from vfix_engine.anatomy.surface_uncertainty import SurfaceUncertainty
 from vfix_engine.errors import StartRefused
 from vfix_engine.frames import ImageRegistration

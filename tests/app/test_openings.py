@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from app.services import Services
-from app.services.embedded import SAMPLE_PLAN
-from app.services.plan_model import Plan
-from app.services.plan_zones import RemovedBone
+from app.plans.model import Plan
+from app.plans.shipped_head import SAMPLE_PLAN
+from app.plans.zones import RemovedBone
 from app.steps.rehearse.preparation import prepare
+from app.wiring.services import Services
 from vfix_engine.geometry.shape_distance import signed_distance
 from vfix_engine.geometry.shapes import Sphere
 

@@ -12,11 +12,11 @@ import pytest
 from rest_client import Client
 from session_doubles import case_of_ct
 
+from app.cases.model import CaseFrame
 from app.cli import main
-from app.services import Services, build_services
-from app.services.case_model import CaseFrame
-from app.services.errors import DocumentLocked, JobCancelled
-from app.services.label_kind import MOST_STROKES
+from app.imaging.label_document import MOST_STROKES
+from app.kit.errors import DocumentLocked, JobCancelled
+from app.wiring.services import Services, build_services
 from vfix_engine.anatomy.labels.painting import Stroke, draw_stroke, mask_of_runs
 from vfix_engine.anatomy.surface import extract_surface
 from vfix_engine.errors import InputError
@@ -243,7 +243,7 @@ def test_drawing_can_be_ended_and_goes_on_from_what_is_drawn(
         asked.append(given[2])
         draw_stroke(*given)
 
-    monkeypatch.setattr("app.services.labels.draw_stroke", noted)
+    monkeypatch.setattr("app.imaging.labels.draw_stroke", noted)
     further = ball(9.0, 8.0, 10.0)
     services.labels.stroke(label.id, further)
     np.testing.assert_array_equal(voxels(services, label.id), drawn(*document.content.strokes, further))

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.services.case_files import STORED, CaseFiles
+from app.cases.files import STORED, CaseFiles
 from app.store import FileStore
 from app.store.files import StorageError
 from vfix_engine.files.sandbox.crossing import load

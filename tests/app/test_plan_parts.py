@@ -12,15 +12,15 @@ from hypothesis import settings as hypothesis_settings
 from hypothesis import strategies as st
 from sqlalchemy import select
 
-from app.services.cases import Case
-from app.services.errors import NotFound, PlanConflict, PlanLocked, TooLarge
-from app.services.exchange import FORMATS, export_text, from_native_json, read_plan
-from app.services.plan_editor import PlanEditor
-from app.services.plan_kind import BEFORE_PATHS, STORED
-from app.services.plan_model import MAX_NOTES, PlanContent, PlanPath, PlanPoint, check_stored, drive_parts
-from app.services.plan_paths import MAX_PATHS, side_caution
-from app.services.plan_zones import MAX_ZONES, PlanZone, RemovedBone
-from app.services.plans import Plan, PlanService
+from app.cases.service import Case
+from app.exchange.plan_files import FORMATS, export_text, from_native_json, read_plan
+from app.kit.errors import NotFound, PlanConflict, PlanLocked, TooLarge
+from app.plans.document import BEFORE_PATHS, STORED
+from app.plans.editor import PlanEditor
+from app.plans.model import MAX_NOTES, PlanContent, PlanPath, PlanPoint, check_stored, drive_parts
+from app.plans.paths import MAX_PATHS, side_caution
+from app.plans.service import Plan, PlanService
+from app.plans.zones import MAX_ZONES, PlanZone, RemovedBone
 from app.store import Store
 from app.store.models import DocumentStateRow
 from vfix_engine.errors import InputError, PlanError

@@ -8,17 +8,17 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from app.cli import main
-from app.services import Services
-from app.services.dry_runs import DryRuns
-from app.services.embedded import SAMPLE_PLAN
-from app.services.exchange import to_native_json
-from app.services.exchange_base import BaseExport
-from app.services.plan_model import Plan
-from app.services.planning import Planning, registered_key
-from app.services.registration.document import FiducialPair, RegistrationContent
-from app.services.registration.driven import DrivenRegistration
-from app.services.registration.fit_report import refitted
+from app.exchange.plan_files import to_native_json
+from app.exchange.robot_frame import BaseExport
+from app.planning.dry_runs import DryRuns
+from app.planning.evaluation import Planning, registered_key
+from app.plans.model import Plan
+from app.plans.shipped_head import SAMPLE_PLAN
+from app.registration.document import FiducialPair, RegistrationContent
+from app.registration.driven import DrivenRegistration
+from app.registration.fit_report import refitted
 from app.steps.rehearse.preparation import plan_key, prepare
+from app.wiring.services import Services
 from vfix_engine.errors import PlanError, StartRefused
 from vfix_engine.frames import ImageRegistration
 from vfix_engine.registration import register_points

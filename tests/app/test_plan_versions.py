@@ -11,17 +11,17 @@ from typing import Any
 import pytest
 from rest_client import Client, opened_client
 
+from app.cases.service import Case, CaseFrame
 from app.cli import main
-from app.services import Services, build_services
-from app.services.cases import Case, CaseFrame
-from app.services.errors import NotFound, PlanConflict, PlanLocked
-from app.services.plan_diff import changes
-from app.services.plan_model import PlanContent, PlanPath, PlanPoint
-from app.services.plan_versions import MAX_VERSIONS, PlanVersions
-from app.services.plan_zones import PlanZone, RemovedBone
-from app.services.plans import PlanService
+from app.kit.errors import NotFound, PlanConflict, PlanLocked
+from app.plans.diff import changes
+from app.plans.model import PlanContent, PlanPath, PlanPoint
+from app.plans.service import PlanService
+from app.plans.versions import MAX_VERSIONS, PlanVersions
+from app.plans.zones import PlanZone, RemovedBone
 from app.settings import Settings
 from app.store import Store
+from app.wiring.services import Services, build_services
 from tests.engine.scenes import curved_tube
 from vfix_engine.errors import PlanError
 
@@ -89,7 +89,7 @@ def test_a_plan_has_so_many_versions(
     plans: PlanService, versions: PlanVersions, case: Case, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     assert MAX_VERSIONS >= 20
-    monkeypatch.setattr("app.services.plan_versions.MAX_VERSIONS", 2)
+    monkeypatch.setattr("app.plans.versions.MAX_VERSIONS", 2)
     plan = plans.create(case.id, "Corridor")
     for n in range(2):
         versions.save(plan.id, f"v{n}")
@@ -109,8 +109,8 @@ def test_a_plan_has_so_many_versions(
 def test_versions_from_outside_give_way_to_newer_ones_and_never_fill_the_list(
     plans: PlanService, versions: PlanVersions, case: Case, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("app.services.plan_versions.MAX_VERSIONS", 2)
-    monkeypatch.setattr("app.services.plan_versions.MAX_PROPOSED", 3)
+    monkeypatch.setattr("app.plans.versions.MAX_VERSIONS", 2)
+    monkeypatch.setattr("app.plans.versions.MAX_PROPOSED", 3)
     plan = plans.create(case.id, "Corridor")
     mine = versions.save(plan.id, "Mine")
     made = [versions.propose(plan.id, f"Sent {n}", PlanContent()) for n in range(2)]

@@ -12,17 +12,17 @@ import trimesh
 from rest_client import Client, opened_client
 from scipy.spatial import cKDTree
 
+from app.cases.service import CaseFrame
 from app.cli import main
 from app.commands.plan_evaluate import as_json
-from app.services import Services, build_services
-from app.services.cases import CaseFrame
-from app.services.exchange import export_text, read_plan
-from app.services.plan_model import PlanContent, PlanPoint
-from app.services.plan_zones import PlanZone, RemovedBone
-from app.services.plans import Plan
-from app.services.zone_sets import near_zones, zone_set
+from app.exchange.plan_files import export_text, read_plan
+from app.planning.zone_sets import near_zones, zone_set
+from app.plans.model import PlanContent, PlanPoint
+from app.plans.service import Plan
+from app.plans.zones import PlanZone, RemovedBone
 from app.settings import Settings
 from app.steps.rehearse.preparation import prepare
+from app.wiring.services import Services, build_services
 from tests.engine.scenes import CoalJudge, curved_tube
 from vfix_engine.errors import PlanError
 from vfix_engine.geometry.capsules import Segments

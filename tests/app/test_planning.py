@@ -9,18 +9,18 @@ import numpy as np
 import pytest
 import trimesh
 
-from app.services import Services
-from app.services.case_model import HEAD_PHANTOM
-from app.services.cases import CaseFrame, CaseService
-from app.services.embedded import SAMPLE_PLAN
-from app.services.errors import NotFound
-from app.services.exchange import export_text
-from app.services.instruments import Instruments
-from app.services.planning import Planning, SnapResult
-from app.services.plans import PlanService
-from app.services.resolve import resolve_case, resolve_plan, resolve_targets
+from app.cases.model import HEAD_PHANTOM
+from app.cases.service import CaseFrame, CaseService
+from app.exchange.plan_files import export_text
+from app.exchange.resolve import resolve_case, resolve_plan, resolve_targets
+from app.kit.errors import NotFound
+from app.planning.evaluation import Planning, SnapResult
+from app.plans.instruments import Instruments
+from app.plans.service import PlanService
+from app.plans.shipped_head import SAMPLE_PLAN
 from app.steps.plan.edited_plan import EditedPlan
 from app.store import Store
+from app.wiring.services import Services
 from tests.engine.scenes import head_mesh
 from vfix_engine.errors import PlanError
 from vfix_engine.files.readers import read_volume

@@ -11,11 +11,11 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule, run_state_machine_as_test
 from sqlalchemy.exc import OperationalError
 
-from app.services.cases import Case
-from app.services.errors import NotFound, PlanConflict, PlanLocked, TooLarge
-from app.services.plan_editor import PlanEditor
-from app.services.plan_model import MAX_POINTS, PlanContent, PlanPoint, content_to_json
-from app.services.plans import Plan, PlanService
+from app.cases.service import Case
+from app.kit.errors import NotFound, PlanConflict, PlanLocked, TooLarge
+from app.plans.editor import PlanEditor
+from app.plans.model import MAX_POINTS, PlanContent, PlanPoint, content_to_json
+from app.plans.service import Plan, PlanService
 from app.store import Store
 from app.store.errors import StorageError
 from app.store.models import DocumentRow, DocumentStateRow

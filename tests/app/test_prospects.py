@@ -8,18 +8,18 @@ import numpy as np
 import pytest
 from session_doubles import SAMPLE, Later, open_sample
 
+from app.cases.settings import settings_in_case
+from app.kit.errors import JobCancelled
+from app.planning.drive import PROSPECT_STEP_MM
+from app.planning.evaluation import PlanEvaluation
+from app.planning.placement import StoredPlacing
+from app.planning.previews import Dragged, with_points
+from app.planning.rehearsal_options import NO_SWITCHES
 from app.scene.dragging import DragEvent
-from app.services import Services
-from app.services.case_settings import settings_in_case
-from app.services.errors import JobCancelled
-from app.services.placing import StoredPlacing
-from app.services.plan_drive import PROSPECT_STEP_MM
-from app.services.planning import PlanEvaluation
-from app.services.prospects import Dragged, with_points
-from app.services.switches import NO_SWITCHES
 from app.steps.plan import commands as c
 from app.steps.plan.dry_runs import Corridor
 from app.steps.plan.live import LiveRuns
+from app.wiring.services import Services
 from vfix_engine.errors import PlanError, StartRefused
 from vfix_engine.geometry.capsules import Segments
 from vfix_engine.robots import RobotModel, Tool

@@ -10,22 +10,22 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
+from app.cases.model import HEAD_PHANTOM
+from app.documents import Document, Ref
+from app.kit.errors import DocumentLocked, NotFound
+from app.kit.jobs import Job
 from app.link import Pose
-from app.services import Services
-from app.services.case_model import HEAD_PHANTOM
-from app.services.documents import Document, Ref
-from app.services.embedded import SAMPLE_PLAN
-from app.services.errors import DocumentLocked, NotFound
-from app.services.jobs import Job
-from app.services.registration.document import RegistrationContent
-from app.services.registration.driven import driven_registration
-from app.services.registration.editor import RegistrationEditor, with_place
-from app.services.registration.files import export_text, read_touched
-from app.services.registration.fit_report import report_of
-from app.services.registration.refining import Refining
-from app.services.registration.simulated_touch import simulated_pose
-from app.services.registration.target_errors import error_table, expected_errors
+from app.plans.shipped_head import SAMPLE_PLAN
+from app.registration.document import RegistrationContent
+from app.registration.driven import driven_registration
+from app.registration.editor import RegistrationEditor, with_place
+from app.registration.files import export_text, read_touched
+from app.registration.fit_report import report_of
+from app.registration.refining import Refining
+from app.registration.simulated_touch import simulated_pose
+from app.registration.target_errors import error_table, expected_errors
 from app.steps.register.hints import register_hint
+from app.wiring.services import Services
 from vfix_engine.anatomy.phantom import load_landmarks
 from vfix_engine.errors import FrameError, InputError
 from vfix_engine.frames import ImageRegistration

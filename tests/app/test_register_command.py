@@ -12,12 +12,12 @@ from registration_poses_cases import paired_poses, swung
 from registration_poses_cases import table as pose_table
 from scipy.spatial.transform import Rotation
 
+from app.cases.model import HEAD_PHANTOM
 from app.cli import main
 from app.commands import register_calibration
-from app.services import Services
-from app.services.case_model import HEAD_PHANTOM
-from app.services.embedded import SAMPLE_PLAN
-from app.services.registration.reachable_surface import reachable_places
+from app.plans.shipped_head import SAMPLE_PLAN
+from app.registration.reachable_surface import reachable_places
+from app.wiring.services import Services
 from vfix_engine.anatomy.phantom import load_landmarks
 from vfix_engine.registration.transform_files import write_transform
 

@@ -10,19 +10,19 @@ import pytest
 from registration_contents import BEADS, NAMES, content_of, measured, pairs_of, pose
 from session_doubles import other_case
 
-from app.services import Services
-from app.services.case_model import HEAD_PHANTOM
-from app.services.embedded import SAMPLE_PLAN
-from app.services.errors import DocumentLocked, NotFound, PlanConflict
-from app.services.exchange import from_native_json, to_native_json
-from app.services.plan_diff import changes
-from app.services.plan_model import Plan
-from app.services.registration.document import RegistrationContent
-from app.services.registration.editor import MeasuredPoint, RegistrationEditor
-from app.services.registration.fit_report import refitted, report_of
-from app.services.registration.point_order import order_of
-from app.services.registration.simulated_touch import simulated_pose, simulated_touch
-from app.services.registration.target_errors import error_table, expected_errors
+from app.cases.model import HEAD_PHANTOM
+from app.exchange.plan_files import from_native_json, to_native_json
+from app.kit.errors import DocumentLocked, NotFound, PlanConflict
+from app.plans.diff import changes
+from app.plans.model import Plan
+from app.plans.shipped_head import SAMPLE_PLAN
+from app.registration.document import RegistrationContent
+from app.registration.editor import MeasuredPoint, RegistrationEditor
+from app.registration.fit_report import refitted, report_of
+from app.registration.point_order import order_of
+from app.registration.simulated_touch import simulated_pose, simulated_touch
+from app.registration.target_errors import error_table, expected_errors
+from app.wiring.services import Services
 from vfix_engine.errors import InputError, PlanError
 from vfix_engine.frames import ImageRegistration
 from vfix_engine.registration import register_points

@@ -11,11 +11,11 @@ from registration_poses_cases import paired_poses, table
 from rest_client import CASE, opened_client
 from session_doubles import HEAD, views_of
 
+from app.kit.errors import NotFound
 from app.link.tracker import Collected
-from app.services import Services
-from app.services.errors import NotFound
-from app.services.registration.service import Registering
+from app.registration.service import Registering
 from app.steps.register.step import RegisterStep
+from app.wiring.services import Services
 from vfix_engine.errors import InputError
 from vfix_engine.registration import SimulatedTracker
 from vfix_engine.registration.tracker import TIP_MM

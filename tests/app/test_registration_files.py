@@ -12,15 +12,15 @@ import numpy as np
 import pytest
 from registration_contents import BEADS, NAMES, content_of, measured, pose
 
-from app.services import Services
-from app.services.case_model import HEAD_PHANTOM
-from app.services.documents import Document
-from app.services.registration.calibration import registered_to, simulated_robot, why_not_to_base
-from app.services.registration.document import FiducialPair, RegistrationContent
-from app.services.registration.editor import MeasuredPoint, RegistrationEditor, with_measured
-from app.services.registration.files import Format, export_text, name_of, read_measured, read_transform
-from app.services.registration.fit_report import report_of
-from app.services.registration.said_by_file import SaidByFile
+from app.cases.model import HEAD_PHANTOM
+from app.documents import Document
+from app.registration.calibration import registered_to, simulated_robot, why_not_to_base
+from app.registration.document import FiducialPair, RegistrationContent
+from app.registration.editor import MeasuredPoint, RegistrationEditor, with_measured
+from app.registration.files import Format, export_text, name_of, read_measured, read_transform
+from app.registration.fit_report import report_of
+from app.registration.said_by_file import SaidByFile
+from app.wiring.services import Services
 from vfix_engine.errors import FrameError, InputError
 from vfix_engine.registration.transform_files import json_text, tfm_text
 

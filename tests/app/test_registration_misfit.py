@@ -7,18 +7,18 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from app.services import Services
-from app.services.case_model import HEAD_PHANTOM
-from app.services.embedded import SAMPLE_PLAN
-from app.services.live_link.outgoing import no_registration, registration_messages
-from app.services.plan_model import Plan
-from app.services.registration.driven import driven_registration
-from app.services.registration.editor import RegistrationEditor
-from app.services.registration.files import export_text
-from app.services.registration.fit_report import report_of
-from app.services.registration.refining import begin_of
-from app.services.registration.service import PlanRegistration
-from app.services.registration.target_errors import error_table
+from app.cases.model import HEAD_PHANTOM
+from app.live.outgoing import no_registration, registration_messages
+from app.plans.model import Plan
+from app.plans.shipped_head import SAMPLE_PLAN
+from app.registration.driven import driven_registration
+from app.registration.editor import RegistrationEditor
+from app.registration.files import export_text
+from app.registration.fit_report import report_of
+from app.registration.refining import begin_of
+from app.registration.service import PlanRegistration
+from app.registration.target_errors import error_table
+from app.wiring.services import Services
 from vfix_engine.anatomy.phantom import load_landmarks
 from vfix_engine.errors import InputError, PlanError
 

@@ -12,7 +12,7 @@ import pytest
 import trimesh
 
 from app.cli import main
-from app.services import resolve
+from app.exchange import resolve
 from tests.engine.scenes import CoalJudge
 from vfix_engine.geometry.capsules import Segments
 from vfix_engine.geometry.mesh import TriangleMesh

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 import trimesh
 
+from app.cases import structures
 from app.cli import main
-from app.services import structures
 from tests.engine.robots.urdf_texts import joint, links, urdf
 from tests.engine.scenes import curved_tube
 

@@ -11,11 +11,11 @@ from session_doubles import Later, fail, views_of
 
 from app.cli import main
 from app.commands import plan as plan_command
-from app.services import Services
-from app.services.embedded import SAMPLE_PLAN
-from app.services.plan_model import Plan
-from app.services.plan_zones import RemovedBone
+from app.plans.model import Plan
+from app.plans.shipped_head import SAMPLE_PLAN
+from app.plans.zones import RemovedBone
 from app.steps.plan.removed_bone import RemovedBoneCount
+from app.wiring.services import Services
 from vfix_engine.errors import InputError
 from vfix_engine.files.volume import BONE_HU
 

@@ -13,14 +13,14 @@ import trimesh
 from rest_client import Client
 from test_api_uploads import wait
 
+from app.cases.model import Case
+from app.cases.second_volume import IDENTITY, SecondVolume
+from app.cases.service import CaseFrame
 from app.cli import main
-from app.services import Services
-from app.services.case_model import Case
-from app.services.cases import CaseFrame
-from app.services.exchange import from_native_json, to_native_json
-from app.services.plan_diff import changes
-from app.services.second_volume import IDENTITY, SecondVolume
+from app.exchange.plan_files import from_native_json, to_native_json
+from app.plans.diff import changes
 from app.steps.plan.edited_plan import EditedPlan
+from app.wiring.services import Services
 from tests.engine.imaging.imaging_phantoms import dicom_slices, save_dicom
 from vfix_engine.errors import PlanError
 from vfix_engine.files.volume import Volume

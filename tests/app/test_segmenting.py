@@ -11,12 +11,12 @@ import pytest
 from rest_client import Client
 from session_doubles import case_of_ct
 
+from app.cases.model import CaseFrame
 from app.cli import main
-from app.services import Services
-from app.services.case_model import CaseFrame
-from app.services.embedded import SAMPLE_PLAN
-from app.services.plan_zones import PlanZone
-from app.services.segmenting import band_words, wish_of
+from app.imaging.segmenting import band_words, wish_of
+from app.plans.shipped_head import SAMPLE_PLAN
+from app.plans.zones import PlanZone
+from app.wiring.services import Services
 from vfix_engine.anatomy.labels.painting import mask_of_runs
 from vfix_engine.anatomy.segmentation import HIGHEST_HU, LOWEST_HU, Band
 from vfix_engine.anatomy.surface import extract_surface

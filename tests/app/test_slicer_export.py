@@ -21,19 +21,19 @@ import SimpleITK
 import trimesh
 from rest_client import Client
 
+from app.cases.model import HEAD_PHANTOM
+from app.cases.service import Bead, Case, CaseFrame
 from app.cli import main
-from app.services import Services
-from app.services.case_model import HEAD_PHANTOM
-from app.services.cases import Bead, Case, CaseFrame
-from app.services.exchange_markups import from_markups
-from app.services.plan_model import Plan, PlanContent, PlanPoint
-from app.services.plan_paths import PlanPath
-from app.services.plan_zones import PlanZone, RemovedBone
-from app.services.registration.document import FiducialPair, RegistrationContent
-from app.services.registration.fit_report import refitted
-from app.services.slicer import SCENE
-from app.services.slicer.scene import SceneNode, scene_text
+from app.exchange.markups import from_markups
+from app.exchange.slicer import SCENE
+from app.exchange.slicer.scene import SceneNode, scene_text
+from app.plans.model import Plan, PlanContent, PlanPoint
+from app.plans.paths import PlanPath
+from app.plans.zones import PlanZone, RemovedBone
+from app.registration.document import FiducialPair, RegistrationContent
+from app.registration.fit_report import refitted
 from app.store.errors import StorageError
+from app.wiring.services import Services
 from vfix_engine.errors import InputError
 from vfix_engine.files.volume import Volume
 from vfix_engine.geometry.mesh import TriangleMesh
@@ -348,7 +348,7 @@ def test_nothing_is_left_of_an_export_that_fails(
     def full(*_: object) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("app.services.slicer.export.write_ply", full)
+    monkeypatch.setattr("app.exchange.slicer.export.write_ply", full)
     with pytest.raises(StorageError, match="No space left"):
         phantom_services.slicer.write(plan, tmp_path / "deep" / "out")
     assert list((tmp_path / "deep").iterdir()) == []

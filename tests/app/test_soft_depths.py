@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 import trimesh
 
-from app.services.plan_zones import PlanZone
-from app.services.soft_depths import soft_depths
-from app.services.verdict import profile_of
-from app.services.zone_sets import zone_set
+from app.planning.soft_depths import soft_depths
+from app.planning.verdict import profile_of
+from app.planning.zone_sets import zone_set
+from app.plans.zones import PlanZone
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.geometry.path import SplinePath
 from vfix_engine.robots import Tool

@@ -14,9 +14,9 @@ import numpy as np
 import pytest
 from sqlalchemy import inspect
 
+from app.cases.service import Case
 from app.cli import main
-from app.services.cases import Case
-from app.services.plans import PlanService
+from app.plans.service import PlanService
 from app.settings import Settings
 from app.store import Store, write_atomically
 from app.store.errors import StorageError

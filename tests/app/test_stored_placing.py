@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from app.services.placing import standing_base, stored_placing
-from app.services.plan_model import unplaced_robot
+from app.planning.placement import standing_base, stored_placing
+from app.plans.model import unplaced_robot
 from vfix_engine.errors import InputError
 from vfix_engine.frames import ImageRegistration, placement_of
 

@@ -10,12 +10,12 @@ from typing import Any
 import pytest
 from run_folder import write_run
 
-from app.services.cases import Case
-from app.services.errors import NotFound, TooLarge
-from app.services.jobs import Jobs
-from app.services.plans import PlanService
-from app.services.recordings import Recordings
-from app.services.runs import FILES, RunService, StoredRun
+from app.cases.service import Case
+from app.drives.recordings import Recordings
+from app.drives.runs import FILES, RunService, StoredRun
+from app.kit.errors import NotFound, TooLarge
+from app.kit.jobs import Jobs
+from app.plans.service import PlanService
 from app.settings import Settings
 from app.store import Store
 from app.store.errors import StorageError
@@ -172,7 +172,7 @@ def test_a_recording_is_stored_by_a_job_once_its_drive_has_ended(
 KILLED = """
 import os, sys
 from pathlib import Path
-from app.services.runs import RunService
+from app.drives.runs import RunService
 from app.settings import Settings
 from app.store import Store
 from run_folder import write_run

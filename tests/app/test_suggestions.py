@@ -12,16 +12,16 @@ import numpy as np
 import pytest
 from rest_client import Client
 
+from app.cases.model import HEAD_PHANTOM as PHANTOM_ID
+from app.cases.model import SurfaceInfo
 from app.commands import plan_suggest
-from app.services import Services
-from app.services.case_model import HEAD_PHANTOM as PHANTOM_ID
-from app.services.case_model import SurfaceInfo
-from app.services.plan_model import PlanContent, PlanPoint
-from app.services.plan_shaft import point_stations, shaft_at
-from app.services.plans import Plan
-from app.services.suggestion_ends import check_ends
-from app.services.suggestions import SuggestedPaths, described
-from app.services.verdict import Verdict
+from app.planning.shaft import point_stations, shaft_at
+from app.planning.suggestion_ends import check_ends
+from app.planning.suggestions import SuggestedPaths, described
+from app.planning.verdict import Verdict
+from app.plans.model import PlanContent, PlanPoint
+from app.plans.service import Plan
+from app.wiring.services import Services
 from benchmarks.piercing import pierced_by
 from vfix_engine.errors import PlanError
 from vfix_engine.geometry.path import SplinePath

@@ -9,17 +9,17 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
+from app.cases.model import HEAD_PHANTOM
+from app.kit.errors import PlanConflict
 from app.link import Pose
-from app.services import Services
-from app.services.case_model import HEAD_PHANTOM
-from app.services.embedded import SAMPLE_PLAN
-from app.services.errors import PlanConflict
-from app.services.plan_model import Plan
-from app.services.registration.calibration_records import PointerTip, RobotToTracker
-from app.services.registration.document import RegistrationContent
-from app.services.registration.editor import RegistrationEditor
-from app.services.registration.simulated_touch import simulated_pose
-from app.services.registration.tracing import Tracing
+from app.plans.model import Plan
+from app.plans.shipped_head import SAMPLE_PLAN
+from app.registration.calibration_records import PointerTip, RobotToTracker
+from app.registration.document import RegistrationContent
+from app.registration.editor import RegistrationEditor
+from app.registration.simulated_touch import simulated_pose
+from app.registration.tracing import Tracing
+from app.wiring.services import Services
 from vfix_engine.anatomy.phantom import load_landmarks
 from vfix_engine.errors import InputError, PlanError
 from vfix_engine.geometry.path import SplinePath

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from app.cases.service import Case
+from app.imaging.labels import PaintedDocument
+from app.kit.errors import NotFound
 from app.messages.fields import Command
-from app.services.cases import Case
-from app.services.errors import NotFound
-from app.services.labels import PaintedDocument
 from app.steps.patient import paint_commands as c
 from app.steps.patient.sections import LabelEntry, LabelsSection, LabelState
 from app.views.views import Views

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Literal, TypedDict
 
-from app.services.structures import Origin
+from app.cases.structures import Origin
 
 
 class CaseEntry(TypedDict):

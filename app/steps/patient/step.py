@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
+from app.cases.service import Case
+from app.exchange.patient_images import holds_images
 from app.messages.fields import Command
-from app.services.cases import Case
-from app.services.identity import holds_images
 from app.steps.base import Step
 from app.steps.patient import SPEC
 from app.steps.patient import commands as c

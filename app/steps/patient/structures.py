@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
+from app.cases.service import Case
+from app.cases.structures import Structure
+from app.kit.errors import NotFound
 from app.messages.fields import Command
 from app.scene.structures import StructureNodes, StructureShape
-from app.services.cases import Case
-from app.services.errors import NotFound
-from app.services.structures import Structure
 from app.steps.patient import commands as c
 from app.steps.patient.sections import StructureEntry, StructuresSection
 from app.views.background import in_background

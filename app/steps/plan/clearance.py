@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from app.planning.evaluation import PlanEvaluation
+from app.planning.piercing import Pierced
 from app.scene.pierced import PiercedNodes
 from app.scene.tool_ghost import ToolGhost
-from app.services.piercing import Pierced
-from app.services.planning import PlanEvaluation
 from app.steps.plan.sections import ClearanceProfile, ObstacleCurve, PiercedView, VerdictView
 from app.views.layers import Layer
 

@@ -10,17 +10,17 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from app.cases.settings import settings_in_case
+from app.kit.errors import JobCancelled
+from app.planning.evaluation import PlanEvaluation
+from app.planning.rehearsal_options import NO_SWITCHES, Switches
+from app.planning.verdict import Verdict, refused
+from app.plans.paths import side_caution
 from app.scene import palette
-from app.services import Services
-from app.services.case_settings import settings_in_case
-from app.services.errors import JobCancelled
-from app.services.plan_paths import side_caution
-from app.services.planning import PlanEvaluation
-from app.services.switches import NO_SWITCHES, Switches
-from app.services.verdict import Verdict, refused
 from app.steps.plan.clearance import verdict_view
 from app.steps.plan.lanes import Lanes
 from app.steps.plan.sections import CorridorSection, CorridorState, CorridorStatus, ScaleView, SoftTissueView
+from app.wiring.services import Services
 from vfix_engine.errors import StartRefused, VfixError
 
 Floats = npt.NDArray[np.float64]

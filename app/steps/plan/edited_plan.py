@@ -9,13 +9,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from app.planning.previews import Dragged
+from app.planning.tissue_words import PLACE_WORDS
+from app.plans.diff import changes
+from app.plans.model import PlanPoint, check_robot
+from app.plans.service import Plan
 from app.scene.plan import PlanItem
-from app.services import Services
-from app.services.plan_diff import changes
-from app.services.plan_model import PlanPoint, check_robot
-from app.services.plans import Plan
-from app.services.prospects import Dragged
-from app.services.tissue_words import PLACE_WORDS
 from app.steps.plan.instruments import robot_view, tool_view
 from app.steps.plan.paths import Paths
 from app.steps.plan.regions import Regions
@@ -24,6 +23,7 @@ from app.steps.plan.sections import AddKind, PlanSection
 from app.steps.plan.versions import Versions
 from app.views.plan_items import Position, entries, plan_items, position_of
 from app.views.sections import ItemKind
+from app.wiring.services import Services
 from vfix_engine.errors import PlanError, VfixError
 from vfix_engine.geometry.path import SplinePath
 

@@ -6,8 +6,8 @@ from collections.abc import Callable
 
 import numpy as np
 
+from app.documents import check_still_newest
 from app.messages.fields import Command
-from app.services.documents import check_still_newest
 from app.steps.plan import commands as c
 from app.steps.plan.edited_plan import EditedPlan
 from app.steps.plan.region_commands import PATH_COMMANDS, REGION_COMMANDS, DrawRegion

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from app.services.verdict import Level, Reason
+from app.planning.verdict import Level, Reason
 
 _CLICK_TARGET = "Click what is to be inspected, in the head or in a slice. Targets stay where you click."
 _LOCKED = "The points are locked. Unlock them to add, move or delete."

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from functools import cache
 
-from app.services.instruments import (
+from app.plans.instruments import (
     MAX_BEND_DEG,
     SHAFT_RADIUS_MM,
     Instruments,

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from app.services.case_settings import settings_in_case
-from app.services.placing import StoredPlacing
-from app.services.plan_model import Plan, Position, drive_parts
-from app.services.plan_paths import side_caution
-from app.services.planning import PlanEvaluation
+from app.cases.settings import settings_in_case
+from app.planning.evaluation import PlanEvaluation
+from app.planning.placement import StoredPlacing
+from app.plans.model import Plan, Position, drive_parts
+from app.plans.paths import side_caution
 from app.steps.plan.clearance import ShownTool
 from app.steps.plan.cones import Cones
 from app.steps.plan.dry_runs import Corridor, DryRuns

@@ -6,10 +6,10 @@ from collections.abc import Callable
 from typing import Any
 
 from app.messages.fields import Command
-from app.services.instruments import shipped_tools
-from app.services.plan_editor import PlanEditor
-from app.services.plan_paths import side_caution
-from app.services.plans import Plan
+from app.plans.editor import PlanEditor
+from app.plans.instruments import shipped_tools
+from app.plans.paths import side_caution
+from app.plans.service import Plan
 from app.steps.plan import region_commands as c
 from app.steps.plan.region_sections import PathsSection
 

@@ -7,8 +7,8 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from app.messages.fields import Command, Identifier, Name, Position
-from app.services.plan_model import MAX_NOTES
-from app.services.plan_paths import EntrySide
+from app.plans.model import MAX_NOTES
+from app.plans.paths import EntrySide
 from app.steps.plan.region_sections import DrawKind, FreeSide, Purpose
 
 Number = Annotated[float, Field(ge=-1e3, le=1e3, allow_inf_nan=False)]  # [mm, N/mm]; what may be, the plan says

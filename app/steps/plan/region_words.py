@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from app.services.plan_shapes import size_of
-from app.services.plan_zones import PlanZone, RemovedBone
-from app.services.structures import within_a_sentence
+from app.cases.structures import within_a_sentence
+from app.plans.shapes import size_of
+from app.plans.zones import PlanZone, RemovedBone
 from app.steps.plan.side_words import half_space_words
 
 KIND_WORDS = {

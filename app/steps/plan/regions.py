@@ -12,18 +12,18 @@ import numpy as np
 import numpy.typing as npt
 
 from app.messages.fields import Command
+from app.planning.region_meshes import region_mesh
+from app.plans.editor import PlanEditor
+from app.plans.service import Plan
+from app.plans.shapes import anchor, box_at, check_shape, moved, resized, size_of
+from app.plans.zones import COLOURS, PlanZone, RemovedBone
 from app.scene.dragging import DragEvent
 from app.scene.regions import DrawnRegion
-from app.services import Services
-from app.services.plan_editor import PlanEditor
-from app.services.plan_shapes import anchor, box_at, check_shape, moved, resized, size_of
-from app.services.plan_zones import COLOURS, PlanZone, RemovedBone
-from app.services.plans import Plan
-from app.services.region_meshes import region_mesh
 from app.steps.plan import region_commands as c
 from app.steps.plan.region_sections import DrawingView, RegionsSection, RegionView, StructureChoice
 from app.steps.plan.region_words import DRAW_WORDS, zone_words
 from app.views.plan_items import Position
+from app.wiring.services import Services
 from vfix_engine.errors import InputError, PlanError
 
 HANDLE = "region:"  # before the id of a region, of the ball that it is dragged by

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from app.services.plans import Plan
-from app.services.removed_bone import RemovedVolumes
+from app.planning.removed_bone import RemovedVolumes
+from app.plans.service import Plan
 from app.steps.plan.lanes import Lanes
 from app.steps.plan.region_sections import RemovedBoneSection
 from app.views.views import Views

@@ -7,11 +7,11 @@ from typing import Annotated, Literal, TypedDict
 
 from pydantic import Field
 
+from app.cases.second_volume import SecondVolume
 from app.messages.fields import Command, Identifier
-from app.services import Services
-from app.services.plan_editor import PlanEditor
-from app.services.plans import Plan
-from app.services.second_volume import SecondVolume
+from app.plans.editor import PlanEditor
+from app.plans.service import Plan
+from app.wiring.services import Services
 
 Number = Annotated[float, Field(ge=-1e6, le=1e6, allow_inf_nan=False)]
 

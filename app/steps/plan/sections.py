@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Literal, TypedDict
 
 from app.messages.sections import Position
-from app.services.verdict import Level, TissueLevel
+from app.planning.verdict import Level, TissueLevel
 from app.steps.plan.cone_section import ConeSection
 from app.steps.plan.region_sections import RegionSections
 from app.steps.plan.second_volume import SecondVolumeSections

@@ -8,12 +8,12 @@ import numpy as np
 import numpy.typing as npt
 
 from app.messages.fields import Command
+from app.plans.service import Plan
 from app.scene.dragging import DragEvent
 from app.scene.error_balls import ErrorBalls
 from app.scene.plan import GhostNodes, PlanItem
 from app.scene.regions import DrawingNodes, RegionNodes
 from app.scene.view import ClickRay
-from app.services.plans import Plan
 from app.steps.base import Step
 from app.steps.plan import SPEC
 from app.steps.plan import commands as c

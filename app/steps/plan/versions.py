@@ -7,12 +7,12 @@ from dataclasses import replace
 from typing import TypedDict
 
 from app.messages.fields import Command
-from app.services import Services
-from app.services.plan_diff import changes
-from app.services.plan_model import PlanContent
-from app.services.plan_versions import PlanVersion
-from app.services.plans import Plan
+from app.plans.diff import changes
+from app.plans.model import PlanContent
+from app.plans.service import Plan
+from app.plans.versions import PlanVersion
 from app.steps.plan import version_commands as c
+from app.wiring.services import Services
 
 
 class VersionView(TypedDict):

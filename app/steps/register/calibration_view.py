@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import TypedDict
 
-from app.services.registration.calibration import why_it_stays, why_not_to_base
-from app.services.registration.calibration_records import PosesFrom, pointer_cautions, robot_cautions
-from app.services.registration.document import RegistrationContent
+from app.registration.calibration import why_it_stays, why_not_to_base
+from app.registration.calibration_records import PosesFrom, pointer_cautions, robot_cautions
+from app.registration.document import RegistrationContent
 from vfix_engine.frames import RegisteredTo
 
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from app.services.registration.document import RegistrationContent
-from app.services.registration.fit_report import FitReport
+from app.registration.document import RegistrationContent
+from app.registration.fit_report import FitReport
 
 
 def register_hint(

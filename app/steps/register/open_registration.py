@@ -5,18 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from app.documents import check_still_newest
+from app.kit.errors import NotFound
 from app.messages.fields import Command
-from app.services import Services
-from app.services.documents import check_still_newest
-from app.services.errors import NotFound
-from app.services.plans import Plan
-from app.services.registration.editor import StoredRegistration, found_pair
-from app.services.registration.point_order import OrderAnswer
-from app.services.registration.target_errors import ErrorTable
+from app.plans.service import Plan
+from app.registration.editor import StoredRegistration, found_pair
+from app.registration.point_order import OrderAnswer
+from app.registration.target_errors import ErrorTable
 from app.steps.register import commands as c
 from app.steps.register.sections import FiducialMark, RegistrationSection
 from app.steps.register.views import marks_of, registration_view
 from app.views.plan_items import Position
+from app.wiring.services import Services
 from vfix_engine.errors import InputError, VfixError
 
 

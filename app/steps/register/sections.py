@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import Literal, TypedDict
 
 from app.messages.sections import Position
-from app.services.registration.document import MadeFrom, MeasuredFrom
-from app.services.registration.fit_report import FitState, FleSource
-from app.services.registration.service import UseState
-from app.services.registration.touched_surface import TouchedFrom
+from app.registration.document import MadeFrom, MeasuredFrom
+from app.registration.fit_report import FitState, FleSource
+from app.registration.service import UseState
+from app.registration.touched_surface import TouchedFrom
 from app.steps.register.calibration_view import CalibrationView
 
 BeadState = Literal["found", "confirmed", "rejected"]

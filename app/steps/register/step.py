@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
+from app.documents import DocumentTitle
 from app.messages.fields import Command
+from app.plans.service import Plan
+from app.registration.editor import StoredRegistration
 from app.scene.error_balls import ErrorBalls
 from app.scene.fiducials import FiducialNodes, FiducialShape
 from app.scene.view import ClickRay, SceneView
-from app.services.documents import DocumentTitle
-from app.services.plans import Plan
-from app.services.registration.editor import StoredRegistration
 from app.steps.base import Step
 from app.steps.register import SPEC
 from app.steps.register import commands as c

@@ -7,13 +7,13 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from app.messages.sections import Position
-from app.services.registration.document import FiducialPair, RegistrationContent
-from app.services.registration.editor import StoredRegistration
-from app.services.registration.fit_report import FitReport
-from app.services.registration.found_beads import FoundBead, bead_label
-from app.services.registration.point_order import OrderAnswer
-from app.services.registration.target_errors import ErrorTable, ExpectedError
-from app.services.registration.touched_surface import TouchedSurface
+from app.registration.document import FiducialPair, RegistrationContent
+from app.registration.editor import StoredRegistration
+from app.registration.fit_report import FitReport
+from app.registration.found_beads import FoundBead, bead_label
+from app.registration.point_order import OrderAnswer
+from app.registration.target_errors import ErrorTable, ExpectedError
+from app.registration.touched_surface import TouchedSurface
 from app.steps.register.calibration_view import calibration_view
 from app.steps.register.sections import (
     BeadEntry,

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from app.messages.client import Client
-from app.services.switches import Switches
+from app.planning.rehearsal_options import Switches
 from app.steps.rehearse.preparation import Prepared
 from app.steps.rehearse.sections import RehearsalState
 from vfix_engine.control import ControlSettings

@@ -7,9 +7,9 @@ from typing import Self
 
 import numpy as np
 
-from app.services.piercing import short_way
-from app.services.planning import PlanEvaluation
-from app.services.verdict import NOSTRIL_MM
+from app.planning.evaluation import PlanEvaluation
+from app.planning.piercing import short_way
+from app.planning.verdict import NOSTRIL_MM
 from vfix_engine.anatomy.piercing import PiercingWatch, Ways
 from vfix_engine.proximity.fields.distance_field import DistanceField
 from vfix_engine.proximity.fields.tool_depth import tool_depth

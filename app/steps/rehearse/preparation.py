@@ -8,19 +8,19 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from app.services import Services
-from app.services.case_settings import settings_in_case
-from app.services.instruments import plan_tool
-from app.services.plan_model import Position, drive_parts
-from app.services.plan_shaft import shaft_of
-from app.services.planning import registered_key
-from app.services.plans import Plan
-from app.services.recordings import Recording
-from app.services.switches import NO_SWITCHES, Switches
+from app.cases.settings import settings_in_case
+from app.drives.recordings import Recording
+from app.planning.evaluation import registered_key
+from app.planning.rehearsal_options import NO_SWITCHES, Switches
+from app.planning.shaft import shaft_of
+from app.plans.instruments import plan_tool
+from app.plans.model import Position, drive_parts
+from app.plans.service import Plan
 from app.steps.rehearse.driven import Planned
 from app.steps.rehearse.refusal import refuse_where_centre_stops, refuse_where_tissue_stops
 from app.store.errors import StorageError
 from app.views.plan_items import curve_points, plan_items
+from app.wiring.services import Services
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import PlanError
 from vfix_engine.geometry.path import SplinePath

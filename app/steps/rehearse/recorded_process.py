@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 
-from app.services.recordings import Recording
+from app.drives.recordings import Recording
 from vfix_engine.control import ControlSettings
 from vfix_engine.worlds.rigid.realtime import RehearsalProcess, SceneSpec
 

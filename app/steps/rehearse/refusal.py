@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from app.services import Services
-from app.services.errors import JobCancelled
-from app.services.instruments import shipped_tools
-from app.services.plan_model import without_placing
-from app.services.planning import PlanEvaluation
-from app.services.plans import Plan
-from app.services.switches import Switches
+from app.kit.errors import JobCancelled
+from app.planning.evaluation import PlanEvaluation
+from app.planning.rehearsal_options import Switches
+from app.plans.instruments import shipped_tools
+from app.plans.model import without_placing
+from app.plans.service import Plan
+from app.wiring.services import Services
 from vfix_engine.errors import PlanError, VfixError
 
 NO_LESS_MM = 1.0  # a switch that costs less of the path than this is not what stops the tool

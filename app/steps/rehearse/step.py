@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 
 from app.messages.fields import Command
+from app.planning.rehearsal_options import NO_SWITCHES, Switches
+from app.plans.service import Plan
 from app.scene.centre import CentreNodes
 from app.scene.drive import DriveNodes
 from app.scene.hand import GripDrag
-from app.services.plans import Plan
-from app.services.switches import NO_SWITCHES, Switches
 from app.steps.rehearse import SPEC
 from app.steps.rehearse import commands as c
 from app.steps.rehearse.drive_record import DriveRecord

@@ -8,19 +8,19 @@ from concurrent.futures import Executor
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from app.services import Services
-from app.services.head_tissue import MAX_DEPTH_MM, NOSTRIL_DEPTH_MM, STIFFNESS_N_PER_MM
-from app.services.plans import Plan
-from app.services.remote_centre import TOLERANCE_MM, Place, centre_at, entry_mm, path_of, point_places
-from app.services.switches import (
+from app.planning.head_tissue import MAX_DEPTH_MM, NOSTRIL_DEPTH_MM, STIFFNESS_N_PER_MM
+from app.planning.rehearsal_options import (
     NO_CT,
     SPEED_MM_PER_S,
     TURN_RAD_PER_S,
     Switches,
 )
-from app.services.verdict import NOSTRIL_MM
+from app.planning.remote_centre import TOLERANCE_MM, Place, centre_at, entry_mm, path_of, point_places
+from app.planning.verdict import NOSTRIL_MM
+from app.plans.service import Plan
 from app.steps.rehearse.sections import CentreChoice, CentreSection, OptionsSection, OptionView
 from app.views.background import in_background
+from app.wiring.services import Services
 from vfix_engine.errors import VfixError
 from vfix_engine.geometry.path import SplinePath
 from vfix_engine.virtual_fixtures import RemoteCentre

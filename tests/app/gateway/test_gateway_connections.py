@@ -15,7 +15,7 @@ from knocking import Planner, raw
 from app.gateway import body_limit, connections
 from app.gateway.body_limit import MAX_BODY_BYTES
 from app.link import server as link_server
-from app.services.live_link import link as live_link
+from app.live import link as live_link
 
 
 def is_closed_on(connection: socket.socket, drip: bytes) -> bool:

@@ -13,9 +13,9 @@ from pathlib import Path
 
 import pytest
 
-from app.services import build_services
-from app.services.embedded import SAMPLE_PLAN
+from app.plans.shipped_head import SAMPLE_PLAN
 from app.settings import Settings
+from app.wiring.services import build_services
 
 HEAD = "head-phantom"
 ROOT = Path(__file__).resolve().parents[3]

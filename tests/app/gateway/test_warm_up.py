@@ -6,7 +6,7 @@ import time
 import pytest
 
 from app.gateway.warm_up import WarmUp, WarmUpStep
-from app.services.errors import PlannerEnds
+from app.kit.errors import PlannerEnds
 
 
 def test_words_tell_how_far_it_is() -> None:

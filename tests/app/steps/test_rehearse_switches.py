@@ -11,17 +11,18 @@ import pytest
 from session_doubles import CLIENT, SAMPLE, Later, Now, Robot, fail, other_case, put_in_place, views_of
 
 from app.messages.client import Client
-from app.services import Services, head_tissue
-from app.services.head_tissue import MAX_DEPTH_MM, NOSTRIL_DEPTH_MM
-from app.services.plan_model import without_placing
-from app.services.plans import Plan
-from app.services.remote_centre import ENTRY, Place, centre_at, path_of, place_mm
-from app.services.switches import NO_SWITCHES, Standing, Switches, standing
+from app.planning import head_tissue
+from app.planning.head_tissue import MAX_DEPTH_MM, NOSTRIL_DEPTH_MM
+from app.planning.rehearsal_options import NO_SWITCHES, Standing, Switches, standing
+from app.planning.remote_centre import ENTRY, Place, centre_at, path_of, place_mm
+from app.plans.model import without_placing
+from app.plans.service import Plan
 from app.steps.rehearse import commands as c
 from app.steps.rehearse.preparation import plan_key, prepare
 from app.steps.rehearse.shared_drives import SharedDrives
 from app.steps.rehearse.step import RehearseStep
 from app.steps.rehearse.switches import CentrePlaces, options_section
+from app.wiring.services import Services
 from vfix_engine.errors import PlanError
 from vfix_engine.virtual_fixtures import CartesianLimits, RemoteCentre, SoftRegion
 from vfix_engine.worlds.rigid.dry_run import DryRun

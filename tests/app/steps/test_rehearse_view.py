@@ -6,7 +6,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from app.services.verdict import IN_SHORT
+from app.planning.verdict import IN_SHORT
 from app.steps.rehearse.driven import Planned, SoFar
 from app.steps.rehearse.hints import rehearse_hint
 from app.steps.rehearse.view import details_section, holding_words

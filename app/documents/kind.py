@@ -1,0 +1,88 @@
+"""A kind of document: how its content is read, checked, written, and brought up from older schemas."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Generic, Protocol
+
+from app.documents.document import Content, Ref
+from app.kit.errors import DocumentConflict, DocumentLocked
+from vfix_engine.errors import InputError
+
+SETTINGS = "settings"  # key of a content's JSON that is kept apart from the history
+_MOST_UPGRADES = 100
+
+
+class Editable(Protocol):
+    """What tells whether something may be edited: a document, or its row in the store."""
+
+    @property
+    def deleted_at(self) -> object: ...
+
+    @property
+    def locked(self) -> bool: ...
+
+
+@dataclass(frozen=True)
+class DocumentErrors:
+    """What is raised for a kind: for an edit that cannot be done, another's change in between, and a lock."""
+
+    refused: type[InputError] = InputError
+    conflict: type[DocumentConflict] = DocumentConflict
+    locked: type[DocumentLocked] = DocumentLocked
+
+
+@dataclass(frozen=True)
+class DocumentKind(Generic[Content]):
+    """One kind of document.
+
+    name: in the store, and the beginning of ids. noun: in messages. schema: of what `write` makes and `read` takes.
+    empty: the content of a new document.
+    read: content out of JSON, validated; it raises InputError. write: its inverse. The key 'settings' of that JSON,
+        where a kind has it, is no step of the history: undo and redo leave it.
+    check: the content of a new state, which may have to fulfil more than one that is read; it raises InputError.
+    refs: what a content refers to.
+    upgrades: by older schema, the next schema and what makes the older JSON into that one's.
+    undo_hint: what a client does about a newest state that cannot be read; '{id}' is the document's.
+    """
+
+    name: str
+    noun: str
+    schema: str
+    empty: Callable[[], Content]
+    read: Callable[[Mapping[str, Any]], Content]
+    write: Callable[[Content], dict[str, Any]]
+    check: Callable[[Content], Content]
+    refs: Callable[[Content], tuple[Ref, ...]] = lambda content: ()
+    upgrades: Mapping[str, tuple[str, Callable[[dict[str, Any]], dict[str, Any]]]] = field(default_factory=dict)
+    errors: DocumentErrors = DocumentErrors()
+    undo_hint: str = "Take its newest edit back, or delete it."
+
+    @property
+    def has_settings(self) -> bool:
+        """Whether documents of this kind have settings."""
+        return SETTINGS in self.write(self.empty())
+
+    def check_editable(self, document: Editable, *, even_locked: bool = False) -> None:
+        """Raises the kind's refusal for one that is deleted, and its lock for one that is locked."""
+        if document.deleted_at is not None:
+            raise self.errors.refused(f"the {self.noun} is deleted; restore it first.")
+        if document.locked and not even_locked:
+            raise self.errors.locked(f"the {self.noun} is locked; unlock it to change it.")
+
+    def content(self, schema: str, stored: Any, settings: Any) -> Content:
+        """The content out of a stored state. Raises InputError when it is damaged or of a newer schema."""
+        if not isinstance(stored, dict):
+            raise self.errors.refused(f"the content of the {self.noun} is no object.")
+        data = {**stored, SETTINGS: settings} if self.has_settings else stored
+        for _ in range(_MOST_UPGRADES):
+            if schema == self.schema:
+                return self.read(data)
+            if schema not in self.upgrades:
+                break
+            schema, upgrade = self.upgrades[schema]
+            data = upgrade(data)
+        raise self.errors.refused(
+            f"its schema {schema!r:.60} cannot be read; this vfix reads up to {self.schema!r}. Install a newer vfix."
+        )

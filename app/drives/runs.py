@@ -1,0 +1,309 @@
+"""Runs of the store: what every drive leaves, kept by hash, listed by case and plan, bounded in size.
+
+A drive writes a folder, see `vfix_engine.runtime.run`: a manifest, the spec, the ticks, the events, the end.
+Here the folder is taken apart into files by hash, and laid out again for who reads it. Nothing else of a drive is kept.
+"""
+
+from __future__ import annotations
+
+import json
+import logging
+import secrets
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+from sqlalchemy import Select, select
+from sqlalchemy.orm import Session
+
+from app.clock import utc_now
+from app.kit.errors import NotFound, TooLarge
+from app.store import Store
+from app.store.errors import StorageError
+from app.store.models import CaseRow, DocumentRow, RunRow
+from vfix_engine.error_places import error_kind
+from vfix_engine.errors import InputError, VfixError
+from vfix_engine.json_text import parse_json
+from vfix_engine.runtime.run import END, EVENTS, MANIFEST, PART, SPEC, TICKS
+
+_LOG = logging.getLogger(__name__)
+
+Origin = Literal["page", "command line", "replay", "study"]
+
+FILES = (MANIFEST, SPEC, TICKS, EVENTS, END)
+MAX_BYTES = 4 << 30  # of all runs of a home together; the oldest are deleted
+MAX_JSON_BYTES = 4 << 20
+_FORGOTTEN_S = 3600.0  # a file that no run has may be one that is just being stored by another planner
+
+
+@dataclass(frozen=True)
+class RunFile:
+    """A file of a run."""
+
+    sha256: str
+    size_bytes: int
+
+
+@dataclass(frozen=True)
+class StoredRun:
+    """A run that is kept.
+
+    case_id, plan_id: what was driven, where that is stored. origin: what drove it.
+    manifest: as it was written; end: number of ticks, their digest and how many were lost, None for a run that was cut
+    off. files: by name.
+    """
+
+    id: str
+    case_id: str | None
+    plan_id: str | None
+    origin: Origin
+    recorded: str
+    size_bytes: int
+    manifest: dict[str, Any]
+    end: dict[str, Any] | None
+    files: dict[str, RunFile]
+
+    @property
+    def world(self) -> str:
+        """'rigid' or 'snake'."""
+        return str(self.manifest.get("world", ""))
+
+    @property
+    def whole(self) -> bool:
+        """Whether the drive was recorded to its end."""
+        return self.end is not None
+
+
+class RunService:
+    """Runs, by id; may be used from any thread."""
+
+    def __init__(self, store: Store, max_bytes: int = MAX_BYTES) -> None:
+        self._store, self._max_bytes = store, max_bytes
+        store.drives.rescue = self._rescue
+
+    def new_folder(
+        self, origin: Origin | None = None, *, case_id: str | None = None, plan_id: str | None = None
+    ) -> Path:
+        """Where a drive may write its run: a path that is not there yet. What is not kept ends with the planner.
+
+        With an origin, the next start keeps what a killed planner has left there, as `keep` does.
+        Raises StorageError where the data folder takes nothing.
+        """
+        if not self._store.writable:
+            raise StorageError("the data folder is only read.")
+        folder = self._store.drives.open() / f"run-{secrets.token_hex(8)}"  # no folder around it, which would stay
+        if origin is not None:
+            try:
+                _note(folder).write_text(json.dumps({"origin": origin, "case_id": case_id, "plan_id": plan_id}))
+            except OSError as error:
+                raise StorageError(f"the data folder takes no recording: {error.strerror or error}.") from error
+        return folder
+
+    @staticmethod
+    def discard(folder: Path) -> None:
+        """Delete the folder of a drive, whole or cut off, that is not kept."""
+        _note(folder).unlink(missing_ok=True)
+        for path in (folder, folder.with_name(folder.name + PART)):
+            shutil.rmtree(path, ignore_errors=True)
+
+    def keep(
+        self, folder: Path, *, origin: Origin, case_id: str | None = None, plan_id: str | None = None
+    ) -> StoredRun:
+        """Store the run in a folder, whole or cut off, and delete the folder; the oldest runs are deleted where needed.
+
+        Raises InputError for a folder without a run, TooLarge for one that alone is more than is kept, NotFound for a
+        case or plan that is not stored, and StorageError.
+        """
+        folder = _written(folder)
+        there = [folder / name for name in FILES if (folder / name).is_file()]
+        manifest, end = _manifest(folder / MANIFEST), None
+        if folder / END in there:
+            end = _manifest(folder / END)
+        size = sum(path.stat().st_size for path in there)
+        if size > self._max_bytes:
+            raise TooLarge(f"the run has {size:,} bytes; all runs together may have {self._max_bytes:,}.")
+        run_id = f"run-{secrets.token_hex(6)}"
+        try:
+            files = {path.name: self._put(path) for path in there}
+        except OSError as error:
+            raise StorageError(f"the run could not be stored: {error.strerror or error}.") from error
+        with self._store.writing() as session:
+            try:
+                _check_there(session, case_id, plan_id)
+            except NotFound:  # removed for good during the drive: nothing of the case may stay, and a run has its bone
+                self._remove({file.sha256 for file in files.values()} - _known(session))
+                raise
+            stored = {"manifest": manifest, "end": end, "origin": origin}
+            listed = {name: {"sha256": file.sha256, "size_bytes": file.size_bytes} for name, file in files.items()}
+            row = RunRow(id=run_id, case_id=case_id, plan_id=plan_id, recorded=utc_now(), size_bytes=size)
+            row.manifest, row.files = stored, listed
+            session.add(row)
+            session.flush()
+            self._remove(self._bound(session))
+        for path in there:  # one that equals a file of another run may have been deleted with that before the commit
+            if not self._store.run_files.has(files[path.name].sha256):
+                self._put(path)
+        self.discard(folder)
+        return self.get(run_id)
+
+    def list(self, case_id: str | None = None, plan_id: str | None = None) -> tuple[StoredRun, ...]:
+        """Runs of a case or plan, or all, newest first."""
+        query = _oldest_first()
+        if case_id is not None:
+            query = query.where(RunRow.case_id == case_id)
+        if plan_id is not None:
+            query = query.where(RunRow.plan_id == plan_id)
+        with self._store.reading() as session:
+            return tuple(_run(row) for row in session.scalars(query))[::-1]
+
+    def get(self, run_id: str) -> StoredRun:
+        """The run. Raises NotFound."""
+        with self._store.reading() as session:
+            return _run(_row(session, run_id))
+
+    def file(self, run_id: str, name: str) -> Path:
+        """Where a file of a run is. Raises NotFound, and StorageError when it is gone."""
+        files = self.get(run_id).files
+        if name not in files:
+            raise NotFound(f"this run has no file {name!r:.40}; it has: {', '.join(files)}.")
+        return self._store.run_files.path(files[name].sha256)
+
+    @contextmanager
+    def laid_out(self, run_id: str) -> Iterator[Path]:
+        """The folder of a run as it was written, for a reader of runs; it is gone afterwards. Raises as `file`."""
+        names = self.get(run_id).files
+        place = self._store.scratch.new_place()
+        try:
+            for name in names:
+                shutil.copyfile(self.file(run_id, name), place / name)
+            yield place
+        except OSError as error:
+            raise StorageError(f"the run could not be laid out: {error.strerror or error}.") from error
+        finally:
+            shutil.rmtree(place, ignore_errors=True)
+
+    def delete(self, run_id: str) -> None:
+        """Delete a run and the files that no other one has; that cannot be taken back. Raises NotFound."""
+        with self._store.writing() as session:
+            self._remove(_drop(session, _row(session, run_id)))
+
+    def sweep(self) -> None:
+        """Delete files that belong to no run: of planners that ended while they stored or deleted one."""
+        left = self._store.run_files.keys(older_than_s=_FORGOTTEN_S) if self._store.writable else ()
+        if left:
+            with self._store.writing() as session:
+                self._remove(set(left) - _known(session))
+
+    def _rescue(self, left: Path) -> bool:
+        """Keep the recordings in the folder of a killed planner; False where the store takes nothing just now."""
+        for note in left.glob("run-*.json"):
+            folder = note.with_suffix("")
+            try:
+                if has_ticks(folder):
+                    self.keep(folder, **parse_json(note.read_text(encoding="utf-8")))
+                    _LOG.warning("The planner was killed during a drive; what was recorded of it is kept.")
+            except (StorageError, OSError) as error:
+                _LOG.warning("The recording of a killed planner is left for the next start: %s", error_kind(error))
+                return False
+            except (VfixError, TypeError, ValueError) as error:
+                _LOG.warning("The recording of a killed planner cannot be kept: %s", error_kind(error))
+        return True
+
+    def _put(self, path: Path) -> RunFile:
+        with path.open("rb") as source:
+            key = self._store.run_files.put_with(lambda target: shutil.copyfileobj(source, target))
+        return RunFile(key, path.stat().st_size)
+
+    def _bound(self, session: Session) -> set[str]:
+        """Drop the oldest runs until all together are small enough; returns the files that nobody has any more."""
+        rows = list(session.scalars(_oldest_first()))
+        total, freed = sum(row.size_bytes for row in rows), set[str]()
+        for row in rows[:-1]:
+            if total <= self._max_bytes:
+                break
+            total -= row.size_bytes
+            freed |= _drop(session, row)
+        return freed - _known(session)
+
+    def _remove(self, keys: set[str]) -> None:
+        """Delete files, while nobody else writes: a run that is stored meanwhile sees that they are gone."""
+        for key in keys:
+            self._store.run_files.remove(key)
+
+
+def has_ticks(folder: Path) -> bool:
+    """Whether a drive made a step and wrote it there, to the end or not."""
+    ticks = _written(folder) / TICKS
+    return ticks.is_file() and ticks.stat().st_size > 0
+
+
+def _note(folder: Path) -> Path:
+    """The file beside a drive's folder that says whose run it is."""
+    return folder.with_name(f"{folder.name}.json")
+
+
+def _written(folder: Path) -> Path:
+    """The folder under its name, or as a recording that was cut off has left it."""
+    part = folder.with_name(folder.name + PART)
+    return part if not folder.is_dir() and part.is_dir() else folder
+
+
+def _manifest(path: Path) -> dict[str, Any]:
+    try:
+        if path.stat().st_size > MAX_JSON_BYTES:
+            raise TooLarge(f"{path.name} of the run has more than {MAX_JSON_BYTES:,} bytes.")
+        data = parse_json(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise InputError(f"the folder holds no run that can be read: {path.name}: {error}.") from None
+    if not isinstance(data, dict):
+        raise InputError(f"{path.name} of the run is no object.")
+    return data
+
+
+def _check_there(session: Session, case_id: str | None, plan_id: str | None) -> None:
+    if case_id is not None and session.get(CaseRow, case_id) is None:
+        raise NotFound(f"there is no case {case_id!r:.80}.")
+    if plan_id is not None and session.get(DocumentRow, plan_id) is None:
+        raise NotFound(f"there is no plan {plan_id!r:.80}.")
+
+
+def _oldest_first() -> Select[RunRow]:
+    return select(RunRow).order_by(RunRow.recorded, RunRow.id)
+
+
+def _row(session: Session, run_id: str) -> RunRow:
+    row = session.get(RunRow, run_id)
+    if row is None:
+        raise NotFound(f"there is no run {run_id!r:.80}.")
+    return row
+
+
+def _run(row: RunRow) -> StoredRun:
+    stored = row.manifest
+    return StoredRun(
+        id=row.id,
+        case_id=row.case_id,
+        plan_id=row.plan_id,
+        origin=stored["origin"],
+        recorded=row.recorded,
+        size_bytes=row.size_bytes,
+        manifest=stored["manifest"],
+        end=stored["end"],
+        files={name: RunFile(**file) for name, file in row.files.items()},
+    )
+
+
+def _drop(session: Session, row: RunRow) -> set[str]:
+    """Delete a row; returns the hashes of its files that no other row has."""
+    own = {file["sha256"] for file in row.files.values()}
+    session.delete(row)
+    session.flush()
+    return own - _known(session)
+
+
+def _known(session: Session) -> set[str]:
+    """The hashes of all files that runs have."""
+    return {file["sha256"] for files in session.scalars(select(RunRow.files)) for file in files.values()}

@@ -1,0 +1,22 @@
+"""The kinds of documents that an archive carries."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from app.documents import DocumentKind
+from app.imaging.label_document import LABEL
+from app.plans.document import PLAN
+from app.plans.versions import VERSION
+from app.registration.document import REGISTRATION, RegistrationContent
+from app.registration.fit_report import inconsistency
+
+KINDS: dict[str, DocumentKind[Any]] = {kind.name: kind for kind in (PLAN, VERSION, REGISTRATION, LABEL)}
+
+NUMBERED = (PLAN.name, REGISTRATION.name)
+"""Those that are called by their names: two of the same come in with a number."""
+
+
+def contradiction(content: Any) -> str:
+    """What a document's content contradicts itself in, though each of its values can be; '' for nothing."""
+    return inconsistency(content) if isinstance(content, RegistrationContent) else ""

@@ -1,0 +1,166 @@
+"""Plans in and out of files: the project's own JSON, 3D Slicer's Markups, and a table.
+
+Every export says that it is not for clinical use (HAZ-35), and replaces an older file whole or not at all (HAZ-25).
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Literal, get_args
+
+from app.exchange.csv_files import from_csv, to_csv
+from app.exchange.markups import PointsAs, from_fcsv, from_markups, markups_points, to_markups
+from app.exchange.tables import CurveSample, decode, known_frame, parse_json_object, to_json_text
+from app.kit.names import check_label, check_name
+from app.plans.model import (
+    NOTICE,
+    SCHEMA,
+    Plan,
+    PlanFile,
+    PlanPoint,
+    check_content,
+    content_from_json,
+    content_to_json,
+)
+from vfix_engine.errors import FrameError, PlanError
+
+__all__ = [
+    "FORMATS",
+    "CurveSample",
+    "Format",
+    "PointsAs",
+    "export_text",
+    "format_of",
+    "from_csv",
+    "from_fcsv",
+    "from_markups",
+    "from_native_json",
+    "read_plan",
+    "read_targets",
+    "to_csv",
+    "to_markups",
+    "to_native_json",
+    "write_export",
+]
+
+Format = Literal["json", "mrk.json", "csv"]
+FORMATS: tuple[Format, ...] = get_args(Format)
+MEDIA_TYPES: dict[Format, str] = {"json": "application/json", "mrk.json": "application/json", "csv": "text/csv"}
+
+
+def to_native_json(plan: Plan, urdf: bytes | None = None) -> str:
+    """Everything of a plan, as versioned JSON. urdf: that of its robot, where that is one of one's own."""
+    carried = {} if urdf is None else {"urdf": urdf.decode("utf-8")}
+    return to_json_text(
+        {
+            "schema": plan.schema,
+            "notice": NOTICE,
+            "id": plan.id,
+            "name": plan.name,
+            "case_id": plan.case_id,
+            "case_hash": plan.case_hash,
+            "frame": plan.frame,
+            "unit": plan.unit,
+            **content_to_json(plan.content),
+            "locked": plan.locked,
+            "created": plan.created,
+            "modified": plan.modified,
+            **carried,
+        }
+    )
+
+
+def from_native_json(text: str, default_name: str = "Imported plan") -> PlanFile:
+    """The inverse of `to_native_json`. Raises PlanError, or FrameError for a frame or unit that is not LPS mm."""
+    data = parse_json_object(text)
+    if data.get("schema") != SCHEMA:
+        raise PlanError(f"the file's schema is {str(data.get('schema'))!r:.60}; {SCHEMA!r} can be read.")
+    if data.get("frame") != "LPS" or data.get("unit") != "mm":
+        raise FrameError("a plan of this schema is in LPS and mm, and says so.")
+    case_hash = data.get("case_hash")
+    if not isinstance(case_hash, (str, type(None))):
+        raise PlanError("the case's hash must be text.")
+    name = check_name(data.get("name", default_name), "plan's name")
+    content = check_content(content_from_json(data))
+    for point in (*(point for path in content.paths for point in path.points), *content.targets):
+        check_label(point.label, "label")
+    return PlanFile(name, content, case_hash or None, _carried_urdf(data.get("urdf"), content.robot.get("urdf")))
+
+
+def _carried_urdf(text: Any, key: str | None) -> bytes | None:
+    """The URDF that a file carries for the robot which names this hash. Raises PlanError where it is another one."""
+    if text is None:
+        return None
+    if not isinstance(text, str) or key is None:
+        raise PlanError("a plan's urdf is the text of the URDF that its robot names by its hash.")
+    data = text.encode("utf-8", "replace")
+    if hashlib.sha256(data).hexdigest() != key:
+        raise PlanError("the URDF in the plan's file is not the one that its robot names; export the plan again.")
+    return data
+
+
+def export_text(
+    plan: Plan, form: Format, curve: Sequence[CurveSample] = (), remark: str = "", urdf: bytes | None = None
+) -> str:
+    """A plan in one of the formats; the curve and the remark are for Markups, the robot's URDF is for JSON."""
+    if form == "mrk.json":
+        return to_markups(plan, curve, remark)
+    return to_csv(plan) if form == "csv" else to_native_json(plan, urdf)
+
+
+def write_export(path: Path, text: str) -> None:
+    """Write an export whole or not at all. Raises StorageError."""
+    from app.store import write_atomically  # reading a plan does without the store
+
+    write_atomically(path, text.encode("utf-8"))
+
+
+def format_of(file_name: str) -> Format:
+    """The format that a file name's end asks for. Raises PlanError."""
+    lower = file_name.lower()
+    for form in ("mrk.json", "json", "csv"):
+        if lower.endswith(f".{form}"):
+            return form
+    raise PlanError(f"a plan's file ends in {', '.join('.' + form for form in FORMATS)}.")
+
+
+def read_plan(file_name: str, data: bytes, frame: str | None = None, points_as: PointsAs | None = None) -> PlanFile:
+    """A plan out of a file of any readable format; what has no name takes the file's.
+
+    frame: what the user says where the file names none. points_as: what a list of points without a curve is.
+    Raises InputError or one of its kinds, PointsUnclear where such a list is read and nobody says.
+    """
+    text, stem = decode(data), default_name(file_name)
+    if file_name.lower().endswith(".fcsv"):
+        return from_fcsv(text, stem, frame, points_as)
+    if file_name.lower().endswith(".csv"):
+        return from_csv(text, stem, frame)
+    if not file_name.lower().endswith(".json"):
+        raise PlanError("a plan is read from .json, .mrk.json, .csv or .fcsv.")
+    if "markups" in parse_json_object(text):
+        return from_markups(text, stem, frame, points_as)
+    if frame is not None:
+        known_frame("LPS", frame)
+    return from_native_json(text, stem)
+
+
+def read_targets(file_name: str, data: bytes, frame: str | None = None) -> tuple[PlanPoint, ...]:
+    """Targets of a file: the point lists of Markups, and otherwise a plan's targets, or its points if it has none."""
+    text = decode(data)
+    if file_name.lower().endswith(".json") and "markups" in parse_json_object(text):
+        return markups_points(text, frame)
+    content = read_plan(file_name, data, frame, "targets").content
+    return content.targets or content.points
+
+
+def default_name(file_name: str) -> str:
+    """A plan's name out of a file's: without folders, endings and characters that a name may not have."""
+    stem = Path(file_name.replace("\\", "/")).name
+    for ending in (".mrk.json", ".json", ".fcsv", ".csv"):
+        if stem.lower().endswith(ending):
+            stem = stem[: -len(ending)]
+            break
+    kept = "".join(c for c in stem if c.isprintable())[:80].strip()
+    return kept or "Imported plan"

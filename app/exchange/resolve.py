@@ -1,0 +1,284 @@
+"""Cases and plans as a person names them on a command line: an id, a name, or a file.
+
+Files are read without a store, so that an installation of the engine alone can work on them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property, partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Protocol, TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+from app.cases.structures import BONE, structure_name, within_a_sentence
+from app.clock import utc_now
+from app.exchange.plan_files import read_plan, read_targets
+from app.exchange.tables import MAX_TEXT, decode, parse_json_object
+from app.extras import need_app
+from app.kit.errors import NotFound, OtherCase
+from app.planning.zone_sets import with_errors, zone_set
+from app.plans.model import Plan, PlanPoint
+from vfix_engine.anatomy.head_import import ControlHead, HeadRequest, control_head, is_head
+from vfix_engine.anatomy.surface_uncertainty import SurfaceUncertainty
+from vfix_engine.errors import FrameError, InputError
+from vfix_engine.files.volume import Volume
+from vfix_engine.geometry.mesh import TriangleMesh
+from vfix_engine.proximity.proximity import ProximityTree
+from vfix_engine.virtual_fixtures.zone_file import ZoneSet, zones_from_dict
+
+if TYPE_CHECKING:
+    from app.cases.model import Case
+    from app.cases.service import CaseService
+    from app.imaging.importing import ImportService
+    from app.plans.service import PlanService
+
+
+class _Named(Protocol):
+    @property
+    def id(self) -> str: ...
+
+    @property
+    def name(self) -> str: ...
+
+
+Item = TypeVar("Item", bound=_Named)
+
+_TINY_PATH_MM = 2.0  # between any two points of a path; one that was written in metres lies within a tenth of this
+
+
+class HasServices(Protocol):
+    """The part of the services that is needed here."""
+
+    @property
+    def cases(self) -> CaseService: ...
+
+    @property
+    def plans(self) -> PlanService: ...
+
+    @property
+    def importing(self) -> ImportService: ...
+
+
+@dataclass(frozen=True, eq=False)
+class ResolvedCase:
+    """A head to work in.
+
+    id: of the stored case, or None for a file; hash: of its content; grow: makes its tree; scan: reads its CT, None
+    where there is no CT; uncertainty: how far bone may lie off the surface; notes: what is doubtful about the file, in
+    sentences.
+    structures: surfaces of its structures by id; structure_names: their names within a sentence, by id.
+    structure_errors: of those to spare, how far their surface may be off, in mm.
+    more_scans: all its CTs, where there may be several.
+    """
+
+    id: str | None
+    name: str
+    hash: str
+    mesh: TriangleMesh
+    grow: Callable[[], ProximityTree]
+    scan: Callable[[], Volume | None]
+    uncertainty: SurfaceUncertainty
+    notes: tuple[str, ...] = ()
+    structures: Mapping[str, TriangleMesh] = field(default_factory=dict)
+    structure_names: Mapping[str, str] = field(default_factory=dict)
+    structure_errors: Mapping[str, float] = field(default_factory=dict)
+    more_scans: Callable[[], tuple[Volume, ...]] = tuple
+
+    @property
+    def scans(self) -> tuple[Volume, ...]:
+        """All its CTs, the widest first."""
+        scan = self.scan()
+        return self.more_scans() or (() if scan is None else (scan,))
+
+    @cached_property
+    def tree(self) -> ProximityTree:
+        """Made when it is asked for: the first one of an installation has to be compiled."""
+        return self.grow()
+
+
+class _Meshes(Mapping[str, TriangleMesh]):
+    """The surfaces of a case's structures by id, each read when it is asked for: there may be hundreds."""
+
+    def __init__(self, cases: CaseService, case: Case) -> None:
+        self._cases, self._case = cases, case
+
+    def __getitem__(self, structure_id: str) -> TriangleMesh:
+        if structure_id not in [item.id for item in self._case.structures]:
+            raise KeyError(structure_id)
+        return self._cases.structure_mesh(self._case.id, structure_id)
+
+    def __iter__(self) -> Iterator[str]:
+        return (item.id for item in self._case.structures)
+
+    def __len__(self) -> int:
+        return len(self._case.structures)
+
+
+def resolve_case(services: HasServices | None, text: str, request: HeadRequest | None = None) -> ResolvedCase:
+    """A stored case by id or name, or the head in the surface or CT at a path, checked as an import checks it.
+
+    services: None where there is no store; then only files are found.
+    request: the file with what the user says of it; without it, LPS mm is taken where the file does not say, and noted.
+
+    Raises NotFound, InputError for a file that cannot be used or a word that names a case and a file, or AppMissing.
+    """
+    path = Path(text)
+    asked = request or HeadRequest(path, assume=True)
+    if services is None:
+        if not is_head(path):
+            raise need_app(f"{text!r:.80} is no surface or CT file; a stored case")
+        return _case_of_file(path, control_head(asked))
+    stored = services.cases.list()
+    if _is_path(stored, text, "case", is_head(path)):
+        return _case_of_file(path, services.importing.control_head(asked))
+    case = find(stored, text, "case")
+    if request is not None and (request.frame or request.unit or request.series):
+        raise InputError("--frame, --units and --series are said of a file; a stored case has its own.")
+    mesh = services.cases.case_surface(case.id)
+    tree, scan = partial(services.cases.tree, case), partial(services.cases.volume, case)
+    structures = _Meshes(services.cases, case)
+    return ResolvedCase(
+        case.id, case.name, case.content_hash, mesh, tree, scan, case.uncertainty, case.notes,
+        structures, case.structure_names(), case.structure_errors(), partial(services.cases.volumes, case),
+    )  # fmt: skip
+
+
+def _case_of_file(path: Path, head: ControlHead) -> ResolvedCase:
+    mesh, tree = head.mesh, partial(ProximityTree, head.mesh)
+    return ResolvedCase(
+        None, path.name, mesh.content_hash, mesh, tree, lambda: head.scan, head.uncertainty, head.notes,
+        {BONE: mesh}, {BONE: within_a_sentence(structure_name(BONE))},
+    )  # fmt: skip
+
+
+def _is_path(stored: Sequence[_Named], text: str, what: str, exists: bool) -> bool:
+    """Whether a word means the path of that name. An id is never one; raises InputError for a name that is both."""
+    if not exists or any(item.id == text for item in stored):
+        return False
+    ids = [item.id for item in stored if item.name == text]
+    if ids:
+        raise InputError(
+            f"{text!r:.80} is the name of a {what} and of a file or folder here; "
+            f"say {ids[0]} for the {what}, or ./{text:.80} for the file."
+        )
+    return True
+
+
+def resolve_plan(services: HasServices | None, case: ResolvedCase, text: str) -> Plan:
+    """A stored plan of the case by id or name, or the plan at a path; that one is not stored.
+
+    services: as in `resolve_case`.
+
+    Raises NotFound, InputError for a file that cannot be used, or AppMissing.
+    """
+    path = Path(text)
+    stored = () if services is None or case.id is None else services.plans.titles(case.id)
+    if _is_path(stored, text, "plan of this case", is_file(path)):
+        return _plan_of_file(case, path)
+    if services is None:
+        raise need_app(f"{text!r:.80} is no file of a plan; a stored plan")
+    if case.id is None:
+        raise NotFound(f"{text!r:.80} is no file of a plan; a case from a file has no stored plans.")
+    return services.plans.get(find(stored, text, "plan of this case").id)
+
+
+def _plan_of_file(case: ResolvedCase, path: Path) -> Plan:
+    try:
+        file = read_plan(path.name, read_bytes(path), points_as="path")
+    except FrameError as error:
+        if not error.missing:
+            raise
+        words = f"{error} Write it into the file, or store the plan first: vfix plan import --frame."
+        raise FrameError(words, error.missing) from error
+    if case.id is not None and file.case_hash not in (None, case.hash):
+        raise OtherCase("the plan was made for another case; its points may lie in other anatomy.")
+    now, content = utc_now(), file.content
+    return Plan(
+        id=path.name,
+        name=file.name,
+        case_id=case.id or case.name,
+        case_hash=case.hash,
+        **vars(content),
+        urdf=file.urdf,
+        created=now,
+        modified=now,
+    )
+
+
+def resolve_targets(path: Path) -> tuple[PlanPoint, ...]:
+    """Targets of a Markups, plan or table file, in LPS mm. Raises InputError."""
+    return read_targets(path.name, read_bytes(path))
+
+
+def resolve_zones(path: Path, case: ResolvedCase) -> ZoneSet:
+    """No-fly zones and soft zones of a file, in LPS mm; patches are parts of a case's structures. Raises InputError."""
+    return zones_from_dict(parse_json_object(decode(read_bytes(path), "the file of zones")), case.mesh, case.structures)
+
+
+def resolve_plan_zones(plan: Plan, case: ResolvedCase) -> ZoneSet:
+    """The structures to spare of a plan, in LPS mm. Raises PlanError, which names the one that cannot be kept."""
+
+    def surface(structure_id: str) -> TriangleMesh:
+        if structure_id not in case.structures:
+            raise NotFound(f"the case has no structure {structure_id!r:.60}; it has {', '.join(case.structures)}.")
+        return case.structures[structure_id]
+
+    return zone_set(with_errors(plan.zones, case.structure_errors), surface)
+
+
+def path_notes(points: Sequence[PlanPoint], bounds: npt.ArrayLike) -> tuple[str, ...]:
+    """What is doubtful about a path beside the box (2, 3) LPS mm around the anatomy: its place, and its size."""
+    places = np.array([point.position for point in points]).reshape(-1, 3)
+    return (*_outside(places, bounds), *_tiny(places))
+
+
+def _tiny(places: npt.NDArray[np.float64]) -> tuple[str, ...]:
+    extent = float(np.linalg.norm(np.ptp(places, axis=0))) if len(places) > 1 else _TINY_PATH_MM
+    if extent >= _TINY_PATH_MM:
+        return ()
+    return (f"The points of the path lie within {extent:.2g} mm, which is no way into a head. Check the unit.",)
+
+
+def _outside(places: npt.NDArray[np.float64], bounds: npt.ArrayLike) -> tuple[str, ...]:
+    low, high = np.asarray(bounds, dtype=np.float64)
+    away = np.linalg.norm(np.maximum(np.maximum(low - places, places - high), 0.0), axis=1)
+    if len(away) == 0 or away.min() == 0.0:
+        return ()
+    box = ", ".join(f"{axis} {a:.0f} to {b:.0f}" for axis, a, b in zip("xyz", low, high, strict=True))
+    return (
+        f"The path lies wholly outside the head, at least {away.min():.0f} mm from the box around its bone ({box} mm, "
+        "LPS). Check the frame and the unit of both.",
+    )
+
+
+def find(items: Sequence[Item], text: str, what: str) -> Item:
+    """The item whose id, or else whose name, is `text`. Raises NotFound, or InputError when several are called so."""
+    matching = [item for item in items if item.id == text] or [item for item in items if item.name == text]
+    if not matching:
+        known = ", ".join(f"{item.id} ({item.name})" for item in items[:10]) or "none"
+        raise NotFound(f"there is no {what} {text!r:.80}; there are: {known}.")
+    if len(matching) > 1:
+        ids = ", ".join(item.id for item in matching[:10])
+        raise InputError(f"{len(matching)} items are called {text!r:.80}; name it by its id: {ids}.")
+    return matching[0]
+
+
+def read_bytes(path: Path) -> bytes:
+    """The bytes of a small file. Raises InputError when it cannot be read or is larger than a plan can be."""
+    try:
+        with path.open("rb") as file:
+            return file.read(MAX_TEXT + 1)
+    except OSError as error:
+        raise InputError(f"{path.name} cannot be read: {error.strerror}.") from None
+
+
+def is_file(path: Path) -> bool:
+    """Whether a file is there; what cannot be the name of one is none."""
+    try:
+        return path.is_file()
+    except (OSError, ValueError):  # too long, or with a null character
+        return False

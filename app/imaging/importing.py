@@ -1,0 +1,169 @@
+"""Imports: a new case out of a CT or a surface, and structures of a case out of a segmentation."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from app.cases.model import Case, CaseFrame, Overlay
+from app.cases.overlays import Overlays
+from app.cases.segments import CaseStructures
+from app.cases.service import CaseService
+from app.cases.structures import BONE, Structure
+from app.kit.names import check_name, unused_name
+from app.store.errors import StorageError
+from vfix_engine.anatomy.head_import import (
+    ControlHead,
+    HeadRequest,
+    control_head,
+    extract_bone,
+    read_head,
+)
+from vfix_engine.anatomy.labels.reading import SegmentationRequest, read_segmentation
+from vfix_engine.anatomy.overlay import read_overlay
+from vfix_engine.files.mesh_files import is_mesh
+from vfix_engine.files.readers import is_dicom
+from vfix_engine.files.sandbox.isolated import Cancellation
+from vfix_engine.geometry.mesh import TriangleMesh
+from vfix_engine.progress import ProgressCallback, no_progress
+
+DISPLAY = "display"
+DICOM_NAME, VOLUME_NAME, SURFACE_NAME = "CT series", "CT volume", "Bone surface"
+
+
+@dataclass(frozen=True, kw_only=True)
+class ImportRequest(HeadRequest):
+    """What to make a case of.
+
+    name: of the case; None takes a plain one. names: a table that names labels, kept for a file that turns out to be a
+    segmentation.
+    """
+
+    name: str | None = None
+    names: Path | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class OverlayRequest(HeadRequest):
+    """What to lay over a case. name: of the volume; None takes a plain one, never the file's (HAZ-33)."""
+
+    name: str | None = None
+
+
+class ImportService:
+    """Makes cases; a call takes seconds and may run in any thread."""
+
+    def __init__(self, cases: CaseService) -> None:
+        self._cases = cases
+        self._structures, self._overlays = CaseStructures(cases), Overlays(cases)
+        self._cancellation = Cancellation()
+
+    def cancel(self) -> None:
+        """End every import that runs, and take no other one; it fails unless it is being stored already."""
+        self._cancellation.cancel()
+
+    def cancellation(self) -> Cancellation:
+        """What ends one import, for `run`."""
+        return Cancellation(within=self._cancellation)
+
+    def run(
+        self, request: ImportRequest, progress: ProgressCallback = no_progress, cancellation: Cancellation | None = None
+    ) -> Case:
+        """Import and store.
+
+        cancellation: ends the worker of this import from another thread.
+        Raises FrameError, naming what is missing, when the file does not say its frame or unit and neither does the
+        request; another InputError when the file cannot be used.
+        """
+        name, ends = self._unused(case_name(request), request.name), cancellation or self._cancellation
+        with self._storage_errors():
+            folder = self._cases.scratch.open()  # for what the worker decodes
+            head = read_head(request, progress, cancellation=ends, folder=folder)
+            part = _part(progress, 0.3, 0.95)
+            bone = extract_bone(head, part, cancellation=ends, folder=folder)
+        progress("Storing the case", 0.95)
+        surfaces: dict[str, TriangleMesh] = {BONE: bone.control, DISPLAY: bone.display}
+        reports = {BONE: bone.control_report, DISPLAY: bone.display_report}
+        frame = CaseFrame(head.frame.name, head.frame.assumed)
+        return self._cases.create(
+            name, frame=frame, surfaces=surfaces, volume=head.volume, notes=head.notes, reports=reports
+        )
+
+    def check_case(self, case_id: str) -> None:
+        """Raises NotFound where there is no such case."""
+        self._cases.get(case_id)
+
+    def _unused(self, name: str, wanted: str | None) -> str:
+        """A name that nobody asked for gets a number where another case has it."""
+        return unused_name(name, {case.name for case in self._cases.list()} if wanted is None else set())
+
+    def add_structures(
+        self,
+        case_id: str,
+        request: SegmentationRequest,
+        progress: ProgressCallback = no_progress,
+        cancellation: Cancellation | None = None,
+    ) -> tuple[Structure, ...]:
+        """Import a segmentation into a case; returns the new structures.
+
+        Raises NotFound, FrameError as `run` does, and another InputError when the file cannot be used.
+        """
+        ends = cancellation or self._cancellation
+        with self._storage_errors():
+            progress("Comparing it with the case", 0.0)
+            place = self._structures.place(case_id)
+            part = _part(progress, 0.1, 0.9)
+            folder = self._cases.scratch.open()
+            found = read_segmentation(request, place, part, cancellation=ends, folder=folder)
+        progress("Storing the structures", 0.9)
+        return self._structures.add(case_id, found)
+
+    def add_overlay(
+        self,
+        case_id: str,
+        request: OverlayRequest,
+        progress: ProgressCallback = no_progress,
+        cancellation: Cancellation | None = None,
+    ) -> Overlay:
+        """Import a volume that is laid over a case: DICOM of CT or MR, or an image file.
+
+        Raises NotFound, FrameError as `run` does, and another InputError when the file cannot be used.
+        """
+        ends = cancellation or self._cancellation
+        self._overlays.check_room(case_id)
+        with self._storage_errors():
+            found, notes = read_overlay(request, progress, cancellation=ends, folder=self._cases.scratch.open())
+        progress("Storing the volume", 0.9)
+        with self._storage_errors():
+            return self._overlays.add(case_id, request.name, found, notes)
+
+    def control_head(self, request: HeadRequest) -> ControlHead:
+        """The head that a case made of the file would be driven in; nothing is stored."""
+        with self._storage_errors():
+            return control_head(request, cancellation=self._cancellation, folder=self._cases.scratch.open())
+
+    @contextmanager
+    def _storage_errors(self) -> Iterator[None]:
+        try:
+            yield
+        except OSError as error:
+            raise StorageError(f"the import could not be written down: {error.strerror or error}.") from error
+
+
+def case_name(request: ImportRequest) -> str:
+    """Name of the new case: the one asked for, or what kind of file it was made of.
+
+    Never the file's name: people put the patient's name there (HAZ-33).
+    """
+    if request.name is not None:
+        return check_name(request.name.strip(), "case's name")
+    if is_mesh(request.path):
+        return SURFACE_NAME
+    return DICOM_NAME if is_dicom(request.path) else VOLUME_NAME
+
+
+def _part(progress: ProgressCallback, start: float, end: float) -> ProgressCallback:
+    """Progress of a part of the whole."""
+    return lambda stage, fraction: progress(stage, start + (end - start) * fraction)

@@ -1,0 +1,143 @@
+"""Segmentation of a case's CT: a structure of the case out of a band of Hounsfield units, as a job."""
+
+from __future__ import annotations
+
+import secrets
+from dataclasses import dataclass, replace
+
+from sqlalchemy.orm import Session
+
+from app.cases.model import CaseContent
+from app.cases.segments import MAX_STRUCTURES
+from app.cases.service import CaseService
+from app.cases.structures import Provenance, Structure, is_closed
+from app.kit.jobs import Job, Jobs, Progress
+from app.kit.names import check_name
+from vfix_engine.anatomy.bone import SurfaceReport
+from vfix_engine.anatomy.segmentation import HIGHEST_HU, LOWEST_HU, PRESETS, Band, Segmented, SegmentRequest, segment
+from vfix_engine.anatomy.surface import Dropped
+from vfix_engine.anatomy.tissue_regions import MUCOSA_MM, SHEET_MM
+from vfix_engine.errors import InputError
+from vfix_engine.files.volume import BONE_HU
+from vfix_engine.progress import ProgressCallback, no_progress
+
+# By preset, and for a threshold of one's own.
+COLOURS = {
+    "bone": "#e3d9c6",
+    "thin_bone": "#e69f00",
+    "soft_tissue": "#cc79a7",
+    "air": "#56b4e9",
+    "mucosa": "#d55e00",
+    "unseen_bone": "#f0e442",
+}
+OWN_COLOUR = "#009e73"
+
+Place = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class SegmentWish:
+    """What to segment, and what the new structure is called and drawn in."""
+
+    request: SegmentRequest
+    name: str
+    colour: str = OWN_COLOUR
+
+
+def wish_of(
+    name: str, preset: str | None, low: float | None, high: float | None, crop: tuple[Place, Place] | None,
+    largest: bool, least_mm3: float | None, smooth_mm: float,
+) -> SegmentWish:  # fmt: skip
+    """A preset, whose ends low and high replace, or a band of both. Raises InputError or ImageError."""
+    if preset is None and (low is None or high is None):
+        raise InputError("give a preset, or both ends of the threshold in HU.")
+    base = Band(0.0, 0.0) if preset is None else PRESETS[preset]
+    band = replace(base, low_hu=base.low_hu if low is None else low, high_hu=base.high_hu if high is None else high)
+    colour = OWN_COLOUR if preset is None else COLOURS[preset]
+    return SegmentWish(SegmentRequest(band, crop, largest, least_mm3, smooth_mm), name, colour)
+
+
+class Segmenting:
+    """Makes structures out of the CT of cases; may be used from any thread."""
+
+    def __init__(self, cases: CaseService, jobs: Jobs) -> None:
+        self._cases, self._jobs = cases, jobs
+
+    def start(self, case_id: str, wish: SegmentWish) -> Job:
+        """Segment as a job, whose result is the id of the new structure.
+
+        Raises NotFound, and InputError for a case without a CT, with too many structures, or for the name.
+        """
+        self._check(case_id, wish)
+
+        def work(progress: Progress) -> str:
+            return self.run(case_id, wish, progress).id
+
+        return self._jobs.submit(work, kind="segmentation", lane="import", case_id=case_id, subject=wish.name)
+
+    def run(self, case_id: str, wish: SegmentWish, progress: ProgressCallback = no_progress) -> Structure:
+        """Segment and store. Raises as `start`, and ImageError where nothing is found."""
+        self._check(case_id, wish)
+        volumes = self._cases.volumes(self._cases.get(case_id))
+        found = segment(volumes[0], wish.request, progress)
+        progress("Storing the structure", 1.0)
+        return self._stored(case_id, wish, found)
+
+    def _check(self, case_id: str, wish: SegmentWish) -> None:
+        check_name(wish.name, "structure's name")
+        case = self._cases.get(case_id)
+        if not case.volumes:
+            raise InputError("this case was made of a surface; only a CT can be segmented.")
+        if len(case.spared) >= MAX_STRUCTURES:
+            raise InputError(f"a case may have {MAX_STRUCTURES} structures beside its anatomy; delete some first.")
+
+    def _stored(self, case_id: str, wish: SegmentWish, found: Segmented) -> Structure:
+        structure_id = f"structure-{secrets.token_hex(4)}"
+        report = SurfaceReport(0.0, 0.0, Dropped(), 0.0, 0, found.smoothed_mm, found.resampled_mm)
+        info = self._cases.files.put_surface(structure_id, found.mesh, report)
+        band = wish.request.band
+        threshold = band.high_hu if band.inside_body else band.low_hu
+        structure = Structure(
+            structure_id, wish.name, "spare", structure_id, info.source, Provenance("ct", threshold), report.error_mm,
+            is_closed(found.mesh), colour=wish.colour, notes=_notes(wish.request, found),
+        )  # fmt: skip
+
+        def added(content: CaseContent, _: Session) -> CaseContent:
+            return replace(content, surfaces=(*content.surfaces, info), structures=(*content.structures, structure))
+
+        self._cases.change_content(case_id, added)
+        return structure
+
+
+def band_words(band: Band) -> str:
+    """The ends of a band, of which one may be open: 'from 120 HU on', 'up to 119 HU', 'from -300 to 119 HU'."""
+    below, above = band.low_hu <= LOWEST_HU, band.high_hu >= HIGHEST_HU
+    if below and above:
+        return "of every HU"
+    if above:
+        return f"from {band.low_hu:g} HU on"
+    return f"up to {band.high_hu:g} HU" if below else f"from {band.low_hu:g} to {band.high_hu:g} HU"
+
+
+def _notes(request: SegmentRequest, found: Segmented) -> tuple[str, ...]:
+    """What was chosen, left out and smoothed, in sentences."""
+    band = request.band
+    where = " within the body" if band.inside_body else ""
+    notes = [f"Voxels {band_words(band)}{where}, {found.volume_mm3 / 1000.0:.1f} ml."]
+    notes.append(f"Its surface encloses {found.enclosed_mm3 / 1000.0:.1f} ml.")
+    if band.region == "mucosa":
+        notes.append(f"Only within {MUCOSA_MM:g} mm of air in the body.")
+    if band.region == "sheets":
+        notes.append(
+            f"Bone was not seen here but is expected: sheets thinner than {SHEET_MM:g} mm between two airs, "
+            f"{found.volume_mm3 / 1000.0:.2f} ml below {BONE_HU:g} HU. The border of air stands in for bone."
+        )
+    if request.crop_mm is not None:
+        notes.append("Cropped to a box: beyond it nothing is known of this structure.")
+    if found.left_out:
+        notes.append(f"{found.left_out:,} of {found.islands:,} islands were left out.")
+    if found.smoothed_mm:
+        notes.append(f"Smoothing moved its border by up to {found.smoothed_mm:.2f} mm: give its margin that much more.")
+    if found.resampled_mm:
+        notes.append(f"The CT's slices were resampled, which may have moved its border by {found.resampled_mm:.2f} mm.")
+    return tuple(note.replace("-", "\N{MINUS SIGN}") if note.startswith("Voxels") else note for note in notes)

@@ -1,0 +1,159 @@
+"""Distance fields of a case: bone and soft tissue with an inside, fine around what is planned and coarse elsewhere."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import cache
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from app.kit.cache import Cache
+from app.planning.openings import regions_of
+from app.plans.model import Plan
+from vfix_engine.anatomy.piercing import Ways
+from vfix_engine.anatomy.room_air import RoomAir, room_air
+from vfix_engine.anatomy.soft_tissue import TISSUE_HU
+from vfix_engine.anatomy.solids import COARSE_MM, FINE_MM, refined_solid, solid_of_volumes
+from vfix_engine.errors import InputError
+from vfix_engine.files.volume import BONE_HU, Volume
+from vfix_engine.progress import ProgressCallback, no_progress
+from vfix_engine.proximity.fields.distance_field import DistanceField, field_of_surface, refined_by_surface
+from vfix_engine.proximity.fields.opened_field import opened_field
+
+if TYPE_CHECKING:  # a drive of files alone needs no store
+    from app.cases.service import Case, CaseService
+
+AROUND_MM = 30.0  # the fine box reaches at least this far from the places that are planned
+_BOX_MM = 15.0  # corners of the fine box are multiples of this: a dragged point rarely needs another box
+OUTSIDE_MM = 60.0  # how far around a surface without a CT distances are known
+
+Box = tuple[tuple[float, float, float], tuple[float, float, float]]
+Solid = Literal["bone", "tissue"]
+
+_THRESHOLD_HU: dict[Solid, float] = {"bone": BONE_HU, "tissue": TISSUE_HU}
+_STAGES: dict[Solid, str] = {"bone": "Measuring distances to bone", "tissue": "Measuring distances to soft tissue"}
+
+
+class CaseFields:
+    """The fields of one case around some places, each made by the first call that asks for it.
+
+    Signed distances in mm, positive outside; NaN where the scan ends.
+    """
+
+    def __init__(self, make: Callable[[Solid], DistanceField | None]) -> None:
+        self._make = make
+
+    @property
+    def bone(self) -> DistanceField:
+        """What is denser than 250 HU in the CT, or the inside of the bone surface of a case without one."""
+        field = self._make("bone")
+        assert field is not None
+        return field
+
+    @property
+    def tissue(self) -> DistanceField | None:
+        """Skin, mucosa and bone, above -300 HU; None without a CT."""
+        return self._make("tissue")
+
+
+Sources = tuple[str, ...]
+
+
+def _sources(case: Case) -> Sources:
+    """What the fields of a case are made of, by the files that hold it; a hash that came with a case is not trusted."""
+    volumes = tuple(one.source for one in case.volumes)
+    return volumes or tuple(one.source for one in case.surfaces if one.name == case.anatomy.surface)
+
+
+class Fields:
+    """The distance fields of cases; may be used from any thread."""
+
+    def __init__(self, cases: CaseService) -> None:
+        self._cases = cases
+        self._coarse: Cache[tuple[Sources, Solid], DistanceField] = Cache(4)
+        self._fine: Cache[tuple[Sources, Solid, Box], DistanceField] = Cache(8)
+        self._air: Cache[Sources, RoomAir] = Cache(4)
+
+    def around(self, case: Case, places: npt.ArrayLike, tell: ProgressCallback = no_progress) -> CaseFields:
+        """The fields of a case, with a grid of 0.5 mm for at least 30 mm around places (n, 3) in LPS mm.
+
+        tell: gets the stage in words before what takes seconds, and may raise to end it.
+        A field raises InputError where no place lies in the case's CT or near its surface.
+        """
+        box = _box(places)
+
+        def make(solid: Solid) -> DistanceField | None:
+            if solid == "tissue" and not case.has_volume:
+                return None
+            key = (_sources(case), solid, box)
+            if not self._fine.has(key):
+                tell(_STAGES[solid], 0.0)
+            return self._fine.get(key, lambda: self._refined(case, solid, box))
+
+        return CaseFields(make)
+
+    def of_plan(self, plan: Plan, tell: ProgressCallback = no_progress) -> CaseFields:
+        """The fields of a plan's case around the points of its path and its targets, without what the plan removes."""
+        places = [point.position for point in plan.points] + [target.position for target in plan.targets]
+        found, removed = self.around(self._cases.get(plan.case_id), places, tell), regions_of(plan)
+
+        @cache
+        def make(solid: Solid) -> DistanceField | None:
+            field = found.bone if solid == "bone" else found.tissue
+            return None if field is None else opened_field(field, removed)
+
+        return CaseFields(make)
+
+    def air(self, case: Case) -> RoomAir:
+        """The air of the room in a case's CT, which it has to have."""
+        return self._air.get(
+            _sources(case), lambda: room_air(self._coarse_field(case, "tissue"), self._cases.volumes(case))
+        )
+
+    def _coarse_field(self, case: Case, solid: Solid) -> DistanceField:
+        return self._coarse.get((_sources(case), solid), lambda: self._whole(case, solid))
+
+    def _refined(self, case: Case, solid: Solid, box: Box) -> DistanceField:
+        whole = self._coarse_field(case, solid)
+        if not case.has_volume:
+            return refined_by_surface(whole, self._cases.tree(case), np.array(box), FINE_MM)
+        return refined_solid(whole, self._cases.volumes(case), _THRESHOLD_HU[solid], np.array(box))
+
+    def _whole(self, case: Case, solid: Solid) -> DistanceField:
+        if case.has_volume:
+            return solid_of_volumes(self._cases.volumes(case), _THRESHOLD_HU[solid])
+        low, high = self._cases.case_surface(case.id).bounds
+        box = np.stack([low - OUTSIDE_MM, high + OUTSIDE_MM])
+        return field_of_surface(self._cases.tree(case), box, COARSE_MM)
+
+
+def plan_tissue(volumes: Sequence[Volume], plan: Plan) -> DistanceField:
+    """The soft tissue of a plan's head without what the plan removes, as `Fields.of_plan` has it, of scans alone.
+
+    volumes: of one head, the widest first. Raises InputError as `Fields.around`.
+    """
+    places = [point.position for point in plan.points] + [target.position for target in plan.targets]
+    return opened_field(solid_of_volumes(volumes, TISSUE_HU, np.array(_box(places))), regions_of(plan))
+
+
+def plan_ways(volumes: Sequence[Volume], plan: Plan) -> Ways | None:
+    """What looks for ways round tissue in a head of scans alone; None without one, or where none shows the path."""
+    if not volumes:
+        return None
+    try:
+        tissue = plan_tissue(volumes, plan)
+    except InputError:
+        return None
+    return Ways(tissue, room_air(tissue, volumes), plan.points[0].position)
+
+
+def _box(places: npt.ArrayLike) -> Box:
+    at = np.asarray(places, dtype=np.float64)
+    if at.ndim != 2 or at.shape[1:] != (3,) or not len(at) or not np.isfinite(at).all():
+        raise InputError("distances are measured around places (n, 3), in LPS mm; there are none yet")
+    low = _BOX_MM * np.floor((at.min(axis=0) - AROUND_MM) / _BOX_MM)
+    high = _BOX_MM * np.ceil((at.max(axis=0) + AROUND_MM) / _BOX_MM)
+    first, last = low.tolist(), high.tolist()
+    return (first[0], first[1], first[2]), (last[0], last[1], last[2])

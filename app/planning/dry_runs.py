@@ -1,0 +1,53 @@
+"""Dry runs of plans as jobs: one at a time per case, and one for all who ask for the same."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from app.kit.jobs import Job, Jobs, Progress
+from app.planning.evaluation import PlanEvaluation, Planning
+from app.planning.rehearsal_options import NO_SWITCHES, Switches
+from app.plans.model import Plan
+from app.registration.driven import AS_STORED, AsStored, Through
+
+
+class DryRuns:
+    """Starts dry runs; may be used from any thread."""
+
+    def __init__(self, jobs: Jobs, planning: Planning) -> None:
+        self._jobs, self._planning = jobs, planning
+
+    def start(self, plan: Plan, switches: Switches = NO_SWITCHES, through: Through = AS_STORED) -> Job:
+        """Drive a plan as a job, whose result is the plan's id; the job that drives it already, where there is one.
+
+        switches: of the rehearsal, which hold the tool in the run as well. through: as in `Planning.evaluate`.
+        """
+
+        def work(progress: Progress) -> str:
+            self._planning.evaluate(plan, progress, switches, through)
+            return plan.id
+
+        same = f"dry_run {self._planning.content_key(plan, switches, through)}"
+        lane = f"dry_run {plan.case_id}"
+        return self._jobs.submit(work, kind="dry_run", lane=lane, case_id=plan.case_id, subject=plan.name, same=same)
+
+    def evaluate(
+        self,
+        plan: Plan,
+        switches: Switches = NO_SWITCHES,
+        began: Callable[[str], object] = bool,
+        through: Through = AS_STORED,
+    ) -> PlanEvaluation:
+        """The answer, awaited. Raises what the run fails with, JobCancelled where somebody cancels it.
+
+        began: gets the id of the job that is waited for, where there is one. through: as in `Planning.evaluate`.
+        """
+        if isinstance(through, AsStored):
+            through = self._planning.registration(plan)  # once: what is waited for is what is handed back
+        if not self._planning.is_evaluated(plan, switches, through):
+            job_id = self.start(plan, switches, through).id
+            began(job_id)
+            job = self._jobs.wait(job_id)
+            if job.error is not None:
+                raise job.error
+        return self._planning.evaluate(plan, switches=switches, through=through)

@@ -1,0 +1,102 @@
+"""Where the remote centre of a rehearsal is: a place along the plan's path, by default where it enters the head."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.kit.cache import Cache
+from app.plans.model import Plan
+from vfix_engine.anatomy.soft_tissue import surroundings
+from vfix_engine.errors import PlanError
+from vfix_engine.files.volume import Volume
+from vfix_engine.geometry.path import SplinePath
+from vfix_engine.virtual_fixtures import RemoteCentre
+
+Array = NDArray[np.float64]
+
+TOLERANCE_MM = 3.0  # of the tool's axis about the centre: assumed, it is less than a nostril's half width
+STEP_MM = 0.5  # between the places of the path that are looked at
+STAYS_MM = 3.0  # a path that is inside for less than this has touched the head, not entered it
+_INSIDE = ("air_inside", "soft_tissue")
+_KNOWN: Cache[str, float] = Cache(32)  # where paths enter their heads
+
+
+@dataclass(frozen=True)
+class Place:
+    """Which place of the path is meant: a path point by its id, or an arc length in mm; neither: the entry."""
+
+    point: str | None = None
+    at_mm: float | None = None
+
+
+ENTRY = Place()
+
+
+def path_of(plan: Plan) -> SplinePath:
+    """The path of a plan. Raises PlanError for fewer than two points."""
+    if len(plan.points) < 2:
+        raise PlanError("a path needs at least two points.")
+    return SplinePath(np.array([point.position for point in plan.points], dtype=np.float64))
+
+
+def point_places(plan: Plan, path: SplinePath) -> list[float]:
+    """Arc length of each path point in mm."""
+    return [float(path.closest(np.array(point.position, dtype=np.float64))[0]) for point in plan.points]
+
+
+def entry_mm(plan: Plan, path: SplinePath, volume: Volume | None) -> float:
+    """Where the path enters the head, in mm from its start: the first place that the CT shows inside, and that stays.
+
+    Without a CT it is the first path point, which is where the tool goes in.
+    Raises PlanError where the path stays outside of what the CT shows.
+    """
+    if volume is None:
+        return 0.0
+    key = json.dumps([plan.case_id, plan.case_hash, [point.position for point in plan.points]])
+    return _KNOWN.get(key, lambda: _entry_in(path, volume))
+
+
+def _entry_in(path: SplinePath, volume: Volume) -> float:
+    count, first = 0, 0.0
+    for s in np.append(np.arange(0.0, path.length, STEP_MM), path.length):
+        inside = surroundings(volume, path.position(s)) in _INSIDE
+        count, first = (count + 1, first if count else float(s)) if inside else (0, 0.0)
+        if count and s - first >= min(STAYS_MM, path.length - first):
+            return first
+    raise PlanError("the path does not enter the head in its CT; choose another place for the remote centre.")
+
+
+def place_mm(place: Place, plan: Plan, path: SplinePath, volume: Volume | None) -> float:
+    """The arc length in mm of a place; one beyond the end of the path is its end. Raises PlanError."""
+    if place.point is not None:
+        ids = [point.id for point in plan.points]
+        if place.point not in ids:
+            raise PlanError("the path point of the remote centre is not there any more; choose another place.")
+        return point_places(plan, path)[ids.index(place.point)]
+    if place.at_mm is not None:
+        return min(place.at_mm, path.length)
+    return entry_mm(plan, path, volume)
+
+
+def centre_at(path: SplinePath, s: float) -> RemoteCentre:
+    """The fixture at arc length s: the tool goes in half way between the path there and the way to its end.
+
+    Without the soft rows, since a pull towards the middle would keep the tip off its path.
+    Raises PlanError where the path does not stay beyond the centre.
+    """
+    point = np.asarray(path.position(s))
+    beyond = np.arange(s + STEP_MM, path.length, STEP_MM)
+    if not len(beyond):
+        raise PlanError("the remote centre is at the end of the path; choose a place before it.")
+    onwards = np.asarray(path.position(path.length)) - point
+    into = np.asarray(path.tangent(s)) + onwards / max(float(np.linalg.norm(onwards)), STEP_MM)
+    back = beyond[(path.position(beyond) - point) @ into <= 0.0]
+    if len(back):
+        raise PlanError(
+            f"the path leads back out past the remote centre at {back[0]:.0f} mm; choose a place further along."
+        )
+    return RemoteCentre(point, TOLERANCE_MM, weight=0.0, into=into)

@@ -1,0 +1,153 @@
+"""What is told of each path of a plan before any motion: verdict, soft tissue, and from where targets are inspected."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from app.planning.dry_runs import DryRuns
+from app.planning.evaluation import Planning
+from app.planning.piercing import NOT_KNOWN, PiercedReport
+from app.planning.rehearsal_options import SwitchBoard, Switches
+from app.planning.removed_bone import RemovedVolumes, RemovedVolumeService
+from app.planning.soft_depths import SoftDepth
+from app.planning.verdict import Level, Reason, TissueLevel, Verdict, refused
+from app.plans.model import NOTICE, Plan
+from app.plans.paths import side_caution
+from vfix_engine.errors import PlanError, StartRefused
+
+if TYPE_CHECKING:
+    from app.planning.evaluation import PlanEvaluation
+
+
+@dataclass(frozen=True)
+class TargetReport:
+    """A target, and the full opening angle of the round cone of all directions from which it can be inspected."""
+
+    target: str
+    label: str
+    cone_deg: float
+
+
+@dataclass(frozen=True)
+class PathReport:
+    """The verdict on one path; lengths in mm. What is not known is None.
+
+    verdict, reason: the level and what decided it; short: both in a few words, words: the verdict, which begins so.
+    nearest: bone or the structure to spare that leaves least above its margin; least_clearance_mm: of the whole tool to
+    it, margin_mm: what is kept from it, part: of the tool, s_mm: arc length of the tip there.
+    tissue_mm: largest length of the tool in soft tissue, nostril_mm the share of it within 20 mm of the entry;
+    tissue_depth_mm: greatest depth, tissue_s_mm: arc length of the tip there. None without a CT.
+    side_caution: a sentence where the entry lies on the other side than the path says, which the words end with.
+    pierced: whether the tool goes through skin or a wall, and how far sideways air leads round the tissue.
+    soft_structures: the soft structures to spare that the tool touches, the deepest touched first.
+    """
+
+    path: str
+    name: str
+    verdict: Level
+    reason: Reason
+    short: str
+    words: str
+    least_clearance_mm: float | None = None
+    margin_mm: float | None = None
+    nearest: str | None = None
+    part: str | None = None
+    s_mm: float | None = None
+    tissue_level: TissueLevel = "unknown"
+    tissue_mm: float | None = None
+    nostril_mm: float | None = None
+    tissue_depth_mm: float | None = None
+    tissue_s_mm: float | None = None
+    soft_structures: tuple[SoftDepth, ...] = ()
+    pierced: PiercedReport = field(default_factory=lambda: PiercedReport.of(NOT_KNOWN))
+    side_caution: str = ""
+    completed: bool = False
+    reached_mm: float = 0.0
+    length_mm: float | None = None
+    targets: tuple[TargetReport, ...] = ()
+
+
+@dataclass(frozen=True)
+class PlanReport:
+    """The report on a plan's chosen path, and on each of its paths that has two points or more.
+
+    removed: the bone that the plan removes first, for all of its paths.
+    """
+
+    plan: str
+    name: str
+    case: str
+    chosen: PathReport
+    paths: tuple[PathReport, ...]
+    notice: str = NOTICE
+    removed: RemovedVolumes = field(default_factory=RemovedVolumes)
+
+
+class PathReports:
+    """Evaluates paths of plans, stored or not, as they would be driven now; may be used from any thread."""
+
+    def __init__(
+        self, planning: Planning, dry_runs: DryRuns, removed: RemovedVolumeService, switches: SwitchBoard
+    ) -> None:
+        self._planning, self._dry_runs, self._removed, self._switches = planning, dry_runs, removed, switches
+
+    def of_plan(self, plan: Plan, path: str | None = None) -> PlanReport:
+        """The report on a plan. path: id or name of the one to evaluate; else the chosen one, and all others beside it.
+
+        Raises PlanError where there is no such path, or it has fewer than two points.
+        """
+        chosen = plan if path is None else plan.along(path)
+        if len(chosen.points) < 2:
+            raise PlanError(
+                f"the path {chosen.path.name!r:.80} has fewer than two points; there is nothing to evaluate."
+            )
+        switches = self._switches.of(plan.id).in_force
+        own = self._of_path(chosen, switches if chosen.path_id == plan.path_id else switches.along(chosen))
+        removed = self._removed.of_plan(plan)
+        if path is not None:
+            return PlanReport(plan.id, plan.name, plan.case_id, own, (own,), removed=removed)
+        others = {one.id: plan.along(one.id) for one in plan.paths if len(one.points) > 1 and one.id != plan.path_id}
+        reports = (own if one.id == plan.path_id else self._of_path(others[one.id], switches.along(others[one.id]))
+                   for one in plan.paths if one.id == plan.path_id or one.id in others)  # fmt: skip
+        return PlanReport(plan.id, plan.name, plan.case_id, own, tuple(reports), removed=removed)
+
+    def _of_path(self, plan: Plan, switches: Switches) -> PathReport:
+        try:
+            evaluation = self._dry_runs.evaluate(plan, switches)
+        except StartRefused as error:
+            return _report(plan, refused(error).beside(side_caution(plan.path)), None, ())
+        cones = self._planning.cones(plan, switches, evaluation.registered)
+        targets = tuple(TargetReport(t.id, t.label, round(cones[t.id].cone_deg, 1)) for t in plan.targets)
+        return _report(plan, evaluation.verdict, evaluation, targets)
+
+
+def _report(
+    plan: Plan, verdict: Verdict, evaluation: PlanEvaluation | None, targets: tuple[TargetReport, ...]
+) -> PathReport:
+    """evaluation: None where the tool does not fit at the entry."""
+    return PathReport(
+        path=plan.path_id,
+        name=plan.path.name,
+        verdict=verdict.level,
+        reason=verdict.reason,
+        short=verdict.short,
+        words=verdict.words,
+        least_clearance_mm=verdict.least_clearance_mm,
+        margin_mm=verdict.margin_mm,
+        nearest=verdict.nearest or None,
+        part=verdict.part or None,
+        s_mm=verdict.s_mm,
+        tissue_level=verdict.tissue_level,
+        tissue_mm=verdict.tissue_mm,
+        nostril_mm=verdict.nostril_mm,
+        tissue_depth_mm=verdict.tissue_depth_mm,
+        tissue_s_mm=verdict.tissue_s_mm,
+        soft_structures=verdict.soft,
+        pierced=PiercedReport.of(verdict.pierced),
+        side_caution=verdict.side_caution,
+        completed=evaluation is not None and evaluation.completed,
+        reached_mm=0.0 if evaluation is None else evaluation.reached_mm,
+        length_mm=None if evaluation is None else evaluation.length_mm,
+        targets=targets,
+    )

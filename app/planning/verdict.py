@@ -1,0 +1,306 @@
+"""The verdict on a path: whether the tool fits among bone, what soft tissue it presses, and where.
+
+It is made once, in `Planning`; page, REST and command line tell the same value.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+import numpy.typing as npt
+
+from app.cases.model import Case
+from app.planning.obstacles import Obstacle, nearest_part, structures_of
+from app.planning.piercing import NOT_KNOWN, Pierced
+from app.planning.soft_depths import SoftDepth, soft_depths
+from app.planning.verdict_words import (
+    SHORT_MM,
+    Doubt,
+    Part,
+    Stated,
+    doubt_parts,
+    held_parts,
+    nearest_parts,
+    pierced_parts,
+    soft_parts,
+    stated_parts,
+    surface_parts,
+    tissue_parts,
+)
+from vfix_engine.errors import StartRefused
+from vfix_engine.geometry.capsules import Segments
+from vfix_engine.geometry.path import SplinePath
+from vfix_engine.proximity.fields.distance_field import DistanceField
+from vfix_engine.proximity.fields.tool_depth import ToolDepth, tool_depth
+from vfix_engine.proximity.proximity import ProximityTree
+from vfix_engine.robots import Tool
+from vfix_engine.virtual_fixtures.zone_file import ZoneSet
+from vfix_engine.worlds.rigid.dry_run import STATION_MM, TIGHT_MM, DryRun
+
+Floats = npt.NDArray[np.float64]
+Level = Literal["fits", "tight", "pierces", "blocked", "unknown"]
+Reason = Literal[
+    "clear", "spent", "margin", "surface", "registration", "registration_unknown", "scan_ends", "side",
+    "held", "refused", "pierced", "wall",
+]  # fmt: skip
+TissueLevel = Literal["none", "pressed", "deep", "unknown"]
+
+NOSTRIL_MM = 20.0  # of the entry: vestibule and rim of the nose, which give way further than mucosa
+DEEP_MM = 3.0  # of soft tissue, assumed: what is deeper is told as deep
+_NONE_SPARED = ZoneSet()
+
+IN_SHORT: dict[Reason, str] = {
+    "clear": "Fits",
+    "spent": "Fits, but the registration may use up the margin",
+    "margin": "Tight",
+    "surface": "Tight: bone may be nearer than the scan shows",
+    "registration": "Tight: the registration may be off by more than the clearance",
+    "registration_unknown": "Not known: nothing tells how far the registration may be off",
+    "scan_ends": "Not known: the scan ends beside the tool",
+    "side": "Not known: the entry is not on the side that the path says",
+    "held": "Blocked",
+    "refused": "Blocked at the entry",
+    "pierced": "Blocked: the tool pierces skin",
+    "wall": "Pierces a wall between two airs of the body",
+}  # the head of the verdict, with the reason that decided its level: every place that tells a verdict begins with it
+
+
+_NOTHING_STATED = Stated()
+
+
+@dataclass(frozen=True, eq=False)
+class Profile:
+    """The dry run at one pose for every 0.5 mm of the path; lengths in mm.
+
+    s (n,): of the tip. clearance (n,): of the whole tool to bone. rows (n,): of the dry run.
+    structures: the hard structures to spare, with the clearance of the whole tool to each. soft: the soft ones that it
+    touches.
+    tissue: the tool in soft tissue; None without a CT.
+    off_mm (n,): what the registration is off by at the tip, 95 of 100 times at most; None without a registration, or
+    where that is not known. off_unknown: there is a registration, and its error is not known.
+    """
+
+    s: Floats
+    clearance: Floats
+    rows: npt.NDArray[np.intp]
+    tissue: ToolDepth | None
+    structures: tuple[Obstacle, ...] = ()
+    soft: tuple[SoftDepth, ...] = ()
+    off_mm: Floats | None = None
+    off_unknown: bool = False
+
+    def obstacles(self, run: DryRun, anatomy: str, margin_mm: float) -> tuple[Obstacle, ...]:
+        """The anatomy with its name and margin, and the structures to spare."""
+        return (Obstacle(anatomy, margin_mm, self.clearance, int(run.clearance.argmin())), *self.structures)
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What a dry run says of a path; lengths in mm.
+
+    level: from bone and reach: 'tight' is within 0.2 mm of the margin, or nearer than the registration's error (95 %)
+    or than the scan tells where bone is,
+    'unknown' that the scan ends beside the tool, that nothing is known of the registration's error, or that the entry
+    lies on the other side than the path says; 'blocked' that bone holds the tool or that it pierces tissue from the
+    room's air, 'pierces' a wall within the body.
+    nearest: what leaves least above its margin, bone or a structure to spare; least_clearance_mm: the least clearance
+    to it, margin_mm: its margin; part: name of the part of the tool there, s_mm: of the tip there. None and '' where
+    the tool does not fit at the entry.
+    tissue_mm: largest length of the tool whose surface is in soft tissue, nostril_mm the share of it within 20 mm of
+    the entry; tissue_depth_mm: the greatest depth, and tissue_s_mm of the tip there. None without a CT.
+    body: the verdict in words, without its head. soft: the soft structures to spare that the tool touches, the deepest
+    touched first.
+    doubt: where the registration leaves it open whether the tool is clear, at the worst such place; None elsewhere.
+    pierced: what of skin and walls the tool goes through.
+    reason: what decided the level; 'spent' fits, though the registration's error leaves less than the margin.
+    side_caution: a sentence where the entry lies on the other side than the path says, which the words end with.
+    obstacles: bone and each hard structure to spare, with the clearance along the path.
+    """
+
+    level: Level
+    tissue_level: TissueLevel
+    least_clearance_mm: float | None
+    nearest: str
+    part: str
+    s_mm: float | None
+    tissue_mm: float | None
+    nostril_mm: float | None
+    tissue_depth_mm: float | None
+    tissue_s_mm: float | None
+    body: tuple[Part, ...]
+    soft: tuple[SoftDepth, ...] = ()
+    doubt: Doubt | None = None
+    reason: Reason = "clear"
+    pierced: Pierced = NOT_KNOWN
+    side_caution: str = ""
+    margin_mm: float | None = None
+    obstacles: tuple[Obstacle, ...] = ()
+
+    @property
+    def short(self) -> str:
+        """The verdict in a few words, with its reason: what all of its texts begin with."""
+        return IN_SHORT[self.reason]
+
+    @property
+    def parts(self) -> tuple[Part, ...]:
+        """The verdict in words."""
+        return (Part(f"{self.short}."), *self.body)
+
+    def beside(self, side_caution: str) -> Verdict:
+        """The verdict on the same drive of a path that is said to enter on another side; '' for no other one.
+
+        The side is no part of the drive, so that saying another one does not drive the path anew.
+        """
+        if not side_caution:
+            return self
+        reason: Reason = self.reason if self.level in ("blocked", "pierces") else "side"
+        body = (*self.body, Part(f" {side_caution}"))
+        return replace(self, level=_LEVELS[reason], reason=reason, body=body, side_caution=side_caution)
+
+    @property
+    def words(self) -> str:
+        """The verdict as text."""
+        return "".join(part.words for part in self.parts)
+
+
+def profile_of(
+    run: DryRun,
+    tool: Tool,
+    path: SplinePath,
+    tissue: DistanceField | None,
+    spared: ZoneSet = _NONE_SPARED,
+    off_mm: Callable[[Floats], Floats | None] | None = None,
+) -> Profile:
+    """The dry run at one pose for every 0.5 mm; each with the least bone clearance of the poses around it.
+
+    off_mm: of the registration that the path is driven through: what it may be off by (n,) at places (n, 3) of the
+    image, 95 of 100 times at most, or None where that is not known.
+    """
+    stations = np.rint(run.s / STATION_MM)
+    _, rows, group = np.unique(stations, return_index=True, return_inverse=True)
+    least = np.full(len(rows), np.inf)
+    np.minimum.at(least, group, run.clearance)
+    start, end, pressed = run.segments_start[rows], run.segments_end[rows], None
+    if tissue is not None:
+        pressed = tool_depth(tissue, start, end, tool.radius, path.position(0.0), NOSTRIL_MM)
+    structures = structures_of(run, rows, group, tool, spared.zones)
+    soft = soft_depths(run, rows, tool, spared.soft_zones)
+    off = None if off_mm is None else off_mm(run.tip[rows])
+    unknown = off_mm is not None and off is None
+    return Profile(run.s[rows], least, rows, pressed, structures, soft, off, unknown)
+
+
+def verdict_of(
+    run: DryRun,
+    profile: Profile,
+    tool: Tool,
+    tree: ProximityTree,
+    case: Case,
+    margin_mm: float,
+    complete: bool,
+    pierced: Pierced = NOT_KNOWN,
+    stated: Stated = _NOTHING_STATED,
+) -> Verdict:
+    """The verdict on a dry run.
+
+    margin_mm: kept from bone. complete: the scan holds all of the tissue beside the tool.
+    """
+    obstacles = profile.obstacles(run, case.structure_names()[case.anatomy.id], margin_mm)
+    bone, nearest = obstacles[0], min(obstacles, key=lambda one: one.left_mm)
+    least, off = nearest.least_mm, case.uncertainty.off_mm
+    worst, near = _worst(profile, obstacles), nearest.left_mm < TIGHT_MM
+    reason = _reason(run, profile, worst, bone.least_mm <= off, near, complete or not case.has_volume, pierced)
+    found = profile.tissue
+    longest, deepest = (0, 0) if found is None else (int(found.length.argmax()), int(found.depth.argmax()))
+    length = None if found is None else float(found.length[longest])
+    depth = None if found is None else float(found.depth[deepest])
+    at_nostril = None if found is None else float(found.near_length[longest])
+    deepest_s = None if found is None else float(profile.s[deepest])
+    part, s_mm = _part_of(nearest, run, tool, tree), float(run.s[nearest.row])
+    body = (
+        *pierced_parts(pierced, before=True),
+        *held_parts(run),
+        *nearest_parts(nearest, s_mm, part, case.uncertainty.added_mm if nearest is bone else 0.0),
+        *surface_parts(bone, run, off, nearest is bone),
+        *doubt_parts(worst, profile.off_unknown),
+        *soft_parts(profile.soft),
+        *tissue_parts(length, at_nostril, depth, deepest_s, complete),
+        *pierced_parts(pierced, before=False),
+        *stated_parts(stated),
+    )
+    return Verdict(
+        _LEVELS[reason], tissue_level(length, depth, complete), least, nearest.name, part, s_mm, length, at_nostril,
+        depth, deepest_s, body, profile.soft, worst if worst is not None and worst.left_mm < 0.0 else None, reason,
+        pierced, margin_mm=nearest.margin_mm, obstacles=obstacles,
+    )  # fmt: skip
+
+
+def refused(error: StartRefused) -> Verdict:
+    """The verdict where the tool does not fit at the entry, or the robot does not reach it."""
+    words = str(error)
+    return Verdict(
+        "blocked", "unknown", None, "", "", None, None, None, None, None,
+        (Part(f" {words[:1].upper()}{words[1:].rstrip('.')}."),), reason="refused",
+    )  # fmt: skip
+
+
+_LEVELS: dict[Reason, Level] = {
+    "clear": "fits", "spent": "fits", "margin": "tight", "surface": "tight", "registration": "tight",
+    "registration_unknown": "unknown", "scan_ends": "unknown", "side": "unknown",
+    "held": "blocked", "refused": "blocked", "pierced": "blocked", "wall": "pierces",
+}  # fmt: skip
+
+
+def _reason(
+    run: DryRun, profile: Profile, worst: Doubt | None, surface: bool, near: bool, complete: bool, pierced: Pierced
+) -> Reason:
+    """What decides the level, the gravest first; the side of the entry is weighed by `Verdict.beside`."""
+    found: tuple[tuple[bool, Reason], ...] = (
+        (pierced.state == "room", "pierced"),
+        (not run.completed, "held"),
+        (pierced.state == "wall", "wall"),
+        (surface, "surface"),
+        (worst is not None and worst.left_mm < 0.0, "registration"),
+        (near, "margin"),
+        (profile.off_unknown, "registration_unknown"),
+        (not complete, "scan_ends"),
+        (worst is not None and worst.left_mm < worst.margin_mm, "spent"),
+    )
+    return next((reason for applies, reason in found if applies), "clear")
+
+
+def _worst(profile: Profile, obstacles: Sequence[Obstacle]) -> Doubt | None:
+    """Where the registration's error leaves least of a clearance; None where it is not known or there is none.
+
+    A place where it exceeds the clearance goes before one where it leaves less than the margin.
+    """
+    if profile.off_mm is None:
+        return None
+    left = np.array([one.clearance for one in obstacles]) - profile.off_mm
+    margins = np.array([one.margin_mm for one in obstacles])
+    over = left if (left < 0.0).any() else left - margins[:, None]
+    index, at = np.unravel_index(int(over.argmin()), over.shape)
+    off_mm, one = float(profile.off_mm[at]), obstacles[int(index)]
+    return Doubt(off_mm, float(one.clearance[at]), one.margin_mm, one.name, float(profile.s[at]))
+
+
+def _part_of(nearest: Obstacle, run: DryRun, tool: Tool, tree: ProximityTree) -> str:
+    """Name of the part of the tool that is nearest to an obstacle where the clearance to it is least."""
+    if nearest.zones:
+        return tool.segment_names[nearest_part(nearest, run, tool)]
+    segments = Segments(run.segments_start[nearest.row], run.segments_end[nearest.row], tool.radius)
+    return tool.segment_names[tree.closest(segments).segment]
+
+
+def tissue_level(length: float | None, depth: float | None, complete: bool) -> TissueLevel:
+    """How a tool presses soft tissue that it is in along a length and to a depth in mm, None where not known."""
+    if length is None or depth is None:
+        return "unknown"
+    if depth > DEEP_MM:
+        return "deep"
+    if length >= SHORT_MM:
+        return "pressed"
+    return "none" if complete else "unknown"

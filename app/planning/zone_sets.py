@@ -1,0 +1,152 @@
+"""A plan's structures to spare as the zones that the engine keeps: the same for snapping, dry run and drive."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.cases.structures import BONE, encloses
+from app.plans.shapes import solids
+from app.plans.zones import PlanZone
+from vfix_engine.errors import InputError, PlanError
+from vfix_engine.geometry.mesh import TriangleMesh
+from vfix_engine.geometry.shape_distance import signed_distance
+from vfix_engine.geometry.shape_patch import patch_around
+from vfix_engine.geometry.shapes import Shape
+from vfix_engine.proximity.fields.distance_field import field_of_surface
+from vfix_engine.proximity.proximity import Proximity, ProximityTree
+from vfix_engine.virtual_fixtures import SoftRegion, SoftZone, Zone
+from vfix_engine.virtual_fixtures.soft_core import hard_core
+from vfix_engine.virtual_fixtures.soft_zone import THICKEST_MM
+from vfix_engine.virtual_fixtures.zone_file import ZoneSet
+from vfix_engine.virtual_fixtures.zones import SHAPES
+
+Array = NDArray[np.float64]
+Surfaces = Callable[[str], TriangleMesh]
+
+_FIELD_STEP_MM = 0.5  # of the distances to a soft structure
+_MOST_POINTS = 12_000_000  # of their grid; of a larger structure its step is larger
+_LINK = re.compile(r" \(\d+ of \d+\)(?=$|, [^,]+ mm deep$)")
+_AROUND_MM = 8.0  # how far around the layer they are known: how far ahead the tool is looked after
+
+
+def zone_set(zones: Sequence[PlanZone], surface: Surfaces, anatomy: str = BONE) -> ZoneSet:
+    """The engine's zones of a plan's structures to spare; a chain of capsules is one for each link.
+
+    surface: the surface of a structure of the case by its id, which raises InputError where there is none. anatomy: id
+    of the structure that the tool is driven in.
+    A soft one that has a greatest depth has a hard core so deep under the border of its layer; a structure whose
+    surface encloses a solid is soft within as well.
+    Raises PlanError, which names the structure to spare.
+    """
+    hard, soft = list[Zone](), list[SoftZone | SoftRegion]()
+    for zone in zones:
+        try:
+            for name, solid in _named(zone.name, _bodies(zone, surface, anatomy)):
+                if zone.kind == "hard":
+                    hard.append(_hard(zone, name, solid))
+                else:
+                    yielding, core = _soft(zone, name, solid)
+                    soft.append(yielding)
+                    hard.extend(core)
+        except InputError as error:
+            raise PlanError(f"the structure to spare {zone.name!r} cannot be kept: {error}") from error
+    return ZoneSet(tuple(hard), tuple(soft))
+
+
+def check_kept(zone: PlanZone, surface: Surfaces, anatomy: str = BONE) -> None:
+    """Raises as `zone_set` for one structure to spare, without what takes seconds of a structure of the case."""
+    shape, margin, depth = zone.shape, zone.margin_mm, zone.max_depth_mm
+    if shape["kind"] == "structure" and shape["structure"] != anatomy:
+        inside = zone.kind == "hard" or depth is None or depth <= margin or encloses(surface(shape["structure"]))
+        if inside and (zone.kind == "hard" or 0.0 < margin <= THICKEST_MM):
+            return
+    zone_set([zone], surface, anatomy)
+
+
+def with_errors(zones: Sequence[PlanZone], errors: Mapping[str, float]) -> tuple[PlanZone, ...]:
+    """The same with the margin of each hard one grown by the error in mm of its structure's surface, by its id.
+
+    Raises PlanError for an error that is negative or not finite: it would make the margin smaller.
+    """
+    grown = []
+    for zone in zones:
+        more = errors.get(zone.shape.get("structure", ""), 0.0) if zone.kind == "hard" else 0.0
+        if not 0.0 <= more < math.inf:
+            raise PlanError(
+                f"the structure to spare {zone.name!r} cannot be kept: its surface would be off by {more:g} mm; "
+                "import the structure again."
+            )
+        grown.append(replace(zone, margin_mm=zone.margin_mm + more) if more else zone)
+    return tuple(grown)
+
+
+def near_zones(zones: Sequence[Zone], points: Array, radius_mm: float) -> NDArray[np.bool_]:
+    """Which of points (n, 3) a ball of that radius would be at nearer to a zone than its margin."""
+    near = np.zeros(len(points), dtype=bool)
+    for zone in zones:
+        solid = zone.solid
+        away = signed_distance(solid, points) if isinstance(solid, SHAPES) else solid.point_distance(points)[0]
+        near |= away < radius_mm + zone.margin_mm
+    return near
+
+
+def _bodies(zone: PlanZone, surface: Surfaces, anatomy: str) -> tuple[Shape | Proximity | None, ...]:
+    """Solids, or the tree of a surface; None for the anatomy itself."""
+    shape = zone.shape
+    if shape["kind"] == "patch":
+        mesh = surface(shape.get("structure", anatomy))
+        return (ProximityTree(patch_around(mesh, shape["centre"], shape["radius"])),)
+    if shape["kind"] == "structure":
+        return (None,) if shape["structure"] == anatomy else (ProximityTree(surface(shape["structure"])),)
+    return solids(shape)
+
+
+def whole_name(name: str) -> str:
+    """The name of the structure to spare that a zone of the engine belongs to: 'optic nerve' of a chain's links.
+
+    Of their hard cores it is 'optic nerve, 1 mm deep'.
+    """
+    return _LINK.sub("", name)
+
+
+def _named(name: str, bodies: Sequence[Shape | Proximity | None]) -> list[tuple[str, Shape | Proximity | None]]:
+    """Bodies with names that are not the same: 'optic nerve (2 of 4)' of a chain."""
+    if len(bodies) == 1:
+        return [(name, bodies[0])]
+    return [(f"{name} ({number} of {len(bodies)})", body) for number, body in enumerate(bodies, 1)]
+
+
+def _hard(zone: PlanZone, name: str, solid: Shape | Proximity | None) -> Zone:
+    if solid is None:
+        raise PlanError("the tool keeps away from all of the bone by the safety margin; choose a part, as a patch.")
+    return Zone(name, solid, zone.margin_mm)
+
+
+def _soft(zone: PlanZone, name: str, solid: Shape | Proximity | None) -> tuple[SoftZone | SoftRegion, tuple[Zone, ...]]:
+    """What yields of a soft structure, and what the tool may not enter of it where it has a greatest depth."""
+    depth, stiffness = zone.max_depth_mm, zone.stiffness_n_per_mm or 0.0
+    layer = SoftZone(name, zone.margin_mm, stiffness, solid)
+    surface = None if isinstance(solid, SHAPES) else solid
+    if zone.shape["kind"] != "structure" or surface is None or not encloses(surface.mesh):
+        core = None if depth is None else hard_core(layer, depth)
+        return layer, () if core is None else (core,)
+    if depth is not None and depth <= zone.margin_mm:  # exact, from its surface
+        core = hard_core(layer, depth)
+        return _region(zone, name, surface, None), () if core is None else (core,)
+    return _region(zone, name, surface, depth), ()
+
+
+def _region(zone: PlanZone, name: str, surface: Proximity, depth: float | None) -> SoftRegion:
+    """The inside of a structure's surface, and the layer around it."""
+    low, high = surface.mesh.bounds
+    around = zone.margin_mm + _AROUND_MM
+    box = np.stack([low - around, high + around])
+    step = max(_FIELD_STEP_MM, float((np.prod(box[1] - box[0]) / _MOST_POINTS) ** (1.0 / 3.0)))
+    field = field_of_surface(surface, box, step)
+    return SoftRegion(name, field, zone.stiffness_n_per_mm or 0.0, depth, None, zone.margin_mm)

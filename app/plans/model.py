@@ -1,0 +1,372 @@
+"""A plan as a value: its paths, targets, zones, robot placing and settings, all in LPS mm."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from app.cases.second_volume import SecondVolume, check_second, second_from_json, second_to_json
+from app.kit.errors import TooLarge
+from app.kit.names import check_text
+from app.plans.paths import (
+    DEFAULT_TOOL,
+    FIRST_PATH,
+    MAX_PATHS,
+    EntrySide,
+    PlanPath,
+    check_paths,
+    check_tool_shape,
+    check_word,
+    paths_from_json,
+    paths_to_json,
+    with_chosen,
+)
+from app.plans.points import (
+    MAX_COORDINATE,
+    PlanPoint,
+    Position,
+    check_id,
+    check_point,
+    check_position,
+    new_point_id,
+    number,
+    point_to_json,
+    points_from_json,
+)
+from app.plans.robot import DEFAULT_ROBOT, check_robot, unplaced_robot, without_placing
+from app.plans.zones import (
+    PlanZone,
+    RemovedBone,
+    check_removed,
+    check_zones,
+    removed_from_json,
+    removed_to_json,
+    zone_to_json,
+    zones_from_json,
+)
+from vfix_engine.control import ControlSettings
+from vfix_engine.control.settings import RETIRED
+from vfix_engine.errors import PlanError
+
+__all__ = [
+    "DEFAULT_ROBOT",
+    "DEFAULT_TOOL",
+    "MAX_COORDINATE",
+    "MAX_NOTES",
+    "MAX_POINTS",
+    "NOTICE",
+    "SCHEMA",
+    "Plan",
+    "PlanContent",
+    "PlanFile",
+    "PlanPath",
+    "PlanPoint",
+    "PlanZone",
+    "Position",
+    "RemovedBone",
+    "check_content",
+    "check_position",
+    "check_registration_id",
+    "check_robot",
+    "check_size",
+    "check_stored",
+    "check_tool_shape",
+    "content_from_json",
+    "content_to_json",
+    "drive_parts",
+    "new_point_id",
+    "number",
+    "unplaced_robot",
+    "without_placing",
+]
+
+SCHEMA = "vfix-plan/1"
+NOTICE = "Not for clinical use"
+MAX_POINTS = 300  # of path points of each path, and of targets
+MAX_NOTES = 10_000  # [characters]
+
+
+@dataclass(frozen=True)
+class PlanContent:
+    """What undo and redo go back and forth over, and what a file of a plan carries.
+
+    points, tool, tool_shape: of the chosen path, whose id is path_id. tool: name of a shipped tool; tool_shape: its
+    'bend_deg' and 'shaft_radius_mm' where they are not the shipped ones.
+    paths: every path, in the order of the list; the chosen one always has the points and the tool of the plan, so that
+    `replace(content, points=…)` changes it.
+    robot: name, base (16 numbers, row by row, transform_base_to_patient [mm]) or None, and q_start ([mm], [rad]) or
+    None; of a URDF of one's own also its SHA-256 as 'urdf' and the link that holds the tool as 'tool_frame'. A placing
+    is that of the chosen path.
+    settings: those of the controller that differ from its defaults, by field name.
+    zones: structures to spare; removed_bone: bone that is taken away first. Both are of every path.
+    notes: what the planner writes down, in lines.
+    second_volume: what is laid over the head's slices; None for nothing.
+    registration: id of the registration that says how the image lies on the patient; None for none.
+    """
+
+    points: tuple[PlanPoint, ...] = ()
+    targets: tuple[PlanPoint, ...] = ()
+    tool: str = DEFAULT_TOOL
+    tool_shape: Mapping[str, float] = field(default_factory=dict)
+    robot: Mapping[str, Any] = field(default_factory=unplaced_robot)
+    settings: Mapping[str, float] = field(default_factory=dict)
+    paths: tuple[PlanPath, ...] = ()
+    path_id: str = FIRST_PATH
+    zones: tuple[PlanZone, ...] = ()
+    removed_bone: tuple[RemovedBone, ...] = ()
+    notes: str = ""
+    second_volume: SecondVolume | None = None
+    registration: str | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "paths", with_chosen(self.paths, self.path_id, _chosen(self)))
+
+    @property
+    def path(self) -> PlanPath:
+        """The chosen path."""
+        return _path_of(self)
+
+    @property
+    def entry_side(self) -> EntrySide:
+        """Where the chosen path enters."""
+        return self.path.entry_side
+
+    def with_points(self, points: Sequence[PlanPoint]) -> PlanContent:
+        """The content with another chosen path; a placing that belonged to the old one is dropped."""
+        moved = [_held(p) for p in points] != [_held(p) for p in self.points]
+        robot = without_placing(self.robot) if moved else self.robot
+        return replace(self, points=tuple(points), robot=robot)
+
+    def with_paths(self, paths: Sequence[PlanPath], path_id: str) -> PlanContent:
+        """The content with other paths, of which one is chosen; a placing of another way is dropped."""
+        chosen = next((path for path in paths if path.id == path_id), None)
+        if chosen is None:
+            raise PlanError(f"there is no path {path_id!r:.80} in this plan.")
+        content = replace(
+            self,
+            points=chosen.points,
+            tool=chosen.tool,
+            tool_shape=chosen.tool_shape,
+            paths=tuple(paths),
+            path_id=path_id,
+        )
+        same = _way(content) == _way(self)
+        return content if same else replace(content, robot=without_placing(self.robot))
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A stored plan. `revision` grows with every change; a deleted plan carries the time it was deleted at.
+
+    urdf: the URDF of a robot of one's own, where the plan came out of a file; else the store has it by its hash.
+    unreadable: in a list, why the plan's content cannot be read; it has no points there then.
+    """
+
+    id: str
+    name: str
+    case_id: str
+    case_hash: str
+    points: tuple[PlanPoint, ...]
+    targets: tuple[PlanPoint, ...]
+    tool: str
+    robot: Mapping[str, Any]
+    settings: Mapping[str, float]
+    created: str
+    modified: str
+    revision: int = 0
+    locked: bool = False
+    deleted_at: str | None = None
+    can_undo: bool = False
+    can_redo: bool = False
+    tool_shape: Mapping[str, float] = field(default_factory=dict)
+    urdf: bytes | None = None
+    unreadable: str = ""
+    schema: str = SCHEMA
+    frame: str = "LPS"
+    unit: str = "mm"
+    notice: str = NOTICE
+    paths: tuple[PlanPath, ...] = ()
+    path_id: str = FIRST_PATH
+    zones: tuple[PlanZone, ...] = ()
+    removed_bone: tuple[RemovedBone, ...] = ()
+    notes: str = ""
+    second_volume: SecondVolume | None = None
+    registration: str | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "paths", with_chosen(self.paths, self.path_id, _chosen(self)))
+
+    @property
+    def content(self) -> PlanContent:
+        """The part that edits change."""
+        return PlanContent(**{name: getattr(self, name) for name in PlanContent.__dataclass_fields__})
+
+    @property
+    def path(self) -> PlanPath:
+        """The chosen path."""
+        return _path_of(self)
+
+    @property
+    def entry_side(self) -> EntrySide:
+        """Where the chosen path enters."""
+        return self.path.entry_side
+
+    def along(self, name: str) -> Plan:
+        """The same plan with the path of that id or name chosen; its robot has a placing for the chosen one only.
+
+        Raises PlanError where there is no such path.
+        """
+        wanted = [path for path in self.paths if name in (path.id, path.name)]
+        if not wanted:
+            known = ", ".join(repr(path.name) for path in self.paths)
+            raise PlanError(f"there is no path {name!r:.80} in this plan; it has {known}.")
+        content = self.content.with_paths(self.paths, wanted[0].id)
+        return replace(self, **{key: getattr(content, key) for key in PlanContent.__dataclass_fields__})
+
+
+@dataclass(frozen=True)
+class PlanFile:
+    """A plan as it comes out of a file: no place in a store yet. case_hash is None where the format carries none.
+
+    urdf: that of a robot of one's own, where the file carries it.
+    """
+
+    name: str
+    content: PlanContent
+    case_hash: str | None = None
+    urdf: bytes | None = None
+
+
+def _chosen(plan: Plan | PlanContent) -> dict[str, Any]:
+    return {"points": plan.points, "tool": plan.tool, "tool_shape": plan.tool_shape}
+
+
+def _path_of(plan: Plan | PlanContent) -> PlanPath:
+    return next(path for path in plan.paths if path.id == plan.path_id)
+
+
+def _held(point: PlanPoint) -> tuple[Any, ...]:
+    """What of a path point a robot is placed for."""
+    return (point.position, point.direction, point.roll_deg)
+
+
+def _way(content: PlanContent) -> tuple[Any, ...]:
+    return ([_held(point) for point in content.points], content.tool, dict(content.tool_shape))
+
+
+def drive_parts(plan: Plan | PlanContent) -> list[Any]:
+    """What a drive along the chosen path depends on, as JSON values: equal for plans that are driven alike.
+
+    Names count, since a drive says what blocks it; labels, colours, notes and the other paths do not.
+    """
+    zones = [
+        {k: v for k, v in zone_to_json(zone).items() if k not in ("id", "colour", "visible")} for zone in plan.zones
+    ]
+    return [
+        plan.tool,
+        dict(plan.tool_shape),
+        dict(plan.robot),
+        dict(plan.settings),
+        [point.position for point in plan.points],
+        [[point.direction, point.roll_deg] for point in plan.points],
+        zones,
+        [dict(region.shape) for region in plan.removed_bone],
+    ]
+
+
+def check_content(content: PlanContent) -> PlanContent:
+    """The content of a new plan: checked like a stored one, and for the number of its points as well.
+
+    Raises InputError or one of its kinds.
+    """
+    return check_stored(check_size(content))
+
+
+def check_size(content: PlanContent) -> PlanContent:
+    """The content, where it has no more points and paths than a plan may have. Raises TooLarge."""
+    listed = [(path.points, "path points") for path in content.paths]
+    for points, what in (*listed, (content.targets, "targets")):
+        if len(points) > MAX_POINTS:
+            raise TooLarge(f"{len(points)} {what} are too many; a plan has {MAX_POINTS} at most. Keep every nth.")
+    if len(content.paths) > MAX_PATHS:
+        raise TooLarge(f"{len(content.paths)} paths are too many; a plan has {MAX_PATHS} at most.")
+    return content
+
+
+def check_stored(content: PlanContent) -> PlanContent:
+    """The content, validated as a whole, without settings that are retired. Raises InputError or one of its kinds."""
+    points = [point for path in content.paths for point in path.points] + list(content.targets)
+    for point in points:
+        check_point(point)
+    if len({point.id for point in points}) != len(points):
+        raise PlanError("two points have the same identifier.")
+    check_word(content.tool, "tool")
+    ControlSettings.from_dict(dict(content.settings))
+    return replace(
+        content,
+        tool_shape=check_tool_shape(content.tool_shape),
+        robot=check_robot(content.robot),
+        settings={name: value for name, value in content.settings.items() if name not in RETIRED},
+        paths=check_paths(content.paths),
+        zones=check_zones(content.zones),
+        removed_bone=check_removed(content.removed_bone),
+        notes=check_text(content.notes, "notes", MAX_NOTES),
+        second_volume=check_second(content.second_volume),
+        registration=check_registration_id(content.registration),
+    )
+
+
+def check_registration_id(value: Any) -> str | None:
+    """Id of a registration; None stays None. Raises PlanError."""
+    return None if value is None else check_id(value, "a registration")
+
+
+def content_to_json(content: PlanContent) -> dict[str, Any]:
+    """The content as plain JSON values, each number unrounded.
+
+    'points', 'tool' and 'tool_shape' are the chosen path's, as in files from before there were several.
+    """
+    return {
+        "points": [point_to_json(point) for point in content.points],
+        "targets": [point_to_json(point) for point in content.targets],
+        "tool": content.tool,
+        "tool_shape": dict(content.tool_shape),
+        "robot": dict(content.robot),
+        "settings": dict(content.settings),
+        "path_id": content.path_id,
+        "paths": paths_to_json(content.paths, content.path_id),
+        "zones": [zone_to_json(zone) for zone in content.zones],
+        "removed_bone": [removed_to_json(region) for region in content.removed_bone],
+        "notes": content.notes,
+        "second_volume": second_to_json(content.second_volume),
+        "registration": content.registration,
+    }
+
+
+def content_from_json(data: Mapping[str, Any]) -> PlanContent:
+    """The inverse of `content_to_json`, checked as `check_stored` does. Raises InputError or one of its kinds.
+
+    One from before there were several paths has one, of the name 'Path 1'.
+    """
+    settings = data.get("settings", {})
+    if not isinstance(settings, Mapping):
+        raise PlanError("a plan's settings must be named numbers.")
+    path_id = check_id(data.get("path_id", FIRST_PATH), "a path")
+    return check_stored(
+        PlanContent(
+            points_from_json(data.get("points", []), "points"),
+            points_from_json(data.get("targets", []), "targets"),
+            data.get("tool", DEFAULT_TOOL),
+            check_tool_shape(data.get("tool_shape", {})),
+            check_robot(data.get("robot", unplaced_robot())),
+            {str(name): number(value, f"the setting {name!s:.40}") for name, value in settings.items()},
+            paths_from_json(data.get("paths", []), path_id),
+            path_id,
+            zones_from_json(data.get("zones", [])),
+            removed_from_json(data.get("removed_bone", [])),
+            data.get("notes", ""),
+            second_from_json(data.get("second_volume")),
+            check_registration_id(data.get("registration")),
+        )
+    )

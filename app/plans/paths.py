@@ -1,0 +1,139 @@
+"""The paths of a plan: each with its points, its tool and the side where it enters. One of them is the chosen one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, Literal, get_args
+
+from app.kit.names import check_stored_name
+from app.plans.points import PlanPoint, check_id, number, point_to_json, points_from_json
+from vfix_engine.errors import PlanError
+
+DEFAULT_TOOL = "bent_30"
+TOOL_SHAPE = ("bend_deg", "shaft_radius_mm")
+PATH = "Path"  # what a path is called, before its number
+FIRST_PATH, FIRST_NAME = "path-1", f"{PATH} 1"  # of a plan that never had another one
+MAX_PATHS = 32
+EntrySide = Literal["", "left", "right", "midline"]  # of the patient; '' where the plan does not say
+_BESIDE_MM = 2.0  # an entry so far on the other side of the midline contradicts its side
+_OF_THE_PLAN = ("points", "tool", "tool_shape")  # keys of the chosen path that a plan's JSON has itself
+
+
+@dataclass(frozen=True)
+class PlanPath:
+    """One way into the head. Its points lead from outside to inside; tool and tool_shape are as those of a plan."""
+
+    id: str = FIRST_PATH
+    name: str = FIRST_NAME
+    points: tuple[PlanPoint, ...] = ()
+    tool: str = DEFAULT_TOOL
+    tool_shape: Mapping[str, float] = field(default_factory=dict)
+    entry_side: EntrySide = ""
+
+
+def side_caution(path: PlanPath) -> str:
+    """A sentence where a path is said to enter on the side of the patient that its entry does not lie on; else ''.
+
+    The entry is the first point. In LPS x is 0 on the midline of a head that lies in the middle of the scanner; where
+    the midline of another one is, nobody has told.
+    """
+    if path.entry_side not in ("left", "right") or not path.points:
+        return ""
+    x, other = path.points[0].position[0], "right" if path.entry_side == "left" else "left"
+    if (x if other == "left" else -x) <= _BESIDE_MM:
+        return ""
+    return (
+        f"The path is said to enter at the {path.entry_side} nostril, but its entry lies at {other[0].upper()} "
+        f"{abs(x):.1f}, {other} of the scan's origin: check the side, unless the head lies aside in the scan."
+    )
+
+
+def with_chosen(paths: Sequence[PlanPath], path_id: str, chosen: Mapping[str, Any]) -> tuple[PlanPath, ...]:
+    """The paths, of which the chosen one has these points, tool and tool_shape.
+
+    No paths at all are one, the chosen one. Raises PlanError where none has that id.
+    """
+    if not paths:
+        name = FIRST_NAME if path_id == FIRST_PATH else path_id
+        return (PlanPath(path_id, name, **chosen),)
+    if path_id not in [path.id for path in paths]:
+        raise PlanError(f"there is no path {path_id!r:.80} in this plan.")
+    return tuple(replace(path, **chosen) if path.id == path_id else path for path in paths)
+
+
+def check_paths(paths: Sequence[PlanPath]) -> tuple[PlanPath, ...]:
+    """The paths, whose names, tools and sides are checked. Raises InputError or one of its kinds."""
+    for what, values in (("identifier", [p.id for p in paths]), ("name", [p.name for p in paths])):
+        if len(set(values)) != len(values):
+            raise PlanError(f"two paths of a plan have the same {what}.")
+    return tuple(_checked(path) for path in paths)
+
+
+def _checked(path: PlanPath) -> PlanPath:
+    check_id(path.id, "a path")
+    check_stored_name(path.name, "path's name")
+    check_word(path.tool, "tool")
+    return replace(path, tool_shape=check_tool_shape(path.tool_shape), entry_side=check_side(path.entry_side))
+
+
+def check_side(side: Any) -> EntrySide:
+    """Raises PlanError."""
+    for known in get_args(EntrySide):
+        if side == known:
+            return known  # type: ignore[no-any-return]
+    raise PlanError(f"the side of an entry is {str(side)!r:.20}; say left, right, midline or nothing.")
+
+
+def check_tool_shape(shape: Any) -> dict[str, float]:
+    """A tool's changed bend and radius, by name. Raises PlanError."""
+    if not isinstance(shape, Mapping) or set(shape) - set(TOOL_SHAPE):
+        raise PlanError(f"a tool's shape has {' and '.join(TOOL_SHAPE)}.")
+    return {name: number(shape[name], f"the tool's {name}") for name in TOOL_SHAPE if name in shape}
+
+
+def check_word(text: Any, what: str) -> None:
+    """Names of shipped robots and tools: never a path."""
+    check_stored_name(text, f"{what}'s name")
+    if not all(c.isalnum() or c in "_-" for c in text):
+        raise PlanError(f"the {what}'s name may hold letters, digits, '_' and '-' only.")
+
+
+def new_path_name(paths: Sequence[PlanPath], named: str = PATH) -> str:
+    """'Path 2' and so on: the first that no path has. named: the word before the number."""
+    taken = {path.name for path in paths}
+    return next(name for n in range(1, len(paths) + 2) if (name := f"{named} {n}") not in taken)
+
+
+def paths_to_json(paths: Sequence[PlanPath], path_id: str) -> list[dict[str, Any]]:
+    """The paths as plain JSON values; points and tool of the chosen one are those of the plan, and left out."""
+    return [
+        {"id": path.id, "name": path.name, "entry_side": path.entry_side} | ({} if path.id == path_id else _own(path))
+        for path in paths
+    ]
+
+
+def _own(path: PlanPath) -> dict[str, Any]:
+    return {
+        "points": [point_to_json(point) for point in path.points],
+        "tool": path.tool,
+        "tool_shape": dict(path.tool_shape),
+    }
+
+
+def paths_from_json(data: Any, path_id: str) -> tuple[PlanPath, ...]:
+    """The inverse of `paths_to_json`, the chosen path without its points. Raises InputError or one of its kinds."""
+    if not isinstance(data, list) or not all(isinstance(item, Mapping) for item in data):
+        raise PlanError("a plan's paths must be a list of objects.")
+    return tuple(_path_from_json(item, path_id) for item in data)
+
+
+def _path_from_json(item: Mapping[str, Any], path_id: str) -> PlanPath:
+    own_id = check_id(item.get("id"), "a path")
+    name, side = check_stored_name(item.get("name"), "path's name"), check_side(item.get("entry_side", ""))
+    if own_id == path_id:
+        if any(key in item for key in _OF_THE_PLAN):
+            raise PlanError("points and tool of the chosen path are those of the plan; leave them out of its 'paths'.")
+        return PlanPath(own_id, name, entry_side=side)
+    points = points_from_json(item.get("points", []), "points")
+    return PlanPath(own_id, name, points, item.get("tool", DEFAULT_TOOL), item.get("tool_shape", {}), side)

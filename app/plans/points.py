@@ -1,0 +1,140 @@
+"""Points of a plan: places in LPS mm, and the shaft's direction and roll where a path point has them."""
+
+from __future__ import annotations
+
+import math
+import secrets
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from app.kit.names import check_stored_label
+from vfix_engine.errors import PlanError
+
+MAX_COORDINATE = 1e4  # [mm]
+MAX_ROLL_DEG = 360.0
+_SHORTEST = 1e-6  # of a direction that is given; it is brought to length 1
+
+Position = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class PlanPoint:
+    """A path point or a target; position in LPS mm.
+
+    direction: of a path point, from the tool's tip towards the tail of its shaft, LPS, of length 1; None where the
+    plan leaves it open. roll_deg: turn of a bent tool about that direction; None where the plan leaves it open.
+    """
+
+    id: str
+    label: str
+    position: Position
+    direction: Position | None = None
+    roll_deg: float | None = None
+
+
+def new_id(letter: str) -> str:
+    """An identifier that nothing else of a plan has."""
+    return f"{letter}-{secrets.token_hex(5)}"
+
+
+def new_point_id() -> str:
+    """An identifier that no other point has."""
+    return new_id("p")
+
+
+def check_position(position: Iterable[Any]) -> Position:
+    """Three finite coordinates within reach of a patient (HAZ-05). Raises PlanError."""
+    values = tuple(position)
+    if len(values) != 3:
+        raise PlanError("a position needs three numbers, in LPS mm.")
+    checked = tuple(number(value, "a coordinate") for value in values)
+    if any(abs(value) >= MAX_COORDINATE for value in checked):
+        raise PlanError(f"a coordinate is beyond {MAX_COORDINATE:g} mm; check the unit of the position.")
+    return (checked[0], checked[1], checked[2])
+
+
+def check_direction(direction: Any) -> Position | None:
+    """A direction, brought to length 1; None stays None. Raises PlanError."""
+    if direction is None:
+        return None
+    if not isinstance(direction, (list, tuple)) or len(direction) != 3:
+        raise PlanError("a shaft's direction needs three numbers, LPS, from the tip towards the tail.")
+    x, y, z = (number(value, "a direction's component") for value in direction)
+    length = math.hypot(x, y, z)
+    if not _SHORTEST < length < 1.0 / _SHORTEST:
+        raise PlanError("a shaft's direction needs a length that is neither 0 nor huge; 1 is best.")
+    # One that is of length 1 already stays as it is to the last digit, so that a file comes back as it was.
+    scale = 1.0 if abs(length - 1.0) < 1e-12 else 1.0 / length
+    return (x * scale, y * scale, z * scale)
+
+
+def check_roll(roll_deg: Any) -> float | None:
+    """A roll in degrees; None stays None. Raises PlanError."""
+    if roll_deg is None:
+        return None
+    roll = number(roll_deg, "a shaft's roll")
+    if abs(roll) > MAX_ROLL_DEG:
+        raise PlanError(f"a shaft's roll is {roll:g}°; allowed is −{MAX_ROLL_DEG:g} to {MAX_ROLL_DEG:g}°.")
+    return roll
+
+
+def number(value: Any, what: str) -> float:
+    """A finite float out of a JSON or array number. Raises PlanError."""
+    if isinstance(value, (bool, str, bytes)):
+        raise PlanError(f"{what} must be a number.")
+    try:
+        result = float(value)
+    except (TypeError, ValueError, OverflowError):
+        raise PlanError(f"{what} must be a number.") from None
+    if not math.isfinite(result):
+        raise PlanError(f"{what} is not a finite number.")
+    return result
+
+
+def check_point(point: PlanPoint) -> PlanPoint:
+    """The point, whose values are checked. Raises InputError or one of its kinds."""
+    check_stored_label(point.label, "label")
+    check_position(point.position)
+    if check_roll(point.roll_deg) is not None and point.direction is None:
+        raise PlanError("a shaft's roll is about its direction; give the direction as well.")
+    check_direction(point.direction)
+    return point
+
+
+def check_id(value: Any, what: str) -> str:
+    """An identifier out of a file. Raises PlanError."""
+    if not isinstance(value, str) or not 0 < len(value) <= 64 or not all(c.isalnum() or c in "_-." for c in value):
+        raise PlanError(f"{what}'s identifier may hold up to 64 letters, digits, '_', '-' and '.'.")
+    return value
+
+
+def point_to_json(point: PlanPoint) -> dict[str, Any]:
+    """The point as plain JSON values; what it leaves open is left out."""
+    data: dict[str, Any] = {"id": point.id, "label": point.label, "position": point.position}
+    if point.direction is not None:
+        data["direction"] = point.direction
+    if point.roll_deg is not None:
+        data["roll_deg"] = point.roll_deg
+    return data
+
+
+def points_from_json(data: Any, what: str) -> tuple[PlanPoint, ...]:
+    """The inverse of a list of `point_to_json`. Raises InputError or one of its kinds."""
+    if not isinstance(data, (list, tuple)):
+        raise PlanError(f"a plan's {what} must be a list.")
+    return tuple(_point_from_json(item, what) for item in data)
+
+
+def _point_from_json(item: Any, what: str) -> PlanPoint:
+    if not isinstance(item, Mapping) or not isinstance(item.get("position"), (list, tuple)):
+        raise PlanError(f"each of a plan's {what} needs a label and a position.")
+    return check_point(
+        PlanPoint(
+            check_id(item.get("id") or new_point_id(), "a point"),
+            check_stored_label(item.get("label", ""), "label"),
+            check_position(item["position"]),
+            check_direction(item.get("direction")),
+            check_roll(item.get("roll_deg")),
+        )
+    )

@@ -1,0 +1,106 @@
+"""Plans of the store: listed, made, renamed, duplicated, deleted with recovery, and edited."""
+
+from __future__ import annotations
+
+import io
+import shutil
+from dataclasses import replace
+
+from app.documents import Documents, DocumentTitle
+from app.kit.errors import OtherCase
+from app.plans.document import PLAN, plan_of
+from app.plans.editor import PlanEditor
+from app.plans.instruments import shaped_tool
+from app.plans.model import Plan, PlanContent, PlanFile, PlanPoint, check_content, without_placing
+from app.store import Store
+from app.store.models import CaseRow
+from vfix_engine.errors import PlanError
+from vfix_engine.robots import robot_from_urdf
+
+__all__ = ["Plan", "PlanContent", "PlanEditor", "PlanFile", "PlanPoint", "PlanService", "PlanTitle"]
+
+PlanTitle = DocumentTitle
+
+
+class PlanService:
+    """Plans of every case: documents of the kind 'plan'. May be used from any thread."""
+
+    def __init__(self, store: Store) -> None:
+        self._store = store
+        self.documents = Documents(store, PLAN)
+
+    def list(self, case_id: str | None = None, include_deleted: bool = False) -> tuple[Plan, ...]:
+        """Plans of a case, or of all, oldest first; one whose content cannot be read says why (`unreadable`)."""
+        return tuple(plan_of(document) for document in self.documents.list(case_id, include_deleted))
+
+    def titles(self, case_id: str | None = None, include_deleted: bool = False) -> tuple[PlanTitle, ...]:
+        """Plans of a case, or of all, oldest first, without reading what they contain."""
+        return self.documents.titles(case_id, include_deleted)
+
+    def get(self, plan_id: str) -> Plan:
+        """The plan, deleted or not. Raises NotFound, and PlanError when its content cannot be read."""
+        return plan_of(self.documents.get(plan_id))
+
+    def create(
+        self,
+        case_id: str,
+        name: str,
+        content: PlanContent | None = None,
+        *,
+        plan_id: str | None = None,
+        numbered: bool = False,
+    ) -> Plan:
+        """Make a plan of a case; empty unless a content is given. numbered: as of `Documents.create`."""
+        checked = None if content is None else check_content(content)
+        return plan_of(self.documents.create(case_id, name, checked, document_id=plan_id, numbered=numbered))
+
+    def add_file(self, case_id: str, file: PlanFile, *, name: str | None = None, other_case: bool = False) -> Plan:
+        """Make a plan out of an imported file. `name` wins over the file's; a name of another plan gets a number.
+
+        Raises OtherCase when the file was made for another head, unless `other_case` says that this is known; the
+        robot's placing and the registration are dropped then. Raises RobotError for a tool, its shape or a robot that
+        cannot be.
+        """
+        content = file.content
+        shaped_tool(content.tool, **content.tool_shape)
+        self._keep_urdf(file)
+        with self._store.reading() as session:
+            case = session.get(CaseRow, case_id)
+        if case is not None and file.case_hash not in (None, case.content_hash):
+            if not other_case:
+                raise OtherCase("the plan was made for another case; its points may lie in other anatomy.")
+            content = replace(content, robot=without_placing(content.robot), registration=None)
+        return self.create(case_id, file.name if name is None else name, content, numbered=True)
+
+    def _keep_urdf(self, file: PlanFile) -> None:
+        """The robot's URDF comes into the store with its plan. Raises PlanError where nobody has it, and RobotError."""
+        robot, files = file.content.robot, self._store.files
+        if (key := robot.get("urdf")) is None:
+            return
+        stored = files.has(key)
+        if file.urdf is None and not stored:
+            raise PlanError("the plan's robot is a URDF that its file does not carry; export the plan again.")
+        data = files.path(key).read_bytes() if file.urdf is None else file.urdf
+        robot_from_urdf(data, robot["name"], robot["tool_frame"])
+        if not stored:
+            files.put_with(lambda target: shutil.copyfileobj(io.BytesIO(data), target))
+
+    def duplicate(self, plan_id: str, name: str | None = None, *, expected_revision: int | None = None) -> Plan:
+        """Copy a plan as it is now, without its history. Raises PlanConflict when that is not the expected revision."""
+        return plan_of(self.documents.duplicate(plan_id, name, expected_revision=expected_revision))
+
+    def rename(self, plan_id: str, name: str, *, expected_revision: int | None = None) -> Plan:
+        """Give a plan another name."""
+        return plan_of(self.documents.rename(plan_id, name, expected_revision=expected_revision))
+
+    def delete(self, plan_id: str, *, expected_revision: int | None = None) -> Plan:
+        """Take a plan off the lists; `restore` brings it back. Raises PlanLocked for a locked one."""
+        return plan_of(self.documents.delete(plan_id, expected_revision=expected_revision))
+
+    def restore(self, plan_id: str, *, expected_revision: int | None = None) -> Plan:
+        """Bring a deleted plan back."""
+        return plan_of(self.documents.restore(plan_id, expected_revision=expected_revision))
+
+    def editor(self, plan_id: str) -> PlanEditor:
+        """The plan's editor. Raises NotFound."""
+        return PlanEditor(self.documents.editor(plan_id))

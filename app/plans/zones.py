@@ -1,0 +1,170 @@
+"""Regions of a plan: structures to spare, and bone that is to be removed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+from app.kit.names import check_stored_name
+from app.plans.points import check_id, number
+from app.plans.shapes import check_shape, check_solid
+from vfix_engine.errors import PlanError
+from vfix_engine.virtual_fixtures.soft_zone import STIFFEST_N_PER_MM
+from vfix_engine.virtual_fixtures.zones import LARGEST_MARGIN_MM
+from vfix_engine.virtual_fixtures.zones import check_name as check_zone_name
+
+Firmness = Literal["hard", "soft"]
+
+MAX_ZONES = 64
+MAX_ZONE_NAME = 56  # [characters]; the engine's zones of a chain have a longer one
+MAX_REMOVED = 64
+DEFAULT_COLOUR = "#e0b04c"
+DEFAULT_STIFFNESS_N_PER_MM = 0.5
+LARGEST_DEPTH_MM = 20.0
+# In the order in which new zones take them; none is that of bone, path or target.
+COLOURS = (DEFAULT_COLOUR, "#c97bd1", "#7fb069", "#e07a5f", "#6fa8dc", "#b8a1e3")
+
+
+@dataclass(frozen=True)
+class PlanZone:
+    """A structure to spare.
+
+    shape: as in a file of zones, or {'kind': 'capsules', 'points': …, 'radius': …} or {'kind': 'structure',
+    'structure': id}. margin_mm: how far the tool stays away from a hard one; of a soft one the thickness of the layer
+    around it. A hard one is not entered; a soft one pushes back with stiffness_n_per_mm, and max_depth_mm is how deep
+    it may be entered, None where the plan does not say. visible: whether the views draw it, which no drive asks.
+    """
+
+    id: str
+    name: str
+    shape: Mapping[str, Any]
+    margin_mm: float = 1.0
+    kind: Firmness = "hard"
+    stiffness_n_per_mm: float | None = None
+    max_depth_mm: float | None = None
+    colour: str = DEFAULT_COLOUR
+    visible: bool = True
+
+
+@dataclass(frozen=True)
+class RemovedBone:
+    """A region in which bone will be removed before the tool goes in: a sphere, a capsule or a box."""
+
+    id: str
+    name: str
+    shape: Mapping[str, Any] = field(default_factory=dict)
+
+
+def check_zones(zones: Sequence[PlanZone]) -> tuple[PlanZone, ...]:
+    """The zones, whose values are checked. Raises InputError or one of its kinds."""
+    _unique(zones, "structures to spare", MAX_ZONES)
+    return tuple(check_zone(zone) for zone in zones)
+
+
+def check_zone(zone: PlanZone) -> PlanZone:
+    """Raises InputError or one of its kinds, which name the zone."""
+    named = f"the structure to spare {check_stored_name(zone.name, 'structure to spare')!r}"
+    if len(check_zone_name(zone.name, "structure to spare")) > MAX_ZONE_NAME:
+        raise PlanError(f"{named} has a name of {len(zone.name)} characters; {MAX_ZONE_NAME} are allowed.")
+    if zone.kind not in ("hard", "soft"):
+        raise PlanError(f"{named} is {str(zone.kind)!r:.20}; it must be hard or soft.")
+    if zone.kind == "hard" and (zone.stiffness_n_per_mm is not None or zone.max_depth_mm is not None):
+        raise PlanError(f"{named} is hard; a stiffness and a greatest depth belong to a soft one.")
+    if not isinstance(zone.visible, bool):
+        raise PlanError(f"{named}: 'visible' must be true or false.")
+    stiffness = zone.stiffness_n_per_mm
+    if zone.kind == "soft" and stiffness is None:
+        stiffness = DEFAULT_STIFFNESS_N_PER_MM
+    return PlanZone(
+        check_id(zone.id, "a structure to spare"),
+        zone.name,
+        check_shape(zone.shape),
+        _within(zone.margin_mm, f"{named}: the margin", 0.0, LARGEST_MARGIN_MM, "mm"),
+        zone.kind,
+        None if stiffness is None else _positive(stiffness, f"{named}: the stiffness", STIFFEST_N_PER_MM, "N/mm"),
+        None if zone.max_depth_mm is None
+        else _within(zone.max_depth_mm, f"{named}: the greatest depth", 0.0, LARGEST_DEPTH_MM, "mm"),
+        _colour(zone.colour, named),
+        zone.visible,
+    )  # fmt: skip
+
+
+def check_removed(regions: Sequence[RemovedBone]) -> tuple[RemovedBone, ...]:
+    """The regions, whose values are checked. Raises InputError or one of its kinds."""
+    _unique(regions, "regions of bone to remove", MAX_REMOVED)
+    return tuple(
+        RemovedBone(
+            check_id(one.id, "a region of bone to remove"),
+            check_stored_name(one.name, "name of the bone to remove"),
+            check_solid(one.shape),
+        )
+        for one in regions
+    )
+
+
+def _unique(items: Sequence[PlanZone] | Sequence[RemovedBone], what: str, most: int) -> None:
+    if len(items) > most:
+        raise PlanError(f"{len(items)} {what} are too many; a plan has {most} at most.")
+    for values in ([item.id for item in items], [item.name for item in items]):
+        if len(set(values)) != len(values):
+            twice = next(value for value in values if values.count(value) > 1)
+            raise PlanError(f"two {what} are called {twice!r:.80}.")
+
+
+def _within(value: Any, what: str, low: float, high: float, unit: str) -> float:
+    given = number(value, what)
+    if not low <= given <= high:
+        raise PlanError(f"{what} is {given:g} {unit}; allowed is {low:g} to {high:g} {unit}.")
+    return given
+
+
+def _positive(value: Any, what: str, most: float, unit: str) -> float:
+    given = number(value, what)
+    if not 0.0 < given <= most:
+        raise PlanError(f"{what} is {given:g} {unit}; it must be more than 0 and at most {most:g} {unit}.")
+    return given
+
+
+def _colour(value: Any, named: str) -> str:
+    if (
+        not isinstance(value, str)
+        or len(value) != 7
+        or value[0] != "#"
+        or set(value[1:].lower()) - set("0123456789abcdef")
+    ):
+        raise PlanError(f"{named}: its colour is {str(value)!r:.20}; write it as #rrggbb.")
+    return value.lower()
+
+
+def zone_to_json(zone: PlanZone) -> dict[str, Any]:
+    """The zone as plain JSON values."""
+    return {**vars(zone), "shape": dict(zone.shape)}
+
+
+def zones_from_json(data: Any) -> tuple[PlanZone, ...]:
+    """The inverse of a list of `zone_to_json`. Raises InputError or one of its kinds."""
+    return check_zones([PlanZone(**item) for item in _objects(data, "zones", PlanZone)])
+
+
+def removed_to_json(region: RemovedBone) -> dict[str, Any]:
+    """The region as plain JSON values."""
+    return {"id": region.id, "name": region.name, "shape": dict(region.shape)}
+
+
+def removed_from_json(data: Any) -> tuple[RemovedBone, ...]:
+    """The inverse of a list of `removed_to_json`. Raises InputError or one of its kinds."""
+    return check_removed([RemovedBone(**item) for item in _objects(data, "removed_bone", RemovedBone)])
+
+
+def _objects(data: Any, key: str, of: type[PlanZone] | type[RemovedBone]) -> list[Mapping[str, Any]]:
+    """Entries of a list whose fields are those of the class; one that misses or has another one is refused."""
+    if not isinstance(data, list) or not all(isinstance(item, Mapping) for item in data):
+        raise PlanError(f"a plan's {key} must be a list of objects.")
+    for item in data:
+        missing = [name for name in ("id", "name", "shape") if name not in item]
+        unknown = sorted(map(str, set(item) - set(of.__dataclass_fields__)))
+        if missing or unknown:
+            what = f"needs '{missing[0]}'" if missing else f"has no '{unknown[0]:.40}'"
+            raise PlanError(f"an entry of a plan's {key} {what}.")
+    return data

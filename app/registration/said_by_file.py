@@ -1,0 +1,110 @@
+"""What the file of a transform says of its own making, which is shown as its words: nothing here has checked it.
+
+Only that it was simulated counts: a file may make a transform less trusted, never more.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any, get_args
+
+from app.plans.points import number
+from vfix_engine.errors import InputError
+from vfix_engine.frames import RegisteredTo
+
+MOST_MM, MOST_POINTS = 1e6, 1_000_000
+FULL: dict[RegisteredTo, str] = {"patient": "the patient", "base": "the robot's base"}
+_WAYS = ("registration", "direction")  # keys whose value says which way it goes
+_NOT_SIMULATED = ("", "no", "false", "none", "0")
+_FIGURES = {"fre_mm": "fre_mm", "points": "points", "fle_mm": "error_of_a_point_mm"}  # by field, its key in a file
+
+
+@dataclass(frozen=True)
+class SaidByFile:
+    """to: what the transform leads to, None where the file leaves that open. simulated: no patient was measured.
+
+    fre_mm, points, fle_mm: FRE, number of points and error of one, as a `FitReport` has them; None where it says none.
+    """
+
+    to: RegisteredTo | None = None
+    simulated: bool = False
+    fre_mm: float | None = None
+    points: int | None = None
+    fle_mm: float | None = None
+
+    @property
+    def words(self) -> str:
+        """The figures in a sentence, as the file's; '' where it has none."""
+        parts = [] if self.points is None else [f"{self.points} point{'' if self.points == 1 else 's'}"]
+        parts += [] if self.fre_mm is None else [f"FRE {self.fre_mm:.2f} mm"]
+        parts += [] if self.fle_mm is None else [f"error of one point {self.fle_mm:.2f} mm"]
+        return f"Said by the file, and not checked here: {', '.join(parts)}." if parts else ""
+
+
+def direction(to: RegisteredTo) -> str:
+    """Which way a registration goes, as files of transforms say it."""
+    return f"from the image (LPS, mm) to {FULL[to]} (mm)"
+
+
+def said_of(lines: Sequence[tuple[str, Any]], to: RegisteredTo | None = None) -> SaidByFile:
+    """What keys and values of a file say. to: what it says otherwise that the transform leads to.
+
+    A figure that cannot be one is passed over. Raises InputError where the file names two frames.
+    """
+    known = {direction(frame): frame for frame in FULL}
+    frames = {known[str(value)] for key, value in lines if key in _WAYS and str(value) in known}
+    frames |= set() if to is None else {to}
+    if len(frames) > 1:
+        raise InputError("the file says of its transform that it leads to the patient and to the robot's base.")
+    values = dict(lines)
+    simulated = any(_says_yes(value) for key, value in lines if key == "simulated")
+    figures = {name: _figure(values.get(key)) for name, key in _FIGURES.items() if name != "points"}
+    count = _figure(values.get("points"))
+    points = int(count) if count and count.is_integer() and count <= MOST_POINTS else None
+    return SaidByFile(next(iter(frames), None), simulated, points=points, **figures)
+
+
+def said_to_json(said: SaidByFile | None) -> dict[str, Any] | None:
+    """Plain JSON values."""
+    return None if said is None else asdict(said)
+
+
+def said_from_json(item: Any) -> SaidByFile | None:
+    """The inverse of `said_to_json`, checked. Raises InputError."""
+    if item is None:
+        return None
+    known = set(SaidByFile.__dataclass_fields__)
+    if not isinstance(item, Mapping) or set(item) != known:
+        raise InputError(f"what a transform's file says has {', '.join(sorted(known))}.")
+    return check_said(SaidByFile(**item))
+
+
+def check_said(said: SaidByFile | None) -> SaidByFile | None:
+    """What a file says, where it can be said. Raises InputError."""
+    if said is None:
+        return None
+    if said.to not in (None, *get_args(RegisteredTo)) or not isinstance(said.simulated, bool):
+        raise InputError("a transform's file says that it is to the patient or the base, and whether it is simulated.")
+    for value in (said.fre_mm, said.fle_mm):
+        if value is not None and not 0.0 <= number(value, "an error that a transform's file says") <= MOST_MM:
+            raise InputError("the errors that a transform's file says are lengths in mm.")
+    if said.points is not None and (type(said.points) is not int or not 0 < said.points <= MOST_POINTS):
+        raise InputError("the number of points that a transform's file says is a whole number.")
+    return said
+
+
+def _says_yes(value: Any) -> bool:
+    """Whatever does not say no."""
+    return str(value).strip().lower() not in _NOT_SIMULATED
+
+
+def _figure(value: Any) -> float | None:
+    if isinstance(value, bool) or not isinstance(value, int | float | str):
+        return None
+    try:
+        found = float(value)
+    except ValueError:
+        return None
+    return found if math.isfinite(found) and 0.0 <= found <= MOST_MM else None
