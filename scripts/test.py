@@ -36,24 +36,24 @@ PREPARATION = ("-c", "from vfix_engine.worlds.rigid.preparation import prepare; 
 FIRST_START = "a first start"
 IN_TIME = "the page and what runs in real time"
 RUNS = {
-    FIRST_START: ("tests/app/test_bench_start.py",),
+    FIRST_START: ("tests/app/commands/test_bench_start.py",),
     IN_TIME: (
         "tests/browser",
         "tests/engine/runtime",
-        "tests/engine/simulation/test_realtime.py",
-        "tests/engine/simulation/test_rigid_runs.py",
-        "tests/engine/lumen/test_snake_process.py",
+        "tests/engine/worlds/rigid/test_realtime.py",
+        "tests/engine/worlds/rigid/test_rigid_runs.py",
+        "tests/engine/worlds/snake/test_snake_process.py",
     ),
     "the application": ("tests/app",),
     "the engine": ("tests/engine",),
-    "the simulation": ("tests/engine/simulation",),
+    "the simulation": ("tests/engine/worlds/rigid",),
     "rehearsals, snakes by command and hostile files": (
-        *(f"tests/app/test_rehearse_{name}.py" for name in ("command", "robots", "zones")),
-        "tests/app/test_lumen_command.py",
-        "tests/app/test_bench_lumen.py",
-        "tests/app/test_file_mutants.py",
+        *(f"tests/app/commands/test_rehearse_{name}.py" for name in ("command", "robots", "zones")),
+        "tests/app/commands/test_lumen_command.py",
+        "tests/app/commands/test_bench_lumen.py",
+        "tests/app/exchange/test_file_mutants.py",
     ),
-    "the lumen": ("tests/engine/lumen",),
+    "the lumen": ("tests/engine/pathway", "tests/engine/snake", "tests/engine/worlds/snake"),
     "docs, scripts and the wheel": ("tests",),
 }
 WORKERS = 2

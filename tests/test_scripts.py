@@ -250,7 +250,7 @@ def test_one_run_of_many_that_fails_is_named(
 
     def run(python: Path, *words: str, less_urgent: int = 0) -> int:
         made.update({word: less_urgent for word in words if word.startswith("--junitxml")})
-        return 1 if "tests/engine/lumen" in words else 0
+        return 1 if "tests/engine/snake" in words else 0
 
     monkeypatch.setattr(script, "run_in_environment", run)
     statuses = script.run_everything(Path("python"), Path("node"), tmp_path)
@@ -325,7 +325,7 @@ def test_every_test_is_run_once(page_checks: ModuleType) -> None:
                 taken[file].append(name)
     assert {len(names) for names in taken.values()} == {1}, taken
     assert taken[Path("tests/test_scripts.py")] == ["docs, scripts and the wheel"]
-    assert taken[Path("tests/engine/lumen/test_snake_process.py")] == [script.IN_TIME]
+    assert taken[Path("tests/engine/worlds/snake/test_snake_process.py")] == [script.IN_TIME]
 
 
 # Tells its priority, once that is the wanted one or a minute has passed: it is set from outside, after the start.

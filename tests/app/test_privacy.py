@@ -22,8 +22,8 @@ from test_api_uploads import wait
 from app.cli import main
 from app.settings import Settings
 from app.wiring.services import Services, build_services
-from tests.engine.imaging.imaging_phantoms import dicom_slices
-from tests.engine.imaging.label_files import ellipsoid, save_dicom_seg, save_nifti, save_seg_nrrd
+from tests.engine.imaging_phantoms import dicom_slices
+from tests.engine.label_files import ellipsoid, save_dicom_seg, save_nifti, save_seg_nrrd
 from vfix_engine.files.volume import Volume
 
 CANARY = "Canary"

@@ -13,8 +13,8 @@ from playwright.sync_api import expect
 from pydicom.uid import generate_uid
 from workstation import Rest, Workstation
 
-from tests.engine.imaging.imaging_phantoms import dicom_slices, save_dicom
-from tests.engine.imaging.label_files import ellipsoid, save_nifti, save_seg_nrrd
+from tests.engine.imaging_phantoms import dicom_slices, save_dicom
+from tests.engine.label_files import ellipsoid, save_nifti, save_seg_nrrd
 from vfix_engine.files.volume import Volume
 
 pytestmark = pytest.mark.browser

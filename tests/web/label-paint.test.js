@@ -4,7 +4,7 @@ import { test } from "node:test";
 import { Grid } from "../../app/web/js/slices/grid.js";
 import { coarser, drawLine, eachNearest, maskOfRuns, tintMask, untint } from "../../app/web/js/slices/label-paint.js";
 
-// Made by tests/engine/imaging/test_label_painting.py, which compares it with what the engine draws.
+// Made by tests/engine/anatomy/test_label_painting.py, which compares it with what the engine draws.
 const { shape, affine, strokes, runs } = JSON.parse(readFileSync(new URL("label-strokes.json", import.meta.url), "utf8"));
 
 test("strokes have the voxels that the engine draws", () => {

@@ -5,7 +5,7 @@ import { cutPlane, OUTSIDE, sampleAt } from "../../app/web/js/slices/cut.js";
 import { Grid } from "../../app/web/js/slices/grid.js";
 import { shade, tableOf } from "../../app/web/js/slices/shade.js";
 
-// Values of the engine's Volume.sample; tests/engine/imaging/test_volume_samples.py makes and checks them.
+// Values of the engine's Volume.sample; tests/engine/files/test_volume_samples.py makes and checks them.
 const SAMPLES = JSON.parse(readFileSync(new URL("volume-samples.json", import.meta.url), "utf8"));
 const VOLUME = { grid: new Grid(SAMPLES), voxels: Int16Array.from(SAMPLES.hu) };
 

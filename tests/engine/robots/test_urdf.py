@@ -9,7 +9,7 @@ import pinocchio as pin
 import pytest
 from scipy.spatial.transform import Rotation
 
-from tests.engine.robots.urdf_texts import GOOD, LIMIT, joint, links, urdf
+from tests.engine.urdf_texts import GOOD, LIMIT, joint, links, urdf
 from vfix_engine.errors import RobotError
 from vfix_engine.resources import assets_dir
 from vfix_engine.robots import RobotModel, Tool

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.engine.robots.urdf_texts import GOOD, joint, links, urdf
+from tests.engine.urdf_texts import GOOD, joint, links, urdf
 from vfix_engine.errors import RobotError
 from vfix_engine.robots import RobotModel
 from vfix_engine.robots.urdf import parse_urdf

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.engine.runtime.tiny import Jump, TinySettings, TinySnapshot, TinySpec
+from tests.engine.tiny import Jump, TinySettings, TinySnapshot, TinySpec
 from vfix_engine.errors import ControlError
 from vfix_engine.runtime import SetSettings, Straighten
 from vfix_engine.runtime.process import ControlProcess

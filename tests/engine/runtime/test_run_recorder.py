@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.engine.runtime.tiny import Jump, TinySpec
+from tests.engine.tiny import Jump, TinySpec
 from vfix_engine.errors import InputError
 from vfix_engine.runtime import outbox
 from vfix_engine.runtime.command import COMMAND_COLUMNS

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.engine.runtime.tiny import Jump, TinySettings, TinySpec, halved
+from tests.engine.tiny import Jump, TinySettings, TinySpec, halved
 from vfix_engine.errors import ControlError, InputError
 from vfix_engine.runtime import Command, Master, Reset, SetSettings, Straighten
 from vfix_engine.runtime.background import InlineWorker
