@@ -23,7 +23,8 @@ from vfix_engine.control.step_request import StepRequest
 from vfix_engine.control.tasks import view_point
 from vfix_engine.runtime import Command, SetTask
 from vfix_engine.virtual_fixtures import StepState
-from vfix_engine.worlds.rigid.rigid import RehearsalState, RigidSystem
+from vfix_engine.worlds.rigid.rigid import RigidSystem
+from vfix_engine.worlds.rigid.rigid_state import RehearsalState
 from vfix_engine.worlds.rigid.scene import Scene
 
 STEPS = 1500  # of each drive

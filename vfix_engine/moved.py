@@ -52,6 +52,7 @@ MOVED = {
     "vfix_engine.lumen.query": "vfix_engine.pathway.query",
     "vfix_engine.lumen.synthetic": "vfix_engine.anatomy.lumen.synthetic",
     "vfix_engine.lumen.system": "vfix_engine.worlds.snake",
+    "vfix_engine.robots.placed": "vfix_engine.robots.model",
     "vfix_engine.simulation": "vfix_engine.worlds.rigid",
 }
 

@@ -10,7 +10,7 @@ from .blockers import Blocker
 from .context import ControlContext
 from .controller import Controller
 from .problem import Problem, Row
-from .qp import Solution
+from .program import Solution
 from .settings import Bound, ControlSettings
 from .step import Certified, Refused, build_step, certify_step, solve_step
 from .step_report import StepReport

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ..virtual_fixtures import Constraint, Objective, StepState
 from ..virtual_fixtures.state_kernel import BODY, SEGMENT
 from .problem import Problem
-from .qp import Solution
+from .program import Solution
 
 Array = NDArray[np.float64]
 

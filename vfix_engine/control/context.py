@@ -6,12 +6,12 @@ What a certificate means, and why it holds: see ``certify_kernel`` and docs/safe
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..certificate.certify_kernel import KEPT, OVERFULL, REFUSED, UNCOVERED, certify_motion, measure_state
+from ..certificate.certify_kernel import KEPT, OVERFULL, UNCOVERED, certify_motion, measure_state
 from ..certificate.sweep_kernel import motion_sag
 from ..errors import ControlError, InputError, StartRefused
 from ..given import real_array
@@ -25,11 +25,8 @@ from ..virtual_fixtures.zones import Zone, refuse_start
 from . import qp
 from .request_kernel import task_numbers
 from .settings import ControlSettings
-from .step_kernel import UNSOLVED, answer_size, fused_step, program_size
+from .step_kernel import answer_size, fused_step, program_size
 from .surroundings import SLACK_MM, Surroundings
-
-if TYPE_CHECKING:
-    from .problem import Problem
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int32]
@@ -39,6 +36,25 @@ _PAIRS = 2048  # that the workspace holds at first
 LEAD = 0.8  # of the slack, how far ahead of a moving tool the triangles around it are gathered
 _RESTING_MM = 1e-6  # a shorter motion has no direction
 _ATTEMPTS = 4  # a motion is certified at most once more for each thing that can be missing
+
+
+class FusedStep(NamedTuple):
+    """What the fused kernel made of a program: its verdict, see ``certify_kernel``, and where its numbers lie.
+
+    needed, displacement: what it missed where it could not decide, see ``provide``.
+    share: of the wanted motion that the answer makes; rows, scale: of the program, in ``workspace``.
+    answer: see ``step_kernel.answer_views``; after: the state at the end of the motion, as numbers.
+    """
+
+    verdict: int
+    needed: int
+    displacement: float
+    share: float
+    rows: int
+    scale: float
+    workspace: Array
+    answer: Array
+    after: Array
 
 
 class ControlContext:
@@ -137,7 +153,7 @@ class ControlContext:
             verdict, needed = measure_state(*self.surroundings.arrays, numbers, *self._pairs)
             if verdict == KEPT:
                 return StepState.measured(self, layout, numbers)
-            self._provide(verdict, needed, numbers, numbers, 0.0)
+            self.provide(verdict, needed, numbers, numbers, 0.0)
         raise ControlError("the surroundings of the tool could not be gathered")
 
     def _joints(self, what: str, values: ArrayLike) -> Array:
@@ -173,33 +189,21 @@ class ControlContext:
                 return StepState.measured(self, self.layout, after)
             if verdict not in (UNCOVERED, OVERFULL):
                 return None
-            self._provide(verdict, needed, before, after, displacement)
+            self.provide(verdict, needed, before, after, displacement)
         return None
 
-    def fused_step(self, problem: Problem) -> StepState | None:
-        """Assemble, solve and certify a problem without slacks in one compiled call, as it goes nearly always.
-
-        The problem is filled as ``solve_step`` would fill it.
-        None where there is no answer or the motion is refused, which the problem then says as well.
-        """
-        (matrix, target, weight), given = problem.joined
-        state, after = problem.state, np.empty(self._state_size)
+    def fused_step(
+        self, state: StepState, wanted: qp.ObjectiveRows, given: qp.ConstraintRows, scale: float, along: Array
+    ) -> FusedStep:
+        """Assemble, solve and certify a program without slacks in one compiled call."""
+        after = np.empty(self._state_size)
         if given is self.no_rows:
             workspace, answer = self._program, np.empty(self._answer_size)
         else:
             dof, count = self.layout.dof, len(given.bound) + MAX_ROWS
             workspace, answer = self.program_workspace(dof + 1, count), np.empty(answer_size(dof, dof + 1, count))
-        verdict, needed, displacement, share, rows, scale = fused_step(
-            self._table, state.numbers, matrix, target, weight, given.matrix, given.bound,
-            problem.scale, problem.along, answer, after,
-        )  # fmt: skip
-        problem.fill(workspace, answer, rows, scale, verdict != UNSOLVED, share)
-        if verdict == KEPT:
-            return StepState.measured(self, self.layout, after)
-        if verdict in (UNSOLVED, REFUSED):
-            return None
-        self._provide(verdict, needed, state.numbers, after, displacement)
-        return self.certify(state, problem.found_step())
+        found = fused_step(self._table, state.numbers, *wanted, given.matrix, given.bound, scale, along, answer, after)
+        return FusedStep(*found, workspace, answer, after)
 
     def program_workspace(self, unknowns: int, rows: int) -> Array:
         """The workspace of a program, large enough for so many unknowns and rows."""
@@ -229,7 +233,7 @@ class ControlContext:
         self.__dict__.update(state)
         self._table = self._made_table()
 
-    def _provide(self, verdict: int, needed: int, before: Array, after: Array, displacement: float) -> None:
+    def provide(self, verdict: int, needed: int, before: Array, after: Array, displacement: float) -> None:
         """What a kernel missed on the motion between two states: workspace for pairs, or the triangles around it."""
         if verdict == OVERFULL:
             self._pairs = _pair_workspace(2 * needed)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import qpsolvers
@@ -10,9 +10,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csc_matrix
 
 from ..errors import ControlError
-
-if TYPE_CHECKING:
-    from .qp import Program
+from .program import Program
 
 Array = NDArray[np.float64]
 

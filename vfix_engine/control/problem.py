@@ -8,13 +8,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..certificate.certify_kernel import KEPT, REFUSED
 from ..errors import ControlError
 from ..virtual_fixtures import Constraint, Fixture, Objective, StepState
 from ..virtual_fixtures.state_kernel import BODY, SEGMENT
 from . import qp
 from .context import ControlContext
 from .problem_kernel import prepare
-from .step_kernel import answer_views
+from .program import Program, Solution
+from .step_kernel import UNSOLVED, answer_views
 from .step_request import StepRequest, Task
 
 Array = NDArray[np.float64]
@@ -54,7 +56,7 @@ class Problem:
     share = 1.0  # of the wanted motion that the fused kernel's answer makes
     own_failed = False  # the fused kernel has found no answer that passes its check
     full_refused = False  # the motion of its whole answer is refused
-    _program: qp.Program | None = None
+    _program: Program | None = None
     _filled: tuple[Array, int, float] | None = None
     _answer: Array | None = None
     _joined: tuple[qp.ObjectiveRows, qp.ConstraintRows] | None = None
@@ -93,7 +95,7 @@ class Problem:
         return self._joined
 
     @property
-    def program(self) -> qp.Program:
+    def program(self) -> Program:
         """The numbers of the program; the rows of the constraints come first, then those of the state's pairs.
 
         Raises:
@@ -129,7 +131,7 @@ class Problem:
 
     def changed(
         self,
-        program: qp.Program,
+        program: Program,
         constraints: Sequence[Constraint] | None = None,
         box: Array | None = None,
     ) -> Problem:
@@ -151,19 +153,33 @@ class Problem:
         other.rests, other.brakes, other.tasks = self.rests, self.brakes, self.tasks
         return other
 
-    def fill(self, workspace: Array, answer: Array, rows: int, scale: float, solved: bool, share: float) -> None:
-        """Take over what the fused kernel has written; ``solved``: there is an answer that passes its check."""
-        self._filled = workspace, rows, scale
-        self._answer = answer if solved else None
-        self.own_failed, self.full_refused, self.share = not solved, solved, share
+    def fused_step(self) -> StepState | None:
+        """Assemble, solve and certify this problem, which has no slacks, in one compiled call.
 
-    def found_solution(self) -> qp.Solution | None:
+        The problem is filled as ``solve_step`` would fill it.
+        None where there is no answer or the motion is refused, which the problem then says as well.
+        """
+        context, state = self.context, self.state
+        wanted, given = self.joined
+        done = context.fused_step(state, wanted, given, self.scale, self.along)
+        solved = done.verdict != UNSOLVED
+        self._filled = done.workspace, done.rows, done.scale
+        self._answer = done.answer if solved else None
+        self.own_failed, self.full_refused, self.share = not solved, solved, done.share
+        if done.verdict == KEPT:
+            return StepState.measured(context, context.layout, done.after)
+        if done.verdict in (UNSOLVED, REFUSED):
+            return None
+        context.provide(done.verdict, done.needed, state.numbers, done.after, done.displacement)
+        return context.certify(state, self.found_step())
+
+    def found_solution(self) -> Solution | None:
         """The fused kernel's answer, with arrays of its own; None where it has none or has not run."""
         if self._answer is None or self._filled is None:
             return None
         dof = self.context.layout.dof
         step, x, multiplier = answer_views(self._answer, dof, dof + 1, self._filled[1])
-        return qp.Solution(step, float(x[dof]), multiplier, dof + 1)
+        return Solution(step, float(x[dof]), multiplier, dof + 1)
 
     def found_step(self) -> Array:
         """The step (n,) of that answer."""
@@ -171,7 +187,7 @@ class Problem:
             raise ControlError("the fused kernel has found no answer to this problem")
         return self._answer[: self.context.layout.dof]
 
-    def _assembled(self) -> qp.Program:
+    def _assembled(self) -> Program:
         context, state, dof = self.context, self.state, self.context.layout.dof
         wanted, given = self.joined
         slacks, count = given.slacks, len(given.bound) + len(state.pairs)

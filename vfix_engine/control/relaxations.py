@@ -18,6 +18,7 @@ from ..virtual_fixtures import StepState, joint_bounds
 from . import qp
 from .blockers import Blocker, active_constraints, nearest, unsolved
 from .problem import Problem
+from .program import Solution
 from .step import Certified, Refused, braking, certify_step, refused_by, solve_step
 from .step_report import StepReport
 
@@ -81,7 +82,7 @@ def take_step(problem: Problem, solver: str, fused: bool = True) -> StepReport:
     if not problem.scale < np.inf:
         return _held(problem, (unsolved(problem),), 0)
     if fused and solver == qp.DUAL and not problem.joined[1].soft:
-        after = problem.context.fused_step(problem)
+        after = problem.fused_step()
         if after is not None and refused_by(problem, after) is None:
             return _moved_whole(problem, after)
     made: dict[str, Problem] = {}
@@ -94,7 +95,7 @@ def take_step(problem: Problem, solver: str, fused: bool = True) -> StepReport:
     return _held(problem, (unsolved(problem),), attempt.row_count)
 
 
-def _largest_share(attempt: Problem, solution: qp.Solution, gentle: bool, problem: Problem) -> StepReport:
+def _largest_share(attempt: Problem, solution: Solution, gentle: bool, problem: Problem) -> StepReport:
     """The largest certified share of the solution's step; ``problem``: the step as it was stated."""
     state, dq = attempt.state, solution.step
     inside = bool((state.distance < attempt.context.world.margin[:, None]).any())
@@ -133,7 +134,7 @@ def _moved(
     after: StepState,
     achieved: float,
     share: float,
-    solution: qp.Solution | None,
+    solution: Solution | None,
     step: Array | None = None,
     gentle: bool = True,
     problem: Problem | None = None,
@@ -201,7 +202,7 @@ def _stopped(state: StepState) -> StepState:
     return stopped
 
 
-def _why(attempt: Problem, solution: qp.Solution | None) -> tuple[tuple[Blocker, ...], bool]:
+def _why(attempt: Problem, solution: Solution | None) -> tuple[tuple[Blocker, ...], bool]:
     """What acts on a step, but for accelerations; and whether those do as well."""
     found = attempt.found_solution() if solution is None else solution
     every = () if found is None else active_constraints(attempt, found)

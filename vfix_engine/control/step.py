@@ -20,6 +20,7 @@ from ..virtual_fixtures import Constraint, Fixture, Rows, Situation, StepState, 
 from . import qp
 from .context import ControlContext, context_of
 from .problem import Problem
+from .program import Solution
 from .step_request import StepRequest, Task, request_of
 
 Array = NDArray[np.float64]
@@ -85,7 +86,7 @@ def build_step(
     return problem
 
 
-def solve_step(problem: Problem, solver: str = qp.DUAL) -> qp.Solution:
+def solve_step(problem: Problem, solver: str = qp.DUAL) -> Solution:
     """The answer of the problem, checked by the Karush-Kuhn-Tucker conditions.
 
     Args:
@@ -98,11 +99,11 @@ def solve_step(problem: Problem, solver: str = qp.DUAL) -> qp.Solution:
         ControlError: no such solver; or another problem was built since.
     """
     if problem.brakes:
-        return qp.Solution(braking(problem.state), 0.0, np.zeros(0), 0)
+        return Solution(braking(problem.state), 0.0, np.zeros(0), 0)
     if solver == qp.DUAL and (known := problem.found_solution()) is not None:
         return known
     found = qp.solve(problem.program, solver, problem.own_failed and solver == qp.DUAL)
-    return found or qp.Solution(np.zeros(0), 0.0, np.zeros(0), 0, "no point fulfils all rows and the optimality check")
+    return found or Solution(np.zeros(0), 0.0, np.zeros(0), 0, "no point fulfils all rows and the optimality check")
 
 
 def certify_step(problem: Problem, dq: ArrayLike) -> Certified | Refused:

@@ -26,7 +26,7 @@ UNSOLVED = 4  # what a step can end in besides the verdicts of ``certify_kernel`
 
 
 class ProgramViews(NamedTuple):
-    """A program as it is packed; c unknowns, m rows; see ``qp.Program``."""
+    """A program as it is packed; c unknowns, m rows; see ``program.Program``."""
 
     hessian: Annotated[Array, "c", "c"]
     gradient: Annotated[Array, "c"]

@@ -5,9 +5,9 @@ patient frame, so that its kinematics and Jacobian are in LPS mm. ``SnakeModel``
 universal joints, made from numbers.
 """
 
-from .config import robot_from_urdf, urdf_frames
-from .model import Joint, Mount, RobotModel, Visual
-from .placed import PlacedRobot, TipState
+from .config import urdf_frames
+from .joints import Joint, Mount, Visual
+from .model import PlacedRobot, RobotModel, TipState, robot_from_urdf
 from .snake import SnakeModel
 from .snake_surface import LinkVertices
 from .tool import Camera, Part, Tool

@@ -11,8 +11,8 @@ import numpy as np
 
 from ..errors import RobotError
 from .description import check_keys, description_path, read_bytes, read_description, transform_of
+from .joints import Mount, RobotParts
 from .local_path import local_path
-from .model import Mount, RobotModel
 from .serial import JointConfig, serial_robot
 from .urdf import Urdf, parse_urdf
 
@@ -52,7 +52,7 @@ class RobotConfig:
         return Mount(transform_of(self.mount_xyz, self.mount_rpy), self.hold)
 
 
-def load_robot(name_or_path: str | Path, tool_frame: str | None = None) -> RobotModel:
+def load_robot(name_or_path: str | Path, tool_frame: str | None = None) -> RobotParts:
     """See ``RobotModel.load``."""
     path = description_path(name_or_path, "robots")
     if path.suffix.lower() == ".urdf":
@@ -71,8 +71,8 @@ def load_robot(name_or_path: str | Path, tool_frame: str | None = None) -> Robot
     return _built(file, config)
 
 
-def robot_from_urdf(data: bytes, name: str, tool_frame: str | None = None) -> RobotModel:
-    """The robot of a plain URDF in memory, see ``RobotModel.load``; meshes are not resolved."""
+def parts_of_urdf(data: bytes, name: str, tool_frame: str | None = None) -> RobotParts:
+    """See ``robot_from_urdf``."""
     config = RobotConfig(name, name, "the URDF alone", tool_frame=tool_frame, complete=False)
     return _robot(parse_urdf(data, _NOWHERE), config)
 
@@ -83,7 +83,7 @@ def urdf_frames(data: bytes) -> tuple[tuple[str, ...], tuple[str, ...]]:
     return tuple(link for link in urdf.links if link != urdf.root), urdf.leaves()
 
 
-def _built(file: Path, config: RobotConfig) -> RobotModel:
+def _built(file: Path, config: RobotConfig) -> RobotParts:
     data = read_bytes(file, "robots")
     try:
         return _robot(parse_urdf(data, file.parent), config)
@@ -92,7 +92,7 @@ def _built(file: Path, config: RobotConfig) -> RobotModel:
         raise RobotError(f"{file.name}: {error}") from error
 
 
-def _robot(urdf: Urdf, config: RobotConfig) -> RobotModel:
+def _robot(urdf: Urdf, config: RobotConfig) -> RobotParts:
     unknown = sorted((set(config.joints) | set(config.home)) - {joint.name for joint in urdf.joints})
     if unknown:
         raise RobotError(f"the configuration names the joint '{unknown[0]}', which the URDF does not have")
@@ -109,7 +109,7 @@ def _robot(urdf: Urdf, config: RobotConfig) -> RobotModel:
     chain = serial_robot(urdf, base, tool, config.joints, config.complete)
     placed = Mount(chain.tool_frame @ config.mount().transform_flange_to_link, config.hold)
     home = [config.home.get(name, joint.rest) for name, joint in zip(chain.names, chain.joints, strict=True)]
-    return RobotModel(
+    return RobotParts(
         config.name, config.title, config.source, chain.joints, chain.visuals, placed, home, config.upright, chain.notes
     )
 

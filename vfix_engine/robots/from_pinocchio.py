@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..errors import RobotError
 from .description import transform_of
-from .model import Joint, Mount, RobotModel
+from .joints import Joint, Mount, RobotParts
 from .serial import ASSUMED_SPEED, ASSUMED_STOP_S, CONTINUOUS_RANGE
 
 Array = NDArray[np.float64]
@@ -22,7 +22,7 @@ _LARGEST = 1e6  # a limit above it means no limit
 
 def robot_from_pinocchio(
     model: pin.Model, tip_frame: str, weights: Mapping[str, float] | None = None, hold: str = "tail"
-) -> RobotModel:
+) -> RobotParts:
     """See ``RobotModel.from_pinocchio``."""
     if not model.existFrame(tip_frame):
         names = ", ".join(frame.name for frame in list(model.frames)[:20])
@@ -44,7 +44,7 @@ def robot_from_pinocchio(
         joints.append(made)
         notes += assumed
     mount = Mount(_in_mm(frame.placement) @ transform_of((0.0, 0.0, 0.0), Z_ALONG_SHAFT), hold)
-    return RobotModel(model.name, model.name, "Pinocchio", tuple(joints), (), mount, notes=tuple(notes))
+    return RobotParts(model.name, model.name, "Pinocchio", tuple(joints), (), mount, notes=tuple(notes))
 
 
 def _joint(model: pin.Model, data: pin.Data, i: int, weight: float | None) -> tuple[Joint, list[str]]:

@@ -8,7 +8,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
-from .placed import PlacedRobot
+from .model import PlacedRobot
 
 Array = NDArray[np.float64]
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import RobotError
-from .model import Joint, Visual
+from .joints import Joint, Visual
 from .urdf import Urdf, UrdfJoint
 from .urdf_tree import joint_chain
 

@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..errors import RobotError
 from ..given import rigid_transform
-from .model import MOST_JOINTS, Joint, Mount, RobotModel, Visual
+from .joints import MOST_JOINTS, Joint, Mount, Visual
+from .model import RobotModel
 from .snake_kernel import snake_frames, snake_jacobian
 from .snake_surface import LinkVertices, link_vertices
 

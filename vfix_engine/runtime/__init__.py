@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 from .command import Command, Master
 from .requests import Bend, Request, Reset, SetSettings, SetTask, Straighten
+from .settings import Settings
 from .snapshot import Blocker, Snapshot, Timing
-from .system import Background, Column, Grip, Settings, System, SystemSpec, Worker
+from .system import Background, Column, Grip, System, SystemSpec, Worker
 
 if TYPE_CHECKING:
     from .background import InlineWorker

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from .background import NoWorker, Workers
 from .command import COMMAND_SIZE, Command, command_to_row
 from .requests import Request, Reset
-from .system import Settings, System
+from .settings import Settings
+from .system import System
 
 Array = NDArray[np.float64]
 S = TypeVar("S")

@@ -6,10 +6,8 @@ A world may have requests of its own beyond these: any frozen dataclass that der
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from .system import Settings
+from .settings import Settings
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from .command import Command
 from .requests import Request
+from .settings import Settings
 from .snapshot import Snapshot
 
 Array = NDArray[np.float64]
@@ -39,41 +40,6 @@ class Grip(NamedTuple):
     position: Array
     stiffness: float
     cap: float
-
-
-class Limit(Protocol):
-    """Closed range of one setting, its unit and a label that a person reads."""
-
-    @property
-    def low(self) -> float: ...
-    @property
-    def high(self) -> float: ...
-    @property
-    def unit(self) -> str: ...
-    @property
-    def label(self) -> str: ...
-
-
-class Settings(Protocol):
-    """Immutable settings of a world, checked when they are made."""
-
-    @staticmethod
-    def bounds() -> Mapping[str, Limit]:
-        """The range of every numeric setting by its name."""
-        ...
-
-    def clamped(self, /, **changes: float) -> Self:
-        """The same with changes, each brought into its range. Raises InputError for an unknown name."""
-        ...
-
-    def to_dict(self) -> dict[str, Any]:
-        """Plain values for JSON."""
-        ...
-
-    @classmethod
-    def from_dict(cls, data: dict[str, Any], /) -> Self:
-        """The inverse. Raises InputError."""
-        ...
 
 
 @dataclass(frozen=True)

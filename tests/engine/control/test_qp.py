@@ -5,13 +5,14 @@ import pytest
 from scipy.optimize import lsq_linear, nnls
 
 from vfix_engine.control import qp
+from vfix_engine.control.program import Program
 from vfix_engine.errors import ControlError
 from vfix_engine.virtual_fixtures import Constraint, Objective
 
 N = 7
 
 
-def random_problem(seed: int, rows: int = 20) -> tuple[Objective, Constraint, qp.Program]:
+def random_problem(seed: int, rows: int = 20) -> tuple[Objective, Constraint, Program]:
     random = np.random.default_rng(seed)
     objective = Objective(random.normal(size=(12, N + 1)), random.normal(size=12))
     constraint = Constraint("bone", random.normal(size=(rows, N + 1)), random.uniform(0, 1, rows), np.arange(rows))
@@ -19,7 +20,7 @@ def random_problem(seed: int, rows: int = 20) -> tuple[Objective, Constraint, qp
     return objective, constraint, problem
 
 
-def by_nonnegative_least_squares(problem: qp.Program) -> np.ndarray:
+def by_nonnegative_least_squares(problem: Program) -> np.ndarray:
     """The papers' own route: least distance programming through NNLS (Lawson & Hanson, LSI)."""
     size = len(problem.gradient)
     rows = np.vstack([problem.rows, np.eye(size), -np.eye(size)])

@@ -13,7 +13,7 @@ from tests.engine.urdf_texts import GOOD, LIMIT, joint, links, urdf
 from vfix_engine.errors import RobotError
 from vfix_engine.resources import assets_dir
 from vfix_engine.robots import RobotModel, Tool
-from vfix_engine.robots.model import MOST_JOINTS
+from vfix_engine.robots.joints import MOST_JOINTS
 from vfix_engine.robots.urdf import parse_urdf
 
 

@@ -28,7 +28,6 @@ from ...robots import PlacedRobot, RobotModel, Tool
 from .dry_run import dry_run
 from .rigid import RigidSystem
 from .scene import Scene
-from .warm_up import warm_up
 
 # Of two processes; the second parts put kernels of both first ones into theirs.
 RIGID = Preparation(
@@ -110,10 +109,10 @@ def _control() -> None:
     robot, tool = RobotModel.load("steady_hand"), Tool.load("bent_30")
     scene = Scene(ProximityTree(_tube()), robot, tool, _base(tool), np.zeros(len(robot.joints)))
     settings = ControlSettings()
-    warm_up(RigidSystem(scene, settings))  # first what this half alone compiles, then what the other one has done
+    RigidSystem(scene, settings).prepare()  # first what this half alone compiles, then what the other one has done
     path = SplinePath(np.array([[0.0, 0, 0], [0, 10, 0], [0, 20, 0]]))
     scene = replace(scene, path=path, targets=np.array([[0.0, 18.0, 1.0]]), target_names=("ahead",))
-    warm_up(RigidSystem(scene, settings))
+    RigidSystem(scene, settings).prepare()
     dry_run(scene, settings)
 
 

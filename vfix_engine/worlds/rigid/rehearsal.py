@@ -13,8 +13,9 @@ from ...control.tasks import PathPoint
 from ...proximity.proximity import Proximity
 from ...runtime.command import Command, Master
 from ...virtual_fixtures import Zone
-from .rigid import MODES, ON_PATH_MM, LastStep, RehearsalState, RigidSystem
+from .rigid import MODES, ON_PATH_MM, RigidSystem
 from .rigid_snapshot import lazy_snapshot, snapshot_of
+from .rigid_state import LastStep, RehearsalState
 from .scene import Scene
 from .snapshot import Snapshot
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -23,10 +23,10 @@ from .hand_kernel import torque_about_tip, torque_about_view
 from .numbers import array_of, share_of
 from .rigid_row import RowWriter
 from .rigid_snapshot import snapshot_of
+from .rigid_state import ZEROS, LastStep, RehearsalState
 from .scene import Scene
 from .snapshot import Snapshot
 from .teleoperation import advance_leader, consume_motion, spring
-from .warm_up import warm_up
 
 Array = NDArray[np.float64]
 
@@ -45,47 +45,6 @@ NO_PATH = "path following needs a path of at least two points"
 
 _FLOAT = np.dtype(np.float64)
 NO_FORCE = (0.0, 0.0, 0.0)
-_ZEROS = np.zeros(3)
-_ZEROS.setflags(write=False)
-
-
-class LastStep(NamedTuple):
-    """What the step that led to a state was about: force (3,) in N and torque (3,) in N·mm as they counted.
-
-    end: the end of the path that the hand pushes against, in words, or ''; teleoperated: a master drove.
-    """
-
-    report: StepReport
-    force: Array
-    torque: Array
-    end: str
-    teleoperated: bool
-
-
-@dataclass(frozen=True)
-class RehearsalState:
-    """All that the next step needs; ``nearest`` is None where there is no path.
-
-    nearest: to the tip while it follows the path; in other modes where it was when it last did.
-    emergencies: steps so far that exceeded an acceleration limit; lag: (3,) in mm that the tool is behind its master.
-    settings: in force; last: the step that led here, None after a start or a change of the task.
-    """
-
-    tool: StepState
-    mode: str
-    phase: str
-    nearest: PathPoint | None
-    target: int
-    steps: int
-    settings: ControlSettings
-    emergencies: int = 0
-    lag: Array = field(default_factory=lambda: _ZEROS)
-    last: LastStep | None = field(default=None, repr=False, compare=False)
-
-    @property
-    def q(self) -> Array:
-        """Joints (n,) in mm and rad, in the order of ``RobotModel.joints``; ``tool`` has the rest of the pose."""
-        return self.tool.q
 
 
 class _Stepped(NamedTuple):
@@ -95,7 +54,7 @@ class _Stepped(NamedTuple):
     phase: str
     nearest: PathPoint | None
     force: Array
-    torque: Array = _ZEROS
+    torque: Array = ZEROS
     end: str = ""
 
 
@@ -124,8 +83,15 @@ class RigidSystem:
         return self.controller
 
     def prepare(self) -> None:
-        """Load every kernel; nothing moves."""
-        warm_up(self)
+        """Load every kernel by a few steps of every mode that the scene has, which lead nowhere."""
+        scene, row = self.scene, np.zeros(len(self.row_layout))
+        for mode in ["free"] + ["path"] * (scene.path is not None) + ["inspect"] * bool(len(scene.targets)):
+            state = self.start(mode)
+            for force in (ZEROS, np.ones(3), -np.ones(3)):
+                state = self.step(state, Command(force, drive=1))
+            self.row(state, row)
+            self.snapshot(state)
+            self.controller.warm_up(state.tool)
 
     def start(self, mode: str = "") -> RehearsalState:
         """The state at the entry; without a mode on the path, or free where there is none.
@@ -166,7 +132,7 @@ class RigidSystem:
         """The same pose and speed in another mode; ControlError when the scene has no path or no such target."""
         if mode not in MODES:
             raise ControlError(f"mode '{mode}' is not one of {', '.join(MODES)}")
-        state = replace(state, lag=_ZEROS, last=None)
+        state = replace(state, lag=ZEROS, last=None)
         if mode == "path":
             if self.scene.path is None:
                 raise ControlError(NO_PATH)
@@ -222,7 +188,7 @@ class RigidSystem:
                 non-finite ones count as none.
         """
         settings, master = state.settings, command.master
-        force, lag = hand_force(command.force, settings.force_cap_n), _ZEROS
+        force, lag = hand_force(command.force, settings.force_cap_n), ZEROS
         drive = share_of(command.drive, "drive")
         twist = share_of(command.twist, "twist")
         reach = math.inf
@@ -272,7 +238,7 @@ class RigidSystem:
         phase = "follow" if off <= limit else "approach"
         kind, shaft = ApproachPath if phase == "approach" else FollowPath, self.scene.shaft
         task: Task = kind(path, near, shaft)
-        hand = HandCommand(np.array(force), _ZEROS, reach)
+        hand = HandCommand(np.array(force), ZEROS, reach)
         report = controller.step(state.tool, task, hand)
         after = PathPoint(*path.closest(report.state.position, near.s, SEARCH_WINDOW_MM))
         end = ""
@@ -304,7 +270,7 @@ class RigidSystem:
             size = norm(towards)
             towards = over(towards, size) if size > 0.0 else towards
             pull = np.array(saturate(plus(force, times(drive * cap, towards)), cap))
-        report = controller.step(state.tool, self._approaches[number], HandCommand(pull, _ZEROS, reach))
+        report = controller.step(state.tool, self._approaches[number], HandCommand(pull, ZEROS, reach))
         return _Stepped(report, "inspect_approach", state.nearest, push)
 
     def _moved(self, state: RehearsalState, done: _Stepped) -> Array:

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...runtime.system import Column
 from ...virtual_fixtures.state import Layout
+from .rigid_state import RehearsalState
 from .scene import Scene
-
-if TYPE_CHECKING:
-    from .rigid import RehearsalState
 
 Array = NDArray[np.float64]
 

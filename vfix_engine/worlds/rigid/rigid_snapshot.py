@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import fields
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,12 +14,10 @@ from ...control.tasks import view_point
 from ...robots import Tool
 from ...runtime.snapshot import Blocker
 from ...virtual_fixtures import StepState
+from .rigid_state import LastStep, RehearsalState
 from .scene import Scene
 from .snapshot import Snapshot
 from .teleoperation import spring
-
-if TYPE_CHECKING:
-    from .rigid import LastStep, RehearsalState
 
 Array = NDArray[np.float64]
 

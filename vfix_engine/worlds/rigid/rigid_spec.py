@@ -17,7 +17,7 @@ from ...geometry.path import SplinePath
 from ...geometry.shaft_directions import ShaftDirections
 from ...proximity.proximity import ProximityTree
 from ...robots import RobotModel, Tool
-from ...robots.model import MOST_JOINTS
+from ...robots.joints import MOST_JOINTS
 from ...robots.tool import MAX_PARTS
 from ...runtime.system import Worker
 from ...virtual_fixtures import Fixture, Zone

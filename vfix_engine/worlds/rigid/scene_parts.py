@@ -21,7 +21,7 @@ from ...proximity.fields.compact_field import stored_values, values_of
 from ...proximity.fields.distance_field import DistanceField, FieldGrid
 from ...proximity.proximity import Proximity, ProximityTree
 from ...robots import RobotModel, Tool
-from ...robots.model import Joint, Mount
+from ...robots.joints import Joint, Mount
 from ...robots.tool import Camera, Part
 from ...virtual_fixtures import (
     CartesianLimits,

@@ -17,7 +17,7 @@ import pytest
 from benchmarks.attack.arenas import BUILDERS
 from benchmarks.attack.campaign import Campaign
 from benchmarks.certify import summary
-from vfix_engine.control import Controller
+from vfix_engine.control import Controller, qp
 from vfix_engine.virtual_fixtures import StepState
 
 PHANTOM, REAL_HEAD = "phantom", "real head"
@@ -93,7 +93,7 @@ def with_certificate(replace: Callable[[Controller, Certify], Certify]) -> Calla
     def sabotage(controller: Controller) -> None:
         context: Any = controller.context
         context.certify = replace(controller, context.certify)
-        context.fused_step = lambda *_: None  # which asks the certificate's kernel itself
+        controller.solver = qp.DAQP  # the step by 'dual' asks the certificate's kernel itself
 
     return sabotage
 

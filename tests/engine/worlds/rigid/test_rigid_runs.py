@@ -20,7 +20,7 @@ from vfix_engine.proximity.fields.distance_field import DistanceField, FieldGrid
 from vfix_engine.proximity.proximity import ProximityTree
 from vfix_engine.resources import assets_dir
 from vfix_engine.robots import RobotModel, Tool
-from vfix_engine.robots.model import Joint
+from vfix_engine.robots.joints import Joint
 from vfix_engine.runtime import Command, Master, Reset, SetSettings, SetTask, Straighten
 from vfix_engine.runtime.driver import Driver
 from vfix_engine.runtime.process import ControlProcess

@@ -1,0 +1,41 @@
+"""The protocol of a world's settings."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Protocol, Self
+
+
+class Limit(Protocol):
+    """Closed range of one setting, its unit and a label that a person reads."""
+
+    @property
+    def low(self) -> float: ...
+    @property
+    def high(self) -> float: ...
+    @property
+    def unit(self) -> str: ...
+    @property
+    def label(self) -> str: ...
+
+
+class Settings(Protocol):
+    """Immutable settings of a world, checked when they are made."""
+
+    @staticmethod
+    def bounds() -> Mapping[str, Limit]:
+        """The range of every numeric setting by its name."""
+        ...
+
+    def clamped(self, /, **changes: float) -> Self:
+        """The same with changes, each brought into its range. Raises InputError for an unknown name."""
+        ...
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values for JSON."""
+        ...
+
+    @classmethod
+    def from_dict(cls, data: dict[str, Any], /) -> Self:
+        """The inverse. Raises InputError."""
+        ...
