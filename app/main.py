@@ -10,10 +10,10 @@ from app.gateway.scene_server import SceneServer
 from app.gateway.warm_up import WarmUp, WarmUpStep
 from app.kit.errors import PlannerEnds
 from app.live import LiveLink
+from app.services import Services, build_services
 from app.session import router as session_router
 from app.settings import Settings
 from app.steps.registry import routers as step_routers
-from app.wiring.services import Services, build_services
 from vfix_engine.worlds import registry as worlds
 from vfix_engine.worlds.rigid import preparation
 

@@ -15,8 +15,8 @@ import numpy as np
 
 from app.extras import has_app, need_app
 from app.planning.placement import StoredPlacing
+from app.services import Services, build_services
 from app.settings import Settings
-from app.wiring.services import Services, build_services
 from benchmarks import report
 
 if TYPE_CHECKING:

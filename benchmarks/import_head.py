@@ -112,8 +112,8 @@ def _measured(file: Path, home: Path) -> dict[str, Any]:
 def _inside(file: Path) -> dict[str, Any]:
     """The import itself, in the process that is measured."""
     from app.imaging.importing import ImportRequest
+    from app.services import build_services
     from app.settings import Settings
-    from app.wiring.services import build_services
 
     services = build_services(Settings.from_environment())
     began = time.perf_counter()

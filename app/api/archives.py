@@ -21,8 +21,8 @@ from app.exchange.patient_images import WITH_IMAGES, check_images
 from app.kit.errors import JobCancelled
 from app.kit.jobs import Progress
 from app.plans.model import NOTICE
+from app.services import Services
 from app.store.errors import StorageError
-from app.wiring.services import Services
 
 router = APIRouter(prefix="/cases", tags=["archives"], responses=ERRORS)
 

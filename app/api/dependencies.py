@@ -7,7 +7,7 @@ from fastapi import Depends, Header, Path, Request, Response
 from pydantic import BaseModel, ConfigDict, Field
 
 from app.api.error_statuses import ERROR_STATUSES
-from app.wiring.services import Services
+from app.services import Services
 from vfix_engine.errors import InputError
 
 

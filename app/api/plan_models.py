@@ -7,8 +7,8 @@ from pydantic import BaseModel, ConfigDict, Field
 from app.api.dependencies import Flag, Number, Wish
 from app.cases.second_volume import IDENTITY, second_to_json
 from app.kit.names import MAX_NAME
+from app.kit.values import MAX_COORDINATE
 from app.planning.verdict import Level
-from app.plans.model import MAX_COORDINATE
 from app.plans.service import Plan
 from vfix_engine.anatomy.soft_tissue import Surroundings
 

@@ -1,0 +1,1 @@
+"""Cases: a patient's head with its surfaces, volumes, structures and settings."""

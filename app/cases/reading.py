@@ -25,7 +25,7 @@ from app.cases.model import (
 )
 from app.cases.structures import ANATOMY, BONE, CaseKind, Origin, Provenance, Role, Structure
 from app.kit.names import check_name, check_stored_label
-from app.plans.points import check_id, check_position, number
+from app.kit.values import check_id, check_position, number
 from vfix_engine.anatomy.bone import SurfaceReport
 from vfix_engine.anatomy.surface import Dropped
 from vfix_engine.errors import InputError

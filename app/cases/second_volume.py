@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from app.plans.points import check_id, number
+from app.kit.values import check_id, number
 from vfix_engine.errors import PlanError
 
 IDENTITY = (1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0)

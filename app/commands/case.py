@@ -9,8 +9,8 @@ from typing import Any
 from app.cases.service import Case
 from app.commands import case_archive, case_labels, case_purge, case_segment, case_structures
 from app.exchange.resolve import find
+from app.services import build_services
 from app.settings import Settings
-from app.wiring.services import build_services
 
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> argparse.ArgumentParser:

@@ -8,8 +8,8 @@ from pathlib import Path
 
 from app.cases.model import Case
 from app.exchange.patient_images import check_images
+from app.services import Services
 from app.store.files import open_atomically
-from app.wiring.services import Services
 
 
 def add_parsers(actions: argparse._SubParsersAction[argparse.ArgumentParser]) -> list[argparse.ArgumentParser]:

@@ -11,7 +11,7 @@ from app.cases.model import Case
 from app.commands import case_structures
 from app.imaging.labels import PaintedDocument
 from app.kit.names import MAX_NAME
-from app.wiring.services import Services
+from app.services import Services
 from vfix_engine.anatomy.labels.painting import Place, Stroke
 from vfix_engine.anatomy.labels.writing import FORMS
 from vfix_engine.errors import InputError

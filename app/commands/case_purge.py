@@ -9,7 +9,7 @@ from dataclasses import asdict
 
 from app.cases.model import Case
 from app.cases.purge import Purged
-from app.wiring.services import Services
+from app.services import Services
 from vfix_engine.errors import InputError
 
 

@@ -9,7 +9,7 @@ import sys
 from app.cases.model import Case
 from app.commands import case_structures
 from app.imaging.segmenting import Place, wish_of
-from app.wiring.services import Services
+from app.services import Services
 from vfix_engine.anatomy.segmentation import PRESETS
 from vfix_engine.errors import InputError
 

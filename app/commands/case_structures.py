@@ -9,7 +9,7 @@ from typing import Any
 
 from app.cases.model import Case
 from app.cases.structures import Structure
-from app.wiring.services import Services
+from app.services import Services
 from vfix_engine.errors import InputError
 
 

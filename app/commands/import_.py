@@ -14,8 +14,8 @@ from app.commands.head_options import add_file_options, say_notes, told_of_file
 from app.exchange.patient_images import WARNING, holds_images
 from app.exchange.resolve import find
 from app.imaging.importing import ImportRequest, OverlayRequest
+from app.services import Services, build_services
 from app.settings import Settings
-from app.wiring.services import Services, build_services
 from vfix_engine.anatomy.labels.reading import SegmentationRequest
 from vfix_engine.errors import InputError
 

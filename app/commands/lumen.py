@@ -164,7 +164,7 @@ class Recording:
         if not has_app():
             return None
         from app.commands.recorded_run import RecordedRun
-        from app.wiring.services import build_services
+        from app.services import build_services
 
         spec = DriveSpec.of(drive, lumen)
         try:

@@ -22,8 +22,8 @@ from app.exchange.plan_files import (
 )
 from app.exchange.resolve import find, path_notes, read_bytes
 from app.plans.service import Plan
+from app.services import Services, build_services
 from app.settings import Settings
-from app.wiring.services import Services, build_services
 from vfix_engine.errors import PlanError
 
 

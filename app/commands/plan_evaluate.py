@@ -12,7 +12,7 @@ from app.exchange.plan_files import read_plan
 from app.exchange.resolve import find, is_file, read_bytes, resolve_case, resolve_plan
 from app.planning.reports import PathReport, PlanReport
 from app.plans.service import Plan
-from app.wiring.services import Services
+from app.services import Services
 from vfix_engine.errors import InputError
 
 

@@ -13,10 +13,11 @@ from app.commands.head_options import say_notes
 from app.exchange.plan_files import to_native_json
 from app.exchange.resolve import find
 from app.kit.names import check_name
+from app.kit.values import Position, check_position
 from app.planning.suggestions import WORTH_TELLING_MM, described, described_none, draft, none_in_words, with_alternative
 from app.plans.instruments import shaped_tool
-from app.plans.model import DEFAULT_TOOL, PlanContent, PlanPoint, Position, check_position, new_point_id
-from app.wiring.services import Services
+from app.plans.model import DEFAULT_TOOL, PlanContent, PlanPoint, new_point_id
+from app.services import Services
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import PlanError
 

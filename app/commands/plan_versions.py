@@ -8,7 +8,7 @@ from typing import Any
 
 from app.exchange.resolve import find
 from app.plans.versions import PlanVersion
-from app.wiring.services import Services
+from app.services import Services
 
 ACTIONS = ("versions", "diff")
 

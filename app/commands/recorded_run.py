@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.commands.head_options import say_notes
-from app.wiring.services import Services
+from app.services import Services
 from vfix_engine.errors import VfixError
 from vfix_engine.runtime.run import RunWriter
 from vfix_engine.runtime.system import Column, SystemSpec

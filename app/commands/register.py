@@ -15,8 +15,8 @@ from app.registration.document import RegistrationContent
 from app.registration.editor import MeasuredPoint, StoredRegistration
 from app.registration.files import export_text, name_of, read_measured, read_transform
 from app.registration.fit_report import report_of
+from app.services import Services, build_services
 from app.settings import Settings
-from app.wiring.services import Services, build_services
 from vfix_engine.errors import InputError
 from vfix_engine.frames import RegisteredTo
 from vfix_engine.registration.beads import THRESHOLD_HU

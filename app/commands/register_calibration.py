@@ -19,8 +19,8 @@ from app.registration.calibration_records import pointer_cautions, robot_caution
 from app.registration.document import RegistrationContent
 from app.registration.editor import StoredRegistration
 from app.registration.pose_tables import MAX_POSES_BYTES
+from app.services import Services
 from app.settings import tracker_address
-from app.wiring.services import Services
 from vfix_engine.errors import InputError
 from vfix_engine.frames import RegisteredTo
 

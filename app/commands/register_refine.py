@@ -10,7 +10,7 @@ from typing import Any
 
 from app.exchange.resolve import find, read_bytes
 from app.registration.files import read_touched, read_traced
-from app.wiring.services import Services
+from app.services import Services
 
 KEEP = 0.75
 

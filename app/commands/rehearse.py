@@ -35,8 +35,8 @@ from app.planning.remote_centre import ENTRY, Place
 from app.planning.shaft import shaft_of
 from app.plans.instruments import Instruments, plan_robot, plan_tool
 from app.plans.model import Plan, without_placing
+from app.services import Services, build_services
 from app.settings import Settings
-from app.wiring.services import Services, build_services
 from vfix_engine.anatomy.head_import import HeadRequest
 from vfix_engine.anatomy.soft_tissue import tissue_passed
 from vfix_engine.control import ControlSettings

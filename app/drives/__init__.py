@@ -1,0 +1,1 @@
+"""Drives: recordings of a plan's rehearsals, kept and replayed."""

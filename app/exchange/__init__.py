@@ -1,0 +1,1 @@
+"""Exchange: plans, points, tables and whole cases to files of other programs and back."""

@@ -12,18 +12,18 @@ from collections.abc import Mapping
 from typing import Any
 
 from app.exchange.markups import number_text
-from app.exchange.tables import (
+from app.kit.names import check_name
+from app.kit.text_tables import (
     check_last_line,
     fault_at,
     known_frame,
     mm_per_unit,
-    new_point,
     table_header,
     table_rows,
     to_lps,
 )
-from app.kit.names import check_name
 from app.plans.model import NOTICE, Plan, PlanContent, PlanFile, PlanPoint, check_content
+from app.plans.points import new_point
 from vfix_engine.errors import FrameError, PlanError
 from vfix_engine.json_text import parse_json
 

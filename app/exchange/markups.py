@@ -8,23 +8,24 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Literal
 
 from app.exchange.regions import region_markups
-from app.exchange.tables import (
-    CurveSample,
+from app.kit.errors import PointsUnclear
+from app.kit.names import MAX_NAME, check_name
+from app.kit.text_tables import (
     cell_number,
     check_cells,
     check_last_line,
     fault_at,
     known_frame,
     mm_per_unit,
-    new_point,
     parse_json_object,
     table_header,
     to_json_text,
     to_lps,
 )
-from app.kit.errors import PointsUnclear
-from app.kit.names import MAX_NAME, check_name
-from app.plans.model import NOTICE, Plan, PlanContent, PlanFile, PlanPoint, Position, check_content, number
+from app.kit.values import Position, number
+from app.plans.curve import CurveSample
+from app.plans.model import NOTICE, Plan, PlanContent, PlanFile, PlanPoint, check_content
+from app.plans.points import new_point
 from vfix_engine.errors import PlanError
 
 MARKUPS_SCHEMA = (

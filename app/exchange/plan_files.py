@@ -12,8 +12,9 @@ from typing import Any, Literal, get_args
 
 from app.exchange.csv_files import from_csv, to_csv
 from app.exchange.markups import PointsAs, from_fcsv, from_markups, markups_points, to_markups
-from app.exchange.tables import CurveSample, decode, known_frame, parse_json_object, to_json_text
 from app.kit.names import check_label, check_name
+from app.kit.text_tables import decode, known_frame, parse_json_object, to_json_text
+from app.plans.curve import CurveSample
 from app.plans.model import (
     NOTICE,
     SCHEMA,

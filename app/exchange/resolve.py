@@ -17,9 +17,9 @@ import numpy.typing as npt
 from app.cases.structures import BONE, structure_name, within_a_sentence
 from app.clock import utc_now
 from app.exchange.plan_files import read_plan, read_targets
-from app.exchange.tables import MAX_TEXT, decode, parse_json_object
 from app.extras import need_app
 from app.kit.errors import NotFound, OtherCase
+from app.kit.text_tables import MAX_TEXT, decode, parse_json_object
 from app.planning.zone_sets import with_errors, zone_set
 from app.plans.model import Plan, PlanPoint
 from vfix_engine.anatomy.head_import import ControlHead, HeadRequest, control_head, is_head

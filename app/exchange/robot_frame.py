@@ -17,8 +17,8 @@ import numpy.typing as npt
 
 from app.documents import Document, Documents
 from app.exchange.csv_files import shielded
-from app.exchange.tables import to_json_text
 from app.kit.errors import NotFound
+from app.kit.text_tables import to_json_text
 from app.planning.evaluation import Planning
 from app.plans.model import NOTICE, Plan, PlanPoint
 from app.registration.document import RegistrationContent

@@ -1,0 +1,1 @@
+"""Imaging: files imported to cases, bone segmented, labels painted."""

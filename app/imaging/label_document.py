@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from app.documents import DocumentKind
-from app.plans.model import number
+from app.kit.values import number
 from vfix_engine.anatomy.labels.painting import Place, Stroke
 from vfix_engine.errors import ImageError, InputError
 

@@ -1,0 +1,1 @@
+"""What every room uses: errors, names, values, text tables, caches, jobs, queues."""

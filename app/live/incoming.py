@@ -18,20 +18,13 @@ import numpy as np
 from app.documents import Documents
 from app.kit.errors import PlanLocked
 from app.kit.names import check_label, unused_name
+from app.kit.values import check_position
 from app.link import LinkFault, Message, Point, PointList, Transform
 from app.link.messages import cut_name
 from app.live.board import LiveBoard
 from app.live.frames import SAME_MM, as_in_a_file, registration_to_ras, rigid, same_transform, to_ras
 from app.live.outgoing import PATH, REGISTRATIONS, TARGETS
-from app.plans.model import (
-    MAX_POINTS,
-    Plan,
-    PlanContent,
-    PlanPoint,
-    check_content,
-    check_position,
-    new_point_id,
-)
+from app.plans.model import MAX_POINTS, Plan, PlanContent, PlanPoint, check_content, new_point_id
 from app.plans.service import PlanService
 from app.plans.versions import PlanVersions
 from app.registration.document import RegistrationContent, check_registration

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from app.cases.service import Case, CaseService
 from app.cases.settings import settings_in_case
-from app.exchange.tables import CurveSample
 from app.kit.cache import Cache
 from app.kit.errors import PlannerEnds
+from app.kit.values import Position, check_position
 from app.planning.distance_fields import Fields
 from app.planning.drive import Drive
 from app.planning.openings import Openings, PlanBone
@@ -28,8 +28,9 @@ from app.planning.shaft import shaft_of
 from app.planning.verdict import Profile, Verdict, profile_of, verdict_of
 from app.planning.verdict_words import Stated
 from app.planning.zone_sets import check_kept, near_zones, with_errors, zone_set
+from app.plans.curve import CurveSample
 from app.plans.instruments import Instruments, plan_tool, shaped_tool
-from app.plans.model import DEFAULT_TOOL, Plan, Position, check_position, drive_parts
+from app.plans.model import DEFAULT_TOOL, Plan, drive_parts
 from app.plans.paths import side_caution
 from app.plans.zones import PlanZone, check_zone, zone_to_json
 from app.registration.driven import AS_STORED, AsStored, DrivenRegistration, Through, no_registration

@@ -6,11 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from app.cases.service import CaseService
+from app.kit.values import Position
 from app.planning.evaluation import PlanEvaluation, Planning
 from app.planning.placement import StoredPlacing
 from app.planning.rehearsal_options import NO_SWITCHES, Switches
 from app.plans.model import Plan, without_placing
-from app.plans.points import PlanPoint, Position
+from app.plans.points import PlanPoint
 from vfix_engine.progress import ProgressCallback
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from app.cases.model import Case
+from app.kit.values import Position
 from app.planning.distance_fields import OUTSIDE_MM
-from app.plans.model import Position
 from vfix_engine.errors import PlanError
 from vfix_engine.suggestion import LONGEST_MM
 

@@ -16,6 +16,7 @@ from app.clock import utc_now
 from app.kit.cache import Cache
 from app.kit.errors import NotFound, PlanConflict
 from app.kit.jobs import Job, JobKind, Jobs, Progress
+from app.kit.values import check_position
 from app.planning.distance_fields import Fields
 from app.planning.evaluation import Planning
 from app.planning.piercing import sideways_of
@@ -26,7 +27,7 @@ from app.planning.shaft import shaft_of
 from app.planning.suggestion_ends import check_ends
 from app.planning.verdict import Level, Verdict, refused
 from app.plans.instruments import Instruments, plan_tool, shipped_tools
-from app.plans.model import Plan, PlanContent, PlanPoint, check_position, new_point_id
+from app.plans.model import Plan, PlanContent, PlanPoint, new_point_id
 from app.plans.paths import side_caution
 from vfix_engine.anatomy.piercing import Ways
 from vfix_engine.control import ControlSettings

@@ -1,0 +1,1 @@
+"""Plans: the document, its parts, edits, versions and differences."""

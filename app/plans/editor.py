@@ -10,6 +10,7 @@ from app.cases.second_volume import SecondVolume, check_second
 from app.documents import DocumentEditor
 from app.kit.errors import NotFound
 from app.kit.names import check_label
+from app.kit.values import check_position
 from app.plans.document import plan_of
 from app.plans.edits import BoneEdits, PathEdits, ZoneEdits
 from app.plans.instruments import shaped_tool
@@ -18,7 +19,6 @@ from app.plans.model import (
     PlanContent,
     PlanPoint,
     check_content,
-    check_position,
     check_registration_id,
     check_robot,
     check_tool_shape,

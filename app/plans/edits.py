@@ -8,17 +8,10 @@ from typing import Any, TypeVar
 
 from app.kit.errors import NotFound
 from app.kit.names import check_name, check_text
+from app.kit.values import check_position, new_id
 from app.plans.model import MAX_NOTES, Plan, PlanContent, drive_parts, without_placing
 from app.plans.paths import PATH, PlanPath, check_paths, check_side, new_path_name
-from app.plans.points import (
-    PlanPoint,
-    check_direction,
-    check_point,
-    check_position,
-    check_roll,
-    new_id,
-    new_point_id,
-)
+from app.plans.points import PlanPoint, check_direction, check_point, check_roll, new_point_id
 from app.plans.zones import COLOURS, PlanZone, RemovedBone, check_removed, check_zones
 from vfix_engine.errors import PlanError
 

@@ -9,6 +9,7 @@ from typing import Any
 from app.cases.second_volume import SecondVolume, check_second, second_from_json, second_to_json
 from app.kit.errors import TooLarge
 from app.kit.names import check_text
+from app.kit.values import check_id, number
 from app.plans.paths import (
     DEFAULT_TOOL,
     FIRST_PATH,
@@ -22,18 +23,7 @@ from app.plans.paths import (
     paths_to_json,
     with_chosen,
 )
-from app.plans.points import (
-    MAX_COORDINATE,
-    PlanPoint,
-    Position,
-    check_id,
-    check_point,
-    check_position,
-    new_point_id,
-    number,
-    point_to_json,
-    points_from_json,
-)
+from app.plans.points import PlanPoint, check_point, new_point_id, point_to_json, points_from_json
 from app.plans.robot import DEFAULT_ROBOT, check_robot, unplaced_robot, without_placing
 from app.plans.zones import (
     PlanZone,
@@ -52,7 +42,6 @@ from vfix_engine.errors import PlanError
 __all__ = [
     "DEFAULT_ROBOT",
     "DEFAULT_TOOL",
-    "MAX_COORDINATE",
     "MAX_NOTES",
     "MAX_POINTS",
     "NOTICE",
@@ -63,10 +52,8 @@ __all__ = [
     "PlanPath",
     "PlanPoint",
     "PlanZone",
-    "Position",
     "RemovedBone",
     "check_content",
-    "check_position",
     "check_registration_id",
     "check_robot",
     "check_size",
@@ -76,7 +63,6 @@ __all__ = [
     "content_to_json",
     "drive_parts",
     "new_point_id",
-    "number",
     "unplaced_robot",
     "without_placing",
 ]

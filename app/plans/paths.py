@@ -7,7 +7,8 @@ from dataclasses import dataclass, field, replace
 from typing import Any, Literal, get_args
 
 from app.kit.names import check_stored_name
-from app.plans.points import PlanPoint, check_id, number, point_to_json, points_from_json
+from app.kit.values import check_id, number
+from app.plans.points import PlanPoint, point_to_json, points_from_json
 from vfix_engine.errors import PlanError
 
 DEFAULT_TOOL = "bent_30"

@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import math
-import secrets
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from app.kit.names import check_stored_label
+from app.kit.names import check_label, check_stored_label
+from app.kit.values import Position, check_id, check_position, new_id, number
 from vfix_engine.errors import PlanError
 
-MAX_COORDINATE = 1e4  # [mm]
 MAX_ROLL_DEG = 360.0
 _SHORTEST = 1e-6  # of a direction that is given; it is brought to length 1
-
-Position = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
@@ -33,25 +30,14 @@ class PlanPoint:
     roll_deg: float | None = None
 
 
-def new_id(letter: str) -> str:
-    """An identifier that nothing else of a plan has."""
-    return f"{letter}-{secrets.token_hex(5)}"
-
-
 def new_point_id() -> str:
     """An identifier that no other point has."""
     return new_id("p")
 
 
-def check_position(position: Iterable[Any]) -> Position:
-    """Three finite coordinates within reach of a patient (HAZ-05). Raises PlanError."""
-    values = tuple(position)
-    if len(values) != 3:
-        raise PlanError("a position needs three numbers, in LPS mm.")
-    checked = tuple(number(value, "a coordinate") for value in values)
-    if any(abs(value) >= MAX_COORDINATE for value in checked):
-        raise PlanError(f"a coordinate is beyond {MAX_COORDINATE:g} mm; check the unit of the position.")
-    return (checked[0], checked[1], checked[2])
+def new_point(label: Any, position: Position) -> PlanPoint:
+    """A point that enters the plan from outside."""
+    return PlanPoint(new_point_id(), check_label("" if label is None else label, "label"), position)
 
 
 def check_direction(direction: Any) -> Position | None:
@@ -79,19 +65,6 @@ def check_roll(roll_deg: Any) -> float | None:
     return roll
 
 
-def number(value: Any, what: str) -> float:
-    """A finite float out of a JSON or array number. Raises PlanError."""
-    if isinstance(value, (bool, str, bytes)):
-        raise PlanError(f"{what} must be a number.")
-    try:
-        result = float(value)
-    except (TypeError, ValueError, OverflowError):
-        raise PlanError(f"{what} must be a number.") from None
-    if not math.isfinite(result):
-        raise PlanError(f"{what} is not a finite number.")
-    return result
-
-
 def check_point(point: PlanPoint) -> PlanPoint:
     """The point, whose values are checked. Raises InputError or one of its kinds."""
     check_stored_label(point.label, "label")
@@ -100,13 +73,6 @@ def check_point(point: PlanPoint) -> PlanPoint:
         raise PlanError("a shaft's roll is about its direction; give the direction as well.")
     check_direction(point.direction)
     return point
-
-
-def check_id(value: Any, what: str) -> str:
-    """An identifier out of a file. Raises PlanError."""
-    if not isinstance(value, str) or not 0 < len(value) <= 64 or not all(c.isalnum() or c in "_-." for c in value):
-        raise PlanError(f"{what}'s identifier may hold up to 64 letters, digits, '_', '-' and '.'.")
-    return value
 
 
 def point_to_json(point: PlanPoint) -> dict[str, Any]:

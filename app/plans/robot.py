@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from app.kit.names import check_stored_name
+from app.kit.values import number
 from app.plans.paths import check_word
-from app.plans.points import number
 from vfix_engine.errors import PlanError
 
 DEFAULT_ROBOT = "steady_hand"

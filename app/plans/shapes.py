@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from app.kit.names import check_stored_name
-from app.plans.points import Position, check_position, number
+from app.kit.values import Position, check_position, number
 from vfix_engine.errors import InputError, PlanError
 from vfix_engine.geometry.shapes import Box, CapsuleShape, HalfSpace, Shape, Sphere
 

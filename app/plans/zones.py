@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from app.kit.names import check_stored_name
-from app.plans.points import check_id, number
+from app.kit.values import check_id, number
 from app.plans.shapes import check_shape, check_solid
 from vfix_engine.errors import PlanError
 from vfix_engine.virtual_fixtures.soft_zone import STIFFEST_N_PER_MM

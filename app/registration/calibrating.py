@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from app.documents import Documents
 from app.kit.names import MAX_NAME
-from app.plans.points import number
+from app.kit.values import number
 from app.registration.calibration import (
     LONGEST_PIVOT_S,
     PIVOT_S,

@@ -8,7 +8,7 @@ from typing import Any, Literal, get_args
 
 import numpy as np
 
-from app.plans.points import MAX_COORDINATE, Position, check_position, number
+from app.kit.values import MAX_COORDINATE, Position, check_position, number
 from vfix_engine.errors import InputError
 from vfix_engine.given import rigid_transform
 from vfix_engine.registration.chained_error import checked_covariance

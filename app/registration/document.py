@@ -10,8 +10,7 @@ import numpy as np
 
 from app.documents import DocumentKind, Ref
 from app.kit.names import check_stored_label
-from app.plans.model import Position, check_position, number
-from app.plans.points import check_id
+from app.kit.values import Position, check_id, check_position, number
 from app.registration.calibration_records import (
     PointerTip,
     RobotToTracker,

@@ -9,7 +9,7 @@ from typing import Any
 from app.documents import Document, DocumentEditor
 from app.kit.errors import NotFound
 from app.kit.names import as_seen, check_label
-from app.plans.points import Position, check_position, new_id
+from app.kit.values import Position, check_position, new_id
 from app.registration.calibration import simulated_transform
 from app.registration.document import (
     MAX_PAIRS,

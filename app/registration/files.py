@@ -10,7 +10,8 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from app.exchange.tables import (
+from app.kit.names import as_seen, check_label
+from app.kit.text_tables import (
     cell_number,
     check_last_line,
     decode,
@@ -19,9 +20,8 @@ from app.exchange.tables import (
     table_header,
     table_rows,
 )
-from app.kit.names import as_seen, check_label
+from app.kit.values import Position, check_position
 from app.plans.model import NOTICE
-from app.plans.points import Position, check_position
 from app.registration.calibration import real_tracker_to_base
 from app.registration.document import MAX_PAIRS, RegistrationContent
 from app.registration.editor import MeasuredPoint, StoredRegistration

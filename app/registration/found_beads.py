@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass, fields, replace
 from typing import Any
 
 from app.kit.names import check_stored_label, check_text
-from app.plans.points import Position, check_id, check_position, number
+from app.kit.values import Position, check_id, check_position, number
 from vfix_engine.errors import InputError
 
 MAX_BEADS = 100

@@ -10,7 +10,7 @@ from typing import Literal, get_args
 import numpy as np
 import numpy.typing as npt
 
-from app.exchange.tables import (
+from app.kit.text_tables import (
     cell_number,
     check_last_line,
     decode,
@@ -19,7 +19,7 @@ from app.exchange.tables import (
     table_header,
     table_rows,
 )
-from app.plans.points import check_position
+from app.kit.values import check_position
 from app.registration.calibration_records import MAX_POSES
 from vfix_engine.errors import FrameError, InputError
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from app.plans.points import Position
+from app.kit.values import Position
 from vfix_engine.errors import InputError
 from vfix_engine.proximity.proximity import Proximity
 

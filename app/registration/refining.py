@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from app.cases.service import CaseService
 from app.kit.jobs import Job, Jobs, Progress
-from app.plans.points import Position, check_position
+from app.kit.values import Position, check_position
 from app.registration.calibration import simulated_transform
 from app.registration.document import RegistrationContent
 from app.registration.editor import StoredRegistration

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any, get_args
 
-from app.plans.points import number
+from app.kit.values import number
 from vfix_engine.errors import InputError
 from vfix_engine.frames import RegisteredTo
 

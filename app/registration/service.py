@@ -13,8 +13,8 @@ from app.documents import Document, Documents
 from app.kit.cache import Cache
 from app.kit.errors import NotFound
 from app.kit.jobs import Job, Jobs, Progress
+from app.kit.values import check_position, number
 from app.plans.model import Plan
-from app.plans.points import check_position, number
 from app.plans.service import PlanService
 from app.registration.calibrating import NO_TRACKER, Calibrating
 from app.registration.calibration import tracked_through

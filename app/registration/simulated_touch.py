@@ -8,8 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from app.plans.model import Position
-from app.plans.points import number
+from app.kit.values import Position, number
 from app.registration.document import RegistrationContent
 from vfix_engine.errors import InputError
 from vfix_engine.frames import RegisteredTo, inverse

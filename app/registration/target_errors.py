@@ -7,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from app.plans.model import Plan, Position
+from app.kit.values import Position
+from app.plans.model import Plan
 from app.registration.calibration import motion_covariance
 from app.registration.document import RegistrationContent
 from app.registration.fit_report import FitReport, FleSource, counted_fle, fitted, report_of

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields, replace
 from typing import Any, Literal, get_args
 
-from app.plans.points import Position, check_id, check_position, number
+from app.kit.values import Position, check_id, check_position, number
 from vfix_engine.errors import InputError
 
 TouchedFrom = Literal["file", "simulated", "tracker"]

@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from app.cases.service import CaseService
+from app.kit.values import Position, check_position
 from app.plans.model import Plan
-from app.plans.points import Position, check_position
 from app.plans.service import PlanService
 from app.registration.calibration import simulated_transform
 from app.registration.editor import StoredRegistration

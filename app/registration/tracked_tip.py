@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from app.plans.points import number
+from app.kit.values import number
 from app.registration.calibrating import NO_TRACKER
 from app.registration.calibration import tracked_through
 from app.registration.document import RegistrationContent

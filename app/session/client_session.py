@@ -15,6 +15,7 @@ from app.messages.client import Client, Role
 from app.messages.fields import Command
 from app.scene.dragging import DragEvent
 from app.scene.view import SceneEvents, SceneView
+from app.services import Services
 from app.session.commands import SetStep
 from app.session.inbox import Inbox
 from app.session.sections import SessionSections, StepSection
@@ -24,7 +25,6 @@ from app.steps.registry import load, specs
 from app.views.case_view import ShownSurface
 from app.views.layers import Layer, LayerStack
 from app.views.views import Views
-from app.wiring.services import Services
 from vfix_engine.error_places import error_places
 from vfix_engine.errors import VfixError
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import viser
 
-from app.wiring.services import Services
+from app.services import Services
 from vfix_engine.error_places import error_kind, error_places
 from vfix_engine.errors import VfixError
 

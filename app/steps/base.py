@@ -13,10 +13,10 @@ from app.messages.sections import Sections
 from app.scene.dragging import DragEvent
 from app.scene.hand import GripDrag
 from app.scene.view import ClickRay
+from app.services import Services
 from app.steps.spec import StepSpec
 from app.views.layers import Layer
 from app.views.views import Position, Views
-from app.wiring.services import Services
 
 
 class Closable(Protocol):

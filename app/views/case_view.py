@@ -20,12 +20,12 @@ from app.messages.fields import Command
 from app.scene.anatomy import LETTER_GAP_MM, AnatomyNodes, Look, SliceNodes
 from app.scene.picking import BonePicker, Hit, hit_plane
 from app.scene.view import ClickRay
+from app.services import Services
 from app.views import commands as c
 from app.views.background import in_background
 from app.views.layers import Layer
 from app.views.sections import CaseSection, CaseSections
 from app.views.slice_view import Greys, SliceView
-from app.wiring.services import Services
 from vfix_engine.errors import InputError
 from vfix_engine.files.volume import Volume
 from vfix_engine.geometry.mesh import TriangleMesh

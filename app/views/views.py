@@ -8,11 +8,11 @@ from typing import Any
 
 from app.messages.client import Client
 from app.messages.fields import Command
+from app.services import Services
 from app.views import commands as c
 from app.views.camera_view import CameraView
 from app.views.case_view import CaseView, Position
 from app.views.open_plan import OpenPlan
-from app.wiring.services import Services
 
 __all__ = ["Position", "Request", "Views"]
 

@@ -13,10 +13,10 @@ from app.cases.model import CaseContent
 from app.cases.service import Case, CaseFrame, CaseService
 from app.plans import shipped_head as embedded
 from app.plans.service import PlanService
+from app.services import Services, build_services
 from app.settings import Settings
 from app.store import Store
 from app.store.models import Base
-from app.wiring.services import Services, build_services
 from vfix_engine.geometry.mesh import TriangleMesh
 
 

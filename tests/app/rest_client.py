@@ -12,7 +12,7 @@ from app.cases.model import HEAD_PHANTOM
 from app.gateway.body_limit import BodyLimit
 from app.gateway.error_answers import install_error_answers
 from app.plans.shipped_head import SAMPLE_PLAN
-from app.wiring.services import Services
+from app.services import Services
 
 CASE, PLAN = f"/api/cases/{HEAD_PHANTOM}", f"/api/plans/{SAMPLE_PLAN}"
 

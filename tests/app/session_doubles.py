@@ -12,6 +12,7 @@ import numpy as np
 from app.cases.service import Case, CaseFrame
 from app.messages.client import Client
 from app.plans.service import Plan
+from app.services import Services
 from app.session.client_session import ClientSession
 from app.steps.plan.step import PlanStep
 from app.steps.rehearse.preparation import Prepared, plan_key
@@ -19,7 +20,6 @@ from app.steps.rehearse.shared_drive import SharedDrive
 from app.steps.rehearse.step import RehearseStep
 from app.views.plan_items import plan_items
 from app.views.views import Views
-from app.wiring.services import Services
 from vfix_engine.anatomy.surface import extract_surface
 from vfix_engine.control import ControlSettings
 from vfix_engine.files.volume import Volume

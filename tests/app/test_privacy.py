@@ -20,8 +20,8 @@ from rest_client import Client, opened_client
 from test_api_uploads import wait
 
 from app.cli import main
+from app.services import Services, build_services
 from app.settings import Settings
-from app.wiring.services import Services, build_services
 from tests.engine.imaging_phantoms import dicom_slices
 from tests.engine.label_files import ellipsoid, save_dicom_seg, save_nifti, save_seg_nrrd
 from vfix_engine.files.volume import Volume

@@ -17,11 +17,11 @@ from walks import ROOT, Function, functions_passed
 
 from app.plans.service import Plan
 from app.scene.drive import DriveNodes
+from app.services import Services
 from app.session.client_session import ClientSession, make_shared
 from app.steps.plan.step import PlanStep
 from app.steps.rehearse.preparation import prepare
 from app.steps.rehearse.step import RehearseStep
-from app.wiring.services import Services
 from vfix_engine.control import HandCommand
 from vfix_engine.control.tasks import FollowPath
 from vfix_engine.runtime.driver import Driver

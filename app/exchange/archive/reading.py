@@ -25,7 +25,7 @@ from app.exchange.archive.layout import CASE, FILE, file_entry, renamed
 from app.kit.array_files import ArraysUnusable, check_arrays, is_zip
 from app.kit.errors import TooLarge
 from app.kit.names import check_name, unused_name
-from app.plans.points import check_id
+from app.kit.values import check_id
 from app.store import Store
 from app.store.errors import StorageError
 from app.store.models import CaseRow, DocumentRow, DocumentStateRow

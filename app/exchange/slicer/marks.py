@@ -13,7 +13,8 @@ from app.cases.model import Case
 from app.exchange.markups import MARKUPS_SCHEMA, markup_node, to_markups
 from app.exchange.regions import region_markups
 from app.exchange.slicer.scene import NodeKind
-from app.exchange.tables import CurveSample, to_json_text
+from app.kit.text_tables import to_json_text
+from app.plans.curve import CurveSample
 from app.plans.model import NOTICE, Plan, PlanPoint
 from app.plans.zones import PlanZone
 from vfix_engine.proximity.axes import rotation_z_to

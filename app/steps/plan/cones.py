@@ -6,16 +6,17 @@ from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
 from typing import Any
 
+from app.kit.values import Position
 from app.planning.rehearsal_options import Switches
-from app.plans.model import Plan, Position
+from app.plans.model import Plan
 from app.scene.cones import LENGTH_MM, ConeNodes, Surface
+from app.services import Services
 from app.steps.plan.cone_section import ConeSection, ConeView
 from app.steps.plan.dry_runs import Corridor
 from app.steps.plan.edited_plan import EditedPlan
 from app.steps.plan.lanes import Lanes
 from app.steps.plan.side_words import direction_words
 from app.views.layers import Layer
-from app.wiring.services import Services
 from vfix_engine.errors import VfixError
 from vfix_engine.worlds.rigid.cone_surface import cone_surface, mean_direction
 from vfix_engine.worlds.rigid.inspection_cone import InspectionCone

@@ -17,10 +17,10 @@ from app.planning.rehearsal_options import NO_SWITCHES, Switches
 from app.planning.verdict import Verdict, refused
 from app.plans.paths import side_caution
 from app.scene import palette
+from app.services import Services
 from app.steps.plan.clearance import verdict_view
 from app.steps.plan.lanes import Lanes
 from app.steps.plan.sections import CorridorSection, CorridorState, CorridorStatus, ScaleView, SoftTissueView
-from app.wiring.services import Services
 from vfix_engine.errors import StartRefused, VfixError
 
 Floats = npt.NDArray[np.float64]

@@ -15,6 +15,7 @@ from app.plans.diff import changes
 from app.plans.model import PlanPoint, check_robot
 from app.plans.service import Plan
 from app.scene.plan import PlanItem
+from app.services import Services
 from app.steps.plan.instruments import robot_view, tool_view
 from app.steps.plan.paths import Paths
 from app.steps.plan.regions import Regions
@@ -23,7 +24,6 @@ from app.steps.plan.sections import AddKind, PlanSection
 from app.steps.plan.versions import Versions
 from app.views.plan_items import Position, entries, plan_items, position_of
 from app.views.sections import ItemKind
-from app.wiring.services import Services
 from vfix_engine.errors import PlanError, VfixError
 from vfix_engine.geometry.path import SplinePath
 

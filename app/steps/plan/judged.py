@@ -5,9 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 from app.cases.settings import settings_in_case
+from app.kit.values import Position
 from app.planning.evaluation import PlanEvaluation
 from app.planning.placement import StoredPlacing
-from app.plans.model import Plan, Position, drive_parts
+from app.plans.model import Plan, drive_parts
 from app.plans.paths import side_caution
 from app.steps.plan.clearance import ShownTool
 from app.steps.plan.cones import Cones

@@ -12,9 +12,9 @@ from app.planning.evaluation import PlanEvaluation
 from app.planning.placement import StoredPlacing
 from app.planning.previews import Dragged
 from app.planning.rehearsal_options import NO_SWITCHES, Switches
+from app.services import Services
 from app.steps.plan.dry_runs import FAILED, Corridor, answered, failed_run
 from app.steps.plan.lanes import Lanes
-from app.wiring.services import Services
 
 MOVED_WORTH_SAYING_MM = 0.2  # by a release, whose hand is less exact than a click
 _LANE = "live"

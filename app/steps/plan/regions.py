@@ -19,11 +19,11 @@ from app.plans.shapes import anchor, box_at, check_shape, moved, resized, size_o
 from app.plans.zones import COLOURS, PlanZone, RemovedBone
 from app.scene.dragging import DragEvent
 from app.scene.regions import DrawnRegion
+from app.services import Services
 from app.steps.plan import region_commands as c
 from app.steps.plan.region_sections import DrawingView, RegionsSection, RegionView, StructureChoice
 from app.steps.plan.region_words import DRAW_WORDS, zone_words
 from app.views.plan_items import Position
-from app.wiring.services import Services
 from vfix_engine.errors import InputError, PlanError
 
 HANDLE = "region:"  # before the id of a region, of the ball that it is dragged by

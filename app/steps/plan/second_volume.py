@@ -11,7 +11,7 @@ from app.cases.second_volume import SecondVolume
 from app.messages.fields import Command, Identifier
 from app.plans.editor import PlanEditor
 from app.plans.service import Plan
-from app.wiring.services import Services
+from app.services import Services
 
 Number = Annotated[float, Field(ge=-1e6, le=1e6, allow_inf_nan=False)]
 

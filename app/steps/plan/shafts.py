@@ -11,13 +11,13 @@ from app.messages.fields import Command
 from app.plans.model import PlanPoint
 from app.scene.dragging import DragEvent
 from app.scene.shafts import HANDLE, ShaftHandle, ShaftNodes, SuggestedNodes
+from app.services import Services
 from app.steps.plan.edited_plan import EditedPlan
 from app.steps.plan.shaft_section import ShaftSection
 from app.steps.plan.side_words import direction_words
 from app.steps.plan.suggest_commands import HideSuggestion, RollShaft, ShaftCommand, SuggestionCommand
 from app.views.layers import Layer
 from app.views.plan_items import curve_points
-from app.wiring.services import Services
 from vfix_engine.errors import PlanError
 from vfix_engine.geometry.path import SplinePath
 

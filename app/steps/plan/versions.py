@@ -11,8 +11,8 @@ from app.plans.diff import changes
 from app.plans.model import PlanContent
 from app.plans.service import Plan
 from app.plans.versions import PlanVersion
+from app.services import Services
 from app.steps.plan import version_commands as c
-from app.wiring.services import Services
 
 
 class VersionView(TypedDict):

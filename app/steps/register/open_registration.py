@@ -12,11 +12,11 @@ from app.plans.service import Plan
 from app.registration.editor import StoredRegistration, found_pair
 from app.registration.point_order import OrderAnswer
 from app.registration.target_errors import ErrorTable
+from app.services import Services
 from app.steps.register import commands as c
 from app.steps.register.sections import FiducialMark, RegistrationSection
 from app.steps.register.views import marks_of, registration_view
 from app.views.plan_items import Position
-from app.wiring.services import Services
 from vfix_engine.errors import InputError, VfixError
 
 

@@ -9,6 +9,7 @@ from app.kit.errors import PlanLocked
 from app.messages.client import Client
 from app.planning.rehearsal_options import NO_SWITCHES, Switches
 from app.plans.service import Plan
+from app.services import Services
 from app.steps.base import Step
 from app.steps.rehearse.drive_record import NO_DRIVE, DriveRecord
 from app.steps.rehearse.driven import SoFar
@@ -17,7 +18,6 @@ from app.steps.rehearse.shared_drive import SharedDrive
 from app.steps.rehearse.shared_drives import SharedDrives
 from app.views.plan_items import Position
 from app.views.views import Views
-from app.wiring.services import Services
 from vfix_engine.anatomy.surface_uncertainty import SurfaceUncertainty
 from vfix_engine.errors import PlanError, VfixError
 from vfix_engine.worlds.rigid.snapshot import Snapshot

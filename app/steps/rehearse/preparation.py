@@ -10,17 +10,18 @@ import numpy.typing as npt
 
 from app.cases.settings import settings_in_case
 from app.drives.recordings import Recording
+from app.kit.values import Position
 from app.planning.evaluation import registered_key
 from app.planning.rehearsal_options import NO_SWITCHES, Switches
 from app.planning.shaft import shaft_of
 from app.plans.instruments import plan_tool
-from app.plans.model import Position, drive_parts
+from app.plans.model import drive_parts
 from app.plans.service import Plan
+from app.services import Services
 from app.steps.rehearse.driven import Planned
 from app.steps.rehearse.refusal import refuse_where_centre_stops, refuse_where_tissue_stops
 from app.store.errors import StorageError
 from app.views.plan_items import curve_points, plan_items
-from app.wiring.services import Services
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import PlanError
 from vfix_engine.geometry.path import SplinePath

@@ -10,7 +10,7 @@ from app.planning.rehearsal_options import Switches
 from app.plans.instruments import shipped_tools
 from app.plans.model import without_placing
 from app.plans.service import Plan
-from app.wiring.services import Services
+from app.services import Services
 from vfix_engine.errors import PlanError, VfixError
 
 NO_LESS_MM = 1.0  # a switch that costs less of the path than this is not what stops the tool

@@ -18,9 +18,9 @@ from app.planning.rehearsal_options import (
 from app.planning.remote_centre import TOLERANCE_MM, Place, centre_at, entry_mm, path_of, point_places
 from app.planning.verdict import NOSTRIL_MM
 from app.plans.service import Plan
+from app.services import Services
 from app.steps.rehearse.sections import CentreChoice, CentreSection, OptionsSection, OptionView
 from app.views.background import in_background
-from app.wiring.services import Services
 from vfix_engine.errors import VfixError
 from vfix_engine.geometry.path import SplinePath
 from vfix_engine.virtual_fixtures import RemoteCentre

@@ -18,8 +18,8 @@ from app.gateway.body_limit import MAX_BODY_BYTES
 from app.kit.errors import PlanLocked
 from app.plans.service import PlanService
 from app.plans.shipped_head import SAMPLE_PLAN
+from app.services import Services
 from app.store.errors import StorageError, StoreBusy, StoreDamaged, StoreUnusable
-from app.wiring.services import Services
 from vfix_engine.errors import VfixError
 
 

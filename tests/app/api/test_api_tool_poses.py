@@ -6,7 +6,7 @@ from rest_client import CASE, PLAN, Client
 
 from app.cases.model import HEAD_PHANTOM
 from app.plans.shipped_head import SAMPLE_PLAN
-from app.wiring.services import Services
+from app.services import Services
 
 
 def test_poses_are_those_of_the_dry_run(client: Client, phantom_services: Services) -> None:

@@ -15,8 +15,8 @@ from rest_client import CASE, PLAN, Client, flood, opened_client
 from app.api import cases as case_routes
 from app.cases.model import HEAD_PHANTOM
 from app.gateway import body_limit
+from app.services import Services, build_services
 from app.settings import Settings
-from app.wiring.services import Services, build_services
 from vfix_engine.anatomy import head_import
 
 SURFACE = b"v 0 0 0\nv 80 0 0\nv 0 80 0\nv 0 0 80\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"

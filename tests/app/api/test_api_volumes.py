@@ -6,7 +6,7 @@ from rest_client import CASE, Client
 
 from app.api.volumes import pieces
 from app.cases.model import HEAD_PHANTOM
-from app.wiring.services import Services
+from app.services import Services
 from vfix_engine.files.volume import volume_of
 
 

@@ -12,7 +12,7 @@ from rest_client import CASE, Client
 
 from app.api import router
 from app.plans.shipped_head import SAMPLE_PLAN
-from app.wiring.services import Services
+from app.services import Services
 from vfix_engine.anatomy.phantom import load_landmarks
 from vfix_engine.registration.transform_files import tfm_text
 

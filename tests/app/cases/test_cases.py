@@ -11,10 +11,10 @@ from app.cases.structures import Provenance, is_closed, within_a_sentence
 from app.kit.cache import Cache
 from app.kit.errors import NotFound
 from app.plans.shipped_head import SAMPLE_PLAN
+from app.services import Services, build_services
 from app.store import Store
 from app.store.errors import StoreDamaged
 from app.store.models import CaseRow
-from app.wiring.services import Services, build_services
 from vfix_engine.errors import InputError
 from vfix_engine.files.volume import Volume
 from vfix_engine.geometry.mesh import TriangleMesh

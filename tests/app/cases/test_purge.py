@@ -19,9 +19,9 @@ from app.cases.service import Case, CaseFrame
 from app.cli import main
 from app.kit.errors import NotFound
 from app.plans.model import PlanContent, PlanPoint
+from app.services import Services, build_services
 from app.settings import Settings
 from app.store.models import RunRow
-from app.wiring.services import Services, build_services
 from vfix_engine.anatomy.labels.reading import Segmentation
 from vfix_engine.anatomy.labels.surfaces import LabelSurface
 from vfix_engine.errors import InputError
@@ -165,7 +165,7 @@ def test_a_deleted_structure_leaves_no_file(services: Services) -> None:
 
 KILLED = """
 import os, signal, sys
-from app.wiring.services import build_services
+from app.services import build_services
 from app.cases.purge import Purge
 from app.settings import Settings
 

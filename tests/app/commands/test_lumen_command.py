@@ -11,8 +11,8 @@ import pytest
 
 from app.cli import main
 from app.commands.lumen import read_landmarks
+from app.services import build_services
 from app.settings import Settings
-from app.wiring.services import build_services
 from vfix_engine.anatomy.lumen.synthetic import synthetic_colon, synthetic_course, write_stl
 from vfix_engine.errors import InputError
 from vfix_engine.files.mesh_files import read_mesh

@@ -17,7 +17,7 @@ from app.cli import main
 from app.commands import register_calibration
 from app.plans.shipped_head import SAMPLE_PLAN
 from app.registration.reachable_surface import reachable_places
-from app.wiring.services import Services
+from app.services import Services
 from vfix_engine.anatomy.phantom import load_landmarks
 from vfix_engine.registration.transform_files import write_transform
 

@@ -33,10 +33,10 @@ from app.kit.errors import JobCancelled, TooLarge
 from app.plans.model import PlanContent, PlanPoint
 from app.plans.zones import PlanZone
 from app.registration.document import FiducialPair, RegistrationContent
+from app.services import Services, build_services
 from app.settings import Settings
 from app.store.errors import StorageError
 from app.store.models import DocumentStateRow
-from app.wiring.services import Services, build_services
 from vfix_engine.anatomy.labels.painting import Stroke
 from vfix_engine.errors import InputError
 from vfix_engine.files.volume import Volume

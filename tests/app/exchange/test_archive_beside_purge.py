@@ -11,9 +11,9 @@ from app.cases.model import CaseContent
 from app.cases.purge import referred_files
 from app.cases.service import Case
 from app.exchange.archive.reading import ArchiveReader
+from app.services import Services, build_services
 from app.settings import Settings
 from app.store.errors import StoreBusy
-from app.wiring.services import Services, build_services
 from vfix_engine.errors import InputError
 
 

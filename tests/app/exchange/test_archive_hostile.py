@@ -28,9 +28,9 @@ from app.kit.errors import TooLarge
 from app.planning.zone_sets import with_errors
 from app.plans.model import PlanContent, PlanPoint
 from app.plans.zones import PlanZone
+from app.services import Services, build_services
 from app.settings import Settings
 from app.store.models import CaseRow
-from app.wiring.services import Services, build_services
 from vfix_engine.anatomy.surface_uncertainty import SurfaceUncertainty
 from vfix_engine.errors import InputError, PlanError
 from vfix_engine.files.volume import Volume

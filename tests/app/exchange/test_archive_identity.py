@@ -17,8 +17,8 @@ from session_doubles import other_case
 from app.cases.model import HEAD_PHANTOM
 from app.cases.service import hash_of
 from app.plans.model import PlanContent
+from app.services import Services, build_services
 from app.settings import Settings
-from app.wiring.services import Services, build_services
 from vfix_engine.errors import InputError
 
 Entries = dict[str, bytes]

@@ -18,7 +18,7 @@ from app.planning.placement import placed_robot, standing_base
 from app.plans.model import Plan, without_placing
 from app.plans.shipped_head import SAMPLE_PLAN
 from app.registration.document import FiducialPair, RegistrationContent
-from app.wiring.services import Services
+from app.services import Services
 from vfix_engine.errors import FrameError, PlanError
 from vfix_engine.frames import ImageRegistration
 

@@ -32,8 +32,8 @@ from app.plans.paths import PlanPath
 from app.plans.zones import PlanZone, RemovedBone
 from app.registration.document import FiducialPair, RegistrationContent
 from app.registration.fit_report import refitted
+from app.services import Services
 from app.store.errors import StorageError
-from app.wiring.services import Services
 from vfix_engine.errors import InputError
 from vfix_engine.files.volume import Volume
 from vfix_engine.geometry.mesh import TriangleMesh

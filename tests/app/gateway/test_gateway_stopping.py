@@ -14,8 +14,8 @@ from pathlib import Path
 import pytest
 
 from app.plans.shipped_head import SAMPLE_PLAN
+from app.services import build_services
 from app.settings import Settings
-from app.wiring.services import build_services
 
 HEAD = "head-phantom"
 ROOT = Path(__file__).resolve().parents[3]

@@ -18,9 +18,9 @@ from app.cli import main
 from app.exchange.resolve import resolve_case, resolve_plan
 from app.imaging.importing import ImportRequest, ImportService, case_name
 from app.plans.shipped_head import SAMPLE_PLAN
+from app.services import Services
 from app.settings import Settings
 from app.store import Store
-from app.wiring.services import Services
 from tests.engine.imaging_phantoms import dicom_slices, save_dicom
 from vfix_engine.anatomy.bone import CONTROL_TRIANGLES
 from vfix_engine.anatomy.segmentation import PRESETS, SegmentRequest, segment

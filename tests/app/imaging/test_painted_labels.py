@@ -16,7 +16,7 @@ from app.cases.model import CaseFrame
 from app.cli import main
 from app.imaging.label_document import MOST_STROKES
 from app.kit.errors import DocumentLocked, JobCancelled
-from app.wiring.services import Services, build_services
+from app.services import Services, build_services
 from vfix_engine.anatomy.labels.painting import Stroke, draw_stroke, mask_of_runs
 from vfix_engine.anatomy.surface import extract_surface
 from vfix_engine.errors import InputError

@@ -16,7 +16,7 @@ from app.cli import main
 from app.imaging.segmenting import band_words, wish_of
 from app.plans.shipped_head import SAMPLE_PLAN
 from app.plans.zones import PlanZone
-from app.wiring.services import Services
+from app.services import Services
 from vfix_engine.anatomy.labels.painting import mask_of_runs
 from vfix_engine.anatomy.segmentation import HIGHEST_HU, LOWEST_HU, Band
 from vfix_engine.anatomy.surface import extract_surface

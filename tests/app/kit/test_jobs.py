@@ -9,7 +9,7 @@ import pytest
 from app.kit.errors import JobCancelled, NotFound, PlannerEnds
 from app.kit.jobs import ENDED, Job, JobKind, Jobs, Progress, Work
 from app.plans.shipped_head import SAMPLE_PLAN
-from app.wiring.services import Services
+from app.services import Services
 from vfix_engine.errors import InputError
 
 

@@ -5,7 +5,7 @@ import pytest
 
 from app.cases.service import CaseFrame
 from app.plans.shipped_head import SAMPLE_PLAN
-from app.wiring.services import Services
+from app.services import Services
 from vfix_engine.errors import InputError
 from vfix_engine.geometry.mesh import TriangleMesh
 

@@ -26,9 +26,9 @@ from app.planning.verdict import IN_SHORT
 from app.plans.model import Plan
 from app.plans.zones import PlanZone
 from app.registration.driven import DrivenRegistration
+from app.services import Services
 from app.steps.plan.dry_runs import Corridor, answered
 from app.steps.rehearse.driven import Planned
-from app.wiring.services import Services
 from vfix_engine.anatomy.surface_uncertainty import SurfaceUncertainty
 from vfix_engine.errors import StartRefused
 from vfix_engine.frames import ImageRegistration

@@ -10,8 +10,8 @@ import pytest
 from app.plans.model import Plan
 from app.plans.shipped_head import SAMPLE_PLAN
 from app.plans.zones import RemovedBone
+from app.services import Services
 from app.steps.rehearse.preparation import prepare
-from app.wiring.services import Services
 from vfix_engine.geometry.shape_distance import signed_distance
 from vfix_engine.geometry.shapes import Sphere
 

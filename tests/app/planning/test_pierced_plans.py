@@ -16,9 +16,9 @@ from app.planning.piercing import Pierced, PiercedReport, pierced_along
 from app.planning.verdict import verdict_of
 from app.plans.model import Plan
 from app.plans.shipped_head import SAMPLE_PLAN
+from app.services import Services
 from app.steps.plan.clearance import verdict_view
 from app.steps.rehearse.driven import Planned, SoFar
-from app.wiring.services import Services
 from benchmarks.piercing_judge import pierced_runs
 from vfix_engine.anatomy.piercing import PoseWays, Ways
 from vfix_engine.robots import Tool

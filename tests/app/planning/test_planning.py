@@ -18,9 +18,9 @@ from app.planning.evaluation import Planning, SnapResult
 from app.plans.instruments import Instruments
 from app.plans.service import PlanService
 from app.plans.shipped_head import SAMPLE_PLAN
+from app.services import Services
 from app.steps.plan.edited_plan import EditedPlan
 from app.store import Store
-from app.wiring.services import Services
 from tests.engine.scenes import head_mesh
 from vfix_engine.errors import PlanError
 from vfix_engine.files.readers import read_volume

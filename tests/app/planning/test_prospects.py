@@ -16,10 +16,10 @@ from app.planning.placement import StoredPlacing
 from app.planning.previews import Dragged, with_points
 from app.planning.rehearsal_options import NO_SWITCHES
 from app.scene.dragging import DragEvent
+from app.services import Services
 from app.steps.plan import commands as c
 from app.steps.plan.dry_runs import Corridor
 from app.steps.plan.live import LiveRuns
-from app.wiring.services import Services
 from vfix_engine.errors import PlanError, StartRefused
 from vfix_engine.geometry.capsules import Segments
 from vfix_engine.robots import RobotModel, Tool

@@ -14,8 +14,8 @@ from app.commands import plan as plan_command
 from app.plans.model import Plan
 from app.plans.shipped_head import SAMPLE_PLAN
 from app.plans.zones import RemovedBone
+from app.services import Services
 from app.steps.plan.removed_bone import RemovedBoneCount
-from app.wiring.services import Services
 from vfix_engine.errors import InputError
 from vfix_engine.files.volume import BONE_HU
 

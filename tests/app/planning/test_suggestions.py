@@ -21,7 +21,7 @@ from app.planning.suggestions import SuggestedPaths, described
 from app.planning.verdict import Verdict
 from app.plans.model import PlanContent, PlanPoint
 from app.plans.service import Plan
-from app.wiring.services import Services
+from app.services import Services
 from benchmarks.piercing import pierced_by
 from vfix_engine.errors import PlanError
 from vfix_engine.geometry.path import SplinePath

@@ -15,7 +15,7 @@ from app.exchange.plan_files import to_native_json
 from app.planning.remote_centre import path_of
 from app.planning.verdict import DEEP_MM, profile_of, tissue_level, verdict_of
 from app.plans.shipped_head import SAMPLE_PLAN
-from app.wiring.services import Services
+from app.services import Services
 from vfix_engine.anatomy.surface_uncertainty import SurfaceUncertainty
 from vfix_engine.errors import PlanError
 from vfix_engine.geometry.shapes import Sphere

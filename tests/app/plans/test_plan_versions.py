@@ -19,9 +19,9 @@ from app.plans.model import PlanContent, PlanPath, PlanPoint
 from app.plans.service import PlanService
 from app.plans.versions import MAX_VERSIONS, PlanVersions
 from app.plans.zones import PlanZone, RemovedBone
+from app.services import Services, build_services
 from app.settings import Settings
 from app.store import Store
-from app.wiring.services import Services, build_services
 from tests.engine.scenes import curved_tube
 from vfix_engine.errors import PlanError
 

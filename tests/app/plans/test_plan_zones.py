@@ -20,9 +20,9 @@ from app.planning.zone_sets import near_zones, zone_set
 from app.plans.model import PlanContent, PlanPoint
 from app.plans.service import Plan
 from app.plans.zones import PlanZone, RemovedBone
+from app.services import Services, build_services
 from app.settings import Settings
 from app.steps.rehearse.preparation import prepare
-from app.wiring.services import Services, build_services
 from tests.engine.scenes import CoalJudge, curved_tube
 from vfix_engine.errors import PlanError
 from vfix_engine.geometry.capsules import Segments

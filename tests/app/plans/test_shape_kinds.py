@@ -13,8 +13,8 @@ from app.exchange.regions import region_markups
 from app.planning.region_meshes import NOTHING, region_mesh
 from app.plans.shapes import SHAPE_KINDS, anchor, check_shape, moved, solids
 from app.plans.zones import PlanZone
+from app.services import Services
 from app.steps.plan.region_words import DRAW_WORDS, zone_words
-from app.wiring.services import Services
 
 FILE = Path(__file__).resolve().parents[2] / "web" / "region-shapes.json"
 EXAMPLES: dict[str, dict[str, Any]] = json.loads(FILE.read_text(encoding="utf-8"))

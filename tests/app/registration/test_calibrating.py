@@ -31,7 +31,7 @@ from app.registration.pose_tables import paired, read_poses
 from app.registration.service import PlanRegistration
 from app.registration.simulated_touch import simulated_pose, simulated_tracker_to_base
 from app.registration.target_errors import error_table, expected_errors
-from app.wiring.services import Services
+from app.services import Services
 from vfix_engine.anatomy.phantom import load_landmarks
 from vfix_engine.errors import InputError
 from vfix_engine.registration import calibrate_pivot, register_points, register_robot_to_tracker, target_errors_mm

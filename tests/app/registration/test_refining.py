@@ -24,8 +24,8 @@ from app.registration.fit_report import report_of
 from app.registration.refining import Refining
 from app.registration.simulated_touch import simulated_pose
 from app.registration.target_errors import error_table, expected_errors
+from app.services import Services
 from app.steps.register.hints import register_hint
-from app.wiring.services import Services
 from vfix_engine.anatomy.phantom import load_landmarks
 from vfix_engine.errors import FrameError, InputError
 from vfix_engine.frames import ImageRegistration

@@ -22,7 +22,7 @@ from app.registration.fit_report import refitted, report_of
 from app.registration.point_order import order_of
 from app.registration.simulated_touch import simulated_pose, simulated_touch
 from app.registration.target_errors import error_table, expected_errors
-from app.wiring.services import Services
+from app.services import Services
 from vfix_engine.errors import InputError, PlanError
 from vfix_engine.frames import ImageRegistration
 from vfix_engine.registration import register_points

@@ -14,8 +14,8 @@ from session_doubles import HEAD, views_of
 from app.kit.errors import NotFound
 from app.link.tracker import Collected
 from app.registration.service import Registering
+from app.services import Services
 from app.steps.register.step import RegisterStep
-from app.wiring.services import Services
 from vfix_engine.errors import InputError
 from vfix_engine.registration import SimulatedTracker
 from vfix_engine.registration.tracker import TIP_MM

@@ -22,8 +22,8 @@ from app.registration.driven import driven_registration
 from app.registration.files import export_text
 from app.registration.fit_report import inconsistency, refitted, report_of
 from app.registration.target_errors import error_table
+from app.services import Services, build_services
 from app.settings import Settings
-from app.wiring.services import Services, build_services
 from vfix_engine.errors import InputError, PlanError
 
 

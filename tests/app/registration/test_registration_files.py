@@ -20,7 +20,7 @@ from app.registration.editor import MeasuredPoint, RegistrationEditor, with_meas
 from app.registration.files import Format, export_text, name_of, read_measured, read_transform
 from app.registration.fit_report import report_of
 from app.registration.said_by_file import SaidByFile
-from app.wiring.services import Services
+from app.services import Services
 from vfix_engine.errors import FrameError, InputError
 from vfix_engine.registration.transform_files import json_text, tfm_text
 

@@ -18,7 +18,7 @@ from app.registration.fit_report import report_of
 from app.registration.refining import begin_of
 from app.registration.service import PlanRegistration
 from app.registration.target_errors import error_table
-from app.wiring.services import Services
+from app.services import Services
 from vfix_engine.anatomy.phantom import load_landmarks
 from vfix_engine.errors import InputError, PlanError
 

@@ -19,7 +19,7 @@ from app.registration.document import RegistrationContent
 from app.registration.editor import RegistrationEditor
 from app.registration.simulated_touch import simulated_pose
 from app.registration.tracing import Tracing
-from app.wiring.services import Services
+from app.services import Services
 from vfix_engine.anatomy.phantom import load_landmarks
 from vfix_engine.errors import InputError, PlanError
 from vfix_engine.geometry.path import SplinePath

@@ -7,9 +7,9 @@ from collections.abc import Iterator
 import pytest
 from session_doubles import Tabs
 
+from app.services import Services
 from app.session import client_sessions
 from app.session.client_sessions import ClientSessions
-from app.wiring.services import Services
 
 
 @pytest.fixture(autouse=True)

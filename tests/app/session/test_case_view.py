@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from session_doubles import HEAD, Later, other_case
 
+from app.services import Services
 from app.views.case_view import CaseView
 from app.views.slice_view import SliceView
-from app.wiring.services import Services
 from vfix_engine.files.volume import Volume
 
 

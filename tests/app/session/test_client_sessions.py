@@ -13,6 +13,7 @@ import pytest
 from session_doubles import CLIENT, HEAD, SAMPLE, Robot, Tabs, fail, other_case, put_in_place, rehearse_step, settle
 
 from app.scene.plan import PlanItem
+from app.services import Services
 from app.session import client_sessions
 from app.session.client_session import ClientSession
 from app.session.client_sessions import ClientSessions, TooManyTabs
@@ -20,7 +21,6 @@ from app.steps.rehearse.commands import HandCommand
 from app.store.errors import StorageError
 from app.views.layers import Layer
 from app.views.plan_items import plan_items
-from app.wiring.services import Services
 
 
 def _items(session: ClientSession) -> tuple[PlanItem, ...]:

@@ -11,12 +11,12 @@ import pytest
 from session_doubles import SAMPLE, Tabs, fail, rehearse_step, settle
 
 from app.kit.errors import JobCancelled
+from app.services import Services
 from app.session import client_sessions
 from app.session.client_session import ClientSession
 from app.session.client_sessions import ClientSessions, TabTaken, TooManyTabs
 from app.steps.rehearse.commands import HandCommand, SetMode
 from app.views.commands import SetCross
-from app.wiring.services import Services
 from vfix_engine.errors import PlanError
 
 

@@ -6,11 +6,11 @@ import numpy as np
 from session_doubles import SAMPLE, Later, open_sample
 
 from app.scene.cones import cone_edges
+from app.services import Services
 from app.steps.plan import commands as c
 from app.steps.plan.cones import Cones, Found, cone_words
 from app.steps.plan.dry_runs import Corridor
 from app.steps.plan.edited_plan import EditedPlan
-from app.wiring.services import Services
 from vfix_engine.worlds.rigid.cone_surface import cone_surface
 
 

@@ -15,12 +15,12 @@ from app.plans.shapes import anchor, moved, resized, size_of
 from app.plans.zones import COLOURS
 from app.scene.dragging import DragEvent
 from app.scene.view import ClickRay
+from app.services import Services
 from app.steps.plan import commands as c
 from app.steps.plan import region_commands as r
 from app.steps.plan.region_sections import RegionsSection
 from app.steps.plan.step import PlanStep
 from app.steps.plan.suggest_commands import ShaftCommand
-from app.wiring.services import Services
 from vfix_engine.errors import InputError, PlanError
 
 PLACE = (9.0, 36.0, 12.0)

@@ -15,6 +15,7 @@ from app.kit.jobs import Job
 from app.planning.rehearsal_options import NO_SWITCHES, Switches
 from app.planning.remote_centre import Place
 from app.scene import palette
+from app.services import Services
 from app.steps.plan import commands as c
 from app.steps.plan.dry_runs import Corridor, DryRuns
 from app.steps.plan.edited_plan import EditedPlan
@@ -22,7 +23,6 @@ from app.steps.plan.hints import plan_hint
 from app.steps.plan.version_commands import VersionCommand
 from app.store.errors import StorageError
 from app.store.models import DocumentStateRow
-from app.wiring.services import Services
 from vfix_engine.anatomy.surface_uncertainty import SurfaceUncertainty
 from vfix_engine.errors import InputError, PlanError
 

@@ -12,11 +12,11 @@ from session_doubles import HEAD, SAMPLE, Heard, other_case, views_of
 
 from app.registration.document import FiducialPair, RegistrationContent
 from app.registration.fit_report import refitted, report_of
+from app.services import Services
 from app.steps.plan.step import PlanStep
 from app.steps.register import commands as c
 from app.steps.register.hints import register_hint
 from app.steps.register.step import RegisterStep
-from app.wiring.services import Services
 from vfix_engine.anatomy.phantom import load_landmarks
 from vfix_engine.errors import InputError, VfixError
 

@@ -12,10 +12,10 @@ from registration_contents import content_of
 from session_doubles import CLIENT, HEAD, SAMPLE, Heard, Robot, put_in_place, views_of
 
 from app.plans.service import Plan
+from app.services import Services
 from app.steps.rehearse import commands as c
 from app.steps.rehearse.shared_drives import SharedDrives
 from app.steps.rehearse.step import RehearseStep
-from app.wiring.services import Services
 from vfix_engine.errors import PlanError
 
 

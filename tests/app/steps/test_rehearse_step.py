@@ -14,13 +14,13 @@ from app.cases.model import Case
 from app.messages.client import Client
 from app.plans.instruments import plan_tool
 from app.plans.service import Plan
+from app.services import Services
 from app.steps.rehearse import commands as c
 from app.steps.rehearse.drive_record import DriveRecord
 from app.steps.rehearse.preparation import plan_key, prepare
 from app.steps.rehearse.shared_drives import SharedDrives
 from app.steps.rehearse.step import RehearseStep
 from app.store.errors import StorageError
-from app.wiring.services import Services
 from vfix_engine.errors import PlanError
 
 OTHER = Client("tab-two-0", "holds")

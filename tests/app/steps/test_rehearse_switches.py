@@ -17,12 +17,12 @@ from app.planning.rehearsal_options import NO_SWITCHES, Standing, Switches, stan
 from app.planning.remote_centre import ENTRY, Place, centre_at, path_of, place_mm
 from app.plans.model import without_placing
 from app.plans.service import Plan
+from app.services import Services
 from app.steps.rehearse import commands as c
 from app.steps.rehearse.preparation import plan_key, prepare
 from app.steps.rehearse.shared_drives import SharedDrives
 from app.steps.rehearse.step import RehearseStep
 from app.steps.rehearse.switches import CentrePlaces, options_section
-from app.wiring.services import Services
 from vfix_engine.errors import PlanError
 from vfix_engine.virtual_fixtures import CartesianLimits, RemoteCentre, SoftRegion
 from vfix_engine.worlds.rigid.dry_run import DryRun

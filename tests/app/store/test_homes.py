@@ -22,10 +22,10 @@ from app.commands.doctor import examine
 from app.exchange.archive import is_archive
 from app.plans.service import PlanService
 from app.plans.shipped_head import SAMPLE_PLAN
+from app.services import build_services
 from app.settings import Settings
 from app.store import Store, database, schema
 from app.store.errors import StorageError, StoreBusy, StoreDamaged, StoreUnusable
-from app.wiring.services import build_services
 
 VERSION = schema.NEWEST
 posix = pytest.mark.skipif(os.name == "nt", reason="these are the rights of POSIX")

@@ -1,4 +1,4 @@
-"""What the exchange formats share: careful JSON, frames and units at the door, and the dense curve."""
+"""Texts of files: tables of comma-separated values, JSON, and the frame and unit that they name."""
 
 from __future__ import annotations
 
@@ -8,13 +8,11 @@ import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from typing import Any
 
 from app.kit.errors import TooLarge
-from app.kit.names import check_label
-from app.plans.model import PlanPoint, Position, check_position, new_point_id
-from app.plans.model import number as checked_number
+from app.kit.values import Position, check_position
+from app.kit.values import number as checked_number
 from vfix_engine.errors import FrameError, InputError, PlanError
 from vfix_engine.files.frame_report import MM_PER_UNIT, named_unit_of
 from vfix_engine.frames import RAS_TO_LPS
@@ -26,18 +24,6 @@ _SEPARATORS = ",;\t"  # of a table's cells
 _FRAMES = {"LPS": "LPS", "RAS": "RAS", "0": "RAS", "1": "LPS"}
 _NUMBER = re.compile(r"\s*[-+]?\d*\.?\d+\.?(?:[eE][-+]?\d+)?\s*")
 _TEXT_COLUMNS = frozenset(("kind", "label", "desc", "associatednodeid"))
-
-
-@dataclass(frozen=True)
-class CurveSample:
-    """A place of the path as driven: arc length s, and the clearance of the whole tool there, all in mm.
-
-    clearance_mm is None where the tool did not get.
-    """
-
-    s_mm: float
-    position: Position
-    clearance_mm: float | None
 
 
 def decode(data: bytes, what: str = "the file of the plan") -> str:
@@ -199,8 +185,3 @@ def fault_at(where: str) -> Iterator[None]:
         yield
     except InputError as error:
         raise PlanError(f"{where}: {error}") from None
-
-
-def new_point(label: Any, position: Position) -> PlanPoint:
-    """A point that enters the plan from outside."""
-    return PlanPoint(new_point_id(), check_label("" if label is None else label, "label"), position)
