@@ -17,12 +17,10 @@ from types import ModuleType
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vfix_engine.arrays import Array
 from vfix_engine.geometry.capsules import Segments
 from vfix_engine.geometry.mesh import TriangleMesh
-
-Array = NDArray[np.float64]
 
 MOST_CONTACTS = 1_000_000
 

@@ -15,17 +15,16 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks import lumen_bends, lumen_controls, lumen_gpu, lumen_plots, report
 from benchmarks.lumen_attack import command as lumen_attack
 from benchmarks.lumen_peers import NumpyQuery, literal_query
 from benchmarks.lumen_scene import JUDGED, LINKS, SEGMENTS, Scene
 from benchmarks.lumen_threads import ThreadedQuery
+from vfix_engine.arrays import Array
 from vfix_engine.pathway.query.query import Query
 from vfix_engine.robots.snake_surface import LinkVertices
 
-Array = NDArray[np.float64]
 Ask = Callable[[Array], object]
 
 SUMMARY = "the query of a snake in its lumen against the paper's, compiled as printed and in numpy"

@@ -14,7 +14,6 @@ import time
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.lumen_figure_7c import figure_7c
 from benchmarks.lumen_figure_8 import figure_8
@@ -24,8 +23,6 @@ from vfix_engine.pathway.query.query import Query
 from vfix_engine.robots.snake import SnakeModel
 from vfix_engine.snake.bending.bending import DIRECTIONS, BendProblem
 from vfix_engine.snake.bending.optimise import control_bends, search_globally
-
-Array = NDArray[np.float64]
 
 INCLINED = math.radians(-25.0)
 ROUNDS, GRID = 15, 101

@@ -12,14 +12,13 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from skimage.measure import approximate_polygon, find_contours
 
 from benchmarks.svg_plot import GRID, INK, SOFT, Scale, page, printed, text
+from vfix_engine.arrays import Array
 from vfix_engine.snake.bending.bending import BendProblem, bend_angles
 from vfix_engine.snake.bending.optimise import Bend, optimise_primary, search_globally
 
-Array = NDArray[np.float64]
 Colours = tuple[tuple[int, int, int], tuple[int, int, int]]  # red, green and blue at 1 and at −0.4
 
 ACCENT, MARK = "#0b4f9c", "#c2571a"

@@ -7,14 +7,12 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.svg_plot import INK, SOFT, page, printed, text
+from vfix_engine.arrays import Array
 from vfix_engine.pathway.cavity import ANGLES, CONTOURS, body_cavity
 from vfix_engine.snake.bending.bending import BendProblem
 from vfix_engine.snake.bending.optimise import Bend
-
-Array = NDArray[np.float64]
 
 WIDTH, HEIGHT = 860, 1010
 _FEET = 478.0, 932.0  # of the two rows, px

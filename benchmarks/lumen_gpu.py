@@ -6,15 +6,13 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks import report
 from benchmarks.lumen_peers import literal_query
 from benchmarks.lumen_scene import JUDGED, Scene
+from vfix_engine.arrays import Array
 from vfix_engine.pathway.query import gpu
 from vfix_engine.robots.snake_surface import LinkVertices
-
-Array = NDArray[np.float64]
 
 COUNTS = (500, 1000, 2000, 5000, JUDGED, 50_000, 1_000_000)
 NAMED = (500, JUDGED, 1_000_000)

@@ -13,10 +13,8 @@ from typing import Any
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from vfix_engine.arrays import Array, IntArray
 
 EDGE = 1e-10  # [mm] so far beyond an edge's line is inside
 AXIS = 1e-9  # [mm] nearer to the axis, eq. 1 has no plane
@@ -81,7 +79,7 @@ def section_as_printed(x: float, y: float, z: float, rows: Array, radius: Array,
 
 @numba.njit(error_model="numpy", cache=True)
 def literal_query(
-    points: Array, start: Index, frames: Array, rows: Array, radius: Array, first: int, last: int, gap: Array
+    points: Array, start: IntArray, frames: Array, rows: Array, radius: Array, first: int, last: int, gap: Array
 ) -> Array:
     """d_l of eq. 9 (L,) of one pose by three plain loops; δ_i of eq. 8 into ``gap`` (V,)."""
     depth = np.zeros(len(start) - 1)
@@ -107,7 +105,7 @@ class NumpyQuery:
     twice as fast as all at once.
     """
 
-    def __init__(self, points: Array, start: Index, rows: Array, radius: Array):
+    def __init__(self, points: Array, start: IntArray, rows: Array, radius: Array):
         """Vertices (V, 3) in their links' frames, ``start`` (L + 1,); rows of the segments, radii of the contours."""
         self._points, self._start, self._radius = points, start, radius
         self._link = np.repeat(np.arange(len(start) - 1), np.diff(start))

@@ -10,15 +10,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vfix_engine.arrays import Array
 from vfix_engine.pathway.packed import PackedPathway
 from vfix_engine.pathway.pathway import Pathway
 from vfix_engine.pathway.query.query import Query
 from vfix_engine.robots.snake import SnakeModel
 from vfix_engine.robots.snake_surface import LinkVertices
-
-Array = NDArray[np.float64]
 
 LINKS, SEGMENTS = 5, 20
 RADIUS_MM, SEGMENT_MM, BEND_MM = 12.0, 10.0, 150.0

@@ -11,16 +11,13 @@ from typing import Any, cast
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
 
+from vfix_engine.arrays import Array
 from vfix_engine.pathway.packed import PackedPathway
 from vfix_engine.pathway.query.query import Deviations, Query
 from vfix_engine.pathway.query.query_fast import link_deviations
 from vfix_engine.pathway.query.query_lanes import WORK
 from vfix_engine.robots.snake_surface import LinkVertices
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 _released: Callable[..., None] = numba.njit(error_model="numpy", nogil=True, cache=True)(
     cast(Any, link_deviations).py_func

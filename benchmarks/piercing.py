@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks import report
 from benchmarks.piercing_judge import pierced_runs
@@ -23,6 +22,7 @@ from vfix_engine.anatomy.room_air import room_air
 from vfix_engine.anatomy.soft_tissue import TISSUE_HU
 from vfix_engine.anatomy.solids import solid_of_volumes
 from vfix_engine.anatomy.surface import extract_surface
+from vfix_engine.arrays import Array
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import InputError
 from vfix_engine.files.readers import read_volume
@@ -36,8 +36,6 @@ TOOLS = ("straight_pointer", "bent_30", "endoscope_0")
 SLACK_MM = 0.75  # both codes have grids of 0.5 mm
 EVERY_MM = 8.0  # between poses that are judged
 _MOVED_MM, _AROUND_MM = 2.0, 30.0
-
-Array = NDArray[np.float64]
 
 
 class Head(NamedTuple):

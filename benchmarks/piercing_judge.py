@@ -9,9 +9,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from vfix_engine.arrays import Array
 from vfix_engine.files.volume import Volume
-
-Array = NDArray[np.float64]
 
 AIR_HU = -300.0
 STEP_MM, SAMPLE_MM = 0.5, 0.2

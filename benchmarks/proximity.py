@@ -13,16 +13,14 @@ from typing import Any
 
 import fast_simplification
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks import cases, report
 from benchmarks.brute_force import BruteForce
 from benchmarks.coal_peer import CoalPeer, build
+from vfix_engine.arrays import Array
 from vfix_engine.geometry.capsules import Segments
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.proximity.proximity import ProximityTree
-
-Array = NDArray[np.float64]
 
 SUMMARY = "pairs and closest pair against coal's collide and distance"
 COHERENT_MM = 0.75  # how far the tool may move while a candidate list holds

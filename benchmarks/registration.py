@@ -14,10 +14,10 @@ import time
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks import report
 from vfix_engine.anatomy.phantom import load_landmarks
+from vfix_engine.arrays import Array
 from vfix_engine.registration import expected_fre_mm, register_points
 from vfix_engine.registration.rigid_fit import residual_lengths, rigid_fits
 
@@ -27,8 +27,6 @@ _SIGMA_MM = 0.3
 _WITHIN, _IN_BALL_WITHIN = 0.03, 0.01
 _FEWEST, _MOST = 5_000, 1_000_000  # the rms of 5,000 errors varies by 0.6 %, a fifth of what is allowed
 _AT_ONCE = 50_000
-
-Array = NDArray[np.float64]
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -18,14 +18,13 @@ import qpsolvers
 from numpy.typing import NDArray
 
 from benchmarks.coal_peer import build, turning_z_to
+from vfix_engine.arrays import Array
 from vfix_engine.control import ControlSettings, StepRequest, StepState
 from vfix_engine.control.surroundings import BUFFER_MM
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.proximity.pairs import COSINE, MAX_ROWS, RADIUS_MM, Pairs
 from vfix_engine.robots import PlacedRobot, TipState, Tool
 from vfix_engine.virtual_fixtures.joint_limits import joint_regularisation
-
-Array = NDArray[np.float64]
 
 PARTS = ("kinematics", "proximity", "rows", "qp", "certificate")
 _MANY = 1_000_000  # contacts: all of them

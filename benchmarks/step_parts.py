@@ -15,8 +15,8 @@ from typing import Any
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
 
+from vfix_engine.arrays import Array
 from vfix_engine.certificate.certify_kernel import certify_motion
 from vfix_engine.certificate.measure_kernel import measure, place
 from vfix_engine.certificate.world import unpack_cover, unpack_world
@@ -32,7 +32,6 @@ PARTS = ("kinematics", "proximity", "rows", "qp", "certificate")
 REPEATS = 20  # of a kernel for its floor
 CALLS = 7  # of a part, of which the median counts; the first is not counted
 
-Array = NDArray[np.float64]
 _bare = numba.njit(error_model="numpy")
 
 

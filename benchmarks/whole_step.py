@@ -14,7 +14,6 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks import report
 from benchmarks.stack import Stack
@@ -33,8 +32,6 @@ WARM = 50  # steps of each drive that are not counted
 STEP_EVERY = 5  # steps between two whose controller's step is timed alone
 STACK_EVERY = 15  # free steps between two that the stack takes as well
 MOST_STEPS = 60_000  # to the inner end
-
-Array = NDArray[np.float64]
 
 
 class WholeStep:

@@ -34,12 +34,12 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from .arrays import Array
 from .errors import InputError
 from .given import rigid_transform
 
-Array = NDArray[np.float64]
 RegisteredTo = Literal["patient", "base"]
 
 RAS_TO_LPS: Array = np.array([-1.0, -1.0, 1.0])

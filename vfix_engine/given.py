@@ -11,11 +11,10 @@ from numbers import Real
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from .arrays import Array
 from .errors import InputError
-
-Array = NDArray[np.float64]
 
 FARTHEST_MM = 1e6  # a coordinate of a kilometre is an error of units; squares of much larger ones overflow
 ORTHONORMAL = 1e-6  # of RᵀR − I and of the last row, absolute: a tool of 300 mm is then off by 0.3 µm at most

@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING, Any
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from app.commands.head_options import say_notes
 from app.extras import has_app
 from app.settings import Settings
+from vfix_engine.arrays import Array
 from vfix_engine.errors import FrameError, InputError, MeshError, VfixError
 from vfix_engine.files.frame_report import FRAMES, MM_PER_UNIT, FrameReport
 from vfix_engine.files.mesh_files import read_mesh, write_ply
@@ -38,7 +38,6 @@ from vfix_engine.worlds.snake.snake_drive import SnakeDrive
 if TYPE_CHECKING:  # a drive without a store keeps no run
     from app.commands.recorded_run import RecordedRun
 
-Array = NDArray[np.float64]
 
 _ASSUMED = "the surface's file does not name its frame and unit; LPS and mm are assumed: say --frame and --unit"
 _DEFAULTS = DriveSettings()

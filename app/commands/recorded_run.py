@@ -5,16 +5,12 @@ from __future__ import annotations
 from contextlib import suppress
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from app.commands.head_options import say_notes
 from app.services import Services
+from vfix_engine.arrays import Array
 from vfix_engine.errors import VfixError
 from vfix_engine.runtime.run import RunWriter
 from vfix_engine.runtime.system import Column, SystemSpec
-
-Array = NDArray[np.float64]
 
 
 class RecordedRun:

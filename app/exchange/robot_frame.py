@@ -13,7 +13,6 @@ from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
-import numpy.typing as npt
 
 from app.documents import Document, Documents
 from app.exchange.csv_files import shielded
@@ -24,11 +23,11 @@ from app.plans.model import NOTICE, Plan, PlanPoint
 from app.registration.document import RegistrationContent
 from app.registration.driven import DrivenRegistration
 from app.registration.fit_report import report_of
+from vfix_engine.arrays import Array
 from vfix_engine.errors import PlanError, VfixError
 from vfix_engine.frames import ImageRegistration, transform_image_to_base
 from vfix_engine.geometry.shaft_directions import roll_of, rolled_frame
 
-Array = npt.NDArray[np.float64]
 BaseForm = Literal["json", "csv"]
 JSON_SCHEMA, TABLE_SCHEMA = "vfix-plan-in-base/1", "vfix-plan-in-base-table/1"
 _STRAIGHT = 1e-6  # sine of the bend of a tool that has none

@@ -12,7 +12,8 @@ from app.kit.cache import Cache
 from app.kit.errors import NotFound
 from app.kit.jobs import Job, Jobs, Progress
 from vfix_engine.anatomy.islands import Islands, islands, region_at
-from vfix_engine.anatomy.segmentation import Mask, SegmentRequest
+from vfix_engine.anatomy.segmentation import SegmentRequest
+from vfix_engine.arrays import BoolArray
 from vfix_engine.errors import InputError
 from vfix_engine.files.volume import Volume
 from vfix_engine.progress import no_progress
@@ -26,7 +27,7 @@ class IslandPreviews:
 
     def __init__(self, cases: CaseService, jobs: Jobs) -> None:
         self._cases, self._jobs = cases, jobs
-        self._regions: Cache[tuple[object, ...], Mask | None] = Cache(3)
+        self._regions: Cache[tuple[object, ...], BoolArray | None] = Cache(3)
         self._full: OrderedDict[str, Islands] = OrderedDict()
         self._lock = threading.Lock()
 

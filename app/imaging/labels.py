@@ -23,10 +23,11 @@ from app.kit.jobs import Job, Jobs, Progress
 from app.store import Store
 from app.store.errors import StorageError
 from vfix_engine.anatomy.labels.label_map import Label
-from vfix_engine.anatomy.labels.painting import Mask, Stroke, draw_stroke, reaches
+from vfix_engine.anatomy.labels.painting import Stroke, draw_stroke, reaches
 from vfix_engine.anatomy.labels.surfaces import surface_of
 from vfix_engine.anatomy.labels.voxelized import voxels_inside
 from vfix_engine.anatomy.labels.writing import label_file
+from vfix_engine.arrays import BoolArray
 from vfix_engine.errors import InputError
 from vfix_engine.files.volume import Volume
 from vfix_engine.progress import ProgressCallback, no_progress
@@ -42,7 +43,7 @@ class Labels:
     def __init__(self, store: Store, cases: CaseService, jobs: Jobs) -> None:
         self.documents = Documents(store, LABEL)
         self._files, self._cases, self._jobs = store.files, cases, jobs
-        self._masks: Cache[str, Mask] = Cache(3)
+        self._masks: Cache[str, BoolArray] = Cache(3)
 
     def create(
         self,
@@ -96,7 +97,7 @@ class Labels:
         editor = self.documents.editor(label_id)
         return editor.edit(lambda content: replace(content, colour=colour), expected_revision=expected_revision)
 
-    def mask(self, case: Case, content: PaintedLabel) -> Mask:
+    def mask(self, case: Case, content: PaintedLabel) -> BoolArray:
         """Voxels (K, J, I) of a label, read-only. Raises NotFound and StorageError."""
         return self._masks.get(_key(case, content), lambda: self._drawn(case, content))
 
@@ -175,7 +176,7 @@ class Labels:
         assert volume is not None
         return volume
 
-    def _drawn(self, case: Case, content: PaintedLabel, progress: ProgressCallback = no_progress) -> Mask:
+    def _drawn(self, case: Case, content: PaintedLabel, progress: ProgressCallback = no_progress) -> BoolArray:
         """The voxels: all strokes on what the label begins with, or the last one on what was there before it."""
         grid, strokes = self._volume(case, content.volume), content.strokes
         before = replace(content, strokes=strokes[:-1])
@@ -197,20 +198,20 @@ class Labels:
         mask.setflags(write=False)
         return mask
 
-    def _store_mask(self, mask: Mask) -> str:
+    def _store_mask(self, mask: BoolArray) -> str:
         """Store a mask packed and compressed; returns where."""
         bits, shape = np.packbits(mask), np.array(mask.shape)
         key: str = self._files.put_with(lambda file: np.savez_compressed(file, bits=bits, shape=shape))
         return STORED + key
 
-    def _stored_mask(self, source: str, shape: tuple[int, ...]) -> Mask:
+    def _stored_mask(self, source: str, shape: tuple[int, ...]) -> BoolArray:
         path = self._files.path(source.removeprefix(STORED))
         try:
             arrays = read_arrays(path)
             bits: npt.NDArray[Any] = arrays["bits"]
             if tuple(arrays["shape"].tolist()) != shape:
                 raise ValueError("another grid")
-            mask: Mask = np.unpackbits(bits, count=int(np.prod(shape))).astype(bool).reshape(shape)
+            mask: BoolArray = np.unpackbits(bits, count=int(np.prod(shape))).astype(bool).reshape(shape)
         except (OSError, ArraysUnusable, TooLarge, ValueError, TypeError, KeyError) as error:
             raise StorageError(
                 f"the stored mask {path.name[:12]} of the label is damaged; undo to before it."

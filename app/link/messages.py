@@ -13,12 +13,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.link.crc64 import crc64
+from vfix_engine.arrays import Array
 from vfix_engine.errors import InputError
-
-Array = NDArray[np.float64]
 
 HEADER_BYTES = 58
 MAX_DEVICE_NAME = 20  # [byte]

@@ -12,7 +12,7 @@ from itertools import pairwise
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from app.link.messages import (
     HEADER_BYTES,
@@ -24,8 +24,8 @@ from app.link.messages import (
     parse_header,
     unpack,
 )
+from vfix_engine.arrays import Array
 
-Array = NDArray[np.float64]
 TrackerState = Literal["connecting", "waiting", "fresh", "stale"]
 
 STALE_S = 0.5

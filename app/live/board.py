@@ -4,10 +4,7 @@ from __future__ import annotations
 
 import threading
 
-import numpy as np
-import numpy.typing as npt
-
-Array = npt.NDArray[np.float64]
+from vfix_engine.arrays import Array
 
 
 class LiveBoard:

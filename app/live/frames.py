@@ -9,12 +9,11 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import numpy as np
-import numpy.typing as npt
 
 from app.link import LinkFault
+from vfix_engine.arrays import Array
 from vfix_engine.frames import RAS_TO_LPS
 
-Array = npt.NDArray[np.float64]
 _FLIP: Array = np.diag([*RAS_TO_LPS, 1.0])
 # What float32 may change of a coordinate of 1 m, and of a component of a rotation, with room for a few operations.
 SAME_MM, SAME_ROTATION = 2e-4, 2e-6

@@ -9,10 +9,11 @@ import numpy as np
 from app.documents import Document
 from app.link import Message, Point, PointList, Text, Transform
 from app.link.messages import MAX_POINT_NAME, cut_name
-from app.live.frames import Array, registration_to_ras, to_ras
+from app.live.frames import registration_to_ras, to_ras
 from app.plans.model import NOTICE, Plan, PlanPoint
 from app.registration.document import RegistrationContent
 from app.registration.fit_report import report_of
+from vfix_engine.arrays import Array
 from vfix_engine.frames import RegisteredTo
 
 PATH, TARGETS, TOOL, PLAN = "Path", "Targets", "ToolTip", "Plan"

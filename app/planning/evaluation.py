@@ -10,7 +10,6 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.cases.service import Case, CaseService
 from app.cases.settings import settings_in_case
@@ -36,6 +35,7 @@ from app.plans.zones import PlanZone, check_zone, zone_to_json
 from app.registration.driven import AS_STORED, AsStored, DrivenRegistration, Through, no_registration
 from vfix_engine.anatomy.piercing import Ways
 from vfix_engine.anatomy.soft_tissue import Surroundings, TissuePassed, surroundings, tissue_passed
+from vfix_engine.arrays import Array
 from vfix_engine.errors import InputError, PlanError, VfixError
 from vfix_engine.frames import placement_of
 from vfix_engine.geometry.path import SplinePath
@@ -46,9 +46,6 @@ from vfix_engine.virtual_fixtures.zone_file import ZoneSet
 from vfix_engine.worlds.rigid import preparation
 from vfix_engine.worlds.rigid.dry_run import DryRun
 from vfix_engine.worlds.rigid.inspection_cone import InspectionCone, inspection_cone
-
-Array = NDArray[np.float64]
-
 
 SPACING_MM = 0.5  # between samples of the spline
 _MOVED_MM = 0.01  # a shorter move is not worth a word

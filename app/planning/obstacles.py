@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from app.planning.zone_sets import whole_name
+from vfix_engine.arrays import Array
 from vfix_engine.geometry.capsules import Segments
 from vfix_engine.geometry.shape_distance import signed_distance
 from vfix_engine.proximity.fields.tool_depth import axis_samples
@@ -17,7 +18,6 @@ from vfix_engine.virtual_fixtures import Zone
 from vfix_engine.virtual_fixtures.zones import SHAPES
 from vfix_engine.worlds.rigid.dry_run import STATION_MM, DryRun
 
-Floats = npt.NDArray[np.float64]
 Rows = npt.NDArray[np.intp]
 
 
@@ -31,7 +31,7 @@ class Obstacle:
 
     name: str
     margin_mm: float
-    clearance: Floats
+    clearance: Array
     row: int
     zones: tuple[Zone, ...] = ()
 
@@ -76,18 +76,18 @@ def nearest_part(obstacle: Obstacle, run: DryRun, tool: Tool) -> int:
     return int(np.argmin(each))
 
 
-def _clearance(zones: Sequence[Zone], run: DryRun, rows: Rows, radius: Floats) -> Floats:
+def _clearance(zones: Sequence[Zone], run: DryRun, rows: Rows, radius: Array) -> Array:
     start, end = run.segments_start[rows], run.segments_end[rows]
-    least: Floats = np.min([_zone_clearance(zone, start, end, radius) for zone in zones], axis=0)
+    least: Array = np.min([_zone_clearance(zone, start, end, radius) for zone in zones], axis=0)
     return least
 
 
-def _zone_clearance(zone: Zone, start: Floats, end: Floats, radius: Floats) -> Floats:
+def _zone_clearance(zone: Zone, start: Array, end: Array, radius: Array) -> Array:
     """Clearance (n,) of the tool to a zone; to a shape from samples of its axis, at most 0.03 mm too large."""
     solid = zone.solid
     if isinstance(solid, SHAPES):
         points, _, segment = axis_samples(start, end)
         away = signed_distance(solid, points.reshape(-1, 3)).reshape(points.shape[:2]) - radius[segment]
-        least: Floats = away.min(axis=1)
+        least: Array = away.min(axis=1)
         return least
     return np.array([solid.closest(Segments(a, b, radius)).distance for a, b in zip(start, end, strict=True)])

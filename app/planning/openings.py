@@ -15,6 +15,7 @@ from app.kit.cache import Cache
 from app.plans.model import Plan
 from app.plans.shapes import solids
 from vfix_engine.anatomy.opened_bone import OpenedBone, opened_bone, without_regions
+from vfix_engine.arrays import Array
 from vfix_engine.errors import InputError, PlanError
 from vfix_engine.files.volume import BONE_HU, Volume
 from vfix_engine.geometry.mesh import TriangleMesh
@@ -25,8 +26,6 @@ from vfix_engine.proximity.proximity import ProximityTree
 
 if TYPE_CHECKING:  # a drive of files alone needs no store
     from app.cases.service import Case, CaseService
-
-Array = NDArray[np.float64]
 
 
 def regions_of(plan: Plan | None) -> tuple[Shape, ...]:

@@ -7,14 +7,13 @@ from dataclasses import dataclass
 from typing import Literal, Self
 
 import numpy as np
-import numpy.typing as npt
 
 from vfix_engine.anatomy.piercing import Piercing, Run, Ways, piercing_of
 from vfix_engine.anatomy.way_round_kernel import REACH_MM
+from vfix_engine.arrays import Array
 from vfix_engine.progress import ProgressCallback
 from vfix_engine.worlds.rigid.dry_run import STATION_MM, DryRun
 
-Floats = npt.NDArray[np.float64]
 Place = tuple[float, float, float]
 PiercedState = Literal["none", "room", "wall", "unknown"]
 
@@ -40,10 +39,10 @@ class Pierced:
     end: Place | None = None
     s_mm: float | None = None
     where: str = ""
-    s: Floats | None = None
-    along_mm: Floats | None = None
+    s: Array | None = None
+    along_mm: Array | None = None
 
-    def at(self, s: Floats) -> list[float] | None:
+    def at(self, s: Array) -> list[float] | None:
         """`along_mm` at arc lengths (n,): of the pose judged last before each; 15 mm where farther or unknown."""
         if self.s is None or self.along_mm is None or not len(self.s) or np.isnan(self.along_mm).all():
             return None
@@ -99,7 +98,7 @@ def pierced_along(ways: Ways | None, run: DryRun, go_on: ProgressCallback) -> Pi
     return _pierced(found, run.s, ways)
 
 
-def pierced_by_poses(ways: Ways | None, poses: Sequence[tuple[float, Floats, Floats]]) -> Pierced:
+def pierced_by_poses(ways: Ways | None, poses: Sequence[tuple[float, Array, Array]]) -> Pierced:
     """What a drive pierces. poses: the arc length of the tip, and starts and ends (S, 3) of the tool's axis."""
     if ways is None or not poses:
         return NOT_KNOWN
@@ -107,7 +106,7 @@ def pierced_by_poses(ways: Ways | None, poses: Sequence[tuple[float, Floats, Flo
     return _pierced(piercing_of(ways, start, end, range(len(s))), s, ways)
 
 
-def _pierced(found: Piercing, s: Floats, ways: Ways) -> Pierced:
+def _pierced(found: Piercing, s: Array, ways: Ways) -> Pierced:
     along = s[found.rows], found.sideways_mm
     if found.pierced is None and not found.known:
         return Pierced("unknown", s=along[0], along_mm=along[1])

@@ -6,12 +6,10 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vfix_engine.arrays import Array
 from vfix_engine.errors import PlanError
 from vfix_engine.frames import ImageRegistration, inverse, transform_base_to_image
-
-Array = NDArray[np.float64]
 
 
 class StoredPlacing(NamedTuple):

@@ -6,7 +6,6 @@ import json
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.kit.cache import Cache
 from app.plans.model import Plan
@@ -15,8 +14,6 @@ from vfix_engine.errors import PlanError
 from vfix_engine.files.volume import Volume
 from vfix_engine.geometry.path import SplinePath
 from vfix_engine.virtual_fixtures import RemoteCentre
-
-Array = NDArray[np.float64]
 
 TOLERANCE_MM = 3.0  # of the tool's axis about the centre: assumed, it is less than a nostril's half width
 STEP_MM = 0.5  # between the places of the path that are looked at

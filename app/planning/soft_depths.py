@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from app.planning.zone_sets import whole_name
+from vfix_engine.arrays import Array
 from vfix_engine.geometry.capsules import Segments
 from vfix_engine.geometry.shape_distance import signed_distance
 from vfix_engine.proximity.fields.tool_depth import axis_samples
@@ -18,7 +19,6 @@ from vfix_engine.virtual_fixtures import SoftRegion, SoftZone
 from vfix_engine.virtual_fixtures.zones import SHAPES
 from vfix_engine.worlds.rigid.dry_run import STATION_MM, DryRun
 
-Floats = npt.NDArray[np.float64]
 Rows = npt.NDArray[np.intp]
 
 
@@ -53,7 +53,7 @@ def soft_depths(run: DryRun, rows: Rows, tool: Tool, soft: Sequence[SoftZone | S
     return tuple(sorted(deepest.values(), key=lambda one: -one.depth_mm))
 
 
-def _depths(zone: SoftZone | SoftRegion, run: DryRun, rows: Rows, radius: Floats) -> Floats:
+def _depths(zone: SoftZone | SoftRegion, run: DryRun, rows: Rows, radius: Array) -> Array:
     """Depth (n,) of the tool in a zone in poses of the run, mm; not above 0 where it does not touch it.
 
     A surface is measured exactly, a shape at samples of the tool's axis, at most 0.03 mm too shallow, and a solid by
@@ -71,9 +71,9 @@ def _depths(zone: SoftZone | SoftRegion, run: DryRun, rows: Rows, radius: Floats
     return zone.thickness_mm - np.array(away)
 
 
-def _deepest(start: Floats, end: Floats, radius: Floats, distance: Callable[[Floats], Floats]) -> Floats:
+def _deepest(start: Array, end: Array, radius: Array, distance: Callable[[Array], Array]) -> Array:
     """How deep (n,) the tool's surface is in a solid; -inf where nothing is known of it."""
     points, _, segment = axis_samples(start, end)
     away = distance(points.reshape(-1, 3)).reshape(points.shape[:2])
-    depth: Floats = np.where(np.isnan(away), -np.inf, radius[segment] - away).max(axis=1)
+    depth: Array = np.where(np.isnan(away), -np.inf, radius[segment] - away).max(axis=1)
     return depth

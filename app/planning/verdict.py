@@ -30,6 +30,7 @@ from app.planning.verdict_words import (
     surface_parts,
     tissue_parts,
 )
+from vfix_engine.arrays import Array
 from vfix_engine.errors import StartRefused
 from vfix_engine.geometry.capsules import Segments
 from vfix_engine.geometry.path import SplinePath
@@ -40,7 +41,6 @@ from vfix_engine.robots import Tool
 from vfix_engine.virtual_fixtures.zone_file import ZoneSet
 from vfix_engine.worlds.rigid.dry_run import STATION_MM, TIGHT_MM, DryRun
 
-Floats = npt.NDArray[np.float64]
 Level = Literal["fits", "tight", "pierces", "blocked", "unknown"]
 Reason = Literal[
     "clear", "spent", "margin", "surface", "registration", "registration_unknown", "scan_ends", "side",
@@ -83,13 +83,13 @@ class Profile:
     where that is not known. off_unknown: there is a registration, and its error is not known.
     """
 
-    s: Floats
-    clearance: Floats
+    s: Array
+    clearance: Array
     rows: npt.NDArray[np.intp]
     tissue: ToolDepth | None
     structures: tuple[Obstacle, ...] = ()
     soft: tuple[SoftDepth, ...] = ()
-    off_mm: Floats | None = None
+    off_mm: Array | None = None
     off_unknown: bool = False
 
     def obstacles(self, run: DryRun, anatomy: str, margin_mm: float) -> tuple[Obstacle, ...]:
@@ -172,7 +172,7 @@ def profile_of(
     path: SplinePath,
     tissue: DistanceField | None,
     spared: ZoneSet = _NONE_SPARED,
-    off_mm: Callable[[Floats], Floats | None] | None = None,
+    off_mm: Callable[[Array], Array | None] | None = None,
 ) -> Profile:
     """The dry run at one pose for every 0.5 mm; each with the least bone clearance of the poses around it.
 

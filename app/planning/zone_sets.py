@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from app.cases.structures import BONE, encloses
 from app.plans.shapes import solids
 from app.plans.zones import PlanZone
+from vfix_engine.arrays import Array
 from vfix_engine.errors import InputError, PlanError
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.geometry.shape_distance import signed_distance
@@ -26,7 +27,6 @@ from vfix_engine.virtual_fixtures.soft_zone import THICKEST_MM
 from vfix_engine.virtual_fixtures.zone_file import ZoneSet
 from vfix_engine.virtual_fixtures.zones import SHAPES
 
-Array = NDArray[np.float64]
 Surfaces = Callable[[str], TriangleMesh]
 
 _FIELD_STEP_MM = 0.5  # of the distances to a soft structure

@@ -12,6 +12,7 @@ from app.registration.document import RegistrationContent
 from app.registration.fit_report import refitted
 from app.registration.said_by_file import SaidByFile
 from app.registration.simulated_touch import checked_noise, simulated_tracker_to_base
+from vfix_engine.arrays import Array
 from vfix_engine.errors import InputError
 from vfix_engine.frames import RegisteredTo
 from vfix_engine.registration import SimulatedTracker, calibrate_pivot, register_robot_to_tracker
@@ -25,7 +26,6 @@ _SIMULATED_POSES = 30
 _PIVOT_MM = (0.0, 0.0, 900.0)  # where the simulated pointer stands, in the tracker's frame
 _BEFORE_MM, _REACH_MM, _TURN_DEG = (60.0, -40.0, 40.0), 60.0, 40.0  # how the simulated robot moves its flange
 _MARKER_MM = (20.0, -15.0, 40.0)  # of the marker on the simulated flange
-Floats = npt.NDArray[np.float64]
 
 
 # -- found from poses
@@ -65,11 +65,11 @@ def robot_of(robot_poses: npt.ArrayLike, tracker_poses: npt.ArrayLike, measured_
     )
 
 
-def _thinned(poses: Floats) -> Floats:
+def _thinned(poses: Array) -> Array:
     """At most MAX_POSES of them, evenly."""
     if len(poses) <= MAX_POSES:
         return poses
-    kept: Floats = poses[np.linspace(0, len(poses) - 1, MAX_POSES).astype(int)]
+    kept: Array = poses[np.linspace(0, len(poses) - 1, MAX_POSES).astype(int)]
     return kept
 
 
@@ -109,7 +109,7 @@ def _tracker(noise_mm: float, seed: int | None) -> SimulatedTracker:
 # -- what they are to a registration
 
 
-def motion_covariance(content: RegistrationContent) -> Floats | None:
+def motion_covariance(content: RegistrationContent) -> Array | None:
     """Covariance (6, 6) of errors that move all measured points alike, see `target_errors_mm`; None for none.
 
     That of the pointer's tip where the tracker measured points by it, as if it was held in one direction; and that of
@@ -124,7 +124,7 @@ def motion_covariance(content: RegistrationContent) -> Floats | None:
     return np.sum(parts, axis=0) if parts else None
 
 
-def tracked_through(content: RegistrationContent) -> tuple[Floats, Floats]:
+def tracked_through(content: RegistrationContent) -> tuple[Array, Array]:
     """The tip (3,) whose places the tracker measures, and the transform (4, 4) from there to what it is registered to.
 
     Raises InputError for a calibration that was simulated, which says nothing of a real pointer or robot, and for a
@@ -144,14 +144,14 @@ def tracked_through(content: RegistrationContent) -> tuple[Floats, Floats]:
     return tip, real_tracker_to_base(robot)
 
 
-def real_tracker_to_base(robot: RobotToTracker) -> Floats:
+def real_tracker_to_base(robot: RobotToTracker) -> Array:
     """transform_tracker_to_base (4, 4) for what was really measured. Raises InputError for a simulated calibration."""
     if robot.measured_from == "simulated":
         raise InputError("the robot's calibration is simulated; calibrate the robot that stands there.")
     return np.array(robot.transform).reshape(4, 4)
 
 
-def simulated_transform(content: RegistrationContent, case_id: str) -> Floats | None:
+def simulated_transform(content: RegistrationContent, case_id: str) -> Array | None:
     """What takes simulated touches to what the registration is to: as it was calibrated, where that was simulated."""
     if content.to != "base":
         return None

@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-import numpy as np
 import numpy.typing as npt
 
 from app.registration.calibration import motion_covariance
 from app.registration.document import RegistrationContent
 from app.registration.fit_report import counted_fle, fitted, in_our_words
+from vfix_engine.arrays import Array
 from vfix_engine.errors import PlanError, VfixError
 from vfix_engine.frames import ImageRegistration
 from vfix_engine.registration import target_errors_mm
@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     from app.plans.model import Plan
     from app.registration.service import PlanRegistration
     from vfix_engine.registration import Registration
-
-Floats = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +37,7 @@ class DrivenRegistration:
     image: ImageRegistration
     fit: Registration | None = None
     fle_mm: float | None = None
-    between: Floats | None = None
+    between: Array | None = None
     content: RegistrationContent = field(default_factory=RegistrationContent)
 
     @property
@@ -50,7 +48,7 @@ class DrivenRegistration:
         between = [] if self.between is None else [self.between.ravel().tolist()]
         return [self.image.to, self.image.transform.ravel().tolist(), points, self.fle_mm, *between]
 
-    def off_mm(self, places: npt.ArrayLike) -> Floats | None:
+    def off_mm(self, places: npt.ArrayLike) -> Array | None:
         """What each of these places (n, 3) of the image may be off by (n,), 95 of 100 times at most; LPS mm.
 
         None where no fiducials say so.

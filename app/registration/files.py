@@ -7,9 +7,6 @@ from collections.abc import Mapping
 from pathlib import PurePath
 from typing import Any, Literal
 
-import numpy as np
-import numpy.typing as npt
-
 from app.kit.names import as_seen, check_label
 from app.kit.text_tables import (
     cell_number,
@@ -28,6 +25,7 @@ from app.registration.editor import MeasuredPoint, StoredRegistration
 from app.registration.fit_report import FitReport, report_of
 from app.registration.said_by_file import FULL, SaidByFile, direction, said_of
 from app.registration.touched_surface import MAX_TOUCHED
+from vfix_engine.arrays import Array
 from vfix_engine.errors import FrameError, InputError
 from vfix_engine.frames import RegisteredTo
 from vfix_engine.json_text import parse_json
@@ -43,7 +41,6 @@ Format = Literal["tfm", "json"]
 MEDIA_TYPES: dict[Format, str] = {"tfm": "text/plain", "json": "application/json"}
 
 MAX_TRACED = 20_000  # samples of a path
-Floats = npt.NDArray[np.float64]
 
 _FRAMES: dict[str, RegisteredTo] = {"patient": "patient", "tracker": "patient", "base": "base", "robot": "base"}
 _KEYS = ("frame", "unit")
@@ -119,7 +116,7 @@ def _check_frame(named: str | None, to: RegisteredTo) -> None:
         raise FrameError(f"the points are in the frame {named!r:.20}, and this registration is to the {to}.")
 
 
-def _point(row: Mapping[str, str], scale: float, matrix: Floats | None) -> MeasuredPoint:
+def _point(row: Mapping[str, str], scale: float, matrix: Array | None) -> MeasuredPoint:
     try:
         values = [cell_number(row[axis]) * scale for axis in "xyz"]
     except ValueError:

@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
-import numpy.typing as npt
 
 from app.registration.calibration_records import pointer_cautions, robot_cautions
 from app.registration.document import IDENTITY, FiducialPair, RegistrationContent
+from vfix_engine.arrays import Array
 from vfix_engine.errors import VfixError
 from vfix_engine.registration import Registration, find_outlier, register_points
 
@@ -23,7 +23,6 @@ SLID_MM, SLID_TIMES = 2.0, 3.0  # a refinement under which the points are off by
 FitState = Literal["waiting", "degenerate", "misfit", "inconsistent", "fitted", "given", "refined"]
 Certainty = Literal["outlier", "suspect"]
 FleSource = Literal["stated", "estimated", "none"]
-Floats = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -78,7 +77,7 @@ class FitReport:
         return self.cautions if wrong is None or wrong.certainty != "outlier" else (*self.cautions, wrong.words)
 
 
-def image_and_measured(pairs: Sequence[FiducialPair]) -> tuple[Floats, Floats]:
+def image_and_measured(pairs: Sequence[FiducialPair]) -> tuple[Array, Array]:
     """The places (n, 3) of complete pairs in the image and as measured."""
     return np.array([pair.in_image for pair in pairs], float), np.array([pair.measured for pair in pairs], float)
 
@@ -89,7 +88,7 @@ def fitted(pairs: Sequence[FiducialPair]) -> Registration:
     return register_points(measured, image, _weights(pairs))
 
 
-def _weights(pairs: Sequence[FiducialPair]) -> Floats | None:
+def _weights(pairs: Sequence[FiducialPair]) -> Array | None:
     weights = [pair.weight for pair in pairs]
     return None if len(set(weights)) == 1 else np.array(weights)
 

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from typing import Literal, get_args
 
 import numpy as np
-import numpy.typing as npt
 
 from app.kit.text_tables import (
     cell_number,
@@ -21,10 +20,10 @@ from app.kit.text_tables import (
 )
 from app.kit.values import check_position
 from app.registration.calibration_records import MAX_POSES
+from vfix_engine.arrays import Array
 from vfix_engine.errors import FrameError, InputError
 
 PoseKind = Literal["pointer_to_tracker", "marker_to_tracker", "flange_to_base"]
-Floats = npt.NDArray[np.float64]
 
 MAX_POSES_BYTES = 4 << 20
 _KEYS = ("pose", "unit")
@@ -41,7 +40,7 @@ _WHAT: dict[PoseKind, str] = {
 class PoseTable:
     """Poses (n, 4, 4), rigid, mm, in the order of the rows; numbers: of the rows where the table has them."""
 
-    poses: Floats
+    poses: Array
     numbers: tuple[int, ...] | None
 
 
@@ -82,7 +81,7 @@ def read_poses(data: bytes, kind: PoseKind) -> PoseTable:
     return PoseTable(np.array(poses), tuple(known) if known else None)
 
 
-def paired(robot: PoseTable, tracker: PoseTable) -> tuple[Floats, Floats]:
+def paired(robot: PoseTable, tracker: PoseTable) -> tuple[Array, Array]:
     """The poses of both tables at the same moments: of the same numbers where both have them, else of the same rows.
 
     Raises InputError where they cannot be paired.
@@ -114,7 +113,7 @@ def _check_kind(named: str | None, kind: PoseKind) -> None:
     raise FrameError(f"the table holds {_WHAT[named]}; {_WHAT[kind]} are needed, '# pose={kind}'.")  # type: ignore[index]
 
 
-def _pose(row: Mapping[str, str], scale: float) -> Floats:
+def _pose(row: Mapping[str, str], scale: float) -> Array:
     """One row as a transform (4, 4)."""
     try:
         values = [cell_number(row[name]) for name in _COLUMNS]

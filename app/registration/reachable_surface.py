@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 
 from app.kit.values import Position
+from vfix_engine.arrays import Array
 from vfix_engine.errors import InputError
 from vfix_engine.proximity.proximity import Proximity
-
-Floats = npt.NDArray[np.float64]
 
 _BESIDE_RAD = 0.9  # between the directions, seen from the middle of the surface, of a fiducial and of a place by it
 _SPARE = 8  # directions that are tried for each place: some pass by, some are not near a fiducial
@@ -21,7 +19,7 @@ _MOST_STEPS = 400
 
 def reachable_places(
     tree: Proximity, near: Sequence[Position], count: int, seed: int | Sequence[int] | None = None
-) -> Floats:
+) -> Array:
     """Places (count, 3) on a surface, each the first that a pointer meets on its way to the middle of the surface.
 
     near: fiducials; the pointer comes from sides where some are, from all sides without one. seed: of the places, None
@@ -46,12 +44,12 @@ def reachable_places(
     return places[:count]
 
 
-def _met(tree: Proximity, begin: Floats, directions: Floats, longest_mm: float) -> Floats:
+def _met(tree: Proximity, begin: Array, directions: Array, longest_mm: float) -> Array:
     """The first places of the surface along rays; a ray that has met nothing after so many mm is left out.
 
     Each ray goes on by the distance to the surface, which it cannot pass so.
     """
-    at, gone, met = begin.copy(), np.zeros(len(begin)), list[tuple[int, Floats]]()
+    at, gone, met = begin.copy(), np.zeros(len(begin)), list[tuple[int, Array]]()
     left = np.arange(len(begin))
     for _ in range(_MOST_STEPS):
         if not len(left):

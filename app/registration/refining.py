@@ -8,7 +8,6 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
 from app.cases.service import CaseService
 from app.kit.jobs import Job, Jobs, Progress
@@ -27,6 +26,7 @@ from app.registration.simulated_touch import (
 )
 from app.registration.touched_surface import MAX_TOUCHED, Refinement, TouchedFrom, TouchedSurface
 from app.registration.tracked_tip import recorded_tips
+from vfix_engine.arrays import Array
 from vfix_engine.errors import InputError, VfixError
 from vfix_engine.given import whole
 from vfix_engine.registration import refine_on_surface
@@ -37,8 +37,6 @@ if TYPE_CHECKING:
 KEEP = 0.75  # share of the touched points that a refinement fits
 DEFAULT_COUNT = 60  # points that the simulated pointer touches
 APART_MM = 1.0  # between places that the tracked pointer stroked over
-
-Floats = npt.NDArray[np.float64]
 
 
 class Refining:
@@ -120,7 +118,7 @@ class Refining:
 
         return self._job(work, document, f"touch {structure} {count} {noise_mm} {seed}")
 
-    def _reached(self, document: StoredRegistration, structure: str, count: int, seed: Sequence[int] | None) -> Floats:
+    def _reached(self, document: StoredRegistration, structure: str, count: int, seed: Sequence[int] | None) -> Array:
         tree = self._cases.tree(self._cases.get(document.case_id), structure)
         near = [pair.in_image for pair in document.content.pairs if pair.in_image is not None]
         return reachable_places(tree, near, count, seed)
@@ -214,7 +212,7 @@ class Refining:
         )
 
 
-def _thinned(places: Floats) -> Floats:
+def _thinned(places: Array) -> Array:
     """Those that are a millimetre at least from the one before: where the pointer rests it says the same again."""
     kept = [places[0]]
     for place in places:
@@ -229,7 +227,7 @@ def _touched(content: RegistrationContent) -> TouchedSurface:
     return content.surface
 
 
-def begin_of(content: RegistrationContent) -> Floats:
+def begin_of(content: RegistrationContent) -> Array:
     """What a refinement starts from (4, 4). Raises InputError where there is nothing, or what does not fit."""
     if content.made_from == "pairs" and report_of(content).state == "misfit":
         raise InputError("a refinement starts from a registration that is nearly right, and these points do not fit.")

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from app.kit.values import Position, number
 from app.registration.document import RegistrationContent
+from vfix_engine.arrays import Array
 from vfix_engine.errors import InputError
 from vfix_engine.frames import RegisteredTo, inverse
 
@@ -21,10 +22,9 @@ _WIDEST_RAD = 0.6  # that the head is turned by
 # How the head lies before the simulated robot, so that it reaches the shipped head's sample: turned about the head's
 # long axis, then tilted towards the robot, in degrees, and shifted in mm.
 _TURN_DEG, _TILT_DEG, _BEFORE_ROBOT_MM = 12.9, -26.0, (-16.6, 13.4, 4.3)
-Floats = npt.NDArray[np.float64]
 
 
-def simulated_pose(case_id: str, to: RegisteredTo = "patient") -> Floats:
+def simulated_pose(case_id: str, to: RegisteredTo = "patient") -> Array:
     """How the head of a case lies: from the image to the simulated tracker, or to the robot's base; (4, 4), mm.
 
     The same for every registration of the case and on every machine; another one before the tracker for another case.
@@ -59,9 +59,9 @@ def check_simulated(content: RegistrationContent) -> None:
         )
 
 
-def simulated_tracker_to_base(case_id: str) -> Floats:
+def simulated_tracker_to_base(case_id: str) -> Array:
     """Where the simulated tracker truly stands beside the simulated robot, (4, 4), mm."""
-    placed: Floats = simulated_pose(case_id, "base") @ inverse(simulated_pose(case_id))
+    placed: Array = simulated_pose(case_id, "base") @ inverse(simulated_pose(case_id))
     return placed
 
 
@@ -91,16 +91,16 @@ def simulated_touches(
     seed: int | Sequence[int] | None = None,
     *,
     tracker_to_base: npt.ArrayLike | None = None,
-) -> Floats:
+) -> Array:
     """Where places (n, 3) of the image are measured (n, 3), as `simulated_touch` measures one."""
     noise = checked_noise(noise_mm)
     pose, at = simulated_pose(case_id), np.asarray(places, dtype=np.float64)
     off = np.random.default_rng(seed).normal(0.0, noise / np.sqrt(3.0), at.shape)
-    touched: Floats = at @ pose[:3, :3].T + pose[:3, 3] + off
+    touched: Array = at @ pose[:3, :3].T + pose[:3, 3] + off
     if tracker_to_base is None:
         return touched
     matrix = np.asarray(tracker_to_base, dtype=np.float64)
-    placed: Floats = touched @ matrix[:3, :3].T + matrix[:3, 3]
+    placed: Array = touched @ matrix[:3, :3].T + matrix[:3, 3]
     return placed
 
 

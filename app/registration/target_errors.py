@@ -12,13 +12,12 @@ from app.plans.model import Plan
 from app.registration.calibration import motion_covariance
 from app.registration.document import RegistrationContent
 from app.registration.fit_report import FitReport, FleSource, counted_fle, fitted, report_of
+from vfix_engine.arrays import Array
 from vfix_engine.errors import PlanError
 from vfix_engine.geometry.path import SplinePath
 from vfix_engine.registration import target_errors_mm
 
 STEP_MM = 1.0  # between places along the path
-
-Floats = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -65,7 +64,7 @@ class ErrorTable:
     short: str
 
 
-def expected_errors(content: RegistrationContent, points: npt.ArrayLike) -> tuple[Floats, Floats] | None:
+def expected_errors(content: RegistrationContent, points: npt.ArrayLike) -> tuple[Array, Array] | None:
     """The rms error and the radius of 95 % (n,), mm, at places (n, 3) of the image; None where nothing can be said.
 
     By the layout of the fitted pairs and the error of one fiducial, as stated or estimated from the fit; the radius is
@@ -114,7 +113,7 @@ def _why_not(content: RegistrationContent, report: FitReport) -> str:
     return ""
 
 
-def _errors_at(content: RegistrationContent, places: Floats) -> list[ExpectedError]:
+def _errors_at(content: RegistrationContent, places: Array) -> list[ExpectedError]:
     found = expected_errors(content, places)
     assert found is not None  # `_why_not` has said otherwise
     rows = zip(places.tolist(), found[0].tolist(), found[1].tolist(), strict=True)

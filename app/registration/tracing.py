@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
-import numpy.typing as npt
 
 from app.cases.service import CaseService
 from app.kit.values import Position, check_position
@@ -18,6 +17,7 @@ from app.registration.editor import StoredRegistration
 from app.registration.service import Registering
 from app.registration.simulated_touch import DEFAULT_NOISE_MM, check_simulated, simulated_touches
 from app.registration.tracked_tip import recorded_tips
+from vfix_engine.arrays import Array
 from vfix_engine.errors import InputError, PlanError
 from vfix_engine.frames import inverse
 from vfix_engine.geometry.path import SplinePath
@@ -33,8 +33,6 @@ NAMED = "Traced path"  # what such a path is called, before its number
 _SAMPLE_MM = 0.4  # between samples of the simulated pointer
 _AT_REST = 15  # samples while it begins, and while it ends
 _FARTHEST_MM = 100.0  # of a traced path from the head; one that is farther away was not traced there
-
-Floats = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -85,7 +83,7 @@ class Tracing:
     def add(
         self,
         plan_id: str,
-        samples: Sequence[Position] | Floats,
+        samples: Sequence[Position] | Array,
         traced_from: TracedFrom = "file",
         registration_id: str | None = None,
         name: str | None = None,
@@ -159,7 +157,7 @@ class Tracing:
         tips = recorded_tips(self._tracker, document.content, seconds)
         return self.add(plan_id, tips, "tracker", document.id, expected_revision=expected_revision)
 
-    def _check_near(self, case_id: str, points: Floats) -> None:
+    def _check_near(self, case_id: str, points: Array) -> None:
         case = self._cases.get(case_id)
         volume = self._cases.volume(case)
         low, high = self._cases.case_surface(case_id).bounds if volume is None else volume.bounds

@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
 from app.kit.values import number
 from app.registration.calibrating import NO_TRACKER
 from app.registration.calibration import tracked_through
 from app.registration.document import RegistrationContent
+from vfix_engine.arrays import Array
 from vfix_engine.errors import InputError
 
 if TYPE_CHECKING:
@@ -18,10 +18,8 @@ if TYPE_CHECKING:
 
 LONGEST_S = 300.0  # that the tracked pointer is recorded
 
-Floats = npt.NDArray[np.float64]
 
-
-def recorded_tips(tracker: TrackerClient | None, content: RegistrationContent, seconds: float) -> Floats:
+def recorded_tips(tracker: TrackerClient | None, content: RegistrationContent, seconds: float) -> Array:
     """Where the tip of the tracked pointer was in the last seconds (n, 3), mm, in the frame that `content` is to.
 
     By the pointer's calibration where `content` has one; before a robot, by where the tracker stands beside it.

@@ -13,12 +13,12 @@ import viser
 from app.scene import palette
 from app.scene.labels import Labels
 from app.scene.picking import Cut
+from vfix_engine.arrays import Array
 from vfix_engine.geometry.mesh import TriangleMesh
 
 if TYPE_CHECKING:
     from app.scene.view import SceneView
 
-Floats = npt.NDArray[np.float64]
 
 LETTER_GAP_MM = 14.0
 LETTER_RISE = 0.5
@@ -43,7 +43,7 @@ class SlicePicture:
 
     axis: str
     image: npt.NDArray[np.uint8]  # (h, w)
-    transform_pixel_to_lps: Floats  # (4, 4)
+    transform_pixel_to_lps: Array  # (4, 4)
 
 
 class BoneNode:
@@ -94,7 +94,7 @@ class BoneNode:
 class AnatomyNodes:
     """A case's bone and the letters around it."""
 
-    def __init__(self, view: SceneView, mesh: TriangleMesh, bounds: Floats) -> None:
+    def __init__(self, view: SceneView, mesh: TriangleMesh, bounds: Array) -> None:
         """bounds: (2, 3), LPS mm."""
         self._bone = BoneNode(view.scene, mesh)
         self._letters = LetterNodes(view.labels, bounds)
@@ -161,7 +161,7 @@ class SliceNodes:
 class LetterNodes:
     """R L A P I S around the head."""
 
-    def __init__(self, labels: Labels, bounds: Floats) -> None:
+    def __init__(self, labels: Labels, bounds: Array) -> None:
         centre, half = bounds.mean(axis=0), (bounds[1] - bounds[0]) / 2.0
         rise = np.array([0.0, 0.0, LETTER_RISE * half[2]])  # the middle of the face is where one works
         self._nodes = [

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-Floats = npt.NDArray[np.float64]
+from vfix_engine.arrays import Array
 
 FIELD_OF_VIEW = np.deg2rad(28.0)  # narrow, so that sizes hardly change with depth
 FILL = 1.12  # how much larger than the head the view is
@@ -27,11 +27,11 @@ DIRECTIONS: dict[str, tuple[float, float, float]] = {
 class CameraPose:
     """Camera position and the place it looks at, LPS mm."""
 
-    position: Floats
-    look_at: Floats
+    position: Array
+    look_at: Array
 
 
-def standard_view(name: str, centre: Floats, radius_mm: float) -> CameraPose:
+def standard_view(name: str, centre: Array, radius_mm: float) -> CameraPose:
     """The view that shows a ball of ``radius_mm`` around ``centre``."""
     direction = np.array(DIRECTIONS[name])
     direction /= np.linalg.norm(direction)
@@ -43,9 +43,9 @@ def standard_view(name: str, centre: Floats, radius_mm: float) -> CameraPose:
 class Lens:
     """What the browser's camera sees: pose (OpenCV axes), vertical field of view [rad], canvas [px]."""
 
-    rotation_camera_to_lps: Floats
-    position: Floats
-    look_at: Floats
+    rotation_camera_to_lps: Array
+    position: Array
+    look_at: Array
     field_of_view: float
     width: int
     height: int
@@ -59,14 +59,14 @@ class Lens:
         """Size of a canvas pixel at the place looked at."""
         return float(np.linalg.norm(self.look_at - self.position)) / self.focal_px
 
-    def ray(self, screen_x: float, screen_y: float) -> tuple[Floats, Floats]:
+    def ray(self, screen_x: float, screen_y: float) -> tuple[Array, Array]:
         """Origin and unit direction through a place on the canvas, in parts of its size from the upper left."""
         up = 2.0 * np.tan(0.5 * self.field_of_view)  # height of the picture at unit distance
         across = up * self.width / self.height
         direction = self.rotation_camera_to_lps @ np.array([(screen_x - 0.5) * across, (screen_y - 0.5) * up, 1.0])
         return self.position.copy(), direction / np.linalg.norm(direction)
 
-    def project(self, points: npt.ArrayLike) -> Floats:
+    def project(self, points: npt.ArrayLike) -> Array:
         """(n, 2) places on the canvas, in parts of its size; NaN behind the camera."""
         seen = (np.atleast_2d(np.asarray(points, dtype=np.float64)) - self.position) @ self.rotation_camera_to_lps
         depth = np.where(seen[:, 2] > 0.0, seen[:, 2], np.nan)

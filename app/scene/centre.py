@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
 from app.scene import palette
 from app.scene.view import SceneView
+from vfix_engine.arrays import Array
 from vfix_engine.virtual_fixtures.polyhedra import across
 
-Floats = npt.NDArray[np.float64]
 _CORNERS = 48
 _NAME_OFF_MM = 2.0  # beyond the ring
 
@@ -25,7 +24,7 @@ class CentreNodes:
             "/centre/name", "remote centre", "centre", font_screen_scale=0.85, anchor="top-center"
         )
 
-    def show(self, point: Floats, into: Floats, radius: float) -> None:
+    def show(self, point: Array, into: Array, radius: float) -> None:
         """point, into: (3,) LPS [mm] and a unit vector."""
         angles = np.linspace(0.0, 2.0 * np.pi, _CORNERS + 1)
         round_it = np.column_stack([np.cos(angles), np.sin(angles)])

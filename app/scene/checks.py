@@ -5,19 +5,18 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
+
+from vfix_engine.arrays import Array
 
 MAX_MM = 1e4  # no head, and no camera that sees one, is so far away
 
-Floats = npt.NDArray[np.float64]
 
-
-def finite_position(values: Any) -> Floats | None:
+def finite_position(values: Any) -> Array | None:
     """A place (3,) in LPS mm within ±MAX_MM; None for anything else."""
     return finite_numbers(values, 3, MAX_MM)
 
 
-def finite_numbers(values: Any, count: int, at_most: float = np.inf) -> Floats | None:
+def finite_numbers(values: Any, count: int, at_most: float = np.inf) -> Array | None:
     """That many finite numbers (count,) within ±at_most; None for anything else."""
     try:
         found = np.array(values, dtype=np.float64)

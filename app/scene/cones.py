@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from app.scene import palette
+from vfix_engine.arrays import Array
 
 if TYPE_CHECKING:
     from app.scene.view import SceneView
@@ -17,8 +18,7 @@ LENGTH_MM = 30.0
 EDGE_MM = 0.25  # lines with a width in mm show through bone
 _GENERATORS = 8  # lines from the target to the rim, at most
 
-Floats = npt.NDArray[np.float64]
-Surface = tuple[Floats, npt.NDArray[np.intp]]
+Surface = tuple[Array, npt.NDArray[np.intp]]
 
 
 class ConeNodes:
@@ -57,7 +57,7 @@ class ConeNodes:
         self._nodes = []
 
 
-def cone_edges(vertices: Floats, faces: npt.NDArray[np.intp]) -> npt.NDArray[np.float32]:
+def cone_edges(vertices: Array, faces: npt.NDArray[np.intp]) -> npt.NDArray[np.float32]:
     """The rim of a cone, and some lines from its apex to it: segments (n, 2, 3)."""
     rim = faces[(faces == 0).any(axis=1)]
     rim = rim[rim != 0].reshape(-1, 2)

@@ -4,16 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-import numpy.typing as npt
-
 from app.scene.floor import FloorNodes
 from app.scene.hand import HandNodes
 from app.scene.robot import RobotNodes, ToolNodes
 from app.scene.view import SceneView
+from vfix_engine.arrays import Array
 from vfix_engine.robots import Visual
-
-Floats = npt.NDArray[np.float64]
 
 
 class DriveNodes:
@@ -27,7 +23,7 @@ class DriveNodes:
         self.hand = HandNodes(view.scene, view.labels, view.events.grip_dragged)
 
     def show(
-        self, link_placements: Floats, tool: tuple[Floats, Floats, Floats], grip: Floats, force: Floats, mine: bool
+        self, link_placements: Array, tool: tuple[Array, Array, Array], grip: Array, force: Array, mine: bool
     ) -> None:
         """Link placements (n, 4, 4); tool: starts, ends (S, 3) and radii (S,) of its capsules; force (3,) [N].
 

@@ -10,9 +10,8 @@ import numpy.typing as npt
 import viser
 
 from app.scene import shapes
+from vfix_engine.arrays import Array
 from vfix_engine.robots import Visual
-
-Floats = npt.NDArray[np.float64]
 
 PIXELS = 192
 SPREAD = 3.2  # how much wider than the base the floor is
@@ -35,7 +34,7 @@ def floor_picture() -> npt.NDArray[np.uint8]:
     return np.rint(picture).astype(np.uint8)
 
 
-def footprint(visuals: Sequence[Visual]) -> tuple[Floats, float] | None:
+def footprint(visuals: Sequence[Visual]) -> tuple[Array, float] | None:
     """Middle of the underside (3,) of what the base draws, and its width, mm, in the base's frame; None of nothing."""
     corners = [_corners(visual) for visual in visuals if visual.link == 0 and visual.kind != "mesh"]
     if not corners:
@@ -46,7 +45,7 @@ def footprint(visuals: Sequence[Visual]) -> tuple[Floats, float] | None:
     return middle, float(max(high[0] - low[0], high[1] - low[1]))
 
 
-def _corners(visual: Visual) -> Floats:
+def _corners(visual: Visual) -> Array:
     radius = visual.size[0]
     half = {
         "box": np.array(visual.size) / 2.0,
@@ -71,7 +70,7 @@ class FloorNodes:
             "/robot/floor", floor_picture(), size, size, format="png", cast_shadow=False, receive_shadow=False
         )
 
-    def place(self, base: Floats) -> None:
+    def place(self, base: Array) -> None:
         """base: transform_base_to_patient (4, 4), mm."""
         if self._node is None:
             return

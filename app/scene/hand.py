@@ -7,14 +7,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import viser
 
 from app.scene import palette
 from app.scene.checks import finite_position
 from app.scene.labels import Labels
-
-Floats = npt.NDArray[np.float64]
+from vfix_engine.arrays import Array
 
 GRIP_RADIUS_MM = 5.0
 ARROW_MM_PER_N = 6.0
@@ -35,7 +33,7 @@ class HandNodes:
     def __init__(self, scene: viser.SceneApi, labels: Labels, on_drag: Callable[[GripDrag], object]) -> None:
         self._on_drag = on_drag
         self._grip_at = np.zeros(3)
-        self._hand: Floats | None = None  # where the hand is, set on viser's loop and read on the session's thread
+        self._hand: Array | None = None  # where the hand is, set on viser's loop and read on the session's thread
         self._offset = np.zeros(3)
         self._mine = False
         self._ball = scene.add_icosphere(
@@ -61,7 +59,7 @@ class HandNodes:
             visible=False,
         )
 
-    def show(self, grip: Floats, force: Floats, mine: bool) -> None:
+    def show(self, grip: Array, force: Array, mine: bool) -> None:
         """Grip point on the tool (3,), force of the hand (3,) [N], whether this tab holds the handle."""
         self._grip_at = grip
         if mine != self._mine:
@@ -87,14 +85,14 @@ class HandNodes:
             start = ball + GRIP_RADIUS_MM * force / size  # from the ball's surface, so that it is seen
             self._arrow.points = np.array([[start, start + ARROW_MM_PER_N * force]], dtype=np.float32)
 
-    def show_sight(self, tip: Floats, view_point: Floats | None) -> None:
+    def show_sight(self, tip: Array, view_point: Array | None) -> None:
         """The virtual point ahead of the tip while a target is inspected."""
         self._view_point.visible = self._sight.visible = view_point is not None
         if view_point is not None:
             self._view_point.position = view_point
             self._sight.points = np.array([[tip, view_point]], dtype=np.float32)
 
-    def show_blocked(self, place: Floats | None) -> None:
+    def show_blocked(self, place: Array | None) -> None:
         self._blocked.visible = place is not None
         if place is not None:
             self._blocked.position = place

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 import viser
 
-Floats = npt.NDArray[np.float64]
+from vfix_engine.arrays import Array
 
 
 class Label:
@@ -33,7 +33,7 @@ class Label:
         self._text = self._node.text = text
 
     @property
-    def position(self) -> Floats:
+    def position(self) -> Array:
         return self._position
 
     @position.setter

@@ -5,13 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 import viser
+
+from vfix_engine.arrays import Array
 
 if TYPE_CHECKING:
     from app.scene.view import SceneView
 
-Floats = npt.NDArray[np.float64]
 
 _CORNERS = 40  # of a ring
 
@@ -24,7 +24,7 @@ class Lines:
         self._scene, self._name, self._colour, self._thickness = view.scene, name, colour, thickness
         self._node: viser.LineSegmentsHandle | None = None
 
-    def show(self, segments: Floats) -> None:
+    def show(self, segments: Array) -> None:
         """segments: (n, 2, 3), LPS mm."""
         if not len(segments):
             if self._node is not None:
@@ -43,13 +43,13 @@ class Lines:
             self._node.remove()
 
 
-def ring(centre: Floats, radius_mm: float) -> Floats:
+def ring(centre: Array, radius_mm: float) -> Array:
     """(n, 3) corners of two circles around a place, upright and level: one of them is always seen open."""
     angles = np.linspace(0.0, 2.0 * np.pi, _CORNERS + 1)
     zero, cosine, sine = np.zeros_like(angles), radius_mm * np.cos(angles), radius_mm * np.sin(angles)
     return np.vstack([centre + np.column_stack([cosine, zero, sine]), centre + np.column_stack([cosine, sine, zero])])
 
 
-def joined(corners: Floats) -> Floats:
+def joined(corners: Array) -> Array:
     """(n - 1, 2, 3) segments from each corner to the next one."""
     return np.stack([corners[:-1], corners[1:]], axis=1)

@@ -10,9 +10,9 @@ import numpy.typing as npt
 import trimesh
 from trimesh.ray.ray_pyembree import RayMeshIntersector
 
+from vfix_engine.arrays import Array
 from vfix_engine.geometry.mesh import TriangleMesh
 
-Floats = npt.NDArray[np.float64]
 Cut = Literal["whole", "left", "right"]
 
 
@@ -21,7 +21,7 @@ class Hit:
     """The nearest thing on a ray. kind: 'bone', 'slice' or 'item'; item_id only for 'item'."""
 
     kind: Literal["bone", "slice", "item"]
-    position: Floats
+    position: Array
     distance_mm: float
     item_id: str | None = None
 
@@ -32,10 +32,10 @@ class Plane:
 
     axis: int
     position: float
-    bounds: Floats  # (2, 3) LPS [mm]
+    bounds: Array  # (2, 3) LPS [mm]
 
 
-def is_shown(points: Floats, cut: Cut, cut_at: float) -> npt.NDArray[np.bool_]:
+def is_shown(points: Array, cut: Cut, cut_at: float) -> npt.NDArray[np.bool_]:
     """Which of (n, 3) places belong to the part of the head that is shown."""
     if cut == "left":
         return np.asarray(points[:, 0] <= cut_at)
@@ -51,7 +51,7 @@ class BonePicker:
         surface = trimesh.Trimesh(vertices=mesh.vertices, faces=mesh.faces, process=False, validate=False)
         self._intersector = RayMeshIntersector(surface)
 
-    def hit(self, origin: Floats, direction: Floats, cut: Cut, cut_at: float) -> Hit | None:
+    def hit(self, origin: Array, direction: Array, cut: Cut, cut_at: float) -> Hit | None:
         locations, _, _ = self._intersector.intersects_location(
             origin[None], direction[None], multiple_hits=cut != "whole"
         )
@@ -65,7 +65,7 @@ class BonePicker:
         return Hit("bone", locations[nearest], float(distance[nearest]))
 
 
-def hit_plane(origin: Floats, direction: Floats, plane: Plane) -> Hit | None:
+def hit_plane(origin: Array, direction: Array, plane: Plane) -> Hit | None:
     if abs(direction[plane.axis]) < 1e-9:
         return None
     distance = (plane.position - origin[plane.axis]) / direction[plane.axis]
@@ -77,7 +77,7 @@ def hit_plane(origin: Floats, direction: Floats, plane: Plane) -> Hit | None:
     return Hit("slice", position, float(distance)) if inside else None
 
 
-def hit_items(origin: Floats, direction: Floats, items: list[tuple[str, Floats]], radius_mm: float) -> Hit | None:
+def hit_items(origin: Array, direction: Array, items: list[tuple[str, Array]], radius_mm: float) -> Hit | None:
     """The nearest ball of ``radius_mm`` around an item that the ray meets."""
     best: Hit | None = None
     for item_id, centre in items:

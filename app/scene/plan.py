@@ -7,18 +7,17 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 import viser
 
 from app.scene import palette, shapes
 from app.scene.dragging import DragEvent, Draggable
 from app.scene.labels import Labels
 from app.scene.lines import ring
+from vfix_engine.arrays import Array
 
 if TYPE_CHECKING:
     from app.scene.view import SceneView
 
-Floats = npt.NDArray[np.float64]
 
 POINT_RADIUS_MM = 1.15
 TARGET_RADIUS_MM = 1.6
@@ -123,7 +122,7 @@ class CurveNodes:
         self._scene = view.scene
         self._curve: viser.LineSegmentsHandle | None = None
 
-    def show(self, points: Floats | None, clearance_mm: Floats | None) -> None:
+    def show(self, points: Array | None, clearance_mm: Array | None) -> None:
         """The spline through (n, 3) places; (n,) clearances colour it, grey while they are not known."""
         if points is None or len(points) < 2:
             if self._curve is not None:
@@ -154,12 +153,12 @@ class GhostNodes:
         self._view = view
         self._lines: dict[str, viser.LineSegmentsHandle] = {}
 
-    def show(self, position: Floats | None, path: Floats | None = None) -> None:
+    def show(self, position: Array | None, path: Array | None = None) -> None:
         """position (3,); path (n, 3): the spline with the new point, None where it is no path point."""
         self._line("ring", None if position is None else ring(position, GHOST_RADIUS_MM), GHOST_THICKNESS_MM)
         self._line("path", None if position is None else path, PROSPECT_THICKNESS_MM)
 
-    def _line(self, name: str, places: Floats | None, thickness: float) -> None:
+    def _line(self, name: str, places: Array | None, thickness: float) -> None:
         line = self._lines.get(name)
         if places is None or len(places) < 2:
             if line is not None:

@@ -5,15 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 import trimesh
 import viser
 
 from app.scene import palette, shapes
+from vfix_engine.arrays import Array
 from vfix_engine.proximity.axes import rotation_z_to
 from vfix_engine.robots import Visual
-
-Floats = npt.NDArray[np.float64]
 
 
 class RobotNodes:
@@ -40,7 +38,7 @@ class RobotNodes:
             receive_shadow=False,
         )
 
-    def place(self, link_placements: Floats) -> None:
+    def place(self, link_placements: Array) -> None:
         """Move every part to its link, (n, 4, 4) in the patient frame."""
         for visual, node in zip(self._visuals, self._nodes, strict=True):
             placement = link_placements[visual.link]
@@ -59,7 +57,7 @@ class ToolNodes:
         self._scene, self._name, self._opacity = scene, name, opacity
         self._nodes: list[tuple[float, float, viser.MeshHandle]] = []
 
-    def place(self, start: Floats, end: Floats, radius: Floats) -> None:
+    def place(self, start: Array, end: Array, radius: Array) -> None:
         """(S, 3) ends of the axes and (S,) radii, LPS mm."""
         lengths = np.linalg.norm(end - start, axis=1)
         while len(self._nodes) > len(start):

@@ -7,16 +7,15 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
 from app.scene import palette
 from app.scene.dragging import DragBall
 from app.scene.lines import Lines, joined, ring
+from vfix_engine.arrays import Array
 
 if TYPE_CHECKING:
     from app.scene.view import SceneView
 
-Floats = npt.NDArray[np.float64]
 
 HANDLE = "shaft:"  # before the id of a path point, of the ball that its shaft is turned by
 LINE_MM = 30.0  # of a direction, from the point towards the tail
@@ -84,7 +83,7 @@ class SuggestedNodes:
         self._curve = Lines(view, "/plan/suggested", palette.ACCENT, SUGGESTED_THICKNESS_MM)
         self._shafts = Lines(view, "/plan/suggested_shafts", palette.ACCENT, THICKNESS_MM)
 
-    def show(self, curve: Floats, places: Floats, directions: Floats) -> None:
+    def show(self, curve: Array, places: Array, directions: Array) -> None:
         """curve: (m, 3) places along the path, none of them hides it; places, directions: (n, 3) of its points."""
         self._curve.show(np.stack([curve[:-1], curve[1:]], axis=1) if len(curve) else np.zeros((0, 2, 3)))
         self._shafts.show(_rays(places, directions))
@@ -94,11 +93,11 @@ class SuggestedNodes:
         self._shafts.remove()
 
 
-def _rays(places: Floats, directions: Floats) -> Floats:
-    rays: Floats = np.stack([places, places + LINE_MM * directions], axis=1)
+def _rays(places: Array, directions: Array) -> Array:
+    rays: Array = np.stack([places, places + LINE_MM * directions], axis=1)
     return rays
 
 
-def _rings(places: Sequence[tuple[float, float, float]]) -> Floats:
+def _rings(places: Sequence[tuple[float, float, float]]) -> Array:
     rings = [joined(ring(np.array(place), RING_MM)) for place in places]
     return np.concatenate(rings) if rings else np.zeros((0, 2, 3))

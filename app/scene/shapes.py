@@ -8,7 +8,8 @@ import numpy as np
 import numpy.typing as npt
 import trimesh
 
-Floats = npt.NDArray[np.float64]
+from vfix_engine.arrays import Array
+
 Shape = tuple[npt.NDArray[np.float64], npt.NDArray[np.int64]]
 
 
@@ -31,6 +32,6 @@ def diamond(radius: float) -> Shape:
     return vertices, faces
 
 
-def quaternion(rotation: Floats) -> Floats:
+def quaternion(rotation: Array) -> Array:
     """(4,) w, x, y, z of a (3, 3) rotation."""
     return np.asarray(trimesh.transformations.quaternion_from_matrix(rotation), dtype=np.float64)

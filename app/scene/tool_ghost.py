@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
 from app.scene.robot import ToolNodes
 from app.scene.view import SceneView
+from vfix_engine.arrays import Array
 
-Floats = npt.NDArray[np.float64]
 OPACITY = 0.6
 
 
@@ -19,7 +18,7 @@ class ToolGhost:
         self._view = view
         self._tool = ToolNodes(view.scene, "/plan/tool", OPACITY)
 
-    def show(self, pose: tuple[Floats, Floats, Floats] | None) -> None:
+    def show(self, pose: tuple[Array, Array, Array] | None) -> None:
         """Starts (S, 3), ends (S, 3) and radii (S,) of the capsules, LPS mm; None for no tool."""
         empty = np.zeros((0, 3))
         with self._view.atomic():

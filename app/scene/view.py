@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import cast
 
 import numpy as np
-import numpy.typing as npt
 import trimesh
 import viser
 
@@ -18,8 +17,8 @@ from app.scene.dragging import DragEvent
 from app.scene.hand import GripDrag
 from app.scene.labels import Labels
 from app.scene.lights import add_lights
+from vfix_engine.arrays import Array
 
-Floats = npt.NDArray[np.float64]
 MAX_PIXELS = 1e5  # of a canvas along a side
 
 
@@ -27,8 +26,8 @@ MAX_PIXELS = 1e5  # of a canvas along a side
 class ClickRay:
     """A click in the scene: a ray from the camera, LPS mm."""
 
-    origin: Floats
-    direction: Floats
+    origin: Array
+    direction: Array
 
 
 @dataclass(frozen=True)

@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-import numpy.typing as npt
 
 from app.scene.camera import Lens, standard_view
 from app.scene.view import SceneView
 from app.views.case_view import CaseView, Position
 from app.views.sections import CameraSection, LabelView, ProjectAnswer
-
-Floats = npt.NDArray[np.float64]
+from vfix_engine.arrays import Array
 
 NEAR_MARGIN_MM = 12.0  # around the places of a near view
 LEAST_RADIUS_MM = 45.0
@@ -60,7 +58,7 @@ class CameraView:
                 radius *= NOSE_SHARE
         self._scene.look_from(standard_view(name, centre, radius))
 
-    def turn_about(self, position: Floats) -> None:
+    def turn_about(self, position: Array) -> None:
         """Turn about a place from now on; what is seen stays as it is. The browser does so, where it can."""
         x, y, z = (round(float(value), 3) for value in position)
         self._pivot = (x, y, z)

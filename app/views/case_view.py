@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from app.cases.model import Overlay
 from app.cases.segments import OUTLINE_COLOUR
@@ -26,11 +25,11 @@ from app.views.background import in_background
 from app.views.layers import Layer
 from app.views.sections import CaseSection, CaseSections
 from app.views.slice_view import Greys, SliceView
+from vfix_engine.arrays import Array
 from vfix_engine.errors import InputError
 from vfix_engine.files.volume import Volume
 from vfix_engine.geometry.mesh import TriangleMesh
 
-Floats = npt.NDArray[np.float64]
 Position = tuple[float, float, float]
 DISPLAY_ORDER = ("skull", "skull_display", "display", "bone")
 MOST_VOLUMES = 2  # in the slices: the wide CT and a finer one of a part
@@ -43,7 +42,7 @@ class ShownSurface:
 
     key: str
     mesh: TriangleMesh
-    bounds: Floats
+    bounds: Array
 
 
 class CaseView:
@@ -61,7 +60,7 @@ class CaseView:
         self._slices: SliceView | None = None
         self._picker: BonePicker | None = None
         self._ticket = 0
-        self._pending_cross: Floats | None = None
+        self._pending_cross: Array | None = None
         self._opened_up = False
 
     # -- opening
@@ -197,7 +196,7 @@ class CaseView:
         )
         return [anatomy, pictures]
 
-    def extent(self) -> tuple[Floats, float]:
+    def extent(self) -> tuple[Array, float]:
         """Centre [LPS mm] and radius [mm] of what is shown."""
         if self.surface is None:
             return np.zeros(3), 120.0

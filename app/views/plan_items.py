@@ -6,15 +6,14 @@ from collections.abc import Callable, Iterable
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from app.plans.service import Plan
 from app.scene.plan import CurveNodes, ItemNodes, PlanItem
 from app.views.layers import Layer
 from app.views.sections import CurveSection, ItemsSection
+from vfix_engine.arrays import Array
 from vfix_engine.geometry.path import SplinePath
 
-Floats = npt.NDArray[np.float64]
 Position = tuple[float, float, float]
 CURVE_SAMPLES = 160
 
@@ -43,14 +42,14 @@ def entries(items: Iterable[PlanItem]) -> ItemsSection:
     return found
 
 
-def curve_points(path: SplinePath | None) -> Floats | None:
+def curve_points(path: SplinePath | None) -> Array | None:
     """At most CURVE_SAMPLES places along a path."""
     if path is None:
         return None
     return np.asarray(path.position(np.linspace(0.0, path.length, CURVE_SAMPLES)))
 
 
-def curve_section(places: Floats | None) -> CurveSection:
+def curve_section(places: Array | None) -> CurveSection:
     """The page's section of a curve (n, 3): every second place, and the last."""
     if places is None:
         return {"points": []}
@@ -62,6 +61,6 @@ def items_layer(items: tuple[PlanItem, ...], selected: str | None, locked: bool)
     return Layer("plan.items", (items, selected, locked), ItemNodes, lambda nodes: nodes.show(items, selected, locked))
 
 
-def curve_layer(key: object, curve: Callable[[], tuple[Floats | None, Floats | None]]) -> Layer[CurveNodes]:
+def curve_layer(key: object, curve: Callable[[], tuple[Array | None, Array | None]]) -> Layer[CurveNodes]:
     """Places (n, 3) along a path with the clearance (n,) there; asked for only where the key is another one."""
     return Layer("plan.curve", key, CurveNodes, lambda nodes: nodes.show(*curve()))

@@ -12,9 +12,8 @@ import numpy.typing as npt
 from app.scene.anatomy import SlicePicture
 from app.scene.picking import Plane
 from app.views.sections import SliceGrid, SlicePlane, SlicesSection
+from vfix_engine.arrays import Array
 from vfix_engine.files.volume import Axis, Volume
-
-Floats = npt.NDArray[np.float64]
 
 NORMALS: dict[Axis, int] = {"axial": 2, "coronal": 1, "sagittal": 0}
 
@@ -31,7 +30,7 @@ class Greys:
 class SliceView:
     """Slices through one place, the cross; every number is pulled into the volume."""
 
-    def __init__(self, volume: Volume, cross: Floats, detail: Volume | None = None) -> None:
+    def __init__(self, volume: Volume, cross: Array, detail: Volume | None = None) -> None:
         """detail: a finer volume of a part, laid over the wide one where it reaches."""
         self._volume, self._detail = volume, detail
         self._bounds = np.asarray(volume.bounds)
@@ -44,7 +43,7 @@ class SliceView:
         self.cross = self.cross.copy()
         self.cross[normal] = float(np.clip(position_mm, self._bounds[0][normal], self._bounds[1][normal]))
 
-    def set_cross(self, position: tuple[float, float, float] | Floats) -> None:
+    def set_cross(self, position: tuple[float, float, float] | Array) -> None:
         self.cross = np.clip(np.asarray(position, dtype=np.float64), self._bounds[0], self._bounds[1])
 
     def key(self) -> Any:
@@ -115,8 +114,8 @@ def _reaches(volume: Volume, normal: int, position: float) -> bool:
 
 
 def _inlaid(
-    image: npt.NDArray[np.uint8], affine: Floats, fine: npt.NDArray[np.uint8], fine_affine: Floats
-) -> tuple[npt.NDArray[np.uint8], Floats]:
+    image: npt.NDArray[np.uint8], affine: Array, fine: npt.NDArray[np.uint8], fine_affine: Array
+) -> tuple[npt.NDArray[np.uint8], Array]:
     """A wide picture on the grid of a fine one, with the fine one laid in; and the place of its pixels."""
     to_wide = np.linalg.inv(affine) @ fine_affine  # fine pixel to wide pixel
     scale, offset = np.diag(to_wide)[:2], to_wide[:2, 3]

@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from benchmarks import cases
+from vfix_engine.arrays import Array
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.geometry.path import SplinePath
 from vfix_engine.geometry.shapes import Box, CapsuleShape, HalfSpace, Sphere
@@ -29,7 +29,6 @@ from vfix_engine.worlds.rigid.scene import Scene
 
 from . import meshes
 
-Array = NDArray[np.float64]
 Random = np.random.Generator
 
 MARGINS = (0.05, 0.3, 0.3, 0.3, 1.0)

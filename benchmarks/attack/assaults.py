@@ -8,8 +8,8 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vfix_engine.arrays import Array
 from vfix_engine.control import StepRequest, qp
 from vfix_engine.virtual_fixtures import Constraint, Objective
 from vfix_engine.worlds.rigid.rehearsal import Rehearsal, RehearsalState
@@ -17,7 +17,6 @@ from vfix_engine.worlds.rigid.snapshot import Snapshot
 
 from .hands import HANDS, Hand, Memory
 
-Array = NDArray[np.float64]
 Stepped = tuple[RehearsalState, Snapshot]
 Assault = Callable[[Memory, Rehearsal, RehearsalState], Stepped]
 

@@ -6,16 +6,14 @@ from types import ModuleType
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vfix_engine.arrays import Array
 from vfix_engine.geometry.shapes import Box, CapsuleShape, HalfSpace, Shape, Sphere
 from vfix_engine.virtual_fixtures.zones import SHAPES, Zone, ordered
 from vfix_engine.worlds.rigid.scene import Scene
 
 from .exact import shape_distance, shape_replay
 from .oracle import Anatomy, Local, Peer, Screws, capsule
-
-Array = NDArray[np.float64]
 
 
 class Solid:

@@ -11,8 +11,8 @@ from types import ModuleType
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vfix_engine.arrays import Array
 from vfix_engine.control import Controller, ControlSettings
 from vfix_engine.errors import ControlError, StartRefused
 from vfix_engine.geometry.mesh import TriangleMesh
@@ -25,8 +25,6 @@ from .assaults import ASSAULTS, lying_solver
 from .bodies import Judges
 from .hands import Memory
 from .watch import Ledger, Tally, Watch
-
-Array = NDArray[np.float64]
 
 EPISODE = (60, 240)  # steps
 PLACES_TRIED = 60

@@ -11,10 +11,9 @@ from typing import Any, TypeVar, cast
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from vfix_engine.arrays import Array, IntArray
+
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 
@@ -164,7 +163,7 @@ def shape_replay(
 
 
 @fast
-def gather(corners: Array, spheres: Array, among: Index, places: Array, radius: Array, reach: float) -> Index:
+def gather(corners: Array, spheres: Array, among: IntArray, places: Array, radius: Array, reach: float) -> IntArray:
     """Those of the triangles ``among`` whose bounding sphere comes within ``reach`` of a capsule's surface.
 
     places: (2 S, 3) start and end of every axis in turn.
@@ -187,7 +186,7 @@ def gather(corners: Array, spheres: Array, among: Index, places: Array, radius: 
 
 @fast
 def least_distance(
-    corners: Array, spheres: Array, places: Array, radius: Array, cap: float, least: Array, nearest: Index
+    corners: Array, spheres: Array, places: Array, radius: Array, cap: float, least: Array, nearest: IntArray
 ) -> None:
     """Least distance (S,) of every capsule to these triangles, no more than ``cap``, and the triangle that gives it.
 
@@ -251,7 +250,7 @@ def furthest(one: Array, two: Array) -> float:
 def replay(
     revolute: Array, axis: Array, point: Array, home: Array, before: Array, after: Array, parts: int,
     corners: Array, spheres: Array, radius: Array, anchor: Array, reach: float, cap: float,
-    first: int, least: Array, nearest: Index, worst: Array,
+    first: int, least: Array, nearest: IntArray, worst: Array,
 ) -> int:  # fmt: skip
     """The poses between two joint states, ``parts`` times finer: least distance (S,) of each capsule into ``worst``.
 

@@ -6,12 +6,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vfix_engine.arrays import Array
 from vfix_engine.worlds.rigid.rehearsal import Command, Rehearsal, RehearsalState
 from vfix_engine.worlds.rigid.teleoperation import Master
 
-Array = NDArray[np.float64]
 Random = np.random.Generator
 
 LOOK_AGAIN = 8  # steps after which the nearest bone is looked for again

@@ -11,9 +11,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from vfix_engine.arrays import Array
 
 # Rounding of q (1e-14) seen through two differences at 10 kHz is 1e-6 of an acceleration.
 ROUNDING = 1e-6

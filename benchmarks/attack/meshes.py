@@ -8,9 +8,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from vfix_engine.arrays import Array
 from vfix_engine.geometry.mesh import TriangleMesh
 
-Array = NDArray[np.float64]
 Random = np.random.Generator
 
 

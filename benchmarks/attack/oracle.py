@@ -12,16 +12,13 @@ from types import ModuleType
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vfix_engine.arrays import Array, IntArray
 from vfix_engine.geometry.capsules import Segments
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.robots import PlacedRobot, Tool
 
 from .exact import furthest, gather, least_distance, place, replay
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 WIDE_MM = 2.0  # how far the tool may move before all triangles are looked at again
 CLOSE_MM = 0.3  # and before those near it are
@@ -81,7 +78,7 @@ class Local:
 
     def __init__(self, anatomy: Anatomy, radius: Array):
         self.anatomy, self.radius = anatomy, radius
-        self._outer: Index = anatomy.all[:0]
+        self._outer: IntArray = anatomy.all[:0]
         self._outer_reach = self._reach = -1.0
         self._outer_anchor = self._anchor = np.zeros((2 * len(radius), 3))
         self._corners, self._spheres = anatomy.corners[:0], anatomy.spheres[:0]

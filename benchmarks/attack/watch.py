@@ -8,8 +8,8 @@ from dataclasses import dataclass, field, fields
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vfix_engine.arrays import Array
 from vfix_engine.control import ControlSettings
 from vfix_engine.robots import RobotModel
 from vfix_engine.worlds.rigid.rehearsal import RehearsalState
@@ -18,8 +18,6 @@ from vfix_engine.worlds.rigid.snapshot import Snapshot
 from .bodies import Judges
 from .exact import furthest
 from .oracle import ends
-
-Array = NDArray[np.float64]
 
 VIOLATION_MM = 1e-3  # deeper than this under the margin is a violation
 AGREES = 1e-9  # of the scale: how far the engine's distance and pose may be from the judge's

@@ -11,7 +11,6 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vfix_engine.errors import InputError, PathwayError
 from vfix_engine.robots.snake import SnakeModel
@@ -22,8 +21,6 @@ from .hands import HANDS, Memory
 from .lies import LIES
 from .scenes import BUILDERS, Arena
 from .watch import Tally, Watch
-
-Array = NDArray[np.float64]
 
 LONGEST = 240  # steps of an episode, a quarter of it at least
 LIED_TO = 0.2  # of the episodes

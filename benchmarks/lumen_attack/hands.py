@@ -7,12 +7,11 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vfix_engine.arrays import Array
 from vfix_engine.worlds.snake.drive_state import Command
 from vfix_engine.worlds.snake.snake_drive import SnakeDrive
 
-Array = NDArray[np.float64]
 Order = tuple[Command, float]
 
 NONSENSE = (math.nan, math.inf, -math.inf, 1e300, -1e300, 1e-320, 0.0, 5.0)

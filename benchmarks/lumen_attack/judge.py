@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.lumen_peers import section_as_printed
+from vfix_engine.arrays import Array, BoolArray, IntArray
 from vfix_engine.pathway.packed import PackedPathway
 from vfix_engine.pathway.pathway import Pathway
 from vfix_engine.pathway.query.query import deviation_of_points
@@ -19,14 +19,17 @@ from vfix_engine.robots.snake import SnakeModel
 from vfix_engine.robots.snake_surface import LinkVertices
 from vfix_engine.worlds.snake.drive_state import DriveSettings
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
-Marks = NDArray[np.bool_]
-
 
 @numba.njit(error_model="numpy", cache=True)
 def deepest_as_printed(
-    points: Array, start: Index, frames: Array, rows: Array, radius: Array, windows: Index, asked: Marks, depth: Array
+    points: Array,
+    start: IntArray,
+    frames: Array,
+    rows: Array,
+    radius: Array,
+    windows: IntArray,
+    asked: BoolArray,
+    depth: Array,
 ) -> None:
     """d_l of eq. 9 of every link that is asked for, into ``depth`` (L,); a window (L, 2) for each link."""
     for link in range(len(start) - 1):
@@ -68,7 +71,7 @@ class Judge:
             out[link] = here = here @ turn
         return out
 
-    def depth(self, packed: PackedPathway, windows: Index, asked: Marks, q: Array, base: Array) -> Array:
+    def depth(self, packed: PackedPathway, windows: IntArray, asked: BoolArray, q: Array, base: Array) -> Array:
         """d_l (L,) in mm, 0 of links that are not asked for; infinity at a pose that is no numbers."""
         frames, points, start = self.frames(q, base), self._vertices.points, self._vertices.start
         if not np.isfinite(frames).all():
@@ -96,7 +99,7 @@ def turned(base: Array, end: Array, share: float) -> Array:
     return found
 
 
-def bounds_by_place(pathway: Pathway, settings: DriveSettings, windows: Index) -> Array:
+def bounds_by_place(pathway: Pathway, settings: DriveSettings, windows: IntArray) -> Array:
     """b_i (L,) in mm of links with those windows (L, 2), segment by segment, of the pathway at rest.
 
     8 mm, 4 mm of the last link, and half of the radius that every section of the segment has at least; or as given.

@@ -7,13 +7,12 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vfix_engine.arrays import Array
 from vfix_engine.pathway.limits.limits import Configuration
 from vfix_engine.snake.conform.conformance import ShapeSolution
 from vfix_engine.worlds.snake.snake_drive import SnakeDrive
 
-Array = NDArray[np.float64]
 Random = np.random.Generator
 
 

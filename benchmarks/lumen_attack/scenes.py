@@ -10,9 +10,9 @@ from functools import cache, partial
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from benchmarks.cases import DEFAULT_TRIAL_DATA
+from vfix_engine.arrays import Array
 from vfix_engine.files.mesh_files import read_mesh
 from vfix_engine.geometry.curve import Curve
 from vfix_engine.pathway.cavity import body_cavity
@@ -21,8 +21,6 @@ from vfix_engine.pathway.tissue_motion import breathing, peristalsis, together
 from vfix_engine.robots.snake import SnakeModel
 from vfix_engine.worlds.snake.drive import Lumen, lumen_between
 from vfix_engine.worlds.snake.drive_state import DriveSettings
-
-Array = NDArray[np.float64]
 
 BODY = (0.0, 0.3, 1.0)  # the way that the diaphragm pushes
 

@@ -6,18 +6,14 @@ from dataclasses import dataclass, field, fields
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from vfix_engine.arrays import Array, BoolArray, IntArray
 from vfix_engine.pathway.limits.limits import MOTION_TOLERANCE_MM, Configuration, HardLimits, Verdict
 from vfix_engine.pathway.packed import PackedPathway
 from vfix_engine.worlds.snake.drive_state import DriveState
 from vfix_engine.worlds.snake.snake_drive import SnakeDrive
 
 from .judge import Judge, bounds_by_place, turned
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
-Marks = NDArray[np.bool_]
 
 AGREES_MM = 1e-9  # how far the engine's depths may be from the judge's, and a link beyond what is promised
 SAME = 1e-12  # [rad] between where one motion ends and the next one begins
@@ -33,8 +29,8 @@ class Motion(NamedTuple):
 
     first: int
     packed: PackedPathway
-    windows: Index
-    measured: Marks
+    windows: IntArray
+    measured: BoolArray
     before: Configuration
     after: Configuration
 
@@ -96,7 +92,7 @@ class _Witness:
     def certify(
         self,
         packed: PackedPathway,
-        windows: Index,
+        windows: IntArray,
         before: Configuration,
         after: Configuration,
         bound: Array | None = None,
@@ -158,10 +154,10 @@ class Watch:
             tally.tissue_mm = max(tally.tissue_mm, float(over[state.measured].max(initial=0.0)))
         self._q, self._base, self._tip = state.q.copy(), state.base.copy(), state.tip_s
 
-    def _depth(self, packed: PackedPathway, windows: Index, asked: Marks, q: Array, base: Array) -> Array:
+    def _depth(self, packed: PackedPathway, windows: IntArray, asked: BoolArray, q: Array, base: Array) -> Array:
         return self._judge.depth(packed, windows, asked, q, base)
 
-    def _bound(self, windows: Index) -> Array:
+    def _bound(self, windows: IntArray) -> Array:
         """b_i (L,) of links with those windows, by the judge."""
         key = windows.tobytes()
         if key != self._asked:

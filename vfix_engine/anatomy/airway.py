@@ -7,27 +7,25 @@ its holes are filled slice by slice; air in that is air within.
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
 from vfix_engine.anatomy.soft_tissue import TISSUE_HU
+from vfix_engine.arrays import BoolArray
 from vfix_engine.files.volume import Volume
-
-Mask = npt.NDArray[np.bool_]
 
 CLOSING_MM = 8.0
 _STEP_MM = 2.0
 
 
-def inner_air(volume: Volume, air_hu: float = TISSUE_HU) -> Mask:
+def inner_air(volume: Volume, air_hu: float = TISSUE_HU) -> BoolArray:
     """Voxels (K, J, I) of air within the body: below `air_hu`, and in the closed body.
 
     The scan ends through the body at its first and last slices, so nothing is added there.
     """
-    inside: Mask = (volume.hu < air_hu) & body(volume)
+    inside: BoolArray = (volume.hu < air_hu) & body(volume)
     return inside
 
 
-def body(volume: Volume) -> Mask:
+def body(volume: Volume) -> BoolArray:
     """Voxels (K, J, I) of the body with the air in it, closed over nostrils and mouth to about 2 mm."""
     from scipy import ndimage  # imported here: slow to load
 
@@ -45,5 +43,5 @@ def body(volume: Volume) -> Mask:
     inner = closed[:, pad[1][0] : -pad[1][1], pad[2][0] : -pad[2][1]]
     shape = volume.hu.shape
     rows = [np.minimum((np.arange(shape[n]) + step[2 - n] // 2) // step[2 - n], inner.shape[n] - 1) for n in range(3)]
-    whole: Mask = inner[np.ix_(*rows)]
+    whole: BoolArray = inner[np.ix_(*rows)]
     return whole

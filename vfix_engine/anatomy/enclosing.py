@@ -11,10 +11,9 @@ import numpy as np
 import numpy.typing as npt
 
 from vfix_engine.anatomy.surface import extract_surface
+from vfix_engine.arrays import Array
 from vfix_engine.files.volume import Volume
 from vfix_engine.geometry.mesh import TriangleMesh
-
-Floats = npt.NDArray[np.float64]
 
 _ON_LINE = 0.01  # [voxel] a vertex so near to a line of the grid lies on it
 
@@ -46,18 +45,18 @@ def enclosing_surface(part: Volume, mask: npt.NDArray[np.bool_], band_hu: tuple[
     return TriangleMesh(around.index_to_lps(index), mesh.faces)
 
 
-def _hu_at(part: Volume, padded: npt.NDArray[np.intp]) -> Floats:
+def _hu_at(part: Volume, padded: npt.NDArray[np.intp]) -> Array:
     """HU (n,) at indices (n, 3) of the padded part; around the part, those of its border."""
     last = np.array(part.hu.shape[::-1]) - 1
     i, j, k = np.clip(padded - 1, 0, last).T
-    hu: Floats = part.hu[k, j, i].astype(np.float64)
+    hu: Array = part.hu[k, j, i].astype(np.float64)
     return hu
 
 
-def _share(inner: Floats, outer: Floats, band_hu: tuple[float, float]) -> Floats:
+def _share(inner: Array, outer: Array, band_hu: tuple[float, float]) -> Array:
     """Where on the way (n,) from a voxel in the band to one beside it the surface runs, 0.5 to 1."""
     # Half a unit beyond the ends of the band, where no voxel has its value.
     end = np.where(outer < inner, np.ceil(band_hu[0]) - 0.5, np.floor(band_hu[1]) + 0.5)
     beyond = (outer < band_hu[0]) | (outer > band_hu[1])
-    share: Floats = np.divide(end - inner, outer - inner, out=np.full(len(inner), 0.5), where=beyond)
+    share: Array = np.divide(end - inner, outer - inner, out=np.full(len(inner), 0.5), where=beyond)
     return np.asarray(np.maximum(share, 0.5))

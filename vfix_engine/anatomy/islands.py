@@ -6,10 +6,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vfix_engine.anatomy.segmentation import Band, Mask, SegmentRequest, crop_of, leave_out, level_of, region_of
+from vfix_engine.anatomy.segmentation import Band, SegmentRequest, crop_of, leave_out, level_of, region_of
 from vfix_engine.errors import ImageError
 from vfix_engine.files.volume import Volume
 from vfix_engine.progress import ProgressCallback, no_progress
+
+from ..arrays import BoolArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,7 +22,7 @@ class Islands:
     kept. islands, left_out: how many there are, and how many were left out; all at that step.
     """
 
-    mask: Mask
+    mask: BoolArray
     step: int
     volume_mm3: float
     islands: int
@@ -31,7 +33,7 @@ def islands(
     volume: Volume,
     request: SegmentRequest,
     step: int = 1,
-    inside: Mask | None = None,
+    inside: BoolArray | None = None,
     tell: ProgressCallback = no_progress,
 ) -> Islands:
     """The voxels that `segment` makes a surface of, before it smooths.
@@ -57,7 +59,7 @@ def islands(
     return Islands(mask, step, float(mask.sum() * np.prod(coarse.spacing)), count, left_out)
 
 
-def region_at(volume: Volume, band: Band, step: int) -> Mask | None:
+def region_at(volume: Volume, band: Band, step: int) -> BoolArray | None:
     """Voxels that a band is looked for in, on every `step`-th voxel; None where that is the whole scan."""
     if band.region != "all":
         return region_of(_thinned(volume, step), band)

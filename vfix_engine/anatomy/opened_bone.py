@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vfix_engine.anatomy.surface import compact
+from vfix_engine.arrays import Array, BoolArray
 from vfix_engine.errors import InputError
 from vfix_engine.files.volume import BONE_HU, Volume
 from vfix_engine.geometry.mesh import TriangleMesh
@@ -24,9 +25,7 @@ from vfix_engine.proximity.fields.side import SurfaceSide
 from vfix_engine.proximity.proximity import ProximityTree
 from vfix_engine.proximity.quarters import quarters
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
-Inside = Callable[[Array], Mask]
+Inside = Callable[[Array], BoolArray]
 
 PIECE_MM = 0.03  # longest edge of a piece that is kept although it may reach into a region
 NUDGE_MM = 0.01  # how far beyond a border it is decided whether another region goes on there
@@ -99,7 +98,7 @@ def removed_mm3(regions: Sequence[Shape], inside: Inside) -> float:
 def without_regions(inside: Inside, regions: Sequence[Shape]) -> Inside:
     """Whether points lie in the bone that is left."""
 
-    def left(points: Array) -> Mask:
+    def left(points: Array) -> BoolArray:
         found = inside(points)
         for region in regions:
             found = found & ~_within(region, points)
@@ -115,8 +114,8 @@ def _inside_of(mesh: TriangleMesh, volume: Volume | None) -> Inside:
     return lambda points: ~side.outside(points)
 
 
-def _within(region: Shape, points: Array) -> Mask:
-    within: Mask = signed_distance(region, points) <= 0.0
+def _within(region: Shape, points: Array) -> BoolArray:
+    within: BoolArray = signed_distance(region, points) <= 0.0
     return within
 
 
@@ -155,7 +154,7 @@ def _new_surface(regions: Sequence[Shape], number: int, inside: Inside) -> Array
     return np.concatenate(kept)
 
 
-def _meeting(triangles: Array, regions: Sequence[Shape]) -> tuple[Mask, Mask]:
+def _meeting(triangles: Array, regions: Sequence[Shape]) -> tuple[BoolArray, BoolArray]:
     """Which triangles (n, 3, 3) lie in one of the regions, and which may meet one."""
     middle = triangles.mean(axis=1)
     reach = np.linalg.norm(triangles - middle[:, None], axis=2).max(axis=1, initial=0.0)
@@ -167,7 +166,7 @@ def _meeting(triangles: Array, regions: Sequence[Shape]) -> tuple[Mask, Mask]:
     return gone, meeting
 
 
-def _meeting_beyond(parts: Array, regions: Sequence[Shape]) -> tuple[Mask, Mask]:
+def _meeting_beyond(parts: Array, regions: Sequence[Shape]) -> tuple[BoolArray, BoolArray]:
     """As `_meeting`, for the places just beyond parts (n, 3, 3) of a region's border, whose normals point into it.
 
     Where two regions share a part of their borders, it lies in both. It is the border of the bone that is left unless

@@ -24,9 +24,9 @@ from vfix_engine.anatomy.way_round_kernel import (
     kinds_along,
     way_round,
 )
+from vfix_engine.arrays import Array
 from vfix_engine.proximity.fields.distance_field import DistanceField, FieldGrid
 
-Floats = npt.NDArray[np.float64]
 Kinds = npt.NDArray[np.uint8]
 Indices = npt.NDArray[np.intp]
 Ends = Literal["room", "body", "tip"]
@@ -98,8 +98,8 @@ class Piercing:
     """
 
     rows: Indices
-    sideways_mm: Floats
-    over_mm: Floats
+    sideways_mm: Array
+    over_mm: Array
     worst: Run | None
     row: int | None
     known: bool
@@ -124,17 +124,17 @@ class Ways:
         self.entry = np.asarray(entry, dtype=np.float64)
         self.has_room, self.middle_mm = air.has_room, air.middle_mm
 
-    def of_pose(self, start: Floats, end: Floats) -> PoseWays:
+    def of_pose(self, start: Array, end: Array) -> PoseWays:
         """The runs in a pose with axis segments (S, 3), from the tip on, as `Tool.segments` returns them."""
         points = _axis(start, end)
         return self.of_axis(points, self.kinds(points))
 
-    def kinds(self, points: Floats) -> Kinds:
+    def kinds(self, points: Array) -> Kinds:
         """Of points (n, 3) of an axis: TISSUE, AIR, ROOM or UNKNOWN; air of less than 2 mm counts as tissue."""
         found: Kinds = kinds_along(self._fine, self._whole, self._kinds, points, 0.5 * WIDE_MM)
         return found
 
-    def of_axis(self, points: Floats, kinds: Kinds) -> PoseWays:
+    def of_axis(self, points: Array, kinds: Kinds) -> PoseWays:
         """The runs of an axis of points (n, 3), 0.25 mm apart from the tip on, of which the kinds are known."""
         stretches = list(_stretches(kinds))
         known, runs = self.has_room and _from_room(kinds), list[Run]()
@@ -154,7 +154,7 @@ class Ways:
         return PoseWays(tuple(runs), known)
 
     def _run(
-        self, points: Floats, first: int, last: int, outer: Indices, inner: Indices, ends: tuple[Ends, Ends]
+        self, points: Array, first: int, last: int, outer: Indices, inner: Indices, ends: tuple[Ends, Ends]
     ) -> Run:
         window = int(WINDOW_MM / _SAMPLE_MM)
         around = _thinned(points[max(first - window, 0) : last + window + 1])
@@ -168,13 +168,13 @@ class Ways:
         begin, end = _triple(points[last]), _triple(points[first])
         return Run(None if hidden else float(found[0]), gives, begin, end, *ends)
 
-    def _way(self, nodes: tuple[Floats, Floats], sides: tuple[Floats, Floats], through: bool) -> Floats:
-        found: Floats = way_round(self._fine, self._whole, self._kinds, *nodes, *sides, 0.5 * WIDE_MM, through)
+    def _way(self, nodes: tuple[Array, Array], sides: tuple[Array, Array], through: bool) -> Array:
+        found: Array = way_round(self._fine, self._whole, self._kinds, *nodes, *sides, 0.5 * WIDE_MM, through)
         return found
 
 
 def piercing_of(
-    ways: Ways, start: Floats, end: Floats, rows: Iterable[int], go_on: Callable[[], object] = bool
+    ways: Ways, start: Array, end: Array, rows: Iterable[int], go_on: Callable[[], object] = bool
 ) -> Piercing:
     """The runs of tissue of a tool over poses with axis segments (n, S, 3).
 
@@ -197,7 +197,7 @@ class PiercingWatch:
         self._ways, self._last = ways, _Judged()
         self._rows, self._poses = list[int](), list[PoseWays]()
 
-    def add(self, row: int, start: Floats, end: Floats) -> None:
+    def add(self, row: int, start: Array, end: Array) -> None:
         """Judge a pose with axis segments (S, 3) and the number `row`, unless its verdict cannot be another one."""
         points = _axis(start, end)
         kinds = self._ways.kinds(points)
@@ -222,11 +222,11 @@ class PiercingWatch:
 class _Judged(NamedTuple):
     """The pose that was judged last: its axis, what that passes, and how far it may move until it is judged anew."""
 
-    points: Floats | None = None
+    points: Array | None = None
     pattern: tuple[int, ...] = ()
     may_move_mm: float = 0.0
 
-    def may_differ(self, points: Floats, kinds: Kinds) -> bool:
+    def may_differ(self, points: Array, kinds: Kinds) -> bool:
         if self.points is None or _pattern(kinds) != self.pattern:
             return True
         inside = np.flatnonzero(kinds == TISSUE)
@@ -248,12 +248,12 @@ def _pattern(kinds: Kinds) -> tuple[int, ...]:
     return tuple(kind for kind, _, _ in _stretches(kinds))
 
 
-def _to_polyline(points: Floats, corners: Floats) -> Floats:
+def _to_polyline(points: Array, corners: Array) -> Array:
     """Distance (n,) of points (n, 3) to a polyline (m, 3)."""
     a, d = corners[:-1], np.diff(corners, axis=0)
     share = np.einsum("nsk,sk->ns", points[:, None] - a, d) / np.einsum("sk,sk->s", d, d)
     away = points[:, None] - a - np.clip(share, 0.0, 1.0)[..., None] * d
-    least: Floats = np.linalg.norm(away, axis=2).min(axis=1)
+    least: Array = np.linalg.norm(away, axis=2).min(axis=1)
     return least
 
 
@@ -261,7 +261,7 @@ def _gravity(run: Run) -> tuple[bool, float]:
     return run.pierced and run.from_room, run.over_mm
 
 
-def _axis(start: Floats, end: Floats) -> Floats:
+def _axis(start: Array, end: Array) -> Array:
     """Points (n, 3) along a tool's axis from its tip on, at most 0.25 mm apart."""
     parts = []
     for a, b in zip(end, start, strict=True):  # a segment ends at its front
@@ -270,7 +270,7 @@ def _axis(start: Floats, end: Floats) -> Floats:
     return np.ascontiguousarray(np.concatenate([*parts, start[-1:]]))
 
 
-def _thinned(points: Floats) -> Floats:
+def _thinned(points: Array) -> Array:
     """The corners (m, 3) of a polyline whose points lie on a few straight lines."""
     ways = np.diff(points, axis=0)
     size = np.linalg.norm(ways, axis=1)
@@ -311,10 +311,10 @@ def _from_room(kinds: Kinds) -> bool:
     return bool((outermost == ROOM).any())
 
 
-def _grid(grid: FieldGrid) -> tuple[npt.NDArray[np.float32], Floats, float]:
+def _grid(grid: FieldGrid) -> tuple[npt.NDArray[np.float32], Array, float]:
     return grid.values, grid.origin, float(grid.step_mm)
 
 
-def _triple(place: Floats) -> tuple[float, float, float]:
+def _triple(place: Array) -> tuple[float, float, float]:
     x, y, z = place.tolist()
     return x, y, z

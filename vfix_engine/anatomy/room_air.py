@@ -13,11 +13,9 @@ import numpy as np
 import numpy.typing as npt
 
 from vfix_engine.anatomy.way_round_kernel import AIR, ROOM, UNKNOWN
+from vfix_engine.arrays import Array, BoolArray
 from vfix_engine.files.volume import Volume
 from vfix_engine.proximity.fields.distance_field import DistanceField
-
-Floats = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
 
 BALL_MM = 6.0
 LEAST_ROOM_MM3 = 20_000.0  # of places of the ball's centre: a windpipe or a sinus that the scan cuts has less
@@ -36,7 +34,7 @@ class RoomAir:
     """
 
     kinds: npt.NDArray[np.uint8]
-    origin: Floats
+    origin: Array
     step_mm: float
     middle_mm: float
 
@@ -72,10 +70,10 @@ def room_air(tissue: DistanceField, volumes: Sequence[Volume]) -> RoomAir:
     return RoomAir(kinds, grid.origin, step, middle)
 
 
-def padding(volume: Volume) -> Mask:
+def padding(volume: Volume) -> BoolArray:
     """Voxels (K, J, I) where nothing was measured: a constant below any air, and corners beyond a scanner's circle."""
     hu = volume.hu
-    found: Mask = np.zeros(hu.shape, np.bool_)
+    found: BoolArray = np.zeros(hu.shape, np.bool_)
     lowest = hu.min()
     if lowest < PADDING_HU:
         from scipy import ndimage  # imported here: slow to load
@@ -87,10 +85,10 @@ def padding(volume: Volume) -> Mask:
     return found
 
 
-def _corners(hu: npt.NDArray[np.int16], axis: int) -> Mask:
+def _corners(hu: npt.NDArray[np.int16], axis: int) -> BoolArray:
     """Voxels beyond the circle in square slices across an axis, where all have one value and the scan ends at it."""
     slices = np.moveaxis(hu, axis, 0)
-    none: Mask = np.zeros(hu.shape, np.bool_)
+    none: BoolArray = np.zeros(hu.shape, np.bool_)
     rows, columns = slices.shape[1:]
     if rows != columns or rows < 16:
         return none
@@ -107,10 +105,10 @@ def _corners(hu: npt.NDArray[np.int16], axis: int) -> Mask:
     return found
 
 
-def _not_scanned(volumes: Sequence[Volume], origin: Floats, step: float, shape: tuple[int, ...]) -> Mask:
+def _not_scanned(volumes: Sequence[Volume], origin: Array, step: float, shape: tuple[int, ...]) -> BoolArray:
     """Cells (K, J, I) of a grid where none of the scans has measured anything."""
     masks = [(volume, padding(volume)) for volume in volumes]
-    found: Mask = np.ones(shape, np.bool_)
+    found: BoolArray = np.ones(shape, np.bool_)
     y, x = np.meshgrid(*(origin[2 - axis] + step * np.arange(shape[axis]) for axis in (1, 2)), indexing="ij")
     for layer in range(shape[0]):
         places = np.stack([x, y, np.full_like(x, origin[2] + step * layer)], axis=-1).reshape(-1, 3)

@@ -17,13 +17,12 @@ from vfix_engine.anatomy.soft_tissue import TISSUE_HU
 from vfix_engine.anatomy.surface import extract_surface
 from vfix_engine.anatomy.thinning import bound_over
 from vfix_engine.anatomy.tissue_regions import near_air, sheets_between_air
+from vfix_engine.arrays import BoolArray
 from vfix_engine.errors import ImageError
 from vfix_engine.files.volume import BONE_HU, Volume
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.progress import ProgressCallback, no_progress
 from vfix_engine.proximity.proximity import ProximityTree
-
-Mask = npt.NDArray[np.bool_]
 
 LOWEST_HU, HIGHEST_HU = -2000.0, 10_000.0
 MOST_SMOOTHING_MM = 3.0
@@ -144,14 +143,14 @@ def segment(volume: Volume, request: SegmentRequest, tell: ProgressCallback = no
     return found if request.smooth_mm == 0.0 else _smoothed(found, part, mask, request.smooth_mm, tell)
 
 
-def region_of(volume: Volume, band: Band) -> Mask | None:
+def region_of(volume: Volume, band: Band) -> BoolArray | None:
     """Voxels (K, J, I) that a band is looked for in; None where that is the whole scan."""
     if band.region != "all":
         return near_air(volume) if band.region == "mucosa" else sheets_between_air(volume)
     return body(volume) if band.inside_body else None
 
 
-def level_of(part: Volume, band: Band, inside: Mask | None) -> npt.NDArray[np.int16]:
+def level_of(part: Volume, band: Band, inside: BoolArray | None) -> npt.NDArray[np.int16]:
     """How far voxels (K, J, I) lie within a band, HU: 0 or more in it. inside: None, or the mask that it is kept to.
 
     Raises ImageError where no voxel lies in it.
@@ -206,7 +205,7 @@ def leave_out(level: npt.NDArray[np.int16], part: Volume, request: SegmentReques
     return int(count), int(np.count_nonzero(~kept[1:]))
 
 
-def _smoothed(found: Segmented, part: Volume, mask: Mask, smooth_mm: float, tell: ProgressCallback) -> Segmented:
+def _smoothed(found: Segmented, part: Volume, mask: BoolArray, smooth_mm: float, tell: ProgressCallback) -> Segmented:
     """The border of the blurred voxels, and how far the sharp one lies from it at most."""
     from scipy import ndimage  # as above
 

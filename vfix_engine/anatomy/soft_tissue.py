@@ -13,9 +13,9 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
+from vfix_engine.arrays import Array
 from vfix_engine.files.volume import Volume
 
-Floats = npt.NDArray[np.float64]
 Surroundings = Literal["air_inside", "soft_tissue", "outside_body", "outside_scan", "not_known"]
 
 TISSUE_HU = -300.0  # above it skin, mucosa or bone; somewhat above the middle between air and soft tissue
@@ -41,7 +41,7 @@ class TissuePassed:
     complete: bool = False
 
 
-def tissue_passed(volume: Volume | None, poses: Iterable[tuple[float, Floats, Floats]]) -> TissuePassed:
+def tissue_passed(volume: Volume | None, poses: Iterable[tuple[float, Array, Array]]) -> TissuePassed:
     """The largest length of a tool's centreline in tissue over a series of poses.
 
     poses: the arc length [mm] of the tip along the path, and starts (S, 3) and ends (S, 3) of the tool's axis segments
@@ -89,7 +89,7 @@ def surroundings(volume: Volume | None, place: npt.ArrayLike) -> Surroundings:
     return "air_inside" if meets.mean() >= _ENCLOSED else "outside_body"
 
 
-def _centreline(start: Floats, end: Floats) -> tuple[Floats, Floats]:
+def _centreline(start: Array, end: Array) -> tuple[Array, Array]:
     """Samples (m, 3) of the tool's axis from its tail to its tip, and the length (m,) of each sample."""
     lengths = np.linalg.norm(end - start, axis=1)
     points, weights = [], []
@@ -101,7 +101,7 @@ def _centreline(start: Floats, end: Floats) -> tuple[Floats, Floats]:
     return np.concatenate(points), np.concatenate(weights)
 
 
-def _ends_in_tissue(volume: Volume, exits: Floats) -> bool:
+def _ends_in_tissue(volume: Volume, exits: Array) -> bool:
     """Whether the scan's outermost voxels hold tissue in the box around the exits (m, 3) that reaches 30 mm further."""
     if not len(exits):
         return False
@@ -115,7 +115,7 @@ def _ends_in_tissue(volume: Volume, exits: Floats) -> bool:
     return any(bool((face > TISSUE_HU).any()) for face in (*first, *final))
 
 
-def _directions(count: int) -> Floats:
+def _directions(count: int) -> Array:
     """Unit vectors (count, 3), spread evenly over the sphere along a golden spiral."""
     number = np.arange(count) + 0.5
     polar, around = np.arccos(1.0 - 2.0 * number / count), np.pi * (1.0 + np.sqrt(5.0)) * number

@@ -7,12 +7,11 @@ from collections.abc import Callable, Sequence
 import numpy as np
 import numpy.typing as npt
 
+from vfix_engine.arrays import Array
 from vfix_engine.errors import ImageError
 from vfix_engine.files.sampling import sample_points
 from vfix_engine.files.volume import Volume
 from vfix_engine.proximity.fields.distance_field import DistanceField, field_of_level, refined_by_level
-
-Floats = npt.NDArray[np.float64]
 
 FINE_MM = 0.5  # step of the grid around what is planned
 COARSE_MM = 1.0  # step of the grid over the whole scan
@@ -60,18 +59,18 @@ def solid_of_label(
     corners = np.stack(np.meshgrid(*zip(np.zeros(3), last, strict=True), indexing="ij"), axis=-1).reshape(-1, 3)
     placed = corners @ affine[:3, :3].T + affine[:3, 3]
 
-    def level(points: Floats) -> Floats:
+    def level(points: Array) -> Array:
         return sample_points(values, points, affine[:3, 3], to_index, np.nan) - 0.5 * _LABEL
 
     coarse = field_of_level(level, np.stack([placed.min(axis=0), placed.max(axis=0)]), COARSE_MM)
     return coarse if focus is None else refined_by_level(coarse, level, focus, FINE_MM)
 
 
-def _level(volumes: Sequence[Volume], threshold_hu: float) -> Callable[[Floats], Floats]:
+def _level(volumes: Sequence[Volume], threshold_hu: float) -> Callable[[Array], Array]:
     """HU above the threshold at points (n, 3); NaN beyond the scans."""
     finest = sorted(volumes, key=lambda volume: float(volume.spacing.prod()))
 
-    def level(points: Floats) -> Floats:
+    def level(points: Array) -> Array:
         hu = finest[0].sample(points, outside=np.nan)
         for volume in finest[1:]:
             unknown = np.isnan(hu)

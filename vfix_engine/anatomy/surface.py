@@ -8,13 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vfix_engine.arrays import Array, Int32Array
 from vfix_engine.errors import ImageError, MeshError
 from vfix_engine.files.volume import BONE_HU, Volume
 from vfix_engine.geometry.mesh import TriangleMesh
 
 SLAB_SLICES = 50  # made at a time: a fifth of the memory of the whole, and somewhat faster
-Floats = npt.NDArray[np.float64]
-Faces = npt.NDArray[np.int32]
 
 
 @dataclass(frozen=True)
@@ -73,11 +72,13 @@ def extract_surface(
     return TriangleMesh(vertices, np.ascontiguousarray(faces, dtype=np.int32))
 
 
-def _by_slab(hu: npt.NDArray[np.int16], level: float, slab: int, tell: Callable[[float], None]) -> tuple[Floats, Faces]:
+def _by_slab(
+    hu: npt.NDArray[np.int16], level: float, slab: int, tell: Callable[[float], None]
+) -> tuple[Array, Int32Array]:
     """Vertices (V, 3) as indices k, j, i, and faces (F, 3), of all slabs joined in the layers that they share."""
     from skimage.measure import marching_cubes  # imported here: slow to load
 
-    vertices, faces, count = list[Floats](), list[Faces](), 0
+    vertices, faces, count = list[Array](), list[Int32Array](), 0
     open_vertices, open_numbers = np.zeros((0, 3)), np.zeros(0, dtype=np.int64)  # in the last layer of the slab before
     for start in range(0, len(hu) - 1, slab):
         end = min(start + slab, len(hu) - 1)
@@ -102,7 +103,7 @@ def _by_slab(hu: npt.NDArray[np.int16], level: float, slab: int, tell: Callable[
     return np.concatenate(vertices), np.concatenate(faces)
 
 
-def _matching(places: Floats, known: Floats, numbers: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
+def _matching(places: Array, known: Array, numbers: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
     """The number (n,) of the known vertex of the same coordinates for each place (n, 3), or -1."""
     if not len(places) or not len(known):
         return np.full(len(places), -1, dtype=np.int64)
@@ -114,7 +115,7 @@ def _matching(places: Floats, known: Floats, numbers: npt.NDArray[np.int64]) -> 
     return of_group[group[len(known) :]]
 
 
-def compact(vertices: Floats, faces: npt.NDArray[np.integer]) -> tuple[Floats, Faces]:
+def compact(vertices: Array, faces: npt.NDArray[np.integer]) -> tuple[Array, Int32Array]:
     """Vertices (V, 3) and faces (F, 3) without the vertices that no face uses."""
     used = np.zeros(len(vertices), dtype=bool)
     used[faces] = True

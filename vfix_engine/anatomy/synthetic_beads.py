@@ -7,11 +7,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from vfix_engine.arrays import Array
 from vfix_engine.errors import ImageError, InputError
 from vfix_engine.files.volume import Volume
 from vfix_engine.given import real_array, within
-
-Floats = npt.NDArray[np.float64]
 
 BEAD_HU = 2200.0
 SKIN_HU = -300.0  # halfway between air and skin
@@ -28,12 +27,12 @@ class SkinSite:
     """A place on the outside of the skin. position_mm: (3,) LPS; outward: (3,) unit normal, away from the head."""
 
     name: str
-    position_mm: Floats
-    outward: Floats
+    position_mm: Array
+    outward: Array
 
-    def bead_centre(self, diameter_mm: float) -> Floats:
+    def bead_centre(self, diameter_mm: float) -> Array:
         """Centre (3,) of a bead that is glued on there."""
-        centre: Floats = self.position_mm + 0.5 * diameter_mm * self.outward
+        centre: Array = self.position_mm + 0.5 * diameter_mm * self.outward
         return centre
 
 
@@ -97,7 +96,7 @@ def skin_sites(volume: Volume) -> tuple[SkinSite, ...]:
     return tuple(_site(volume, name, middle, np.array(direction)) for name, direction in _SITES.items())
 
 
-def _site(volume: Volume, name: str, middle: Floats, direction: Floats) -> SkinSite:
+def _site(volume: Volume, name: str, middle: Array, direction: Array) -> SkinSite:
     direction = direction / np.linalg.norm(direction)
     low, high = volume.bounds
     along = np.arange(0.0, float(np.linalg.norm(high - low)), _STEP_MM)
@@ -118,7 +117,7 @@ def _site(volume: Volume, name: str, middle: Floats, direction: Floats) -> SkinS
     return SkinSite(name, position, outward)
 
 
-def _outward(volume: Volume, position: Floats, direction: Floats) -> Floats:
+def _outward(volume: Volume, position: Array, direction: Array) -> Array:
     """Unit normal of the skin: where HU fall, over a ball of 4 mm."""
     steps = np.arange(-4.0, 4.5, 1.0)
     grid = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), axis=-1).reshape(-1, 3)
@@ -126,13 +125,13 @@ def _outward(volume: Volume, position: Floats, direction: Floats) -> Floats:
     tissue = volume.sample(position + grid) > SKIN_HU
     fall = -(grid * tissue[:, None]).sum(axis=0)
     size = float(np.linalg.norm(fall))
-    normal: Floats = fall / size if size > 0.0 and fall @ direction > 0.0 else direction.copy()
+    normal: Array = fall / size if size > 0.0 and fall @ direction > 0.0 else direction.copy()
     return normal
 
 
 def _filled(
-    volume: Volume, centre: Floats, radius: float, low: npt.NDArray[np.int_], high: npt.NDArray[np.int_]
-) -> Floats:
+    volume: Volume, centre: Array, radius: float, low: npt.NDArray[np.int_], high: npt.NDArray[np.int_]
+) -> Array:
     """Share (k, j, i) of each voxel of a box that a ball fills."""
     samples = np.clip(np.ceil(_ACROSS * volume.spacing / (2.0 * radius)), 4, _MOST_SAMPLES).astype(int)
     axes = [(np.arange((b - a + 1) * n) + 0.5) / n - 0.5 + a for a, b, n in zip(low, high, samples, strict=True)]
@@ -144,5 +143,5 @@ def _filled(
     inside = squares[2][:, None, None] + squares[1][None, :, None] + squares[0][None, None, :] <= radius**2
     sizes = high - low + 1
     blocks = inside.reshape(sizes[2], samples[2], sizes[1], samples[1], sizes[0], samples[0])
-    share: Floats = blocks.mean(axis=(1, 3, 5))
+    share: Array = blocks.mean(axis=(1, 3, 5))
     return share

@@ -18,12 +18,10 @@ import numpy.typing as npt
 
 from vfix_engine.anatomy.convex_bound import convex_bounds
 from vfix_engine.anatomy.surface import clean, compact
+from vfix_engine.arrays import Array, BoolArray
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.proximity.proximity import ProximityTree
 from vfix_engine.proximity.quarters import quarters
-
-Floats = npt.NDArray[np.float64]
-Mask = npt.NDArray[np.bool_]
 
 _AGGRESSIVENESS = 5.0  # of the edge collapse, 0 to 10: slower and closer to the original than its default of 7
 _CERTIFIED_SHARE = 1.5  # of the tolerance at vertices: what the bound over whole triangles may reach
@@ -128,8 +126,8 @@ def within(
 
 
 def bound_over(
-    triangles: Floats, tree: ProximityTree, enough_mm: float, candidates: npt.NDArray[np.int32] | None = None
-) -> Floats:
+    triangles: Array, tree: ProximityTree, enough_mm: float, candidates: npt.NDArray[np.int32] | None = None
+) -> Array:
     """(n,) upper bounds [mm] of the distance of every point of triangles (n, 3, 3) to the mesh of a tree.
 
     A triangle whose bound is above `enough_mm` is split into four, a few times at most; its bound is that of its parts.
@@ -157,15 +155,15 @@ def bound_over(
 
 
 def _convex_bound(
-    triangles: Floats, candidates: npt.NDArray[np.int32], tree: ProximityTree, enough_mm: float
-) -> tuple[Floats, npt.NDArray[np.int32]]:
+    triangles: Array, candidates: npt.NDArray[np.int32], tree: ProximityTree, enough_mm: float
+) -> tuple[Array, npt.NDArray[np.int32]]:
     """The bounds (n,), and the candidates (n, m + 1) with the face that is nearest to each triangle's middle."""
     middle = tree.point_distance(triangles.mean(axis=1))[2]
     more = np.column_stack([middle, candidates]).astype(np.int32)
     return convex_bounds(triangles, more, tree.mesh.vertices, tree.mesh.faces, enough_mm), more
 
 
-def _joined(thinned: TriangleMesh, original: TriangleMesh, back: Mask) -> TriangleMesh:
+def _joined(thinned: TriangleMesh, original: TriangleMesh, back: BoolArray) -> TriangleMesh:
     vertices, faces = compact(original.vertices, original.faces[back])
     return TriangleMesh(
         np.concatenate([thinned.vertices, vertices]), np.concatenate([thinned.faces, faces + len(thinned.vertices)])

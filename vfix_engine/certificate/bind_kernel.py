@@ -11,16 +11,13 @@ What that drops is nearly a copy of a nearer row; should it matter all the same,
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array, Int32Array
 from ..kernels.compiled import compiled
 from ..proximity.pairs import COSINE, MAX_ROWS, RADIUS_MM, select
 from ..virtual_fixtures.state_kernel import BODY, SEGMENT, TRIANGLE
 from ..virtual_fixtures.stopping import stopping_distance
 from .world import World
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int32]
 
 
 @compiled
@@ -47,7 +44,9 @@ def largest_moves(box: Array, position: Array, jacobian: Array, start: Array, en
 
 
 @compiled
-def binding(world: World, move: Array, rows: Array, labels: Index, body: Index, found: int, pairs: Array) -> int:
+def binding(
+    world: World, move: Array, rows: Array, labels: Int32Array, body: Int32Array, found: int, pairs: Array
+) -> int:
     """Write those of some pairs, at least one, that can bind, nearest to their margin first; how many they are.
 
     The nearest of all is always the first of them: where it cannot bind, but a pair of a faster segment can, both are
@@ -87,7 +86,7 @@ def binding(world: World, move: Array, rows: Array, labels: Index, body: Index, 
 
 
 @compiled
-def _write_pair(rows: Array, labels: Index, body: Index, source: int, pair: Array) -> None:
+def _write_pair(rows: Array, labels: Int32Array, body: Int32Array, source: int, pair: Array) -> None:
     for k in range(10):
         pair[k] = rows[source, k]
     pair[SEGMENT], pair[TRIANGLE], pair[BODY] = labels[source, 0], labels[source, 1], body[source]

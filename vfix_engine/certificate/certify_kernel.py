@@ -15,18 +15,15 @@ A surface that has reached the axis of a segment cannot tell deep from shallow, 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array, Float32Array, Int32Array, IntArray
 from ..kernels.compiled import compiled, inlined
 from ..virtual_fixtures.joint_limits import step_box
 from ..virtual_fixtures.state_kernel import BROKEN_COUNT, PAIR_COUNT, StateViews, state_views
 from .bind_kernel import binding, largest_moves
 from .measure_kernel import covered, measure, place
 from .sweep_kernel import bend, chords
-from .world import Counts, Cover, Single, World, unpack_cover, unpack_world
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int32]
+from .world import Cover, World, unpack_cover, unpack_world
 
 AT_LIMIT = 1e-6  # [mm or rad] a step that misses the end of a joint's range by less, as a solver's may, ends there
 SWEEP_TOLERANCE_MM = 1e-3  # how far the bound between two poses may reach under the margin
@@ -103,7 +100,7 @@ def _clear_in_halves(
 
 
 @compiled
-def _complete(world: World, state: StateViews, rows: Array, labels: Index, body: Index, found: int) -> None:
+def _complete(world: World, state: StateViews, rows: Array, labels: Int32Array, body: Int32Array, found: int) -> None:
     """Write the joints' box of the step from a measured state, and those of its pairs that can bind in that step."""
     state.counts[BROKEN_COUNT] = step_box(
         state.q, state.velocity, world.lower, world.upper, world.speed, world.acceleration, world.dt,
@@ -118,9 +115,9 @@ def _complete(world: World, state: StateViews, rows: Array, labels: Index, body:
 
 @compiled
 def measure_state(
-    numbers: Array, counts: Counts,
-    boxes: Single, corners: Array, label: Index, first: Index, poses: Array,
-    numbers_out: Array, rows: Array, labels: Index, body: Index,
+    numbers: Array, counts: IntArray,
+    boxes: Float32Array, corners: Array, label: Int32Array, first: Int32Array, poses: Array,
+    numbers_out: Array, rows: Array, labels: Int32Array, body: Int32Array,
 ) -> tuple[int, int]:  # fmt: skip
     """Complete a packed state whose joints and velocity are given.
 
@@ -146,9 +143,9 @@ def measure_state(
 
 @compiled
 def certify_motion(
-    numbers: Array, counts: Counts,
-    boxes: Single, corners: Array, label: Index, first: Index, poses: Array,
-    before: Array, step: Array, after: Array, rows: Array, labels: Index, body: Index,
+    numbers: Array, counts: IntArray,
+    boxes: Float32Array, corners: Array, label: Int32Array, first: Int32Array, poses: Array,
+    before: Array, step: Array, after: Array, rows: Array, labels: Int32Array, body: Int32Array,
 ) -> tuple[int, int, float]:  # fmt: skip
     """Certify the motion from the packed state ``before`` by ``step`` (n,), and write the state that it ends in.
 

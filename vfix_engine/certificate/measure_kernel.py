@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array, Int32Array
 from ..geometry.shape_kernels import shape_rows
 from ..kernels.compiled import compiled, no_refcount
 from ..proximity.block_kernels import LANES
@@ -12,9 +12,6 @@ from ..proximity.candidate_kernels import NUMBERS, SINGLES, pairs_into, segment_
 from ..proximity.candidates import still_valid
 from ..robots.chain_kernel import forward
 from .world import Cover, World
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int32]
 
 
 @no_refcount
@@ -38,7 +35,7 @@ def covered(world: World, cover: Cover, start: Array, end: Array) -> bool:
 @compiled
 def measure(
     world: World, cover: Cover, start: Array, end: Array, threshold: float, distance: Array,
-    rows: Array, labels: Index, body: Index,
+    rows: Array, labels: Int32Array, body: Int32Array,
 ) -> int:  # fmt: skip
     """Distance (B, S) of bodies and segments, no more than the world's threshold, and all pairs within ``threshold``.
 

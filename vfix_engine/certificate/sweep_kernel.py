@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array, IntArray
 from ..kernels.compiled import compiled
 from ..robots.chain_kernel import Chain
-from .world import Counts, unpack_world
-
-Array = NDArray[np.float64]
+from .world import unpack_world
 
 
 @compiled
@@ -38,7 +36,7 @@ def bend(chain: Chain, links: Array, reach: float, q: Array, step: Array) -> flo
 
 
 @compiled
-def motion_sag(numbers: Array, counts: Counts, q: Array, q_after: Array) -> float:
+def motion_sag(numbers: Array, counts: IntArray, q: Array, q_after: Array) -> float:
     """How far in mm a point of the tool may be from the straight line between its places at joints q and q_after.
 
     numbers, counts: a ``PackedWorld``.

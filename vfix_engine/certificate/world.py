@@ -9,17 +9,12 @@ from __future__ import annotations
 from typing import Annotated, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array, Float32Array, Int32Array, IntArray
 from ..geometry.shapes import DATA_WIDTH, ShapeTable
 from ..kernels.compiled import shared
 from ..kernels.packed import packed, packing
 from ..robots.chain_kernel import Chain
-
-Array = NDArray[np.float64]
-Single = NDArray[np.float32]
-Index = NDArray[np.int32]
-Counts = NDArray[np.int64]
 
 
 class World(NamedTuple):
@@ -82,9 +77,9 @@ class WorldNumbers(NamedTuple):
 class WorldKinds(NamedTuple):
     """The whole numbers of a world: n, s, b and z, then the joints' kinds and the shapes' kinds."""
 
-    sizes: Annotated[Counts, 4]
-    revolute: Annotated[Counts, "n"]
-    shape: Annotated[Counts, "z"]
+    sizes: Annotated[IntArray, 4]
+    revolute: Annotated[IntArray, "n"]
+    shape: Annotated[IntArray, "z"]
 
 
 WORLD = packing(WorldNumbers, "n", "s", "b", "z")
@@ -100,11 +95,11 @@ class Cover(NamedTuple):
     start, end: (S, 3) the tool where they were gathered; slack: how far it may be from there, mm.
     """
 
-    boxes: Single
+    boxes: Float32Array
     corners: Array
-    label: Index
+    label: Int32Array
     frame: Array
-    first: Index
+    first: Int32Array
     start: Array
     end: Array
     slack: float
@@ -127,7 +122,7 @@ class PackedWorld(NamedTuple):
     """A world in two arrays: ``WorldNumbers`` and ``WorldKinds``."""
 
     numbers: Array
-    counts: Counts
+    counts: IntArray
 
 
 def pack_world(world: World) -> PackedWorld:
@@ -150,7 +145,7 @@ def pack_poses(slack: float, start: Array, end: Array, frame: Array) -> Array:
 
 
 @shared
-def unpack_world(numbers: Array, counts: Counts) -> World:
+def unpack_world(numbers: Array, counts: IntArray) -> World:
     """Views of a packed world."""
     n, s, b, z = counts[0], counts[1], counts[2], counts[3]
     w, kinds = _world_views(numbers, n, s, b, z), _kind_views(counts, n, z)
@@ -162,7 +157,9 @@ def unpack_world(numbers: Array, counts: Counts) -> World:
 
 
 @shared
-def unpack_cover(segments: int, boxes: Single, corners: Array, label: Index, first: Index, numbers: Array) -> Cover:
+def unpack_cover(
+    segments: int, boxes: Float32Array, corners: Array, label: Int32Array, first: Int32Array, numbers: Array
+) -> Cover:
     """A cover from its arrays, the small ones packed by ``pack_poses``."""
     c = _cover_views(numbers, segments, len(first))
     return Cover(boxes, corners, label, c.frame, first, c.start, c.end, c.slack)

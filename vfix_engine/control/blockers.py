@@ -6,14 +6,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..virtual_fixtures import Constraint, Objective, StepState
 from ..virtual_fixtures.state_kernel import BODY, SEGMENT
 from .problem import Problem
 from .program import Solution
-
-Array = NDArray[np.float64]
 
 _ACTIVE = 1e-7  # multiplier, in units of the scaled objective
 _WORDS = {

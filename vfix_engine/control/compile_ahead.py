@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..certificate.bind_kernel import binding, largest_moves
 from ..certificate.certify_kernel import certify_motion, measure_state
 from ..certificate.measure_kernel import covered, measure, place
@@ -32,8 +33,6 @@ from .settings import ControlSettings
 from .shaft_kernel import load_shaft_rows
 from .step_kernel import answer_size, answer_views, program_size, program_views
 from .surroundings import Surroundings
-
-Array = NDArray[np.float64]
 
 
 def call_parts(robot: PlacedRobot, tool: Tool, settings: ControlSettings) -> None:

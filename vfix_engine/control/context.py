@@ -9,8 +9,9 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ..arrays import Array, Int32Array, IntArray
 from ..certificate.certify_kernel import KEPT, OVERFULL, UNCOVERED, certify_motion, measure_state
 from ..certificate.sweep_kernel import motion_sag
 from ..errors import ControlError, InputError, StartRefused
@@ -27,10 +28,6 @@ from .request_kernel import task_numbers
 from .settings import ControlSettings
 from .step_kernel import answer_size, fused_step, program_size
 from .surroundings import SLACK_MM, Surroundings
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int32]
-Counts = NDArray[np.int64]
 
 _PAIRS = 2048  # that the workspace holds at first
 LEAD = 0.8  # of the slack, how far ahead of a moving tool the triangles around it are gathered
@@ -218,7 +215,7 @@ class ControlContext:
             self._rows = rows
         return self._program
 
-    def _made_table(self) -> Counts:
+    def _made_table(self) -> IntArray:
         """What every fused step is handed, as one; the arrays are kept here, so that their memory is."""
         self._in_table = (*self.surroundings.arrays, *self._pairs, self._program)
         return table_of(self._in_table)
@@ -257,7 +254,7 @@ def context_of(state: StepState) -> ControlContext:
     return context
 
 
-def _pair_workspace(pairs: int) -> tuple[Array, Index, Index]:
+def _pair_workspace(pairs: int) -> tuple[Array, Int32Array, Int32Array]:
     """Rows, labels and bodies of so many pairs, see ``measure_kernel.measure``."""
     return np.empty((pairs, 10)), np.empty((pairs, 2), np.int32), np.empty(pairs, np.int32)
 

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..errors import InputError
 from ..given import real_array, several
 from ..proximity.proximity import Proximity
@@ -23,8 +23,6 @@ from .shaft_kernel import load_shaft_rows
 from .step import braking, build_step, solve_step
 from .step_report import StepReport
 from .step_request import StepRequest, Task
-
-Array = NDArray[np.float64]
 
 
 class Controller:

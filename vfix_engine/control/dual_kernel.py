@@ -10,13 +10,9 @@ Its answer is never believed as it is: ``problem_kernel.check_kkt`` checks it li
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array, BoolArray, IntArray
 from ..kernels.compiled import compiled, inlined
-
-Array = NDArray[np.float64]
-Limits = NDArray[np.int64]
-Marks = NDArray[np.bool_]
 
 MOST_TURNS = 300  # limits added or dropped; the problems of a step need a dozen
 _VIOLATED = 1e-9  # in units of the step's length: what is left of a limit by rounding
@@ -65,7 +61,7 @@ def _excess(rows: Array, upper: Array, lower: Array, x: Array, limit: int) -> fl
 
 
 @inlined
-def _most_violated(rows: Array, upper: Array, lower: Array, x: Array, active: Marks) -> tuple[int, float]:
+def _most_violated(rows: Array, upper: Array, lower: Array, x: Array, active: BoolArray) -> tuple[int, float]:
     """The inactive limit that x is furthest beyond, and how far; −1 where there is none."""
     size = len(x)
     worst, most = -1, _VIOLATED
@@ -121,7 +117,7 @@ def _add(basis: Array, triangle: Array, d: Array, count: int) -> None:
 
 
 @inlined
-def _drop(basis: Array, triangle: Array, members: Limits, weights: Array, count: int, place: int) -> None:
+def _drop(basis: Array, triangle: Array, members: IntArray, weights: Array, count: int, place: int) -> None:
     """Take column ``place`` out of R and make it a triangle again."""
     for j in range(place, count - 1):
         members[j], weights[j] = members[j + 1], weights[j + 1]
@@ -210,7 +206,7 @@ def solve_dual(
 
 
 @inlined
-def _write_multipliers(members: Limits, weights: Array, count: int, size: int, multiplier: Array) -> None:
+def _write_multipliers(members: IntArray, weights: Array, count: int, size: int, multiplier: Array) -> None:
     """The multipliers of all limits from those of the active ones."""
     multiplier[:] = 0.0
     for j in range(count):

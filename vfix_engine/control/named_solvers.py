@@ -6,13 +6,11 @@ from typing import Any
 
 import numpy as np
 import qpsolvers
-from numpy.typing import NDArray
 from scipy.sparse import csc_matrix
 
+from ..arrays import Array
 from ..errors import ControlError
 from .program import Program
-
-Array = NDArray[np.float64]
 
 LARGEST = 1e15  # of a number in a problem that goes to a solver by name
 # What a solver is asked for so that its answer passes the check: by default a first-order one stops too early.

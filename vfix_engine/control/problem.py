@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
+from ..arrays import Array
 from ..certificate.certify_kernel import KEPT, REFUSED
 from ..errors import ControlError
 from ..virtual_fixtures import Constraint, Fixture, Objective, StepState
@@ -18,8 +16,6 @@ from .problem_kernel import prepare
 from .program import Program, Solution
 from .step_kernel import UNSOLVED, answer_views
 from .step_request import StepRequest, Task
-
-Array = NDArray[np.float64]
 
 
 class Row(NamedTuple):

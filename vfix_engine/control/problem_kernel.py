@@ -8,15 +8,13 @@ Limits come as the solver wants them: those of the unknowns first, then those of
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..certificate.world import Counts, World, unpack_world
+from ..arrays import Array, IntArray
+from ..certificate.world import World, unpack_world
 from ..kernels.compiled import compiled, inlined
 from ..virtual_fixtures.boundary import approach
 from ..virtual_fixtures.state_kernel import BODY, StateViews, binding_pairs, state_views
 from ..virtual_fixtures.stopping import approach_bound
-
-Array = NDArray[np.float64]
 
 UNBOUNDED = 1e30
 PRIMAL_TOLERANCE = 1e-6  # of a row, in units of the step's length
@@ -121,7 +119,7 @@ def assemble(
 
 @compiled
 def prepare(
-    numbers: Array, counts: Counts, before: Array, matrix: Array, target: Array, weight: Array,
+    numbers: Array, counts: IntArray, before: Array, matrix: Array, target: Array, weight: Array,
     given: Array, bound: Array, scale: float,
     hessian: Array, gradient: Array, rows: Array, upper: Array, lower: Array,
 ) -> float:  # fmt: skip

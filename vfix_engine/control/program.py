@@ -5,12 +5,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..errors import ControlError
 from .problem_kernel import set_box
-
-Array = NDArray[np.float64]
 
 RETREAT = 100.0  # what a missing mm² of a retreat costs where not all of it can be had, against one of the wanted step
 

@@ -14,6 +14,7 @@ import daqp
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..errors import InputError
 from ..virtual_fixtures import Constraint, Objective
 from ..virtual_fixtures.state_kernel import PAIR
@@ -21,8 +22,6 @@ from .dual_kernel import solve_dual
 from .problem_kernel import DUAL_TOLERANCE, PRIMAL_TOLERANCE, UNBOUNDED, check_kkt, fill, set_box
 from .program import Program, Solution
 from .step_kernel import program_size, program_views
-
-Array = NDArray[np.float64]
 
 _FLOAT = np.dtype(np.float64)
 DUAL = "dual"  # our own solver, a part of the compiled step

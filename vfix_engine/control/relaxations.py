@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..virtual_fixtures import StepState, joint_bounds
 from . import qp
 from .blockers import Blocker, active_constraints, nearest, unsolved
@@ -21,8 +21,6 @@ from .problem import Problem
 from .program import Solution
 from .step import Certified, Refused, braking, certify_step, refused_by, solve_step
 from .step_report import StepReport
-
-Array = NDArray[np.float64]
 
 SHARES = (1.0, 0.5, 0.25, 0.1)  # of a step that are tried before holding
 MARGIN_SHARES = (0.03, 0.01)  # and inside a margin, where the bound between two poses leaves only its tolerance

@@ -16,8 +16,8 @@ import math
 from typing import Annotated, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..kernels.compiled import compiled, shared
 from ..kernels.packed import packed, packing
 from ..kernels.triples import Triple, dot, minus, norm, over, plus, times
@@ -29,7 +29,6 @@ from ..virtual_fixtures.stopping import approach_bound, stoppable_step
 from .admittance import approach_velocity, path_velocity, saturate, slew_limited
 from .settings import ControlSettings
 
-Array = NDArray[np.float64]
 Asked = tuple[float, bool, float, float]
 
 # What progress is worth against an error across the wanted direction, w_λ.

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..geometry.shaft_directions import ShaftDirections
 from ..geometry.shaft_kernels import axes_at, column, turn_between, turned
 from ..kernels.compiled import compiled, shared
@@ -12,8 +12,6 @@ from ..kernels.triples import Triple, cross, dot, minus, norm, over, plus, times
 from ..virtual_fixtures.state_kernel import state_views
 from .admittance import saturate, slew_limited
 from .request_kernel import sight_turn, stoppable_speed, task_views, triple_at
-
-Array = NDArray[np.float64]
 
 # Length by which an angle counts in the objective while the tip moves as it is asked to. It shrinks with the tip's
 # speed, so that an orientation that bone does not allow slows the tip down but never halts it (docs/concepts.md).

@@ -12,8 +12,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ..arrays import Array
 from ..errors import InputError
 from ..given import real_array
 from ..virtual_fixtures import Constraint, Fixture, Rows, Situation, StepState, brake
@@ -22,8 +23,6 @@ from .context import ControlContext, context_of
 from .problem import Problem
 from .program import Solution
 from .step_request import StepRequest, Task, request_of
-
-Array = NDArray[np.float64]
 
 CERTIFICATE = "certificate"  # who refuses a motion that may touch anatomy or a zone
 _STOPPING_MM = 1e-6  # stands for the length of the wanted step where the program brings the tool to rest

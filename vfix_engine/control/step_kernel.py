@@ -7,20 +7,15 @@ from __future__ import annotations
 
 from typing import Annotated, NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
+from ..arrays import Array, Float32Array, Int32Array, IntArray
 from ..certificate.certify_kernel import certify_motion
-from ..certificate.world import Counts, Single, unpack_world
+from ..certificate.world import unpack_world
 from ..kernels.array_table import float32_at, float64_at, int32_at, int64_at
 from ..kernels.compiled import compiled, shared
 from ..kernels.packed import packing
 from ..virtual_fixtures.state_kernel import PAIR_COUNT, state_views
 from .dual_kernel import solve_dual
 from .problem_kernel import DUAL_TOLERANCE, PRIMAL_TOLERANCE, assemble, check_kkt
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int32]
 
 UNSOLVED = 4  # what a step can end in besides the verdicts of ``certify_kernel``
 
@@ -53,8 +48,8 @@ answer_views, answer_size = ANSWER.views, ANSWER.size
 
 @shared
 def unpack_table(
-    t: Counts,
-) -> tuple[Array, Counts, Single, Array, Index, Index, Array, Array, Index, Index, Array]:
+    t: IntArray,
+) -> tuple[Array, IntArray, Float32Array, Array, Int32Array, Int32Array, Array, Array, Int32Array, Int32Array, Array]:
     """The arrays of a table (``array_table.table_of``): what every step of a context is handed; compiled code only."""
     return (
         float64_at(t[0], (t[1],)), int64_at(t[2], (t[3],)),
@@ -67,7 +62,7 @@ def unpack_table(
 
 @compiled
 def fused_step(
-    table: Counts, before: Array, matrix: Array, target: Array, weight: Array, given: Array, bound: Array,
+    table: IntArray, before: Array, matrix: Array, target: Array, weight: Array, given: Array, bound: Array,
     scale: float, along: Array, answer: Array, after: Array,
 ) -> tuple[int, int, float, float, int, float]:  # fmt: skip
     """One step of a program without slacks.

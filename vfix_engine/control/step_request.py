@@ -9,14 +9,11 @@ from numbers import Real
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..errors import InputError
 from ..given import real_array
 from ..virtual_fixtures import Constraint, Objective, StepState
-
-Array = NDArray[np.float64]
-
 
 _FLOAT = np.dtype(np.float64)
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..certificate.world import Counts, Index, Single, World, pack_poses, pack_world
+from ..arrays import Array, Float32Array, Int32Array, IntArray
+from ..certificate.world import World, pack_poses, pack_world
 from ..geometry.capsules import Segments
 from ..geometry.shapes import shape_table
 from ..proximity.candidate_kernels import Candidates
@@ -17,14 +17,12 @@ from ..virtual_fixtures import joint_regularisation
 from ..virtual_fixtures.zones import ANATOMY, Zone, bodies, ordered
 from .settings import ControlSettings
 
-Array = NDArray[np.float64]
-
 BUFFER_MM = 0.012  # rows keep this much more than the margin, so that the certificate rarely has to say no
 BEYOND_MARGIN_MM = 1.0  # pairs are looked for at least this far beyond every body's margin
 SLACK_MM = 1.0  # how far the tool may move before the triangles around it are gathered anew
 
 
-Packed = tuple[Array, Counts, Single, Array, Index, Index, Array]
+Packed = tuple[Array, IntArray, Float32Array, Array, Int32Array, Int32Array, Array]
 
 
 class Surroundings:

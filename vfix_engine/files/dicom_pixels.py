@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vfix_engine.arrays import Array
 from vfix_engine.errors import ImageError
 from vfix_engine.files.grid_header import check_length
 from vfix_engine.files.itk import decode
 from vfix_engine.files.volume import AIR_HU, to_hu
 
-Floats = npt.NDArray[np.float64]
 Whole = npt.NDArray[Any]
 
 PIXEL_TAGS = (
@@ -109,7 +109,7 @@ def rescale(dataset: Any, where: str) -> tuple[float, float]:
     return slope, intercept
 
 
-def numbers(values: Any, count: int, where: str) -> Floats:
+def numbers(values: Any, count: int, where: str) -> Array:
     """That many finite numbers. Raises ImageError."""
     found = np.array([float(value) for value in values])
     if found.shape != (count,) or not np.isfinite(found).all():
@@ -158,10 +158,10 @@ def _padding(dataset: Any, words: Whole, stored: Whole, layout: Layout) -> npt.N
     return found
 
 
-def _decoded_by_gdcm(data: bytes) -> Floats:
+def _decoded_by_gdcm(data: bytes) -> Array:
     """(rows, columns) rescaled values of a compressed slice, through a temporary file, since GDCM reads files only."""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "slice.dcm"
         file.write_bytes(data)
-        values: Floats = decode(file, "GDCMImageIO")[1][0].astype(np.float64)
+        values: Array = decode(file, "GDCMImageIO")[1][0].astype(np.float64)
     return values

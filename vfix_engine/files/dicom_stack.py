@@ -10,12 +10,11 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from vfix_engine.arrays import Array
 from vfix_engine.errors import ImageError
 from vfix_engine.files.grid_header import check_sizes, check_transform
 from vfix_engine.files.slice_alignment import aligned, alignment_error_mm
 from vfix_engine.files.volume import Volume, volume_of
-
-Floats = npt.NDArray[np.float64]
 
 _FARTHEST_OFF = 0.1  # [mm] of a slice from the line through all
 _SHARE_OFF = 0.1  # of the spacing, where that is less
@@ -38,17 +37,17 @@ class Slice:
     """
 
     hu: npt.NDArray[np.int16]
-    position: Floats
-    axes: Floats
-    pixel_mm: Floats
+    position: Array
+    axes: Array
+    pixel_mm: Array
     thickness_mm: float | None
     window: tuple[float, float] | None = None
     where: str = "a slice"
     told: str = "a slice"
 
     @property
-    def normal(self) -> Floats:
-        normal: Floats = np.cross(self.axes[:, 0], self.axes[:, 1])
+    def normal(self) -> Array:
+        normal: Array = np.cross(self.axes[:, 0], self.axes[:, 1])
         return normal
 
 
@@ -61,13 +60,13 @@ class Line:
 
     spacing_mm: float
     start_mm: float
-    sideways: Floats
+    sideways: Array
     tolerance_mm: float
 
     @property
-    def middle(self) -> Floats:
+    def middle(self) -> Array:
         """(2,) the place along rows and columns that the first pixels lie around [mm]."""
-        middle: Floats = 0.5 * (self.sideways.min(axis=0) + self.sideways.max(axis=0))
+        middle: Array = 0.5 * (self.sideways.min(axis=0) + self.sideways.max(axis=0))
         return middle
 
     @property
@@ -120,7 +119,7 @@ def stack(slices: list[Slice]) -> tuple[Volume, tuple[str, ...]]:
     return volume_of(hu, check_transform(transform, 1.0), thickness, window, error_mm), notes
 
 
-def check_on_grid(positions: Floats, transform: Floats) -> None:
+def check_on_grid(positions: Array, transform: Array) -> None:
     """Raise ImageError where slices at `positions` (n, 3) are off the slices of a grid (4, 4, index i, j, k to LPS mm).
 
     Places without a slice are allowed.
@@ -164,7 +163,7 @@ def left_out_words(scouts: list[str]) -> str:
     )
 
 
-def _fitted(values: Floats) -> tuple[Floats, Floats]:
+def _fitted(values: Array) -> tuple[Array, Array]:
     """Intercept and slope (…) of the least-squares line through the rows of `values` (n, …) over their numbers."""
     numbers = np.arange(len(values)) - 0.5 * (len(values) - 1)
     mean = values.mean(axis=0)
@@ -172,7 +171,7 @@ def _fitted(values: Floats) -> tuple[Floats, Floats]:
     return mean - slope * 0.5 * (len(values) - 1), slope
 
 
-def _line(ordered: list[Slice], normal: Floats) -> Line:
+def _line(ordered: list[Slice], normal: Array) -> Line:
     """The line through slices that are in order along their normal. Raises ImageError where they are uneven."""
     positions = np.array([one.position for one in ordered])
     along, sideways = positions @ normal, positions @ ordered[0].axes

@@ -11,10 +11,10 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
+from vfix_engine.arrays import Array
 from vfix_engine.files.grid_header import check_sizes
 from vfix_engine.files.volume import AIR_HU, BONE_HU, to_hu
 
-Floats = npt.NDArray[np.float64]
 Hounsfield = npt.NDArray[np.int16]
 
 _WIDTH = 3  # of the Lanczos window: six samples
@@ -23,7 +23,7 @@ _MEASURED_SLICES = 24
 _SHARE = 99.0  # [%] of the border of bone that is moved by no more than the error that is told
 
 
-def aligned(slices: Sequence[Hounsfield], shifts: Floats) -> tuple[Hounsfield, Floats]:
+def aligned(slices: Sequence[Hounsfield], shifts: Array) -> tuple[Hounsfield, Array]:
     """The slices (rows, columns), each shifted by its row (columns, rows) of `shifts` (n, 2), in pixels.
 
     Returns the (n, rows, columns) voxels of a grid that covers all of them, air where no slice lies, and the (2,)
@@ -39,7 +39,7 @@ def aligned(slices: Sequence[Hounsfield], shifts: Floats) -> tuple[Hounsfield, F
     return placed, start
 
 
-def alignment_error_mm(slices: Sequence[Hounsfield], shifts: Floats, pixel_mm: Floats) -> float:
+def alignment_error_mm(slices: Sequence[Hounsfield], shifts: Array, pixel_mm: Array) -> float:
     """By how much the resampling may move the border of bone, in mm, measured on slices spread over the series.
 
     The border is placed by this interpolation and by a linear one, which is the worse of the two; their distance is
@@ -52,7 +52,7 @@ def alignment_error_mm(slices: Sequence[Hounsfield], shifts: Floats, pixel_mm: F
     return float(np.percentile(moved, _SHARE)) if moved.size else 0.5 * float(np.max(pixel_mm))
 
 
-def _place(target: Hounsfield, one: Hounsfield, shift: Floats) -> None:
+def _place(target: Hounsfield, one: Hounsfield, shift: Array) -> None:
     """Write a slice, shifted by (columns, rows) >= 0 pixels, into a larger one."""
     values = one.astype(np.float32)
     first = []
@@ -65,7 +65,7 @@ def _place(target: Hounsfield, one: Hounsfield, shift: Floats) -> None:
     target[first[0] : first[0] + rows, first[1] : first[1] + columns] = to_hu(values)
 
 
-def _advanced(values: npt.NDArray[np.float32], weights: Floats, axis: int) -> npt.NDArray[np.float32]:
+def _advanced(values: npt.NDArray[np.float32], weights: Array, axis: int) -> npt.NDArray[np.float32]:
     """Values between each pixel and its next one along an axis, which is one shorter then; edges are repeated."""
     beside = len(weights) // 2 - 1
     padding = [(0, 0), (0, 0)]
@@ -78,13 +78,13 @@ def _advanced(values: npt.NDArray[np.float32], weights: Floats, axis: int) -> np
     return np.moveaxis(mixed, 0, axis)
 
 
-def _lanczos(fraction: float) -> Floats:
+def _lanczos(fraction: float) -> Array:
     """(6,) weights of the pixels around a place that is `fraction` of a pixel behind the third.
 
     Their sum is 1 and their mean place is that one, so that ramps keep their place too.
     """
     away = np.arange(1 - _WIDTH, _WIDTH + 1) - fraction
-    weights: Floats = np.sinc(away) * np.sinc(away / _WIDTH)
+    weights: Array = np.sinc(away) * np.sinc(away / _WIDTH)
     weights /= weights.sum()
     off = float(weights @ away)
     weights[_WIDTH - 1] += off
@@ -92,7 +92,7 @@ def _lanczos(fraction: float) -> Floats:
     return weights
 
 
-def _moved_mm(one: Hounsfield, shift: Floats, pixel_mm: Floats) -> Floats:
+def _moved_mm(one: Hounsfield, shift: Array, pixel_mm: Array) -> Array:
     """Distances [mm] of the border of bone by both interpolations."""
     better = worse = one.astype(np.float32)
     for axis, fraction in ((0, 1.0 - shift[1]), (1, 1.0 - shift[0])):

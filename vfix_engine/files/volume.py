@@ -9,10 +9,10 @@ from typing import Any, Literal, get_args
 import numpy as np
 import numpy.typing as npt
 
+from vfix_engine.arrays import Array
 from vfix_engine.errors import ImageError
 from vfix_engine.files.sampling import sample_plane, sample_points
 
-Floats = npt.NDArray[np.float64]
 Axis = Literal["axial", "coronal", "sagittal"]
 
 AIR_HU = -1000
@@ -21,7 +21,7 @@ LONGEST_SIDE = 1024  # [pixel] a slice image is never larger than this on a side
 
 # Columns: LPS direction of a pixel column, of a pixel row, and of the slice's position.
 # The radiologist's view: the patient's right on the image's left, anterior and superior up, sagittal from the left.
-_VIEW_AXES: dict[str, Floats] = {
+_VIEW_AXES: dict[str, Array] = {
     "axial": np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]).T,
     "coronal": np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]).T,
     "sagittal": np.array([[0.0, 1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]]).T,
@@ -46,9 +46,9 @@ class Volume:
     """
 
     hu: npt.NDArray[np.int16]
-    origin: Floats
-    spacing: Floats
-    direction: Floats
+    origin: Array
+    spacing: Array
+    direction: Array
     slice_thickness_mm: float | None = None
     window: tuple[float, float] | None = None
     resampled_mm: float | None = None
@@ -100,37 +100,37 @@ class Volume:
         return digest.hexdigest()
 
     @property
-    def transform_index_to_lps(self) -> Floats:
+    def transform_index_to_lps(self) -> Array:
         """(4, 4) affine from (i, j, k) to LPS mm."""
         transform = np.eye(4)
         transform[:3, :3] = self.direction * self.spacing
         transform[:3, 3] = self.origin
         return transform
 
-    def index_to_lps(self, ijk: npt.ArrayLike) -> Floats:
+    def index_to_lps(self, ijk: npt.ArrayLike) -> Array:
         """LPS positions [mm] of voxel indices; (n, 3) or (3,), fractions allowed, order i, j, k."""
         return np.asarray(ijk, dtype=np.float64) @ (self.direction * self.spacing).T + self.origin
 
-    def lps_to_index(self, points: npt.ArrayLike) -> Floats:
+    def lps_to_index(self, points: npt.ArrayLike) -> Array:
         """Fractional voxel indices (i, j, k) of LPS positions [mm]; (n, 3) or (3,)."""
         return (np.asarray(points, dtype=np.float64) - self.origin) @ self.direction / self.spacing
 
     @property
-    def bounds(self) -> Floats:
+    def bounds(self) -> Array:
         """(2, 3) smallest and largest LPS coordinates [mm] of the voxel centres."""
         last = np.array(self.hu.shape[::-1], dtype=np.float64) - 1.0
         corners = np.stack(np.meshgrid(*zip(np.zeros(3), last, strict=True), indexing="ij"), axis=-1).reshape(-1, 3)
         placed = self.index_to_lps(corners)
         return np.stack([placed.min(axis=0), placed.max(axis=0)])
 
-    def sample(self, points: npt.ArrayLike, outside: float = AIR_HU) -> Floats:
+    def sample(self, points: npt.ArrayLike, outside: float = AIR_HU) -> Array:
         """(n,) trilinear HU at LPS points (n, 3) [mm]; `outside` beyond the outermost voxel centres."""
         placed = np.atleast_2d(np.asarray(points, dtype=np.float64))
         return sample_points(self.hu, placed, self.origin, self.direction.T / self.spacing[:, None], float(outside))
 
     def slice_image(
         self, axis: Axis, position_mm: float, window: float = 2000.0, level: float = 400.0
-    ) -> tuple[npt.NDArray[np.uint8], Floats]:
+    ) -> tuple[npt.NDArray[np.uint8], Array]:
         """Grey picture of the plane at an LPS position, and where its pixels are.
 
         axis: 'axial' (position = superior z), 'coronal' (position = posterior y) or 'sagittal' (position = left x).
@@ -150,7 +150,7 @@ class Volume:
         grey = np.clip((hu - (level - window / 2.0)) * np.float32(255.0 / window), 0.0, 255.0)
         return np.rint(grey).astype(np.uint8), transform
 
-    def slice_grid(self, axis: Axis, position_mm: float) -> tuple[tuple[int, int], Floats]:
+    def slice_grid(self, axis: Axis, position_mm: float) -> tuple[tuple[int, int], Array]:
         """Height and width [pixel] of that picture, and the (4, 4) affine of its pixels; raises as `slice_image`."""
         if axis not in get_args(Axis):
             raise ImageError(f"a slice is axial, coronal or sagittal, not {axis!r}.")
@@ -172,7 +172,7 @@ class Volume:
         transform[:3, 3] = start
         return (int(height), int(width)), transform
 
-    def _plane(self, start: Floats, steps: Floats, shape: tuple[int, int], outside: float) -> npt.NDArray[np.float32]:
+    def _plane(self, start: Array, steps: Array, shape: tuple[int, int], outside: float) -> npt.NDArray[np.float32]:
         """(h, w) HU on the grid start + column * steps[:, 0] + row * steps[:, 1], all LPS mm."""
         to_index = self.direction.T / self.spacing[:, None]
         index_steps = np.ascontiguousarray((to_index @ steps).T)
@@ -203,7 +203,7 @@ def check_finite(values: npt.NDArray[Any]) -> None:
 
 def volume_of(
     hu: npt.NDArray[np.int16],
-    transform_index_to_lps: Floats,
+    transform_index_to_lps: Array,
     slice_thickness_mm: float | None = None,
     window: tuple[float, float] | None = None,
     resampled_mm: float | None = None,
@@ -214,12 +214,12 @@ def volume_of(
     return Volume(hu, transform_index_to_lps[:3, 3], spacing, direction, slice_thickness_mm, window, resampled_mm)
 
 
-def _vector(value: npt.ArrayLike, name: str) -> Floats:
+def _vector(value: npt.ArrayLike, name: str) -> Array:
     vector = np.array(value, dtype=np.float64)
     if vector.shape != (3,) or not np.isfinite(vector).all():
         raise ImageError(f"the volume's {name} must be three finite numbers.")
     return vector
 
 
-def _figures(values: Floats) -> str:
+def _figures(values: Array) -> str:
     return " x ".join(f"{value:g}" for value in values)

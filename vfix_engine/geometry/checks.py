@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..arrays import Array
 from ..errors import InputError
 from ..given import FARTHEST_MM
-
-Array = NDArray[np.float64]
 
 
 def out_of_range(points: Array) -> tuple[int, str] | None:

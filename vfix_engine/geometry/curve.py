@@ -7,9 +7,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..arrays import Array
 from ..errors import PathwayError
-
-Array = NDArray[np.float64]
 
 _SAME = 1e-9  # [mm] neighbours nearer than that are the same point
 _FINE = 8  # points of the spline per sample while its length is measured

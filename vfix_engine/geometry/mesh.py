@@ -9,10 +9,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..arrays import Array
 from ..errors import MeshError
 from .checks import out_of_range
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,13 +5,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ..arrays import Array
 from ..errors import PlanError
 from .checks import out_of_range
 from .path_kernels import arc_table, closest_on_path, sample
-
-Array = NDArray[np.float64]
 
 _TABLE_STEP_MM = 0.1  # mm between the entries of the arc-length table
 _MAX_ENTRIES = 50_000  # entries of the table at most

@@ -7,11 +7,9 @@ Its table holds parameters u (n,), arc lengths s (n,) and points (n, 3); each pi
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..kernels.compiled import compiled
-
-Array = NDArray[np.float64]
 
 # Gauss-Legendre with eight nodes on [−1, 1]: exact to rounding over a step of the table.
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)

@@ -5,13 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ..arrays import Array
 from ..errors import PlanError
 from ..kernels.triples import triple
 from .shaft_kernels import frames_at, turn_between, turned
-
-Array = NDArray[np.float64]
 
 _SUPERIOR, _POSTERIOR = np.array([0.0, 0.0, 1.0]), np.array([0.0, 1.0, 0.0])
 _STEEP = 0.95  # a shaft with more of the superior direction in it has its bend towards posterior for 'up'

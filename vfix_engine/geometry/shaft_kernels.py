@@ -10,12 +10,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..kernels.compiled import compiled, shared
 from ..kernels.triples import Triple, cross, dot, norm, over, plus, times
-
-Array = NDArray[np.float64]
 
 _OPPOSITE = 1e-12  # sine of the angle below which two axes have no great circle of their own
 

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ..arrays import Array
 from ..errors import InputError
 from .shapes import Box, CapsuleShape, HalfSpace, Shape, Sphere
-
-Array = NDArray[np.float64]
 
 
 def signed_distance(shape: Shape, points: ArrayLike) -> Array:

@@ -14,13 +14,11 @@ The normal is the maximising u, the gradient of the distance; it is a unit vecto
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..kernels.compiled import compiled
 from .shapes import BOX, CAPSULE, SPHERE
 from .triangle_kernels import edge_pair
-
-Array = NDArray[np.float64]
 
 _COINCIDENT = 1e-9  # mm below which the direction between two points is rounding
 

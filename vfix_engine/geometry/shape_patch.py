@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ..arrays import Array
 from ..errors import InputError
 from ..kernels.compiled import compiled
 from .mesh import TriangleMesh
 from .triangle_kernels import segment_triangle
-
-Array = NDArray[np.float64]
 
 
 def patch_around(mesh: TriangleMesh, centre: ArrayLike, radius_mm: float) -> TriangleMesh:

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..errors import InputError
 from .shapes import Box, CapsuleShape, Shape, Sphere
-
-Array = NDArray[np.float64]
 
 MOST_TRIANGLES = 200_000
 

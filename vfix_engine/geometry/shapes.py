@@ -9,12 +9,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..arrays import Array
 from ..errors import InputError
 from ..given import rigid_transform
 
 __all__ = ["Box", "CapsuleShape", "HalfSpace", "Shape", "ShapeTable", "Sphere", "shape_table"]
 
-Array = NDArray[np.float64]
 
 SPHERE, CAPSULE, BOX, HALF_SPACE = range(4)
 DATA_WIDTH = 16

@@ -9,11 +9,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ..arrays import Array
 from ..kernels.compiled import compiled
-
-Array = NDArray[np.float64]
 
 
 def transported(centre: ArrayLike, tangent: ArrayLike, start: ArrayLike | None = None) -> Array:

@@ -9,12 +9,10 @@ from __future__ import annotations
 from typing import Any, NamedTuple, get_args, get_type_hints
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array
 from .compiled import shared
 from .views import view
-
-Array = NDArray[np.float64]
 
 
 class Packing(NamedTuple):

@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ..arrays import Array
 from ..errors import PathwayError
 from ..given import real_array
-
-Array = NDArray[np.float64]
 
 _SAME = 1e-9  # [mm] centres nearer than that are the same
 _UNIT = 1e-6  # how far from 1 the length of a given tangent may be

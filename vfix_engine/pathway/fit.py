@@ -8,9 +8,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..anatomy.lumen.wall import Wall, free_distance, outward_side
+from ..arrays import Array
 from ..errors import PathwayError
 from ..geometry.curve import Curve
 from ..geometry.mesh import TriangleMesh
@@ -20,8 +20,6 @@ from .checks import MOST_ANGLES, MOST_CONTOURS, MOST_FITTED, rim_points
 from .interpolation import Interpolation, spline_maps
 from .pathway import Pathway
 from .uncross import uncrossed
-
-Array = NDArray[np.float64]
 
 _STEP = 2.0  # [mm] between the places where the lumen is measured
 _RAYS = 48  # about each of them; as many as a polar contour has radii, if that is what is fitted

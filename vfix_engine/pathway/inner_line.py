@@ -14,9 +14,8 @@ leans outwards, the distance to v2 is at most (h − v2) / cos β, and h − v2 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from ..arrays import Array
 
 _SHARE = 0.25  # |slope| tan β is no more than that
 

@@ -5,12 +5,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..errors import InputError
 from .inner_line import inner_lines
-
-Array = NDArray[np.float64]
 
 # Columns of PackedPathway.rows; vectors take three.
 START, END = 0, 3  # P_j, P_{j+1} mm

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..arrays import Array
 from ..errors import PathwayError
 from ..geometry.curve import Curve
 from ..geometry.transport import across, double_reflection
@@ -17,8 +18,6 @@ from .checks import MOST_CONTOURS, check_neighbours, checked_control
 from .interpolation import Interpolation, spline_maps
 from .packed import PackedPathway, pack
 from .windows_kernel import put_windows
-
-Array = NDArray[np.float64]
 
 # (arc lengths (C,) of control contours in mm, time in s) → displacements (C, 3) in mm, factors (C,) of the radii
 TissueMotion = Callable[[Array, float], tuple[Array, Array]]

@@ -11,13 +11,12 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ..arrays import Array
 from ..errors import PathwayError
 from ..given import positive, real, real_array, within
 from .pathway import TissueMotion
-
-Array = NDArray[np.float64]
 
 _MOST_MM = 100.0  # of breathing, more is a slip of the pen
 

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..errors import PathwayError
 from ..geometry.transport import transported
 from .checks import rim_points
 from .interpolation import Interpolation
 from .pathway import Pathway
-
-Array = NDArray[np.float64]
 
 _SHARE = 0.95  # of the distance to the line where two contours' planes meet
 _ROUNDS = 200

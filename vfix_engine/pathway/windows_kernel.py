@@ -7,9 +7,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..kernels.compiled import no_refcount
-
-Array = NDArray[np.float64]
 
 
 @no_refcount

@@ -15,12 +15,10 @@ Each result is the distance of two points that lie on segment and triangle, as i
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..geometry.triangle_kernels import segment_triangle
 from ..kernels.compiled import inlined, no_refcount, vectorised
-
-Array = NDArray[np.float64]
 
 LANES = 16
 CORNERS = 9 * LANES  # numbers in a block of triangles

@@ -15,13 +15,9 @@ above the distance.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array, Float32Array, Int32Array
 from ..kernels.compiled import inlined, no_refcount, vectorised
-
-Array = NDArray[np.float64]
-Single = NDArray[np.float32]
-Words = NDArray[np.int32]
 
 NODE = 96  # numbers in a node
 FACETS = 56  # numbers in a block's facets
@@ -41,7 +37,7 @@ FARTHEST = 1e15  # mm
 
 
 @no_refcount
-def describe_single(p: Array, d: Array, frame: Array, probe: Single) -> None:
+def describe_single(p: Array, d: Array, frame: Array, probe: Float32Array) -> None:
     """Write the constants (PROBE,) of the segment p + t·d; frame (4,): origin of the boxes, largest coordinate."""
     dd = d[0] * d[0] + d[1] * d[1] + d[2] * d[2]
     share = 1.0 / dd if dd > 1e-30 else 0.0
@@ -56,7 +52,7 @@ def describe_single(p: Array, d: Array, frame: Array, probe: Single) -> None:
 
 
 @vectorised
-def box_gaps(node: Single, probe: Single, gaps: Single) -> None:
+def box_gaps(node: Float32Array, probe: Float32Array, gaps: Float32Array) -> None:
     """Lower bounds (16,) in mm of the distances from the segment's axis to 16 boxes; negative where they touch.
 
     A bound may be NaN: reject a box only where its bound compares as greater than a limit.
@@ -84,7 +80,7 @@ def unpacked(word: int) -> tuple[np.float32, np.float32, np.float32]:
 
 
 @vectorised
-def facet_gaps(facets: Words, probe: Single, limit: np.float32, gaps: Single) -> int:
+def facet_gaps(facets: Int32Array, probe: Float32Array, limit: np.float32, gaps: Float32Array) -> int:
     """Write lower bounds (16,) of the distances from the axis to 16 triangles; return how many are above ``limit``.
 
     The vector from the axis to a centroid is perpendicular to the axis up to rounding. Rounding rotates a short vector
@@ -115,7 +111,7 @@ def facet_gaps(facets: Words, probe: Single, limit: np.float32, gaps: Single) ->
 
 
 @vectorised
-def facet_bounds(facets: Words, probe: Single) -> tuple[np.float32, np.float32]:
+def facet_bounds(facets: Int32Array, probe: Float32Array) -> tuple[np.float32, np.float32]:
     """Lower and upper bound of the smallest distance from the segment's axis to 16 triangles.
 
     The distance of a centroid is an upper bound of that of its triangle.

@@ -11,14 +11,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import Array, Float32Array, Int32Array
 from ..kernels.compiled import compiled, no_refcount
 from .block_kernels import COLUMNS, CORNERS, LANES, QUERY, WORK, block_gaps, describe, finish
 from .box_lanes import NODE, PROBE, box_gaps, describe_single
 from .rows_kernel import own_normal
 
-Array = NDArray[np.float64]
-Single = NDArray[np.float32]
-Index = NDArray[np.int32]
 Lanes = NDArray[np.uint64]
 
 NUMBERS = QUERY + WORK
@@ -38,15 +36,15 @@ class Candidates(NamedTuple):
     offset: (S + 1,) segment s owns the nodes offset[s] to offset[s + 1].
     """
 
-    boxes: Single
+    boxes: Float32Array
     corners: Array
-    label: Index
+    label: Int32Array
     frame: Array
-    offset: Index
+    offset: Int32Array
 
 
 @no_refcount
-def box_of_block(corners: Array, frame: Array, lane: int, node: Single) -> None:
+def box_of_block(corners: Array, frame: Array, lane: int, node: Float32Array) -> None:
     """Write the box around the 16 triangles of a block into lane ``lane`` of a node, rounded outwards."""
     for k in range(3):
         low, high = np.inf, -np.inf
@@ -58,7 +56,7 @@ def box_of_block(corners: Array, frame: Array, lane: int, node: Single) -> None:
 
 
 @no_refcount
-def put_box(low: float, high: float, far: float, k: int, lane: int, node: Single) -> None:
+def put_box(low: float, high: float, far: float, k: int, lane: int, node: Float32Array) -> None:
     """Write centre and half extent of a box along axis k into a lane, enlarged by the rounding of float32."""
     centre = np.float32(0.5 * (low + high))
     node[LANES * k + lane] = centre
@@ -66,7 +64,7 @@ def put_box(low: float, high: float, far: float, k: int, lane: int, node: Single
 
 
 @no_refcount
-def empty_boxes(first: int, node: Single) -> None:
+def empty_boxes(first: int, node: Float32Array) -> None:
     """Put infinitely distant boxes into the lanes from ``first`` on."""
     for lane in range(first, LANES):
         for k in range(3):
@@ -74,7 +72,7 @@ def empty_boxes(first: int, node: Single) -> None:
             node[LANES * (3 + k) + lane] = np.float32(0.0)
 
 
-def list_views(store: Array, segments: int) -> tuple[Single, Array, Index, Array, Index]:
+def list_views(store: Array, segments: int) -> tuple[Float32Array, Array, Int32Array, Array, Int32Array]:
     """Views of the arrays of ``Candidates`` in one buffer, stored as frame, offset, corners, boxes, label."""
     head = _head(segments)
     offset = store[4:head].view(np.int32)[: segments + 1]
@@ -96,7 +94,7 @@ list_views_compiled = no_refcount(list_views)  # for no_refcount kernels only: i
 
 
 @compiled
-def pack(vertices: Array, faces: Index, labels: Index, segments: int, frame: Array) -> Array:
+def pack(vertices: Array, faces: Int32Array, labels: Int32Array, segments: int, frame: Array) -> Array:
     """The buffer of ``list_views`` from labels (n, 2) of pairs, ordered by segment; triangles keep their order."""
     offset = np.zeros(2 * (_head(segments) - 4), np.int32)
     for i in range(len(labels)):
@@ -110,7 +108,13 @@ def pack(vertices: Array, faces: Index, labels: Index, segments: int, frame: Arr
 
 @no_refcount
 def _fill(
-    vertices: Array, faces: Index, labels: Index, segments: int, origin: Array, counted: Index, store: Array
+    vertices: Array,
+    faces: Int32Array,
+    labels: Int32Array,
+    segments: int,
+    origin: Array,
+    counted: Int32Array,
+    store: Array,
 ) -> None:
     head = store[4 : _head(segments)].view(np.int32)
     for i in range(len(head)):
@@ -156,8 +160,8 @@ def _touching_row(corners: Array, j: int, query: Array, spare: Array, row: Array
 
 @no_refcount
 def append_block(
-    corners: Array, label: Index, query: Array, radius: float, limit: float, segment: int,
-    work: Array, lanes: Lanes, rows: Array, labels: Index, found: int, best: float,
+    corners: Array, label: Int32Array, query: Array, radius: float, limit: float, segment: int,
+    work: Array, lanes: Lanes, rows: Array, labels: Int32Array, found: int, best: float,
 ) -> tuple[int, float]:  # fmt: skip
     """Append the rows of a block's pairs within ``limit`` mm of the axis.
 
@@ -191,8 +195,8 @@ def append_block(
 
 @compiled
 def segment_pairs(
-    boxes: Single, corners: Array, label: Index, frame: Array, first: int, last: int,
-    p: Array, d: Array, radius: float, threshold: float, segment: int, rows: Array, labels: Index, found: int,
+    boxes: Float32Array, corners: Array, label: Int32Array, frame: Array, first: int, last: int,
+    p: Array, d: Array, radius: float, threshold: float, segment: int, rows: Array, labels: Int32Array, found: int,
 ) -> tuple[int, float]:  # fmt: skip
     """Append the exact pairs of one segment p + t·d whose distance is at most ``threshold`` mm.
 
@@ -215,9 +219,9 @@ def segment_pairs(
 
 @no_refcount
 def pairs_into(
-    boxes: Single, corners: Array, label: Index, frame: Array, first: int, last: int,
-    p: Array, d: Array, radius: float, threshold: float, segment: int, rows: Array, labels: Index, found: int,
-    numbers: Array, singles: Single, lanes: Lanes,
+    boxes: Float32Array, corners: Array, label: Int32Array, frame: Array, first: int, last: int,
+    p: Array, d: Array, radius: float, threshold: float, segment: int, rows: Array, labels: Int32Array, found: int,
+    numbers: Array, singles: Float32Array, lanes: Lanes,
 ) -> tuple[int, float]:  # fmt: skip
     """``segment_pairs`` with a workspace: (NUMBERS,), (SINGLES,) float32 and (17,) uint64."""
     limit = threshold + radius
@@ -241,7 +245,7 @@ def pairs_into(
 
 @compiled
 def segment_least(
-    boxes: Single, corners: Array, label: Index, frame: Array, first: int, last: int,
+    boxes: Float32Array, corners: Array, label: Int32Array, frame: Array, first: int, last: int,
     p: Array, d: Array, bound: float,
 ) -> float:  # fmt: skip
     """Exact distance in mm of the axis p + t·d to the nodes first … last − 1, or ``bound`` if that is smaller."""
@@ -252,8 +256,8 @@ def segment_least(
 
 @no_refcount
 def least_with(
-    boxes: Single, corners: Array, label: Index, frame: Array, first: int, last: int,
-    p: Array, d: Array, bound: float, numbers: Array, singles: Single, gaps: Single,
+    boxes: Float32Array, corners: Array, label: Int32Array, frame: Array, first: int, last: int,
+    p: Array, d: Array, bound: float, numbers: Array, singles: Float32Array, gaps: Float32Array,
 ) -> float:  # fmt: skip
     """``segment_least`` with a workspace: (NUMBERS,), (SINGLES,) float32 and 16 float32 for each node.
 

@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array, Float32Array, Int32Array
 from ..geometry.capsules import Segments
 from ..kernels.compiled import compiled, no_refcount
 from .candidate_kernels import NUMBERS, Candidates, list_views, list_views_compiled, pairs_into, segment_least
 from .pairs import Pairs, pairs_from_buffer
 from .wide_search import WORKSPACE, rows_of, tool_of, workspace_of
-
-Array = NDArray[np.float64]
-Single = NDArray[np.float32]
-Index = NDArray[np.int32]
 
 
 class CandidateList:
@@ -102,7 +98,14 @@ def _pairs_into(store: Array, tool: Array, threshold: float, buffer: Array, work
 
 @compiled
 def _least(
-    boxes: Single, corners: Array, label: Index, frame: Array, offset: Index, start: Array, end: Array, radius: Array
+    boxes: Float32Array,
+    corners: Array,
+    label: Int32Array,
+    frame: Array,
+    offset: Int32Array,
+    start: Array,
+    end: Array,
+    radius: Array,
 ) -> Array:
     least = np.empty(len(radius))
     for s in range(len(radius)):

@@ -7,10 +7,10 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..arrays import Array
 from ..errors import PlanError
 from .proximity import Proximity
 
-Array = NDArray[np.float64]
 Inside = Callable[[Array], NDArray[np.bool_]]
 
 _GRIDS = (1.0, 0.5)  # mm, spacing of the search: coarse first, the finer one finds narrow passages

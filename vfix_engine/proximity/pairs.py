@@ -8,10 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import Array, Int32Array
 from ..kernels.compiled import compiled
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int32]
 
 MAX_ROWS = 40  # pairs of one control program
 COSINE, RADIUS_MM = 0.95, 4.0  # of normals and of points on the axis: pairs that agree within both are redundant
@@ -42,8 +40,8 @@ class Pairs:
     normal: Array
     on_tool: Array
     on_surface: Array
-    segment: Index
-    triangle: Index
+    segment: Int32Array
+    triangle: Int32Array
 
     def __len__(self) -> int:
         return len(self.distance)
@@ -99,7 +97,7 @@ def pair_from_row(row: Array, distance: float, segment: int, triangle: int) -> P
     return pair
 
 
-def pairs_from_rows(rows: Array, labels: Index) -> Pairs:
+def pairs_from_rows(rows: Array, labels: Int32Array) -> Pairs:
     """Pairs from the kernels' rows: (N, 10) distance, normal, on_tool, on_surface; (N, 2) segment, triangle."""
     rows.setflags(write=False)
     labels.setflags(write=False)
@@ -119,7 +117,7 @@ def pairs_from_buffer(buffer: Array, found: int) -> Pairs:
     return pairs
 
 
-def rows_and_labels(buffer: Array, found: int) -> tuple[Array, Index]:
+def rows_and_labels(buffer: Array, found: int) -> tuple[Array, Int32Array]:
     """Rows (N, 10) and labels (N, 2) of ``found`` pairs in a buffer (11 R,): R rows, then R labels."""
     buffer.setflags(write=False)
     labels = 10 * (len(buffer) // 11)
@@ -139,7 +137,7 @@ def reduce_pairs(pairs: Pairs, max_rows: int = MAX_ROWS, cosine: float = COSINE,
 
 @compiled
 def select(
-    distance: Array, normal: Array, point: Array, segment: Index, max_rows: int, cosine: float, radius: float
+    distance: Array, normal: Array, point: Array, segment: Int32Array, max_rows: int, cosine: float, radius: float
 ) -> NDArray[np.int64]:
     """Indices of the pairs that ``reduce_pairs`` keeps, in its order; equal distances stay in the given order.
 

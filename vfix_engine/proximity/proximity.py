@@ -8,8 +8,9 @@ from __future__ import annotations
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ..arrays import Array, Int32Array
 from ..errors import InputError
 from ..geometry.capsules import Segments
 from ..geometry.checks import checked_points
@@ -26,8 +27,6 @@ __all__ = [
     "CandidateList", "CovarianceTree", "Pair", "Pairs", "Proximity", "ProximityTree", "reduce_pairs",
 ]  # fmt: skip
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int32]
 
 _FIRST_CAPACITY = 256  # pairs of a query before its buffer has to grow
 
@@ -59,7 +58,7 @@ class Proximity(Protocol):
         """The pair of the smallest distance."""
         ...
 
-    def point_distance(self, points: ArrayLike) -> tuple[Array, Array, Index]:
+    def point_distance(self, points: ArrayLike) -> tuple[Array, Array, Int32Array]:
         """Distance (n,), closest point (n, 3) and its triangle (n,) for points (n, 3).
 
         Raises:
@@ -82,7 +81,7 @@ class ProximityTree:
     def __init__(self, mesh: TriangleMesh):
         self._place(mesh, None)
 
-    def _place(self, mesh: TriangleMesh, order: Index | None) -> None:
+    def _place(self, mesh: TriangleMesh, order: Int32Array | None) -> None:
         self.mesh = mesh
         self.arrays = wide = build_wide(mesh.vertices, mesh.faces, order)
         self._capacity = _FIRST_CAPACITY
@@ -126,7 +125,7 @@ class ProximityTree:
         """The pair of the smallest distance."""
         return pair_from_row(*wide_closest(self._store, segments.packed))
 
-    def point_distance(self, points: ArrayLike) -> tuple[Array, Array, Index]:
+    def point_distance(self, points: ArrayLike) -> tuple[Array, Array, Int32Array]:
         """See ``Proximity.point_distance``."""
         return wide_points(self._store, checked_points(points))
 

@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array, Int32Array
 from ..geometry.triangle_kernels import segment_point, segment_triangle
 from ..kernels.compiled import compiled
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int32]
 
 _COINCIDENT = 1e-9  # mm below which the direction between two points is rounding
 
@@ -24,7 +21,7 @@ def fits(p: Array, d: Array, dd: float, sphere: Array, limit: float) -> bool:
 
 
 @compiled
-def widened(rows: Array, labels: Index) -> tuple[Array, Index]:
+def widened(rows: Array, labels: Int32Array) -> tuple[Array, Int32Array]:
     """The same rows with twice the capacity."""
     count = len(rows)
     more_rows, more_labels = np.empty((2 * count, 10)), np.empty((2 * count, 2), np.int32)

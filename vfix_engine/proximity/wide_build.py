@@ -10,17 +10,13 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array, Float32Array, Int32Array
 from ..kernels.compiled import compiled, inlined, no_refcount
 from .block_kernels import CORNERS, LANES
-from .box_lanes import FACETS, FARTHEST, HEADER, NODE, Words, unpacked
+from .box_lanes import FACETS, FARTHEST, HEADER, NODE, unpacked
 from .candidate_kernels import box_of_block, empty_boxes, put_box
 from .wide_search import HEAD, tree_views
-
-Array = NDArray[np.float64]
-Single = NDArray[np.float32]
-Index = NDArray[np.int32]
 
 
 class Wide(NamedTuple):
@@ -36,16 +32,16 @@ class Wide(NamedTuple):
     """
 
     store: Array
-    boxes: Single
+    boxes: Float32Array
     corners: Array
-    label: Index
-    facets: Words
+    label: Int32Array
+    facets: Int32Array
     frame: Array
-    level: Index
+    level: Int32Array
 
 
 @compiled
-def centres_of(vertices: Array, faces: Index, frame: Array) -> Single:
+def centres_of(vertices: Array, faces: Int32Array, frame: Array) -> Float32Array:
     """Centres (F, 3) of the triangles' boxes relative to the origin of the frame (4,), which is written."""
     count = len(faces)
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
@@ -67,14 +63,14 @@ def centres_of(vertices: Array, faces: Index, frame: Array) -> Single:
 
 
 @compiled
-def _swap(centres: Single, order: Index, i: int, j: int) -> None:
+def _swap(centres: Float32Array, order: Int32Array, i: int, j: int) -> None:
     order[i], order[j] = order[j], order[i]
     for k in range(3):
         centres[i, k], centres[j, k] = centres[j, k], centres[i, k]
 
 
 @compiled
-def _select(centres: Single, order: Index, first: int, last: int, middle: int, k: int) -> None:
+def _select(centres: Float32Array, order: Int32Array, first: int, last: int, middle: int, k: int) -> None:
     """Partition first … last − 1 at index ``middle`` along axis k (quickselect)."""
     low, high = first, last - 1
     while low < high:
@@ -99,7 +95,7 @@ def _select(centres: Single, order: Index, first: int, last: int, middle: int, k
 
 
 @compiled
-def sort_triangles(centres: Single) -> Index:
+def sort_triangles(centres: Float32Array) -> Int32Array:
     """Order (F,) of the triangles in the tree; the centres are reordered too."""
     count = len(centres)
     order = np.arange(count).astype(np.int32)
@@ -131,7 +127,7 @@ def sort_triangles(centres: Single) -> Index:
 
 
 @compiled
-def levels_of(count: int) -> Index:
+def levels_of(count: int) -> Int32Array:
     """First index of each level among blocks and nodes, and the end of the last; the blocks are level 0."""
     level = np.zeros(12, np.int32)
     width, top = (count + LANES - 1) // LANES, 1
@@ -144,7 +140,7 @@ def levels_of(count: int) -> Index:
 
 
 @compiled
-def fill_blocks(vertices: Array, faces: Index, order: Index, corners: Array, label: Index) -> None:
+def fill_blocks(vertices: Array, faces: Int32Array, order: Int32Array, corners: Array, label: Int32Array) -> None:
     """Write the triangles into blocks, in their order."""
     count = len(order)
     for place in range(len(label)):
@@ -158,7 +154,7 @@ def fill_blocks(vertices: Array, faces: Index, order: Index, corners: Array, lab
 
 
 @compiled
-def fill_boxes(corners: Array, frame: Array, level: Index, boxes: Single) -> None:
+def fill_boxes(corners: Array, frame: Array, level: Int32Array, boxes: Float32Array) -> None:
     """Write the boxes of all nodes, from the blocks upwards."""
     blocks = level[1]
     for i in range(level[2] - level[1]):
@@ -178,7 +174,7 @@ def fill_boxes(corners: Array, frame: Array, level: Index, boxes: Single) -> Non
 
 
 @inlined
-def _box_of_node(child: Single, frame: Array, lane: int, node: Single) -> None:
+def _box_of_node(child: Float32Array, frame: Array, lane: int, node: Float32Array) -> None:
     for k in range(3):
         low, high = np.inf, -np.inf
         for j in range(LANES):
@@ -189,7 +185,7 @@ def _box_of_node(child: Single, frame: Array, lane: int, node: Single) -> None:
 
 
 @compiled
-def fill_facets(corners: Array, frame: Array, facets: Words) -> None:
+def fill_facets(corners: Array, frame: Array, facets: Int32Array) -> None:
     """Write the rounded triangles of ``box_lanes.facet_gaps``."""
     offsets, least, most = np.empty((3, 3, LANES)), np.empty(3), np.empty(3)  # middle, and two corners from there
     for b in range(len(facets) // FACETS):
@@ -213,7 +209,7 @@ def fill_facets(corners: Array, frame: Array, facets: Words) -> None:
 
 
 @no_refcount
-def _pack_facets(offsets: Array, head: Single, words: Words) -> None:
+def _pack_facets(offsets: Array, head: Float32Array, words: Int32Array) -> None:
     """Round centroids and corners (3, 3, 16) to ten bits."""
     for i in range(3):
         span = np.float64(head[3 if i == 0 else 4])
@@ -228,7 +224,7 @@ def _pack_facets(offsets: Array, head: Single, words: Words) -> None:
 
 
 @no_refcount
-def _measure_facets(block: Array, frame: Array, here: Words) -> None:
+def _measure_facets(block: Array, frame: Array, here: Int32Array) -> None:
     """Write the largest rounding error of a corner and the largest distance of a corner from its centroid."""
     head = here[:HEADER].view(np.float32)
     span, corner = np.float64(head[3]), np.float64(head[4])
@@ -247,7 +243,7 @@ def _measure_facets(block: Array, frame: Array, here: Words) -> None:
     head[5], head[6] = np.sqrt(off) * 1.000001, np.sqrt(far) * 1.000001
 
 
-def build_wide(vertices: Array, faces: Index, order: Index | None = None) -> Wide:
+def build_wide(vertices: Array, faces: Int32Array, order: Int32Array | None = None) -> Wide:
     """The tree over vertices (V, 3) in mm and faces (F, 3); ``order`` (F,) replaces the sorting."""
     frame = np.empty(4)
     centres = centres_of(vertices, faces, frame)

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import Array, Float32Array, Int32Array
 from ..kernels.compiled import compiled, inlined, no_refcount
 from .block_kernels import CORNERS, LANES, QUERY, WORK, block_gaps
-from .box_lanes import FACETS, NODE, PROBE, Words, box_gaps, facet_bounds
+from .box_lanes import FACETS, NODE, PROBE, box_gaps, facet_bounds
 from .candidate_kernels import append_block, nearest_of_block
 from .wide_search import (
     GATHERED,
@@ -29,16 +30,13 @@ from .wide_search import (
     workspace_of,
 )  # fmt: skip
 
-Array = NDArray[np.float64]
-Single = NDArray[np.float32]
-Index = NDArray[np.int32]
 Lanes = NDArray[np.uint64]
 
 
 @no_refcount
 def _nearest(
-    boxes: Single, corners: Array, label: Index, facets: Words, level: Index, bound: float, seed: int,
-    numbers: Array, singles: Single, places: Index,
+    boxes: Float32Array, corners: Array, label: Int32Array, facets: Int32Array, level: Int32Array, bound: float,
+    seed: int, numbers: Array, singles: Float32Array, places: Int32Array,
 ) -> tuple[float, int]:  # fmt: skip
     """Nearest triangle to the segment in the workspace: (distance from its axis, place); (bound, −1) if none is nearer.
 
@@ -86,8 +84,8 @@ def _nearest(
 
 @no_refcount
 def _measure(
-    corners: Array, label: Index, facets: Words, left: Index, lows: Single, count: int, most: np.float32,
-    best: float, where: int, numbers: Array, singles: Single, places: Index,
+    corners: Array, label: Int32Array, facets: Int32Array, left: Int32Array, lows: Float32Array, count: int,
+    most: np.float32, best: float, where: int, numbers: Array, singles: Float32Array, places: Int32Array,
 ) -> tuple[float, int]:  # fmt: skip
     """Exact distances of the remaining triangles that may be nearer than ``most``."""
     probe, gaps = singles[:PROBE], singles[PROBE : PROBE + LANES]
@@ -118,7 +116,9 @@ def _measure(
 
 
 @no_refcount
-def _push(first: int, last: int, gaps: Single, most: np.float32, waiting: Index, bounds: Single, top: int) -> int:
+def _push(
+    first: int, last: int, gaps: Float32Array, most: np.float32, waiting: Int32Array, bounds: Float32Array, top: int
+) -> int:
     """Push the children within ``most`` onto the stack, the nearest last; return the new top."""
     best = top
     for child in range(first, last):
@@ -204,8 +204,8 @@ def _nearest_row(start: Array, end: Array, radius: float, numbers: Array, row: A
 
 @inlined
 def _one_row(
-    corners: Array, label: Index, place: int, start: Array, end: Array, radius: float, frame: Array,
-    rows: Array, labels: Index, numbers: Array, singles: Single, places: Index, lanes: Lanes,
+    corners: Array, label: Int32Array, place: int, start: Array, end: Array, radius: float, frame: Array,
+    rows: Array, labels: Int32Array, numbers: Array, singles: Float32Array, places: Int32Array, lanes: Lanes,
 ) -> None:  # fmt: skip
     """The row of one segment and the triangle at one place."""
     block, alone = place // LANES, places[:LANES]
@@ -219,7 +219,7 @@ def _one_row(
 
 
 @compiled
-def wide_points(store: Array, points: Array) -> tuple[Array, Array, Index]:
+def wide_points(store: Array, points: Array) -> tuple[Array, Array, Int32Array]:
     """Distance (n,), closest point (n, 3) and triangle (n,) of each point (n, 3)."""
     distance, closest, triangle = np.empty(len(points)), np.empty(points.shape), np.empty(len(points), np.int32)
     _points(store, points, distance, closest, triangle, np.empty(WORKSPACE))
@@ -227,7 +227,9 @@ def wide_points(store: Array, points: Array) -> tuple[Array, Array, Index]:
 
 
 @no_refcount
-def _points(store: Array, points: Array, distance: Array, closest: Array, triangle: Index, workspace: Array) -> None:
+def _points(
+    store: Array, points: Array, distance: Array, closest: Array, triangle: Int32Array, workspace: Array
+) -> None:
     frame, level, corners, facets, boxes, label = tree_views_compiled(store)
     numbers, singles, places, _ = workspace_of(workspace)
     query, work = numbers[:QUERY], numbers[QUERY : QUERY + WORK]

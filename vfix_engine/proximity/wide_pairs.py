@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import Array, Int32Array
 from ..kernels.compiled import compiled, no_refcount
 from .block_kernels import CORNERS, LANES, QUERY, WORK
 from .box_lanes import NODE, PROBE, box_gaps
@@ -27,9 +28,6 @@ from .wide_search import (
     workspace_of,
 )
 
-Array = NDArray[np.float64]
-Single = NDArray[np.float32]
-Index = NDArray[np.int32]
 Lanes = NDArray[np.uint64]
 
 
@@ -97,8 +95,8 @@ def _pairs(store: Array, tool: Array, threshold: float, buffer: Array, workspace
 
 @no_refcount
 def _rows_of_gathered(
-    corners: Array, label: Index, gathered: Index, count: int, radius: float, limit: float, segment: int,
-    rows: Array, labels: Index, found: int, numbers: Array, names: Index, lanes: Lanes,
+    corners: Array, label: Int32Array, gathered: Int32Array, count: int, radius: float, limit: float, segment: int,
+    rows: Array, labels: Int32Array, found: int, numbers: Array, names: Int32Array, lanes: Lanes,
 ) -> tuple[int, int]:  # fmt: skip
     """Append the rows of the last at most 16 gathered triangles: (number still gathered, number of rows)."""
     block = numbers[NUMBERS - CORNERS : NUMBERS]

@@ -9,13 +9,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import Array, Float32Array, Int32Array
 from ..kernels.compiled import inlined, no_refcount
 from .block_kernels import CORNERS, LANES, QUERY, WORK, describe
-from .box_lanes import FACETS, NODE, PROBE, Words, describe_single, facet_gaps
+from .box_lanes import FACETS, NODE, PROBE, describe_single, facet_gaps
 
-Array = NDArray[np.float64]
-Single = NDArray[np.float32]
-Index = NDArray[np.int32]
 Lanes = NDArray[np.uint64]
 
 STACK = 16 * 10  # entries of the traversal stack: at most 16 per level of a 32-bit index
@@ -35,7 +33,7 @@ HEAD = 16  # numbers before the blocks: the frame, then as int32 the length of `
 _GATHER_ABOVE = 6  # of 16 triangles beyond the limit; with no more of them the whole block is measured
 
 
-def tree_views(store: Array) -> tuple[Array, Index, Array, Words, Single, Index]:
+def tree_views(store: Array) -> tuple[Array, Int32Array, Array, Int32Array, Float32Array, Int32Array]:
     """Views of the arrays of a tree in its buffer: frame, level, corners, facets, boxes, label.
 
     To pass six arrays instead of one took a third of the time of a query.
@@ -57,7 +55,7 @@ tree_views_compiled = no_refcount(tree_views)
 
 
 @no_refcount
-def workspace_of(workspace: Array) -> tuple[Array, Single, Index, Lanes]:
+def workspace_of(workspace: Array) -> tuple[Array, Float32Array, Int32Array, Lanes]:
     """The workspace of a query in one array (WORKSPACE,): NUMBERS float64, SINGLES float32, PLACES int32, LANES + 1."""
     one, two, three = NUMBERS, NUMBERS + SINGLES // 2, NUMBERS + SINGLES // 2 + PLACES // 2
     return (
@@ -67,7 +65,7 @@ def workspace_of(workspace: Array) -> tuple[Array, Single, Index, Lanes]:
 
 
 @no_refcount
-def rows_of(buffer: Array) -> tuple[Array, Index]:
+def rows_of(buffer: Array) -> tuple[Array, Int32Array]:
     """Rows (R, 10) and labels (R, 2) in one array (11 R,), see ``pairs_from_buffer``."""
     count = len(buffer) // 11
     return buffer[: 10 * count].reshape(count, 10), buffer[10 * count :].view(np.int32).reshape(count, 2)
@@ -83,7 +81,7 @@ def tool_of(packed: Array) -> tuple[Array, Array, Array]:
 
 
 @no_refcount
-def describe_segment(start: Array, end: Array, frame: Array, numbers: Array, singles: Single) -> None:
+def describe_segment(start: Array, end: Array, frame: Array, numbers: Array, singles: Float32Array) -> None:
     """Write the constants of the segment from ``start`` to ``end`` (3,) into the workspace of a query."""
     # Also the start: a read-only array is another type, for which the callees would be compiled again.
     p, d = numbers[:3], numbers[QUERY + WORK : QUERY + WORK + 3]
@@ -94,7 +92,7 @@ def describe_segment(start: Array, end: Array, frame: Array, numbers: Array, sin
 
 
 @no_refcount
-def children(node: int, level: Index) -> tuple[int, int]:
+def children(node: int, level: Int32Array) -> tuple[int, int]:
     """First child of a node and the end of its children; blocks are numbered from 0, nodes after them."""
     deep = 1
     while node >= level[deep + 1]:
@@ -104,7 +102,7 @@ def children(node: int, level: Index) -> tuple[int, int]:
 
 
 @inlined
-def push_near(first: int, last: int, gaps: Single, limit: float, places: Index, top: int) -> int:
+def push_near(first: int, last: int, gaps: Float32Array, limit: float, places: Int32Array, top: int) -> int:
     """Push the children first … last − 1 that may be within ``limit``; return the new top."""
     for child in range(first, last):
         places[top] = child
@@ -114,7 +112,13 @@ def push_near(first: int, last: int, gaps: Single, limit: float, places: Index, 
 
 @no_refcount
 def push_within(
-    facets: Words, block: int, probe: Single, limit: float, gaps: Single, gathered: Index, count: int
+    facets: Int32Array,
+    block: int,
+    probe: Float32Array,
+    limit: float,
+    gaps: Float32Array,
+    gathered: Int32Array,
+    count: int,
 ) -> int:
     """Append the places of a block's triangles that may be within ``limit``; return the new count.
 
@@ -132,7 +136,7 @@ def push_within(
 
 
 @no_refcount
-def gather(corners: Array, label: Index, gathered: Index, count: int, block: Array, names: Index) -> int:
+def gather(corners: Array, label: Int32Array, gathered: Int32Array, count: int, block: Array, names: Int32Array) -> int:
     """Copy the last at most 16 of ``count`` gathered triangles into a block; return the number left."""
     first = max(count - LANES, 0)
     for j in range(LANES):

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..errors import InputError
 from ..files.volume import Volume
 from ..given import within
 from ..progress import ProgressCallback, no_progress
 
-Array = NDArray[np.float64]
 Slices = tuple[slice, slice, slice]
 
 THRESHOLD_HU = 800.0

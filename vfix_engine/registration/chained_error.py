@@ -7,14 +7,13 @@ between, such as a tracker beside a robot, whose place moves all points alike.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ..arrays import Array
 from ..errors import InputError
 from ..given import real_array, within
 from .expected_error import ball_radius, estimated_factor, motion_rows
 from .points import Registration, checked_points
-
-Array = NDArray[np.float64]
 
 
 def target_errors_mm(

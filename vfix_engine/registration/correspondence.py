@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..arrays import Array
 from ..errors import InputError
 from .points import ON_A_LINE, Registration, checked_points, register_points
 from .rigid_fit import residual_lengths, rigid_fits
 
-Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 MOST_POINTS = 8  # of the smaller set; 40,320 orders

@@ -14,11 +14,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..given import positive, whole, within
-
-Array = NDArray[np.float64]
 
 _POLAR, _AROUND = 48, 24  # nodes of the integral over directions: 1e-7 of the radius or better
 

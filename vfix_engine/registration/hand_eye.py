@@ -5,14 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ..arrays import Array
 from ..errors import InputError
 from .expected_error import motion_rows
 from .pointer import checked_poses
 from .points import checked_points
-
-Array = NDArray[np.float64]
 
 FEWEST_POSES = 5
 LEVER_MM = 50.0  # a rotation by 1 rad counts as much as a displacement by that

@@ -6,13 +6,12 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ..errors import InputError
 from .expected_error import motion_rows
 from .points import Registration, checked_pairs, register_points
 
-Array = NDArray[np.float64]
 Certainty = Literal["outlier", "suspect"]
 
 OUTLIER_MM = 2.0  # a pair that is off by less is named rightly in two of three cases only: a suspect

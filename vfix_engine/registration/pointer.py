@@ -5,14 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ..arrays import Array
 from ..errors import InputError
 from ..geometry.path import SplinePath
 from ..given import positive, real_array, rigid_transform, whole
 from .points import checked_points
-
-Array = NDArray[np.float64]
 
 FEWEST_POSES = 6
 WORST_CONDITION = 20.0  # of the equations of a pivot: the pointer was swung by about 6 degrees

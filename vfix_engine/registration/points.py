@@ -9,12 +9,12 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..arrays import Array
 from ..errors import InputError
 from ..given import FARTHEST_MM, real_array, rigid_transform, within
 from .expected_error import ball_radius, largest_squares, motion_rows, pose_covariance, residual_share
 from .rigid_fit import residual_lengths, rigid_fits
 
-Array = NDArray[np.float64]
 Side = Literal["moving", "fixed"]
 
 COINCIDENT_MM = 0.01  # two points nearer than that are one

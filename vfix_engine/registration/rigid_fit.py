@@ -7,9 +7,8 @@ Umeyama 1991. Arguments are not checked here; ``points.py`` does.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from ..arrays import Array
 
 
 def rigid_fits(fixed: Array, moving: Array, weights: Array) -> tuple[Array, Array]:

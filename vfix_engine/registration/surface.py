@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..arrays import Array
 from ..errors import InputError
 from ..frames import inverse
 from ..geometry.mesh import TriangleMesh
@@ -14,8 +15,6 @@ from ..given import rigid_transform, within
 from ..proximity.proximity import Proximity, ProximityTree
 from .points import Registration, checked_points
 from .rigid_fit import rigid_fits
-
-Array = NDArray[np.float64]
 
 FEWEST = 10  # points that are kept, at least
 FARTHEST_MM = 30.0  # rms distance from which on the start is no start

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ..arrays import Array
 from ..errors import InputError
 from ..given import point, real_array, rigid_transform, whole, within
 from .points import checked_points, register_points
-
-Array = NDArray[np.float64]
 
 # Four points of a rigid body in its frame, mm: no two distances alike, so that a tracker can tell them apart.
 BODY_MM: Array = np.array([(0.0, 0.0, 0.0), (0.0, 50.0, 0.0), (-30.0, 82.0, 0.0), (45.0, 95.0, 0.0)])

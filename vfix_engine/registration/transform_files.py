@@ -28,14 +28,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ..arrays import Array
 from ..errors import InputError
 from ..frames import inverse
 from ..given import real_array, rigid_transform
 from ..json_text import parse_json
-
-Array = NDArray[np.float64]
 
 JSON_SCHEMA = "vfix-transform/1"
 LARGEST_BYTES = 1_000_000

@@ -7,9 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..kernels.compiled import inlined
-
-Array = NDArray[np.float64]
 
 
 class Chain(NamedTuple):

@@ -7,14 +7,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..errors import RobotError
 from ..given import rigid_transform
 from ..json_text import parse_json
 from ..resources import assets_dir
-
-Array = NDArray[np.float64]
 
 MAX_FILE_BYTES = 1 << 20  # a description is a few kilobytes
 

@@ -6,14 +6,12 @@ from collections.abc import Mapping
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..errors import RobotError
 from .description import transform_of
 from .joints import Joint, Mount, RobotParts
 from .serial import ASSUMED_SPEED, ASSUMED_STOP_S, CONTINUOUS_RANGE
-
-Array = NDArray[np.float64]
 
 MM_PER_M = 1000.0
 Z_ALONG_SHAFT = (0.5 * np.pi, 0.0, 0.0)  # turns the flange's y axis, the shaft's, onto z of the tool frame

@@ -6,11 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import NDArray
 
+from ..arrays import Array
 from .model import PlacedRobot
-
-Array = NDArray[np.float64]
 
 _LEVER_MM = 100.0  # length by which angles are multiplied
 _TOLERANCE_MM = 1e-6

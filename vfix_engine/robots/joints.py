@@ -7,13 +7,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ..arrays import Array
 from ..errors import RobotError
 from .description import check_transform
 from .tool import HOLDS
-
-Array = NDArray[np.float64]
 
 MOST_JOINTS = 32  # between base and tool frame: the cost of a control step grows with the square of their number
 _EDGE = 0.1  # share of a joint's range at either end in which it does not start

@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ..arrays import Array
 from ..errors import RobotError
 from ..given import real_array
 from .chain_kernel import Chain
@@ -19,8 +20,6 @@ from .description import check_transform
 from .from_pinocchio import robot_from_pinocchio
 from .joints import Joint, Mount, RobotParts, Visual
 from .tool import Tool
-
-Array = NDArray[np.float64]
 
 # Default cost of a millimetre and of a radian of joint motion. A rotation about a remote centre moves the whole shaft:
 # a radian costs as much as 50 mm of translation, the displacement of a point a third up a shaft of 150 mm.

@@ -6,14 +6,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..errors import RobotError
 from .joints import Joint, Visual
 from .urdf import Urdf, UrdfJoint
 from .urdf_tree import joint_chain
-
-Array = NDArray[np.float64]
 
 ASSUMED_SPEED = {"prismatic": 60.0, "revolute": 1.0}  # [mm/s], [rad/s] where a plain URDF has none
 ASSUMED_STOP_S = 0.05  # acceleration assumed for a plain URDF: from top speed to a stop in this time

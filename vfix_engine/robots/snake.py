@@ -6,16 +6,15 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ..arrays import Array
 from ..errors import RobotError
 from ..given import rigid_transform
 from .joints import MOST_JOINTS, Joint, Mount, Visual
 from .model import RobotModel
 from .snake_kernel import snake_frames, snake_jacobian
 from .snake_surface import LinkVertices, link_vertices
-
-Array = NDArray[np.float64]
 
 JOINT_SPEED = math.radians(36.0)  # [rad/s] Kwok 2013, Table II
 JOINT_TORQUE = 0.0756  # [N·m] Kwok 2013, Table II

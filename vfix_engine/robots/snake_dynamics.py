@@ -10,14 +10,13 @@ from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ..arrays import Array
 from ..errors import RobotError
 from ..frames import direction_in_base
 from .description import check_transform
 from .snake import JOINT_SPEED, JOINT_TORQUE, SnakeModel
-
-Array = NDArray[np.float64]
 
 GRAVITY = 9.80665  # [m/s²]
 _MM = 1e-3  # [m]

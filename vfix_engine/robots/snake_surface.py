@@ -12,12 +12,9 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array, IntArray
 from ..errors import RobotError
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 _GOLDEN_ANGLE = math.pi * (3.0 - math.sqrt(5.0))  # [rad] between points of a Fibonacci spiral
 MOST_VERTICES = 10_000_000  # 240 MB of coordinates
@@ -31,7 +28,7 @@ class LinkVertices(NamedTuple):
     """
 
     points: Array
-    start: Index
+    start: IntArray
 
 
 @lru_cache(maxsize=16)

@@ -9,14 +9,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..errors import RobotError
 from ..geometry.capsules import Segments
 from ..given import point, rotation_matrix
 from .description import check_keys, check_transform, read_description
-
-Array = NDArray[np.float64]
 
 TOOL_SCHEMA = "vfix-tool/2"
 UNITS = {"length": "mm", "angle": "deg"}

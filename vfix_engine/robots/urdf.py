@@ -9,17 +9,13 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-
+from ..arrays import Array
 from ..errors import RobotError
 from .description import MAX_FILE_BYTES
 from .urdf_numbers import MAX_ANGLE, MAX_LENGTH_M, MAX_RATE, MM_PER_M, number, numbers, read_origin, short
 from .urdf_shapes import Shape, check_file_names, materials, read_shapes
 from .urdf_tree import check_tree
 from .xml_reader import Element, read_xml
-
-Array = NDArray[np.float64]
 
 KINDS = ("revolute", "continuous", "prismatic", "fixed")
 _NAME_LENGTH = 200

@@ -6,13 +6,11 @@ import math
 import re
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..errors import RobotError
 from .description import transform_of
 from .xml_reader import Element
-
-Array = NDArray[np.float64]
 
 MM_PER_M = 1000.0
 MAX_LENGTH_M = 100.0

@@ -5,15 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-
+from ..arrays import Array
 from ..errors import RobotError
 from .local_path import local_path
 from .urdf_numbers import MAX_LENGTH_M, MM_PER_M, numbers, read_origin, short
 from .xml_reader import Element
 
-Array = NDArray[np.float64]
 Colour = tuple[int, int, int]
 
 GREY = (150, 157, 168)

@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from ..arrays import Array
 
 BUTTON_STRAIGHTEN = 1  # bit of ``Command.buttons``
 NO_AXES = (0.0, 0.0, 0.0)

@@ -5,15 +5,14 @@ from __future__ import annotations
 from typing import Any, Generic, Protocol, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array
 from .background import NoWorker, Workers
 from .command import COMMAND_SIZE, Command, command_to_row
 from .requests import Request, Reset
 from .settings import Settings
 from .system import System
 
-Array = NDArray[np.float64]
 S = TypeVar("S")
 
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..errors import InputError
 from .driver import Driver
 from .requests import Request
@@ -15,7 +15,6 @@ from .run import Run, RunEvent
 from .system import SystemSpec
 from .versions import versions
 
-Array = NDArray[np.float64]
 S = TypeVar("S")
 
 

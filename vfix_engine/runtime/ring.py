@@ -16,12 +16,10 @@ from multiprocessing.shared_memory import SharedMemory
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array
 from .outbox import Outbox
 from .system import Column
-
-Array = NDArray[np.float64]
 
 RING_BYTES = 1 << 22  # several seconds of a world's rows at 1 kHz
 UNSENT = "unsent"  # kind of the event that says how many events found no room

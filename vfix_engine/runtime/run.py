@@ -24,13 +24,12 @@ from zipfile import BadZipFile
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..errors import InputError
 from .command import COMMAND_COLUMNS, COMMAND_SIZE, Command, command_from_row
 from .plain import from_plain, to_plain
 from .system import Column, SystemSpec
 from .versions import versions
-
-Array = NDArray[np.float64]
 
 SCHEMA = "vfix-run/1"
 NOTICE = "Not for clinical use"

@@ -10,15 +10,14 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol, Self, TypeVar
 
-import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import Array
 from .command import Command
 from .requests import Request
 from .settings import Settings
 from .snapshot import Snapshot
 
-Array = NDArray[np.float64]
 S = TypeVar("S")
 
 Worker = Callable[[Any], Any]  # from the inputs of a ``Background`` to its result; runs in a process of its own

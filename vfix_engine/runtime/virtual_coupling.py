@@ -10,13 +10,11 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..control.admittance import saturate
 from ..given import FARTHEST_MM
 from ..kernels.triples import triple
-
-Array = NDArray[np.float64]
 
 INTERPOLATION_S = 0.05  # two drag events of the page are this far apart
 RISE_S = 0.06  # a hand that takes hold has its whole force after this long

@@ -8,12 +8,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..errors import InputError
 from ..proximity.fields.distance_field import DistanceField, FieldGrid
 from ..robots import Tool
 from .room_kernels import BONE, DEEPEST, DEPTH, TOUCHED, UNKNOWN, pose_figures
-
-Array = NDArray[np.float64]
 
 SAMPLE_MM = 0.5  # along the tool
 

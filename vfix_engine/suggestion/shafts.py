@@ -12,16 +12,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..anatomy.piercing import Ways
+from ..arrays import Array, IntArray
 from ..geometry.path import SplinePath
 from ..geometry.shaft_directions import ShaftDirections, roll_of, rolled_frame
 from ..robots import Tool
 from .room import Figures, Room
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 CONE_DEG, BENT_CONE_DEG = 34.0, 26.0  # half angles of the cone of directions
 DIRECTIONS, BENT_DIRECTIONS, ROLLS = 1000, 140, 24
@@ -176,7 +173,7 @@ def _piercing_cost(
     return cost
 
 
-def _best_sequence(cost: Array, grid: _Grid, lengths: Array) -> Index:
+def _best_sequence(cost: Array, grid: _Grid, lengths: Array) -> IntArray:
     """The orientation (m,) at each station that costs least in all, turning no faster than a robot can (Viterbi)."""
     from scipy.spatial import cKDTree  # imported here: slow to load
 
@@ -184,7 +181,7 @@ def _best_sequence(cost: Array, grid: _Grid, lengths: Array) -> Index:
     chord, near = cKDTree(grid.axes).query(grid.axes, k=count)
     angle = np.degrees(2.0 * np.arcsin(0.5 * chord))
     total = cost[0].reshape(len(grid.axes), grid.rolls)
-    came = list[Index]()
+    came = list[IntArray]()
     step = 360.0 / grid.rolls
     for here, length in zip(cost[1:], lengths, strict=True):
         turn = np.where(angle <= MOST_TURN_DEG_PER_MM * length, _STEADY * angle**2, np.inf)

@@ -7,9 +7,10 @@ from dataclasses import dataclass, field
 from functools import partial
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ..anatomy.piercing import Piercing, Ways, piercing_of
+from ..arrays import Array
 from ..control import ControlSettings
 from ..errors import StartRefused
 from ..geometry.path import SplinePath
@@ -23,8 +24,6 @@ from ..worlds.rigid.placing import place_robot
 from .room import Passage, Room
 from .shafts import Ranking, ranked_shafts
 from .way import smoothed, widest_way
-
-Array = NDArray[np.float64]
 
 # Balanced first: the others spare soft tissue, or keep away from bone.
 RANKINGS = (Ranking(), Ranking(bone=1.0, depth=0.6, touched=0.3), Ranking(bone=20.0, depth=0.1, touched=0.03))

@@ -6,13 +6,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ..arrays import Array
 from ..errors import InputError
 from ..given import point
 from .room import Room
-
-Array = NDArray[np.float64]
 
 GRID_MM = 1.0  # step of the grid that is searched
 AROUND_MM = 15.0  # how far it reaches around entry and target

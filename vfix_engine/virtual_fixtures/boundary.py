@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..kernels.compiled import compiled
 from ..proximity.proximity import Pairs
 from ..robots import TipState
@@ -14,8 +14,6 @@ from .fixture import Rows, Situation
 from .rows import Constraint
 from .state import StepState
 from .stopping import approach_bounds
-
-Array = NDArray[np.float64]
 
 
 @compiled

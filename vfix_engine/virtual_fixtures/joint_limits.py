@@ -5,16 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..kernels.compiled import compiled
 from ..robots import RobotModel
 from .fixture import Rows, Situation
 from .rows import Constraint, Objective
 from .state import StepState
 from .stopping import stoppable_up_to
-
-Array = NDArray[np.float64]
 
 MOTION_WEIGHT = 0.01  # of a millimetre of joint motion against a millimetre of tip motion (Li 2007, eq. (19))
 

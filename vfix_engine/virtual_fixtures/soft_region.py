@@ -17,8 +17,8 @@ from dataclasses import dataclass
 from dataclasses import field as made
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array, Float32Array
 from ..errors import InputError, StartRefused
 from ..geometry.checks import checked_points
 from ..proximity.fields.distance_field import DistanceField
@@ -43,9 +43,6 @@ from .soft_zone import LOOK_AHEAD, MAX_ROWS, STIFFEST_N_PER_MM, THICKEST_MM
 from .state import StepState
 from .stopping import approach_bounds
 from .zones import check_name, check_number, check_positive
-
-Array = NDArray[np.float64]
-Values = NDArray[np.float32]
 
 DEEPEST_MM = 50.0  # of a greatest depth
 ERROR_STEPS = 1.0  # error of a field in steps of its grid: √3/2 of interpolation, the rest of the points' own values
@@ -99,8 +96,8 @@ class SoftRegion:
     deeper: DeeperPlace | None = None
     layer_mm: float = 0.0
     numbers: Array = made(init=False, repr=False)
-    _fine: Values = made(init=False, repr=False)
-    _coarse: Values = made(init=False, repr=False)
+    _fine: Float32Array = made(init=False, repr=False)
+    _coarse: Float32Array = made(init=False, repr=False)
 
     def __post_init__(self) -> None:
         check_name(self.name, "soft region")

@@ -21,7 +21,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..errors import InputError
 from ..geometry.capsules import Segments
@@ -34,8 +33,6 @@ from .fixture import Rows, Situation
 from .rows import Constraint
 from .state import StepState
 from .zones import SHAPES, check_name, check_number, check_positive
-
-Array = NDArray[np.float64]
 
 STIFFEST_N_PER_MM = 100.0  # stiffer than tissue: use a no-fly zone instead
 THICKEST_MM = 20.0

@@ -7,15 +7,12 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array, Int32Array
 from ..geometry.capsules import Segments
 from ..proximity.pairs import Pairs
 from ..robots import TipState
 from .state_kernel import BODY, BROKEN_COUNT, PAIR_COUNT, SEGMENT, STATE, TRIANGLE
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int32]
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,9 +69,9 @@ class StepState:
         return float(self.distance[0].min())
 
     @property
-    def body(self) -> Index:
+    def body(self) -> Int32Array:
         """(N,) the body of each pair."""
-        body: Index = self.pairs[:, BODY].astype(np.int32)
+        body: Int32Array = self.pairs[:, BODY].astype(np.int32)
         return body
 
     def named_pairs(self) -> Pairs:

@@ -7,15 +7,11 @@ from __future__ import annotations
 
 from typing import Annotated, NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
+from ..arrays import Array
 from ..kernels.compiled import shared
 from ..kernels.packed import packing
 from ..kernels.views import view
 from ..proximity.pairs import MAX_ROWS
-
-Array = NDArray[np.float64]
 
 PAIR = 13  # columns of a pair: the ten of ``geometry.rows_kernel``, then segment, triangle and body
 SEGMENT, TRIANGLE, BODY = 10, 11, 12

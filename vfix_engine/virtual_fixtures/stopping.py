@@ -15,11 +15,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..kernels.compiled import compiled
-
-Array = NDArray[np.float64]
 
 _ROUNDED_UP = 1.0 + 1e-12  # more than rounding can change
 

@@ -10,15 +10,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ..arrays import Array
 from ..errors import InputError, StartRefused
 from ..geometry.mesh import TriangleMesh
 from ..geometry.shape_patch import patch_around, patch_of
 from ..geometry.shapes import Box, CapsuleShape, HalfSpace, Shape, Sphere
 from ..proximity.proximity import Proximity, ProximityTree
-
-Array = NDArray[np.float64]
 
 ANATOMY = "bone"  # id of the structure that the tool is driven in
 SHAPES = (Sphere, CapsuleShape, Box, HalfSpace)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from app.planning.evaluation import PlanEvaluation
 from app.planning.piercing import Pierced
@@ -13,8 +12,8 @@ from app.scene.pierced import PiercedNodes
 from app.scene.tool_ghost import ToolGhost
 from app.steps.plan.sections import ClearanceProfile, ObstacleCurve, PiercedView, VerdictView
 from app.views.layers import Layer
+from vfix_engine.arrays import Array
 
-Floats = npt.NDArray[np.float64]
 Position = tuple[float, float, float]
 
 
@@ -93,7 +92,7 @@ class ShownTool:
 
     def layer(self, evaluation: PlanEvaluation | None) -> Layer[Any]:
         """The tool in that pose."""
-        pose: tuple[Floats, Floats, Floats] | None = None
+        pose: tuple[Array, Array, Array] | None = None
         if evaluation is not None and self.s_mm is not None:
             row = _row(evaluation, self.s_mm)
             run = evaluation.run

@@ -7,9 +7,6 @@ from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from typing import Any
 
-import numpy as np
-import numpy.typing as npt
-
 from app.cases.settings import settings_in_case
 from app.kit.errors import JobCancelled
 from app.planning.evaluation import PlanEvaluation
@@ -21,9 +18,9 @@ from app.services import Services
 from app.steps.plan.clearance import verdict_view
 from app.steps.plan.lanes import Lanes
 from app.steps.plan.sections import CorridorSection, CorridorState, CorridorStatus, ScaleView, SoftTissueView
+from vfix_engine.arrays import Array
 from vfix_engine.errors import StartRefused, VfixError
 
-Floats = npt.NDArray[np.float64]
 FAILED = "The dry run failed"
 
 STATE_WORDS: dict[CorridorState, str] = {
@@ -80,7 +77,7 @@ class Corridor:
         """The answer, or while there is none the earlier one."""
         return self.before if self.evaluation is None else self.evaluation
 
-    def samples(self) -> tuple[Floats, Floats] | None:
+    def samples(self) -> tuple[Array, Array] | None:
         """Places (n, 3) along the path and the bone clearance (n,) of the whole tool there, as an export has them."""
         return None if self.evaluation is None else (self.evaluation.positions, self.evaluation.clearance)
 

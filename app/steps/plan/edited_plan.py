@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from app.planning.previews import Dragged
 from app.planning.tissue_words import PLACE_WORDS
@@ -24,10 +23,9 @@ from app.steps.plan.sections import AddKind, PlanSection
 from app.steps.plan.versions import Versions
 from app.views.plan_items import Position, entries, plan_items, position_of
 from app.views.sections import ItemKind
+from vfix_engine.arrays import Array
 from vfix_engine.errors import PlanError, VfixError
 from vfix_engine.geometry.path import SplinePath
-
-Floats = npt.NDArray[np.float64]
 
 MOVED_WORTH_SAYING_MM = 0.05  # by a click, which goes to the nearest free place
 DROP_MOVED_MM = 0.2  # by a drop, whose hand is less exact
@@ -171,7 +169,7 @@ class EditedPlan:
 
     # -- edits
 
-    def pick(self, position: Floats) -> Position | None:
+    def pick(self, position: Array) -> Position | None:
         """A click at (3,): adds what fits there, else shows the ghost of it; returns its place, None where nothing is.
 
         A target fits everywhere, a path point where it stays in the air inside the body: undo takes both back.

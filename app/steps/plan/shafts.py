@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from app.messages.fields import Command
 from app.plans.model import PlanPoint
@@ -18,10 +17,10 @@ from app.steps.plan.side_words import direction_words
 from app.steps.plan.suggest_commands import HideSuggestion, RollShaft, ShaftCommand, SuggestionCommand
 from app.views.layers import Layer
 from app.views.plan_items import curve_points
+from vfix_engine.arrays import Array
 from vfix_engine.errors import PlanError
 from vfix_engine.geometry.path import SplinePath
 
-Floats = npt.NDArray[np.float64]
 AIM_WORDS = "Click where the shaft is to pass behind the tip, in the head or in a slice. Esc cancels."
 _NEAREST_MM = 1.0  # to the point: a click nearer than that has no direction
 
@@ -67,7 +66,7 @@ class Shafts:
                 edited.set_shaft(point.id, point.direction, command.roll_deg)
         return ""
 
-    def aimed(self, edited: EditedPlan, position: Floats) -> str:
+    def aimed(self, edited: EditedPlan, position: Array) -> str:
         """The click after 'Aim the shaft here': the shaft of that point passes there. Returns words for the user."""
         point_id, self.aiming = self.aiming, None
         point = _point(edited, point_id or "")
@@ -100,7 +99,7 @@ class Shafts:
                 edited.set_shaft(point_id, direction, point.roll_deg)
         return True
 
-    def balls(self, edited: EditedPlan) -> list[tuple[str, Floats]]:
+    def balls(self, edited: EditedPlan) -> list[tuple[str, Array]]:
         """Places that a click in the scene may mean: the ball of the selected point's shaft, by its id."""
         return [(HANDLE + one.point_id, np.array(one.end)) for one in self._handles(edited) if one.selected]
 
@@ -146,7 +145,7 @@ class Shafts:
             kept.check_tool(edited.plan)
         return kept.points_of(edited.plan_id, command.alternative)
 
-    def _preview(self) -> tuple[Floats, Floats, Floats]:
+    def _preview(self) -> tuple[Array, Array, Array]:
         places, directions = _arrays(self._points)
         curve = curve_points(SplinePath(places)) if len(places) > 1 else None
         return np.zeros((0, 3)) if curve is None else curve, places, directions
@@ -166,6 +165,6 @@ def _point(edited: EditedPlan, item_id: str) -> PlanPoint:
     raise PlanError("that is no point of the path any more; select one.")
 
 
-def _arrays(points: list[PlanPoint] | tuple[PlanPoint, ...]) -> tuple[Floats, Floats]:
+def _arrays(points: list[PlanPoint] | tuple[PlanPoint, ...]) -> tuple[Array, Array]:
     places = np.array([point.position for point in points], dtype=np.float64).reshape(-1, 3)
     return places, np.array([point.direction for point in points], dtype=np.float64).reshape(-1, 3)

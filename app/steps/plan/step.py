@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from app.messages.fields import Command
 from app.plans.service import Plan
@@ -33,9 +32,8 @@ from app.steps.plan.shafts import AIM_WORDS, Shafts
 from app.views.layers import Layer
 from app.views.plan_items import Position, curve_layer, curve_points, curve_section, items_layer
 from app.views.views import Views
+from vfix_engine.arrays import Array
 from vfix_engine.errors import InputError, PlanError
-
-Floats = npt.NDArray[np.float64]
 
 
 class PlanStep(Step):
@@ -143,7 +141,7 @@ class PlanStep(Step):
         """The dry run of the points as they are shown: live while a hand drags one of the path."""
         return self._judged.shown(self._edited)
 
-    def curve(self) -> tuple[Floats | None, Floats | None]:
+    def curve(self) -> tuple[Array | None, Array | None]:
         """Places along the spline, and the clearance of the whole tool there where it is known."""
         samples = self._shown_corridor().samples()
         if samples is not None:

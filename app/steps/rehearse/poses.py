@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
+
+from vfix_engine.arrays import Array
 
 if TYPE_CHECKING:  # slow to load, and the address needs none of it
     from vfix_engine.worlds.rigid.snapshot import Snapshot
 
-Row = npt.NDArray[np.float64]
 MAX_READERS = 16  # at a time
 _PLACES = ("tip", "grip", "virtual_point", "force")
 _NUMBERS = ("tip_error_mm", "clearance_mm", "margin_mm", "progress_mm", "length_mm", "target_error_mm")
@@ -26,7 +26,7 @@ def fields(snapshot: Snapshot) -> list[str]:
     return ["t_s", "steps", "running", *places, *_NUMBERS, *joints]
 
 
-def row(snapshot: Snapshot) -> Row:
+def row(snapshot: Snapshot) -> Array:
     """The row (n,) of :func:`fields`; a number that does not exist is NaN."""
     state = [snapshot.t, float(snapshot.steps), float(snapshot.running)]
     places = [getattr(snapshot, name) for name in _PLACES]

@@ -8,10 +8,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from vfix_engine.arrays import Array
 from vfix_engine.errors import ImageError
 from vfix_engine.files.frame_report import FrameReport
-
-Floats = npt.NDArray[np.float64]
 
 MAX_LABELS = 250  # TotalSegmentator has 117
 MAX_VALUE = 65_535
@@ -32,7 +31,7 @@ class Label:
     colour: str | None
     mask: npt.NDArray[np.bool_]
     first: npt.NDArray[np.int64]
-    transform: Floats
+    transform: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +51,7 @@ class LabelLook:
     colour: str | None = None
 
 
-def labels_of(values: npt.NDArray[Any], transform: Floats, looks: dict[int, LabelLook]) -> tuple[Label, ...]:
+def labels_of(values: npt.NDArray[Any], transform: Array, looks: dict[int, LabelLook]) -> tuple[Label, ...]:
     """The labels of a map (K, J, I) of whole numbers, in the order of their numbers; 0 is no label.
 
     Raises ImageError for values that are not labels, and where there are none or too many.

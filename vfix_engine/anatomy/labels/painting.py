@@ -14,10 +14,9 @@ import numpy as np
 import numpy.typing as npt
 
 from vfix_engine.anatomy.labels.painting_kernel import draw_line
+from vfix_engine.arrays import Array, BoolArray
 from vfix_engine.errors import ImageError
 
-Mask = npt.NDArray[np.bool_]
-Floats = npt.NDArray[np.float64]
 Place = tuple[float, float, float]
 StrokeMode = Literal["paint", "erase"]
 Brush = Literal["disc", "ball"]
@@ -63,7 +62,7 @@ class Stroke:
 
 
 def draw_stroke(
-    mask: Mask, transform_index_to_lps: npt.ArrayLike, stroke: Stroke, go_on: Callable[[], object] = bool
+    mask: BoolArray, transform_index_to_lps: npt.ArrayLike, stroke: Stroke, go_on: Callable[[], object] = bool
 ) -> None:
     """Paint or erase a stroke in a mask (K, J, I), in place; what lies beyond the mask is left out.
 
@@ -85,7 +84,7 @@ def reaches(shape: tuple[int, ...], transform_index_to_lps: npt.ArrayLike, strok
     return any(_box(shape, affine, reach, start, end) is not None for start, end in lines)
 
 
-def _draw_line(mask: Mask, affine: Floats, stroke: Stroke, start: Place, end: Place) -> None:
+def _draw_line(mask: BoolArray, affine: Array, stroke: Stroke, start: Place, end: Place) -> None:
     half = _half_layer(affine, stroke)
     box = _box(mask.shape, affine, stroke.radius_mm + half, start, end)
     if box is None:
@@ -112,7 +111,7 @@ def _draw_line(mask: Mask, affine: Floats, stroke: Stroke, start: Place, end: Pl
     )
 
 
-def _half_layer(affine: Floats, stroke: Stroke) -> float:
+def _half_layer(affine: Array, stroke: Stroke) -> float:
     """Half the thickness of a disc, mm: of a layer of voxels across it; 0 for a ball."""
     if stroke.brush == "ball":
         return 0.0
@@ -122,7 +121,7 @@ def _half_layer(affine: Floats, stroke: Stroke) -> float:
 
 
 def _box(
-    shape: tuple[int, ...], affine: Floats, reach: float, start: Place, end: Place
+    shape: tuple[int, ...], affine: Array, reach: float, start: Place, end: Place
 ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]] | None:
     """First indices i, j, k of the voxels in reach of a line, and those after the last; None where there are none."""
     inverse = np.linalg.inv(affine[:3, :3])
@@ -134,7 +133,7 @@ def _box(
     return (low, high) if (low < high).all() else None
 
 
-def runs_of(mask: Mask) -> npt.NDArray[np.uint32]:
+def runs_of(mask: BoolArray) -> npt.NDArray[np.uint32]:
     """Run lengths of a mask (K, J, I), i fastest: of voxels without it, with it, without it, and so on."""
     flat = np.ascontiguousarray(mask).ravel()
     changes = np.flatnonzero(flat[1:] != flat[:-1]) + 1
@@ -144,10 +143,10 @@ def runs_of(mask: Mask) -> npt.NDArray[np.uint32]:
     return np.concatenate([np.zeros(1, dtype=np.uint32), lengths]) if flat[0] else lengths
 
 
-def mask_of_runs(runs: npt.NDArray[np.unsignedinteger], shape: tuple[int, int, int]) -> Mask:
+def mask_of_runs(runs: npt.NDArray[np.unsignedinteger], shape: tuple[int, int, int]) -> BoolArray:
     """The inverse of `runs_of`; shape: (K, J, I). Raises ImageError where the runs do not fill the mask."""
     if int(runs.astype(np.int64).sum()) != int(np.prod(shape)):
         raise ImageError("the run lengths of a label do not fill its grid.")
     values = np.arange(len(runs)) % 2 == 1
-    mask: Mask = np.repeat(values, runs.astype(np.int64)).reshape(shape)
+    mask: BoolArray = np.repeat(values, runs.astype(np.int64)).reshape(shape)
     return mask

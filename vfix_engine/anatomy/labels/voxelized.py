@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from vfix_engine.arrays import Array
 from vfix_engine.errors import ImageError
 from vfix_engine.geometry.mesh import TriangleMesh
-
-Floats = npt.NDArray[np.float64]
 
 # Surfaces of masks have vertices on the lines between voxel centres; a line beside the centre meets none of them.
 _BESIDE = (1.3e-5, 2.9e-5)  # [voxel] along i and j
@@ -37,7 +36,7 @@ def voxels_inside(
     return inside
 
 
-def _cross(crossings: npt.NDArray[np.bool_], corners: Floats) -> None:
+def _cross(crossings: npt.NDArray[np.bool_], corners: Array) -> None:
     """Count what triangles (n, 3, 3), in voxels, cross: flips the first voxel above each crossing."""
     counts = np.array(crossings.shape[:0:-1])  # voxels along i and j
     low = np.clip(np.ceil(corners[:, :, :2].min(axis=1)), 0, counts).astype(np.int64)
@@ -63,7 +62,7 @@ def _cross(crossings: npt.NDArray[np.bool_], corners: Floats) -> None:
     np.logical_xor.at(crossings, (k, j[inside], i[inside]), True)
 
 
-def _area(a: Floats, b: Floats, place: Floats) -> Floats:
+def _area(a: Array, b: Array, place: Array) -> Array:
     """Twice the signed area of triangles of two corners and a place, along i and j."""
-    area: Floats = (b[:, 0] - a[:, 0]) * (place[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (place[:, 0] - a[:, 0])
+    area: Array = (b[:, 0] - a[:, 0]) * (place[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (place[:, 0] - a[:, 0])
     return area

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.ndimage import gaussian_filter1d
 from skimage.graph import MCP_Geometric
 
+from ...arrays import Array
 from ...errors import InputError, PathwayError
 from ...geometry.curve import Curve
 from ...geometry.mesh import TriangleMesh
@@ -23,7 +24,6 @@ from ...given import point as checked_point
 from ...proximity.proximity import ProximityTree
 from .voxels import VoxelLumen, piece_with, voxels_of
 
-Array = NDArray[np.float64]
 Voxel = tuple[int, int, int]
 
 SNAP_MM = 8.0  # how far from the lumen a click may be

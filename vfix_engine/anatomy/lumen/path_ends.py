@@ -5,12 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ...arrays import Array
 from ...geometry.curve import Curve
 from ...given import point_text
-
-Array = NDArray[np.float64]
 
 MOVED_MM = 5.0  # an end that is farther from where it was asked for is warned of
 

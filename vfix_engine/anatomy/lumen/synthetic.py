@@ -15,10 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 from skimage.measure import marching_cubes
 
+from ...arrays import Array
 from ...geometry.curve import Curve
 from ...geometry.mesh import TriangleMesh
-
-Array = NDArray[np.float64]
 
 _VOXEL = 1.5  # [mm] of the grid that the surface is found in
 _SIZE = 1.2  # makes the course about 600 mm long

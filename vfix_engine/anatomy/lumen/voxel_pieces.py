@@ -5,14 +5,10 @@ from __future__ import annotations
 import os
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import Array, BoolArray, IntArray
 from ...errors import InputError
 from ...geometry.mesh import TriangleMesh
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
-Marks = NDArray[np.bool_]
 
 VOXEL_BYTES = 120  # measured from surface to path: 115
 MEMORY_SHARE = 0.5  # of the machine's memory at most
@@ -37,7 +33,7 @@ def check_memory(voxels: float, voxel_mm: float, size_mm: Array) -> None:
         )
 
 
-def closed_pieces(mesh: TriangleMesh) -> list[Index]:
+def closed_pieces(mesh: TriangleMesh) -> list[IntArray]:
     """Faces of each piece that is closed in itself, the largest first; all other faces together, if any, at the end."""
     from scipy.sparse import coo_array  # imported here: slow to load
     from scipy.sparse.csgraph import connected_components
@@ -59,7 +55,7 @@ def closed_pieces(mesh: TriangleMesh) -> list[Index]:
     return [*found, rest] if len(rest) else found
 
 
-def add_piece(inside: Marks, piece: Marks) -> None:
+def add_piece(inside: BoolArray, piece: BoolArray) -> None:
     """Voxels of one more closed piece: a hole where it lies within what is there, else what either of them holds."""
     within = int(np.count_nonzero(piece & inside))
     if within and within >= _NESTED * np.count_nonzero(piece):

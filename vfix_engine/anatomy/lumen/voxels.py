@@ -13,12 +13,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.ndimage import distance_transform_edt, label
 
+from ...arrays import Array
 from ...errors import InputError, PathwayError
 from ...geometry.mesh import TriangleMesh
 from ...kernels.compiled import compiled
 from .voxel_pieces import add_piece, check_memory, closed_pieces
 
-Array = NDArray[np.float64]
 Voxels = NDArray[np.uint8]
 
 

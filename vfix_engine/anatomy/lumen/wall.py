@@ -7,12 +7,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...arrays import Array
 from ...errors import PathwayError
 from ...geometry.mesh import TriangleMesh
 from ...proximity.fields.side import SurfaceSide
 from ...proximity.proximity import ProximityTree
-
-Array = NDArray[np.float64]
 
 
 class Wall:

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import Array
 from ...geometry.path import SplinePath
 from ...geometry.shaft_directions import ShaftDirections
 from ...kernels.triples import triple
@@ -15,8 +15,6 @@ from ...virtual_fixtures import StepState
 from ..request_kernel import path_request
 from ..step_request import HandCommand, StepRequest
 from .hand_request import context_for, request_with, shaft_objective
-
-Array = NDArray[np.float64]
 
 
 class PathPoint(NamedTuple):

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import Array
 from ...errors import InputError
 from ...geometry.shaft_directions import ShaftDirections
 from ...virtual_fixtures import Constraint, Objective, StepState
@@ -14,8 +14,6 @@ from ..context import ControlContext, context_of
 from ..request_kernel import Asked
 from ..shaft_kernel import shaft_rows
 from ..step_request import HandCommand, StepRequest
-
-Array = NDArray[np.float64]
 
 
 def context_for(task: object, state: StepState, command: HandCommand) -> ControlContext:

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ...arrays import Array
 from ...given import point
 from ...kernels.triples import Triple, triple
 from ...robots import Tool
@@ -17,8 +18,6 @@ from ..context import ControlContext
 from ..request_kernel import approach_request, inspect_request, stays_in_view
 from ..step_request import HandCommand, StepRequest
 from .hand_request import context_for, request_with
-
-Array = NDArray[np.float64]
 
 _PLANES = np.arange(len(BALL_DIRECTIONS))
 _PLANES.setflags(write=False)

@@ -10,16 +10,14 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ...arrays import Array, IntArray
 from ...errors import InputError
 from ...robots.snake import SnakeModel
 from ..packed import PackedPathway, check_packed
 from ..query.query import Deviations, Query
 from .limits_kernel import HIGH, LENGTH, LOW, REACH, SHAPE_SIZE, TOLERANCE, certify_motion, unfit_bound, unfit_window
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 ROUNDING_MM = 1e-9  # [mm] so much deeper than it was known to be a link may be found that has not moved
 _EXHAUSTED = "the motion is too large to be certified even in parts: ask for a shorter step"
@@ -98,7 +96,7 @@ class HardLimits:
     def certify(
         self,
         packed: PackedPathway,
-        windows: Index,
+        windows: IntArray,
         before: Configuration,
         after: Configuration,
         bound: Array | None = None,
@@ -144,8 +142,8 @@ class HardLimits:
         return Verdict(False, part, found, poses, self._reason(found, limit, int(beyond.argmax())))
 
     def _checked(
-        self, packed: PackedPathway, windows: Index, before: Configuration, after: Configuration, bound: Array
-    ) -> tuple[Index, Array]:
+        self, packed: PackedPathway, windows: IntArray, before: Configuration, after: Configuration, bound: Array
+    ) -> tuple[IntArray, Array]:
         """Windows and bounds as the kernel reads them, which looks at no shape and no number of a row."""
         links = self.snake.links
         if self._known is not packed:

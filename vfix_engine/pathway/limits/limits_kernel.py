@@ -8,8 +8,8 @@ from __future__ import annotations
 from math import atan2, cos, sin, sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import Array, IntArray
 from ...kernels.compiled import compiled
 from ...robots.snake_kernel import snake_frames
 from ..packed import INSCRIBED_RADIUS, LIPSCHITZ, PackedPathway
@@ -17,9 +17,6 @@ from ..query.query_blocks import VertexBlocks
 from ..query.query_fast import Deviations, link_deviations
 from ..query.query_lanes import WORK
 from .limits_vertices import far_from_disc, vertices_are_kept
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 # Places in the array that says what the kernel has to know of the robot and of the certificate.
 LENGTH, REACH, TOLERANCE, LOW, HIGH = 0, 1, 2, 3, 6
@@ -30,7 +27,7 @@ DEEPEST = 0.9  # of a window's least inscribed radius: the Lipschitz constant is
 
 
 @compiled
-def unfit_window(window: Index, segments: int) -> int:
+def unfit_window(window: IntArray, segments: int) -> int:
     """The first link whose window (L, 2) is empty or not within so many segments; -1 where there is none."""
     for link in range(window.shape[0]):
         if not 0 <= window[link, 0] < window[link, 1] <= segments:
@@ -51,7 +48,7 @@ def unfit_bound(bound: Array) -> int:
 def certify_motion(
     rows: Array,
     polar: Array,
-    window: Index,
+    window: IntArray,
     base: Array,
     q: Array,
     base_end: Array,
@@ -61,11 +58,11 @@ def certify_motion(
     known: Array,
     lanes: Array,
     ball: Array,
-    start: Index,
-    index: Index,
+    start: IntArray,
+    index: IntArray,
     depth: Array,
-    vertex: Index,
-    segment: Index,
+    vertex: IntArray,
+    segment: IntArray,
 ) -> tuple[float, int]:
     """Share of the motion from (base, q) to (base_end, q_end) that is certified, from its start on, and poses measured.
 
@@ -130,11 +127,11 @@ def certify_motion(
 def _motion_is_kept(
     rows: Array,
     polar: Array,
-    window: Index,
+    window: IntArray,
     here: Array,
     there: Array,
     lanes: Array,
-    start: Index,
+    start: IntArray,
     before: Array,
     after: Array,
     bow: Array,

@@ -9,8 +9,8 @@ from __future__ import annotations
 from math import sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import Array
 from ...kernels.compiled import compiled
 from ..packed import (
     AXIS,
@@ -24,8 +24,6 @@ from ..packed import (
     START_TANGENT,
 )
 from ..query.section import section_distance
-
-Array = NDArray[np.float64]
 
 
 @compiled

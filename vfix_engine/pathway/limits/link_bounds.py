@@ -9,14 +9,11 @@ from __future__ import annotations
 from typing import NamedTuple, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import Array, IntArray
 from ..packed import INSCRIBED_RADIUS
 from ..pathway import Pathway
 from .limits import ROUNDING_MM
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 BOUND_MM, TIP_BOUND_MM = 8.0, 4.0  # of a link, and of the last one, where the lumen is wide and nobody has set them
 BOUND_SHARE = 0.5  # of the least inscribed radius in a link's window: a bound that nobody has set is no more
@@ -42,7 +39,7 @@ class LinkBounds(NamedTuple):
             most[-1] = TIP_BOUND_MM if bound_mm is None else 0.5 * bound_mm
         return cls(most, share)
 
-    def at(self, inscribed: Array, windows: Index) -> Array:
+    def at(self, inscribed: Array, windows: IntArray) -> Array:
         """(L,) mm for links with those windows (L, 2); ``inscribed`` as ``inscribed_radii`` gives it."""
         bound: Array = np.minimum(self.most, self.share * narrowest_of(inscribed, windows))
         return bound
@@ -56,7 +53,7 @@ def inscribed_radii(pathway: Pathway) -> Array:
     return np.append(pathway.moved(None).packed().rows[:, INSCRIBED_RADIUS], np.inf)
 
 
-def narrowest_of(inscribed: Array, windows: Index) -> Array:
+def narrowest_of(inscribed: Array, windows: IntArray) -> Array:
     """(L,) the least radius in each window."""
     least: Array = np.minimum.reduceat(inscribed, windows.ravel())[::2]
     return least

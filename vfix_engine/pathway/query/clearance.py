@@ -10,8 +10,9 @@ from math import hypot
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ...arrays import Array, IntArray
 from ...errors import InputError
 from ..packed import INSCRIBED_RADIUS, LIPSCHITZ
 from .clearance_kernel import choose_binding, vertex_clearances
@@ -20,8 +21,6 @@ if TYPE_CHECKING:
     from ..packed import PackedPathway
     from .query import Query
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 APART_MM = 3.0  # vertices nearer to each other than that ...
 ALIKE = 0.95  # ... whose gradients have more than this cosine get one row
@@ -30,9 +29,9 @@ ALIKE = 0.95  # ... whose gradients have more than this cosine get one row
 class Binding(NamedTuple):
     """Vertices that get a row of a QP: signed + gradient · (motion of the vertex) ≤ bound of its link."""
 
-    link: Index
+    link: IntArray
     """(n,)."""
-    vertex: Index
+    vertex: IntArray
     """(n,) rows in ``LinkVertices.points``."""
     point: Array
     """(n, 3) where they are in the patient frame, mm."""
@@ -44,7 +43,7 @@ class Binding(NamedTuple):
 
 def clearances(
     query: Query, packed: PackedPathway, frames: ArrayLike, windows: ArrayLike | tuple[int, int]
-) -> tuple[Array, Array, Index]:
+) -> tuple[Array, Array, IntArray]:
     """Signed clearance (V,) in mm of every vertex, its gradient (V, 3) and the segment (V,) it is taken from.
 
     The gradient is that of the winning segment's section: along x - c of the wall's nearest point c, and around the
@@ -87,7 +86,7 @@ def binding_vertices(
     chosen = np.empty(per_link * query.links, dtype=np.int64)
     count = choose_binding(points, start, signed, gradient, limit - near_mm, per_link, APART_MM, ALIKE, chosen)
     vertex = chosen[:count].copy()
-    link: Index = np.searchsorted(start, vertex, side="right") - 1
+    link: IntArray = np.searchsorted(start, vertex, side="right") - 1
     poses = query.checked(packed, frames, windows)[0][0, link]
     point = np.einsum("nij,nj->ni", poses[:, :, :3], points[vertex]) + poses[:, :, 3]
     return Binding(link, vertex, point, signed[vertex], gradient[vertex])

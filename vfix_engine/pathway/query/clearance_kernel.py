@@ -5,14 +5,11 @@ from __future__ import annotations
 from math import sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import Array, IntArray
 from ...kernels.compiled import compiled, no_refcount
 from .query_tree import span
 from .section import section_distance
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 _ON_WALL = 1e-8  # [mm] nearer to the wall the gradient is taken _OUT farther out
 _OUT = 1e-6  # [mm]
@@ -23,13 +20,13 @@ _TURN = 1e-5  # [rad] of the section, for the gradient's part around the axis
 def vertex_clearances(
     rows: Array,
     polar: Array,
-    window: Index,
+    window: IntArray,
     frames: Array,
     points: Array,
-    start: Index,
+    start: IntArray,
     signed: Array,
     gradient: Array,
-    segment: Index,
+    segment: IntArray,
 ) -> None:
     """``clearance.clearances``: signed (V,), gradient (V, 3), segment (V,) of points (V, 3) in their links' frames."""
     near = (window[0, 0] + window[0, 1]) // 2
@@ -104,14 +101,14 @@ def put_gradient(
 @compiled
 def choose_binding(
     points: Array,
-    start: Index,
+    start: IntArray,
     signed: Array,
     gradient: Array,
     least: Array,
     per_link: int,
     apart: float,
     alike: float,
-    chosen: Index,
+    chosen: IntArray,
 ) -> int:
     """Rows of the vertices with the largest ``signed`` over ``least`` (L,), thinned, into ``chosen``; how many."""
     count = 0

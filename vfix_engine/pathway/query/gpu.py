@@ -17,8 +17,9 @@ import warnings
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ...arrays import Array, IntArray
 from ...errors import InputError, VfixError
 from .query import Deviations, Query
 
@@ -26,8 +27,6 @@ if TYPE_CHECKING:  # the query is to be had without the robots' libraries
     from ...robots.snake_surface import LinkVertices
     from ..packed import PackedPathway
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 THREADS = 128  # of a block
 MOST_BLOCKS = 512  # of a link; with more vertices a thread has several
@@ -130,7 +129,7 @@ class GpuQuery:
         found = self._asked(packed, poses, window, there)
         return Deviations(*(each[0] for each in found))
 
-    def _asked(self, packed: PackedPathway, poses: Array, window: Index, points: Any) -> Deviations:
+    def _asked(self, packed: PackedPathway, poses: Array, window: IntArray, points: Any) -> Deviations:
         """Deviations (K, L) of the poses (K, L, 3, 4)."""
         count, links = len(poses), self.links
         if self._workspace is None or not self._workspace.fits(count, packed):

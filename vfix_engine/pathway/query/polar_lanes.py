@@ -6,14 +6,10 @@ by one; and the rest is in lanes again (``query_lanes.lower_gaps``).
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from ...arrays import Array
 from ...kernels.compiled import inlined, no_refcount, vectorised
 from .query_lanes import RADII
 from .section import AXIS
-
-Array = NDArray[np.float64]
 
 _MOST = 0xFFFFFFFF
 _TURN = 6.283185307179586

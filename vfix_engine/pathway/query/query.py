@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ...arrays import Array, IntArray
 from ...errors import InputError
 from ..packed import PackedPathway, check_packed
 from .query_blocks import VertexBlocks, vertex_blocks
@@ -17,9 +18,6 @@ from .query_tree import FARTHEST
 
 if TYPE_CHECKING:  # the query is to be had without the robots' libraries
     from ...robots.snake_surface import LinkVertices
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 _FRAMES = (3, 4), (4, 4)
@@ -36,7 +34,7 @@ class Query:
         self.links = len(snake_vertices.start) - 1
         self._work = np.zeros(WORK)
         self._known: PackedPathway | None = None  # the last pathway that was looked at and cannot be written to
-        self._pairs: dict[object, Index] = {}  # windows (L, 2) of pairs, which control asks again and again
+        self._pairs: dict[object, IntArray] = {}  # windows (L, 2) of pairs, which control asks again and again
 
     def deviations(self, packed: PackedPathway, frames: ArrayLike, windows: ArrayLike | tuple[int, int]) -> Deviations:
         """Deviation d_l of each link in mm (Kwok 2013, eq. 9), with the vertex and the segment that cause it.
@@ -71,7 +69,7 @@ class Query:
 
     def every_vertex(
         self, packed: PackedPathway, frames: ArrayLike, windows: ArrayLike | tuple[int, int]
-    ) -> tuple[Array, Index]:
+    ) -> tuple[Array, IntArray]:
         """δ_i of every vertex (V,) in mm (Kwok 2013, eq. 8) and the segment (V,) that it has it at; one pose.
 
         Raises:
@@ -85,7 +83,7 @@ class Query:
 
     def checked(
         self, packed: PackedPathway, frames: ArrayLike, windows: ArrayLike | tuple[int, int]
-    ) -> tuple[Array, Index]:
+    ) -> tuple[Array, IntArray]:
         """Frames as (K, L, 3, 4) and windows as (L, 2), contiguous; InputError as ``deviations``."""
         self.check(packed)
         poses, window = self._poses(frames), self._windows(windows)
@@ -116,7 +114,7 @@ class Query:
             raise InputError(f"frames of {poses.shape[1]} links for a snake of {self.links}")
         return poses
 
-    def _windows(self, windows: ArrayLike | tuple[int, int]) -> Index:
+    def _windows(self, windows: ArrayLike | tuple[int, int]) -> IntArray:
         """Windows as (L, 2)."""
         pair = tuple(windows) if isinstance(windows, tuple) and [type(one) for one in windows] == [int, int] else None
         if pair in self._pairs:
@@ -134,7 +132,7 @@ class Query:
         return window
 
 
-def deviation_of_points(points: ArrayLike, packed: PackedPathway, first: int, last: int) -> tuple[Array, Index]:
+def deviation_of_points(points: ArrayLike, packed: PackedPathway, first: int, last: int) -> tuple[Array, IntArray]:
     """δ_i in mm (n,) of any points (n, 3) against the segments ``first`` … ``last`` - 1, and where they have it (n,).
 
     Kwok 2013, eq. 1-8, segment by segment: nothing is left out. It is what the fast query is held against.
@@ -153,7 +151,7 @@ def deviation_of_points(points: ArrayLike, packed: PackedPathway, first: int, la
     return gap, segment
 
 
-def _check_windows(window: Index, segments: int) -> None:
+def _check_windows(window: IntArray, segments: int) -> None:
     wrong = (window[:, 0] < 0) | (window[:, 0] >= window[:, 1]) | (window[:, 1] > segments)
     if wrong.any():
         first, last = window[int(wrong.argmax())]

@@ -5,15 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import Array, IntArray
 from ...errors import InputError
 
 if TYPE_CHECKING:  # the query is to be had without the robots' libraries
     from ...robots.snake_surface import LinkVertices
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 LANES = 16
 BLOCK = 52  # numbers in a block: x of its 16 points, y, z; centre and radius of a ball about them
@@ -33,16 +31,16 @@ class VertexBlocks(NamedTuple):
     ball: Array
     """(N, 84): nodes of 16 balls; the first L are the links' roots. A child ≥ 0 is a node, any other the block
     -1 - child. Lanes without a child are balls of no size, radius -inf, which are never entered."""
-    start: Index
+    start: IntArray
     """(L + 1,): link l has the blocks start[l] … start[l + 1] - 1."""
-    index: Index  # type: ignore[assignment]  # tuple has a method of that name, which nobody calls here
+    index: IntArray  # type: ignore[assignment]  # tuple has a method of that name, which nobody calls here
     """(B, 16): the points' rows in ``LinkVertices.points``; the first of a link is its first vertex."""
 
 
 class _Tree(NamedTuple):
     """One link's patches and nodes."""
 
-    rows: Index
+    rows: IntArray
     """(b, 16) of the patches' points."""
     balls: Array
     """(b, 4)."""
@@ -80,7 +78,7 @@ def vertex_blocks(vertices: LinkVertices) -> VertexBlocks:
     return blocks
 
 
-def _nodes(trees: list[_Tree], start: Index) -> Array:
+def _nodes(trees: list[_Tree], start: IntArray) -> Array:
     """Nodes of all links, roots first, with the numbers that their children have among all."""
     later = len(trees)
     roots, others = [], []
@@ -97,11 +95,11 @@ def _nodes(trees: list[_Tree], start: Index) -> Array:
 
 def _tree(points: Array) -> _Tree:
     """Patches and nodes over one link's points."""
-    patches: list[Index] = []
+    patches: list[IntArray] = []
     balls: list[Array] = []
     nodes: list[Array] = []
 
-    def add(index: Index) -> int:
+    def add(index: IntArray) -> int:
         """Number of the node over these rows."""
         node, number = np.zeros(NODE), len(nodes)
         nodes.append(node)
@@ -131,7 +129,7 @@ def _tree(points: Array) -> _Tree:
     return _Tree(rows, np.array(balls), np.array(nodes))
 
 
-def _sixteen(points: Array, index: Index) -> list[Index]:
+def _sixteen(points: Array, index: IntArray) -> list[IntArray]:
     """Rows in at most 16 compact parts; parts of 16 rows or fewer are not divided."""
     parts = [index]
     for _ in range(4):
@@ -139,7 +137,7 @@ def _sixteen(points: Array, index: Index) -> list[Index]:
     return parts
 
 
-def _halves(points: Array, index: Index) -> list[Index]:
+def _halves(points: Array, index: IntArray) -> list[IntArray]:
     if len(index) <= LANES:
         return [index]
     longest = int(np.ptp(points[index], axis=0).argmax())

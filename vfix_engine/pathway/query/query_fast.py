@@ -11,8 +11,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import Array, IntArray
 from ...kernels.compiled import compiled, no_refcount
 from ..packed import PackedPathway
 from .query_blocks import VertexBlocks
@@ -20,25 +20,22 @@ from .query_lanes import AT, GAP
 from .query_tree import containing, deepest, every_of_block, take_frame
 from .section import section_distance
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
-
 
 class Deviations(NamedTuple):
     """What eq. 9 gives for L links, or (K, L) for K poses."""
 
     depth: Array
     """(…, L) d_l in mm, 0 where the whole link is inside."""
-    vertex: Index
+    vertex: IntArray
     """(…, L) row in ``LinkVertices.points`` of a vertex that deviates that far; the link's first where none does."""
-    segment: Index
+    segment: IntArray
     """(…, L) the segment that this vertex has its minimum of eq. 8 at."""
 
 
 @no_refcount
 def pose_deviations(
-    packed: PackedPathway, blocks: VertexBlocks, window: Index, frames: Array, row: int, found: Deviations, into: int,
-    work: Array,
+    packed: PackedPathway, blocks: VertexBlocks, window: IntArray, frames: Array, row: int, found: Deviations,
+    into: int, work: Array,
 ) -> None:  # fmt: skip
     """``link_deviations`` of the pose whose links are ``frames[row]`` and on, into the numbers ``into`` and on."""
     near = (window[0, 0] + window[0, 1]) // 2
@@ -57,7 +54,7 @@ def pose_deviations(
 
 @compiled
 def link_deviations(
-    packed: PackedPathway, blocks: VertexBlocks, window: Index, frames: Array, found: Deviations, work: Array
+    packed: PackedPathway, blocks: VertexBlocks, window: IntArray, frames: Array, found: Deviations, work: Array
 ) -> None:
     """d_l of eq. 9 of every link into ``found``, whose arrays are (L,).
 
@@ -69,8 +66,8 @@ def link_deviations(
 
 @compiled
 def checked_deviations(
-    rows: Array, polar: Array, lanes: Array, ball: Array, start: Index, index: Index,
-    window: Index, frames: Array, depth: Array, vertex: Index, segment: Index, work: Array,
+    rows: Array, polar: Array, lanes: Array, ball: Array, start: IntArray, index: IntArray,
+    window: IntArray, frames: Array, depth: Array, vertex: IntArray, segment: IntArray, work: Array,
 ) -> int:  # fmt: skip
     """The same of K poses for Python: frames (K, L or with the base L + 1, 3 or 4, 4), results (K · L,).
 
@@ -94,7 +91,7 @@ def checked_deviations(
 
 @compiled
 def largest_excess(
-    packed: PackedPathway, blocks: VertexBlocks, window: Index, frames: Array, bound: Array, once: bool, work: Array
+    packed: PackedPathway, blocks: VertexBlocks, window: IntArray, frames: Array, bound: Array, once: bool, work: Array
 ) -> float:
     """The largest d_l - b_l of all links, ``bound`` (L,) in mm: not above 0 where all keep d_l ≤ b_l of eq. 17.
 
@@ -123,7 +120,13 @@ def largest_excess(
 
 @compiled
 def every_deviation(
-    packed: PackedPathway, blocks: VertexBlocks, window: Index, frames: Array, gap: Array, segment: Index, work: Array
+    packed: PackedPathway,
+    blocks: VertexBlocks,
+    window: IntArray,
+    frames: Array,
+    gap: Array,
+    segment: IntArray,
+    work: Array,
 ) -> None:
     """δ_i of eq. 8 of every vertex: ``gap`` (V,) in mm and the ``segment`` (V,) that has it; one pose."""
     near = (window[0, 0] + window[0, 1]) // 2
@@ -138,7 +141,7 @@ def every_deviation(
 
 @compiled
 def points_deviation(
-    rows: Array, polar: Array, first: int, last: int, points: Array, gap: Array, segment: Index
+    rows: Array, polar: Array, first: int, last: int, points: Array, gap: Array, segment: IntArray
 ) -> None:
     """δ_i of eq. 8 of points (n, 3), segment by segment: ``gap`` (n,) in mm, ``segment`` (n,)."""
     for i in range(len(points)):

@@ -7,13 +7,11 @@ and the frame of the link that is asked.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import Array
 from ...kernels.compiled import vectorised
 from .query_blocks import RADIUS
 from .section import AXIS, EDGE
-
-Array = NDArray[np.float64]
 
 WORK = 512
 GAP = 48  # the least squared deviation so far of the 16

@@ -8,8 +8,8 @@ memory of ``query_lanes.py``.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import Array
 from ...kernels.compiled import no_refcount
 from ..packed import PackedPathway
 from .polar_lanes import put_radii
@@ -32,8 +32,6 @@ from .query_lanes import (
     raise_ends,
 )
 from .section import section_distance
-
-Array = NDArray[np.float64]
 
 FARTHEST = 1e100  # [mm] beyond it squares overflow; such a place is no place
 

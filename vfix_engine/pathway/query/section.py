@@ -13,12 +13,8 @@ from __future__ import annotations
 
 from math import atan2, sqrt
 
-import numpy as np
-from numpy.typing import NDArray
-
+from ...arrays import Array
 from ...kernels.compiled import no_refcount
-
-Array = NDArray[np.float64]
 
 EDGE = 1e-10  # [mm] so far beyond the line of an edge a point still counts as inside: eq. 5 with 0 leaves cracks
 AXIS = 1e-9  # [mm] nearer to the axis line than this, eq. 1 has no plane

@@ -5,12 +5,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import Array, Int32Array
 from ...kernels.compiled import compiled
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int32]
 
 STACK = 160  # entries of a traversal stack: a branch has at most _DEEPEST levels and the halvings below them
 _DEEPEST = 96
@@ -28,10 +25,10 @@ class Nodes(NamedTuple):
 
     frame: Array
     box: Array
-    child: Index
-    first: Index
-    last: Index
-    order: Index
+    child: Int32Array
+    first: Int32Array
+    last: Int32Array
+    order: Int32Array
 
 
 @compiled
@@ -71,7 +68,7 @@ def principal_axes(m: Array, axes: Array) -> None:
 
 
 @compiled
-def _place(centres: Array, radii: Array, members: Index, frame: Array, box: Array, along: Array) -> None:
+def _place(centres: Array, radii: Array, members: Int32Array, frame: Array, box: Array, along: Array) -> None:
     """Write frame and box of the members; ``along`` gets their first local coordinate."""
     count = len(members)
     frame[3, :] = 0.0
@@ -112,7 +109,7 @@ def _place(centres: Array, radii: Array, members: Index, frame: Array, box: Arra
 
 
 @compiled
-def _split(members: Index, along: Array, spare: Index, halve: bool) -> int:
+def _split(members: Int32Array, along: Array, spare: Int32Array, halve: bool) -> int:
     """Partition the members at x = 0 of the centroid's frame; return the size of the first part.
 
     Members with equal centres are halved by their order, so that the recursion ends.
@@ -134,7 +131,9 @@ def _split(members: Index, along: Array, spare: Index, halve: bool) -> int:
 
 
 @compiled
-def build(centres: Array, radii: Array, leaf_size: int) -> tuple[Array, Array, Index, Index, Index, Index]:
+def build(
+    centres: Array, radii: Array, leaf_size: int
+) -> tuple[Array, Array, Int32Array, Int32Array, Int32Array, Int32Array]:
     """Nodes of the tree over sphere centres (F, 3) with radii (F,); the fields of ``Nodes``."""
     count = len(centres)
     capacity = 2 * count

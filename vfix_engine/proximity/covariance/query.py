@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import Array, Int32Array
 from ...geometry.triangle_kernels import segment_point, segment_triangle
 from ...kernels.compiled import compiled
 from ..rows_kernel import fits, widened, write_row
 from .box_kernel import segment_box
 from .build import STACK
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int32]
 
 
 @compiled
@@ -29,7 +26,7 @@ def node_gap(frame: Array, box: Array, p: Array, d: Array, lp: Array, ld: Array)
 @compiled
 def group_row(
     frame: Array, box: Array, lp: Array, ld: Array, t: float, gap: float, segment: int, p: Array, d: Array,
-    radius: float, row: Array, label: Index,
+    radius: float, row: Array, label: Int32Array,
 ) -> None:  # fmt: skip
     """The pair between the segment and a node's box as one row."""
     distance = np.sqrt(gap)
@@ -48,10 +45,10 @@ def group_row(
 
 @compiled
 def tree_pairs(
-    frame: Array, box: Array, child: Index, first: Index, last: Index, order: Index,
+    frame: Array, box: Array, child: Int32Array, first: Int32Array, last: Int32Array, order: Int32Array,
     corners: Array, spheres: Array, normals: Array, start: Array, end: Array, radius: Array,
     threshold: float, flat: float, exact_within: float,
-) -> tuple[Array, Index]:  # fmt: skip
+) -> tuple[Array, Int32Array]:  # fmt: skip
     """All pairs with distance − radius ≤ threshold as rows (see ``pairs_from_rows``).
 
     Nodes no thicker than ``flat`` and farther than ``exact_within``, in mm, give one pair on their box instead.
@@ -99,7 +96,7 @@ def tree_pairs(
 
 @compiled
 def tree_nearest(
-    frame: Array, box: Array, child: Index, first: Index, last: Index, corners: Array, spheres: Array,
+    frame: Array, box: Array, child: Int32Array, first: Int32Array, last: Int32Array, corners: Array, spheres: Array,
     p: Array, d: Array, bound: float,
 ) -> tuple[float, int]:  # fmt: skip
     """Nearest triangle to one axis segment: (squared distance, place); (bound², −1) when none is nearer than bound."""
@@ -143,9 +140,9 @@ def tree_nearest(
 
 @compiled
 def tree_points(
-    frame: Array, box: Array, child: Index, first: Index, last: Index, order: Index, corners: Array, spheres: Array,
-    points: Array,
-) -> tuple[Array, Array, Index]:  # fmt: skip
+    frame: Array, box: Array, child: Int32Array, first: Int32Array, last: Int32Array, order: Int32Array,
+    corners: Array, spheres: Array, points: Array,
+) -> tuple[Array, Array, Int32Array]:  # fmt: skip
     """Distance (n,), closest point (n, 3) and triangle (n,) of each point (n, 3)."""
     count = len(points)
     distance, closest, triangle = np.empty(count), np.empty((count, 3)), np.empty(count, np.int32)

@@ -7,8 +7,9 @@ lie on the enlarged boxes of flat nodes, no farther than any triangle of the nod
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ...arrays import Array, Int32Array
 from ...errors import InputError
 from ...geometry.capsules import Segments
 from ...geometry.checks import checked_points
@@ -20,9 +21,6 @@ from ..rows_kernel import write_row
 from .build import Nodes, build
 from .query import tree_nearest, tree_pairs, tree_points
 from .spheres import enclosing_spheres
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int32]
 
 
 class CovarianceTree:
@@ -80,7 +78,7 @@ class CovarianceTree:
         write_row(start, along, radius, np.inf, self._corners[place], self._normals[place], row)
         return pair_from_row(row, float(row[0]), segment, int(self.nodes.order[place]))
 
-    def point_distance(self, points: ArrayLike) -> tuple[Array, Array, Index]:
+    def point_distance(self, points: ArrayLike) -> tuple[Array, Array, Int32Array]:
         """Distance (n,), closest point (n, 3) and its triangle (n,) for points (n, 3)."""
         return tree_points(*self.nodes, self._corners, self._spheres, checked_points(points))
 

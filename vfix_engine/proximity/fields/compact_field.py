@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ...arrays import Array
 from .distance_field import DistanceField, FieldGrid
-
-Array = NDArray[np.float64]
 
 UNIT_MM = 0.01  # of a stored distance
 _NOT_KNOWN = -32768

@@ -12,14 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ...arrays import Array
 from ...errors import InputError
 from ...geometry.checks import checked_points
 from ..proximity import Proximity
 from .distance_kernels import border_feet, distances, interpolate, spread
 from .side import SurfaceSide
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int32]
 Level = Callable[[Array], Array]
 Shape = tuple[int, int, int]
 

@@ -6,14 +6,12 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import Array
 from ...geometry.shape_distance import signed_distance
 from ...geometry.shape_surface import border_triangles
 from ...geometry.shapes import Shape
 from .distance_field import DistanceField, FieldGrid
-
-Array = NDArray[np.float64]
 
 _AROUND_MM = 10.0  # how far from a shape the depth in what is left is corrected
 

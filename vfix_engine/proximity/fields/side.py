@@ -14,10 +14,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ...arrays import Array
 from ...geometry.mesh import TriangleMesh
 from ..proximity import Proximity
 
-Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
 # A closest point nearer to an edge or corner than this share of the longest edge counts as on it. There the

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ...arrays import Array
 from .distance_field import DistanceField
-
-Array = NDArray[np.float64]
 
 SAMPLE_MM = 0.5  # between samples of the tool's axis, at most
 

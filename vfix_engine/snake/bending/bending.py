@@ -7,8 +7,9 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ...arrays import Array, IntArray
 from ...errors import InputError
 from ...pathway.query.query import Query
 from ...pathway.query.query_lanes import WORK
@@ -19,8 +20,6 @@ if TYPE_CHECKING:
     from ...pathway.packed import PackedPathway
     from ...robots.snake_surface import LinkVertices
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 Direction = Literal["e+", "o+", "e-", "o-"]
 
@@ -75,7 +74,7 @@ class BendProblem:
     snake: SnakeModel
     vertices: LinkVertices | Query
     packed: PackedPathway
-    window: Index
+    window: IntArray
     base: Array
     q_rest: Array
     bound: Array

@@ -9,17 +9,12 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
+from ...arrays import Array, IntArray
 from ...kernels.compiled import compiled, no_refcount
 from ...pathway.packed import PackedPathway
 from ...pathway.query.query_blocks import VertexBlocks
 from ...pathway.query.query_fast import largest_excess
 from ...robots.snake_kernel import snake_frames
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 class Lumen(NamedTuple):
@@ -27,7 +22,7 @@ class Lumen(NamedTuple):
 
     packed: PackedPathway
     blocks: VertexBlocks
-    window: Index
+    window: IntArray
     """(L', 2)."""
     base: Array
     """(4, 4) of {l}, mm in the patient frame."""

@@ -9,12 +9,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import Array
 from ...kernels.compiled import compiled, no_refcount
 from .bending_kernel import Family, Lumen, Scratch, cost_of, excess_of
-
-Array = NDArray[np.float64]
 
 # Of a search's state: cost, radius and t of the record, and of the last one whose path was checked; evaluations; t
 # between which directions are tried; radii at which paths were found narrow

@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ...arrays import Array
 from ...errors import InputError
 from .hermite_kernel import hermite_cartesian, hermite_polar
-
-Array = NDArray[np.float64]
 
 R_MAX = 1.4  # Kwok 2013, section IV.B: bends beyond the control bends, so that the hand feels the wall
 

@@ -8,12 +8,8 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
+from ...arrays import Array
 from ...kernels.compiled import no_refcount
-
-Array = NDArray[np.float64]
 
 VALUE, BY_R, BY_THETA, BY_RR, BY_R_THETA, BY_THETA_THETA = range(6)  # rows of what ``hermite_polar`` fills
 

@@ -7,14 +7,12 @@ from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import Array
 from ...errors import InputError
 from .bending import DIRECTIONS, BendProblem, Direction
 from .bending_kernel import Family, Lumen
 from .bending_search import UTMOST, direction, search, survey
-
-Array = NDArray[np.float64]
 
 EVALUATIONS = 100  # Kwok 2013, section IV.B
 _FAR = 4.0  # [q_max] first and last joint of a planar bend; Kwok 2013, fig. 4 has 2.7

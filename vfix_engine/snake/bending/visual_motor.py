@@ -6,15 +6,14 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ...arrays import Array
 from ...errors import InputError
 from ...given import real_array
 from ...robots.snake import SnakeModel
 from .hermite import PolarHermite
 from .visual_motor_kernel import camera_rows, steer
-
-Array = NDArray[np.float64]
 
 _FAR = 1e6  # [mm] a camera that is wanted farther away is wanted there: squares of more overflow
 

@@ -9,13 +9,11 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import Array
 from ...kernels.compiled import compiled, no_refcount
 from ...robots.snake_kernel import snake_frames, snake_jacobian
 from .hermite_kernel import hermite_cartesian
-
-Array = NDArray[np.float64]
 
 _ROUNDS = 6  # corrections of one step; one or two are needed away from singular places
 _HALVINGS = 7  # of a correction that comes no nearer

@@ -10,14 +10,10 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
+from ...arrays import Array
 from ...kernels.compiled import no_refcount
 from ...robots.snake_kernel import snake_frames
 from .joint_places import frame_on_curve, on_curve
-
-Array = NDArray[np.float64]
 
 # Columns of ``weights``: what they multiply is a squared distance in mm².
 CENTRE, SLACK, MIDDLE, GUIDE, TIP, STAY, STEEP = range(7)

@@ -9,13 +9,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import Array, IntArray
 from ...kernels.compiled import compiled, no_refcount
 from .conform_kernel import Body, Line, Task, normal_matrix, shape_cost
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 _TURNS = 30  # of one step's set of joints at a limit
 _SMALL = 1e-9  # [rad, mm] a shorter step counts as zero
@@ -26,7 +23,7 @@ _FLOOR, _STIFFEST = 1e-6, 1e6  # of the damping
 
 
 @no_refcount
-def _newton(hessian: Array, slope: Array, free: Index, count: int, factor: Array, step: Array) -> None:
+def _newton(hessian: Array, slope: Array, free: IntArray, count: int, factor: Array, step: Array) -> None:
     """Newton's step for the ``count`` unknowns of ``free``, 0 for the others; the matrix is positive definite."""
     for a in range(count):
         for b in range(a + 1):
@@ -63,7 +60,7 @@ def _value(hessian: Array, gradient: Array, x: Array, slope: Array) -> float:
 
 @no_refcount
 def _free_step(
-    hessian: Array, slope: Array, x: Array, lower: Array, upper: Array, factor: Array, free: Index, step: Array
+    hessian: Array, slope: Array, x: Array, lower: Array, upper: Array, factor: Array, free: IntArray, step: Array
 ) -> None:
     """Newton's step for what is not held at a limit, by its slope or because the step itself would leave the box."""
     count = 0
@@ -89,7 +86,7 @@ def _free_step(
 
 @no_refcount
 def box_step(
-    hessian: Array, gradient: Array, lower: Array, upper: Array, factor: Array, vectors: Array, free: Index, x: Array
+    hessian: Array, gradient: Array, lower: Array, upper: Array, factor: Array, vectors: Array, free: IntArray, x: Array
 ) -> None:
     """The x (n,) between ``lower`` ≤ 0 ≤ ``upper`` of least ½ xᵀH x + gᵀx; vectors: (3, n) and free: (n,) work.
 

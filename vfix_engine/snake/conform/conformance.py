@@ -12,8 +12,9 @@ from dataclasses import dataclass, field
 from weakref import WeakKeyDictionary
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ...arrays import Array, BoolArray
 from ...errors import PathwayError
 from ...geometry.curve import Curve
 from ...geometry.transport import transported
@@ -21,9 +22,6 @@ from ...robots.snake import SnakeModel
 from .conform_kernel import CENTRE, GUIDE, MIDDLE, SLACK, STAY, STEEP, TIP, Line, Task
 from .conform_solve import settle_chain
 from .joint_places import angles_between, frame_on_curve, joint_places
-
-Array = NDArray[np.float64]
-Marks = NDArray[np.bool_]
 
 FASTEST = 0.1  # [rad/mm] change of an angle per millimetre of insertion where the limits bind
 _STEP = 1.0  # [mm] of insertion between two solutions
@@ -53,7 +51,7 @@ class ShapeSolution:
     q: Array
     joint_s: Array
     offset_mm: Array
-    at_limit: Marks
+    at_limit: BoolArray
     exact: bool
     tip_s: float
     roll: float

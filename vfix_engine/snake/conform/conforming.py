@@ -5,14 +5,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import Array
 from ...geometry.curve import Curve
 from ...kernels.compiled import compiled
 from ...pathway.pathway import Pathway
 from .conformance import ShapeSolution
-
-Array = NDArray[np.float64]
 
 
 def driven_curve(pathway: Pathway, curve: Curve | None) -> Curve:

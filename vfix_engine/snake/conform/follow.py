@@ -11,16 +11,14 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ...anatomy.lumen.centreline import Centreline, smoothed_between_ends
+from ...arrays import Array, IntArray
 from ...errors import PathwayError
 from ...geometry.curve import Curve
 from ...robots.snake import SnakeModel
 from .follow_kernel import BAND, BEND, CURVE, SPACE, TETHER, TURN, banded_step, followable_squares
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 _LINKS = 7  # points to a link
 _SAMPLE = 1.0  # [mm] between the samples of the centreline
@@ -79,7 +77,7 @@ def _settled(points: Array, centre: Array, slack: Array, chord: float, turn: flo
     columns, values = np.empty(15, np.int64), np.empty(15)
     factor, flat = np.empty((points.size, BAND)), np.empty(points.size)
 
-    def squares(points: Array, places: Index) -> float:
+    def squares(points: Array, places: IntArray) -> float:
         step = float(np.linalg.norm(np.diff(points, axis=0), axis=1).mean())
         return followable_squares(
             points, centre, slack, places, chord, turn, step, _SHARPEST * chord, weights, band, gradient, columns,

@@ -8,13 +8,8 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
+from ...arrays import Array, IntArray
 from ...kernels.compiled import no_refcount
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 TURN, BEND, CURVE, SPACE, TETHER = range(5)  # columns of the weights, mm per unit of what each multiplies
 FARTHEST = 11  # points between the two ends of a chord
@@ -24,7 +19,7 @@ _SLIDE = 3  # samples of the centreline that a point's place may move in one tur
 
 
 @no_refcount
-def _add(band: Array, gradient: Array, columns: Index, values: Array, count: int, residual: float) -> float:
+def _add(band: Array, gradient: Array, columns: IntArray, values: Array, count: int, residual: float) -> float:
     """Add the residual with its derivatives to band (BAND, 3n), whose row b holds the entries (j + b, j)."""
     for a in range(count):
         gradient[columns[a]] += values[a] * residual
@@ -61,7 +56,7 @@ def _turns(
     weight: float,
     band: Array,
     gradient: Array,
-    columns: Index,
+    columns: IntArray,
     values: Array,
 ) -> float:
     """Weight · (turn − limit) where the chords to either side of a point make more than ``limit`` rad."""
@@ -102,7 +97,7 @@ def _shape(
     weights: Array,
     band: Array,
     gradient: Array,
-    columns: Index,
+    columns: IntArray,
     values: Array,
 ) -> float:
     """Even steps, little bending, and none of a smaller radius than ``sharpest``."""
@@ -139,8 +134,8 @@ def _shape(
 
 @no_refcount
 def followable_squares(
-    points: Array, centre: Array, slack: Array, places: Index, chord: float, limit: float, step: float, sharpest: float,
-    weights: Array, band: Array, gradient: Array, columns: Index, values: Array,
+    points: Array, centre: Array, slack: Array, places: IntArray, chord: float, limit: float, step: float,
+    sharpest: float, weights: Array, band: Array, gradient: Array, columns: IntArray, values: Array,
 ) -> float:  # fmt: skip
     """Half the sum of squares, with band (BAND, 3n) and gradient (3n,) of its Gauss-Newton matrix.
 

@@ -8,12 +8,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import Array
 from ...kernels.compiled import compiled, no_refcount
 from ...robots.snake_kernel import aim
-
-Array = NDArray[np.float64]
 
 
 @no_refcount

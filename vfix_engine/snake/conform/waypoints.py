@@ -12,8 +12,8 @@ from copy import copy
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import Array, IntArray
 from ...geometry.curve import Curve
 from ...pathway.packed import PackedPathway
 from ...pathway.query.query import Query
@@ -21,9 +21,6 @@ from ...robots.snake import SnakeModel
 from ..control.projection import projected_to_limits
 from ..control.tip_control import DistalContext
 from .conformance import Insertion, ShapeSolution, conform
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 RESERVE_MM = 0.1  # [mm] so much inside of its bound a link is planned to be, half its bound at most
 MOST = 0.1  # [rad] that a joint of a planned shape may be moved for it
@@ -94,7 +91,7 @@ class Waypoints:
 
 
 def moved_off(
-    shape: ShapeSolution, snake: SnakeModel, query: Query, packed: PackedPathway, windows: Index, bound: Array
+    shape: ShapeSolution, snake: SnakeModel, query: Query, packed: PackedPathway, windows: IntArray, bound: Array
 ) -> ShapeSolution | None:
     """A shape that keeps its bounds (L,) mm, near one that does not or hardly; None where it does, or none is found.
 

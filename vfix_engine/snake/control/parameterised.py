@@ -10,15 +10,13 @@ import math
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import Array
 from ..bending.bending import BendProblem
 from ..bending.hermite import PolarHermite
 from ..bending.optimise import Bend, control_bends
 from ..bending.visual_motor import Steering, VisualMotor
 from .tip_control import DistalContext, at_bounds
-
-Array = NDArray[np.float64]
 
 
 def found_bends(context: DistalContext, count: Literal[4, 8]) -> tuple[Bend, ...]:

@@ -7,13 +7,11 @@ clearance comes in as constraint rows, as the bone does for a rigid tool.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import Array
 from ...virtual_fixtures import Objective
 from .tip_control import DistalContext
 from .wall_program import WallProgram
-
-Array = NDArray[np.float64]
 
 _ROUNDS = 3  # linearisations
 _NEAR_MM = 3.0

@@ -10,13 +10,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import Array
 from ...virtual_fixtures.rows import with_progress
 from .tip_control import DistalContext, camera_jacobian, outwards
 from .wall_program import WallProgram, joint_regularisation
-
-Array = NDArray[np.float64]
 
 REWARD = 1.0  # w_λ: what progress is worth against an error across the command
 REGULARISATION = 1e-2  # of a joint's step, as the motion of its link's end, against an error of the camera

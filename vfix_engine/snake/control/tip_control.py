@@ -6,15 +6,12 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import Array, IntArray
 from ...pathway.packed import PackedPathway
 from ...pathway.query.query import Query
 from ...robots.snake import SnakeModel
 from ..bending.visual_motor_kernel import camera_rows
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 _AT_BOUND_MM = 0.1
 _AT_LIMIT = 1e-6  # [rad]
@@ -34,7 +31,7 @@ class DistalContext:
     base: Array
     rest: Array
     packed: PackedPathway
-    window: Index
+    window: IntArray
     bound: Array
 
 

@@ -9,14 +9,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import Array
 from ...control.qp import solve, stack
 from ...virtual_fixtures import Constraint, Objective
 from .tip_control import DistalContext
 from .wall_rows import wall_rows
-
-Array = NDArray[np.float64]
 
 
 class WallProgram:

@@ -5,15 +5,12 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import Array, IntArray
 from ...kernels.compiled import compiled
 from ...pathway.query.clearance import binding_vertices
 from ...robots.snake_kernel import snake_jacobian
 from .tip_control import DistalContext
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 PER_LINK = 8  # rows at most
 
@@ -26,7 +23,7 @@ class WallRows(NamedTuple):
 
     matrix: Array
     slack: Array
-    vertex: Index
+    vertex: IntArray
 
 
 def wall_rows(context: DistalContext, q: Array, near_mm: float) -> WallRows:
@@ -41,7 +38,7 @@ def wall_rows(context: DistalContext, q: Array, near_mm: float) -> WallRows:
 
 @compiled
 def clearance_rows(
-    frames: Array, base: Array, q: Array, links: Index, points: Array, gradient: Array, rows: Array
+    frames: Array, base: Array, q: Array, links: IntArray, points: Array, gradient: Array, rows: Array
 ) -> None:
     """g · J of points (k, 3) that ride on ``links`` (k,), written into the first 2L columns of ``rows`` (k, 2L + 1)."""
     jacobian = np.empty((3, len(q)))

@@ -5,14 +5,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import Array
 from ...robots.snake import SnakeModel
 from ...robots.snake_dynamics import SnakeDynamics
 from ..bending.visual_motor_kernel import camera_moved
 from .haptics import Forces, HapticSettings, net
-
-Array = NDArray[np.float64]
 
 MEAN_S = 0.03  # [s] time constant of the means that motion and forces are
 # The tissue carries the robot, and its weight is not the hand's haste: what resists the hand comes of motion alone.

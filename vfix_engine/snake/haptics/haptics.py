@@ -7,12 +7,11 @@ from dataclasses import dataclass, fields, replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ...arrays import Array
 from ...errors import InputError
 from ...robots.snake import JOINT_SPEED, JOINT_TORQUE
-
-Array = NDArray[np.float64]
 
 _STILL = 1e-9  # [mm/s, mm/s²] slower has no direction: (32) is 0/0 at rest
 _STILL_MM = 1e-12  # [mm] of a camera that does not move when r changes: (35) is 0/0

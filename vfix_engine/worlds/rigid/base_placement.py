@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import Array
 from ...errors import StartRefused
 from ...robots import PlacedRobot, RobotModel, Tool
 from ...robots.inverse import IkResult, inverse_kinematics
-
-Array = NDArray[np.float64]
 
 UP = np.array([0.0, 0.0, 1.0])  # of the operating room: superior, as the page draws the patient
 _PARALLEL = 1e-6

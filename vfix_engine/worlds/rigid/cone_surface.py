@@ -7,10 +7,10 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ...arrays import Array
 from ...given import point
 from .inspection_cone import DIRECTIONS, InspectionCone, spread_directions
 
-Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
 _SIDES = 16  # of the round cone that stands for directions which span no area between them

@@ -6,13 +6,11 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import Array
 from ...control import ControlSettings
 from .rehearsal import Command, Rehearsal
 from .scene import Scene
-
-Array = NDArray[np.float64]
 
 STEP_MM = 0.1  # length of a dry step: ten times a rehearsal's, the certificate being the same
 DT_S = 0.01

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import Array
 from ...control.request_kernel import TaskNumbers, task_views, triple_at, view_place
 from ...kernels.compiled import compiled, shared
 from ...kernels.triples import Triple, cross, minus, norm, plus, times
 from ...virtual_fixtures.state_kernel import StateViews, state_views
-
-Array = NDArray[np.float64]
 
 
 @compiled

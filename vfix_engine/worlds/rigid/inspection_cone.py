@@ -13,11 +13,11 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ...arrays import Array
 from ...given import point, rotation_matrix
 from ...proximity.proximity import Proximity
 from ...robots import Tool
 
-Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
 DIRECTIONS, ROLLS = 2000, 12  # 4.5 and 30 degrees apart

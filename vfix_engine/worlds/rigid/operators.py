@@ -5,11 +5,9 @@ from __future__ import annotations
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import Array
 from .rehearsal import Command, Rehearsal, RehearsalState
-
-Array = NDArray[np.float64]
 
 
 class Operator(Protocol):

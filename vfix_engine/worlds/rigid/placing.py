@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import Array
 from ...control import ControlSettings
 from ...errors import StartRefused
 from ...geometry.path import SplinePath
@@ -22,8 +22,6 @@ from ...virtual_fixtures import Fixture, Zone
 from .base_placement import BasePlacement, tip_freedom
 from .dry_run import DryRun, dry_run
 from .scene import Scene
-
-Array = NDArray[np.float64]
 
 _TILTS = (0.0, 12.0, 24.0)  # degrees between shaft and chord of the path
 _CHORD = 0.7  # share of the path that the chord spans

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import Array
 from ...control import Controller, ControlSettings, StepReport
 from ...control.qp import DUAL
 from ...control.tasks import PathPoint
@@ -20,8 +20,6 @@ from .scene import Scene
 from .snapshot import Snapshot
 
 __all__ = ["MODES", "ON_PATH_MM", "Command", "Master", "PathPoint", "Rehearsal", "RehearsalState"]
-
-Array = NDArray[np.float64]
 
 
 class Rehearsal:

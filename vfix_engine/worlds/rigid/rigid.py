@@ -7,8 +7,8 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import Array
 from ...control import Controller, ControlSettings, HandCommand, StepReport, StepState, Task
 from ...control.admittance import saturate
 from ...control.qp import DUAL
@@ -27,8 +27,6 @@ from .rigid_state import ZEROS, LastStep, RehearsalState
 from .scene import Scene
 from .snapshot import Snapshot
 from .teleoperation import advance_leader, consume_motion, spring
-
-Array = NDArray[np.float64]
 
 FORCE_LIMIT_N = 1e6  # only keeps the arithmetic finite; the cap is a setting
 LEAVE_PATH_MM = 0.5  # a tip further off than this is brought back by an approach

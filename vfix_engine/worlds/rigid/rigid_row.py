@@ -5,14 +5,12 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import Array
 from ...runtime.system import Column
 from ...virtual_fixtures.state import Layout
 from .rigid_state import RehearsalState
 from .scene import Scene
-
-Array = NDArray[np.float64]
 
 OUTCOMES = ("idle", "moved", "shrunk", "held")  # ``outcome`` is the place in here
 PHASES = ("free", "approach", "follow", "done", "inspect_approach", "inspect_hold")  # as is ``phase``

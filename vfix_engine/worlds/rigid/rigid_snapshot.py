@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import fields
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import Array
 from ...control import Blocker as Reason
 from ...control.relaxations import SLOWED_SHARE
 from ...control.tasks import view_point
@@ -18,8 +18,6 @@ from .rigid_state import LastStep, RehearsalState
 from .scene import Scene
 from .snapshot import Snapshot
 from .teleoperation import spring
-
-Array = NDArray[np.float64]
 
 
 def snapshot_of(scene: Scene, state: RehearsalState, last: LastStep | None) -> Snapshot:

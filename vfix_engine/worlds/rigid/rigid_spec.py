@@ -9,6 +9,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from ...arrays import Array
 from ...control import ControlSettings
 from ...control.qp import DUAL
 from ...errors import InputError
@@ -36,8 +37,6 @@ from .scene_parts import (
     zones_parts,
 )
 from .snapshot import Snapshot
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,12 +6,10 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import Array
 from ...control import ControlSettings, StepReport, StepState
 from ...control.tasks import PathPoint
-
-Array = NDArray[np.float64]
 
 ZEROS = np.zeros(3)
 ZEROS.setflags(write=False)

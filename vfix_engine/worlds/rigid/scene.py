@@ -6,15 +6,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import Array
 from ...geometry.path import SplinePath
 from ...geometry.shaft_directions import ShaftDirections
 from ...proximity.proximity import Proximity
 from ...robots import PlacedRobot, RobotModel, Tool
 from ...virtual_fixtures import Fixture, Zone
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

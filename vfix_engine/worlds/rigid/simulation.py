@@ -8,8 +8,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ...arrays import Array
 from ...control import ControlSettings
 from ...control.qp import DUAL
 from ...errors import ControlError, InputError
@@ -26,8 +27,6 @@ from .rehearsal import Command, Rehearsal, RehearsalState
 from .scene import Scene
 from .snapshot import Snapshot
 from .teleoperation import Master
-
-Array = NDArray[np.float64]
 
 
 class Simulation:

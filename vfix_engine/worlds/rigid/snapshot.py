@@ -4,15 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-import numpy as np
-from numpy.typing import NDArray
-
+from ...arrays import Array
 from ...runtime import snapshot as of_any_world
 from ...runtime.snapshot import Timing
 
 __all__ = ["Snapshot", "Timing"]
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True)

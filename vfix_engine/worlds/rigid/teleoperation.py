@@ -15,8 +15,8 @@ With an open clutch there is no spring: the master can be put elsewhere while th
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import Array
 from ...control import ControlSettings
 from ...control.admittance import saturate
 from ...kernels.triples import triple
@@ -24,7 +24,6 @@ from ...runtime.command import Master
 
 __all__ = ["Master", "advance_leader", "consume_motion", "spring"]
 
-Array = NDArray[np.float64]
 
 MAX_INCREMENT_MM = 50.0  # more than this within one period is an error of the sender, not a motion
 

@@ -6,16 +6,14 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import Array
 from ...pathway.pathway import Pathway
 from ...robots.snake import SnakeModel
 from .drive_report import Tally
 from .drive_state import CONTROLS, Command, Control, DriveSettings
 from .operators import Order, Stop, adversarial, scripted
 from .snake_drive import SnakeDrive
-
-Array = NDArray[np.float64]
 
 _TIP_S = 200.0  # [mm] of the comparison
 _LINKS = 7

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import Array, IntArray
 from ...pathway.limits.backtracking import largest_share
 from ...pathway.limits.limits import Configuration, HardLimits
 from ...pathway.packed import PackedPathway
@@ -17,9 +17,6 @@ from ...snake.control.tip_control import DistalContext, TipControl, outwards, st
 from .drive_state import Command, DriveSettings, Observer, Outcome
 from .refusal import Refusal
 from .trail import Trail
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 SAME = 1e-9  # share by which a step may be longer than it is allowed to be, by rounding
 
@@ -37,7 +34,7 @@ class DistalSteps:
     _distal_limits: HardLimits
     _distal_query: Query
     _packed: PackedPathway
-    _windows: Index
+    _windows: IntArray
     _refused: Refusal | None
     _trail: Trail
     _settled: bool

@@ -7,9 +7,10 @@ from dataclasses import asdict, dataclass
 from time import perf_counter
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ...anatomy.lumen.path_ends import PathEnds
+from ...arrays import Array
 from ...errors import InputError
 from ...geometry.curve import Curve
 from ...geometry.mesh import TriangleMesh
@@ -43,7 +44,6 @@ __all__ = [
     "lumen_between",
 ]
 
-Array = NDArray[np.float64]
 
 _FAR_MM = 60.0  # [mm] a landmark farther from the curve is not on this path
 _ATTACK_STEPS = 2000  # of the adversarial operator at each place

@@ -7,17 +7,15 @@ from dataclasses import asdict, dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...anatomy.lumen.path_ends import PathEnds
+from ...arrays import Array
 from ...pathway.limits.link_bounds import BOUND_SHARE
 from ...pathway.pathway import Pathway
 from ...snake import NOTICE
 from .drive_state import DriveState
 from .look_round import Retry, SideSeen
 from .narrow import Narrowest, narrowest_values
-
-Array = NDArray[np.float64]
 
 _STEERED = 0.05  # r below which ϑ means nothing
 _TURNED = math.sin(math.radians(2.0))  # and of a view

@@ -6,14 +6,12 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import Array
 from .drive_report import Tally, Visit
 from .look_round import Order, Retry
 from .snake_drive import SnakeDrive
 from .wall_depth import UNMEASURED, WallDepth
-
-Array = NDArray[np.float64]
 
 STALLED = 3000  # steps in a row that move no joint and bring the tip nowhere: nobody waits any longer
 _REMEDY = "a larger bound, a thinner robot or other waypoints may get past"

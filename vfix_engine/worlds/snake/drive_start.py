@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ...arrays import Array
 from ...errors import InputError
 from ...geometry.curve import Curve
 from ...given import real_array, within
@@ -16,8 +17,6 @@ from ...snake.control.parameterised import ParameterisedControl
 from ...snake.control.qp_drive import QpControl
 from ...snake.control.tip_control import TipControl
 from .drive_state import DriveSettings
-
-Array = NDArray[np.float64]
 
 
 def checked_tip(snake: SnakeModel, length: float, tip_s: float, longer_allowed: bool) -> float:

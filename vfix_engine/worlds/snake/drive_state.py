@@ -10,6 +10,7 @@ from typing import Any, Literal, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from ...arrays import Array, IntArray
 from ...errors import InputError
 from ...given import positive, whole, within
 from ...pathway.checks import MOST_ANGLES, MOST_CONTOURS, MOST_FITTED
@@ -18,9 +19,6 @@ from ...pathway.packed import PackedPathway
 from ...pathway.query.query import Deviations
 from ...robots.snake import MOST_LINKS
 from ...snake.haptics.haptics import Forces
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 Control = Literal["parameterised", "qp"]
 Limit = Literal["bound", "speed", "step", "bends", "bent", "end", "tissue", "insertion", "planning"]
@@ -252,7 +250,7 @@ class DriveState:
     joint_s: Array
     steering: tuple[float, float]
     packed: PackedPathway
-    windows: Index
+    windows: IntArray
     measured: NDArray[np.bool_]
     bound: Array
     deviation: Deviations

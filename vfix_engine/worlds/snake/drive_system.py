@@ -10,8 +10,8 @@ from dataclasses import dataclass, replace
 from typing import Any, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import Array
 from ...errors import ControlError
 from ...runtime.command import BUTTON_STRAIGHTEN, COMMAND_SIZE, Command, command_to_row, no_command
 from ...runtime.driver import Log
@@ -24,8 +24,6 @@ from .row import OUTCOMES, SnakeRow
 from .settings import SnakeSettings
 from .snake_drive import SnakeDrive
 from .spec import LumenContours, SnakeSystemSpec
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import Array, IntArray
 from ...pathway.packed import END, START, PackedPathway
 from ...pathway.pathway import Pathway
 from ...robots.snake import SnakeModel
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 WINDOW_MM = 40.0  # [mm] of the pathway before and behind a link that it is measured against
 _AHEAD = 2.0  # waypoints, and mm at least: so far around a planned shape bounds are those that it is about to get
 
 
-def link_windows(pathway: Pathway, joint_s: Array, first: int, margin_mm: float = 0.0) -> Index:
+def link_windows(pathway: Pathway, joint_s: Array, first: int, margin_mm: float = 0.0) -> IntArray:
     """Windows (L, 2) of segments for joints at the arc lengths (L + 1,) in mm; links from ``first`` on share one.
 
     margin_mm: so much longer at either end.

@@ -13,16 +13,14 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import Array
 from ...pathway.limits.backtracking import SHARES
 from ...pathway.limits.limits import Configuration, HardLimits, Verdict
 from ...snake.control.projection import projected_to_limits
 from ...snake.control.tip_control import DistalContext, stops
 from ...snake.control.wall_program import WallProgram, joint_regularisation
 from ...virtual_fixtures.rows import with_progress
-
-Array = NDArray[np.float64]
 
 SIDES = 8  # directions about the straight view; 0 is to the right in its picture, and they go round clockwise
 SECTOR = math.pi / SIDES  # [rad] a view that is no farther than that from a side's direction looks to that side

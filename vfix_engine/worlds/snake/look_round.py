@@ -8,15 +8,13 @@ from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import Array
 from ...given import point_text
 from ...snake.control.parameterised import ParameterisedControl
 from .drive_state import Command
 from .look_plan import SIDES, LookPlanner, SidePath, view_of
 from .snake_drive import SnakeDrive
-
-Array = NDArray[np.float64]
 
 STUCK = 40  # steps that are held, one after the other, until the operator gives up
 PASSED_MM = 5.0  # beyond a place that held the insertion: past it

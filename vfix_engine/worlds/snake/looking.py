@@ -6,13 +6,11 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .look_plan import SIDES, view_of
 from .planned_drive import PlannedDrive
 from .planning import LookPart, LookWanted
 
-Array = NDArray[np.float64]
 Bend = tuple[float, ...]
 
 _REACHED = 1e-9  # [rad]

@@ -6,9 +6,10 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from ...anatomy.lumen.centreline import Centreline, centreline_between
+from ...arrays import Array
 from ...geometry.curve import Curve
 from ...geometry.mesh import TriangleMesh
 from ...pathway.fit import fit_pathway
@@ -17,8 +18,6 @@ from ...robots.snake import SnakeModel
 from ...snake.conform.conforming import driven_curve
 from ...snake.conform.follow import followable
 from .drive_state import DriveSettings
-
-Array = NDArray[np.float64]
 
 _MOST_SLACK_MM = 4.0  # a robot that uses more of a wide place is turned the wrong way for the narrow one behind it
 

@@ -6,14 +6,11 @@ from dataclasses import asdict, dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...errors import PathwayError
 from ...given import point_text
 from ...pathway.pathway import Pathway
 from ...robots.snake import SnakeModel
-
-Array = NDArray[np.float64]
 
 
 class Place(NamedTuple):

@@ -6,8 +6,8 @@ import math
 from copy import copy
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import Array
 from ...errors import ControlError
 from ...geometry.curve import Curve
 from ...pathway.limits.limits import beyond_text
@@ -22,9 +22,6 @@ from .drive_state import Command, DriveSettings, DriveState, Outcome
 from .planning import BendsWanted, LookWanted, Plan, PlanInputs, Seen, Shape
 from .shape_steps import TISSUE_SHARE
 from .snake_drive import SnakeDrive
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 OLDEST_S = 0.06  # [s] a pathway that was seen longer ago moves nothing any more
 RIM_SHARE = 1.25  # of the wall's speed at the last look: how fast it may have become since

@@ -7,8 +7,8 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import Array
 from ...errors import PathwayError
 from ...geometry.curve import Curve
 from ...pathway.limits.limits import HardLimits
@@ -35,8 +35,6 @@ from .drive_state import DriveSettings
 from .link_windows import entrance, link_windows, planning_margin
 from .look_plan import LookPlanner
 from .planning import BendsWanted, LookPart, LookWanted, Plan, PlanInputs, Seen, Shape
-
-Array = NDArray[np.float64]
 
 SHAPES_AHEAD = 3  # of an insertion, so that it goes on while the next ones are planned
 LOOK_AHEAD = 3  # bends on towards a side in one plan: longer ones would keep the tissue's waiting

@@ -8,13 +8,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ...arrays import Array, IntArray
 from ...geometry.curve import Curve
 from ...pathway.limits.link_bounds import LinkBounds
 from ...snake.bending.optimise import Bend
 from ...snake.conform.conformance import ShapeSolution
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 class Shape(NamedTuple):
@@ -56,7 +54,7 @@ class BendsWanted:
     t: float
     base: Array
     rest: Array
-    window: Index
+    window: IntArray
     bound: Array
     tip_s: float
 

@@ -6,14 +6,12 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import Array
 from ...pathway.limits.limits import Configuration, Verdict
 from ...pathway.query.query import Query
 from ...robots.snake import SnakeModel
 from .drive_state import Outcome
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import Array
 from ...robots.snake import SnakeModel
 from ...robots.snake_kernel import snake_frames
 from ...runtime.system import Column
 from .snake_drive import SnakeDrive
-
-Array = NDArray[np.float64]
 
 OUTCOMES = {"rest": "idle", "moved": "moved", "shrunk": "shrunk", "held": "held"}
 _CODES = {name: float(code) for code, name in enumerate(OUTCOMES)}

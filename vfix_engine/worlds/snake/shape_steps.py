@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ...arrays import Array
 from ...pathway.limits.backtracking import largest_share
 from ...pathway.limits.limits import Configuration, HardLimits
 from ...pathway.limits.link_bounds import LinkBounds, known_within
@@ -22,9 +23,6 @@ from .distal_steps import SAME, DistalSteps
 from .drive_state import Command, Outcome
 from .link_windows import link_windows, planning_margin
 from .refusal import Refusal
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 TISSUE_SHARE = 0.5  # of the joints' speed at most is for following the tissue; the rest is the hand's
 _LEAST = 0.01  # of a step: with less of its joint travel left nothing more is tried

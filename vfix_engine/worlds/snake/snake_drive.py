@@ -14,6 +14,7 @@ from typing import Literal, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ...arrays import Array, IntArray
 from ...errors import InputError
 from ...geometry.curve import Curve
 from ...geometry.mesh import TriangleMesh
@@ -37,9 +38,6 @@ from .narrow import narrowest
 from .refusal import Refusal
 from .shape_steps import ShapeSteps
 from .trail import Trail
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 TISSUE_RESERVE_MM = 0.5  # [mm] four times what breathing by 8 mm in 4 s moves in 20 ms
 _STRAIGHT = 1e-9  # [rad]
@@ -106,7 +104,7 @@ class SnakeDrive(ShapeSteps):
         self._packed = pathway.packed(0.0)
         self._entrance = entrance(self._packed, snake)
         still = pathway.motion is None
-        self._windows: Index
+        self._windows: IntArray
         self._measured: NDArray[np.bool_]
         self._deviation: Deviations
         self._waypoints = Waypoints(snake, line, slack if still else None, tip_s, still, self.settings.waypoint_mm)

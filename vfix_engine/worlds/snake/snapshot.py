@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ...runtime.snapshot import Array, Snapshot
+from ...arrays import Array
+from ...runtime.snapshot import Snapshot
 
 
 @dataclass(frozen=True, kw_only=True)

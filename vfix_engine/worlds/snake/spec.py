@@ -9,6 +9,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from ...arrays import Array
 from ...errors import InputError
 from ...geometry.curve import Curve
 from ...geometry.mesh import TriangleMesh
@@ -25,8 +26,6 @@ from .planner import Planner
 from .settings import SnakeSettings
 from .snapshot import SnakeSnapshot
 from .system import SnakeSystem
-
-Array = NDArray[np.float64]
 
 _MOTIONS: dict[str, type[Breathing] | type[Peristalsis]] = {"breathing": Breathing, "peristalsis": Peristalsis}
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import Array
 from ...errors import ControlError, InputError
 from ...runtime.command import BUTTON_STRAIGHTEN, Command, no_command
 from ...runtime.requests import Bend, Request, SetSettings, Straighten
@@ -25,8 +25,6 @@ from .row import OUTCOMES, SnakeRow
 from .settings import SnakeSettings
 from .snapshot import SnakeSnapshot
 from .warm_up import small_lumens
-
-Array = NDArray[np.float64]
 
 STILL_N = 1e-3  # [N] a force that is less is none; it only fades
 REACHED = 1e-9  # [rad] off the bend that was asked for

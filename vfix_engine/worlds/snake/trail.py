@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from ...arrays import Array
+
 Steering = tuple[float, float]
 
 _APART = math.radians(1.0)  # between two bends that are kept, the joint that differs most

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...anatomy.lumen.wall import Wall, outward_side
 from ...geometry.curve import Curve
@@ -13,8 +12,6 @@ from ...geometry.mesh import TriangleMesh
 from ...given import point_text
 from ...pathway.pathway import Pathway
 from .snake_drive import SnakeDrive
-
-Array = NDArray[np.float64]
 
 EVERY_MM = 10.0  # of insertion between two places at which links are measured against the wall
 _RAYS = 12

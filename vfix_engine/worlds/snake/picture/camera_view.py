@@ -16,10 +16,10 @@ import trimesh
 from numpy.typing import ArrayLike, NDArray
 from trimesh.ray.ray_pyembree import RayMeshIntersector
 
+from ....arrays import Array
 from ....errors import InputError
 from ....geometry.mesh import TriangleMesh
 
-Array = NDArray[np.float64]
 Picture = NDArray[np.uint8]
 
 FIELD_DEG = 70.0  # Kwok 2013, section IV: field of view of the endoscope

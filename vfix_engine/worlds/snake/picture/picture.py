@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import cKDTree
 
+from ....arrays import Array
 from ....geometry.mesh import TriangleMesh
 from ....pathway.packed import PackedPathway
 from ....robots.snake import SnakeModel
@@ -15,8 +16,6 @@ from ....snake import NOTICE
 from .camera_view import FIELD_DEG, Picture, Seen, Surface, View, endoscope_view
 from .picture_marks import INK, MARK, PAPER, RIM, draw_compass, draw_line, draw_marks, draw_scale, rims, write
 from .robot_shape import robot_shape
-
-Array = NDArray[np.float64]
 
 WIDTH, HEIGHT = 600, 760  # [px] of a panel
 _HEAD = 64  # [px] of the strip with the words above the panels

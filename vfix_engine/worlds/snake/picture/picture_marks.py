@@ -8,11 +8,11 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ....arrays import Array
 from ....pathway import packed as column
 from ....pathway.packed import PackedPathway
 from .camera_view import Picture, View
 
-Array = NDArray[np.float64]
 Colour = tuple[int, int, int]
 Box = tuple[int, int, int, int]  # left, top, right, foot [px]
 

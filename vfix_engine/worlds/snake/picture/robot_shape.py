@@ -4,16 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import trimesh
-from numpy.typing import NDArray
 
+from ....arrays import Array, IntArray
 from ....geometry.mesh import TriangleMesh
 from ....robots.snake import SnakeModel
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
-
-def robot_shape(snake: SnakeModel, frames: Array, first: int, last: int) -> tuple[TriangleMesh, Index]:
+def robot_shape(snake: SnakeModel, frames: Array, first: int, last: int) -> tuple[TriangleMesh, IntArray]:
     """Surfaces of the links first … last − 1 in the patient frame, and of each triangle the link (F,) it belongs to.
 
     frames: (L + 1, 4, 4) as ``SnakeModel.frames`` gives them.
