@@ -71,6 +71,7 @@ _WHERE = {
 }  # fmt: skip
 _MODULES = {
     "errors": ".errors",
+    "fixtures": ".fixtures",  # its name of version 0.1
     "tasks": ".control.tasks",
     "virtual_fixtures": ".virtual_fixtures",
     "zones": ".virtual_fixtures.zones",
