@@ -93,16 +93,18 @@ def test_dry_run_and_drive_end_at_the_same_sphere_with_its_name(services: Servic
 
 
 def test_a_patch_of_the_bone_keeps_a_margin_of_its_own(services: Services, tube: str) -> None:
-    """The patch's margin is larger than the bone's; coal measures the patch alone."""
+    """The patch's margin is larger than the bone's; coal measures the patch alone. Without it the tool comes nearer."""
     at = MESH.vertices[(np.linalg.norm(MESH.vertices - POINTS[2], axis=1)).argmin()]
-    patch = zone({"kind": "patch", "centre": at.tolist(), "radius": 6.0}, "carotid", 5.0)
-    plan = services.plans.create(tube, "Patch", content(patch))
-    poses, _ = drive(services, plan)
+    patch = zone({"kind": "patch", "centre": at.tolist(), "radius": 6.0}, "carotid", 3.5)
     near = np.linalg.norm(MESH.triangles - at, axis=2).min(axis=1) <= 6.0
     judge = CoalJudge(TriangleMesh(MESH.vertices, MESH.faces[near]))
-    radius = poses[0].capsules[:, 6]
-    least = min(judge.clearance(Segments(one.segments_start, one.segments_end, radius)) for one in poses)
-    assert least >= 5.0
+
+    def least(*zones: PlanZone) -> float:
+        poses, _ = drive(services, services.plans.create(tube, "Patch", content(*zones)))
+        radius = poses[0].capsules[:, 6]
+        return min(judge.clearance(Segments(one.segments_start, one.segments_end, radius)) for one in poses)
+
+    assert least(patch) >= 3.5 > least()
 
 
 def test_a_soft_structure_pushes_back_and_its_depth_is_a_bound(services: Services, tube: str) -> None:
