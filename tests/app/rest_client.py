@@ -1,10 +1,12 @@
 """The REST routes without a socket, over services that a test brings along."""
 
 import asyncio
+import time
 from collections.abc import AsyncIterator
 from typing import Any
 
 import httpx
+import pytest
 from fastapi import FastAPI
 
 from app.api import router
@@ -60,3 +62,13 @@ async def flood(first: bytes, size: int, sent: list[int]) -> AsyncIterator[bytes
     for _ in range(1000):
         sent.append(size)
         yield b"x" * size
+
+
+def wait(client: Client, job: dict[str, str]) -> dict[str, object]:
+    """What a job's route answers once the job has ended."""
+    for _ in range(2400):  # two busy cores take their time
+        answer: dict[str, object] = client.get(f"/api/jobs/{job['id']}").json()
+        if answer["state"] in ("done", "failed", "cancelled"):
+            return answer
+        time.sleep(0.05)
+    pytest.fail("the job did not end")

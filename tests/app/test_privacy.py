@@ -16,8 +16,7 @@ import SimpleITK as sitk  # noqa: N813
 import trimesh
 from pydicom.datadict import DicomDictionary
 from pydicom.dataset import Dataset
-from rest_client import Client, opened_client
-from test_api_uploads import wait
+from rest_client import Client, opened_client, wait
 
 from app.cli import main
 from app.services import Services, build_services

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 from endless_reader import BEGUN, NEVER_S, never_end
-from rest_client import CASE, PLAN, Client, flood, opened_client
+from rest_client import CASE, PLAN, Client, flood, opened_client, wait
 
 from app.api import cases as case_routes
 from app.cases.model import HEAD_PHANTOM
@@ -24,15 +24,6 @@ SURFACE = b"v 0 0 0\nv 80 0 0\nv 0 80 0\nv 0 0 80\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 
 
 def uploaded(services: Services) -> list[str]:
     return [path.name for path in services.settings.temporary_dir.rglob("*.obj")]
-
-
-def wait(client: Client, job: dict[str, str]) -> dict[str, object]:
-    for _ in range(2400):  # two busy cores take their time
-        answer: dict[str, object] = client.get(f"/api/jobs/{job['id']}").json()
-        if answer["state"] in ("done", "failed", "cancelled"):
-            return answer
-        time.sleep(0.05)
-    pytest.fail("the job did not end")
 
 
 def wait_for_the_worker(services: Services, job: str) -> None:

@@ -12,8 +12,7 @@ import nibabel
 import numpy as np
 import pytest
 import trimesh
-from rest_client import Client
-from test_api_uploads import wait
+from rest_client import Client, wait
 
 from app.cases.model import Case
 from app.cases.segments import OUTLINE_COLOUR, usable_name

@@ -10,8 +10,7 @@ import nibabel
 import numpy as np
 import pytest
 import trimesh
-from rest_client import Client
-from test_api_uploads import wait
+from rest_client import Client, wait
 
 from app.cases.model import Case
 from app.cases.second_volume import IDENTITY, SecondVolume

@@ -30,10 +30,10 @@ posix = pytest.mark.skipif(os.name != "posix", reason="Windows does not limit th
 CALLER = """
 import sys
 from pathlib import Path
-sys.path.insert(0, sys.argv[1])
+sys.path[:0] = sys.argv[2:]
 from test_isolated import wait_in
 from vfix_engine.files.sandbox.isolated import run_isolated
-place = Path(sys.argv[2])
+place = Path(sys.argv[1])
 run_isolated(wait_in, place, True, folder=place, writable=(place,))
 """
 
@@ -226,7 +226,7 @@ def test_temporary_files_lie_where_the_caller_says(tmp_path: Path) -> None:
 @linux
 def test_a_worker_ends_with_the_process_that_started_it(tmp_path: Path) -> None:
     """HAZ-16: a caller that is killed cleans up nothing."""
-    command = [sys.executable, "-c", CALLER, str(Path(__file__).parents[1]), str(tmp_path)]
+    command = [sys.executable, "-c", CALLER, str(tmp_path), *map(str, Path(__file__).parents[:2])]
     with subprocess.Popen(command) as caller:
         worker = started_in(tmp_path)
         assert is_alive(worker)
