@@ -143,8 +143,8 @@ def build_services(settings: Settings) -> Services:
     from app.plans.service import PlanService
     from app.plans.shipped_head import ensure_head_phantom
     from app.plans.versions import PlanVersions
-    from app.registration.document import REGISTRATION
     from app.registration.driven import driven_registration
+    from app.registration.kind import REGISTRATION
     from app.registration.refining import Refining
     from app.registration.service import Registering
     from app.registration.tracing import Tracing
@@ -186,7 +186,7 @@ def build_services(settings: Settings) -> Services:
         removed_volumes=removed_volumes,
         suggestions=Suggestions(jobs, cases, instruments, fields, planning, switches),
         runs=runs,
-        recordings=Recordings(jobs, runs),
+        recordings=Recordings(jobs, runs, planning.ways),
         switches=switches,
         segmenting=Segmenting(cases, jobs),
         labels=Labels(store, cases, jobs),

@@ -5,11 +5,12 @@ from __future__ import annotations
 import secrets
 from collections.abc import Sequence
 from dataclasses import replace
-from itertools import count, product
+from itertools import product
 
 import numpy as np
 from sqlalchemy.orm import Session
 
+from app.cases.import_names import WantedName, sort_of_volume
 from app.cases.model import Bounds, Case, CaseContent, Overlay
 from app.cases.second_volume import SecondVolume
 from app.cases.service import CaseService, volume_named
@@ -19,7 +20,6 @@ from vfix_engine.anatomy.overlay import OverlayVolume
 from vfix_engine.errors import InputError, PlanError
 
 MAX_OVERLAYS = 8  # of a case
-PLAIN_NAME = "Second volume"
 
 
 class Overlays:
@@ -28,10 +28,9 @@ class Overlays:
     def __init__(self, cases: CaseService) -> None:
         self._cases = cases
 
-    def add(self, case_id: str, name: str | None, found: OverlayVolume, notes: Sequence[str]) -> Overlay:
-        """Store a volume that was read; without a name it gets a plain one. Raises NotFound and InputError."""
-        if name is not None:
-            check_name(name, "volume's name")
+    def add(self, case_id: str, wanted: WantedName, found: OverlayVolume, notes: Sequence[str]) -> Overlay:
+        """Store a volume that was read. Raises NotFound and InputError."""
+        wanted.check()
         self.check_room(case_id)
         overlay_id = f"overlay-{secrets.token_hex(6)}"
         info = self._cases.files.put_volume(overlay_id, found.volume)
@@ -39,8 +38,8 @@ class Overlays:
 
         def added(content: CaseContent, _: Session) -> CaseContent:
             taken = {item.name for item in content.overlays}
-            plain = next(one for n in count(1) if (one := f"{PLAIN_NAME} {n}") not in taken)
-            made.append(Overlay(overlay_id, name or plain, found.window, found.level, info, tuple(notes)))
+            name = wanted.among(taken, sort_of_volume(found.modality), found.description)
+            made.append(Overlay(overlay_id, name, found.window, found.level, info, tuple(notes)))
             return replace(content, overlays=(*content.overlays, made[-1]))
 
         self._cases.change_content(case_id, added)

@@ -18,7 +18,6 @@ from app.cases.settings import settings_in_case
 from app.commands.head_options import add_file_options, say_notes, told_of_file
 from app.exchange.resolve import (
     ResolvedCase,
-    path_notes,
     resolve_case,
     resolve_plan,
     resolve_plan_zones,
@@ -33,11 +32,13 @@ from app.planning.placement import standing_base, stored_placing
 from app.planning.rehearsal_options import NO_SWITCHES, Switches, standing
 from app.planning.remote_centre import ENTRY, Place
 from app.planning.shaft import shaft_of
+from app.plans.imported_places import path_notes, target_notes
 from app.plans.instruments import Instruments, plan_robot, plan_tool
 from app.plans.model import Plan, without_placing
 from app.services import Services, build_services
 from app.settings import Settings
 from vfix_engine.anatomy.head_import import HeadRequest
+from vfix_engine.anatomy.piercing import Ways
 from vfix_engine.anatomy.soft_tissue import tissue_passed
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import InputError, VfixError
@@ -126,7 +127,8 @@ def run(args: argparse.Namespace) -> int:
     plan = resolve_plan(services, case, args.plan)
     plan = plan if args.path is None else plan.along(args.path)
     plan, registration, lost = _registered(services, plan)
-    notes = (*case.notes, *path_notes(plan.points, case.mesh.bounds), *lost)
+    told = (plan.told,) if plan.told else ()
+    notes = (*case.notes, *told, *path_notes(plan.points, case.mesh.bounds), *lost)
     say_notes(notes)
     scene, settings, obstacle, held_by = build_scene(
         case, plan, args, None if services is None else services.instruments, registration
@@ -137,17 +139,17 @@ def run(args: argparse.Namespace) -> int:
         report["robot_notes"] = list(scene.robot.notes)
     if held_by:
         report["standing"] = held_by
-    poses = Poses()
+    poses, ways = Poses(), plan_ways(case.scans, plan)
     rehearsal = Rehearsal(scene, settings)
     recorded = _recorded(services, rehearsal, args)
     try:
-        report |= _rehearse(rehearsal, args, poses, recorded)
+        report |= _rehearse(rehearsal, args, poses, recorded, ways)
     except BaseException:
         if recorded is not None:
             recorded.drop()
         raise
     if recorded is not None:
-        report["run"] = recorded.keep(case.id, plan.id if plan.revision else None)  # a plan of a file has none
+        report["run"] = recorded.keep(case.id, plan.id if plan.revision else None, ways)  # a plan of a file has none
     if obstacle:
         report["placing_reason"] = obstacle
     if not report["completed"]:
@@ -155,7 +157,7 @@ def run(args: argparse.Namespace) -> int:
     if notes:
         report["notes"] = list(notes)
     report["soft_tissue"] = asdict(tissue_passed(case.scan(), poses.kept))
-    report["pierced"] = asdict(PiercedReport.of(pierced_by_poses(plan_ways(case.scans, plan), poses.kept)))
+    report["pierced"] = asdict(PiercedReport.of(pierced_by_poses(ways, poses.kept)))
     unknown = "" if case.uncertainty.voxel_mm else f"{case.uncertainty.words()}; the margin has to cover that"
     report["warnings"] = [words] if (words := case.uncertainty.warning(settings.margin_mm) or unknown) else []
     say_notes([f"{words}." for words in report["warnings"]])
@@ -294,6 +296,8 @@ def _robot(plan: Plan, args: argparse.Namespace, instruments: Instruments | None
 def _targets(plan: Plan, file: Path | None) -> tuple[np.ndarray, tuple[str, ...]]:
     """Targets from a file, from the plan, or the path's end."""
     targets = resolve_targets(file) if file is not None else plan.targets
+    if file is not None:
+        say_notes(target_notes(targets))
     if targets:
         return np.array([t.position for t in targets]), tuple(t.label for t in targets)
     return np.array([plan.points[-1].position]), ("the path's end",)
@@ -315,12 +319,12 @@ def _recorded(services: Services | None, rehearsal: Rehearsal, args: argparse.Na
 
 
 def _rehearse(
-    rehearsal: Rehearsal, args: argparse.Namespace, poses: Poses, recorded: RecordedRun | None
+    rehearsal: Rehearsal, args: argparse.Namespace, poses: Poses, recorded: RecordedRun | None, ways: Ways | None
 ) -> dict[str, Any]:
     if args.record is None:
         return _drive(HeadlessRun(rehearsal, poses.add, recorded), args)
     try:
-        with CsvRecorder(args.record) as recorder:
+        with CsvRecorder(args.record, ways) as recorder:
 
             def keep(snapshot: Snapshot) -> None:
                 recorder.add(snapshot)

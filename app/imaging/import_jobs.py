@@ -9,8 +9,7 @@ import threading
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
-from app.cases.overlays import PLAIN_NAME
-from app.imaging.importing import ImportRequest, ImportService, OverlayRequest, case_name
+from app.imaging.importing import ImportRequest, ImportService, OverlayRequest
 from app.kit.errors import AnswerUnusable
 from app.kit.jobs import Job, JobKind, Jobs, Progress
 from vfix_engine.anatomy.labels.reading import SegmentationRequest
@@ -189,12 +188,13 @@ def _as_segmentation(request: Request) -> SegmentationRequest:
 
 
 def _subject(request: Request) -> str:
-    """What the case will be called; '' for a name that cannot be used, which the import refuses."""
-    if isinstance(request, OverlayRequest):
-        return PLAIN_NAME
-    if not isinstance(request, ImportRequest):
+    """What the work is called: the name to be, or what it is; '' for a name that the import refuses."""
+    if isinstance(request, SegmentationRequest):
         return "Segmentation"
     try:
-        return case_name(request)
+        request.wanted.check()
     except InputError:
         return ""
+    if request.name is not None:
+        return request.name.strip()
+    return request.sort if isinstance(request, ImportRequest) else "Second volume"

@@ -19,6 +19,7 @@ from vfix_engine.frames import RAS_TO_LPS
 from vfix_engine.json_text import parse_json
 
 MAX_TEXT = 16 << 20  # [byte] of a plan's file
+UNIT_ASSUMED = "The file does not name its unit; mm was assumed."
 _SEPARATORS = ",;\t"  # of a table's cells
 # 3D Slicer wrote its enumeration before it wrote the names (HAZ-14).
 _FRAMES = {"LPS": "LPS", "RAS": "RAS", "0": "RAS", "1": "LPS"}

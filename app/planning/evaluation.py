@@ -30,7 +30,6 @@ from app.planning.zone_sets import check_kept, near_zones, with_errors, zone_set
 from app.plans.curve import CurveSample
 from app.plans.instruments import Instruments, plan_tool, shaped_tool
 from app.plans.model import DEFAULT_TOOL, Plan, drive_parts
-from app.plans.paths import side_caution
 from app.plans.zones import PlanZone, check_zone, zone_to_json
 from app.registration.driven import AS_STORED, AsStored, DrivenRegistration, Through, no_registration
 from vfix_engine.anatomy.piercing import Ways
@@ -406,9 +405,9 @@ class Planning:
 
 
 def _beside(found: PlanEvaluation, plan: Plan) -> PlanEvaluation:
-    """The evaluation with the side where the path is said to enter weighed, on which its drive does not depend."""
-    caution = side_caution(plan.path)
-    return replace(found, verdict=found.verdict.beside(caution)) if caution else found
+    """The evaluation with what the plan says besides in its verdict, on which its drive does not depend."""
+    verdict = found.verdict.beside(plan)
+    return found if verdict is found.verdict else replace(found, verdict=verdict)
 
 
 def registered_key(registered: DrivenRegistration | None) -> str:

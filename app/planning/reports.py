@@ -13,7 +13,6 @@ from app.planning.removed_bone import RemovedVolumes, RemovedVolumeService
 from app.planning.soft_depths import SoftDepth
 from app.planning.verdict import Level, Reason, TissueLevel, Verdict, refused
 from app.plans.model import NOTICE, Plan
-from app.plans.paths import side_caution
 from vfix_engine.errors import PlanError, StartRefused
 
 if TYPE_CHECKING:
@@ -116,7 +115,7 @@ class PathReports:
         try:
             evaluation = self._dry_runs.evaluate(plan, switches)
         except StartRefused as error:
-            return _report(plan, refused(error).beside(side_caution(plan.path)), None, ())
+            return _report(plan, refused(error).beside(plan), None, ())
         cones = self._planning.cones(plan, switches, evaluation.registered)
         targets = tuple(TargetReport(t.id, t.label, round(cones[t.id].cone_deg, 1)) for t in plan.targets)
         return _report(plan, evaluation.verdict, evaluation, targets)

@@ -28,7 +28,6 @@ from app.planning.suggestion_ends import check_ends
 from app.planning.verdict import Level, Verdict, refused
 from app.plans.instruments import Instruments, plan_tool, shipped_tools
 from app.plans.model import Plan, PlanContent, PlanPoint, new_point_id
-from app.plans.paths import side_caution
 from vfix_engine.anatomy.piercing import Ways
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import PlanError, StartRefused
@@ -216,7 +215,7 @@ class Suggestions:
             judging = partial(_judging_share, tell)
             return self._planning.evaluate(led, judging, self._switches.of(plan.id).in_force.along(led)).verdict
         except StartRefused as error:
-            return refused(error).beside(side_caution(led.path))
+            return refused(error).beside(led)
 
     def tools(self, plan: Plan, tell: ProgressCallback) -> ToolTable:
         """Every shipped tool along the path of a plan."""

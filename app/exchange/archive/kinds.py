@@ -8,8 +8,9 @@ from app.documents import DocumentKind
 from app.imaging.label_document import LABEL
 from app.plans.document import PLAN
 from app.plans.versions import VERSION
-from app.registration.document import REGISTRATION, RegistrationContent
+from app.registration.document import RegistrationContent
 from app.registration.fit_report import inconsistency
+from app.registration.kind import REGISTRATION
 
 KINDS: dict[str, DocumentKind[Any]] = {kind.name: kind for kind in (PLAN, VERSION, REGISTRATION, LABEL)}
 

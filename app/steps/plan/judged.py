@@ -8,8 +8,8 @@ from app.cases.settings import settings_in_case
 from app.kit.values import Position
 from app.planning.evaluation import PlanEvaluation
 from app.planning.placement import StoredPlacing
+from app.planning.verdict import said_besides
 from app.plans.model import Plan, drive_parts
-from app.plans.paths import side_caution
 from app.steps.plan.clearance import ShownTool
 from app.steps.plan.cones import Cones
 from app.steps.plan.dry_runs import Corridor, DryRuns
@@ -83,7 +83,7 @@ class Judged:
         plan = edited.plan
         switches = self._services.switches.of(plan.id).in_force
         driven = repr(drive_parts(plan)), self._services.planning.registration_key(plan)
-        key = (plan.id, switches, *driven, side_caution(plan.path))
+        key = (plan.id, switches, *driven, *said_besides(plan))
         if key == self._key:
             return
         before, self._key = self._before(plan), key

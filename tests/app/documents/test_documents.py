@@ -10,7 +10,8 @@ from app.cases.service import Case
 from app.documents import DocumentKind, Documents, Ref
 from app.kit.errors import DocumentConflict, DocumentLocked, NotFound
 from app.plans.service import PlanService
-from app.registration.document import REGISTRATION, FiducialPair, RegistrationContent
+from app.registration.document import FiducialPair, RegistrationContent
+from app.registration.kind import REGISTRATION
 from app.store import Store
 from app.store.models import DocumentStateRow
 from vfix_engine.errors import InputError

@@ -24,7 +24,8 @@ from app.live.outgoing import plan_messages, registration_messages
 from app.plans.model import Plan, PlanContent, PlanPoint
 from app.plans.service import PlanService
 from app.plans.versions import PlanVersions
-from app.registration.document import REGISTRATION, RegistrationContent
+from app.registration.document import RegistrationContent
+from app.registration.kind import REGISTRATION
 from app.settings import LinkAddress, Settings, link_address, tracker_address
 from app.store import Store
 from vfix_engine.errors import InputError, PlanError

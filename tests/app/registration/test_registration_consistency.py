@@ -17,10 +17,11 @@ from session_doubles import other_case
 
 from app.live.outgoing import no_registration, registration_messages
 from app.plans.model import PlanContent
-from app.registration.document import IDENTITY, REGISTRATION, RegistrationContent, registration_to_json
+from app.registration.document import IDENTITY, RegistrationContent, registration_to_json
 from app.registration.driven import driven_registration
 from app.registration.files import export_text
 from app.registration.fit_report import inconsistency, refitted, report_of
+from app.registration.kind import REGISTRATION
 from app.registration.target_errors import error_table
 from app.services import Services, build_services
 from app.settings import Settings

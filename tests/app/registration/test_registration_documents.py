@@ -11,8 +11,9 @@ import pytest
 from registration_contents import pose
 
 from app.registration.calibration_records import PointerTip, RobotToTracker
-from app.registration.document import REGISTRATION, FiducialPair, RegistrationContent, check_registration
+from app.registration.document import FiducialPair, RegistrationContent, check_registration
 from app.registration.fit_report import inconsistency, report_of
+from app.registration.kind import REGISTRATION
 from app.registration.said_by_file import SaidByFile
 from app.registration.touched_surface import Refinement, TouchedSurface
 from vfix_engine.errors import InputError, VfixError

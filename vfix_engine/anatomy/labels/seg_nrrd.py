@@ -23,6 +23,7 @@ from vfix_engine.errors import ImageError
 from vfix_engine.files.frame_report import MM_PER_UNIT, resolve_frame
 from vfix_engine.files.grid_header import MAX_VOXELS, check_length, inflated, inflated_length
 from vfix_engine.files.nrrd import is_packed, placement, read_fields, voxel_type
+from vfix_engine.files.text_bytes import text_of_bytes
 from vfix_engine.frames import RAS_TO_LPS
 
 _KEY = re.compile(r"Segment(\d{1,4})_(\w+)")
@@ -117,11 +118,8 @@ def _segments(keys: Mapping[str, str], layers: int) -> dict[int, Looks]:
 
 
 def _text(value: str) -> str:
-    """A name as Slicer writes it, in UTF-8; the header is read byte by byte."""
-    try:
-        return value.encode("latin-1").decode("utf-8").strip()
-    except UnicodeDecodeError:
-        return value.strip()
+    """A name as Slicer writes it, in UTF-8, or in Latin-1; the header is read byte by byte."""
+    return text_of_bytes(value.encode("latin-1")).strip()
 
 
 def _whole(text: str) -> int:
