@@ -19,6 +19,12 @@ from app.store.scratch import Scratch
 from vfix_engine.errors import InputError
 
 MAX_FILES = 5000  # of one upload; a series has one for each slice
+# Of a form: that the file's series description may become the name, which it does not by itself (HAZ-33).
+USE_DESCRIPTION = {
+    "type": "string",
+    "enum": ["yes"],
+    "description": "name it by the series description of the DICOM files, which may tell of the patient",
+}
 _OVERHEAD = 64 << 10  # [byte] boundaries and fields around the file
 _MAX_FIELD = 4 << 10  # [byte] of a field
 _UNSAFE = re.compile(r"[^A-Za-z0-9._-]+")
@@ -55,6 +61,11 @@ class Upload:
     place: Path
     beside: dict[str, Path]
 
+    @property
+    def uses_description(self) -> bool:
+        """Whether the form asks for the series description as a name."""
+        return self.fields.get("use_description") == "yes"
+
     def remove(self) -> None:
         """Delete the files."""
         shutil.rmtree(self.place, ignore_errors=True)
@@ -78,6 +89,8 @@ async def receive(
     place = await run_in_threadpool(scratch.new_place)
     try:
         form = await _form(request, max_bytes, fields, _numbered(place), max_files, beside)
+        if (word := form.fields.get("use_description", "yes")) != "yes":
+            raise InputError(f"use_description is {word!r:.20}; say yes, or leave it out.")
         path = await run_in_threadpool(_placed, form.files["file"], place)
         named = {name: _placed_alone(form.files[name][0], place / name) for name in beside if name in form.files}
         return Upload(path, form.fields, place, named)

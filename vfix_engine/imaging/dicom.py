@@ -1,7 +1,7 @@
 """Reader of one DICOM CT series from a folder or a zip: slices are checked to form one regular stack; LPS mm.
 
-Only the tags listed here are read. Apart from geometry and voxels no value of a file leaves this module: messages
-contain counts and measures, never text from a file.
+Only the tags listed here are read. Apart from geometry, voxels, modality and the series description no value of a file
+leaves this module: messages contain counts and measures, never text from a file.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ import logging
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -48,7 +49,7 @@ _TAGS = [
     "SliceThickness",
     "WindowCenter",
     "WindowWidth",
-    "SeriesDescription",  # shown where one of several series is chosen, and kept nowhere
+    "SeriesDescription",  # shown where one of several series is chosen; a name of a case where the user agrees
     *PIXEL_TAGS,
     *GROUPS,
 ]
@@ -71,10 +72,21 @@ _DEFLATED = b"1.2.840.10008.1.2.1.99"
 WINDOW_HU, LEVEL_HU = (1.0, 10_000.0), (-2000.0, 4000.0)  # of a window that is taken over
 
 
-def read_series(
-    path: Path, series: int | None = None, modalities: tuple[str, ...] = CT_ONLY
-) -> tuple[Volume, tuple[str, ...]]:
-    """The CT series in a folder or zip, and what was left out of it or resampled, in sentences.
+@dataclass(frozen=True, eq=False)
+class ReadSeries:
+    """A series as a volume. notes: what was left out of it or resampled, in sentences.
+
+    description: the file's own, which may tell of the patient (HAZ-33).
+    """
+
+    volume: Volume
+    notes: tuple[str, ...]
+    modality: str
+    description: str
+
+
+def read_series(path: Path, series: int | None = None, modalities: tuple[str, ...] = CT_ONLY) -> ReadSeries:
+    """The CT series in a folder or zip.
 
     series: which one, counted from 1 in the order of the files' names; None where there is only one.
     modalities: those that are taken; an MR series comes with its values as they are, and its enhanced form is not read.
@@ -116,11 +128,11 @@ def read_series(
         if voxels > MAX_VOXELS:
             raise ImageError(f"the series holds more than {MAX_VOXELS:,} voxels.")
     passed = others.check()
-    found.check_choice(series)
+    chosen = found.chosen(series)
     if fault is not None:
         raise fault
     volume, notes = _stacked(slices, scouts)
-    return volume, (*passed, *notes)
+    return ReadSeries(volume, (*passed, *notes), chosen.modality, chosen.description)
 
 
 def _stacked(slices: list[Slice], scouts: list[str]) -> tuple[Volume, tuple[str, ...]]:
@@ -131,7 +143,7 @@ def _stacked(slices: list[Slice], scouts: list[str]) -> tuple[Volume, tuple[str,
     return volume, (*([left_out_words(scouts)] if scouts else []), *notes)
 
 
-def _read_one_file(path: Path) -> tuple[Volume, tuple[str, ...]]:
+def _read_one_file(path: Path) -> ReadSeries:
     """The volume in one file of enhanced CT. Raises ImageError, with the reason that another one is no head."""
     if path.stat().st_size > MAX_FILE_BYTES:
         raise ImageError(f"the file is larger than {MAX_FILE_BYTES >> 20} MiB.")
@@ -142,8 +154,11 @@ def _read_one_file(path: Path) -> tuple[Volume, tuple[str, ...]]:
             raise SegmentationFound(f"the file is a DICOM segmentation, not a CT. {INTO_A_CASE}")
         if not is_enhanced(dataset):
             raise ImageError("one slice is not a volume; name the folder or a zip of the whole series.")
+        found = SeriesList()
+        found.count(dataset)
         slices, scouts = _slices_of(dataset, data, (where, where))
-    return _stacked(slices, scouts)
+    chosen = found.chosen(None)
+    return ReadSeries(*_stacked(slices, scouts), chosen.modality, chosen.description)
 
 
 def _slices_of(

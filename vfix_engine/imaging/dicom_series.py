@@ -76,8 +76,8 @@ class SeriesList:
             known.positions.append(float(across @ [float(value) for value in position]))
         return list(self._found).index(identity) + 1
 
-    def check_choice(self, series: int | None) -> None:
-        """Raises ImageError where the choice of a series is missing or wrong."""
+    def chosen(self, series: int | None) -> Series:
+        """The series of that number, or the only one. Raises ImageError where the choice is missing or wrong."""
         found = list(self._found.values())
         if not found:
             raise ImageError("there is no DICOM image in it.")
@@ -90,6 +90,7 @@ class SeriesList:
             )
         if series is not None and not 1 <= series <= len(found):
             raise ImageError(f"there is no series {series} in it; there are {len(found)} ({listed}).")
+        return found[(series or 1) - 1]
 
 
 def is_localizer(dataset: Any) -> bool:

@@ -84,8 +84,8 @@ def read_volume(
                 return read_volume(whole, frame, unit, **told)  # type: ignore[arg-type]
     if is_dicom(path):
         _, _, report = resolve_frame(("LPS", "mm"), (frame, unit), assume=assume)  # the DICOM standard fixes both
-        volume, notes = dicom.read_series(path, series, modalities)
-        return volume, replace(report, notes=notes)
+        read = dicom.read_series(path, series, modalities)
+        return read.volume, replace(report, notes=read.notes, modality=read.modality, description=read.description)
     if series is not None:
         raise ImageError("a series is chosen among those of a DICOM folder or zip, which this file is not.")
     values, transform, report = read_grid(path, frame, unit, assume=assume)

@@ -91,11 +91,13 @@ export function isSegmentation(files) {
 /**
  * The form of an upload.
  * @param {Sorted} what
+ * @param {boolean} [described] whether the file's series description may become the name
  */
-export function formOf({ files, names }) {
+export function formOf({ files, names }, described = false) {
   const form = new FormData();
   for (const { file, path } of files) form.append("file", file, path);
   if (names) form.append("names", names);
+  if (described) form.append("use_description", "yes");
   return form;
 }
 
