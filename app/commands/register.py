@@ -1,4 +1,4 @@
-"""`vfix register`: registrations of a case: list them, find beads, fit measured points, transforms in and out."""
+"""`vfix register`: registrations of a case: list, find beads, fit measured points, undo, transforms in and out."""
 
 from __future__ import annotations
 
@@ -35,6 +35,8 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         "trace": "bring a path that a pointer has traced into a plan",
         "export": "write the transform from the image to the patient to a file",
         "import": "make a registration of a transform in a file",
+        "undo": "take the newest edit of a registration back",
+        "redo": "do an edit again that was taken back",
         **register_calibration.ACTIONS,
     }
     every = {action: actions.add_parser(action, help=text) for action, text in words.items()}
@@ -42,7 +44,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         each.add_argument("case", metavar="CASE", help="id or name of the case")
         each.add_argument("--json", action="store_true", help="one JSON object on stdout")
     every["list"].add_argument("--deleted", action="store_true", help="those that can be restored as well")
-    for action in ("beads", "fit", "refine", "trace", "export"):
+    for action in ("beads", "fit", "refine", "trace", "export", "undo", "redo"):
         every[action].add_argument("--registration", metavar="NAME", help="id or name; else the newest of the case")
     every["beads"].add_argument("--diameter", type=float, metavar="MM", help="of the beads; else every size")
     every["beads"].add_argument("--threshold", type=float, default=THRESHOLD_HU, metavar="HU", help="brighter than it")
@@ -89,6 +91,11 @@ def run(args: argparse.Namespace) -> int:
         return 0
     if args.action == "beads":
         return _beads(services, registration_id, args)
+    if args.action in ("undo", "redo"):
+        editor = services.registering.editor(registration_id)
+        stepped = editor.undo() if args.action == "undo" else editor.redo()
+        _say(args, {**summary(stepped), "told": stepped.told}, [stepped.told])
+        return 0
     if args.action == "export":
         return _export(services, registration_id, args)
     if args.action == "refine":

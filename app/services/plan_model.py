@@ -182,6 +182,7 @@ class Plan:
     tool_shape: Mapping[str, float] = field(default_factory=dict)
     urdf: bytes | None = None
     unreadable: str = ""
+    told: str = field(default="", compare=False)
     schema: str = SCHEMA
     frame: str = "LPS"
     unit: str = "mm"

@@ -1029,6 +1029,7 @@ export interface PlanPublic {
   locked: boolean;
   deleted_at: string | null;
   unreadable: string;
+  told: string;
   notice: string;
   path_id: string;
   paths: PathPublic[];
@@ -1229,6 +1230,7 @@ export interface RegistrationPublic {
   can_undo: boolean;
   can_redo: boolean;
   unreadable: string;
+  told: string;
   notice: string;
 }
 
