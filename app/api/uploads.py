@@ -3,6 +3,7 @@
 import io
 import re
 import shutil
+import unicodedata
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import count
@@ -27,7 +28,8 @@ USE_DESCRIPTION = {
 }
 _OVERHEAD = 64 << 10  # [byte] boundaries and fields around the file
 _MAX_FIELD = 4 << 10  # [byte] of a field
-_UNSAFE = re.compile(r"[^A-Za-z0-9._-]+")
+_UNSAFE, _UNSAFE_WORD = re.compile(r"[^A-Za-z0-9._-]+"), re.compile(r"[^\w.-]+")
+_MAX_NAME = 200  # [byte] of a file's name
 
 
 def form_of(files: dict[str, str], fields: dict[str, str | dict[str, Any]], *, frame: bool = True) -> dict[str, Any]:
@@ -122,7 +124,7 @@ def _placed(files: list[UploadFile], place: Path) -> Path:
     folder = place / "files"
     folder.mkdir()
     for number, file in enumerate(files):
-        wanted = folder / safe_name(file.filename or "file")
+        wanted = folder / stored_name(file.filename or "file")
         if wanted.exists():  # of another folder on the user's disk
             wanted = folder / f"{number:05d}" / wanted.name
             wanted.parent.mkdir()
@@ -141,6 +143,13 @@ def safe_name(file_name: str) -> str:
     """The last part of a file name, with safe characters only; its suffix is the format."""
     name = _UNSAFE.sub("_", file_name.replace("\\", "/").rsplit("/", 1)[-1])[-100:].lstrip(".-")
     return name or "file"
+
+
+def stored_name(file_name: str) -> str:
+    """Like `safe_name`, with letters of every script: structures are called after the files of their masks."""
+    last = unicodedata.normalize("NFC", file_name.replace("\\", "/").rsplit("/", 1)[-1])
+    short = _UNSAFE_WORD.sub("_", last).encode()[-_MAX_NAME:].decode("utf-8", "ignore")
+    return short.lstrip(".-") or "file"
 
 
 class _PartFile:

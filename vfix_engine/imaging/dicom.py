@@ -31,6 +31,7 @@ from vfix_engine.imaging.dicom_pixels import (
     words_of_frames,
     words_of_slice,
 )
+from vfix_engine.imaging.dicom_rescale import unit_of
 from vfix_engine.imaging.dicom_series import SeriesList, is_localizer
 from vfix_engine.imaging.dicom_stack import Slice, left_out_words, stack
 from vfix_engine.imaging.grid_header import MAX_VOXELS, PLAUSIBLE_SPACING
@@ -66,6 +67,8 @@ _NO_IMAGE = (
     "1.2.840.10008.5.1.4.1.1.481.3",
     "1.2.840.10008.5.1.4.1.1.481.5",
 )
+# CT and MR images, plain, enhanced and converted from plain ones.
+_OF_PIXELS = tuple(f"1.2.840.10008.5.1.4.1.1.{end}" for end in ("2", "2.1", "2.2", "4", "4.1", "4.4"))
 CT_ONLY = ("CT",)
 SEGMENTATION = "1.2.840.10008.5.1.4.1.1.66."  # the beginning of the SOP classes of segmentations
 _DEFLATED = b"1.2.840.10008.1.2.1.99"
@@ -110,7 +113,7 @@ def read_series(path: Path, series: int | None = None, modalities: tuple[str, ..
         with pydicom_silenced():
             with fault_named(where):
                 dataset = _dataset(data, where)
-                number = _count(dataset, found)
+                number = _count(dataset, found, where)
             if fault is not None or number != (series or 1):
                 continue
             if is_localizer(dataset):
@@ -193,10 +196,24 @@ def _slices_of(
     return made, scouts
 
 
-def _count(dataset: Any, found: SeriesList) -> int:
-    """Count an image to its series; returns the number of the series, from 1, or 0 for a file that is no image."""
-    kind = dataset.get("SOPClassUID") or dataset.file_meta.get("MediaStorageSOPClassUID")
-    return 0 if str(kind).startswith(_NO_IMAGE) else found.count(dataset)
+def _count(dataset: Any, found: SeriesList, where: str) -> int:
+    """Count an image to its series; returns the number of the series, from 1, or 0 for a file that is no image.
+
+    Raises ImageError for one that was cut off before its pixels: its series may be another than it seems.
+    """
+    kind = str(dataset.get("SOPClassUID") or dataset.file_meta.get("MediaStorageSOPClassUID") or "")
+    if kind.startswith(_NO_IMAGE):
+        return 0
+    if "PixelData" not in dataset and (not dataset.get("SeriesInstanceUID") or _has_pixels(kind)):
+        raise ImageError(f"{where} begins as DICOM and has no pixels; it is cut off or damaged. Copy it again.")
+    return found.count(dataset)
+
+
+def _has_pixels(kind: str) -> bool:
+    """Whether files of a class hold pixels; also of one that is cut off, as the standard has it nowhere."""
+    from pydicom.uid import UID
+
+    return kind in _OF_PIXELS or (kind.startswith("1.2.840.10008.") and not UID(kind).type)
 
 
 def _dataset(data: bytes, where: str) -> Any:
@@ -270,7 +287,8 @@ def _slice(dataset: Any, words: npt.NDArray[Any], layout: Layout, names: tuple[s
     position = numbers(dataset.ImagePositionPatient, 3, where)
     thickness = float(dataset.get("SliceThickness") or 0.0)
     thick = thickness if 0.0 < thickness <= PLAUSIBLE_SPACING[1] else None
-    return Slice(hu, position, axes, np.array([column_mm, row_mm]), thick, _window(dataset), where, told)
+    pixel_mm, by = np.array([column_mm, row_mm]), rescale(dataset, where)
+    return Slice(hu, position, axes, pixel_mm, thick, _window(dataset), where, told, by, unit_of(dataset))
 
 
 def _window(dataset: Any) -> tuple[float, float] | None:

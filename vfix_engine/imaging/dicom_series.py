@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from vfix_engine.errors import ImageError, SeriesUnclear
+from vfix_engine.imaging.text_bytes import text_of_element
 
 _MODALITY = re.compile(r"[A-Z]{2,16}")
 _MAX_DESCRIPTION = 64  # [characters] as the standard has it
@@ -105,7 +106,7 @@ def _facts(found: Iterable[Series]) -> list[dict[str, Any]]:
 
 def _first_of(dataset: Any, wanted: tuple[str, ...]) -> Series:
     modality = str(dataset.get("Modality") or "")
-    words = "".join(c if c.isprintable() else " " for c in str(dataset.get("SeriesDescription") or ""))
+    words = "".join(c if c.isprintable() else " " for c in text_of_element(dataset, "SeriesDescription"))
     return Series(
         modality if _MODALITY.fullmatch(modality) else "?",
         " ".join(words.split())[:_MAX_DESCRIPTION],
