@@ -162,6 +162,7 @@ def test_one_of_several_series_is_chosen(station: Workstation, rest: Rest, tmp_p
         return made
 
     made = chosen()
+    assert station.said("1 file of another program was not sent (.txt).")
     assert made["name"].startswith("CT ")
     assert made["volumes"][0]["shape"] == [40, 40, 30]
     assert "Canary" not in station.page.locator("body").inner_text()

@@ -4,7 +4,7 @@ import { count, fixed, sentence, when } from "/static/js/format.js";
 import { FRAME_QUESTION, askChoices, askForImages, askName, clearErrors, confirm, note, noteDone, whenReady } from "/static/js/dialogs.js";
 import { JobList } from "/static/js/job-list.js";
 import { PlannerError, download, missing, post, remove, seriesOf, upload, wasCancelled } from "/static/js/rest.js";
-import { ACCEPTED, chosen, dropped, formOf, isSegmentation, refusal, sorted, uploadWords } from "./files-in.js";
+import { ACCEPTED, chosen, dropped, formOf, isSegmentation, leftOutWords, refusal, sorted, uploadWords } from "./files-in.js";
 import { OverlaysGroup, descriptionCheck } from "./overlays.js";
 import { PaintGroup } from "./paint.js";
 import { SegmentGroup } from "./segment.js";
@@ -184,12 +184,13 @@ export default class PatientPanel {
    * @param {boolean} [intoOpen] whether it was said to be a segmentation
    */
   async take(found, intoOpen = false) {
-    const what = sorted(found);
+    const what = await sorted(found);
     const [name, why] = [uploadWords(what.files), refusal(what.files)];
     if (why) {
       note(`${name}: ${why}`, { error: true });
       return;
     }
+    tellLeftOut(what.leftOut);
     const open = this.connection.state.case;
     const structures = open && (intoOpen || isSegmentation(what.files));
     const address = structures ? `/api/cases/${encodeURIComponent(open.id)}/structures` : "/api/cases";
@@ -201,8 +202,9 @@ export default class PatientPanel {
    * @param {Found[]} found
    */
   async takeOverlay(found) {
-    const what = sorted(found);
+    const what = await sorted(found);
     const open = this.connection.state.case;
+    tellLeftOut(what.leftOut);
     if (open) await this.send(`/api/cases/${encodeURIComponent(open.id)}/overlays`, uploadWords(what.files), formOf(what, this.overlays.describe.input.checked));
   }
 
@@ -333,6 +335,12 @@ export default class PatientPanel {
     this.progressBar.style.width = `${Math.round(part * 100)}%`;
     this.progressWords.textContent = `${name}: uploading, ${Math.round(part * 100)} %`;
   }
+}
+
+/** @param {Found[]} leftOut */
+function tellLeftOut(leftOut) {
+  const words = leftOutWords(leftOut);
+  if (words) note(words, { stay: true });
 }
 
 /** @param {string[][]} facts */
