@@ -9,8 +9,10 @@ from typing import Any, get_args
 
 from app.commands import register_calibration
 from app.commands import register_refine as refining
+from app.commands.head_options import say_notes
 from app.services import Services, build_services
 from app.services.documents import Document
+from app.services.imported_places import measured_notes
 from app.services.registration.document import RegistrationContent
 from app.services.registration.editor import MeasuredPoint, StoredRegistration
 from app.services.registration.files import export_text, name_of, read_measured, read_transform
@@ -161,7 +163,9 @@ def _fit(services: Services, registration_id: str, args: argparse.Namespace) -> 
     if args.use and plan_id is None:
         raise InputError("say by --plan which plan uses the registration.")
     if args.csv is not None:
-        document = editor.set_measured(_measured(args.csv, document.content))
+        points = _measured(args.csv, document.content)
+        say_notes(measured_notes([point.position for point in points]))
+        document = editor.set_measured(points)
     certain = True
     if args.match_order:
         order = registering.order(document.content)

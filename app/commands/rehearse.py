@@ -19,6 +19,7 @@ from app.extras import has_app
 from app.services import Services, build_services
 from app.services.case_settings import settings_in_case
 from app.services.fields import plan_tissue, plan_ways
+from app.services.imported_places import path_notes
 from app.services.instruments import Instruments, plan_robot, plan_tool
 from app.services.openings import opened_tree
 from app.services.piercing import PiercedReport, pierced_by_poses
@@ -28,7 +29,6 @@ from app.services.plan_shaft import shaft_of
 from app.services.remote_centre import ENTRY, Place
 from app.services.resolve import (
     ResolvedCase,
-    path_notes,
     resolve_case,
     resolve_plan,
     resolve_plan_zones,
@@ -126,7 +126,8 @@ def run(args: argparse.Namespace) -> int:
     plan = resolve_plan(services, case, args.plan)
     plan = plan if args.path is None else plan.along(args.path)
     plan, registration, lost = _registered(services, plan)
-    notes = (*case.notes, *path_notes(plan.points, case.mesh.bounds), *lost)
+    told = (plan.told,) if plan.told else ()
+    notes = (*case.notes, *told, *path_notes(plan.points, case.mesh.bounds), *lost)
     say_notes(notes)
     scene, settings, obstacle, held_by = build_scene(
         case, plan, args, None if services is None else services.instruments, registration

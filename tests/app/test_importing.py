@@ -381,9 +381,8 @@ def test_a_plan_in_metres_and_one_without_a_frame_are_told(
     tiny.write_text("# frame=LPS\n# unit=mm\nlabel,x,y,z\na,0.006,-0.011,0.003\nb,0.005,0.046,-0.001\n")
     bare.write_text("# unit=mm\nlabel,x,y,z\na,6,-11,3\nb,5,46,-1\n")
     assert main(["plan", "import", str(tiny), "--case", HEAD_PHANTOM]) == 0
-    assert "The points of the path lie within 0.057 mm, which is no way into a head. Check the unit." in (
-        capsys.readouterr().err
-    )
+    metres = "The points of the path lie within 0.057 mm, which is no way into a head. Is the file in metres? Check"
+    assert metres in capsys.readouterr().err
     mesh = tmp_path / "head.stl"
     ball(100.0).export(mesh)
     message = refused(capsys, "rehearse", "--case", mesh, "--plan", bare)

@@ -301,8 +301,8 @@ export default class PlanPanel {
       /** @type {PlanPublic} */
       const plan = await upload(`/api/cases/${encodeURIComponent(caseId)}/plans/import`, form, () => {});
       this.connection.send("plan.open", { plan_id: plan.id });
-      const wanting = await this.wanting(plan);
-      note(`‘${file.name}’ was imported as a plan.${wanting && ` ${wanting}`}`, { stay: Boolean(wanting) });
+      const doubts = [plan.told, await this.wanting(plan)].filter(Boolean);
+      note([`‘${file.name}’ was imported as a plan.`, ...doubts].join(" "), { stay: doubts.length > 0 });
     } catch (error) {
       await this.ask(file, answers, /** @type {Error} */ (error));
     }
