@@ -19,7 +19,7 @@ from app.extras import has_app
 from app.services import Services, build_services
 from app.services.case_settings import settings_in_case
 from app.services.fields import plan_tissue, plan_ways
-from app.services.imported_places import path_notes
+from app.services.imported_places import path_notes, target_notes
 from app.services.instruments import Instruments, plan_robot, plan_tool
 from app.services.openings import opened_tree
 from app.services.piercing import PiercedReport, pierced_by_poses
@@ -295,6 +295,8 @@ def _robot(plan: Plan, args: argparse.Namespace, instruments: Instruments | None
 def _targets(plan: Plan, file: Path | None) -> tuple[np.ndarray, tuple[str, ...]]:
     """Targets from a file, from the plan, or the path's end."""
     targets = resolve_targets(file) if file is not None else plan.targets
+    if file is not None:
+        say_notes(target_notes(targets))
     if targets:
         return np.array([t.position for t in targets]), tuple(t.label for t in targets)
     return np.array([plan.points[-1].position]), ("the path's end",)

@@ -24,8 +24,12 @@ Floats = npt.NDArray[np.float64]
 def content_notes(content: PlanContent, bounds: npt.ArrayLike) -> tuple[str, ...]:
     """What is doubtful about the paths and targets of a plan beside the box (2, 3) LPS mm around the anatomy."""
     paths = [note for path in content.paths for note in path_notes(path.points, bounds)]
-    targets = _tiny(_places(content.targets), _TINY_TARGETS_MM, "The targets", "closer together than targets are")
-    return (*dict.fromkeys(paths), *targets)
+    return (*dict.fromkeys(paths), *target_notes(content.targets))
+
+
+def target_notes(points: Sequence[PlanPoint]) -> tuple[str, ...]:
+    """What is doubtful about the size of a set of targets."""
+    return _tiny(_places(points), _TINY_TARGETS_MM, "The targets", "closer together than targets are")
 
 
 def path_notes(points: Sequence[PlanPoint], bounds: npt.ArrayLike) -> tuple[str, ...]:
