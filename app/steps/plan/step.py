@@ -320,8 +320,8 @@ class PlanStep(Step):
             edited.add_mode,
             edited.ghost is not None,
             edited.locked,
-            None if corridor.verdict is None else (corridor.verdict.level, corridor.verdict.reason, corridor.short),
-            corridor.status == "failed",
+            None if corridor.verdict is None else (corridor.verdict.level, corridor.verdict.reason),
+            corridor.short,
         )
 
     def sections(self, fresh: bool) -> PlanSections:

@@ -212,9 +212,8 @@ def test_a_click_on_a_point_a_region_or_a_shaft_belongs_to_what_is_drawn(
     for at in rays:
         step.handle(draw("remove" if kind == "capsule" else "spare", kind))
         edited.selected = edited.regions.selected = None
-        locked = [
-            layer.key[-1] for layer in step.layers() if layer.name in ("plan.items", "plan.regions", "plan.shafts")
-        ]
+        layers = {layer.name: layer.key for layer in step.layers()}
+        locked = [layers[name][-1] for name in ("plan.items", "plan.regions", "plan.shafts")]
         assert locked == [True, True, True], "a press on one of them would drag it"
         drawn = len(plan_of(step).zones) + len(plan_of(step).removed_bone)
         for _ in range(clicks):
