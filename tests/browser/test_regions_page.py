@@ -129,6 +129,9 @@ def test_paths_and_notes(station: Workstation) -> None:
     page.click("#new-path")
     station.wait_for("a path", lambda: len(station.state("paths")["items"]) == 2)
     assert station.state("plan")["points"] == []
+    for current, offered in (("true", 0), ("false", 1)):  # a plan has its own targets already
+        row = page.locator(f"#plan-list .row[aria-current={current}]").first
+        expect(row.locator("[data-tool=take-targets]:visible")).to_have_count(offered)
     page.click("#paths .row-main >> nth=0")
     station.wait_for("the first path", lambda: len(station.state("plan")["points"]) == 2)
     page.select_option("#entry-side", "left")
