@@ -166,7 +166,8 @@ def test_the_verdict_names_bone_soft_tissue_and_what_the_margin_leaves_open(phan
     assert re.fullmatch(
         r"Fits\. 1\.\d\d mm to bone at \d+ mm \(margin 0\.38\)\. The shaft is nearest, and 0\.08 mm of the margin are "
         r"there since the scan’s surface may be that far off\. Presses soft tissue along \d\d mm of the tool, "
-        r"\d\.\d mm deep at most \(at \d+ mm\); all of it at the nostril\.",
+        r"\d\.\d mm deep at most \(at \d+ mm\); all of it at the nostril\. "
+        r"The path ends 8\.\d mm before the nearest target, ‘opening of the auditory tube left’\.",
         ran[0].words,
     )
     assert ran[0].view()["soft_tissue"]["complete"] is True
