@@ -208,6 +208,16 @@ class PiercingWatch:
             self._last = _Judged(points, _pattern(kinds), _may_move(pose))
 
     @property
+    def sideways_mm(self) -> float:
+        """How far air leads round the worst tissue now: 0 where there is none, inf beyond 15 mm, NaN if not known."""
+        if not self._poses:
+            return np.nan
+        pose = self._poses[-1]
+        if pose.worst is not None and (pose.known or pose.worst.pierced):
+            return float(pose.worst.sideways_mm or 0.0)
+        return 0.0 if pose.known else np.nan
+
+    @property
     def found(self) -> Piercing:
         """What was found so far."""
         worst = [(pose.worst, row) for pose, row in zip(self._poses, self._rows, strict=True)]
@@ -217,6 +227,30 @@ class PiercingWatch:
         over = np.array([-np.inf if run is None else run.over_mm for run, _ in worst])
         known = all(pose.known for pose in self._poses)
         return Piercing(np.array(self._rows, dtype=np.intp), sideways, over, gravest, at, known)
+
+
+class SidewaysColumn:
+    """How far air leads round what a tool passes, for every step of a drive: a reading beside those of the system.
+
+    A step is looked at where an end of the tool's axis has moved by 0.5 mm since the last one that was.
+    """
+
+    def __init__(self, ways: Ways) -> None:
+        self._watch, self._last, self._steps = PiercingWatch(ways), np.full((2, 1, 3), np.inf), 0
+
+    def add(self, start: Floats, end: Floats) -> float:
+        """Of a step with axis segments (S, 3), in mm, as `PiercingWatch.sideways_mm`."""
+        ends = np.stack([start, end])
+        if np.abs(ends - self._last).max() >= _MOVED_MM:
+            self._watch.add(self._steps, start, end)
+            self._last = ends
+        self._steps += 1
+        return self._watch.sideways_mm
+
+    @property
+    def found(self) -> Piercing:
+        """What was found so far; its rows are numbers of steps."""
+        return self._watch.found
 
 
 class _Judged(NamedTuple):

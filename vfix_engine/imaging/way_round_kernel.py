@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from vfix_engine.geometry.compiled import compiled, shared
+from vfix_engine.geometry.grid_value import grid_value
 
 LATTICE_MM = 0.5
 REACH_MM = 15.0  # a way farther from the axis is not looked for
@@ -23,29 +24,12 @@ _SEEN, _GOAL, _BEGIN = 1, 2, 4
 
 
 @shared
-def _value(values: Any, origin: Any, step: float, x: float, y: float, z: float) -> float:
-    """Trilinear value of a grid at a position in mm; NaN outside of it."""
-    top_k, top_j, top_i = values.shape[0] - 1, values.shape[1] - 1, values.shape[2] - 1
-    a, b, c = (x - origin[0]) / step, (y - origin[1]) / step, (z - origin[2]) / step
-    if not (0.0 <= a <= top_i and 0.0 <= b <= top_j and 0.0 <= c <= top_k):
-        return math.nan
-    i, j, k = min(int(a), top_i - 1), min(int(b), top_j - 1), min(int(c), top_k - 1)
-    a, b, c = a - i, b - j, c - k
-    low = (values[k, j, i] * (1.0 - a) + values[k, j, i + 1] * a) * (1.0 - b)
-    low += (values[k, j + 1, i] * (1.0 - a) + values[k, j + 1, i + 1] * a) * b
-    high = (values[k + 1, j, i] * (1.0 - a) + values[k + 1, j, i + 1] * a) * (1.0 - b)
-    high += (values[k + 1, j + 1, i] * (1.0 - a) + values[k + 1, j + 1, i + 1] * a) * b
-    value: float = low * (1.0 - c) + high * c
-    return value
-
-
-@shared
 def _to_tissue(fine: Any, whole: Any, x: float, y: float, z: float) -> float:
     """Distance to tissue in mm, by the finer grid that knows the place; NaN where none does."""
-    found = _value(fine[0], fine[1], fine[2], x, y, z)
+    found = grid_value(fine[0], fine[1], fine[2], x, y, z)
     if found == found:
         return found
-    return _value(whole[0], whole[1], whole[2], x, y, z)
+    return grid_value(whole[0], whole[1], whole[2], x, y, z)
 
 
 @shared

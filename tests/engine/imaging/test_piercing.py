@@ -10,7 +10,7 @@ from scipy import ndimage
 
 from vfix_engine.geometry.opened_field import opened_field
 from vfix_engine.geometry.shapes import Sphere
-from vfix_engine.imaging.piercing import GIVES_AT_ENTRY_MM, PoseWays, Ways, piercing_of
+from vfix_engine.imaging.piercing import GIVES_AT_ENTRY_MM, PoseWays, SidewaysColumn, Ways, piercing_of
 from vfix_engine.imaging.readers import read_volume
 from vfix_engine.imaging.room_air import padding, room_air
 from vfix_engine.imaging.solids import refined_solid, solid_of_volumes
@@ -248,6 +248,25 @@ def test_poses_between_those_that_are_judged_have_no_other_verdict() -> None:
     assert len(found.rows) < 0.7 * count
     assert found.worst is not None
     assert found.worst.gives_mm in (5.0, GIVES_AT_ENTRY_MM)
+
+
+def test_the_column_of_a_recording_has_each_step_s_distance() -> None:
+    """A tool that goes in, stands still, and is swung into the skin of the front."""
+    tip, through, _ = SHAFTS["rim of the nostril"]
+    shafts = [SHAFTS["nostril"][:2], SHAFTS["nostril"][:2], (tip, through), SHAFTS["front"][:2]]
+    column, got = SidewaysColumn(head()), []
+    for one, place in shafts:
+        at = np.array(one)
+        ahead = np.array(place) - at
+        got.append(column.add((at + 90.0 * ahead / np.linalg.norm(ahead))[None], at[None]))
+    (rim,) = judged(head(), tip, through).runs
+    (front,) = judged(head(), *SHAFTS["front"][:2]).runs
+    assert got == [0.0, 0.0, rim.sideways_mm, front.sideways_mm]
+    assert column.found.row == 3
+    scan = volume()
+    ends = Volume(np.array(scan.hu[:, 37:]), scan.index_to_lps([0, 37, 0]), scan.spacing, scan.direction)
+    at = np.array(SHAFTS["nostril"][0])
+    assert np.isnan(SidewaysColumn(ways_in(ends)).add((at + 90.0 * STRAIGHT)[None], at[None]))
 
 
 def test_a_tool_that_touches_nothing_is_judged_once() -> None:
