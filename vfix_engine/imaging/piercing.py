@@ -163,13 +163,23 @@ class Ways:
         along = points[first : last + 1]
         there = along[np.linalg.norm(along - found[2:5], axis=1).argmin()] if found[2] == found[2] else along[-1]
         near = np.linalg.norm(there - self.entry) <= ENTRY_MM
+        if GIVES_MM < found[0] <= GIVES_AT_ENTRY_MM:
+            # Between both limits the verdict must not hang on which of two places, as far from the axis, is met last.
+            counted = self._way(nodes, sides, through=False, tissue=along)
+            near = counted[0] <= GIVES_AT_ENTRY_MM
         gives = GIVES_AT_ENTRY_MM if near else GIVES_MM
         hidden = found[0] > gives and found[1] > 0.0 and self._way(nodes, sides, through=True)[0] <= gives
         begin, end = _triple(points[last]), _triple(points[first])
         return Run(None if hidden else float(found[0]), gives, begin, end, *ends)
 
-    def _way(self, nodes: tuple[Floats, Floats], sides: tuple[Floats, Floats], through: bool) -> Floats:
-        found: Floats = way_round(self._fine, self._whole, self._kinds, *nodes, *sides, 0.5 * WIDE_MM, through)
+    def _way(
+        self, nodes: tuple[Floats, Floats], sides: tuple[Floats, Floats], through: bool, tissue: Floats | None = None
+    ) -> Floats:
+        """As `way_round`. tissue: (n, 3) of the axis; distances beside what gives less count as longer by that."""
+        less = 0.0 if tissue is None else GIVES_AT_ENTRY_MM - GIVES_MM
+        gives = nodes[0] if tissue is None else np.ascontiguousarray(tissue), self.entry, ENTRY_MM, less
+        fields = self._fine, self._whole, self._kinds
+        found: Floats = way_round(*fields, *nodes, *sides, 0.5 * WIDE_MM, through, gives)
         return found
 
 
