@@ -43,6 +43,7 @@ from vfix_engine.fixtures.zone_file import ZoneSet
 from vfix_engine.frames import ImageRegistration
 from vfix_engine.geometry.path import SplinePath
 from vfix_engine.imaging.head_import import HeadRequest
+from vfix_engine.imaging.piercing import Ways
 from vfix_engine.imaging.soft_tissue import tissue_passed
 from vfix_engine.robots import RobotModel, Tool
 from vfix_engine.simulation import preparation
@@ -138,17 +139,17 @@ def run(args: argparse.Namespace) -> int:
         report["robot_notes"] = list(scene.robot.notes)
     if held_by:
         report["standing"] = held_by
-    poses = Poses()
+    poses, ways = Poses(), plan_ways(case.scans, plan)
     rehearsal = Rehearsal(scene, settings)
     recorded = _recorded(services, rehearsal, args)
     try:
-        report |= _rehearse(rehearsal, args, poses, recorded)
+        report |= _rehearse(rehearsal, args, poses, recorded, ways)
     except BaseException:
         if recorded is not None:
             recorded.drop()
         raise
     if recorded is not None:
-        report["run"] = recorded.keep(case.id, plan.id if plan.revision else None)  # a plan of a file has none
+        report["run"] = recorded.keep(case.id, plan.id if plan.revision else None, ways)  # a plan of a file has none
     if obstacle:
         report["placing_reason"] = obstacle
     if not report["completed"]:
@@ -156,7 +157,7 @@ def run(args: argparse.Namespace) -> int:
     if notes:
         report["notes"] = list(notes)
     report["soft_tissue"] = asdict(tissue_passed(case.scan(), poses.kept))
-    report["pierced"] = asdict(PiercedReport.of(pierced_by_poses(plan_ways(case.scans, plan), poses.kept)))
+    report["pierced"] = asdict(PiercedReport.of(pierced_by_poses(ways, poses.kept)))
     unknown = "" if case.uncertainty.voxel_mm else f"{case.uncertainty.words()}; the margin has to cover that"
     report["warnings"] = [words] if (words := case.uncertainty.warning(settings.margin_mm) or unknown) else []
     say_notes([f"{words}." for words in report["warnings"]])
@@ -318,12 +319,12 @@ def _recorded(services: Services | None, rehearsal: Rehearsal, args: argparse.Na
 
 
 def _rehearse(
-    rehearsal: Rehearsal, args: argparse.Namespace, poses: Poses, recorded: RecordedRun | None
+    rehearsal: Rehearsal, args: argparse.Namespace, poses: Poses, recorded: RecordedRun | None, ways: Ways | None
 ) -> dict[str, Any]:
     if args.record is None:
         return _drive(HeadlessRun(rehearsal, poses.add, recorded), args)
     try:
-        with CsvRecorder(args.record) as recorder:
+        with CsvRecorder(args.record, ways) as recorder:
 
             def keep(snapshot: Snapshot) -> None:
                 recorder.add(snapshot)
