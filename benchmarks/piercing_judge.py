@@ -37,9 +37,7 @@ def pierced_runs(volume: Volume, start: Array, end: Array, entry: Array, slack_m
     inner = [piece for piece in merged if piece[0] > 0 and piece[-1] + 1 < len(axis)]
     found = list[Array]()
     for piece in inner:
-        near = np.linalg.norm(axis[piece] - entry, axis=1).min() <= ENTRY_MM
-        gives = (GIVES_AT_ENTRY_MM if near else GIVES_MM) + slack_mm
-        if not _round(volume, axis, int(piece[0]), int(piece[-1]), gives):
+        if not _round(volume, axis, int(piece[0]), int(piece[-1]), entry, slack_mm):
             found.append(axis[piece].mean(axis=0))
     return found
 
@@ -61,14 +59,14 @@ def _axis(start: Array, end: Array) -> Array:
     return np.concatenate(parts)
 
 
-def _round(volume: Volume, axis: Array, first: int, last: int, gives: float) -> bool:
-    """Whether air leads from one side of a run of tissue to the other within a distance of the axis."""
+def _round(volume: Volume, axis: Array, first: int, last: int, entry: Array, slack_mm: float) -> bool:
+    """Whether air leads from one side of a run of tissue to the other within what the tissue beside it gives."""
     from scipy import ndimage  # imported where it is used: slow to load
     from scipy.spatial import cKDTree
 
     beside = int(_BESIDE_MM / SAMPLE_MM)
     window = axis[max(first - beside, 0) : last + beside + 1]
-    reach = gives + BALL_MM
+    reach = GIVES_AT_ENTRY_MM + slack_mm + BALL_MM
     low, high = window.min(axis=0) - reach - 2.0, window.max(axis=0) + reach + 2.0
     ticks = [np.arange(a, b, STEP_MM) for a, b in zip(low, high, strict=True)]
     places = np.stack(np.meshgrid(*ticks, indexing="ij"), axis=-1)
@@ -76,7 +74,12 @@ def _round(volume: Volume, axis: Array, first: int, last: int, gives: float) -> 
     air = (_hu(volume, places.reshape(-1, 3)) <= AIR_HU).reshape(shape)
     wide = ndimage.distance_transform_edt(air, sampling=STEP_MM) > BALL_MM - 0.5 * STEP_MM
     away = cKDTree(window).query(places.reshape(-1, 3), distance_upper_bound=reach + 1e-6)[0].reshape(shape)
-    labels, _ = ndimage.label(wide & (away <= reach))
+    within, tissue = np.isfinite(away), axis[first : last + 1]
+    beside_which = tissue[cKDTree(tissue).query(places[within])[1]]
+    near = np.linalg.norm(beside_which - entry, axis=1) <= ENTRY_MM
+    gives = np.full(shape, -np.inf)
+    gives[within] = np.where(near, GIVES_AT_ENTRY_MM, GIVES_MM) + slack_mm
+    labels, _ = ndimage.label(wide & (away <= gives + BALL_MM))
     sides = []
     for side in (axis[max(first - beside, 0) : first], axis[last + 1 : last + beside + 1]):
         near = cKDTree(side).query(places.reshape(-1, 3), distance_upper_bound=BALL_MM + STEP_MM)[0].reshape(shape)

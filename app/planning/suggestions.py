@@ -53,7 +53,7 @@ WORTH_TELLING_MM = 0.5  # a path that ends farther than this from its target say
 _KEPT = 16  # answers that are remembered
 _FIELDS_SHARE = 0.05  # of a job, where its fields are measured
 _JUDGED_SHARE = 0.95  # from where on what was found is judged
-_ORDER: dict[Level, int] = {"fits": 0, "tight": 1, "unknown": 2, "pierces": 3, "blocked": 4}
+_ORDER: dict[Level, int] = {"fits": 0, "tight": 1, "unknown": 2}  # what is suggested, the best first
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,8 +180,8 @@ class Suggestions:
     def look(self, plan: Plan, entry: Position, target: Position, tell: ProgressCallback) -> SuggestedPaths:
         """Paths from an entry to a target, for the tool, robot and settings of a plan, among its structures to spare.
 
-        Each is judged as the plan is that is led along it; what is blocked is left out, and of the others those that
-        fit are the first, in the order of the search.
+        Each is judged as the plan is that is led along it; what is blocked or pierces a wall is left out, and of the
+        others those that fit are the first, in the order of the search.
         Raises InputError where entry or target cannot be used, before anything is measured where that is known.
         """
         check_ends(self._cases.get(plan.case_id), entry, target)
@@ -196,15 +196,15 @@ class Suggestions:
     def _judged(
         self, plan: Plan, found: Suggestion, target: Position, tell: ProgressCallback
     ) -> tuple[Suggestion, tuple[Verdict, ...]]:
-        """What was found without what is blocked, the best verdicts first, and these."""
+        """What was found without what is blocked or pierces a wall, the best verdicts first, and these."""
         judged = [(one, self._verdict(plan, one, tell)) for one in found.alternatives]
-        passing = [pair for pair in judged if pair[1].level != "blocked"]
+        passing = [pair for pair in judged if pair[1].level in _ORDER]
         passing.sort(key=lambda pair: _ORDER[pair[1].level])
         if judged and not passing:
             one, verdict = judged[0]
             end = one.run.tip[-1]
             gap = float(np.linalg.norm(end - target))
-            reason = f"every way that was found is blocked. {verdict.words}".rstrip(".")
+            reason = f"every way that was found is blocked or pierces a wall. {verdict.words}".rstrip(".")
             return Suggestion((), NoWay(end, gap, reason, f"{len(judged)} ways")), ()
         return Suggestion(tuple(one for one, _ in passing), found.none), tuple(verdict for _, verdict in passing)
 

@@ -36,11 +36,12 @@ ENTRY_MM = 20.0  # of the entry: vestibule and rim of the nose, which give way f
 GIVES_MM, GIVES_AT_ENTRY_MM = 5.0, 8.0  # what tissue gives, assumed
 _SAMPLE_MM = 0.25  # along the axis
 _ROOM_WITHIN_MM = 5.0  # of the tissue, along the axis: in a groove of the skin the ball has no room
-_MOVED_MM = 0.5  # the axis in two poses that are judged apart, at least
+_MOVED_MM = 0.5  # an end of the axis in two steps of a recording that are judged apart, at least
 _EVERY = 4  # samples: of the axis, where its motion is measured
 _AHEAD_MM = 10.0  # of the tip, as far as the axis goes on for a tool that slides along itself
 _NO_RUN_MM = 5.0  # what a verdict lacks at most
 _SHARE = 0.75  # of what a verdict lacks to change, by which the axis may move without being judged
+_LEAST_MM = 0.05  # it may move at least: the accuracy of a way round
 
 
 @dataclass(frozen=True)
@@ -49,7 +50,8 @@ class Run:
 
     sideways_mm: within which air of 2 mm leads round it; inf beyond 15 mm, None where the scan ends before that is
     known. gives_mm: what the tissue gives there. begin, end: of the tissue on the axis, from outside to inside.
-    outside, inside: the air on both sides; 'tip' where the tool ends in the tissue.
+    outside, inside: the air on both sides; 'tip' where the tool ends in the tissue. steady_mm: how far the axis may
+    move sideways until the tissue may be pierced that is not, or the other way round.
     """
 
     sideways_mm: float | None
@@ -58,6 +60,7 @@ class Run:
     end: tuple[float, float, float]
     outside: Ends
     inside: Ends
+    steady_mm: float = 0.0
 
     @property
     def over_mm(self) -> float:
@@ -170,7 +173,8 @@ class Ways:
         gives = GIVES_AT_ENTRY_MM if near else GIVES_MM
         hidden = found[0] > gives and found[1] > 0.0 and self._way(nodes, sides, through=True)[0] <= gives
         begin, end = _triple(points[last]), _triple(points[first])
-        return Run(None if hidden else float(found[0]), gives, begin, end, *ends)
+        steady = _steady(float(found[0]), found[0] > gives, np.linalg.norm(along - self.entry, axis=1))
+        return Run(None if hidden else float(found[0]), gives, begin, end, *ends, steady)
 
     def _way(
         self, nodes: tuple[Array, Array], sides: tuple[Array, Array], through: bool, tissue: Array | None = None
@@ -191,7 +195,7 @@ def piercing_of(
     rows: of the poses to look at, in order; those in which the verdict cannot have changed since the last judged
     one are passed over. go_on: called before each pose; what it raises ends the work.
     A way is longer by no more than the axis has moved sideways, so a pose is judged again where that is three
-    quarters of what the nearest verdict lacks, or where the axis passes other tissue than before.
+    quarters of the least `Run.steady_mm`, or where the axis passes other tissue than before.
     """
     watch = PiercingWatch(ways)
     for row in rows:
@@ -284,8 +288,20 @@ class _Judged(NamedTuple):
 
 
 def _may_move(pose: PoseWays) -> float:
-    lacks = [abs(run.over_mm) for run in pose.runs if run.sideways_mm is not None]
-    return max(_MOVED_MM, _SHARE * min([*lacks, _NO_RUN_MM]))
+    return max(_LEAST_MM, _SHARE * min([*(run.steady_mm for run in pose.runs), _NO_RUN_MM]))
+
+
+def _steady(sideways: float, pierced: bool, from_entry: Array) -> float:
+    """`Run.steady_mm` of tissue whose points lie at distances (n,) from the entry.
+
+    Where all of it is near the entry, it is so until the axis has moved to that border; where all of it is farther,
+    too. Else it may give the lesser of both, or the greater, at any place of another way round.
+    """
+    if pierced:
+        gives_less = min(from_entry.min() - ENTRY_MM, sideways - GIVES_MM)
+        return float(max(sideways - GIVES_AT_ENTRY_MM, gives_less, 0.0))
+    gives_more = min(ENTRY_MM - from_entry.max(), GIVES_AT_ENTRY_MM - sideways)
+    return float(max(GIVES_MM - sideways, gives_more, 0.0))
 
 
 def _pattern(kinds: Kinds) -> tuple[int, ...]:

@@ -278,11 +278,32 @@ def test_poses_between_those_that_are_judged_have_no_other_verdict() -> None:
     every = [head().of_pose(tails[[row]], tips[[row]]) for row in range(count)]
     over = np.array([-np.inf if pose.worst is None else pose.worst.over_mm for pose in every])
     last = np.searchsorted(found.rows, np.arange(count), side="right") - 1
-    assert ((over > 0.0) == (found.over_mm[last] > 0.0)).mean() >= 0.95  # but for half a millimetre at the change
+    assert np.array_equal(over > 0.0, found.over_mm[last] > 0.0)
     assert found.pierced is not None
     assert len(found.rows) < 0.7 * count
     assert found.worst is not None
     assert found.worst.gives_mm in (5.0, GIVES_AT_ENTRY_MM)
+
+
+def test_between_judged_poses_tissue_does_not_come_to_give_less() -> None:
+    """Across a wall, ever farther from a hole and from the entry: beyond 20 mm the wall gives 5 mm instead of 8."""
+    scan = volume()
+    hu = np.array(scan.hu)
+    k, j, i = np.indices(hu.shape)
+    x, y, z = scan.index_to_lps(np.column_stack([i.ravel(), j.ravel(), k.ravel()])).T
+    air = (x > 1.5) | ((np.abs(x) < 2.5) & (np.hypot(y - 26.0, z) < 2.5))  # the wall is all that is left of one side
+    hu[air.reshape(hu.shape)] = AIR_HU
+    ways = ways_in(Volume(hu, scan.origin, scan.spacing, scan.direction), np.array([0.0, 14.0, 0.0]))
+    crossing = np.arange(31.0, 35.6, 0.5)
+    tips = np.column_stack([np.full(len(crossing), -6.0), crossing + 4.0, np.zeros(len(crossing))])
+    tails = tips + 90.0 * np.array([6.0, -4.0, 0.0]) / np.hypot(6.0, 4.0)
+    every = [ways.of_pose(tail[None], tip[None]).worst for tail, tip in zip(tails, tips, strict=True)]
+    pierced = np.array([run is not None and run.pierced for run in every])
+    assert pierced.tolist() == [False] * 8 + [True] * 2
+    found = piercing_of(ways, tails[:, None], tips[:, None], range(len(tips)))
+    last = np.searchsorted(found.rows, np.arange(len(tips)), side="right") - 1
+    assert np.array_equal(found.over_mm[last] > 0.0, pierced)
+    assert len(found.rows) < len(tips)
 
 
 def test_the_column_of_a_recording_has_each_step_s_distance() -> None:
@@ -325,13 +346,24 @@ def tilted_coronally(scan: Volume, step: float = 2.0) -> Volume:
     return Volume(hu.reshape(counts[::-1]).astype(np.int16), origin, np.full(3, step), direction)
 
 
+def cropped(scan: Volume, low: np.ndarray, high: np.ndarray) -> Volume:
+    """What of a scan lies in a box, in LPS mm."""
+    ends = np.sort(np.rint(scan.lps_to_index(np.stack([low, high]))).astype(int), axis=0)
+    (i, j, k), (i2, j2, k2) = np.clip(ends, 0, np.array(scan.hu.shape[::-1]) - 1)
+    hu = np.array(scan.hu[k : k2 + 1, j : j2 + 1, i : i2 + 1])
+    return Volume(hu, scan.index_to_lps([i, j, k]), scan.spacing, scan.direction)
+
+
 @pytest.mark.parametrize("stored", ["as it is", "tilted, coronally, at 2 mm"])
 def test_in_a_real_head_the_corridor_passes_and_other_shafts_are_told(stored: str, trial_data: Path) -> None:
     """By the grid of 1 mm alone; places that a shaft to the floor of the nose passes are told from the nostril."""
     scan = read_volume(trial_data / "head_ct" / "cthead_hu_lps.nrrd")[0]
-    scan = scan if stored == "as it is" else tilted_coronally(scan)
     corridor = json.loads((trial_data / "head_ct" / "corridor.json").read_text(encoding="utf-8"))
     places = np.array([point["lps"] for point in corridor["points"]])
+    if stored == "as it is":  # whole slices
+        scan = cropped(scan, places[0] - [1e3, 1e3, 45.0], places[0] + [1e3, 1e3, 50.0])
+    else:
+        scan = tilted_coronally(cropped(scan, places[0] - [75.0, 60.0, 70.0], places[0] + [75.0, 75.0, 60.0]))
     tissue = solid_of_volumes([scan], -300.0)
     air = room_air(tissue, [scan])
     if stored == "as it is":
@@ -347,7 +379,9 @@ def test_in_a_real_head_the_corridor_passes_and_other_shafts_are_told(stored: st
         "left cheek": ((35, 10, 5), True), "right cheek": ((-35, 10, 5), True), "septum": ((14, 0, 4), False),
     }  # fmt: skip
     if stored != "as it is":
-        del told["septum"]  # its cartilage is thinner than these voxels, and is not seen everywhere
+        # A limit, told in docs/safety.md: its cartilage is thinner than these voxels and not seen everywhere, so that g
+        # is more than 8 mm or less by how the voxels fall.
+        del told["septum"]
     for name, (beside, from_room) in told.items():
         worst = judged(ways, tuple(tip), tuple(places[0] + beside)).worst
         assert worst is not None, name

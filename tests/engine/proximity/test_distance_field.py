@@ -65,6 +65,17 @@ def test_a_finer_box_is_more_exact_and_knows_what_lies_outside_of_it() -> None:
     assert fine.at([corner])[0] == pytest.approx(-ball(corner[None])[0], abs=0.3)
 
 
+def test_a_place_has_one_distance_in_whichever_finer_box_and_where_the_scan_cuts_that() -> None:
+    """Air just as wide as a ball is wide enough for it on one lattice and not on another (HAZ-36)."""
+    coarse = field_of_level(ball, BOX, 2.0)
+    focus = np.stack([beside(10.0, -10.0, -10.0), beside(24.0, 10.0, 10.0)])
+    places = points_in(focus, 5_000, 3.0)
+    places = places[np.abs(ball(places)) < 2.0]
+    expected = refined_by_level(coarse, ball, focus, 0.5).at(places)
+    for box in (focus + np.array([[-0.17, -0.3, -0.41], [0.2, 0.3, 0.4]]), np.array([[-1e3] * 3, [1e3] * 3])):
+        assert refined_by_level(coarse, ball, box, 0.5).at(places) == pytest.approx(expected, abs=1e-4)
+
+
 def test_the_gradient_points_out_of_the_solid() -> None:
     field = field_of_level(ball, BOX, 1.0)
     places = points_in(BOX, 2_000, 2.0)

@@ -155,7 +155,10 @@ def refined_by_surface(field: DistanceField, tree: Proximity, focus: ArrayLike, 
 
 
 def _placed(box: ArrayLike, step: float, within: Array | None) -> tuple[Array, Shape, float]:
-    """Origin (3,), shape (K, J, I) and step of the grid over a box, cut to the box `within`."""
+    """Origin (3,), shape (K, J, I) and step of the grid over a box, cut to the box `within`, if any.
+
+    The points of a grid that is cut lie at multiples of the step, so that a place has one distance in whichever box.
+    """
     corners = np.asarray(box, dtype=np.float64)
     if corners.shape != (2, 3) or not np.isfinite(corners).all():
         raise InputError(f"the box of a distance field needs two finite corners (2, 3), not {corners.shape}")
@@ -163,7 +166,8 @@ def _placed(box: ArrayLike, step: float, within: Array | None) -> tuple[Array, S
         raise InputError(f"the step of a distance field must be positive, not {step} mm")
     low, high = corners
     if within is not None:
-        low, high = np.maximum(low, within[0]), np.minimum(high, within[1])
+        low, high = np.maximum(np.floor(low / step + 1e-6) * step, within[0]), np.minimum(high, within[1])
+        low = np.ceil(low / step - 1e-6) * step
     count = np.floor((high - low) / step + 1e-6).astype(np.int64) + 1
     if (count < 2).any():
         raise InputError("the box of a distance field is empty, or smaller than one step")
