@@ -20,6 +20,7 @@ from app.plans.shipped_head import SAMPLE_PLAN
 from app.services import Services
 from app.steps.plan.clearance import verdict_view
 from app.steps.rehearse.driven import Planned, SoFar
+from benchmarks.piercing import SLACK_MM
 from benchmarks.piercing_judge import pierced_runs
 from vfix_engine.anatomy.piercing import PoseWays, Ways
 from vfix_engine.robots import Tool
@@ -68,6 +69,19 @@ def test_a_shaft_through_each_part_of_the_nose_is_told(ways: Ways, shaft: str) -
     assert found.worst.from_room == (state == "room")
     assert found.worst.sideways_mm is not None
     assert least <= found.worst.sideways_mm <= most
+
+
+@pytest.mark.parametrize("shaft", ["dorsum, 20 mm above", "ala", "septum"])
+def test_the_judge_that_finds_no_piercing_elsewhere_finds_these(
+    phantom_services: Services, plan: Plan, shaft: str
+) -> None:
+    ahead = np.array(SHAFTS[shaft][0]) - TIP
+    tail, volume = (
+        TIP + 150.0 * ahead / np.linalg.norm(ahead),
+        phantom_services.cases.volume(phantom_services.cases.get(plan.case_id)),
+    )
+    assert volume is not None
+    assert pierced_runs(volume, tail[None], TIP[None], np.array(plan.points[0].position), SLACK_MM) != []
 
 
 def test_the_shipped_plan_passes_by_both_codes(phantom_services: Services, plan: Plan) -> None:

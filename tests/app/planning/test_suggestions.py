@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import time
+from collections.abc import Iterator
 from types import SimpleNamespace
 from typing import Any
 
@@ -15,10 +16,11 @@ from rest_client import Client
 from app.cases.model import HEAD_PHANTOM as PHANTOM_ID
 from app.cases.model import SurfaceInfo
 from app.commands import plan_suggest
+from app.planning import suggestions as suggestions_module
 from app.planning.shaft import point_stations, shaft_at
 from app.planning.suggestion_ends import check_ends
 from app.planning.suggestions import SuggestedPaths, described
-from app.planning.verdict import Verdict
+from app.planning.verdict import Level, Reason, Verdict
 from app.plans.model import PlanContent, PlanPoint
 from app.plans.service import Plan
 from app.services import Services
@@ -39,6 +41,22 @@ def waited(client: Client, job: dict[str, Any]) -> dict[str, Any]:
             return now
         time.sleep(0.1)
     raise AssertionError("the job has not ended")
+
+
+@pytest.fixture(autouse=True, scope="module")
+def searched_once() -> Iterator[None]:
+    """The same search is not made twice: the page's and the command's differ in what is done with its answer."""
+    search, found = suggestions_module.suggest_path, dict[Any, Suggestion]()
+
+    def once(around: Any, robot: Any, tool: Any, entry: Any, target: Any, settings: Any, tell: Any) -> Suggestion:
+        key = tool.name, tuple(entry), tuple(target), repr(settings)
+        if key not in found:
+            found[key] = search(around, robot, tool, entry, target, settings, tell)
+        return found[key]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(suggestions_module, "suggest_path", once)
+        yield
 
 
 @pytest.fixture
@@ -97,8 +115,42 @@ def test_a_suggestion_is_found_used_and_undone(client: Client, phantom_services:
     assert client.get("/api/suggestions/nobody").status_code == 404
 
 
+def an_alternative() -> Alternative:
+    run = SimpleNamespace(completed=True, reached_mm=9.0, length_mm=9.0, clearance=np.ones(2), s=np.arange(2.0))
+    run.tip = np.array([[0.0, 0.0, 0.0], [0.0, 9.0, 0.0]])
+    passage = SimpleNamespace(tissue_mm=None, tissue_depth_mm=None)
+    points, tails = np.array([[0.0, 0.0, 0.0], [0.0, 9.0, 0.0]]), np.array([[0.0, -1.0, 0.0]] * 2)
+    return Alternative(points, tails, None, np.eye(4), np.zeros(7), run, passage)  # type: ignore[arg-type]
+
+
+def test_what_the_plan_s_verdict_calls_blocked_or_pierced_is_not_suggested(
+    phantom_services: Services, plan: Plan, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whatever the search itself found of it: the verdict on the plan is the last word (HAZ-36)."""
+    found, suggestions = [an_alternative() for _ in range(4)], phantom_services.suggestions
+    levels: list[Level] = ["pierces", "tight", "blocked", "fits"]
+    by_way = {id(one): a_verdict(level) for one, level in zip(found, levels, strict=True)}
+    monkeypatch.setattr(suggestions, "_verdict", lambda plan, one, tell: by_way[id(one)])
+    monkeypatch.setattr(suggestions_module, "suggest_path", lambda *given: Suggestion(tuple(found)))
+    monkeypatch.setattr(suggestions, "_around", lambda *given: None)
+    told = suggestions.look(plan, ENTRY, TARGET, lambda stage, share: None)
+    assert [one.level for one in told.verdicts] == ["fits", "tight"]
+    assert told.found.alternatives == (found[3], found[1])
+    found.pop()
+    found.pop(1)
+    told = suggestions.look(plan, ENTRY, TARGET, lambda stage, share: None)
+    assert told.found.alternatives == ()
+    assert told.found.none is not None
+    assert "every way that was found is blocked or pierces a wall. Pierces" in told.found.none.reason
+
+
+def a_verdict(level: Level) -> Verdict:
+    reason: Reason = "wall" if level == "pierces" else "clear"
+    return Verdict(level, "none", 1.5, "bone", "tip", 3.0, None, None, None, None, (), reason=reason)
+
+
 def test_a_suggestion_can_be_cancelled(client: Client, plan: Plan) -> None:
-    job = client.post(f"/api/plans/{plan.id}/suggestions", json={}).json()
+    job = client.post(f"/api/plans/{plan.id}/suggestions", json={"target": (3.0, 64.0, -3.5)}).json()
     client.delete(f"/api/jobs/{job['id']}")
     assert waited(client, job)["state"] == "cancelled"
 
@@ -156,20 +208,18 @@ def test_ends_too_far_apart_or_from_a_surface_are_refused() -> None:
 def test_a_path_that_ends_before_its_target_says_so() -> None:
     assert plan_suggest._ends({"short_of_target_mm": 2.4}) == " Ends 2.4 mm before the target."
     assert plan_suggest._ends({"short_of_target_mm": 0.4}) == ""
-    run = SimpleNamespace(completed=True, reached_mm=9.0, length_mm=9.0, clearance=np.ones(2), s=np.arange(2.0))
-    passage = SimpleNamespace(tissue_mm=None, tissue_depth_mm=None)
-    points, tails = np.array([[0.0, 0.0, 0.0], [0.0, 9.0, 0.0]]), np.array([[0.0, -1.0, 0.0]] * 2)
-    one = Alternative(points, tails, None, np.eye(4), np.zeros(7), run, passage)  # type: ignore[arg-type]
-    verdict = Verdict("fits", "none", 1.5, "bone", "tip", 3.0, None, None, None, None, ())
     ends = ((0.0, 0.0, 0.0), (0.0, 9.0, 2.4))
-    looked = SuggestedPaths("s", "p", *ends, "bent_30", 0.3, Suggestion((one,)), verdicts=(verdict,))
+    looked = SuggestedPaths(
+        "s", "p", *ends, "bent_30", 0.3, Suggestion((an_alternative(),)), verdicts=(a_verdict("fits"),)
+    )
     assert described(looked)[0]["short_of_target_mm"] == pytest.approx(2.4)
 
 
 def test_tools_are_compared_along_a_path(client: Client, phantom_services: Services) -> None:
     sample = phantom_services.plans.list(PHANTOM_ID)[0]
-    assert client.post(f"/api/plans/{sample.id}/tools").status_code == 202
-    table = phantom_services.suggestions.tools(sample, lambda stage, share: None)
+    job = client.post(f"/api/plans/{sample.id}/tools")
+    assert job.status_code == 202
+    table = phantom_services.suggestions.table(waited(client, job.json())["result"])
     by_name = {row.tool: row for row in table.rows}
     assert len(by_name) >= 7
     assert by_name[sample.tool].chosen
