@@ -22,14 +22,14 @@ if TYPE_CHECKING:
     from app.imaging.import_jobs import ImportJobs
     from app.imaging.importing import ImportService
     from app.imaging.island_previews import IslandPreviews
-    from app.imaging.labels import Labels
+    from app.imaging.labels import PaintedLabels
     from app.imaging.segmenting import Segmenting
     from app.kit.jobs import Jobs
     from app.kit.queue_places import Line
     from app.link import TrackerClient
     from app.live import LiveBoard
     from app.planning.distance_fields import Fields
-    from app.planning.dry_runs import DryRuns
+    from app.planning.dry_runs import DryRunJobs
     from app.planning.evaluation import Planning
     from app.planning.previews import Prospects
     from app.planning.rehearsal_options import SwitchBoard
@@ -71,7 +71,7 @@ class Services:
     importing: ImportService
     jobs: Jobs
     import_jobs: ImportJobs
-    dry_runs: DryRuns
+    dry_runs: DryRunJobs
     prospects: Prospects
     path_reports: PathReports
     removed_volumes: RemovedVolumeService
@@ -80,7 +80,7 @@ class Services:
     recordings: Recordings
     switches: SwitchBoard
     segmenting: Segmenting
-    labels: Labels
+    labels: PaintedLabels
     islands: IslandPreviews
     slicer: SlicerExport
     base_export: BaseExport
@@ -126,13 +126,13 @@ def build_services(settings: Settings) -> Services:
     from app.imaging.import_jobs import ImportJobs
     from app.imaging.importing import ImportService
     from app.imaging.island_previews import IslandPreviews
-    from app.imaging.labels import Labels
+    from app.imaging.labels import PaintedLabels
     from app.imaging.segmenting import Segmenting
     from app.kit.jobs import Jobs
     from app.kit.queue_places import Line
     from app.live import LiveBoard
     from app.planning.distance_fields import Fields
-    from app.planning.dry_runs import DryRuns
+    from app.planning.dry_runs import DryRunJobs
     from app.planning.evaluation import Planning
     from app.planning.previews import Prospects
     from app.planning.rehearsal_options import SwitchBoard
@@ -158,7 +158,7 @@ def build_services(settings: Settings) -> Services:
     tracker = _tracker(settings)
     registering = Registering(registrations, cases, plans, jobs, tracker)
     planning = Planning(cases, instruments, fields, lambda plan: driven_registration(registering.registration_of(plan)))
-    runs, dry_runs, switches = RunService(store), DryRuns(jobs, planning), SwitchBoard()
+    runs, dry_runs, switches = RunService(store), DryRunJobs(jobs, planning), SwitchBoard()
     removed_volumes = RemovedVolumeService(cases)
     import_jobs = ImportJobs(jobs, importing)
     return Services(
@@ -189,7 +189,7 @@ def build_services(settings: Settings) -> Services:
         recordings=Recordings(jobs, runs, planning.ways),
         switches=switches,
         segmenting=Segmenting(cases, jobs),
-        labels=Labels(store, cases, jobs),
+        labels=PaintedLabels(store, cases, jobs),
         islands=IslandPreviews(cases, jobs),
         slicer=SlicerExport(cases, planning, registrations),
         base_export=BaseExport(planning, registrations),

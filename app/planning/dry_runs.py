@@ -11,7 +11,7 @@ from app.plans.model import Plan
 from app.registration.driven import AS_STORED, AsStored, Through
 
 
-class DryRuns:
+class DryRunJobs:
     """Starts dry runs; may be used from any thread."""
 
     def __init__(self, jobs: Jobs, planning: Planning) -> None:

@@ -33,7 +33,7 @@ from app.plans.model import DEFAULT_TOOL, Plan, drive_parts
 from app.plans.zones import PlanZone, check_zone, zone_to_json
 from app.registration.driven import AS_STORED, AsStored, DrivenRegistration, Through, no_registration
 from vfix_engine.anatomy.piercing import Ways
-from vfix_engine.anatomy.soft_tissue import Surroundings, TissuePassed, surroundings, tissue_passed
+from vfix_engine.anatomy.soft_tissue import TissueKind, TissuePassed, surroundings, tissue_passed
 from vfix_engine.arrays import Array
 from vfix_engine.errors import InputError, PlanError, VfixError
 from vfix_engine.frames import placement_of
@@ -60,7 +60,7 @@ class SnapResult:
     position: Position
     moved_mm: float
     reason: str
-    lies_in: Surroundings = "not_known"
+    lies_in: TissueKind = "not_known"
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,7 +8,7 @@ from typing import Literal, Self
 
 import numpy as np
 
-from vfix_engine.anatomy.piercing import Piercing, Run, SidewaysColumn, Ways, piercing_of
+from vfix_engine.anatomy.piercing import Piercing, SidewaysColumn, TissueRun, Ways, piercing_of
 from vfix_engine.anatomy.way_round_kernel import REACH_MM
 from vfix_engine.arrays import Array
 from vfix_engine.progress import ProgressCallback
@@ -156,7 +156,7 @@ class PiercedReport:
         return cls(found.state, far, found.gives_mm, found.begin, found.end, found.s_mm, found.words)
 
 
-def place_words(run: Run, ways: Ways) -> str:
+def place_words(run: TissueRun, ways: Ways) -> str:
     """Where tissue begins that a tool passes: its side of the patient, its height above the path's entry, its place."""
     x, y, z = run.begin if run.outside == "room" or run.inside != "room" else run.end
     beside = x - ways.middle_mm

@@ -39,8 +39,8 @@ from vfix_engine.suggestion import (
     Alternative,
     NoWay,
     Room,
+    SearchSpace,
     Suggestion,
-    Surroundings,
     best_drives,
     drive_plan,
     suggest_path,
@@ -248,7 +248,7 @@ class Suggestions:
         same = f"{kind} {plan.id} {plan.revision} {tuple(ends)}"
         return self._jobs.submit(work, kind=kind, lane=lane, case_id=plan.case_id, subject=plan.name, same=same)
 
-    def _around(self, plan: Plan, places: Sequence[Position], tell: ProgressCallback) -> Surroundings:
+    def _around(self, plan: Plan, places: Sequence[Position], tell: ProgressCallback) -> SearchSpace:
         """Bone, soft tissue and structures to spare around places."""
         preparation.wait(lambda: tell("Preparing the engine", 0.0))
         case = self._cases.get(plan.case_id)
@@ -261,7 +261,7 @@ class Suggestions:
         tissue = None if fields.tissue is None else opened_field(fields.tissue, bone.regions)
         room = Room(opened_field(fields.bone, bone.regions), tissue)
         ways = None if tissue is None else Ways(tissue, self._fields.air(case), places[0])
-        return Surroundings(bone.tree, room, zones.zones, zones.soft_zones, case.structure_names(), ways)
+        return SearchSpace(bone.tree, room, zones.zones, zones.soft_zones, case.structure_names(), ways)
 
 
 def draft(case: Case, content: PlanContent, name: str = "") -> Plan:

@@ -6,7 +6,7 @@ driven dry. docs/concepts.md describes the search.
 
 from .room import Passage, Room
 from .shafts import Ranking, ranked_shafts
-from .suggest import RANKINGS, Alternative, NoWay, Suggestion, Surroundings, best_drives, drive_plan, suggest_path
+from .suggest import RANKINGS, Alternative, NoWay, SearchSpace, Suggestion, best_drives, drive_plan, suggest_path
 from .way import LONGEST_MM, TipWay, smoothed, widest_way
 
 __all__ = [
@@ -17,8 +17,8 @@ __all__ = [
     "Passage",
     "Ranking",
     "Room",
+    "SearchSpace",
     "Suggestion",
-    "Surroundings",
     "TipWay",
     "best_drives",
     "drive_plan",

@@ -33,7 +33,7 @@ _FIELD_SHARE, _RANKED_SHARE = 0.1, 0.4  # of the work, which is told as its prog
 
 
 @dataclass(frozen=True, eq=False)
-class Surroundings:
+class SearchSpace:
     """What a tool is driven in. tree: the bone, judged exactly; room: bone and soft tissue as fields, for ranking.
 
     zones, fixtures, structure_names: as of ``Scene``. ways: looks for ways round tissue; None without a CT.
@@ -125,7 +125,7 @@ class Suggestion:
 
 
 def suggest_path(
-    around: Surroundings,
+    around: SearchSpace,
     robot: RobotModel,
     tool: Tool,
     entry: ArrayLike,
@@ -158,7 +158,7 @@ def suggest_path(
 
 
 def best_drives(
-    around: Surroundings,
+    around: SearchSpace,
     robot: RobotModel,
     tool: Tool,
     points: Array,
@@ -191,7 +191,7 @@ def best_drives(
 
 
 def drive_plan(
-    around: Surroundings,
+    around: SearchSpace,
     robot: RobotModel,
     tool: Tool,
     path: SplinePath,

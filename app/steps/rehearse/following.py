@@ -20,7 +20,7 @@ from app.views.plan_items import Position
 from app.views.views import Views
 from vfix_engine.anatomy.surface_uncertainty import SurfaceUncertainty
 from vfix_engine.errors import PlanError, VfixError
-from vfix_engine.worlds.rigid.snapshot import Snapshot
+from vfix_engine.worlds.rigid.snapshot import RigidSnapshot
 
 _LOG = logging.getLogger(__name__)
 
@@ -41,7 +41,7 @@ class DriveFollower(Step):
         self._has_ct = False
         self.drive: SharedDrive | None = None
         self.now = NO_DRIVE  # the drive as it was read last
-        self._before: Snapshot | None = None  # the one that was read before it
+        self._before: RigidSnapshot | None = None  # the one that was read before it
         self.so_far = SoFar()
         self._taken_ms = 0  # when the snapshot was taken over
         self._changed = False  # the plan is another one than what is driven

@@ -29,7 +29,7 @@ from app.views.plan_items import curve_layer, curve_section, entries, items_laye
 from app.views.views import Views
 from vfix_engine.errors import PlanError
 from vfix_engine.robots import PlacedRobot
-from vfix_engine.worlds.rigid.snapshot import Snapshot
+from vfix_engine.worlds.rigid.snapshot import RigidSnapshot
 
 _HAND_LOST = "The window was late, so the hand let go: press or drag again"
 _NOT_HELD = "only the window that holds the handle can do that; you can watch, or take over when it lets go."
@@ -47,7 +47,7 @@ class RehearseStep(DriveFollower):
         self._hand: GripDrag | None = None  # on the grip, set on the scene's thread
         self._centre = CentrePlaces(views.services, views.executor, views.post)
         self._shown_options: tuple[object, OptionsSection] | None = None  # with what it depends on
-        self._told_of: Snapshot | None = None  # the pose that others were told last
+        self._told_of: RigidSnapshot | None = None  # the pose that others were told last
         self._told = NO_SWITCHES  # the switches as they were when everything was published last
 
     def available(self) -> bool:
@@ -314,7 +314,7 @@ class RehearseStep(DriveFollower):
             layers.append(Layer("rehearse.centre", key, CentreNodes, show))
         return layers
 
-    def _robot_layer(self, now: Snapshot, robot: PlacedRobot, mine: bool) -> Layer[DriveNodes]:
+    def _robot_layer(self, now: RigidSnapshot, robot: PlacedRobot, mine: bool) -> Layer[DriveNodes]:
         hand = self._hand
         key = (now.t, now.steps, now.mode, now.running, mine, tuple(now.force), hand)
 

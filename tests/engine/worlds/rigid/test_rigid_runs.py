@@ -43,7 +43,7 @@ from vfix_engine.worlds.rigid.rehearsal import Rehearsal
 from vfix_engine.worlds.rigid.rigid_spec import RigidSpec, SceneSpec
 from vfix_engine.worlds.rigid.scene import Scene
 from vfix_engine.worlds.rigid.scene_parts import robot_from, robot_parts
-from vfix_engine.worlds.rigid.snapshot import Snapshot
+from vfix_engine.worlds.rigid.snapshot import RigidSnapshot
 
 SETTINGS = ControlSettings()
 
@@ -77,7 +77,9 @@ def own_scene(tmp_path_factory: pytest.TempPathFactory) -> Scene:
     return replace(scene, fixtures=(RemoteCentre(centre, tolerance_mm=0.5),))
 
 
-def until(process: ControlProcess[Snapshot], wanted: Callable[[Snapshot], bool], sign: Callable[[], None]) -> Snapshot:
+def until(
+    process: ControlProcess[RigidSnapshot], wanted: Callable[[RigidSnapshot], bool], sign: Callable[[], None]
+) -> RigidSnapshot:
     deadline = time.monotonic() + 60.0
     while time.monotonic() < deadline:
         sign()
@@ -93,7 +95,7 @@ def test_zone_remote_centre_and_own_robot_hold_in_the_process(own_scene: Scene, 
     assert isinstance(centre, RemoteCentre)
     spec = RigidSpec(SceneSpec.of(own_scene), SETTINGS)
     spec.build().prepare()  # what is not compiled yet is compiled here, not while the process is waited for
-    process: ControlProcess[Snapshot] = ControlProcess(spec, real_time=False, record=tmp_path / "drive.run")
+    process: ControlProcess[RigidSnapshot] = ControlProcess(spec, real_time=False, record=tmp_path / "drive.run")
     process.start()
     try:
         process.wait_ready()
@@ -239,7 +241,7 @@ def test_a_snapshot_asked_for_late_is_the_same() -> None:
     assert any(one.held or one.slowed for one in early)
     assert any(one.active for one in early)
     for one, other in zip(early, late, strict=True):
-        for field in fields(Snapshot):
+        for field in fields(RigidSnapshot):
             first, second = getattr(one, field.name), getattr(other, field.name)
             if field.name == "blockers":
                 first, second = ([(b.kind, b.words) for b in many] for many in (first, second))
