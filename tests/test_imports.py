@@ -50,7 +50,7 @@ APP_ROOMS = {
     "kit": 2,
     "link": 2,
     "messages": 2,
-    "scene": 2,
+    "scene": 3,
     "store": 2,
     "cases": 3,
     "documents": 3,

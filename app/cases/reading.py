@@ -18,14 +18,13 @@ from app.cases.model import (
     CaseFrame,
     Overlay,
     SurfaceInfo,
-    Triple,
     VolumeInfo,
     anatomy_structure,
     extracted_from,
 )
 from app.cases.structures import ANATOMY, BONE, CaseKind, Origin, Provenance, Role, Structure
 from app.kit.names import check_name, check_stored_label
-from app.kit.values import check_id, check_position, number
+from app.kit.values import Position, check_id, check_position, number
 from vfix_engine.anatomy.bone import SurfaceReport
 from vfix_engine.anatomy.surface import Dropped
 from vfix_engine.errors import InputError
@@ -262,7 +261,7 @@ def _three(value: Any, what: str) -> tuple[Any, Any, Any]:
     return value[0], value[1], value[2]
 
 
-def _corner(value: Any, what: str) -> Triple:
+def _corner(value: Any, what: str) -> Position:
     x, y, z = (_within(one, -4.0 * FARTHEST_MM, 4.0 * FARTHEST_MM, what) for one in _three(value, what))
     return x, y, z
 

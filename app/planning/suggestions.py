@@ -16,7 +16,7 @@ from app.clock import utc_now
 from app.kit.cache import Cache
 from app.kit.errors import NotFound, PlanConflict
 from app.kit.jobs import Job, JobKind, Jobs, Progress
-from app.kit.values import check_position
+from app.kit.values import Position, check_position
 from app.planning.distance_fields import Fields
 from app.planning.evaluation import Planning
 from app.planning.piercing import sideways_of
@@ -46,8 +46,6 @@ from vfix_engine.suggestion import (
     suggest_path,
 )
 from vfix_engine.worlds.rigid import preparation
-
-Position = tuple[float, float, float]
 
 WORTH_TELLING_MM = 0.5  # a path that ends farther than this from its target says so
 _KEPT = 16  # answers that are remembered

@@ -6,9 +6,10 @@ from collections.abc import Callable
 
 import numpy as np
 
+from app.kit.values import Position
 from app.scene.camera import Lens, standard_view
 from app.scene.view import SceneView
-from app.views.case_view import CaseView, Position
+from app.views.case_view import CaseView
 from app.views.sections import CameraSection, LabelView, ProjectAnswer
 from vfix_engine.arrays import Array
 

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from app.kit.values import Position
 from app.plans.service import Plan
 from app.scene.plan import CurveNodes, ItemNodes, PlanItem
 from app.views.layers import Layer
@@ -14,7 +15,6 @@ from app.views.sections import CurveSection, ItemsSection
 from vfix_engine.arrays import Array
 from vfix_engine.geometry.path import SplinePath
 
-Position = tuple[float, float, float]
 CURVE_SAMPLES = 160
 
 

@@ -6,12 +6,13 @@ from collections.abc import Callable
 from concurrent.futures import Executor
 from typing import Any
 
+from app.kit.values import Position
 from app.messages.client import Client
 from app.messages.fields import Command
 from app.services import Services
 from app.views import commands as c
 from app.views.camera_view import CameraView
-from app.views.case_view import CaseView, Position
+from app.views.case_view import CaseView
 from app.views.open_plan import OpenPlan
 
 __all__ = ["Position", "Request", "Views"]

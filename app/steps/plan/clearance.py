@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from app.kit.values import Position
 from app.planning.evaluation import PlanEvaluation
 from app.planning.piercing import Pierced
 from app.scene.pierced import PiercedNodes
@@ -13,8 +14,6 @@ from app.scene.tool_ghost import ToolGhost
 from app.steps.plan.sections import ClearanceProfile, ObstacleCurve, PiercedView, VerdictView
 from app.views.layers import Layer
 from vfix_engine.arrays import Array
-
-Position = tuple[float, float, float]
 
 
 def verdict_view(evaluation: PlanEvaluation) -> VerdictView:

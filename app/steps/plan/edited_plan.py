@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from app.kit.values import Position
 from app.planning.previews import Dragged
 from app.planning.tissue_words import PLACE_WORDS
 from app.plans.model import PlanPoint, check_robot
@@ -20,7 +21,7 @@ from app.steps.plan.regions import Regions
 from app.steps.plan.second_volume import SecondVolumes
 from app.steps.plan.sections import AddKind, PlanSection
 from app.steps.plan.versions import Versions
-from app.views.plan_items import Position, entries, plan_items, position_of
+from app.views.plan_items import entries, plan_items, position_of
 from app.views.sections import ItemKind
 from vfix_engine.arrays import Array
 from vfix_engine.errors import PlanError, VfixError

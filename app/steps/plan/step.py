@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from app.kit.values import Position
 from app.messages.fields import Command
 from app.plans.service import Plan
 from app.scene.dragging import DragEvent
@@ -30,7 +31,7 @@ from app.steps.plan.removed_bone import RemovedBoneCount
 from app.steps.plan.sections import PlanEntry, PlanSections
 from app.steps.plan.shafts import AIM_WORDS, Shafts
 from app.views.layers import Layer
-from app.views.plan_items import Position, curve_layer, curve_points, curve_section, items_layer
+from app.views.plan_items import curve_layer, curve_points, curve_section, items_layer
 from app.views.views import Views
 from vfix_engine.arrays import Array
 from vfix_engine.errors import InputError, PlanError

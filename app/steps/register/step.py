@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from app.documents import DocumentTitle
+from app.kit.values import Position
 from app.messages.fields import Command
 from app.plans.service import Plan
 from app.registration.editor import StoredRegistration
@@ -18,7 +19,7 @@ from app.steps.register.hints import register_hint
 from app.steps.register.open_registration import OpenRegistration, newest
 from app.steps.register.sections import FiducialMark, PlanUseSection, RegisterSections, RegistrationEntry, TrackerView
 from app.views.layers import Layer
-from app.views.plan_items import Position, position_of
+from app.views.plan_items import position_of
 from app.views.views import Views
 from vfix_engine.errors import InputError, VfixError
 

@@ -6,6 +6,7 @@ import logging
 import time
 
 from app.kit.errors import PlanLocked
+from app.kit.values import Position
 from app.messages.client import Client
 from app.planning.rehearsal_options import NO_SWITCHES, Switches
 from app.plans.service import Plan
@@ -16,7 +17,6 @@ from app.steps.rehearse.driven import SoFar
 from app.steps.rehearse.preparation import PlanKey, Prepared, plan_key
 from app.steps.rehearse.shared_drive import SharedDrive
 from app.steps.rehearse.shared_drives import SharedDrives
-from app.views.plan_items import Position
 from app.views.views import Views
 from vfix_engine.anatomy.surface_uncertainty import SurfaceUncertainty
 from vfix_engine.errors import PlanError, VfixError
