@@ -31,6 +31,7 @@ from vfix_engine.fixtures.weighted import weighted
 from vfix_engine.geometry.distance_field import DistanceField, FieldGrid
 from vfix_engine.geometry.proximity import ProximityTree
 from vfix_engine.geometry.shapes import Box, HalfSpace, Sphere
+from vfix_engine.json_text import parse_json
 from vfix_engine.resources import assets_dir
 from vfix_engine.robots import RobotModel, Tool
 from vfix_engine.robots.model import Joint
@@ -150,6 +151,7 @@ def test_a_scene_comes_back_from_its_parts_exactly(own_scene: Scene) -> None:
     values, arrays = spec.to_parts()
     again = RigidSpec.from_parts(values, arrays)
     assert again.to_parts()[0] == values
+    assert parse_json(json.dumps(values)) == values, "the store takes plain JSON, which has no infinity"
     assert all(np.array_equal(array, again.to_parts()[1][name]) for name, array in arrays.items())
     flesh, same = (one.scene.fixtures[-1].field.grids for one in (spec, again))  # type: ignore[attr-defined]
     for grid, other in zip(flesh, same, strict=True):
