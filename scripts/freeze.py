@@ -23,6 +23,7 @@ import tempfile
 import types
 import zipfile
 from collections.abc import Mapping
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 from unittest import mock
@@ -36,6 +37,7 @@ sys.path.insert(0, str(ROOT))
 
 from app import cli  # noqa: E402
 from app.api import router  # noqa: E402
+from app.commands.doctor import examine  # noqa: E402
 from app.gateway.pages import page_router  # noqa: E402
 from app.services import Services, build_services  # noqa: E402
 from app.services.case_reading import case_content_from_json  # noqa: E402
@@ -64,7 +66,7 @@ def rest() -> Items:
     document, items = app.openapi(), Items()
     for path, methods in document["paths"].items():
         for method, route in methods.items():
-            items[f"{method.upper()} {path}"] = _without_words(route)
+            items[f"{method.upper()} {path}"] = _route(_without_words(route))
     for name, schema in document["components"]["schemas"].items():
         items |= _schema(f"schema {name}", schema)
     return items
@@ -120,9 +122,10 @@ def printed(home: Path) -> Items:
         ("plan", "versions", PLAN),
         ("plan", "diff", PLAN, "First version"),
         ("register", "list", HEAD),
-        ("doctor",),
     )
     items = Items()
+    health = examine(Settings(home=home, port=0))
+    items["vfix doctor: keys"] = sorted(asdict(health))  # types of the values depend on the machine
     with mock.patch.dict(os.environ, {"VFIX_HOME": str(home)}):
         for line in lines:
             out = io.StringIO()
@@ -244,6 +247,22 @@ def _without_words(value: Any, inside: bool = False) -> Any:
     return [_without_words(one) for one in value] if isinstance(value, list) else value
 
 
+def _route(route: Any) -> Any:
+    """Parameters by place and name, the body, and the statuses by what is answered."""
+    parameters = {f"{one['in']} {one['name']}": one for one in route.get("parameters", [])}
+    for one in parameters.values():
+        del one["in"], one["name"]
+    answers: dict[str, list[str]] = {}
+    for status, answer in route["responses"].items():
+        contents = answer.get("content", {}) or {"no content": {}}
+        for kind, content in contents.items():
+            said = content.get("schema", {}).get("$ref") or json.dumps(content.get("schema", {}), sort_keys=True)
+            name = said.rpartition("/")[2] if said.startswith("#") else said
+            answers.setdefault(name if kind == "application/json" else f"{kind} {name}", []).append(status)
+    kept = {key: value for key, value in route.items() if key not in ("parameters", "responses")}
+    return {**kept, "parameters": parameters, "responses": answers}
+
+
 def _schema(name: str, schema: Any) -> Items:
     """A schema, and an item for each of its fields."""
     plain = _without_words(schema)
@@ -282,7 +301,7 @@ def _merge(items: Items, before: str, value: Any) -> None:
 def _together(found: dict[str, Any], more: Mapping[str, str]) -> None:
     """Add types by path; a path that has another type already has both."""
     for key, kind in more.items():
-        found[key] = " | ".join(sorted({kind, *found.get(key, kind).split(" | ")}))
+        found[key] = " | ".join(sorted({*kind.split(" | "), *found.get(key, kind).split(" | ")}))
 
 
 def _declarations() -> types.ModuleType:
