@@ -178,6 +178,14 @@ def test_its_archive_comes_in_and_goes_out_again_with_the_same_content(old: Sett
     assert first == second == original
 
 
+def without_modules(value: Any) -> Any:
+    """A recording's events with their records named by the class alone: where a class is may change."""
+    if isinstance(value, dict):
+        named = {key: without_modules(inner) for key, inner in value.items()}
+        return {**named, "§class": named["§class"].rpartition(".")[2]} if "§class" in named else named
+    return [without_modules(inner) for inner in value] if isinstance(value, list) else value
+
+
 def contents(services: Services, case_id: str) -> dict[str, Any]:
     """What the documents of a case hold, by kind and name, with the ids that an import gives anew replaced by names."""
     named = [(documents.kind, document) for documents in every(services) for document in documents.list(case_id)]
@@ -308,7 +316,7 @@ def test_runs_are_read_as_they_were_written(read: Services) -> None:
         assert (read.runs.file(stored.id, "ticks.f64")).read_bytes() == run.ticks.tobytes()
         lines = read.runs.file(stored.id, "events.jsonl").read_text(encoding="utf-8").splitlines()
         events = [{"at": event.at, "kind": event.kind, "content": to_plain(event.content)} for event in run.events]
-        assert events == [json.loads(line) for line in lines]
+        assert without_modules(events) == without_modules([json.loads(line) for line in lines])
         values, arrays = spec_of(run).to_parts()
         kept = run.manifest["spec"]
         assert {key: value for key, value in json.loads(json.dumps(values)).items() if key in kept} == kept
