@@ -1,6 +1,6 @@
 """`vfix bench piercing`: suggested ways in a head, and whether one of them pierces tissue, judged by brute force.
 
-From each entry to each target, moved by up to 2 mm, ways are looked for with each tool until there are as many as asked
+From each entry to its targets, moved by up to 2 mm, ways are looked for with each tool until there are as many as asked
 for; each of their poses, 8 mm apart, is judged out of the voxels by another code (`piercing_judge`). None may pierce.
 """
 
@@ -41,7 +41,7 @@ Array = NDArray[np.float64]
 
 
 class Head(NamedTuple):
-    """A scan with entries and targets (n, 3) in LPS mm."""
+    """A scan with entries (n, 3) and the targets of each (n, m, 3), in LPS mm."""
 
     volume: Volume
     entries: Array
@@ -69,9 +69,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     if args.head is not None and not (args.entry and args.target):
         raise report.BenchmarkRefused("--head needs an --entry and a --target of it")
     machine, begin = report.machine().to_dict(), time.perf_counter()
-    head = (
-        phantom() if args.head is None else Head(read_volume(args.head)[0], np.array(args.entry), np.array(args.target))
-    )
+    head = phantom() if args.head is None else _given(args)
     ways, pierce, asked = 0, 0, 0
     for found, entry in suggested(head, np.random.default_rng(args.seed)):
         asked += 1
@@ -91,26 +89,31 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
 
 
 def phantom() -> Head:
-    """The head phantom with both nostrils and its targets."""
+    """The head phantom with both nostrils, and targets on the side of each that a rigid tool reaches."""
     known = load_landmarks()
-    entry = np.array(known.corridor[0].position)
-    targets = np.array([known.corridor[4].position, *(target.position for target in known.targets)])
-    both = np.concatenate([targets, targets * [-1.0, 1.0, 1.0]])
-    return Head(load_head_ct(), np.stack([entry, entry * [-1.0, 1.0, 1.0]]), both)
+    entry, targets = (np.array([point.position for point in part]) for part in (known.corridor[:1], known.corridor[4:]))
+    mirrored = np.array([-1.0, 1.0, 1.0])
+    return Head(load_head_ct(), np.concatenate([entry, entry * mirrored]), np.stack([targets, targets * mirrored]))
+
+
+def _given(args: argparse.Namespace) -> Head:
+    entries, targets = np.array(args.entry), np.array(args.target)
+    return Head(read_volume(args.head)[0], entries, np.repeat(targets[None], len(entries), axis=0))
 
 
 def suggested(
     head: Head, random: np.random.Generator, tools: Sequence[str] = TOOLS
 ) -> Iterator[tuple[tuple[Alternative, ...], Array]]:
     """Alternatives of one search after another, without an end, and the entry of each."""
-    ends = np.concatenate([head.entries, head.targets])
+    ends = np.concatenate([head.entries, head.targets.reshape(-1, 3)])
     focus = np.stack([ends.min(axis=0) - _AROUND_MM, ends.max(axis=0) + _AROUND_MM])
     bone, tissue = (solid_of_volumes([head.volume], level, focus) for level in (BONE_HU, TISSUE_HU))
     tree, room, air = ProximityTree(extract_surface(head.volume)), Room(bone, tissue), room_air(tissue, [head.volume])
     robot, every, number = RobotModel.load("steady_hand"), [Tool.load(name) for name in tools], 0
     while True:
-        entry = head.entries[random.integers(len(head.entries))] + random.uniform(-_MOVED_MM, _MOVED_MM, 3)
-        target = head.targets[random.integers(len(head.targets))] + random.uniform(-_MOVED_MM, _MOVED_MM, 3)
+        side = random.integers(len(head.entries))
+        entry = head.entries[side] + random.uniform(-_MOVED_MM, _MOVED_MM, 3)
+        target = head.targets[side, random.integers(head.targets.shape[1])] + random.uniform(-_MOVED_MM, _MOVED_MM, 3)
         around = Surroundings(tree, room, ways=Ways(tissue, air, entry))
         try:
             found = suggest_path(around, robot, every[number % len(every)], entry, target, ControlSettings())

@@ -1,7 +1,7 @@
 """Whether a tool pierces tissue, by brute force out of the voxels: the judge of `vfix bench piercing`.
 
-It has nothing of the engine but the sampling of a volume: air is thresholded and measured on a grid of its own around
-each run of tissue, and connected by labels.
+It has nothing of the engine but the voxels and where they lie: scipy interpolates them, air is thresholded and measured
+on a grid of its own around each run of tissue, and connected by labels.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ def pierced_runs(volume: Volume, start: Array, end: Array, entry: Array, slack_m
     entry: (3,) where the path begins. slack_mm: added to what tissue gives; two codes with grids of 0.5 mm differ.
     """
     axis = _axis(start, end)
-    tissue = volume.sample(axis) > AIR_HU
+    tissue = _hu(volume, axis) > AIR_HU
     borders = np.flatnonzero(np.diff(tissue)) + 1
     pieces = [piece for piece in np.split(np.arange(len(axis)), borders) if tissue[piece[0]]]
     merged = list[NDArray[np.intp]]()
@@ -45,6 +45,15 @@ def pierced_runs(volume: Volume, start: Array, end: Array, entry: Array, slack_m
     return found
 
 
+def _hu(volume: Volume, places: Array) -> Array:
+    """Hounsfield units (n,) at places (n, 3), trilinear, of air beyond the scan."""
+    from scipy import ndimage  # as above
+
+    index = (places - volume.origin) @ volume.direction / volume.spacing
+    found: Array = ndimage.map_coordinates(volume.hu, index.T[::-1], np.float64, order=1, cval=-1000.0)
+    return found
+
+
 def _axis(start: Array, end: Array) -> Array:
     parts = [
         a + np.linspace(0.0, 1.0, max(2, int(np.linalg.norm(b - a) / SAMPLE_MM)))[:, None] * (b - a)
@@ -55,7 +64,7 @@ def _axis(start: Array, end: Array) -> Array:
 
 def _round(volume: Volume, axis: Array, first: int, last: int, gives: float) -> bool:
     """Whether air leads from one side of a run of tissue to the other within a distance of the axis."""
-    from scipy import ndimage
+    from scipy import ndimage  # imported where it is used: slow to load
     from scipy.spatial import cKDTree
 
     beside = int(_BESIDE_MM / SAMPLE_MM)
@@ -65,7 +74,7 @@ def _round(volume: Volume, axis: Array, first: int, last: int, gives: float) -> 
     ticks = [np.arange(a, b, STEP_MM) for a, b in zip(low, high, strict=True)]
     places = np.stack(np.meshgrid(*ticks, indexing="ij"), axis=-1)
     shape = places.shape[:3]
-    air = (volume.sample(places.reshape(-1, 3)) <= AIR_HU).reshape(shape)
+    air = (_hu(volume, places.reshape(-1, 3)) <= AIR_HU).reshape(shape)
     wide = ndimage.distance_transform_edt(air, sampling=STEP_MM) > BALL_MM - 0.5 * STEP_MM
     away = cKDTree(window).query(places.reshape(-1, 3), distance_upper_bound=reach + 1e-6)[0].reshape(shape)
     labels, _ = ndimage.label(wide & (away <= reach))

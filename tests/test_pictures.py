@@ -51,7 +51,7 @@ def test_what_the_tutorial_quotes_is_used_on_the_page(name: str, least: int) -> 
 def test_the_folder_is_the_head_that_was_written(tmp_path: Path) -> None:
     hu = np.random.default_rng(5).integers(-1000, 2000, (12, 20, 16)).astype(np.int16)
     head = Volume(hu, np.array([-8.0, 4.5, 20.0]), np.array([0.7, 0.8, 1.5]), np.eye(3))
-    back, _ = read_series(write_dicom_folder(head, tmp_path / "dicom"))
+    back = read_series(write_dicom_folder(head, tmp_path / "dicom")).volume
     assert np.array_equal(back.hu, head.hu)
     assert np.allclose([back.spacing, back.origin], [head.spacing, head.origin])
     assert back.window == WINDOW_HU

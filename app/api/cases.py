@@ -9,7 +9,7 @@ from app.api.archives import start_import
 from app.api.case_models import CasePublic, CaseUpdate
 from app.api.dependencies import ERRORS, Identifier, ServicesDep
 from app.api.jobs import JobPublic
-from app.api.uploads import MAX_FILES, form_of, receive
+from app.api.uploads import MAX_FILES, USE_DESCRIPTION, form_of, receive
 from app.services.archive import is_archive
 from app.services.importing import ImportRequest
 
@@ -18,7 +18,7 @@ router = APIRouter(prefix="/cases", tags=["cases"], responses=ERRORS)
 MAX_CASE_BYTES = 2 << 30  # [byte] of a case's file (HAZ-30)
 _FORM = form_of(
     {"file": "CT volume or bone surface", "names": "names of a segmentation"},
-    {"name": "of the case; else its kind of file"},
+    {"name": "of the case; else its kind, a number and the time", "use_description": USE_DESCRIPTION},
 )
 
 
@@ -36,14 +36,19 @@ async def import_case(request: Request, services: ServicesDep) -> JobPublic:
     its unit or one of several series open, or is a segmentation, the job fails with what is `missing`. The file is
     kept: `POST /api/jobs/{job_id}/answer` imports it without another upload. An archive of a case is imported as such.
     """
-    fields = ("name", "frame", "units")
+    fields = ("name", "use_description", "frame", "units")
     limits: dict[str, Any] = {"max_files": MAX_FILES, "beside": ("names",)}
     upload = await receive(request, services.store.scratch, MAX_CASE_BYTES, fields, **limits)
     if await run_in_threadpool(is_archive, upload.path):
         return start_import(services, upload)
     told, names = upload.fields, upload.beside.get("names")
     wanted = ImportRequest(
-        upload.path, name=told.get("name"), names=names, frame=told.get("frame"), unit=told.get("units")
+        upload.path,
+        name=told.get("name"),
+        use_description=upload.uses_description,
+        names=names,
+        frame=told.get("frame"),
+        unit=told.get("units"),
     )
     return JobPublic.of(services.import_jobs.start(wanted, upload.remove))
 

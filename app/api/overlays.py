@@ -7,7 +7,7 @@ from app.api.cases import MAX_CASE_BYTES
 from app.api.dependencies import ERRORS, ConditionDep, Identifier, ServicesDep, Wish
 from app.api.jobs import JobPublic
 from app.api.plan_models import PlanPublic, Revision, SecondVolumePublic
-from app.api.uploads import MAX_FILES, form_of, receive
+from app.api.uploads import MAX_FILES, USE_DESCRIPTION, form_of, receive
 from app.services.importing import OverlayRequest
 from app.services.second_volume import second_from_json
 
@@ -15,7 +15,7 @@ router = APIRouter(tags=["second volumes"], responses=ERRORS)
 
 _FORM = form_of(
     {"file": "CT or MR: DICOM, NRRD, NIfTI, MetaImage"},
-    {"name": "of the volume; else a plain one"},
+    {"name": "of the volume; else its kind, a number and the time", "use_description": USE_DESCRIPTION},
 )
 
 
@@ -40,11 +40,16 @@ async def import_overlay(case_id: Identifier, request: Request, services: Servic
     holds the tool are those of the case's own CT.
     """
     services.cases.get(case_id)
-    upload = await receive(
-        request, services.store.scratch, MAX_CASE_BYTES, ("name", "frame", "units"), max_files=MAX_FILES
-    )
+    fields = ("name", "use_description", "frame", "units")
+    upload = await receive(request, services.store.scratch, MAX_CASE_BYTES, fields, max_files=MAX_FILES)
     told = upload.fields
-    wanted = OverlayRequest(upload.path, name=told.get("name"), frame=told.get("frame"), unit=told.get("units"))
+    wanted = OverlayRequest(
+        upload.path,
+        name=told.get("name"),
+        use_description=upload.uses_description,
+        frame=told.get("frame"),
+        unit=told.get("units"),
+    )
     return JobPublic.of(services.import_jobs.start_overlay(case_id, wanted, upload.remove))
 
 

@@ -2,6 +2,7 @@
 
 import json
 import struct
+from collections.abc import Sequence
 from typing import Annotated, Literal
 
 import cv2
@@ -12,6 +13,8 @@ from app.api.dependencies import ERRORS, Identifier, ServicesDep
 from app.api.volumes import Axis, VolumeName, volume_of
 from app.services.plan_model import NOTICE
 from vfix_engine.geometry.mesh import TriangleMesh
+from vfix_engine.imaging.scan_ends import faces_at_ends, source_of
+from vfix_engine.imaging.volume import Volume
 
 router = APIRouter(prefix="/cases/{case_id}", tags=["pictures"], responses=ERRORS)
 
@@ -54,12 +57,23 @@ def surface(
     name: Annotated[str, "of the case's surfaces"],
     services: ServicesDep,
     form: Annotated[Literal["arrays", "stl"], Query(alias="format")] = "arrays",
+    open_ends: bool = False,
 ) -> Response:
-    """A surface, little-endian. `arrays`: uint32 vertices, uint32 triangles, float32 (V, 3), uint32 (F, 3)."""
+    """A surface, little-endian. `arrays`: uint32 vertices, uint32 triangles, float32 (V, 3), uint32 (F, 3).
+
+    open_ends: without the flat faces that close it where the CT ends.
+    """
     mesh = services.cases.case_surface(case_id, name)
+    if open_ends:
+        mesh = _without_ends(mesh, services.cases.volumes(services.cases.get(case_id)))
     data = _arrays(mesh) if form == "arrays" else _stl(mesh)
     media_type = "application/octet-stream" if form == "arrays" else "model/stl"
     return Response(data, media_type=media_type, headers={"X-Notice": NOTICE, "X-Frame": "LPS", "X-Unit": "mm"})
+
+
+def _without_ends(mesh: TriangleMesh, volumes: Sequence[Volume]) -> TriangleMesh:
+    volume = source_of(mesh, volumes)
+    return mesh if volume is None else TriangleMesh(mesh.vertices, mesh.faces[~faces_at_ends(mesh, volume)])
 
 
 def _arrays(mesh: TriangleMesh) -> bytes:

@@ -1,6 +1,7 @@
 """Plans as files: export and import."""
 
 import shutil
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Literal, cast, get_args
 from urllib.parse import quote
@@ -15,6 +16,7 @@ from app.api.plan_models import PlanPublic
 from app.api.uploads import form_of, receive_small, safe_name
 from app.services.exchange import MEDIA_TYPES, Format, PointsAs, export_text, read_plan
 from app.services.identity import WITH_IMAGES, check_images
+from app.services.imported_places import content_notes
 from app.services.plan_model import NOTICE
 from app.store.errors import StorageError
 from vfix_engine.errors import InputError
@@ -103,7 +105,10 @@ def export_slicer(
 async def import_plan(
     case_id: Identifier, request: Request, services: ServicesDep, condition: ConditionDep
 ) -> PlanPublic:
-    """Create a plan from a file; a missing frame, or the meaning of a list of points, has to be given."""
+    """Create a plan from a file; a missing frame, or the meaning of a list of points, has to be given.
+
+    What is doubtful about the file, such as a unit that it does not name, is in `told`.
+    """
     file_name, data, fields = await receive_small(request, MAX_PLAN_BYTES, ("name", "frame", "points_as", "other_case"))
 
     def work() -> PlanPublic:
@@ -112,7 +117,8 @@ async def import_plan(
         other = fields.get("other_case") == "yes"
         plan = services.plans.add_file(case_id, file, name=fields.get("name"), other_case=other)
         condition.tell(plan.revision)
-        return PlanPublic.of(plan)
+        doubts = (*file.notes, *content_notes(file.content, services.cases.get(case_id).surfaces[0].bounds_lps_mm))
+        return PlanPublic.of(replace(plan, told=" ".join(doubts)))
 
     return await run_in_threadpool(work)
 

@@ -132,6 +132,9 @@ class PlanPublic(BaseModel):
     locked: bool
     deleted_at: str | None
     unreadable: Annotated[str, Field(description="in a list: why the content cannot be read; '' where it can")]
+    told: Annotated[
+        str, Field(description="of undo and redo: what it took back or did again; of a file: its doubts; else ''")
+    ]
     notice: str
     path_id: str
     paths: list[PathPublic]

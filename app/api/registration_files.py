@@ -1,5 +1,6 @@
 """Files of registrations: measured points as a table, transforms in and out."""
 
+from dataclasses import replace
 from typing import Annotated, Any, cast, get_args
 from urllib.parse import quote
 
@@ -9,6 +10,7 @@ from starlette.concurrency import run_in_threadpool
 from app.api.dependencies import ERRORS, ConditionDep, Identifier, ServicesDep
 from app.api.registration_models import RegistrationPublic
 from app.api.uploads import form_of, receive_small, safe_name
+from app.services.imported_places import measured_notes
 from app.services.plan_model import NOTICE
 from app.services.registration.files import (
     MEDIA_TYPES,
@@ -47,7 +49,8 @@ async def read_points(
         points = read_measured(data, content)
         done = editor.set_measured(points, expected_revision=expected)
         condition.tell(done.revision)
-        return RegistrationPublic.of(done)
+        doubts = measured_notes([point.position for point in points])
+        return RegistrationPublic.of(replace(done, told=" ".join(doubts)))
 
     return await run_in_threadpool(work)
 

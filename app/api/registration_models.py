@@ -144,6 +144,9 @@ class RegistrationPublic(BaseModel):
     can_undo: bool
     can_redo: bool
     unreadable: Annotated[str, Field(description="in a list: why the content cannot be read; '' where it can")]
+    told: Annotated[
+        str, Field(description="of undo and redo: what it took back or did again; of a file: its doubts; else ''")
+    ]
     notice: str = NOTICE
 
     @classmethod

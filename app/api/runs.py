@@ -9,6 +9,7 @@ from fastapi.responses import FileResponse
 from pydantic import BaseModel
 
 from app.api.dependencies import ERRORS, Identifier, ServicesDep
+from app.api.plan_reports import PiercedPublic
 from app.services.plan_model import NOTICE
 from app.services.runs import Origin, StoredRun
 
@@ -26,6 +27,7 @@ class RunTitle(BaseModel):
     """A run; ticks: number of recorded steps, lost: number of steps that were not recorded.
 
     whole is false, and ticks and lost are null, for an interrupted run.
+    pierced: what the tool pierced while it was driven; null where that was not measured.
     """
 
     id: str
@@ -38,6 +40,7 @@ class RunTitle(BaseModel):
     whole: bool
     ticks: int | None
     lost: int | None
+    pierced: PiercedPublic | None
     files: dict[str, RunFilePublic]
 
     @classmethod

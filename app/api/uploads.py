@@ -3,6 +3,7 @@
 import io
 import re
 import shutil
+import unicodedata
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import count
@@ -19,9 +20,16 @@ from app.store.scratch import Scratch
 from vfix_engine.errors import InputError
 
 MAX_FILES = 5000  # of one upload; a series has one for each slice
+# Of a form: that the file's series description may become the name, which it does not by itself (HAZ-33).
+USE_DESCRIPTION = {
+    "type": "string",
+    "enum": ["yes"],
+    "description": "name it by the series description of the DICOM files, which may tell of the patient",
+}
 _OVERHEAD = 64 << 10  # [byte] boundaries and fields around the file
 _MAX_FIELD = 4 << 10  # [byte] of a field
-_UNSAFE = re.compile(r"[^A-Za-z0-9._-]+")
+_UNSAFE, _UNSAFE_WORD = re.compile(r"[^A-Za-z0-9._-]+"), re.compile(r"[^\w.-]+")
+_MAX_NAME = 200  # [byte] of a file's name
 
 
 def form_of(files: dict[str, str], fields: dict[str, str | dict[str, Any]], *, frame: bool = True) -> dict[str, Any]:
@@ -55,6 +63,11 @@ class Upload:
     place: Path
     beside: dict[str, Path]
 
+    @property
+    def uses_description(self) -> bool:
+        """Whether the form asks for the series description as a name."""
+        return self.fields.get("use_description") == "yes"
+
     def remove(self) -> None:
         """Delete the files."""
         shutil.rmtree(self.place, ignore_errors=True)
@@ -78,6 +91,8 @@ async def receive(
     place = await run_in_threadpool(scratch.new_place)
     try:
         form = await _form(request, max_bytes, fields, _numbered(place), max_files, beside)
+        if (word := form.fields.get("use_description", "yes")) != "yes":
+            raise InputError(f"use_description is {word!r:.20}; say yes, or leave it out.")
         path = await run_in_threadpool(_placed, form.files["file"], place)
         named = {name: _placed_alone(form.files[name][0], place / name) for name in beside if name in form.files}
         return Upload(path, form.fields, place, named)
@@ -109,7 +124,7 @@ def _placed(files: list[UploadFile], place: Path) -> Path:
     folder = place / "files"
     folder.mkdir()
     for number, file in enumerate(files):
-        wanted = folder / safe_name(file.filename or "file")
+        wanted = folder / stored_name(file.filename or "file")
         if wanted.exists():  # of another folder on the user's disk
             wanted = folder / f"{number:05d}" / wanted.name
             wanted.parent.mkdir()
@@ -128,6 +143,13 @@ def safe_name(file_name: str) -> str:
     """The last part of a file name, with safe characters only; its suffix is the format."""
     name = _UNSAFE.sub("_", file_name.replace("\\", "/").rsplit("/", 1)[-1])[-100:].lstrip(".-")
     return name or "file"
+
+
+def stored_name(file_name: str) -> str:
+    """Like `safe_name`, with letters of every script: structures are called after the files of their masks."""
+    last = unicodedata.normalize("NFC", file_name.replace("\\", "/").rsplit("/", 1)[-1])
+    short = _UNSAFE_WORD.sub("_", last).encode()[-_MAX_NAME:].decode("utf-8", "ignore")
+    return short.lstrip(".-") or "file"
 
 
 class _PartFile:

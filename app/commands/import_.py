@@ -30,7 +30,11 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         "file; a surface as .ply, .stl, .obj, .glb, .vtk, .vtp; or a segmentation, with --into",
     )
     add_file_options(parser)
-    parser.add_argument("--name", help="name of the case (else its kind of file)")
+    parser.add_argument("--name", help="name of the case (else its kind, a number and the time)")
+    parser.add_argument(
+        "--use-description", action="store_true",
+        help="name it by the series description of the DICOM files, which may tell of the patient",
+    )  # fmt: skip
     parser.add_argument(
         "--into", metavar="CASE", help="import a segmentation into this case (id or name): a structure for each label"
     )
@@ -53,7 +57,8 @@ def run(args: argparse.Namespace) -> int:
         return _run_into(args, services)
     if args.names is not None:
         raise InputError("--names is said of a segmentation, together with --into.")
-    case = services.importing.run(ImportRequest(args.path, name=args.name, **told_of_file(args)), _show)
+    request = ImportRequest(args.path, **_naming(args), **told_of_file(args))
+    case = services.importing.run(request, _show)
     say_notes(case.notes)
     if words := case.uncertainty.words():
         say_notes([f"{words}; the margin has to cover that."])
@@ -69,8 +74,11 @@ def run(args: argparse.Namespace) -> int:
 
 def _run_into(args: argparse.Namespace, services: Services) -> int:
     """Import a segmentation; by default LPS mm is assumed and noted, as for a head."""
-    if args.name is not None or args.series is not None:
-        raise InputError("--name and --series are said of a head, not of a segmentation; rename structures afterwards.")
+    if args.name is not None or args.series is not None or args.use_description:
+        raise InputError(
+            "--name, --use-description and --series are said of a head, not of a segmentation; rename structures "
+            "afterwards."
+        )
     case = find(services.cases.list(), args.into, "case")
     told = SegmentationRequest(args.path, names=args.names, frame=args.frame, unit=args.units, assume=True)
     made = services.importing.add_structures(case.id, told, _show)
@@ -90,7 +98,7 @@ def _run_over(args: argparse.Namespace, services: Services) -> int:
     if args.into is not None or args.names is not None:
         raise InputError("--over is said of a volume to look at; --into and --names are said of a segmentation.")
     case = find(services.cases.list(), args.over, "case")
-    told = OverlayRequest(args.path, name=args.name, **told_of_file(args))
+    told = OverlayRequest(args.path, **_naming(args), **told_of_file(args))
     made = services.importing.add_overlay(case.id, told, _show)
     say_notes(made.notes)
     if args.json:
@@ -99,6 +107,10 @@ def _run_over(args: argparse.Namespace, services: Services) -> int:
     else:
         print(f"{made.id}: {made.name}, laid over {case.name}. Not for clinical use.")
     return 0
+
+
+def _naming(args: argparse.Namespace) -> dict[str, Any]:
+    return {"name": args.name, "use_description": args.use_description}
 
 
 def summary(case: Case) -> dict[str, Any]:

@@ -21,8 +21,9 @@ from app.services.exchange import (
     write_export,
 )
 from app.services.identity import check_images
+from app.services.imported_places import content_notes
 from app.services.plans import Plan
-from app.services.resolve import find, path_notes, read_bytes
+from app.services.resolve import find, read_bytes
 from app.settings import Settings
 from vfix_engine.errors import PlanError
 
@@ -155,7 +156,7 @@ def _exported(services: Services, plan: Plan, form: Format, args: argparse.Names
 def _import(services: Services, args: argparse.Namespace) -> Plan:
     case = find(services.cases.list(), args.case, "case")
     file = read_plan(args.file.name, read_bytes(args.file), args.frame, args.points_as)
-    say_notes(path_notes(file.content.points, case.surfaces[0].bounds_lps_mm))
+    say_notes([*file.notes, *content_notes(file.content, case.surfaces[0].bounds_lps_mm)])
     return services.plans.add_file(case.id, file, name=args.name, other_case=args.other_case)
 
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from app.commands.head_options import say_notes
 from app.services import Services
 from vfix_engine.errors import VfixError
+from vfix_engine.imaging.piercing import Ways
 from vfix_engine.runtime.run import RunWriter
 from vfix_engine.runtime.system import Column, SystemSpec
 
@@ -48,13 +49,14 @@ class RecordedRun:
                 writer.abandon()
         self._services.runs.discard(self._folder)
 
-    def keep(self, case_id: str | None = None, plan_id: str | None = None) -> str | None:
-        """Store the run and return its id; None, with a message on stderr, on failure."""
+    def keep(self, case_id: str | None = None, plan_id: str | None = None, ways: Ways | None = None) -> str | None:
+        """Store the run and return its id; None, with a message on stderr, on failure. ways: as `RunService.keep`."""
         if self._writer is None:
             return None
         try:
             self._writer.close()
-            return self._services.runs.keep(self._folder, origin="command line", case_id=case_id, plan_id=plan_id).id
+            told = {"case_id": case_id, "plan_id": plan_id}
+            return self._services.runs.keep(self._folder, origin="command line", ways=ways, **told).id
         except (OSError, VfixError) as error:
             say_notes([f"the run was not kept: {error}"])
             return None

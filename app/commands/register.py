@@ -1,4 +1,4 @@
-"""`vfix register`: registrations of a case: list them, find beads, fit measured points, transforms in and out."""
+"""`vfix register`: registrations of a case: list, find beads, fit measured points, undo, transforms in and out."""
 
 from __future__ import annotations
 
@@ -9,8 +9,10 @@ from typing import Any, get_args
 
 from app.commands import register_calibration
 from app.commands import register_refine as refining
+from app.commands.head_options import say_notes
 from app.services import Services, build_services
 from app.services.documents import Document
+from app.services.imported_places import measured_notes
 from app.services.registration.document import RegistrationContent
 from app.services.registration.editor import MeasuredPoint, StoredRegistration
 from app.services.registration.files import export_text, name_of, read_measured, read_transform
@@ -35,6 +37,8 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         "trace": "bring a path that a pointer has traced into a plan",
         "export": "write the transform from the image to the patient to a file",
         "import": "make a registration of a transform in a file",
+        "undo": "take the newest edit of a registration back",
+        "redo": "do an edit again that was taken back",
         **register_calibration.ACTIONS,
     }
     every = {action: actions.add_parser(action, help=text) for action, text in words.items()}
@@ -42,7 +46,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         each.add_argument("case", metavar="CASE", help="id or name of the case")
         each.add_argument("--json", action="store_true", help="one JSON object on stdout")
     every["list"].add_argument("--deleted", action="store_true", help="those that can be restored as well")
-    for action in ("beads", "fit", "refine", "trace", "export"):
+    for action in ("beads", "fit", "refine", "trace", "export", "undo", "redo"):
         every[action].add_argument("--registration", metavar="NAME", help="id or name; else the newest of the case")
     every["beads"].add_argument("--diameter", type=float, metavar="MM", help="of the beads; else every size")
     every["beads"].add_argument("--threshold", type=float, default=THRESHOLD_HU, metavar="HU", help="brighter than it")
@@ -89,6 +93,11 @@ def run(args: argparse.Namespace) -> int:
         return 0
     if args.action == "beads":
         return _beads(services, registration_id, args)
+    if args.action in ("undo", "redo"):
+        editor = services.registering.editor(registration_id)
+        stepped = editor.undo() if args.action == "undo" else editor.redo()
+        _say(args, {**summary(stepped), "told": stepped.told}, [stepped.told])
+        return 0
     if args.action == "export":
         return _export(services, registration_id, args)
     if args.action == "refine":
@@ -154,7 +163,9 @@ def _fit(services: Services, registration_id: str, args: argparse.Namespace) -> 
     if args.use and plan_id is None:
         raise InputError("say by --plan which plan uses the registration.")
     if args.csv is not None:
-        document = editor.set_measured(_measured(args.csv, document.content))
+        points = _measured(args.csv, document.content)
+        say_notes(measured_notes([point.position for point in points]))
+        document = editor.set_measured(points)
     certain = True
     if args.match_order:
         order = registering.order(document.content)

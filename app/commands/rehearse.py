@@ -19,6 +19,7 @@ from app.extras import has_app
 from app.services import Services, build_services
 from app.services.case_settings import settings_in_case
 from app.services.fields import plan_tissue, plan_ways
+from app.services.imported_places import path_notes, target_notes
 from app.services.instruments import Instruments, plan_robot, plan_tool
 from app.services.openings import opened_tree
 from app.services.piercing import PiercedReport, pierced_by_poses
@@ -28,7 +29,6 @@ from app.services.plan_shaft import shaft_of
 from app.services.remote_centre import ENTRY, Place
 from app.services.resolve import (
     ResolvedCase,
-    path_notes,
     resolve_case,
     resolve_plan,
     resolve_plan_zones,
@@ -43,6 +43,7 @@ from vfix_engine.fixtures.zone_file import ZoneSet
 from vfix_engine.frames import ImageRegistration
 from vfix_engine.geometry.path import SplinePath
 from vfix_engine.imaging.head_import import HeadRequest
+from vfix_engine.imaging.piercing import Ways
 from vfix_engine.imaging.soft_tissue import tissue_passed
 from vfix_engine.robots import RobotModel, Tool
 from vfix_engine.simulation import preparation
@@ -126,7 +127,8 @@ def run(args: argparse.Namespace) -> int:
     plan = resolve_plan(services, case, args.plan)
     plan = plan if args.path is None else plan.along(args.path)
     plan, registration, lost = _registered(services, plan)
-    notes = (*case.notes, *path_notes(plan.points, case.mesh.bounds), *lost)
+    told = (plan.told,) if plan.told else ()
+    notes = (*case.notes, *told, *path_notes(plan.points, case.mesh.bounds), *lost)
     say_notes(notes)
     scene, settings, obstacle, held_by = build_scene(
         case, plan, args, None if services is None else services.instruments, registration
@@ -137,17 +139,17 @@ def run(args: argparse.Namespace) -> int:
         report["robot_notes"] = list(scene.robot.notes)
     if held_by:
         report["standing"] = held_by
-    poses = Poses()
+    poses, ways = Poses(), plan_ways(case.scans, plan)
     rehearsal = Rehearsal(scene, settings)
     recorded = _recorded(services, rehearsal, args)
     try:
-        report |= _rehearse(rehearsal, args, poses, recorded)
+        report |= _rehearse(rehearsal, args, poses, recorded, ways)
     except BaseException:
         if recorded is not None:
             recorded.drop()
         raise
     if recorded is not None:
-        report["run"] = recorded.keep(case.id, plan.id if plan.revision else None)  # a plan of a file has none
+        report["run"] = recorded.keep(case.id, plan.id if plan.revision else None, ways)  # a plan of a file has none
     if obstacle:
         report["placing_reason"] = obstacle
     if not report["completed"]:
@@ -155,7 +157,7 @@ def run(args: argparse.Namespace) -> int:
     if notes:
         report["notes"] = list(notes)
     report["soft_tissue"] = asdict(tissue_passed(case.scan(), poses.kept))
-    report["pierced"] = asdict(PiercedReport.of(pierced_by_poses(plan_ways(case.scans, plan), poses.kept)))
+    report["pierced"] = asdict(PiercedReport.of(pierced_by_poses(ways, poses.kept)))
     unknown = "" if case.uncertainty.voxel_mm else f"{case.uncertainty.words()}; the margin has to cover that"
     report["warnings"] = [words] if (words := case.uncertainty.warning(settings.margin_mm) or unknown) else []
     say_notes([f"{words}." for words in report["warnings"]])
@@ -294,6 +296,8 @@ def _robot(plan: Plan, args: argparse.Namespace, instruments: Instruments | None
 def _targets(plan: Plan, file: Path | None) -> tuple[np.ndarray, tuple[str, ...]]:
     """Targets from a file, from the plan, or the path's end."""
     targets = resolve_targets(file) if file is not None else plan.targets
+    if file is not None:
+        say_notes(target_notes(targets))
     if targets:
         return np.array([t.position for t in targets]), tuple(t.label for t in targets)
     return np.array([plan.points[-1].position]), ("the path's end",)
@@ -315,12 +319,12 @@ def _recorded(services: Services | None, rehearsal: Rehearsal, args: argparse.Na
 
 
 def _rehearse(
-    rehearsal: Rehearsal, args: argparse.Namespace, poses: Poses, recorded: RecordedRun | None
+    rehearsal: Rehearsal, args: argparse.Namespace, poses: Poses, recorded: RecordedRun | None, ways: Ways | None
 ) -> dict[str, Any]:
     if args.record is None:
         return _drive(HeadlessRun(rehearsal, poses.add, recorded), args)
     try:
-        with CsvRecorder(args.record) as recorder:
+        with CsvRecorder(args.record, ways) as recorder:
 
             def keep(snapshot: Snapshot) -> None:
                 recorder.add(snapshot)

@@ -137,8 +137,8 @@ def build_services(settings: Settings) -> Services:
     from app.services.prospects import Prospects
     from app.services.purge import Purge
     from app.services.recordings import Recordings
-    from app.services.registration.document import REGISTRATION
     from app.services.registration.driven import driven_registration
+    from app.services.registration.kind import REGISTRATION
     from app.services.registration.refining import Refining
     from app.services.registration.service import Registering
     from app.services.registration.tracing import Tracing
@@ -186,7 +186,7 @@ def build_services(settings: Settings) -> Services:
         removed_volumes=removed_volumes,
         suggestions=Suggestions(jobs, cases, instruments, fields, planning, switches),
         runs=runs,
-        recordings=Recordings(jobs, runs),
+        recordings=Recordings(jobs, runs, planning.ways),
         switches=switches,
         segmenting=Segmenting(cases, jobs),
         labels=Labels(store, cases, jobs),

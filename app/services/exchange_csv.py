@@ -13,6 +13,7 @@ from typing import Any
 
 from app.services.exchange_markups import number_text
 from app.services.exchange_parts import (
+    UNIT_ASSUMED,
     check_last_line,
     fault_at,
     known_frame,
@@ -70,7 +71,8 @@ def from_csv(text: str, default_name: str = "Imported plan", frame: str | None =
         raise PlanError("the table holds no points.")
     name = check_name(_name(header.get("name")) or default_name, "plan's name")
     points = check_content(PlanContent(tuple(content["point"]), tuple(content["target"])))
-    return PlanFile(name, points, header.get("case_hash") or None)
+    notes = () if "unit" in header else (UNIT_ASSUMED,)
+    return PlanFile(name, points, header.get("case_hash") or None, notes=notes)
 
 
 def _name(text: str | None) -> Any:

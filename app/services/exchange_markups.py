@@ -5,10 +5,12 @@ from __future__ import annotations
 import csv
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Any, Literal
 
 from app.services.errors import PointsUnclear
 from app.services.exchange_parts import (
+    UNIT_ASSUMED,
     CurveSample,
     cell_number,
     check_cells,
@@ -86,7 +88,8 @@ def from_markups(
     lists = [m for m in markups if m.get("type") == "Fiducial"]
     # Beside a curve of any kind a list is of targets, and must never be driven.
     if len(lists) == 1 and not any(m.get("type") in ("Curve", "ClosedCurve") for m in markups):
-        return _listed(_points(lists[0], frame), lists[0].get("name") or default_name, points_as)
+        listed = _listed(_points(lists[0], frame), lists[0].get("name") or default_name, points_as)
+        return replace(listed, notes=_unit_notes(lists))
     if len(curves) == 1:
         path, target_lists = curves[0], lists
     else:
@@ -95,7 +98,8 @@ def from_markups(
         )
     targets = tuple(point for markup in target_lists for point in _points(markup, frame))
     name = check_name(path.get("name") or default_name, "plan's name")
-    return PlanFile(name, check_content(PlanContent(_points(path, frame), targets)))
+    content = check_content(PlanContent(_points(path, frame), targets))
+    return PlanFile(name, content, notes=_unit_notes([path, *target_lists]))
 
 
 def markups_points(text: str, frame: str | None = None) -> tuple[PlanPoint, ...]:
@@ -256,6 +260,12 @@ def _points(markup: dict[str, Any], given: str | None) -> tuple[PlanPoint, ...]:
         with fault_at(f"control point {at}"):
             points.append(_point(item, frame, scale))
     return tuple(points)
+
+
+def _unit_notes(markups: Sequence[Mapping[str, Any]]) -> tuple[str, ...]:
+    """What is told of markups that do not name the unit of their points, which the schema lets them leave out."""
+    silent = any(markup.get("controlPoints") and "coordinateUnits" not in markup for markup in markups)
+    return (UNIT_ASSUMED,) if silent else ()
 
 
 def _point(item: Any, frame: str, scale: float) -> PlanPoint:

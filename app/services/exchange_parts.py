@@ -21,6 +21,7 @@ from vfix_engine.imaging.frame_report import MM_PER_UNIT, named_unit_of
 from vfix_engine.json_text import parse_json
 
 MAX_TEXT = 16 << 20  # [byte] of a plan's file
+UNIT_ASSUMED = "The file does not name its unit; mm was assumed."
 _SEPARATORS = ",;\t"  # of a table's cells
 # 3D Slicer wrote its enumeration before it wrote the names (HAZ-14).
 _FRAMES = {"LPS": "LPS", "RAS": "RAS", "0": "RAS", "1": "LPS"}

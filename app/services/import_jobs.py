@@ -10,9 +10,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 from app.services.errors import AnswerUnusable
-from app.services.importing import ImportRequest, ImportService, OverlayRequest, case_name
+from app.services.importing import ImportRequest, ImportService, OverlayRequest
 from app.services.jobs import Job, JobKind, Jobs, Progress
-from app.services.overlays import PLAIN_NAME
 from vfix_engine.errors import InputError
 from vfix_engine.imaging.labels.reading import SegmentationRequest
 
@@ -189,12 +188,13 @@ def _as_segmentation(request: Request) -> SegmentationRequest:
 
 
 def _subject(request: Request) -> str:
-    """What the case will be called; '' for a name that cannot be used, which the import refuses."""
-    if isinstance(request, OverlayRequest):
-        return PLAIN_NAME
-    if not isinstance(request, ImportRequest):
+    """What the work is called: the name to be, or what it is; '' for a name that the import refuses."""
+    if isinstance(request, SegmentationRequest):
         return "Segmentation"
     try:
-        return case_name(request)
+        request.wanted.check()
     except InputError:
         return ""
+    if request.name is not None:
+        return request.name.strip()
+    return request.sort if isinstance(request, ImportRequest) else "Second volume"

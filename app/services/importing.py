@@ -10,7 +10,7 @@ from pathlib import Path
 from app.services.case_model import Case, CaseFrame, Overlay
 from app.services.case_structures import CaseStructures
 from app.services.cases import CaseService
-from app.services.names import check_name, unused_name
+from app.services.import_names import Sort, WantedName
 from app.services.overlays import Overlays
 from app.services.structures import BONE, Structure
 from app.store.errors import StorageError
@@ -26,30 +26,45 @@ from vfix_engine.imaging.isolated import Cancellation
 from vfix_engine.imaging.labels.reading import SegmentationRequest, read_segmentation
 from vfix_engine.imaging.mesh_files import is_mesh
 from vfix_engine.imaging.overlay import read_overlay
-from vfix_engine.imaging.readers import is_dicom
 from vfix_engine.progress import ProgressCallback, no_progress
 
 DISPLAY = "display"
-DICOM_NAME, VOLUME_NAME, SURFACE_NAME = "CT series", "CT volume", "Bone surface"
 
 
 @dataclass(frozen=True, kw_only=True)
 class ImportRequest(HeadRequest):
     """What to make a case of.
 
-    name: of the case; None takes a plain one. names: a table that names labels, kept for a file that turns out to be a
-    segmentation.
+    name: of the case; None takes a plain one, or with use_description the series description of the file, where it has
+    one (HAZ-33). names: a table that names labels, kept for a file that turns out to be a segmentation.
     """
 
     name: str | None = None
+    use_description: bool = False
     names: Path | None = None
+
+    @property
+    def wanted(self) -> WantedName:
+        """The name to be."""
+        return WantedName(self.name, self.use_description, "case")
+
+    @property
+    def sort(self) -> Sort:
+        """What a head out of this file is called where nobody names it."""
+        return "Surface" if is_mesh(self.path) else "CT"
 
 
 @dataclass(frozen=True, kw_only=True)
 class OverlayRequest(HeadRequest):
-    """What to lay over a case. name: of the volume; None takes a plain one, never the file's (HAZ-33)."""
+    """What to lay over a case. name, use_description: of the volume, as in `ImportRequest`."""
 
     name: str | None = None
+    use_description: bool = False
+
+    @property
+    def wanted(self) -> WantedName:
+        """The name to be."""
+        return WantedName(self.name, self.use_description, "volume")
 
 
 class ImportService:
@@ -77,7 +92,8 @@ class ImportService:
         Raises FrameError, naming what is missing, when the file does not say its frame or unit and neither does the
         request; another InputError when the file cannot be used.
         """
-        name, ends = self._unused(case_name(request), request.name), cancellation or self._cancellation
+        request.wanted.check()
+        ends = cancellation or self._cancellation
         with self._storage_errors():
             folder = self._cases.scratch.open()  # for what the worker decodes
             head = read_head(request, progress, cancellation=ends, folder=folder)
@@ -87,6 +103,8 @@ class ImportService:
         surfaces: dict[str, TriangleMesh] = {BONE: bone.control, DISPLAY: bone.display}
         reports = {BONE: bone.control_report, DISPLAY: bone.display_report}
         frame = CaseFrame(head.frame.name, head.frame.assumed)
+        taken = {case.name for case in self._cases.list(include_deleted=True)}
+        name = request.wanted.among(taken, request.sort, head.frame.description)
         return self._cases.create(
             name, frame=frame, surfaces=surfaces, volume=head.volume, notes=head.notes, reports=reports
         )
@@ -94,10 +112,6 @@ class ImportService:
     def check_case(self, case_id: str) -> None:
         """Raises NotFound where there is no such case."""
         self._cases.get(case_id)
-
-    def _unused(self, name: str, wanted: str | None) -> str:
-        """A name that nobody asked for gets a number where another case has it."""
-        return unused_name(name, {case.name for case in self._cases.list()} if wanted is None else set())
 
     def add_structures(
         self,
@@ -131,13 +145,14 @@ class ImportService:
 
         Raises NotFound, FrameError as `run` does, and another InputError when the file cannot be used.
         """
+        request.wanted.check()
         ends = cancellation or self._cancellation
         self._overlays.check_room(case_id)
         with self._storage_errors():
             found, notes = read_overlay(request, progress, cancellation=ends, folder=self._cases.scratch.open())
         progress("Storing the volume", 0.9)
         with self._storage_errors():
-            return self._overlays.add(case_id, request.name, found, notes)
+            return self._overlays.add(case_id, request.wanted, found, notes)
 
     def control_head(self, request: HeadRequest) -> ControlHead:
         """The head that a case made of the file would be driven in; nothing is stored."""
@@ -150,18 +165,6 @@ class ImportService:
             yield
         except OSError as error:
             raise StorageError(f"the import could not be written down: {error.strerror or error}.") from error
-
-
-def case_name(request: ImportRequest) -> str:
-    """Name of the new case: the one asked for, or what kind of file it was made of.
-
-    Never the file's name: people put the patient's name there (HAZ-33).
-    """
-    if request.name is not None:
-        return check_name(request.name.strip(), "case's name")
-    if is_mesh(request.path):
-        return SURFACE_NAME
-    return DICOM_NAME if is_dicom(request.path) else VOLUME_NAME
 
 
 def _part(progress: ProgressCallback, start: float, end: float) -> ProgressCallback:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import secrets
 from collections.abc import Sequence
 from dataclasses import replace
-from itertools import count, product
+from itertools import product
 
 import numpy as np
 from sqlalchemy.orm import Session
@@ -13,13 +13,13 @@ from sqlalchemy.orm import Session
 from app.services.case_model import Bounds, Case, CaseContent, Overlay
 from app.services.cases import CaseService, volume_named
 from app.services.errors import NotFound
+from app.services.import_names import WantedName, sort_of_volume
 from app.services.names import check_name
 from app.services.second_volume import SecondVolume
 from vfix_engine.errors import InputError, PlanError
 from vfix_engine.imaging.overlay import OverlayVolume
 
 MAX_OVERLAYS = 8  # of a case
-PLAIN_NAME = "Second volume"
 
 
 class Overlays:
@@ -28,10 +28,9 @@ class Overlays:
     def __init__(self, cases: CaseService) -> None:
         self._cases = cases
 
-    def add(self, case_id: str, name: str | None, found: OverlayVolume, notes: Sequence[str]) -> Overlay:
-        """Store a volume that was read; without a name it gets a plain one. Raises NotFound and InputError."""
-        if name is not None:
-            check_name(name, "volume's name")
+    def add(self, case_id: str, wanted: WantedName, found: OverlayVolume, notes: Sequence[str]) -> Overlay:
+        """Store a volume that was read. Raises NotFound and InputError."""
+        wanted.check()
         self.check_room(case_id)
         overlay_id = f"overlay-{secrets.token_hex(6)}"
         info = self._cases.files.put_volume(overlay_id, found.volume)
@@ -39,8 +38,8 @@ class Overlays:
 
         def added(content: CaseContent, _: Session) -> CaseContent:
             taken = {item.name for item in content.overlays}
-            plain = next(one for n in count(1) if (one := f"{PLAIN_NAME} {n}") not in taken)
-            made.append(Overlay(overlay_id, name or plain, found.window, found.level, info, tuple(notes)))
+            name = wanted.among(taken, sort_of_volume(found.modality), found.description)
+            made.append(Overlay(overlay_id, name, found.window, found.level, info, tuple(notes)))
             return replace(content, overlays=(*content.overlays, made[-1]))
 
         self._cases.change_content(case_id, added)

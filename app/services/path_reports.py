@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 from app.services.dry_runs import DryRuns
 from app.services.piercing import NOT_KNOWN, PiercedReport
 from app.services.plan_model import NOTICE, Plan
-from app.services.plan_paths import side_caution
 from app.services.planning import Planning
 from app.services.removed_bone import RemovedVolumes, RemovedVolumeService
 from app.services.soft_depths import SoftDepth
@@ -116,7 +115,7 @@ class PathReports:
         try:
             evaluation = self._dry_runs.evaluate(plan, switches)
         except StartRefused as error:
-            return _report(plan, refused(error).beside(side_caution(plan.path)), None, ())
+            return _report(plan, refused(error).beside(plan), None, ())
         cones = self._planning.cones(plan, switches, evaluation.registered)
         targets = tuple(TargetReport(t.id, t.label, round(cones[t.id].cone_deg, 1)) for t in plan.targets)
         return _report(plan, evaluation.verdict, evaluation, targets)

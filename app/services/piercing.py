@@ -9,7 +9,7 @@ from typing import Literal, Self
 import numpy as np
 import numpy.typing as npt
 
-from vfix_engine.imaging.piercing import Piercing, Run, Ways, piercing_of
+from vfix_engine.imaging.piercing import Piercing, Run, SidewaysColumn, Ways, piercing_of
 from vfix_engine.imaging.way_round_kernel import REACH_MM
 from vfix_engine.progress import ProgressCallback
 from vfix_engine.simulation.dry_run import STATION_MM, DryRun
@@ -105,6 +105,16 @@ def pierced_by_poses(ways: Ways | None, poses: Sequence[tuple[float, Floats, Flo
         return NOT_KNOWN
     s, start, end = (np.array(values) for values in zip(*poses, strict=True))
     return _pierced(piercing_of(ways, start, end, range(len(s))), s, ways)
+
+
+def pierced_by_steps(ways: Ways, s: Floats, start: Floats, end: Floats) -> tuple[Pierced, Floats]:
+    """What a drive pierces, of every step: arc lengths s (n,) of the tip, and starts and ends (n, S, 3) of the axis.
+
+    Returns that, and for each step (n,) how far air leads round what the tool passes, as `PiercingWatch.sideways_mm`.
+    """
+    column = SidewaysColumn(ways)
+    sideways = np.array([column.add(*ends) for ends in zip(start, end, strict=True)])
+    return _pierced(column.found, s, ways), sideways
 
 
 def _pierced(found: Piercing, s: Floats, ways: Ways) -> Pierced:

@@ -15,7 +15,7 @@ from app.services.plan_zones import PlanZone, RemovedBone
 from app.services.second_volume import SecondVolume
 from vfix_engine.control import ControlSettings
 
-_SAME_MM = 0.005
+SAME_MM = 0.005
 _SAME_DEG = 0.05
 
 
@@ -29,14 +29,14 @@ Item = TypeVar("Item", bound=_Named)
 
 def changes(before: PlanContent, after: PlanContent) -> tuple[str, ...]:
     """Sentences, in the order of the panel; none where the two are the same. A robot's placing is not told."""
-    found = list(_listed(before.paths, after.paths, lambda path: f"Path ‘{path.name}’", _path))
+    found = list(listed(before.paths, after.paths, lambda path: f"Path ‘{path.name}’", _path))
     if before.path_id != after.path_id:
         found.append(f"Path ‘{after.path.name}’ is chosen instead of ‘{before.path.name}’.")
-    found += _listed(before.targets, after.targets, lambda point: f"Target ‘{point.label}’", _point)
+    found += listed(before.targets, after.targets, lambda point: f"Target ‘{point.label}’", _point)
     if (was := _robot(before)) != (now := _robot(after)):
         found.append(f"Robot: {now} instead of {was}.")
-    found += _listed(before.zones, after.zones, lambda zone: f"Structure to spare ‘{zone.name}’", _zone)
-    found += _listed(before.removed_bone, after.removed_bone, lambda bone: f"Bone to be removed ‘{bone.name}’", _region)
+    found += listed(before.zones, after.zones, lambda zone: f"Structure to spare ‘{zone.name}’", _zone)
+    found += listed(before.removed_bone, after.removed_bone, lambda bone: f"Bone to be removed ‘{bone.name}’", _region)
     found += _settings(before.settings, after.settings)
     found += _second(before.second_volume, after.second_volume)
     found += _registration(before.registration, after.registration)
@@ -45,7 +45,7 @@ def changes(before: PlanContent, after: PlanContent) -> tuple[str, ...]:
     return tuple(found)
 
 
-def _listed(
+def listed(
     before: Sequence[Item],
     after: Sequence[Item],
     words: Callable[[Item], str],
@@ -69,14 +69,14 @@ def _path(was: PlanPath, now: PlanPath) -> Iterable[str]:
         yield f"enters {now.entry_side or 'nowhere said'} instead of {was.entry_side or 'nowhere said'}"
     if (old := _tool(was)) != (new := _tool(now)):
         yield f"tool {new} instead of {old}"
-    for sentence in _listed(was.points, now.points, lambda point: f"point ‘{point.label}’", _point):
+    for sentence in listed(was.points, now.points, lambda point: f"point ‘{point.label}’", _point):
         yield sentence.rstrip(".")
 
 
 def _point(was: PlanPoint, now: PlanPoint) -> Iterable[str]:
     if was.label != now.label:
         yield f"renamed from ‘{was.label}’"
-    if (by := math.dist(was.position, now.position)) > _SAME_MM:
+    if (by := math.dist(was.position, now.position)) > SAME_MM:
         yield f"moved by {by:.1f} mm"
     if (was.direction is None) != (now.direction is None):
         yield "the shaft’s direction is left open" if now.direction is None else "the shaft’s direction is given"
@@ -86,7 +86,7 @@ def _point(was: PlanPoint, now: PlanPoint) -> Iterable[str]:
         if angle > _SAME_DEG:
             yield f"the shaft is turned by {angle:.1f}°"
     if was.roll_deg != now.roll_deg:
-        yield f"roll {_figure(now.roll_deg, '°')} instead of {_figure(was.roll_deg, '°')}"
+        yield f"roll {figure(now.roll_deg, '°')} instead of {figure(was.roll_deg, '°')}"
 
 
 def _tool(path: PlanPath) -> str:
@@ -111,7 +111,7 @@ def _zone(was: PlanZone, now: PlanZone) -> Iterable[str]:
         ("greatest depth", " mm", was.max_depth_mm, now.max_depth_mm),
     ):
         if old != new:
-            yield f"{what} {_figure(new, unit)} instead of {_figure(old, unit)}"
+            yield f"{what} {figure(new, unit)} instead of {figure(old, unit)}"
     if was.colour != now.colour:
         yield "another colour"
     if was.visible != now.visible:
@@ -131,7 +131,7 @@ def _region(was: PlanZone | RemovedBone, now: PlanZone | RemovedBone) -> Iterabl
         yield f"size {_sizes(new)} instead of {_sizes(old)}"
         told = True
     here, there = anchor(was.shape), anchor(now.shape)
-    if here is not None and there is not None and (by := math.dist(here, there)) > _SAME_MM:
+    if here is not None and there is not None and (by := math.dist(here, there)) > SAME_MM:
         yield f"moved by {by:.1f} mm"
         told = True
     if not told:
@@ -170,7 +170,7 @@ def _settings(before: Mapping[str, float], after: Mapping[str, float]) -> Iterab
         old, new = (values.get(name, known.get(name)) for values in (before, after))
         if old != new:
             label, unit = _SETTINGS.get(name, (name, ""))
-            yield f"{label}: {_figure(new, unit)} instead of {_figure(old, unit)}."
+            yield f"{label}: {figure(new, unit)} instead of {figure(old, unit)}."
 
 
 _SETTINGS = {"margin_mm": ("Safety margin", " mm"), "view_distance_mm": ("View distance", " mm")}
@@ -180,5 +180,5 @@ def _sizes(sizes: Sequence[float]) -> str:
     return " × ".join(f"{size:g}" for size in sizes) + " mm"
 
 
-def _figure(value: Any, unit: str) -> str:
+def figure(value: Any, unit: str) -> str:
     return "left open" if value is None else f"{value:g}{unit}".replace("-", "−")

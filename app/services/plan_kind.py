@@ -6,6 +6,7 @@ from typing import Any
 
 from app.services.documents import Document, DocumentErrors, DocumentKind, Ref
 from app.services.errors import PlanConflict, PlanLocked
+from app.services.plan_diff import changes
 from app.services.plan_model import (
     Plan,
     PlanContent,
@@ -46,6 +47,7 @@ PLAN = DocumentKind(
     refs=_refs,
     upgrades={BEFORE_PATHS: (STORED, _with_paths)},
     errors=DocumentErrors(refused=PlanError, conflict=PlanConflict, locked=PlanLocked),
+    changes=changes,
     undo_hint=(
         "Take its newest edit back with POST /api/plans/{id}/undo, set its settings anew with PATCH /api/plans/{id}, "
         "or delete it."
@@ -70,4 +72,5 @@ def plan_of(document: Document[PlanContent]) -> Plan:
         can_undo=document.can_undo,
         can_redo=document.can_redo,
         unreadable=document.unreadable,
+        told=document.told,
     )

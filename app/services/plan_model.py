@@ -182,6 +182,7 @@ class Plan:
     tool_shape: Mapping[str, float] = field(default_factory=dict)
     urdf: bytes | None = None
     unreadable: str = ""
+    told: str = field(default="", compare=False)
     schema: str = SCHEMA
     frame: str = "LPS"
     unit: str = "mm"
@@ -229,13 +230,14 @@ class Plan:
 class PlanFile:
     """A plan as it comes out of a file: no place in a store yet. case_hash is None where the format carries none.
 
-    urdf: that of a robot of one's own, where the file carries it.
+    urdf: that of a robot of one's own, where the file carries it. notes: what its reader took for granted.
     """
 
     name: str
     content: PlanContent
     case_hash: str | None = None
     urdf: bytes | None = None
+    notes: tuple[str, ...] = ()
 
 
 def _chosen(plan: Plan | PlanContent) -> dict[str, Any]:

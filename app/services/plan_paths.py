@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal, get_args
@@ -17,6 +18,7 @@ FIRST_PATH, FIRST_NAME = "path-1", f"{PATH} 1"  # of a plan that never had anoth
 MAX_PATHS = 32
 EntrySide = Literal["", "left", "right", "midline"]  # of the patient; '' where the plan does not say
 _BESIDE_MM = 2.0  # an entry so far on the other side of the midline contradicts its side
+_AT_TARGET_MM = 0.5  # a path that ends nearer to a target ends at it
 _OF_THE_PLAN = ("points", "tool", "tool_shape")  # keys of the chosen path that a plan's JSON has itself
 
 
@@ -47,6 +49,15 @@ def side_caution(path: PlanPath) -> str:
         f"The path is said to enter at the {path.entry_side} nostril, but its entry lies at {other[0].upper()} "
         f"{abs(x):.1f}, {other} of the scan's origin: check the side, unless the head lies aside in the scan."
     )
+
+
+def ends_words(points: Sequence[PlanPoint], targets: Sequence[PlanPoint]) -> str:
+    """A sentence on how far before the nearest target a path ends; '' without a path or a target."""
+    if len(points) < 2 or not targets:
+        return ""
+    away, label = min((math.dist(points[-1].position, one.position), one.label) for one in targets)
+    name = f"the target ‘{label}’" if len(targets) == 1 else f"the nearest target, ‘{label}’"
+    return f"The path ends {away:.1f} mm before {name}." if away > _AT_TARGET_MM else f"The path ends at {name}."
 
 
 def with_chosen(paths: Sequence[PlanPath], path_id: str, chosen: Mapping[str, Any]) -> tuple[PlanPath, ...]:

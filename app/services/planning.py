@@ -24,7 +24,6 @@ from app.services.piercing import pierced_along
 from app.services.placing import StoredPlacing, placed_robot
 from app.services.plan_drive import Drive
 from app.services.plan_model import DEFAULT_TOOL, Plan, Position, check_position, drive_parts
-from app.services.plan_paths import side_caution
 from app.services.plan_shaft import shaft_of
 from app.services.plan_zones import PlanZone, check_zone, zone_to_json
 from app.services.registration.driven import AS_STORED, AsStored, DrivenRegistration, Through, no_registration
@@ -408,9 +407,9 @@ class Planning:
 
 
 def _beside(found: PlanEvaluation, plan: Plan) -> PlanEvaluation:
-    """The evaluation with the side where the path is said to enter weighed, on which its drive does not depend."""
-    caution = side_caution(plan.path)
-    return replace(found, verdict=found.verdict.beside(caution)) if caution else found
+    """The evaluation with what the plan says besides in its verdict, on which its drive does not depend."""
+    verdict = found.verdict.beside(plan)
+    return found if verdict is found.verdict else replace(found, verdict=verdict)
 
 
 def registered_key(registered: DrivenRegistration | None) -> str:

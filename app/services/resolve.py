@@ -11,9 +11,6 @@ from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, TypeVar
 
-import numpy as np
-import numpy.typing as npt
-
 from app.clock import utc_now
 from app.extras import need_app
 from app.services.errors import NotFound, OtherCase
@@ -46,8 +43,6 @@ class _Named(Protocol):
 
 
 Item = TypeVar("Item", bound=_Named)
-
-_TINY_PATH_MM = 2.0  # between any two points of a path; one that was written in metres lies within a tenth of this
 
 
 class HasServices(Protocol):
@@ -204,6 +199,7 @@ def _plan_of_file(case: ResolvedCase, path: Path) -> Plan:
         case_hash=case.hash,
         **vars(content),
         urdf=file.urdf,
+        told=" ".join(file.notes),
         created=now,
         modified=now,
     )
@@ -228,31 +224,6 @@ def resolve_plan_zones(plan: Plan, case: ResolvedCase) -> ZoneSet:
         return case.structures[structure_id]
 
     return zone_set(with_errors(plan.zones, case.structure_errors), surface)
-
-
-def path_notes(points: Sequence[PlanPoint], bounds: npt.ArrayLike) -> tuple[str, ...]:
-    """What is doubtful about a path beside the box (2, 3) LPS mm around the anatomy: its place, and its size."""
-    places = np.array([point.position for point in points]).reshape(-1, 3)
-    return (*_outside(places, bounds), *_tiny(places))
-
-
-def _tiny(places: npt.NDArray[np.float64]) -> tuple[str, ...]:
-    extent = float(np.linalg.norm(np.ptp(places, axis=0))) if len(places) > 1 else _TINY_PATH_MM
-    if extent >= _TINY_PATH_MM:
-        return ()
-    return (f"The points of the path lie within {extent:.2g} mm, which is no way into a head. Check the unit.",)
-
-
-def _outside(places: npt.NDArray[np.float64], bounds: npt.ArrayLike) -> tuple[str, ...]:
-    low, high = np.asarray(bounds, dtype=np.float64)
-    away = np.linalg.norm(np.maximum(np.maximum(low - places, places - high), 0.0), axis=1)
-    if len(away) == 0 or away.min() == 0.0:
-        return ()
-    box = ", ".join(f"{axis} {a:.0f} to {b:.0f}" for axis, a, b in zip("xyz", low, high, strict=True))
-    return (
-        f"The path lies wholly outside the head, at least {away.min():.0f} mm from the box around its bone ({box} mm, "
-        "LPS). Check the frame and the unit of both.",
-    )
 
 
 def find(items: Sequence[Item], text: str, what: str) -> Item:

@@ -14,26 +14,30 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from sqlalchemy import Select, select
 from sqlalchemy.orm import Session
 
 from app.clock import utc_now
 from app.services.errors import NotFound, TooLarge
+from app.services.run_sideways import add_sideways
 from app.store import Store
 from app.store.errors import StorageError
 from app.store.models import CaseRow, DocumentRow, RunRow
 from vfix_engine.error_places import error_kind
 from vfix_engine.errors import InputError, VfixError
 from vfix_engine.json_text import parse_json
-from vfix_engine.runtime.run import END, EVENTS, MANIFEST, PART, SPEC, TICKS
+from vfix_engine.runtime.run import END, EVENTS, MANIFEST, PART, SIDEWAYS, SPEC, TICKS
+
+if TYPE_CHECKING:
+    from vfix_engine.imaging.piercing import Ways
 
 _LOG = logging.getLogger(__name__)
 
 Origin = Literal["page", "command line", "replay", "study"]
 
-FILES = (MANIFEST, SPEC, TICKS, EVENTS, END)
+FILES = (MANIFEST, SPEC, TICKS, EVENTS, END, SIDEWAYS)
 MAX_BYTES = 4 << 30  # of all runs of a home together; the oldest are deleted
 MAX_JSON_BYTES = 4 << 20
 _FORGOTTEN_S = 3600.0  # a file that no run has may be one that is just being stored by another planner
@@ -53,7 +57,7 @@ class StoredRun:
 
     case_id, plan_id: what was driven, where that is stored. origin: what drove it.
     manifest: as it was written; end: number of ticks, their digest and how many were lost, None for a run that was cut
-    off. files: by name.
+    off. files: by name. pierced: what the tool pierced, as `PiercedReport` has it; None where that was not measured.
     """
 
     id: str
@@ -65,6 +69,7 @@ class StoredRun:
     manifest: dict[str, Any]
     end: dict[str, Any] | None
     files: dict[str, RunFile]
+    pierced: dict[str, Any] | None = None
 
     @property
     def world(self) -> str:
@@ -110,14 +115,23 @@ class RunService:
             shutil.rmtree(path, ignore_errors=True)
 
     def keep(
-        self, folder: Path, *, origin: Origin, case_id: str | None = None, plan_id: str | None = None
+        self,
+        folder: Path,
+        *,
+        origin: Origin,
+        case_id: str | None = None,
+        plan_id: str | None = None,
+        ways: Ways | None = None,
     ) -> StoredRun:
         """Store the run in a folder, whole or cut off, and delete the folder; the oldest runs are deleted where needed.
+
+        ways: round tissue in the head that was driven in, by which the run of a rigid tool gets its `sideways.f64`.
 
         Raises InputError for a folder without a run, TooLarge for one that alone is more than is kept, NotFound for a
         case or plan that is not stored, and StorageError.
         """
         folder = _written(folder)
+        pierced = None if ways is None else add_sideways(folder, ways)
         there = [folder / name for name in FILES if (folder / name).is_file()]
         manifest, end = _manifest(folder / MANIFEST), None
         if folder / END in there:
@@ -136,7 +150,7 @@ class RunService:
             except NotFound:  # removed for good during the drive: nothing of the case may stay, and a run has its bone
                 self._remove({file.sha256 for file in files.values()} - _known(session))
                 raise
-            stored = {"manifest": manifest, "end": end, "origin": origin}
+            stored = {"manifest": manifest, "end": end, "origin": origin, "pierced": pierced}
             listed = {name: {"sha256": file.sha256, "size_bytes": file.size_bytes} for name, file in files.items()}
             row = RunRow(id=run_id, case_id=case_id, plan_id=plan_id, recorded=utc_now(), size_bytes=size)
             row.manifest, row.files = stored, listed
@@ -293,6 +307,7 @@ def _run(row: RunRow) -> StoredRun:
         manifest=stored["manifest"],
         end=stored["end"],
         files={name: RunFile(**file) for name, file in row.files.items()},
+        pierced=stored.get("pierced"),
     )
 
 

@@ -20,7 +20,6 @@ from app.services.instruments import Instruments, plan_tool, shipped_tools
 from app.services.jobs import Job, JobKind, Jobs, Progress
 from app.services.piercing import sideways_of
 from app.services.plan_model import Plan, PlanContent, PlanPoint, check_position, new_point_id
-from app.services.plan_paths import side_caution
 from app.services.plan_shaft import shaft_of
 from app.services.planning import Planning
 from app.services.prospects import with_points
@@ -215,7 +214,7 @@ class Suggestions:
             judging = partial(_judging_share, tell)
             return self._planning.evaluate(led, judging, self._switches.of(plan.id).in_force.along(led)).verdict
         except StartRefused as error:
-            return refused(error).beside(side_caution(led.path))
+            return refused(error).beside(led)
 
     def tools(self, plan: Plan, tell: ProgressCallback) -> ToolTable:
         """Every shipped tool along the path of a plan."""

@@ -15,6 +15,8 @@ import numpy.typing as npt
 from app.services.case_model import Case
 from app.services.obstacles import Obstacle, nearest_part, structures_of
 from app.services.piercing import NOT_KNOWN, Pierced
+from app.services.plan_model import Plan
+from app.services.plan_paths import ends_words, side_caution
 from app.services.soft_depths import SoftDepth, soft_depths
 from app.services.verdict_words import (
     SHORT_MM,
@@ -149,21 +151,29 @@ class Verdict:
         """The verdict in words."""
         return (Part(f"{self.short}."), *self.body)
 
-    def beside(self, side_caution: str) -> Verdict:
-        """The verdict on the same drive of a path that is said to enter on another side; '' for no other one.
+    def beside(self, plan: Plan) -> Verdict:
+        """The verdict on the same drive with what a plan says besides: the side of its entry, and its targets.
 
-        The side is no part of the drive, so that saying another one does not drive the path anew.
+        Neither is a part of the drive, so that changing one does not drive the path anew.
         """
-        if not side_caution:
+        caution, ends = said_besides(plan)
+        if not caution and not ends:
             return self
-        reason: Reason = self.reason if self.level in ("blocked", "pierces") else "side"
-        body = (*self.body, Part(f" {side_caution}"))
-        return replace(self, level=_LEVELS[reason], reason=reason, body=body, side_caution=side_caution)
+        reason: Reason = "side" if caution and self.level not in ("blocked", "pierces") else self.reason
+        told = (*((Part(f" {ends}", detail=True),) if ends else ()), *((Part(f" {caution}"),) if caution else ()))
+        return replace(self, level=_LEVELS[reason], reason=reason, body=(*self.body, *told), side_caution=caution)
 
     @property
     def words(self) -> str:
         """The verdict as text."""
         return "".join(part.words for part in self.parts)
+
+
+def said_besides(plan: Plan) -> tuple[str, str]:
+    """Sentences on a path that its drive does not depend on: that it enters on another side than it says, '' where it
+    does not, and how far before a target it ends, '' without one.
+    """
+    return side_caution(plan.path), ends_words(plan.points, plan.targets)
 
 
 def profile_of(

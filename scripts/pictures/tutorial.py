@@ -19,7 +19,7 @@ def import_the_folder(page: NamedPage, folder: Path) -> None:
     page.page.set_input_files("#folder", folder)
     page.says("The head was imported. It is in the list of heads.")
     page.press("Open it")
-    page.wait("the new head", lambda: page.station.state("case")["name"] == "CT series")
+    page.wait("the new head", lambda: page.station.state("case")["name"].startswith("CT 1, "))
     page.station.ready()
     page.wait("its voxels", lambda: page.page.evaluate("vfix.slices.link.ready"))
     page.heading("This head")

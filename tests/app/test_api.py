@@ -21,6 +21,7 @@ from app.services.errors import PlanLocked
 from app.services.plans import PlanService
 from app.store.errors import StorageError, StoreBusy, StoreDamaged, StoreUnusable
 from vfix_engine.errors import VfixError
+from vfix_engine.imaging.scan_ends import faces_at_ends
 
 
 def test_cases_are_listed_shown_renamed_and_taken_off(client: Client) -> None:
@@ -118,6 +119,12 @@ def test_surfaces_are_binary(client: Client, phantom_services: Services, form: s
     counts = np.frombuffer(data, "<u4", 2)
     assert counts.tolist() == [len(mesh.vertices), len(mesh.faces)]
     assert len(data) == 8 + 12 * int(counts.sum())
+    bone = phantom_services.cases.case_surface(HEAD_PHANTOM, "bone")  # of the finer CT, at whose ends it is closed
+    _, fine = phantom_services.cases.volumes(phantom_services.cases.get(HEAD_PHANTOM))
+    at_ends = int(faces_at_ends(bone, fine).sum())
+    assert at_ends > 5000
+    data = client.get(f"{CASE}/surfaces/bone", params={"format": form, "open_ends": True}).content
+    assert np.frombuffer(data, "<u4", 2).tolist() == [len(bone.vertices), len(bone.faces) - at_ends]
 
 
 class _Ids(dict[str, str]):

@@ -10,7 +10,8 @@ from app.services.cases import Case
 from app.services.documents import DocumentKind, Documents, Ref
 from app.services.errors import DocumentConflict, DocumentLocked, NotFound
 from app.services.plans import PlanService
-from app.services.registration.document import REGISTRATION, FiducialPair, RegistrationContent
+from app.services.registration.document import FiducialPair, RegistrationContent
+from app.services.registration.kind import REGISTRATION
 from app.store import Store
 from app.store.models import DocumentStateRow
 from vfix_engine.errors import InputError

@@ -1,6 +1,8 @@
 """A case out of every kind of file: the service, and the command that people type."""
 
 import json
+import re
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +18,8 @@ from app.services.case_reading import case_content_from_json
 from app.services.case_settings import settings_in_case
 from app.services.cases import CaseService
 from app.services.embedded import SAMPLE_PLAN
-from app.services.importing import ImportRequest, ImportService, case_name
+from app.services.import_names import WantedName, plain_name
+from app.services.importing import ImportRequest, ImportService
 from app.services.resolve import resolve_case, resolve_plan
 from app.services.structures import Provenance
 from app.settings import Settings
@@ -27,6 +30,8 @@ from vfix_engine.errors import FrameError, ImageError, InputError
 from vfix_engine.imaging.bone import CONTROL_TRIANGLES
 from vfix_engine.imaging.segmentation import PRESETS, SegmentRequest, segment
 from vfix_engine.imaging.volume import Volume
+
+TIME = r"\d{1,2} [A-Z][a-z]{2} \d\d:\d\d"  # of an import, as a plain name has it
 
 
 @pytest.fixture
@@ -51,8 +56,8 @@ def test_real_head_as_nrrd_and_as_dicom(home: Path, trial_data: Path, capsys: py
     folder = trial_data / "head_ct"
     nrrd = imported(capsys, folder / "cthead_hu_lps.nrrd")
     series = imported(capsys, folder / "cthead_derived_dicom.zip")
-    for answer, name in ((nrrd, "CT volume"), (series, "CT series")):
-        assert answer["name"] == name
+    for answer, number in ((nrrd, 1), (series, 2)):
+        assert re.fullmatch(rf"CT {number}, {TIME}", answer["name"])
         assert answer["frame"] == {"name": "LPS", "assumed": False}
         assert answer["spacing_mm"] == [1.0, 1.0, 2.0]
         triangles = {surface["name"]: surface["triangles"] for surface in answer["surfaces"]}
@@ -128,7 +133,8 @@ def test_page_is_asked_for_what_is_missing(tmp_path: Path, service: ImportServic
     assert asked.value.missing == ("frame",)
     stages: list[tuple[str, float]] = []
     case = service.run(ImportRequest(file, frame="RAS"), lambda stage, fraction: stages.append((stage, fraction)))
-    assert (case.frame.name, case.frame.assumed, case.name) == ("RAS", False, "CT volume")
+    assert (case.frame.name, case.frame.assumed) == ("RAS", False)
+    assert re.fullmatch(f"CT 1, {TIME}", case.name)
     fractions = [fraction for _, fraction in stages]
     assert fractions == sorted(fractions)
     assert stages[-1] == ("Storing the case", 0.95)
@@ -326,20 +332,45 @@ def test_wrong_paths_are_refused(tmp_path: Path, service: ImportService) -> None
             service.run(ImportRequest(path))
 
 
-@pytest.mark.parametrize(
-    ("file", "name"),
-    [
-        ("Doe^John.nrrd", "CT volume"),
-        ("Doe^John.nii.gz", "CT volume"),
-        ("Doe^John.mhd", "CT volume"),
-        ("Doe^John.zip", "CT series"),
-        ("Doe^John.dcm", "CT series"),
-        ("Doe^John.stl", "Bone surface"),
-    ],
-)
-def test_a_case_is_never_named_after_its_file(file: str, name: str) -> None:
-    """HAZ-32, HAZ-33."""
-    assert case_name(ImportRequest(Path(file))) == name
+def test_a_plain_name_has_sort_number_and_time() -> None:
+    """HAZ-32, HAZ-33: numbers go on behind the largest, also where one between is free; other names do not count."""
+    now = datetime(2025, 11, 25, 19, 40, 59)
+    assert plain_name("CT", (), now) == "CT 1, 25 Nov 19:40"
+    taken = ("CT 1, 25 Nov 19:40", "CT 7, 1 Jan 00:00", "CT 9", "CT 8 days after", "MR 30, 2 Feb 10:00", "Doe")
+    assert plain_name("CT", taken, now) == "CT 8, 25 Nov 19:40"
+    assert plain_name("Surface", taken, now.replace(month=5, day=1, hour=7)) == "Surface 1, 1 May 07:40"
+
+
+def test_a_description_is_a_name_only_when_that_is_asked_for() -> None:
+    """HAZ-32, HAZ-33: an empty one, or one that cannot be a name, gives way to the plain name."""
+    agreed, silent = WantedName(None, True, "case"), WantedName(None, False, "case")
+    assert agreed.among({"Sinus 0.6"}, "CT", "Sinus 0.6") == "Sinus 0.6 2"
+    for description in ("", "  ", "\u202eSinus", "x" * 200):
+        assert re.fullmatch(f"CT 1, {TIME}", agreed.among((), "CT", description)), description
+    assert re.fullmatch(f"CT 1, {TIME}", silent.among((), "CT", "Doe, John"))
+    assert WantedName(" Nose ", False, "case").among({"Nose"}, "CT", "Doe") == "Nose"
+    with pytest.raises(InputError, match="not both"):
+        WantedName("Nose", True, "case").check()
+
+
+def test_the_command_line_names_a_head_by_its_description_when_asked(
+    home: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """HAZ-33: series, volume over a head, enhanced or not, and a file without a description."""
+    slices = dicom_slices(Volume(block(-1000, 1000), np.zeros(3), np.full(3, 2.0), np.eye(3)))
+    for one in slices:
+        one.SeriesDescription = "Sinus\t0.6"
+    folder = save_dicom(slices, tmp_path / "Doe")
+    assert imported(capsys, folder, "--use-description")["name"] == "Sinus 0.6"
+    assert imported(capsys, folder, "--use-description")["name"] == "Sinus 0.6 2"
+    plain = imported(capsys, folder)
+    assert re.fullmatch(f"CT 1, {TIME}", plain["name"])
+    over = imported(capsys, folder, "--over", plain["case"], "--use-description")
+    assert over["overlay"]["name"] == "Sinus 0.6"
+    assert "not both" in refused(capsys, "import", folder, "--use-description", "--name", "Nose")
+    file = save_nrrd(tmp_path / "Doe.nrrd", block(-1000, 1000), "space: left-posterior-superior\ncontent: Doe\n")
+    assert re.fullmatch(f"CT 2, {TIME}", imported(capsys, file, "--use-description")["name"])
+    assert re.fullmatch(f"Volume 1, {TIME}", imported(capsys, file, "--over", plain["case"])["overlay"]["name"])
 
 
 def test_a_plan_in_metres_and_one_without_a_frame_are_told(
@@ -350,9 +381,8 @@ def test_a_plan_in_metres_and_one_without_a_frame_are_told(
     tiny.write_text("# frame=LPS\n# unit=mm\nlabel,x,y,z\na,0.006,-0.011,0.003\nb,0.005,0.046,-0.001\n")
     bare.write_text("# unit=mm\nlabel,x,y,z\na,6,-11,3\nb,5,46,-1\n")
     assert main(["plan", "import", str(tiny), "--case", HEAD_PHANTOM]) == 0
-    assert "The points of the path lie within 0.057 mm, which is no way into a head. Check the unit." in (
-        capsys.readouterr().err
-    )
+    metres = "The points of the path lie within 0.057 mm, which is no way into a head. Is the file in metres? Check"
+    assert metres in capsys.readouterr().err
     mesh = tmp_path / "head.stl"
     ball(100.0).export(mesh)
     message = refused(capsys, "rehearse", "--case", mesh, "--plan", bare)

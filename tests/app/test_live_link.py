@@ -24,7 +24,8 @@ from app.services.live_link.outgoing import plan_messages, registration_messages
 from app.services.plan_model import Plan, PlanContent, PlanPoint
 from app.services.plan_versions import PlanVersions
 from app.services.plans import PlanService
-from app.services.registration.document import REGISTRATION, RegistrationContent
+from app.services.registration.document import RegistrationContent
+from app.services.registration.kind import REGISTRATION
 from app.settings import LinkAddress, Settings, link_address, tracker_address
 from app.store import Store
 from vfix_engine.errors import InputError, PlanError

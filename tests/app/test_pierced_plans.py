@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import re
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -22,6 +23,8 @@ from app.steps.rehearse.driven import Planned, SoFar
 from benchmarks.piercing_judge import pierced_runs
 from vfix_engine.imaging.piercing import PoseWays, Ways
 from vfix_engine.robots import Tool
+from vfix_engine.runtime.command import COMMAND_COLUMNS
+from vfix_engine.runtime.run import Run
 from vfix_engine.simulation.dry_run import DryRun
 
 TIP = np.array([4.5, 36.5, 0.5])
@@ -140,6 +143,49 @@ def test_a_report_tells_it(client: Client, plan: Plan) -> None:
     chosen = json.loads(client.get(f"/api/plans/{plan.id}/report").text)["chosen"]
     assert chosen["pierced"]["state"] == "none"
     assert 1.0 < chosen["pierced"]["sideways_mm"] < 8.0
+
+
+def write_drive(folder: Path, runs: list[DryRun]) -> int:
+    """The run of a drive whose steps are every fifth row of dry runs, the last one among them; how many they are."""
+    rows = [(run.s[i], *run.segments_start[i].ravel(), *run.segments_end[i].ravel()) for run in runs
+            for i in range((len(run.s) - 1) % 5, len(run.s), 5)]  # fmt: skip
+    parts = runs[0].segments_start.shape[1]
+    names = [f"s{part}_{end}{axis}" for end in "ab" for part in range(parts) for axis in "xyz"]
+    columns = [*COMMAND_COLUMNS, ("path_s", "mm"), *((name, "mm") for name in names)]
+    folder.mkdir()
+    manifest = {"schema": "vfix-run/1", "world": "rigid", "columns": columns}
+    (folder / "manifest.json").write_text(json.dumps(manifest), encoding="utf-8")
+    np.savez(folder / "spec.npz")
+    (folder / "events.jsonl").write_text("", encoding="utf-8")
+    ticks = np.hstack([np.zeros((len(rows), len(COMMAND_COLUMNS))), rows])
+    ticks.astype("<f8").tofile(folder / "ticks.f64")
+    return len(rows)
+
+
+def test_a_stored_run_has_how_far_air_leads_round_what_was_passed(
+    phantom_services: Services, plan: Plan, ways: Ways, client: Client
+) -> None:
+    run, runs = phantom_services.planning.evaluate(plan).run, phantom_services.runs
+    folders = [runs.new_folder() for _ in range(3)]
+    count = write_drive(folders[0], [run])
+    write_drive(folders[1], [run, straight_run(run, DORSUM)])
+    write_drive(folders[2], [run])
+    passes, pierces = (runs.keep(folder, origin="page", ways=ways) for folder in folders[:2])
+    with runs.laid_out(passes.id) as place:
+        told = Run.read(place).sideways_mm
+    assert told is not None
+    assert len(told) == count
+    row = (len(run.s) - 1) % 5
+    first = ways.of_pose(run.segments_start[row], run.segments_end[row]).worst
+    assert told[0] == (0.0 if first is None else first.sideways_mm)
+    assert passes.pierced is not None
+    assert 1.0 < passes.pierced["sideways_mm"] == told.max() < 8.0
+    with runs.laid_out(pierces.id) as place:
+        assert Run.read(place).sideways_mm[-1] == np.inf
+    old = runs.keep(folders[2], origin="page")
+    assert (old.pierced, "sideways.f64" in old.files) == (None, False)
+    listed = {one["id"]: one["pierced"] for one in json.loads(client.get("/api/runs").text)}
+    assert [listed[one.id] and listed[one.id]["state"] for one in (passes, pierces, old)] == ["none", "room", None]
 
 
 def test_a_drive_tells_how_far_air_leads_round_what_it_passes(

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import settings as hypothesis_settings
@@ -18,7 +19,7 @@ from app.services.exchange import FORMATS, export_text, from_native_json, read_p
 from app.services.plan_editor import PlanEditor
 from app.services.plan_kind import BEFORE_PATHS, STORED
 from app.services.plan_model import MAX_NOTES, PlanContent, PlanPath, PlanPoint, check_stored, drive_parts
-from app.services.plan_paths import MAX_PATHS, side_caution
+from app.services.plan_paths import MAX_PATHS, ends_words, side_caution
 from app.services.plan_zones import MAX_ZONES, PlanZone, RemovedBone
 from app.services.plans import Plan, PlanService
 from app.store import Store
@@ -391,3 +392,17 @@ def test_an_entry_on_the_other_side_than_its_path_says_is_told(side: str, x: flo
     assert words in side_caution(path)
     assert bool(side_caution(path)) == bool(words)
     assert side_caution(PlanPath(entry_side="left")) == ""
+
+
+def test_a_path_says_how_far_before_the_nearest_target_it_ends() -> None:
+    random = np.random.default_rng(3)
+    path = [PlanPoint(f"p{n}", f"P{n}", tuple(random.uniform(-50, 50, 3))) for n in range(3)]
+    targets = [PlanPoint(f"t{n}", f"T{n}", tuple(random.uniform(-50, 50, 3))) for n in range(20)]
+    away = [math.dist(path[-1].position, one.position) for one in targets]
+    nearest, least = targets[away.index(min(away))], min(away)
+    assert ends_words(path, targets) == f"The path ends {least:.1f} mm before the nearest target, ‘{nearest.label}’."
+    assert ends_words(path, [nearest]) == f"The path ends {least:.1f} mm before the target ‘{nearest.label}’."
+    x, y, z = path[-1].position
+    reached = PlanPoint("t", "ostium", (x + 0.3, y, z - 0.3))
+    assert ends_words(path, [*targets, reached]) == "The path ends at the nearest target, ‘ostium’."
+    assert ends_words(path, []) == ends_words(path[:1], targets) == ""

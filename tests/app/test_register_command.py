@@ -54,6 +54,9 @@ def test_from_the_ct_to_a_plan(said: Any, phantom_services: Services, tmp_path: 
     status, mixed = said("fit", HEAD_PHANTOM, *on, "--csv", str(table(tmp_path / "m.csv", [3, 1, 0, 4, 2], "m")))
     assert (status, mixed["state"], mixed["wrong"]) == (1, "misfit", None)
     assert mixed["fre_mm"] > 20.0
+    status, undone = said("undo", HEAD_PHANTOM, *on)
+    assert (status, undone["told"][:15], undone["made_from"]) == (0, "Undone: Point ‘", "none")
+    assert said("redo", HEAD_PHANTOM, *on)[1]["made_from"] == "pairs"
     status, stated = said("fit", HEAD_PHANTOM, *on, "--fle", "0.1", "--plan", plan.id, "--use")
     assert (status, stated["state"], stated["used"]) == (1, "misfit", False)
     assert "No error is told" in stated["errors"]["words"]

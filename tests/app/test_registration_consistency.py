@@ -18,10 +18,11 @@ from session_doubles import other_case
 from app.services import Services, build_services
 from app.services.live_link.outgoing import no_registration, registration_messages
 from app.services.plan_model import PlanContent
-from app.services.registration.document import IDENTITY, REGISTRATION, RegistrationContent, registration_to_json
+from app.services.registration.document import IDENTITY, RegistrationContent, registration_to_json
 from app.services.registration.driven import driven_registration
 from app.services.registration.files import export_text
 from app.services.registration.fit_report import inconsistency, refitted, report_of
+from app.services.registration.kind import REGISTRATION
 from app.services.registration.target_errors import error_table
 from app.settings import Settings
 from vfix_engine.errors import InputError, PlanError

@@ -11,8 +11,9 @@ import pytest
 from registration_contents import pose
 
 from app.services.registration.calibration_records import PointerTip, RobotToTracker
-from app.services.registration.document import REGISTRATION, FiducialPair, RegistrationContent, check_registration
+from app.services.registration.document import FiducialPair, RegistrationContent, check_registration
 from app.services.registration.fit_report import inconsistency, report_of
+from app.services.registration.kind import REGISTRATION
 from app.services.registration.said_by_file import SaidByFile
 from app.services.registration.touched_surface import Refinement, TouchedSurface
 from vfix_engine.errors import InputError, VfixError

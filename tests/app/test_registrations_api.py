@@ -63,7 +63,13 @@ def test_from_beads_to_a_plan_that_uses_them(client: Client, phantom_services: S
     client.post(f"{path}/restore")
     nothing = client.request("PUT", f"/api/plans/{plan['id']}/registration", json={"registration": None}).json()
     assert nothing["registration"] is None
-    assert client.post(f"/api/plans/{plan['id']}/undo").json()["registration"] == made["id"]
+    undone = client.post(f"/api/plans/{plan['id']}/undo").json()
+    assert (undone["registration"], undone["told"]) == (made["id"], "Undone: The plan uses no registration any more.")
+    assert client.get(f"/api/plans/{plan['id']}").json()["told"] == ""
+    back = client.post(f"{path}/undo").json()
+    assert back["told"].startswith(f"Undone: Point ‘{back['pairs'][-1]['label']}’: the measured place is given")
+    assert client.post(f"{path}/redo").json()["told"] == back["told"].replace("Undone", "Redone")
+    assert client.get(path).json()["told"] == ""
     client.delete(f"/api/plans/{plan['id']}")
 
 

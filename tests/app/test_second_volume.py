@@ -1,6 +1,7 @@
 """A second volume over a head: an MR is imported to look at, and the plan keeps what is laid over how."""
 
 import json
+import re
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -67,7 +68,7 @@ def test_an_mr_is_laid_over_a_head_and_is_no_head(client: Client, head: Case, tm
     job = sent(client, head.id, *files)
     assert (job["state"], job["kind"], job["result"]) == ("done", "overlay", head.id), job
     (made,) = client.get(f"/api/cases/{head.id}/overlays").json()
-    assert made["name"] == "Second volume 1"
+    assert re.fullmatch(r"MR 1, \d{1,2} \w{3} \d\d:\d\d", made["name"])
     grid = client.get(f"/api/cases/{head.id}/volume", params={"volume": made["id"]}).json()
     answer = client.get(grid["voxels"])
     stored = np.frombuffer(answer.content, "<i2").reshape(24, 30, 36)
@@ -195,7 +196,7 @@ def test_the_command_line_lays_a_volume_over(
     assert main(["import", str(folder), "--over", "head-phantom", "--json"]) == 0
     printed = json.loads(capsys.readouterr().out)
     assert printed["case"] == "head-phantom"
-    assert printed["overlay"]["name"] == "Second volume 1"
+    assert printed["overlay"]["name"].startswith("MR 1, ")
     assert printed["overlay"]["shape"] == [36, 30, 24]
     assert main(["import", str(folder), "--over", "head-phantom", "--into", "head-phantom"]) == 2
     assert "--over is said of" in capsys.readouterr().err

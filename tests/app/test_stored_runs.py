@@ -62,7 +62,7 @@ def test_a_run_comes_back_byte_for_byte(
     with again.laid_out(run.id) as place:
         assert {path.name: path.read_bytes() for path in place.iterdir()} == before
     assert not place.exists()
-    assert len(stored(settings)) == 5
+    assert len(stored(settings)) == 6
 
 
 def test_a_run_that_was_cut_off_is_kept_as_such(runs: RunService) -> None:
@@ -156,7 +156,7 @@ def test_a_recording_is_stored_by_a_job_once_its_drive_has_ended(
 ) -> None:
     jobs = Jobs()
     plan = plans.create(case.id, "Plan")
-    recording = Recordings(jobs, runs).new(plan)
+    recording = Recordings(jobs, runs, lambda plan: None).new(plan)
     assert recording is not None
     part = write_run(recording.folder.with_name(recording.folder.name + ".part"), whole=False)  # its writer was cut off
     recording.keep()
@@ -207,7 +207,7 @@ def test_what_a_killed_planner_recorded_of_a_drive_is_kept_at_the_next_start(
 def test_a_drive_without_a_step_leaves_no_run(runs: RunService, plans: PlanService, case: Case) -> None:
     jobs = Jobs()
     for ticks in (0, None):
-        recording = Recordings(jobs, runs).new(plans.create(case.id, "Plan"))
+        recording = Recordings(jobs, runs, lambda plan: None).new(plans.create(case.id, "Plan"))
         assert recording is not None
         if ticks is not None:
             write_run(recording.folder, ticks)
@@ -223,4 +223,4 @@ def test_where_nothing_can_be_written_there_is_no_recording(
     plan = plans.create(case.id, "Plan")
     monkeypatch.setattr(store, "_refusal", StorageError("full"))
     with pytest.raises(StorageError, match="only read"):
-        Recordings(Jobs(), RunService(store)).new(plan)
+        Recordings(Jobs(), RunService(store), lambda plan: None).new(plan)

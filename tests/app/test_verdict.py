@@ -140,6 +140,9 @@ def test_a_report_has_every_path_and_the_cones_of_the_targets(phantom_services: 
     assert chosen["verdict"] == "fits"
     assert report["paths"] == [chosen]
     assert (chosen["side_caution"], chosen["soft_structures"]) == ("", [])
+    end = plan.points[-1].position
+    near, label = min((float(np.linalg.norm(np.subtract(end, one.position))), one.label) for one in plan.targets)
+    assert f" The path ends {near:.1f} mm before the nearest target, ‘{label}’." in chosen["words"]
     away = "right" if plan.points[0].position[0] > 0 else "left"
     edited = client.patch(f"/api/plans/{plan.id}/paths/{plan.path_id}", json={"entry_side": away})
     assert edited.status_code == 200

@@ -75,7 +75,14 @@ def say_the_same(station: Workstation, rest: Rest, plan_id: str, level: str) -> 
     """HAZ-40: banner, panel, bar and REST."""
     report = rest.client.get(f"/api/plans/{plan_id}/report").json()["chosen"]
     assert report["verdict"] == level
-    begins = re.compile(rf"^{re.escape(report['short'])}\. ")
+    begins, page = re.compile(rf"^{re.escape(report['short'])}\. "), station.page
     for place in ("#hint", "#verdict"):
-        expect(station.page.locator(place)).to_have_text(begins, use_inner_text=True)
-    expect(station.page.locator("#statusbar .fill .reading-value")).to_have_text(report["short"], use_inner_text=True)
+        expect(page.locator(place)).to_have_text(begins, use_inner_text=True)
+        expect(page.locator(f"{place} .verdict-head")).to_have_text(f"{report['short']}.", use_inner_text=True)
+    expect(page.locator("#bar-verdict .reading-value")).to_have_text(f"{report['short']}.", use_inner_text=True)
+    look = "([at, of, name]) => getComputedStyle(document.querySelector(at), of)[name]"
+    dot = page.evaluate(look, ["#hint-mark", None, "backgroundColor"])
+    assert dot == page.evaluate(look, ["#verdict", None, "borderLeftColor"])
+    assert dot == page.evaluate(look, ["#bar-verdict .reading-value", "::before", "backgroundColor"])
+    red = page.locator("#legend .legend-unknown", has_text="blocked or pierced").locator(".legend-swatch")
+    assert (dot == red.evaluate("(node) => getComputedStyle(node).backgroundColor")) == (level == "blocked")

@@ -134,7 +134,7 @@ def head() -> Volume:
 
 
 def test_one_of_several_series_is_chosen(station: Workstation, rest: Rest, tmp_path: Path) -> None:
-    """From a folder: modality, description, slices and spacing are shown; the description is kept nowhere."""
+    """From a folder: modality, description, slices and spacing are shown; the description is a name if agreed."""
     folder, scout_uid = tmp_path / "disc", generate_uid()
     folder.mkdir()
     fine, scout = dicom_slices(head()), dicom_slices(head())[:3]
@@ -146,17 +146,28 @@ def test_one_of_several_series_is_chosen(station: Workstation, rest: Rest, tmp_p
     save_dicom(fine, folder / "b")  # under the same file names
     (folder / "README.txt").write_text("of the disc")
     before = {case["id"] for case in rest.client.get("/api/cases").json()}
-    station.page.set_input_files("#folder", folder)
     dialog: Any = station.page.locator("dialog")
-    expect(dialog).to_be_visible()
-    options = dialog.locator("option").all_inner_texts()
-    assert "CT · CanarySinus · 30 slices · 40 × 40 · 3.00 × 3.00 × 4.00 mm" in options
-    station.picture("series")
-    dialog.locator("select").select_option(index=next(n for n, text in enumerate(options) if "Canary" in text))
-    dialog.locator("button.primary").click()
-    station.wait_for("the head", lambda: len(rest.client.get("/api/cases").json()) > len(before))
-    (made,) = (case for case in rest.client.get("/api/cases").json() if case["id"] not in before)
-    assert (made["name"], made["volumes"][0]["shape"]) == ("CT series", [40, 40, 30])
+
+    def chosen() -> Any:
+        station.page.set_input_files("#folder", folder)
+        expect(dialog).to_be_visible()
+        options = dialog.locator("option").all_inner_texts()
+        assert "CT · CanarySinus · 30 slices · 40 × 40 · 3.00 × 3.00 × 4.00 mm" in options
+        dialog.locator("select").select_option(index=next(n for n, text in enumerate(options) if "Canary" in text))
+        station.picture("series")
+        dialog.locator("button.primary").click()
+        station.wait_for("the head", lambda: len(rest.client.get("/api/cases").json()) > len(before))
+        (made,) = (case for case in rest.client.get("/api/cases").json() if case["id"] not in before)
+        rest.client.delete(f"/api/cases/{made['id']}").raise_for_status()
+        return made
+
+    made = chosen()
+    assert station.said("1 file of another program was not sent (.txt).")
+    assert made["name"].startswith("CT ")
+    assert made["volumes"][0]["shape"] == [40, 40, 30]
     assert "Canary" not in station.page.locator("body").inner_text()
-    rest.client.delete(f"/api/cases/{made['id']}").raise_for_status()
+    agreed = station.page.get_by_label("Name it by its series description").last
+    agreed.check()
+    assert chosen()["name"] == "CanarySinus"
+    agreed.uncheck()
     assert station.errors == []

@@ -313,6 +313,6 @@ def test_what_a_file_does_not_say_is_asked_once(open_page: Open, rest: Rest, tmp
     expect(page.locator("#dialog select")).to_have_count(1)
     page.select_option("#ask-units", "mm")
     page.click("#dialog .primary")
-    expect(page.locator("#cases")).to_contain_text("Bone surface")
+    expect(page.locator("#cases")).to_contain_text("Surface 1, ")
     assert [url.rsplit("/", 1)[-1] for url in uploads] == ["cases", "answer"]
     assert station.errors == []

@@ -111,7 +111,9 @@ def test_a_chain_ends_with_enter_and_escape_takes_it_back(station: Workstation) 
     page.select_option("#remove-kind", "sphere")
     page.click("#remove-draw")
     station.wait_for("drawing", lambda: station.state("regions")["drawing"])
-    click_slice(station)
+    point = station.state("plan")["points"][1]["position"]  # a click on a point belongs to what is drawn
+    page.evaluate("([x, y, z]) => vfix.slices.crosshair.move([x, y, z])", point)
+    page.locator(".slice-stage[data-axis=axial]").click(position=station.place_in_slice("axial", point))
     station.wait_for("bone", lambda: [one["purpose"] for one in items(station)] == ["spare", "remove"])
     counted = re.compile(r"removed in all\.$|^No bone is removed\.$")
     expect(page.locator("#remove-total")).to_have_text(counted, use_inner_text=True)
@@ -127,6 +129,9 @@ def test_paths_and_notes(station: Workstation) -> None:
     page.click("#new-path")
     station.wait_for("a path", lambda: len(station.state("paths")["items"]) == 2)
     assert station.state("plan")["points"] == []
+    for current, offered in (("true", 0), ("false", 1)):  # a plan has its own targets already
+        row = page.locator(f"#plan-list .row[aria-current={current}]").first
+        expect(row.locator("[data-tool=take-targets]:visible")).to_have_count(offered)
     page.click("#paths .row-main >> nth=0")
     station.wait_for("the first path", lambda: len(station.state("plan")["points"]) == 2)
     page.select_option("#entry-side", "left")

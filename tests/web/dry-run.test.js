@@ -5,7 +5,7 @@ import { noted } from "./page.js";
 
 /** An element as little as the dry run needs of one. */
 function element() {
-  return { style: {}, dataset: {}, children: [], append(...more) { this.children.push(...more); }, setAttribute() {}, addEventListener() {} };
+  return { style: {}, dataset: {}, children: [], append(...more) { this.children.push(...more); }, replaceChildren(...more) { this.children = more; }, setAttribute() {}, addEventListener() {} };
 }
 
 const real = { document: globalThis.document, fetch: globalThis.fetch };
@@ -39,10 +39,12 @@ test("a longer run shows its stage and its share, is cancelled, and is offered a
   assert.equal(run.bar.style.width, "25%");
   await run.cancel();
   assert.ok(asked.includes("DELETE /api/jobs/job-1"));
-  run.update({ words: "cancelled", caution: true, cancelled: true, job: null });
+  run.update({ words: "cancelled", level: "unknown", short: "Not known: cancelled", cancelled: true, job: null });
   assert.equal(run.progress.hidden, true);
   assert.equal(run.again.hidden, false);
-  assert.equal(run.verdict.className, "words caution");
+  assert.deepEqual([run.verdict.className, run.verdict.dataset.level], ["words verdict", "unknown"]);
+  const [head, more] = run.verdict.children; // the sentence that banner and bar have, and nothing that it says already
+  assert.deepEqual([head.children, more], [["Not known: cancelled."], ""]);
 });
 
 test("a run that has ended before anybody looks leaves no bar, and neither does one that another replaced", async () => {

@@ -3,24 +3,31 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 import "./page.js";
 
-const { isSegmentation, refusal, sorted, uploadWords } = await import("../../app/steps/patient/files-in.js");
+const { isSegmentation, leftOutWords, refusal, sorted, uploadWords } = await import("../../app/steps/patient/files-in.js");
 
 /**
  * @param {...string} paths
  * @returns {any[]}
  */
-const found = (...paths) => paths.map((path) => ({ path, file: { name: path.split("/").at(-1) } }));
+const found = (...paths) => paths.map((path) => ({ path, file: new File([path.includes("image") ? `${"\0".repeat(128)}DICM` : "MZ"], path.split("/").at(-1) ?? "") }));
 
-test("a table beside one file names its labels, beside several it is left out", () => {
-  assert.equal(sorted(found("labels.nii.gz", "names.csv")).names?.name, "names.csv");
-  assert.equal(sorted(found("a.dcm", "b.dcm", "names.csv")).names, null);
-  assert.equal(sorted(found("labels.nii.gz", "a.csv", "b.json")).names, null);
+test("a table beside one file names its labels, beside several it is left out", async () => {
+  const named = await sorted(found("labels.nii.gz", "names.csv"));
+  assert.equal(named.names?.name, "names.csv");
+  assert.deepEqual(named.leftOut, []);
+  assert.equal((await sorted(found("a.dcm", "b.dcm", "names.csv"))).names, null);
+  assert.equal((await sorted(found("labels.nii.gz", "a.csv", "b.json"))).names, null);
 });
 
-test("what lies beside the slices on a disc is left out, not a slice of whatever name", () => {
-  const { files } = sorted(found(
-    "disc/DICOMDIR", "disc/.DS_Store", "disc/readme.TXT", "disc/IM0001", "disc/b.dcm", "disc/viewer.exe", "disc/V/core.DLL", "disc/V/app.ico", "disc/AUTORUN.INF", "disc/V/viewer.ini"));
-  assert.deepEqual(files.map((one) => one.path), ["disc/IM0001", "disc/b.dcm"]);
+test("what lies beside the slices on a disc is left out, not a slice of whatever name", async () => {
+  const { files, leftOut } = await sorted(found(
+    "disc/DICOMDIR", "disc/.DS_Store", "disc/readme.TXT", "disc/IM0001", "disc/b.dcm", "disc/viewer.exe", "disc/V/core.DLL", "disc/V/app.ico", "disc/AUTORUN.INF", "disc/V/viewer.ini", "disc/image.exe", "disc/.image"));
+  assert.deepEqual(files.map((one) => one.path), ["disc/IM0001", "disc/b.dcm", "disc/image.exe", "disc/.image"]);
+  assert.equal(leftOutWords(leftOut), "6 files of other programs were not sent (.dll, .exe, .ico, .inf, .ini, .txt).");
+  assert.equal(leftOutWords(leftOut.slice(0, 1)), "1 file of another program was not sent (.txt).");
+  assert.equal(leftOutWords((await sorted(found("d/a.dcm", "d/b.dcm", "d/DICOMDIR", "d/.DS_Store"))).leftOut), "");
+  const many = found(..."exe dll ocx ico inf ini chm".split(" ").map((end) => `d/x.${end}`), "d/AUTORUN", "d/a", "d/b");
+  assert.match(leftOutWords((await sorted(many)).leftOut), /^8 files .* \(\.chm, \.dll, \.exe, \.ico, \.inf, \.ini, …\)\.$/);
 });
 
 test("a file that cannot be a head says why, one without an ending may be DICOM", () => {

@@ -27,18 +27,15 @@ test("measures are made place by place, the last few are kept, and Escape drops 
   assert.deepEqual(measures.shown, []);
 });
 
-/**
- * A box from −1 to 1 mm, as the planner sends a surface.
- * @param {boolean} [closed]
- */
-function box(closed) {
+/** A box from −1 to 1 mm, as the planner sends a surface. */
+function box() {
   const vertices = Array.from(Array(8).keys(), (n) => [n & 1 ? 1 : -1, n & 2 ? 1 : -1, n & 4 ? 1 : -1]).flat();
   const faces = [0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4, 2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5];
   const buffer = new ArrayBuffer(8 + 8 * 3 * 4 + faces.length * 4);
   new Uint32Array(buffer, 0, 2).set([8, faces.length / 3]);
   new Float32Array(buffer, 8, 24).set(vertices);
   new Uint32Array(buffer, 8 + 96).set(faces);
-  return meshOf(buffer, closed);
+  return meshOf(buffer);
 }
 
 test("a mesh's outline has the length of the cut, in pixels", () => {
@@ -49,17 +46,4 @@ test("a mesh's outline has the length of the cut, in pixels", () => {
   assert.ok(Math.abs(long - 80) < 1e-3); // four sides of 2 mm
   assert.ok(Math.min(...pieces) > 40.4 && Math.max(...pieces) < 60.6, "pixel centres are at .5");
   assert.deepEqual(cutMesh(box(), { ...raster, start: [-5, -5, 1.5] }), []);
-});
-
-test("where a scan ends its surface is closed by faces that are not drawn", () => {
-  const raster = { width: 100, height: 100, start: [-5, -5, 0.3], u: [0.1, 0, 0], v: [0, 0.1, 0] };
-  assert.deepEqual(cutMesh(box(true), raster), []); // every side of a box is one of the box around it
-  const vertices = [-1, -1, -1, 1, -1, -0.8, 0, 1, -0.7, 0, 0, 1]; // within the last voxel, as grey values put it
-  const faces = [0, 2, 1, 0, 1, 3, 1, 2, 3, 2, 0, 3];
-  const buffer = new ArrayBuffer(8 + 48 + 48);
-  new Uint32Array(buffer, 0, 2).set([4, 4]);
-  new Float32Array(buffer, 8, 12).set(vertices);
-  new Uint32Array(buffer, 56).set(faces);
-  assert.equal(cutMesh(meshOf(buffer, true), raster).length, 12); // three sides; its bottom lies in the box's
-  assert.equal(meshOf(buffer, true).faces.length, 9);
 });

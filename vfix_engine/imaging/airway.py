@@ -1,7 +1,9 @@
 """Air within the body, told from the air of the room.
 
-Nostrils and mouth join both airs, so no threshold parts them. The body is closed by 8 mm on a grid of about 2 mm, and
-its holes are filled slice by slice; air in that is air within.
+Nostrils and mouth join both airs, so no threshold parts them. On a grid of about 2 mm the body is closed by 8 mm, and
+its holes are filled slice by slice. That takes in air of the room as well: in grooves of the skin, behind the ears,
+beside a head rest. So both airs are flooded from where they are certain, the widest places first, and meet where the
+way between them is narrowest, as in the nostrils; a groove has no air of the body behind it, and is the room's.
 """
 
 from __future__ import annotations
@@ -13,9 +15,13 @@ from vfix_engine.imaging.soft_tissue import TISSUE_HU
 from vfix_engine.imaging.volume import Volume
 
 Mask = npt.NDArray[np.bool_]
+Floats = npt.NDArray[np.float64]
 
 CLOSING_MM = 8.0
+DEEP_MM = 6.0  # below the closed body's border: air of the body for certain
+FILM_MM = 3.0  # of air on the skin, which the coarse grid takes for skin
 _STEP_MM = 2.0
+_ROOM, _BODY, _TISSUE = 1, 2, 3
 
 
 def inner_air(volume: Volume, air_hu: float = TISSUE_HU) -> Mask:
@@ -28,22 +34,42 @@ def inner_air(volume: Volume, air_hu: float = TISSUE_HU) -> Mask:
 
 
 def body(volume: Volume) -> Mask:
-    """Voxels (K, J, I) of the body with the air in it, closed over nostrils and mouth to about 2 mm."""
+    """Voxels (K, J, I) of the body with the air in it, which ends in nostrils and mouth, to about 3 mm."""
     from scipy import ndimage  # imported here: slow to load
 
     step = np.maximum(np.rint(_STEP_MM / volume.spacing).astype(int), 1)  # i, j, k
     coarse = volume.hu[:: step[2], :: step[1], :: step[0]] >= TISSUE_HU
     sampling = (volume.spacing * step)[::-1]
-    pad = [(0, 0)] + [(int(np.ceil(CLOSING_MM / size)) + 1,) * 2 for size in sampling[1:]]
-    solid = np.pad(coarse, pad)
-    grown = ndimage.distance_transform_edt(~solid, sampling=sampling) <= CLOSING_MM
-    # Beyond the sides lies air, so what was grown shrinks from there; beyond the ends the body goes on.
+    pad = [int(np.ceil(CLOSING_MM / size)) + 1 for size in sampling]
+    # Beyond the sides lies air; beyond the ends the body goes on, and so does the air above a head.
+    solid = np.pad(np.pad(coarse, [(0, 0), *((n, n) for n in pad[1:])]), [(pad[0], pad[0]), (0, 0), (0, 0)], "edge")
+    inner = _without_room(solid, sampling)[tuple(slice(n, -n) for n in pad)]
+    shape = volume.hu.shape
+    rows = [np.minimum((np.arange(shape[n]) + step[2 - n] // 2) // step[2 - n], inner.shape[n] - 1) for n in range(3)]
+    whole: Mask = inner[np.ix_(*rows)]
+    air = volume.hu < TISSUE_HU
+    deep = int(np.ceil(FILM_MM / volume.spacing.min()))
+    found: Mask = whole & ~ndimage.binary_dilation(air & ~whole, mask=air, iterations=deep)
+    return found
+
+
+def _without_room(solid: Mask, sampling: Floats) -> Mask:
+    """Tissue (K, J, I) and the air within: of the closed body what is flooded from its depth, not from the room."""
+    from scipy import ndimage  # as above
+
+    to_tissue = ndimage.distance_transform_edt(~solid, sampling=sampling)
+    grown = to_tissue <= CLOSING_MM
     closed = ndimage.distance_transform_edt(grown, sampling=sampling) > CLOSING_MM
     closed |= solid
     for plane in closed:
         ndimage.binary_fill_holes(plane, output=plane)
-    inner = closed[:, pad[1][0] : -pad[1][1], pad[2][0] : -pad[2][1]]
-    shape = volume.hu.shape
-    rows = [np.minimum((np.arange(shape[n]) + step[2 - n] // 2) // step[2 - n], inner.shape[n] - 1) for n in range(3)]
-    whole: Mask = inner[np.ix_(*rows)]
-    return whole
+    border = np.zeros_like(solid)
+    border[:, [0, -1]] = border[:, :, [0, -1]] = True
+    marks = np.zeros(solid.shape, np.int8)
+    marks[ndimage.distance_transform_edt(closed, sampling=sampling) > DEEP_MM] = _BODY
+    marks[~closed | ndimage.binary_propagation(border & ~solid, mask=~grown)] = _ROOM
+    marks[solid] = _TISSUE
+    narrow = 254.0 * (1.0 - np.minimum(to_tissue / CLOSING_MM, 1.0))
+    flooded = ndimage.watershed_ift(np.where(solid, 255, np.rint(narrow)).astype(np.uint8), marks)
+    inner: Mask = closed & (flooded != _ROOM)
+    return inner

@@ -1,7 +1,7 @@
 """Reader of one DICOM CT series from a folder or a zip: slices are checked to form one regular stack; LPS mm.
 
-Only the tags listed here are read. Apart from geometry and voxels no value of a file leaves this module: messages
-contain counts and measures, never text from a file.
+Only the tags listed here are read. Apart from geometry, voxels, modality and the series description no value of a file
+leaves this module: messages contain counts and measures, never text from a file.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ import logging
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -30,6 +31,7 @@ from vfix_engine.imaging.dicom_pixels import (
     words_of_frames,
     words_of_slice,
 )
+from vfix_engine.imaging.dicom_rescale import unit_of
 from vfix_engine.imaging.dicom_series import SeriesList, is_localizer
 from vfix_engine.imaging.dicom_stack import Slice, left_out_words, stack
 from vfix_engine.imaging.grid_header import MAX_VOXELS, PLAUSIBLE_SPACING
@@ -48,7 +50,7 @@ _TAGS = [
     "SliceThickness",
     "WindowCenter",
     "WindowWidth",
-    "SeriesDescription",  # shown where one of several series is chosen, and kept nowhere
+    "SeriesDescription",  # shown where one of several series is chosen; a name of a case where the user agrees
     *PIXEL_TAGS,
     *GROUPS,
 ]
@@ -65,16 +67,29 @@ _NO_IMAGE = (
     "1.2.840.10008.5.1.4.1.1.481.3",
     "1.2.840.10008.5.1.4.1.1.481.5",
 )
+# CT and MR images, plain, enhanced and converted from plain ones.
+_OF_PIXELS = tuple(f"1.2.840.10008.5.1.4.1.1.{end}" for end in ("2", "2.1", "2.2", "4", "4.1", "4.4"))
 CT_ONLY = ("CT",)
 SEGMENTATION = "1.2.840.10008.5.1.4.1.1.66."  # the beginning of the SOP classes of segmentations
 _DEFLATED = b"1.2.840.10008.1.2.1.99"
 WINDOW_HU, LEVEL_HU = (1.0, 10_000.0), (-2000.0, 4000.0)  # of a window that is taken over
 
 
-def read_series(
-    path: Path, series: int | None = None, modalities: tuple[str, ...] = CT_ONLY
-) -> tuple[Volume, tuple[str, ...]]:
-    """The CT series in a folder or zip, and what was left out of it or resampled, in sentences.
+@dataclass(frozen=True, eq=False)
+class ReadSeries:
+    """A series as a volume. notes: what was left out of it or resampled, in sentences.
+
+    description: the file's own, which may tell of the patient (HAZ-33).
+    """
+
+    volume: Volume
+    notes: tuple[str, ...]
+    modality: str
+    description: str
+
+
+def read_series(path: Path, series: int | None = None, modalities: tuple[str, ...] = CT_ONLY) -> ReadSeries:
+    """The CT series in a folder or zip.
 
     series: which one, counted from 1 in the order of the files' names; None where there is only one.
     modalities: those that are taken; an MR series comes with its values as they are, and its enhanced form is not read.
@@ -98,7 +113,7 @@ def read_series(
         with pydicom_silenced():
             with fault_named(where):
                 dataset = _dataset(data, where)
-                number = _count(dataset, found)
+                number = _count(dataset, found, where)
             if fault is not None or number != (series or 1):
                 continue
             if is_localizer(dataset):
@@ -116,11 +131,11 @@ def read_series(
         if voxels > MAX_VOXELS:
             raise ImageError(f"the series holds more than {MAX_VOXELS:,} voxels.")
     passed = others.check()
-    found.check_choice(series)
+    chosen = found.chosen(series)
     if fault is not None:
         raise fault
     volume, notes = _stacked(slices, scouts)
-    return volume, (*passed, *notes)
+    return ReadSeries(volume, (*passed, *notes), chosen.modality, chosen.description)
 
 
 def _stacked(slices: list[Slice], scouts: list[str]) -> tuple[Volume, tuple[str, ...]]:
@@ -131,7 +146,7 @@ def _stacked(slices: list[Slice], scouts: list[str]) -> tuple[Volume, tuple[str,
     return volume, (*([left_out_words(scouts)] if scouts else []), *notes)
 
 
-def _read_one_file(path: Path) -> tuple[Volume, tuple[str, ...]]:
+def _read_one_file(path: Path) -> ReadSeries:
     """The volume in one file of enhanced CT. Raises ImageError, with the reason that another one is no head."""
     if path.stat().st_size > MAX_FILE_BYTES:
         raise ImageError(f"the file is larger than {MAX_FILE_BYTES >> 20} MiB.")
@@ -142,8 +157,11 @@ def _read_one_file(path: Path) -> tuple[Volume, tuple[str, ...]]:
             raise SegmentationFound(f"the file is a DICOM segmentation, not a CT. {INTO_A_CASE}")
         if not is_enhanced(dataset):
             raise ImageError("one slice is not a volume; name the folder or a zip of the whole series.")
+        found = SeriesList()
+        found.count(dataset)
         slices, scouts = _slices_of(dataset, data, (where, where))
-    return _stacked(slices, scouts)
+    chosen = found.chosen(None)
+    return ReadSeries(*_stacked(slices, scouts), chosen.modality, chosen.description)
 
 
 def _slices_of(
@@ -178,10 +196,24 @@ def _slices_of(
     return made, scouts
 
 
-def _count(dataset: Any, found: SeriesList) -> int:
-    """Count an image to its series; returns the number of the series, from 1, or 0 for a file that is no image."""
-    kind = dataset.get("SOPClassUID") or dataset.file_meta.get("MediaStorageSOPClassUID")
-    return 0 if str(kind).startswith(_NO_IMAGE) else found.count(dataset)
+def _count(dataset: Any, found: SeriesList, where: str) -> int:
+    """Count an image to its series; returns the number of the series, from 1, or 0 for a file that is no image.
+
+    Raises ImageError for one that was cut off before its pixels: its series may be another than it seems.
+    """
+    kind = str(dataset.get("SOPClassUID") or dataset.file_meta.get("MediaStorageSOPClassUID") or "")
+    if kind.startswith(_NO_IMAGE):
+        return 0
+    if "PixelData" not in dataset and (not dataset.get("SeriesInstanceUID") or _has_pixels(kind)):
+        raise ImageError(f"{where} begins as DICOM and has no pixels; it is cut off or damaged. Copy it again.")
+    return found.count(dataset)
+
+
+def _has_pixels(kind: str) -> bool:
+    """Whether files of a class hold pixels; also of one that is cut off, as the standard has it nowhere."""
+    from pydicom.uid import UID
+
+    return kind in _OF_PIXELS or (kind.startswith("1.2.840.10008.") and not UID(kind).type)
 
 
 def _dataset(data: bytes, where: str) -> Any:
@@ -255,7 +287,8 @@ def _slice(dataset: Any, words: npt.NDArray[Any], layout: Layout, names: tuple[s
     position = numbers(dataset.ImagePositionPatient, 3, where)
     thickness = float(dataset.get("SliceThickness") or 0.0)
     thick = thickness if 0.0 < thickness <= PLAUSIBLE_SPACING[1] else None
-    return Slice(hu, position, axes, np.array([column_mm, row_mm]), thick, _window(dataset), where, told)
+    pixel_mm, by = np.array([column_mm, row_mm]), rescale(dataset, where)
+    return Slice(hu, position, axes, pixel_mm, thick, _window(dataset), where, told, by, unit_of(dataset))
 
 
 def _window(dataset: Any) -> tuple[float, float] | None:

@@ -22,6 +22,7 @@ _MACROS = {
     "WindowWidth": "FrameVOILUTSequence",
     "RescaleSlope": "PixelValueTransformationSequence",
     "RescaleIntercept": "PixelValueTransformationSequence",
+    "RescaleType": "PixelValueTransformationSequence",
 }
 
 

@@ -11,6 +11,7 @@ from pathlib import Path, PurePosixPath
 from typing import IO
 
 from vfix_engine.errors import ImageError
+from vfix_engine.imaging.text_bytes import text_of_member, text_of_path
 
 MAX_FILES = 5000
 MAX_FILE_BYTES = 640 << 20  # of enhanced CT, which has all slices in one file
@@ -101,6 +102,11 @@ class OtherFiles:
                 f"{'was' if one else 'were'} passed over.",)  # fmt: skip
 
 
+def _never_read(name: str) -> bool:
+    """Whether it is none of the slices though it may begin as DICOM: the directory of the medium."""
+    return "__MACOSX" in _path(name).parts or _last(name).lower() == "dicomdir"
+
+
 def _of_the_system(name: str) -> bool:
     return "__MACOSX" in _path(name).parts or _OF_THE_SYSTEM.match(_last(name)) is not None
 
@@ -144,8 +150,8 @@ def _folder_contents(path: Path, others: OtherFiles) -> Iterator[tuple[PurePosix
             raise ImageError("the folder holds a symbolic link; copy the series itself.")
         if not file.is_file():
             continue
-        place = PurePosixPath(file.relative_to(path).as_posix())
-        if is_companion(str(place)) and (_of_the_system(str(place)) or not _is_image(file.open("rb"))):
+        place = PurePosixPath(text_of_path(file.relative_to(path).as_posix()))
+        if is_companion(str(place)) and (_never_read(str(place)) or not _is_image(file.open("rb"))):
             others.companion(place)
         else:
             files.append((place, file))
@@ -163,7 +169,7 @@ def _zip_contents(path: Path, others: OtherFiles) -> Iterator[tuple[PurePosixPat
                     continue
                 _check_member(member)
                 name = member.filename
-                if is_companion(name) and (_of_the_system(name) or not _is_image(archive.open(member))):
+                if is_companion(name) and (_never_read(name) or not _is_image(archive.open(member))):
                     others.companion(_path(name))
                 else:
                     members.append(member)
@@ -175,7 +181,7 @@ def _zip_contents(path: Path, others: OtherFiles) -> Iterator[tuple[PurePosixPat
                     data = stream.read(member.file_size + 1)
                 if len(data) != member.file_size:
                     raise ImageError("an entry of the zip is not as long as the zip says.")
-                yield _path(member.filename), data
+                yield _path(text_of_member(member.filename, member.flag_bits, member.create_system)), data
     except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, OSError, RuntimeError, ValueError):
         raise ImageError("the zip is damaged, encrypted, or packed in a way that is not read.") from None
 

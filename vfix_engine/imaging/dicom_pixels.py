@@ -20,8 +20,8 @@ Whole = npt.NDArray[Any]
 
 PIXEL_TAGS = (
     "SamplesPerPixel", "PhotometricInterpretation", "Rows", "Columns", "BitsAllocated", "BitsStored", "HighBit",
-    "PixelRepresentation", "RescaleSlope", "RescaleIntercept", "PixelPaddingValue", "PixelPaddingRangeLimit",
-    "PixelData",
+    "PixelRepresentation", "RescaleSlope", "RescaleIntercept", "RescaleType", "PixelPaddingValue",
+    "PixelPaddingRangeLimit", "PixelData",
 )  # fmt: skip
 _MAX_SIDE = 4096  # [pixel]
 _GREY = ("MONOCHROME1", "MONOCHROME2")  # they differ in how they are shown, not in their Hounsfield units

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from vfix_engine.errors import ImageError, SeriesUnclear
+from vfix_engine.imaging.text_bytes import text_of_element
 
 _MODALITY = re.compile(r"[A-Z]{2,16}")
 _MAX_DESCRIPTION = 64  # [characters] as the standard has it
@@ -76,8 +77,8 @@ class SeriesList:
             known.positions.append(float(across @ [float(value) for value in position]))
         return list(self._found).index(identity) + 1
 
-    def check_choice(self, series: int | None) -> None:
-        """Raises ImageError where the choice of a series is missing or wrong."""
+    def chosen(self, series: int | None) -> Series:
+        """The series of that number, or the only one. Raises ImageError where the choice is missing or wrong."""
         found = list(self._found.values())
         if not found:
             raise ImageError("there is no DICOM image in it.")
@@ -90,6 +91,7 @@ class SeriesList:
             )
         if series is not None and not 1 <= series <= len(found):
             raise ImageError(f"there is no series {series} in it; there are {len(found)} ({listed}).")
+        return found[(series or 1) - 1]
 
 
 def is_localizer(dataset: Any) -> bool:
@@ -104,7 +106,7 @@ def _facts(found: Iterable[Series]) -> list[dict[str, Any]]:
 
 def _first_of(dataset: Any, wanted: tuple[str, ...]) -> Series:
     modality = str(dataset.get("Modality") or "")
-    words = "".join(c if c.isprintable() else " " for c in str(dataset.get("SeriesDescription") or ""))
+    words = "".join(c if c.isprintable() else " " for c in text_of_element(dataset, "SeriesDescription"))
     return Series(
         modality if _MODALITY.fullmatch(modality) else "?",
         " ".join(words.split())[:_MAX_DESCRIPTION],

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vfix_engine.errors import ImageError
+from vfix_engine.imaging.dicom_rescale import HU, rescale_notes
 from vfix_engine.imaging.grid_header import check_sizes, check_transform
 from vfix_engine.imaging.slice_alignment import aligned, alignment_error_mm
 from vfix_engine.imaging.volume import Volume, volume_of
@@ -34,6 +35,7 @@ class Slice:
 
     pixel_mm: (2,) distance between columns and between rows. axes: (3, 2) unit directions along a row and a column.
     thickness_mm: None where the file does not say it. window: width and centre that the file suggests; None for none.
+    rescale, unit: slope and intercept by which the values were made, and what the file says that they are in.
     where: what it is called in a message, such as "the file 'IM5'". told: how a note calls it, which is stored.
     """
 
@@ -45,6 +47,8 @@ class Slice:
     window: tuple[float, float] | None = None
     where: str = "a slice"
     told: str = "a slice"
+    rescale: tuple[float, float] = (1.0, 0.0)
+    unit: str = HU
 
     @property
     def normal(self) -> Floats:
@@ -89,6 +93,7 @@ def stack(slices: list[Slice]) -> tuple[Volume, tuple[str, ...]]:
     slices, notes = _without_scouts(slices)
     if len(slices) < 2:
         raise ImageError("one slice is not a volume; name the folder or a zip of the whole series.")
+    notes = (*notes, *rescale_notes(slices))
     first = slices[0]
     for one in slices:
         if one.hu.shape != first.hu.shape or np.abs(one.pixel_mm - first.pixel_mm).max() > 1e-4:

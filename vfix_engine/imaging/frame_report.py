@@ -30,6 +30,8 @@ class FrameReport:
     missing: what neither file nor user names: 'frame', 'unit', both or nothing.
     unit: 'mm', 'm' or 'um'; unit_named: whether the file names it.
     notes: what its reader left out, resampled or chose between, in sentences.
+    modality, description: of a DICOM series, '' of other files; the description is text of the file, which may tell of
+    the patient (HAZ-33).
     """
 
     name: str
@@ -38,6 +40,8 @@ class FrameReport:
     unit: str = "mm"
     unit_named: bool = False
     notes: tuple[str, ...] = ()
+    modality: str = ""
+    description: str = ""
 
 
 def to_lps_mm(points: npt.ArrayLike, frame: str, unit: str) -> npt.NDArray[np.float64]:

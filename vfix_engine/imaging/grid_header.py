@@ -28,6 +28,7 @@ class GridHeader:
     transform_index_to_file: (4, 4) from (i, j, k) to the file's own frame and unit.
     frame: as the file names it; None where it does not. unit: mm where the file names none, because the spacing has to
         be plausible in mm.
+    unit_named: whether the header says the unit of its lengths. It does not where nothing but a convention gives it.
     notes: what is doubtful about the header, in sentences. further_axes: whether there are axes beside the three.
     """
 
@@ -37,6 +38,7 @@ class GridHeader:
     unit: str
     notes: tuple[str, ...] = ()
     further_axes: bool = False
+    unit_named: bool = True
 
 
 def check_sizes(sizes: list[int]) -> tuple[int, int, int]:

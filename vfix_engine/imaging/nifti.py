@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vfix_engine.errors import ImageError
+from vfix_engine.imaging.frame_report import MM_PER_UNIT, check_unit
 from vfix_engine.imaging.grid_header import (
     MAX_VOXELS,
     GridHeader,
@@ -38,13 +39,19 @@ _TYPE_OF_DATATYPE = {
     1024: "i8",
     1280: "u8",
 }
-_MM_PER_UNIT = {0: 1.0, 1: 1000.0, 2: 1.0, 3: 0.001}  # unknown, m, mm, um
+_UNITS = {1: "m", 2: "mm", 3: "um"}
+_UNKNOWN_UNIT = 0
+UNIT_ASSUMED = "The NIfTI header does not name its unit; mm was assumed."
 _SCANNER = 1  # code of a placement in the coordinates of the scanner
 _AGREE, _TOO_FAR = 0.1, 1.0  # [voxel] two placements of one volume: the same, and a contradiction
 
 
-def read_header(path: Path) -> GridHeader:
-    """Read and check the header of a NIfTI-1 file and the length of its voxels; RAS mm. Raises ImageError."""
+def read_header(path: Path, unit: str | None = None) -> GridHeader:
+    """Read and check the header of a NIfTI-1 file and the length of its voxels; RAS mm. Raises ImageError.
+
+    unit: of a header that names none; None takes mm and notes it.
+    """
+    check_unit(unit)
     with path.open("rb") as file:
         pieces = _pieces(file, packed=path.name.lower().endswith(".gz"))
         head = b""
@@ -56,13 +63,16 @@ def read_header(path: Path) -> GridHeader:
         order = _byte_order(head)
         sizes, begin, voxel = _grid(head, order)
         check_length(_length_of_voxels(chain([head], pieces), begin, voxel), math.prod(sizes) * voxel.itemsize)
-    mm = _MM_PER_UNIT.get(head[123] & 7)
-    if mm is None:
+    code = head[123] & 7
+    named = code != _UNKNOWN_UNIT
+    used = _UNITS.get(code) if named else unit or "mm"
+    if used is None:
         raise ImageError("the NIfTI header's unit of length is not known.")
     transform, placed, note = _transform(head, order, sizes)
-    transform[:3] *= mm
+    transform[:3] *= MM_PER_UNIT[used]
+    notes = [*([note] if note else []), *([] if named or unit is not None else [UNIT_ASSUMED])]
     frame = "RAS" if placed else None
-    return GridHeader(sizes, check_transform(transform, 1.0), frame, "mm", (note,) if note else ())
+    return GridHeader(sizes, check_transform(transform, 1.0), frame, "mm", tuple(notes), unit_named=named)
 
 
 def bytes_before_voxels(path: Path) -> bytes:

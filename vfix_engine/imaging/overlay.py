@@ -28,11 +28,16 @@ _MOST = 2_000_000  # voxels that the window is found from
 
 @dataclass(frozen=True, eq=False)
 class OverlayVolume:
-    """A volume to look at. window, level: its values from black to white, and the value in their middle."""
+    """A volume to look at. window, level: its values from black to white, and the value in their middle.
+
+    modality, description: as in `FrameReport`.
+    """
 
     volume: Volume
     window: float
     level: float
+    modality: str = ""
+    description: str = ""
 
 
 def read_overlay(
@@ -53,26 +58,28 @@ def read_overlay(
     progress("Reading the volume", 0.0)
     files = files_of(request.path) if is_header(request.path) else ()
     options = request.path, request.frame, request.unit, request.assume, request.series, files
-    volume, notes = run_isolated(_read, *options, seconds=READ_SECONDS, cancellation=cancellation, folder=folder)
-    return OverlayVolume(volume, *first_window(volume.hu)), notes
+    volume, report, notes = run_isolated(
+        _read, *options, seconds=READ_SECONDS, cancellation=cancellation, folder=folder
+    )
+    return OverlayVolume(volume, *first_window(volume.hu), report.modality, report.description), notes
 
 
 def _read(
     path: Path, frame: str | None, unit: str | None, assume: bool, series: int | None, files: tuple[Path, ...]
-) -> tuple[Volume, tuple[str, ...]]:
+) -> tuple[Volume, FrameReport, tuple[str, ...]]:
     return read_or_ask(partial(_read_and_check, series=series, files=files), path, frame, unit, assume)
 
 
 def _read_and_check(
     path: Path, frame: str | None, unit: str | None, *, assume: bool, series: int | None, files: tuple[Path, ...]
-) -> tuple[Volume, tuple[str, ...]]:
+) -> tuple[Volume, FrameReport, tuple[str, ...]]:
     scaled: list[str] = []
     convert = partial(to_shades, notes=scaled)
     report: FrameReport
     volume, report = read_volume(
         path, frame, unit, assume=assume, series=series, files=files, modalities=("CT", "MR"), convert=convert
     )
-    return volume, (*assumption(report), *check_size(volume, report), *scaled)
+    return volume, report, (*assumption(report), *check_size(volume, report), *scaled)
 
 
 def to_shades(values: npt.NDArray[Any], notes: list[str]) -> npt.NDArray[np.int16]:

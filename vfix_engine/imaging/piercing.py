@@ -163,13 +163,23 @@ class Ways:
         along = points[first : last + 1]
         there = along[np.linalg.norm(along - found[2:5], axis=1).argmin()] if found[2] == found[2] else along[-1]
         near = np.linalg.norm(there - self.entry) <= ENTRY_MM
+        if GIVES_MM < found[0] <= GIVES_AT_ENTRY_MM:
+            # Between both limits the verdict must not hang on which of two places, as far from the axis, is met last.
+            counted = self._way(nodes, sides, through=False, tissue=along)
+            near = counted[0] <= GIVES_AT_ENTRY_MM
         gives = GIVES_AT_ENTRY_MM if near else GIVES_MM
         hidden = found[0] > gives and found[1] > 0.0 and self._way(nodes, sides, through=True)[0] <= gives
         begin, end = _triple(points[last]), _triple(points[first])
         return Run(None if hidden else float(found[0]), gives, begin, end, *ends)
 
-    def _way(self, nodes: tuple[Floats, Floats], sides: tuple[Floats, Floats], through: bool) -> Floats:
-        found: Floats = way_round(self._fine, self._whole, self._kinds, *nodes, *sides, 0.5 * WIDE_MM, through)
+    def _way(
+        self, nodes: tuple[Floats, Floats], sides: tuple[Floats, Floats], through: bool, tissue: Floats | None = None
+    ) -> Floats:
+        """As `way_round`. tissue: (n, 3) of the axis; distances beside what gives less count as longer by that."""
+        less = 0.0 if tissue is None else GIVES_AT_ENTRY_MM - GIVES_MM
+        gives = nodes[0] if tissue is None else np.ascontiguousarray(tissue), self.entry, ENTRY_MM, less
+        fields = self._fine, self._whole, self._kinds
+        found: Floats = way_round(*fields, *nodes, *sides, 0.5 * WIDE_MM, through, gives)
         return found
 
 
@@ -208,6 +218,16 @@ class PiercingWatch:
             self._last = _Judged(points, _pattern(kinds), _may_move(pose))
 
     @property
+    def sideways_mm(self) -> float:
+        """How far air leads round the worst tissue now: 0 where there is none, inf beyond 15 mm, NaN if not known."""
+        if not self._poses:
+            return np.nan
+        pose = self._poses[-1]
+        if pose.worst is not None and (pose.known or pose.worst.pierced):
+            return float(pose.worst.sideways_mm or 0.0)
+        return 0.0 if pose.known else np.nan
+
+    @property
     def found(self) -> Piercing:
         """What was found so far."""
         worst = [(pose.worst, row) for pose, row in zip(self._poses, self._rows, strict=True)]
@@ -217,6 +237,30 @@ class PiercingWatch:
         over = np.array([-np.inf if run is None else run.over_mm for run, _ in worst])
         known = all(pose.known for pose in self._poses)
         return Piercing(np.array(self._rows, dtype=np.intp), sideways, over, gravest, at, known)
+
+
+class SidewaysColumn:
+    """How far air leads round what a tool passes, for every step of a drive: a reading beside those of the system.
+
+    A step is looked at where an end of the tool's axis has moved by 0.5 mm since the last one that was.
+    """
+
+    def __init__(self, ways: Ways) -> None:
+        self._watch, self._last, self._steps = PiercingWatch(ways), np.full((2, 1, 3), np.inf), 0
+
+    def add(self, start: Floats, end: Floats) -> float:
+        """Of a step with axis segments (S, 3), in mm, as `PiercingWatch.sideways_mm`."""
+        ends = np.stack([start, end])
+        if np.abs(ends - self._last).max() >= _MOVED_MM:
+            self._watch.add(self._steps, start, end)
+            self._last = ends
+        self._steps += 1
+        return self._watch.sideways_mm
+
+    @property
+    def found(self) -> Piercing:
+        """What was found so far; its rows are numbers of steps."""
+        return self._watch.found
 
 
 class _Judged(NamedTuple):

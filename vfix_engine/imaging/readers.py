@@ -84,8 +84,8 @@ def read_volume(
                 return read_volume(whole, frame, unit, **told)  # type: ignore[arg-type]
     if is_dicom(path):
         _, _, report = resolve_frame(("LPS", "mm"), (frame, unit), assume=assume)  # the DICOM standard fixes both
-        volume, notes = dicom.read_series(path, series, modalities)
-        return volume, replace(report, notes=notes)
+        read = dicom.read_series(path, series, modalities)
+        return read.volume, replace(report, notes=read.notes, modality=read.modality, description=read.description)
     if series is not None:
         raise ImageError("a series is chosen among those of a DICOM folder or zip, which this file is not.")
     values, transform, report = read_grid(path, frame, unit, assume=assume)
@@ -103,7 +103,7 @@ def read_grid(
     if name.endswith(".nrrd"):
         return _read_nrrd(path, (frame, unit), assume)
     if name.endswith((".nii", ".nii.gz")):
-        return _read_grid(path, nifti.read_header(path), "NiftiImageIO", (frame, unit), assume)
+        return _read_nifti(path, (frame, unit), assume)
     if name.endswith(".mha"):
         return _read_grid(path, metaimage.read_header(path), "MetaImageIO", (frame, unit), assume)
     raise ImageError(f"a CT volume is read from {', '.join(VOLUME_SUFFIXES)} or a folder of DICOM files.")
@@ -123,9 +123,27 @@ def _read_nrrd(
     return values, transform, report
 
 
-def _read_grid(
-    path: Path, header: GridHeader, decoder: str, given: tuple[str | None, str | None], assume: bool
+def _read_nifti(
+    path: Path, given: tuple[str | None, str | None], assume: bool
 ) -> tuple[npt.NDArray[Any], npt.NDArray[np.float64], FrameReport]:
+    frame, unit = given
+    header = nifti.read_header(path, unit)
+    if header.unit_named:
+        return _read_grid(path, header, "NiftiImageIO", given, assume)
+    values, transform, report = _read_grid(path, header, "NiftiImageIO", (frame, None), assume, decoded=unit is None)
+    return values, transform, replace(report, unit=unit or "mm", unit_named=False)
+
+
+def _read_grid(
+    path: Path,
+    header: GridHeader,
+    decoder: str,
+    given: tuple[str | None, str | None],
+    assume: bool,
+    *,
+    decoded: bool = True,
+) -> tuple[npt.NDArray[Any], npt.NDArray[np.float64], FrameReport]:
+    """decoded: whether the decoder takes the lengths in the same unit, so that its placement can be compared."""
     frame, unit, report = resolve_frame((header.frame, header.unit), given, assume=assume)
     image, values = decode(path, decoder)
     if tuple(image.GetSize()[:3]) != header.sizes:
@@ -133,7 +151,7 @@ def _read_grid(
     to_lps = np.diag([*(RAS_TO_LPS if frame == "RAS" else np.ones(3)), 1.0])
     transform = to_lps @ header.transform_index_to_file
     transform[:3] *= MM_PER_UNIT[unit]
-    if header.frame is not None and header.unit == "mm":
+    if decoded and header.frame is not None and header.unit == "mm":
         _check_agreement(image, transform, header.sizes)
     return values, transform, replace(report, notes=header.notes)
 

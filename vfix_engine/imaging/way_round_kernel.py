@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from vfix_engine.geometry.compiled import compiled, shared
+from vfix_engine.geometry.grid_value import grid_value
 
 LATTICE_MM = 0.5
 REACH_MM = 15.0  # a way farther from the axis is not looked for
@@ -23,29 +24,12 @@ _SEEN, _GOAL, _BEGIN = 1, 2, 4
 
 
 @shared
-def _value(values: Any, origin: Any, step: float, x: float, y: float, z: float) -> float:
-    """Trilinear value of a grid at a position in mm; NaN outside of it."""
-    top_k, top_j, top_i = values.shape[0] - 1, values.shape[1] - 1, values.shape[2] - 1
-    a, b, c = (x - origin[0]) / step, (y - origin[1]) / step, (z - origin[2]) / step
-    if not (0.0 <= a <= top_i and 0.0 <= b <= top_j and 0.0 <= c <= top_k):
-        return math.nan
-    i, j, k = min(int(a), top_i - 1), min(int(b), top_j - 1), min(int(c), top_k - 1)
-    a, b, c = a - i, b - j, c - k
-    low = (values[k, j, i] * (1.0 - a) + values[k, j, i + 1] * a) * (1.0 - b)
-    low += (values[k, j + 1, i] * (1.0 - a) + values[k, j + 1, i + 1] * a) * b
-    high = (values[k + 1, j, i] * (1.0 - a) + values[k + 1, j, i + 1] * a) * (1.0 - b)
-    high += (values[k + 1, j + 1, i] * (1.0 - a) + values[k + 1, j + 1, i + 1] * a) * b
-    value: float = low * (1.0 - c) + high * c
-    return value
-
-
-@shared
 def _to_tissue(fine: Any, whole: Any, x: float, y: float, z: float) -> float:
     """Distance to tissue in mm, by the finer grid that knows the place; NaN where none does."""
-    found = _value(fine[0], fine[1], fine[2], x, y, z)
+    found = grid_value(fine[0], fine[1], fine[2], x, y, z)
     if found == found:
         return found
-    return _value(whole[0], whole[1], whole[2], x, y, z)
+    return grid_value(whole[0], whole[1], whole[2], x, y, z)
 
 
 @shared
@@ -113,6 +97,22 @@ def _passes(fine: Any, whole: Any, kinds: Any, x: float, y: float, z: float, hal
 
 
 @shared
+def _more(gives: Any, x: float, y: float, z: float) -> float:
+    """How much less the tissue of an axis gives at its point that is nearest to a place."""
+    tissue, entry, near_mm, more_mm = gives
+    if more_mm == 0.0:
+        return 0.0
+    least, at_x, at_y, at_z = math.inf, 0.0, 0.0, 0.0
+    for n in range(len(tissue)):
+        px, py, pz = tissue[n, 0], tissue[n, 1], tissue[n, 2]
+        away = (x - px) ** 2 + (y - py) ** 2 + (z - pz) ** 2
+        if away < least:
+            least, at_x, at_y, at_z = away, px, py, pz
+    from_entry = (at_x - entry[0]) ** 2 + (at_y - entry[1]) ** 2 + (at_z - entry[2]) ** 2
+    return more_mm if from_entry > near_mm * near_mm else 0.0
+
+
+@shared
 def _mark_beside(points: Any, low: Any, near: float, mark: Any, value: int) -> None:
     """Mark the cells of a lattice within `near` of points (n, 3)."""
     most = math.ceil(near / LATTICE_MM)
@@ -131,7 +131,16 @@ def _mark_beside(points: Any, low: Any, near: float, mark: Any, value: int) -> N
 
 @compiled
 def way_round(
-    fine: Any, whole: Any, kinds: Any, nodes: Any, window: Any, outer: Any, inner: Any, half_mm: float, through: bool
+    fine: Any,
+    whole: Any,
+    kinds: Any,
+    nodes: Any,
+    window: Any,
+    outer: Any,
+    inner: Any,
+    half_mm: float,
+    through: bool,
+    gives: Any,
 ) -> Any:
     """The least distance from an axis within which air leads from one side of tissue to the other, and where.
 
@@ -143,6 +152,8 @@ def way_round(
             is as near to that end as the way is to the axis.
         half_mm: a ball of this radius moves along the way; the distance is that of the ball's side that faces the axis.
         through: whether places that are not known are taken for air.
+        gives: (tissue (n, 3), entry (3,), near_mm, more_mm): a place counts as more_mm farther from the axis than it is
+            where the nearest point of the tissue is farther than near_mm from the entry, and gives so much less.
 
     Returns (5,): the distance, inf where there is none within REACH_MM; 1 where the flood met a place that is not
     known, else 0; and the place (3,) where the way is farthest.
@@ -173,10 +184,13 @@ def way_round(
                     mark[k, j, i] |= _SEEN
                     x, y, z = (i + low[0]) * LATTICE_MM, (j + low[1]) * LATTICE_MM, (k + low[2]) * LATTICE_MM
                     if _passes(fine, whole, kinds, x, y, z, half_mm, through) == 1:
-                        at, cell = int(_to_axis(nodes, x, y, z) / _BIN_MM), k * plane + j * row + i
+                        away = _to_axis(nodes, x, y, z) + _more(gives, x, y, z)
+                        at, cell = int(away / _BIN_MM), k * plane + j * row + i
                         after[cell], heads[at] = heads[at], cell
     to_tip, best, farthest = len(inner) == 0, math.inf, -1
-    for at in range(int(top / _BIN_MM) + 1):
+    top_counted = top + gives[3]
+    more_at_tip = _more(gives, nodes[0, 0], nodes[0, 1], nodes[0, 2])
+    for at in range(int(top_counted / _BIN_MM) + 1):
         reached = at * _BIN_MM
         if reached >= best:
             break
@@ -190,7 +204,7 @@ def way_round(
                 out[2], out[3], out[4] = x, y, z
             if to_tip:
                 tip = math.sqrt((x - nodes[0, 0]) ** 2 + (y - nodes[0, 1]) ** 2 + (z - nodes[0, 2]) ** 2)
-                best = min(best, max(reached, tip))
+                best = min(best, max(reached, tip + more_at_tip))
             elif mark[k, j, i] & _GOAL:
                 out[0] = max(reached - half_mm, 0.0)
                 return out
@@ -214,10 +228,11 @@ def way_round(
                     continue
                 passes = _passes(fine, whole, kinds, px, py, pz, half_mm, through)
                 if passes == 1:
+                    away += _more(gives, px, py, pz)
                     to, other = max(int(away / _BIN_MM), at), pk * plane + pj * row + pi
                     after[other], heads[to] = heads[to], other
                 elif passes < 0:
                     out[1] = 1.0
-    if best <= top:
+    if best <= top_counted:
         out[0] = max(best - half_mm, 0.0)
     return out

@@ -6,7 +6,9 @@ A folder NAME with
 - ``spec.npz``: the spec's arrays;
 - ``ticks.f64``: for every step the command as applied, then the system's row, float64, little-endian;
 - ``events.jsonl``: one event a line: a request or an adoption, and how many ticks came before it;
-- ``end.json``: how many ticks, a digest of them, and how many were lost.
+- ``end.json``: how many ticks, a digest of them, and how many were lost;
+- ``sideways.f64``, of a rigid tool in a head with a CT: for every step how far air leads round the tissue that it
+  passes. It is measured from the rows after the drive; nothing that is replayed depends on it.
 
 While it is written the folder is called NAME.part, and all but its last line and row is readable at any moment.
 """
@@ -36,6 +38,7 @@ SCHEMA = "vfix-run/1"
 NOTICE = "Not for clinical use"
 PART = ".part"
 MANIFEST, SPEC, TICKS, EVENTS, END = "manifest.json", "spec.npz", "ticks.f64", "events.jsonl", "end.json"
+SIDEWAYS = "sideways.f64"
 _BATCH = 1000  # ticks that a writer keeps back
 
 
@@ -58,6 +61,8 @@ class Run:
 
     manifest: see the module; arrays: of the spec; ticks: (n, 14 + w), command and row of each step.
     whole: the run was closed; lost: ticks that the recorder came too late for.
+    sideways_mm: (n,) how far sideways air leads round the tissue that the tool passes, 0 where it passes none, inf
+    beyond 15 mm, NaN where that is not known; None where the run does not hold it.
     """
 
     manifest: dict[str, Any]
@@ -66,6 +71,7 @@ class Run:
     events: tuple[RunEvent, ...]
     whole: bool
     lost: int
+    sideways_mm: Array | None = None
 
     @property
     def rows(self) -> Array:
@@ -104,6 +110,8 @@ class Run:
             lines = (folder / EVENTS).read_text(encoding="utf-8").splitlines(keepends=True)
             end = folder / END
             ended = dict(json.loads(end.read_text(encoding="utf-8"))) if end.exists() else None
+            beside = folder / SIDEWAYS
+            sideways = np.frombuffer(beside.read_bytes(), dtype="<f8") if beside.exists() else None
             events = tuple(_event(json.loads(line)) for line in lines if line.endswith("\n"))
         except (OSError, ValueError, KeyError, TypeError, RecursionError, BadZipFile) as error:
             raise InputError(f"'{folder.name}' is not a run that can be read: {error}") from error
@@ -115,9 +123,10 @@ class Run:
         if ended is not None and hashlib.sha256(data).hexdigest() != ended.get("sha256"):
             raise InputError(f"'{folder.name}' is damaged: its ticks are not those that were recorded")
         ticks = np.frombuffer(data[: len(data) // (8 * width) * 8 * width], dtype="<f8").reshape(-1, width)
-        return cls(
-            manifest, arrays, ticks, events, ended is not None, 0 if ended is None else int(ended.get("lost", 0))
-        )
+        if sideways is not None and len(sideways) != len(ticks):
+            raise InputError(f"'{folder.name}' is damaged: {SIDEWAYS} has {len(sideways)} of {len(ticks)} values")
+        lost = 0 if ended is None else int(ended.get("lost", 0))
+        return cls(manifest, arrays, ticks, events, ended is not None, lost, sideways)
 
 
 class RunWriter:

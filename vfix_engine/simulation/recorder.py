@@ -10,37 +10,45 @@ from typing import Self
 
 import numpy as np
 
+from ..imaging.piercing import SidewaysColumn, Ways
 from .snapshot import Snapshot
 
 NOTICE_COLUMN = "not_for_clinical_use"
 ABOUT = {
     "notice": "Not for clinical use",
     "frame": "LPS",
-    "units": {"t": "s", "q": "mm or rad by joint", "tip": "mm", "segments": "mm"},
+    "units": {"t": "s", "q": "mm or rad by joint", "tip": "mm", "segments": "mm", "sideways_mm": "mm"},
 }
 
 
 class CsvRecorder:
-    """Columns: t [s], q0 … [mm, rad], tip_x/y/z, and for each tool segment i its axis ends and radius in LPS mm; last
-    a column of ones whose name is the notice, so that the table carries it wherever it is copied to.
+    """Columns: t [s], q0 … [mm, rad], tip_x/y/z, and for each tool segment i its axis ends and radius in LPS mm; then
+    sideways_mm, how far air leads round the tissue that the tool passes (inf beyond 15 mm, nan where not known); last a
+    column of ones whose name is the notice, so that the table carries it wherever it is copied to.
+
+    ways: looks for ways round tissue; None where nothing tells.
 
     The file appears under its name only when the recording is closed, so that a torn one is never mistaken for whole.
     Beside it lies FILE.about.json with frame, units and the notice.
     """
 
-    def __init__(self, path: Path):
+    def __init__(self, path: Path, ways: Ways | None = None):
         self._path = path
         self._part = path.with_name(path.name + ".part")
         self._file = self._part.open("w", newline="", encoding="utf-8")
         self._writer = csv.writer(self._file)
         self._started = False
+        self._sideways = None if ways is None else SidewaysColumn(ways)
 
     def add(self, snapshot: Snapshot) -> None:
         if not self._started:
             self._writer.writerow(self._header(len(snapshot.q), len(snapshot.radius)))
             self._started = True
         segments = np.column_stack([snapshot.segments_start, snapshot.segments_end, snapshot.radius])
-        values = np.concatenate([[snapshot.t], snapshot.q, snapshot.tip, segments.ravel()])
+        around = np.nan
+        if self._sideways is not None:
+            around = self._sideways.add(snapshot.segments_start, snapshot.segments_end)
+        values = np.concatenate([[snapshot.t], snapshot.q, snapshot.tip, segments.ravel(), [around]])
         self._writer.writerow([*(repr(float(v)) for v in values), 1])
 
     @staticmethod
@@ -48,7 +56,7 @@ class CsvRecorder:
         columns = ["t", *(f"q{i}" for i in range(joints)), "tip_x", "tip_y", "tip_z"]
         for i in range(segments):
             columns += [f"s{i}_{end}{axis}" for end in "ab" for axis in "xyz"] + [f"s{i}_r"]
-        return [*columns, NOTICE_COLUMN]
+        return [*columns, "sideways_mm", NOTICE_COLUMN]
 
     def close(self) -> None:
         self._file.close()

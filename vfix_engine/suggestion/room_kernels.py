@@ -10,27 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from ..geometry.compiled import compiled, inlined
+from ..geometry.compiled import compiled
+from ..geometry.grid_value import grid_value
 
 BONE, TOUCHED, DEEPEST, DEPTH, UNKNOWN = range(5)  # columns of `pose_figures`
 FIGURES = 5
-
-
-@inlined
-def _value(values: Any, origin: Any, step: float, x: float, y: float, z: float) -> float:
-    """Trilinear value of a grid (K, J, I) at a position in mm; NaN outside of it."""
-    top_k, top_j, top_i = values.shape[0] - 1, values.shape[1] - 1, values.shape[2] - 1
-    a, b, c = (x - origin[0]) / step, (y - origin[1]) / step, (z - origin[2]) / step
-    if not (0.0 <= a <= top_i and 0.0 <= b <= top_j and 0.0 <= c <= top_k):
-        return math.nan
-    i, j, k = min(int(a), top_i - 1), min(int(b), top_j - 1), min(int(c), top_k - 1)
-    a, b, c = a - i, b - j, c - k
-    low = (values[k, j, i] * (1.0 - a) + values[k, j, i + 1] * a) * (1.0 - b)
-    low += (values[k, j + 1, i] * (1.0 - a) + values[k, j + 1, i + 1] * a) * b
-    high = (values[k + 1, j, i] * (1.0 - a) + values[k + 1, j, i + 1] * a) * (1.0 - b)
-    high += (values[k + 1, j + 1, i] * (1.0 - a) + values[k + 1, j + 1, i + 1] * a) * b
-    value: float = low * (1.0 - c) + high * c
-    return value
 
 
 @compiled
@@ -65,12 +49,12 @@ def pose_figures(fine: Any, whole: Any, rotations: Any, positions: Any, ends: An
                 x = positions[n, 0] + r[0, 0] * px + r[0, 1] * py + r[0, 2] * pz
                 y = positions[n, 1] + r[1, 0] * px + r[1, 1] * py + r[1, 2] * pz
                 z = positions[n, 2] + r[2, 0] * px + r[2, 1] * py + r[2, 2] * pz
-                to_tissue = _value(tissue, origin, size, x, y, z)
+                to_tissue = grid_value(tissue, origin, size, x, y, z)
                 if to_tissue == to_tissue:
-                    to_bone = _value(bone, origin, size, x, y, z)
+                    to_bone = grid_value(bone, origin, size, x, y, z)
                 else:
-                    to_tissue = _value(tissue_whole, origin_whole, size_whole, x, y, z)
-                    to_bone = _value(bone_whole, origin_whole, size_whole, x, y, z)
+                    to_tissue = grid_value(tissue_whole, origin_whole, size_whole, x, y, z)
+                    to_bone = grid_value(bone_whole, origin_whole, size_whole, x, y, z)
                 if to_tissue != to_tissue:  # NaN
                     if room < radius[s]:
                         unknown = 1.0

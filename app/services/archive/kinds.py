@@ -8,8 +8,9 @@ from app.services.documents import DocumentKind
 from app.services.label_kind import LABEL
 from app.services.plan_kind import PLAN
 from app.services.plan_versions import VERSION
-from app.services.registration.document import REGISTRATION, RegistrationContent
+from app.services.registration.document import RegistrationContent
 from app.services.registration.fit_report import inconsistency
+from app.services.registration.kind import REGISTRATION
 
 KINDS: dict[str, DocumentKind[Any]] = {kind.name: kind for kind in (PLAN, VERSION, REGISTRATION, LABEL)}
 

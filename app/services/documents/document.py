@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Generic, Literal, TypeVar
 
 Content = TypeVar("Content")
@@ -23,6 +23,7 @@ class Document(Generic[Content]):
     schema: that of its content in this version. case_hash: of the case's content when the document was made.
     can_undo, can_redo: whether there is an edit to take back, and one that was taken back; neither when it is locked.
     unreadable: in a list, why the content cannot be read; it is empty there then.
+    told: of what an undo or redo returns, what it took back or did again, in words; '' otherwise.
     """
 
     id: str
@@ -41,6 +42,7 @@ class Document(Generic[Content]):
     can_undo: bool
     can_redo: bool
     unreadable: str = ""
+    told: str = field(default="", compare=False)
 
 
 @dataclass(frozen=True)

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Any, Generic
 
 from sqlalchemy import delete
 from sqlalchemy.orm import Session
 
 from app.services.documents.document import Content, Document
+from app.services.documents.history_words import step_words
 from app.services.documents.kind import SETTINGS, DocumentKind
 from app.services.documents.rows import (
     content_of,
@@ -110,9 +112,15 @@ class DocumentEditor(Generic[Content]):
             low, high = span_of(session, self._id)
             if not low <= row.cursor + by <= high:
                 raise self._kind.errors.refused(f"there is nothing to {'undo' if by < 0 else 'redo'}.")
+            here = list_document(session, self._kind, row)
             row.cursor += by
             touch(row)
-            return list_document(session, self._kind, row)
+            there = list_document(session, self._kind, row)
+            before, after = (there, here) if by < 0 else (here, there)  # the edit that is undone led from one to other
+            read = not (here.unreadable or there.unreadable)
+            return replace(
+                there, told=step_words(by, self._kind.changes(before.content, after.content) if read else ())
+            )
 
     def _open(self, session: Session, expected_revision: int | None, even_locked: bool = False) -> DocumentRow:
         row = find_row(session, self._kind, self._id, expected_revision)

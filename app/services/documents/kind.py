@@ -44,6 +44,7 @@ class DocumentKind(Generic[Content]):
     check: the content of a new state, which may have to fulfil more than one that is read; it raises InputError.
     refs: what a content refers to.
     upgrades: by older schema, the next schema and what makes the older JSON into that one's.
+    changes: what changed between two contents, in sentences.
     undo_hint: what a client does about a newest state that cannot be read; '{id}' is the document's.
     """
 
@@ -57,6 +58,7 @@ class DocumentKind(Generic[Content]):
     refs: Callable[[Content], tuple[Ref, ...]] = lambda content: ()
     upgrades: Mapping[str, tuple[str, Callable[[dict[str, Any]], dict[str, Any]]]] = field(default_factory=dict)
     errors: DocumentErrors = DocumentErrors()
+    changes: Callable[[Content, Content], tuple[str, ...]] = lambda before, after: ()
     undo_hint: str = "Take its newest edit back, or delete it."
 
     @property

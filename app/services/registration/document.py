@@ -1,4 +1,4 @@
-"""Registrations as documents: how the image of a case lies on the patient, and the fiducials that say so."""
+"""Contents of registrations: how the image of a case lies on the patient, and the fiducials that say so."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from typing import Any, Literal, get_args
 
 import numpy as np
 
-from app.services.documents import DocumentKind, Ref
 from app.services.names import check_stored_label
 from app.services.plan_model import Position, check_position, number
 from app.services.plan_points import check_id
@@ -36,10 +35,6 @@ from app.services.registration.touched_surface import TouchedSurface, check_surf
 from vfix_engine.errors import InputError
 from vfix_engine.frames import ImageRegistration, RegisteredTo
 
-SCHEMA = "vfix-registration/4"
-BEFORE_WORDS = "vfix-registration/3"
-BEFORE_CALIBRATIONS = "vfix-registration/2"
-BEFORE_SOURCES = "vfix-registration/1"
 MAX_PAIRS = 100
 MAX_FLE_MM = 50.0
 MAX_WEIGHT = 1e6
@@ -241,50 +236,3 @@ def _pair(item: Any) -> FiducialPair:
             raise InputError("a place of a registration's pair is a list of three numbers, in mm, or null.")
     places = {name: None if item[name] is None else check_position(item[name]) for name in ("in_image", "measured")}
     return check_pair(FiducialPair(**{**item, **places}))
-
-
-def _with_sources(data: dict[str, Any]) -> dict[str, Any]:
-    """What was stored before it was known how a registration was made: its transform was given with its pairs."""
-    pairs = data.get("pairs")
-    if isinstance(pairs, list) and all(isinstance(item, Mapping) for item in pairs):
-        new = {"enabled": True, "weight": 1.0, "measured_from": "typed", "bead": ""}
-        pairs = [{**item, "id": f"pair-{count}", **new} for count, item in enumerate(pairs, 1)]
-    untouched = data.get("transform") == list(IDENTITY) and not pairs
-    made_from = "none" if untouched else "given"
-    return {**data, "pairs": pairs, "made_from": made_from, "fle_mm": None, "beads": [], "search": None}
-
-
-def _with_calibrations(data: dict[str, Any]) -> dict[str, Any]:
-    """What was stored before surfaces were touched and pointers calibrated."""
-    return {**data, "surface": None, "pointer": None, "robot": None}
-
-
-def _with_words(data: dict[str, Any]) -> dict[str, Any]:
-    """What was stored before it was kept what a transform's file says of it.
-
-    A refined one could lose its touched points then; its transform stays, as one that nothing here was the source of.
-    """
-    lost = data.get("made_from") == "surface" and data.get("surface") is None
-    return {**data, "said": None, **({"made_from": "given"} if lost else {})}
-
-
-def _refs(content: RegistrationContent) -> tuple[Ref, ...]:
-    return () if content.surface is None else (Ref("structure", content.surface.structure),)
-
-
-REGISTRATION = DocumentKind(
-    name="registration",
-    noun="registration",
-    schema=SCHEMA,
-    empty=RegistrationContent,
-    read=registration_from_json,
-    write=registration_to_json,
-    check=check_registration,
-    refs=_refs,
-    upgrades={
-        BEFORE_SOURCES: (BEFORE_CALIBRATIONS, _with_sources),
-        BEFORE_CALIBRATIONS: (BEFORE_WORDS, _with_calibrations),
-        BEFORE_WORDS: (SCHEMA, _with_words),
-    },
-    undo_hint=("Take its newest edit back with POST /api/registrations/{id}/undo, or delete it."),
-)

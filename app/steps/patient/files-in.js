@@ -1,7 +1,10 @@
 // Files that are dropped or chosen: single ones, several, and folders; sorted into what one upload has to carry.
 
 /** @typedef {{ file: File, path: string }} Found path: with its folders, where there are such */
-/** @typedef {{ files: Found[], names: File | null }} Sorted names: a table that names the labels of a segmentation */
+/**
+ * names: a table that names the labels of a segmentation. leftOut: what is not sent, as it belongs to other programs
+ * @typedef {{ files: Found[], names: File | null, leftOut: Found[] }} Sorted
+ */
 
 export const ACCEPTED = ".nrrd,.nhdr,.raw,.nii,.gz,.mha,.mhd,.zraw,.hdr,.img,.zip,.dcm,.ply,.stl,.obj,.glb,.vtk,.vtp,.json,.csv,.tsv";
 const READABLE = /\.(nrrd|nii|nii\.gz|mha|zip|ply|stl|obj|glb|vtk|vtp|dcm|ima)$/i;
@@ -13,6 +16,9 @@ const COMPANION = new RegExp(
   "(^|/)(dicomdir|\\..*|thumbs\\.db|readme|licen[cs]e|autorun|.*\\.(txt|md|pdf|html?|xml|xslt?|xsd|dtd|log|rtf|docx?|xlsx?|pptx?" +
   "|chm|hlp|jpe?g|png|gif|bmp|tiff?|svg|ico|icns|ttf|exe|dll|ocx|sys|drv|com|scr|msi|cab|bat|cmd|sh|so|dylib|jar|class|jnlp|js" +
   "|css|php|inf|ini|cfg|conf|config|manifest|properties|plist|nib|strings|lnk|url|desktop|db|sqlite))$", "i");
+const OF_THE_SYSTEM = /(^|\/)(dicomdir|\.[^/]*|thumbs\.db|desktop\.ini)$/i; // which nobody misses
+const DICOM_AT = 128; // [byte] where a DICOM file says that it is one
+const KINDS_SHOWN = 6;
 const HEADER = /\.(nhdr|mhd|hdr)$/i;
 
 /**
@@ -56,14 +62,38 @@ export function chosen(files) {
 }
 
 /**
- * What an upload carries: a table beside one other file names its labels; companions of a folder are left out.
+ * What an upload carries: a table beside one other file names its labels; companions of a folder are left out, unless
+ * they are images by what is in them.
  * @param {Found[]} found
- * @returns {Sorted}
+ * @param {(file: File) => Promise<boolean>} [isImage]
+ * @returns {Promise<Sorted>}
  */
-export function sorted(found) {
+export async function sorted(found, isImage = beginsAsDicom) {
   const tables = found.filter(({ path }) => TABLE.test(path));
-  const others = found.filter(({ path }) => !TABLE.test(path) && (found.length === 1 || !COMPANION.test(path)));
-  return { files: others, names: tables.length === 1 && others.length === 1 ? tables[0].file : null };
+  const sent = await Promise.all(found.map(async ({ file, path }) => {
+    if (TABLE.test(path)) return false;
+    return found.length === 1 || !COMPANION.test(path) || (!/(^|\/)dicomdir$/i.test(path) && await isImage(file));
+  }));
+  const files = found.flatMap((one, at) => (sent[at] ? [one] : []));
+  const names = tables.length === 1 && files.length === 1 ? tables[0].file : null;
+  const leftOut = found.filter(({ file, path }, at) => !sent[at] && file !== names && !OF_THE_SYSTEM.test(path));
+  return { files, names, leftOut };
+}
+
+/** @param {File} file */
+async function beginsAsDicom(file) {
+  return await file.slice(DICOM_AT, DICOM_AT + 4).text() === "DICM";
+}
+
+/**
+ * How many files are not sent, and of which kinds; '' where all are.
+ * @param {Found[]} leftOut
+ */
+export function leftOutWords(leftOut) {
+  if (!leftOut.length) return "";
+  const kinds = [...new Set(leftOut.map(({ path }) => /\.[^./]+$/.exec(path)?.[0].toLowerCase() ?? path.split("/").at(-1)?.toLowerCase() ?? ""))].sort();
+  const shown = kinds.slice(0, KINDS_SHOWN).join(", ") + (kinds.length > KINDS_SHOWN ? ", …" : "");
+  return leftOut.length === 1 ? `1 file of another program was not sent (${shown}).` : `${leftOut.length} files of other programs were not sent (${shown}).`;
 }
 
 /**
@@ -90,12 +120,14 @@ export function isSegmentation(files) {
 
 /**
  * The form of an upload.
- * @param {Sorted} what
+ * @param {Pick<Sorted, "files" | "names">} what
+ * @param {boolean} [described] whether the file's series description may become the name
  */
-export function formOf({ files, names }) {
+export function formOf({ files, names }, described = false) {
   const form = new FormData();
   for (const { file, path } of files) form.append("file", file, path);
   if (names) form.append("names", names);
+  if (described) form.append("use_description", "yes");
   return form;
 }
 

@@ -7,6 +7,14 @@ import { change, remove } from "/static/js/rest.js";
 /** @import { CaseSection, ViewModel } from "/static/js/types.js" */
 /** @typedef {CaseSection["overlays"][number]} Overlay */
 
+/** The user's word that the description of a DICOM series, which may tell of the patient, becomes the name. */
+export function descriptionCheck() {
+  /** @type {HTMLInputElement} */
+  const input = h("input", { type: "checkbox" });
+  const title = "Off: named by kind, number and time. A series description is text of the file, and may tell of the patient";
+  return { input, element: h("label", { class: "check", title }, input, "Name it by its series description") };
+}
+
 export class OverlaysGroup {
   /** @param {(files: File[]) => void} send lays chosen files over the open head */
   constructor(send) {
@@ -32,7 +40,8 @@ export class OverlaysGroup {
     this.folderChooser = chooser({ id: "overlay-folder", webkitdirectory: true });
     this.button = h("button", { type: "button", id: "import-overlay", onclick: () => this.chooser.click() }, "Add a volume …");
     this.folderButton = h("button", { type: "button", id: "import-overlay-folder", onclick: () => this.folderChooser.click() }, "Folder …");
-    this.element = group("Second volumes", null, this.list, this.words, h("div", { class: "buttons even" }, this.button, this.folderButton), this.chooser, this.folderChooser);
+    this.describe = descriptionCheck();
+    this.element = group("Second volumes", null, this.list, this.words, h("div", { class: "buttons even" }, this.button, this.folderButton), this.describe.element, this.chooser, this.folderChooser);
   }
 
   /** @param {ViewModel} state */

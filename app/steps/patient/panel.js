@@ -4,8 +4,8 @@ import { count, fixed, sentence, when } from "/static/js/format.js";
 import { FRAME_QUESTION, askChoices, askForImages, askName, clearErrors, confirm, note, noteDone, whenReady } from "/static/js/dialogs.js";
 import { JobList } from "/static/js/job-list.js";
 import { PlannerError, download, missing, post, remove, seriesOf, upload, wasCancelled } from "/static/js/rest.js";
-import { ACCEPTED, chosen, dropped, formOf, isSegmentation, refusal, sorted, uploadWords } from "./files-in.js";
-import { OverlaysGroup } from "./overlays.js";
+import { ACCEPTED, chosen, dropped, formOf, isSegmentation, leftOutWords, refusal, sorted, uploadWords } from "./files-in.js";
+import { OverlaysGroup, descriptionCheck } from "./overlays.js";
 import { PaintGroup } from "./paint.js";
 import { SegmentGroup } from "./segment.js";
 import { StructuresGroup } from "./structures.js";
@@ -43,6 +43,7 @@ export default class PatientPanel {
     this.saveButton = h("button", { type: "button", class: "wide", id: "save-case", title: "The open head with its scan, structures, plans and registrations, as a zip that ‘Import a head …’ reads", onclick: () => save(connection.state.case) }, "Save everything as one file …");
     this.surfaceFacts = h("dl", { class: "facts" });
     this.surfaces = h("details", { id: "surface-facts" }, h("summary", {}, "Surfaces made of the scan"), this.surfaceFacts);
+    this.describe = descriptionCheck();
     this.progressBar = h("div");
     this.progressWords = h("p", { class: "words" });
     /** @type {Map<string, string>} what this page's imports were chosen as, by their job */
@@ -61,7 +62,7 @@ export default class PatientPanel {
       group("Import", null,
         h("p", { class: "words" }, "Drop files or a folder anywhere on this panel: a CT (DICOM, NRRD, NIfTI, MetaImage), a bone surface (PLY, STL, OBJ, GLB, VTK, VTP), a segmentation of the open head, or the zip of a saved head. They stay on this computer."),
         h("p", { class: "words" }, "Images of a head can identify its patient; an export that holds them asks first."),
-        h("div", { class: "buttons even" }, this.importButton, this.folderButton), this.progress, this.jobs.element),
+        h("div", { class: "buttons even" }, this.importButton, this.folderButton), this.describe.element, this.progress, this.jobs.element),
       this.segment.element, this.paint.element);
     this.acceptDrops();
   }
@@ -183,15 +184,17 @@ export default class PatientPanel {
    * @param {boolean} [intoOpen] whether it was said to be a segmentation
    */
   async take(found, intoOpen = false) {
-    const what = sorted(found);
+    const what = await sorted(found);
     const [name, why] = [uploadWords(what.files), refusal(what.files)];
     if (why) {
       note(`${name}: ${why}`, { error: true });
       return;
     }
+    tellLeftOut(what.leftOut);
     const open = this.connection.state.case;
-    const address = open && (intoOpen || isSegmentation(what.files)) ? `/api/cases/${encodeURIComponent(open.id)}/structures` : "/api/cases";
-    await this.send(address, name, formOf(what));
+    const structures = open && (intoOpen || isSegmentation(what.files));
+    const address = structures ? `/api/cases/${encodeURIComponent(open.id)}/structures` : "/api/cases";
+    await this.send(address, name, formOf(what, !structures && this.describe.input.checked));
   }
 
   /**
@@ -199,9 +202,10 @@ export default class PatientPanel {
    * @param {Found[]} found
    */
   async takeOverlay(found) {
-    const what = sorted(found);
+    const what = await sorted(found);
     const open = this.connection.state.case;
-    if (open) await this.send(`/api/cases/${encodeURIComponent(open.id)}/overlays`, uploadWords(what.files), formOf(what));
+    tellLeftOut(what.leftOut);
+    if (open) await this.send(`/api/cases/${encodeURIComponent(open.id)}/overlays`, uploadWords(what.files), formOf(what, this.overlays.describe.input.checked));
   }
 
   /**
@@ -331,6 +335,12 @@ export default class PatientPanel {
     this.progressBar.style.width = `${Math.round(part * 100)}%`;
     this.progressWords.textContent = `${name}: uploading, ${Math.round(part * 100)} %`;
   }
+}
+
+/** @param {Found[]} leftOut */
+function tellLeftOut(leftOut) {
+  const words = leftOutWords(leftOut);
+  if (words) note(words, { stay: true });
 }
 
 /** @param {string[][]} facts */

@@ -14,10 +14,10 @@ from app.scene import palette
 from app.services import Services
 from app.services.case_settings import settings_in_case
 from app.services.errors import JobCancelled
-from app.services.plan_paths import side_caution
 from app.services.planning import PlanEvaluation
+from app.services.structures import within_a_sentence
 from app.services.switches import NO_SWITCHES, Switches
-from app.services.verdict import Verdict, refused
+from app.services.verdict import Level, Verdict, refused
 from app.steps.plan.clearance import verdict_view
 from app.steps.plan.lanes import Lanes
 from app.steps.plan.sections import CorridorSection, CorridorState, CorridorStatus, ScaleView, SoftTissueView
@@ -69,10 +69,17 @@ class Corridor:
         return self.refusal if self.evaluation is None else self.evaluation.verdict
 
     @property
+    def level(self) -> Level | None:
+        """The level of the verdict, 'unknown' where the dry run has failed; None while the path is judged."""
+        if self.verdict is not None:
+            return self.verdict.level
+        return "unknown" if self.status == "failed" else None
+
+    @property
     def short(self) -> str:
-        """The verdict in a few words, as banner and bar begin; '' while it is not known."""
+        """The verdict in a few words, the same in banner, panel and bar; '' while the path is judged."""
         if self.verdict is None:
-            return ""
+            return f"Not known: {within_a_sentence(self.words).rstrip('.')}" if self.status == "failed" else ""
         return f"{self.verdict.short} (provisional)" if self.provisional else self.verdict.short
 
     @property
@@ -99,11 +106,12 @@ class Corridor:
                 "margin": self.margin_mm,
                 "colours": palette.scale_colours(),
                 "unknown": palette.hex_colour(palette.UNKNOWN) if self.completed is False else None,
+                "blocked": palette.hex_colour(palette.PIERCED),
             }
         return {
             "status": self.status,
             "words": self.words,
-            "level": None if verdict is None else verdict.level,
+            "level": self.level,
             "short": self.short,
             "caution": self.caution,
             "completed": self.completed,
@@ -211,7 +219,7 @@ def answered(services: Services, plan: Any, kept_mm: float, evaluate: Callable[[
     except JobCancelled:
         raise
     except StartRefused as error:
-        verdict = refused(error).beside(side_caution(plan.path))
+        verdict = refused(error).beside(plan)
         return Corridor("failed", verdict.words, caution=True, completed=False, margin_mm=kept_mm, refusal=verdict)
     except VfixError as error:
         return failed_run(str(error), kept_mm)

@@ -11,7 +11,6 @@ import numpy.typing as npt
 
 from app.scene.plan import PlanItem
 from app.services import Services
-from app.services.plan_diff import changes
 from app.services.plan_model import PlanPoint, check_robot
 from app.services.plans import Plan
 from app.services.prospects import Dragged
@@ -304,17 +303,15 @@ class EditedPlan:
 
     def undo(self) -> str:
         """Returns what it took back, or that there is nothing to undo: a key pressed once too often is no error."""
-        undone = self.plan.content
         if not self._step(self._editor.undo, self.plan.can_undo):
             return "There is nothing to undo."
-        return _told("Undone", changes(self.plan.content, undone))
+        return self.plan.told
 
     def redo(self) -> str:
         """Returns what it did again, or that there is nothing to redo."""
-        before = self.plan.content
         if not self._step(self._editor.redo, self.plan.can_redo):
             return "There is nothing to redo."
-        return _told("Redone", changes(before, self.plan.content))
+        return self.plan.told
 
     def _step(self, act: Callable[..., Plan], possible: bool) -> bool:
         """Whether there was something to do; a locked plan says why not."""
@@ -323,14 +320,6 @@ class EditedPlan:
             return False
         self._edit(act)
         return True
-
-
-def _told(what: str, edits: tuple[str, ...]) -> str:
-    """'Undone: Path ‘Way’: point ‘P3’ is new.'; of an edit of many parts the first, and how many more."""
-    if not edits:
-        return f"{what}."
-    more = f" And {len(edits) - 1} more." if len(edits) > 1 else ""
-    return f"{what}: {edits[0]}{more}"
 
 
 def _spline(points: tuple[Position, ...]) -> SplinePath | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import numpy.typing as npt
 
 from app.scene.dragging import DragEvent
 from app.scene.picking import hit_items
@@ -12,6 +13,7 @@ from app.steps.plan.edited_plan import EditedPlan
 from app.steps.plan.shafts import Shafts
 from app.views.views import Views
 
+Floats = npt.NDArray[np.float64]
 SELECT_RADIUS_MM = 2.0
 
 
@@ -22,7 +24,7 @@ class Hands:
         self._views, self._shafts = views, shafts
 
     def clicked(self, edited: EditedPlan, ray: ClickRay) -> None:
-        """On the ghost it confirms, on an item it selects, else it picks a place."""
+        """On the ghost it confirms, on an item it selects, else it picks a place; while a region is drawn, always."""
         case = self._views.case
         if edited.ghost is not None:
             ghost = hit_items(ray.origin, ray.direction, [("ghost", np.array(edited.ghost.position))], SELECT_RADIUS_MM)
@@ -34,8 +36,10 @@ class Hands:
         if self._shafts.aiming is not None and (aim := case.hit(ray)) is not None:
             self._views.note(self._shafts.aimed(edited, aim.position))
             return
-        items = [(item.id, np.array(item.position)) for item in edited.items()] + edited.regions.handles()
-        items += self._shafts.balls(edited)
+        items = list[tuple[str, Floats]]()
+        if edited.regions.drawing is None:
+            items += [(item.id, np.array(item.position)) for item in edited.items()] + edited.regions.handles()
+            items += self._shafts.balls(edited)
         hits = [hit_items(ray.origin, ray.direction, items, SELECT_RADIUS_MM), case.hit(ray)]
         hit = min((hit for hit in hits if hit is not None), key=lambda hit: hit.distance_mm, default=None)
         if hit is not None:

@@ -27,14 +27,14 @@ def plan_hint(
     add_mode: str,
     ghost: bool,
     locked: bool,
-    verdict: tuple[Level, Reason, str] | None,
-    failed: bool,
+    verdict: tuple[Level, Reason] | None,
+    short: str,
 ) -> str:
-    """verdict: level, reason and words of few, None while it is not known. failed: the dry run, without a verdict."""
+    """verdict: level and reason; None while it is not known, or where the dry run has failed. short: it in words."""
     if ghost:
         return "Is this the right place? Enter or ‘Add here’ adds it, Esc takes it back."
     if verdict is not None:
-        level, reason, short = verdict
+        level, reason = verdict
         return f"{short}. {_LOCKED if locked else _next(level, reason, targets, add_mode)}"
     if locked:
         return _LOCKED
@@ -44,8 +44,8 @@ def plan_hint(
         return "Click the place where the tool goes in: at the nostril, in the head or in a slice."
     if points == 1:
         return "Click the next place of the path, further in. Slices and the cut-away show the air."
-    if failed:
-        return "Not known. The tool was not driven along the path; the panel and the bar below say why."
+    if short:
+        return f"{short}."
     return "Drag a point to move it, or click to add one; the verdict follows."
 
 

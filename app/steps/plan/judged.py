@@ -7,8 +7,8 @@ from typing import Any
 from app.services.case_settings import settings_in_case
 from app.services.placing import StoredPlacing
 from app.services.plan_model import Plan, Position, drive_parts
-from app.services.plan_paths import side_caution
 from app.services.planning import PlanEvaluation
+from app.services.verdict import said_besides
 from app.steps.plan.clearance import ShownTool
 from app.steps.plan.cones import Cones
 from app.steps.plan.dry_runs import Corridor, DryRuns
@@ -82,7 +82,7 @@ class Judged:
         plan = edited.plan
         switches = self._services.switches.of(plan.id).in_force
         driven = repr(drive_parts(plan)), self._services.planning.registration_key(plan)
-        key = (plan.id, switches, *driven, side_caution(plan.path))
+        key = (plan.id, switches, *driven, *said_besides(plan))
         if key == self._key:
             return
         before, self._key = self._before(plan), key

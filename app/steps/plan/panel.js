@@ -54,7 +54,7 @@ export default class PlanPanel {
     this.lockWords = h("p", { class: "words" });
     this.modeButtons = MODES.map(([kind, label]) => h("button", { type: "button", "data-kind": kind, onclick: () => connection.send("add.mode", { kind }) }, label));
     this.modes = h("div", { class: "segmented", role: "group", "aria-label": "What a click adds" }, this.modeButtons);
-    this.planList = h("ul", { class: "list" });
+    this.planList = h("ul", { class: "list", id: "plan-list" });
     this.showDeleted = h("input", { type: "checkbox", onchange: () => this.update(connection.state) });
     this.chooser = h("input", { type: "file", hidden: true, accept: ".json,.csv,.fcsv", onchange: () => this.importPlan() });
     this.points = h("tbody");
@@ -227,7 +227,10 @@ export default class PlanPanel {
   renderPlans(state) {
     const shown = (state.plans?.items ?? []).filter((item) => this.showDeleted.checked || !item.deleted);
     keyed(this.planList, shown, (item) => `${item.id} ${item.deleted}`, (item) => this.planRow(item),
-      (row, item) => fillListRow(row, item, when(item.modified), item.id === state.plan?.id));
+      (row, item) => {
+        fillListRow(row, item, when(item.modified), item.id === state.plan?.id);
+        row.querySelector("[data-tool=take-targets]")?.toggleAttribute("hidden", item.id === state.plan?.id); // has them
+      });
   }
 
   /**
@@ -243,7 +246,7 @@ export default class PlanPanel {
         if (name) this.connection.send("plan.rename", { plan_id: id, name });
       }),
       iconButton("copy", "Duplicate", () => send("plan.duplicate")),
-      iconButton("target", "Take its targets into the open plan", () => this.takeTargets(row.item)),
+      iconButton("target", "Take its targets into the open plan", () => this.takeTargets(row.item), { "data-tool": "take-targets" }),
       iconButton("trash", "Delete", () => this.remove(row.item.id)),
     ];
     /** @type {Row<PlanEntry>} */
@@ -301,8 +304,8 @@ export default class PlanPanel {
       /** @type {PlanPublic} */
       const plan = await upload(`/api/cases/${encodeURIComponent(caseId)}/plans/import`, form, () => {});
       this.connection.send("plan.open", { plan_id: plan.id });
-      const wanting = await this.wanting(plan);
-      note(`‘${file.name}’ was imported as a plan.${wanting && ` ${wanting}`}`, { stay: Boolean(wanting) });
+      const doubts = [plan.told, await this.wanting(plan)].filter(Boolean);
+      note([`‘${file.name}’ was imported as a plan.`, ...doubts].join(" "), { stay: doubts.length > 0 });
     } catch (error) {
       await this.ask(file, answers, /** @type {Error} */ (error));
     }

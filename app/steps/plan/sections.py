@@ -188,7 +188,8 @@ class VerdictView(TypedDict):
 class ScaleView(TypedDict):
     """The scale of clearances [mm]: range, margin, and the colours evenly spaced from lo to hi.
 
-    unknown: colour of the part of the path that the tool does not reach; None where there is none.
+    unknown: colour of the part of the path that the tool does not reach; None where there is none. blocked: colour of
+    what is pierced, and of a verdict that is blocked or pierces.
     """
 
     lo: float
@@ -196,12 +197,14 @@ class ScaleView(TypedDict):
     margin: float
     colours: list[str]
     unknown: str | None
+    blocked: str
 
 
 class CorridorSection(TypedDict):
     """The dry run of the plan; completed is None until it has ended.
 
-    level, short: of the verdict, also where the tool does not fit at the entry; None and '' while it is not known.
+    level, short: of the verdict, also where the tool does not fit at the entry or the run has failed; None and '' while
+    the path is judged.
     min_clearance_mm: the least clearance to what is nearest to its margin, which nearest names.
     job: id of the one that computes it, None where none does. cancelled: somebody ended it.
     verdict: of a run that has ended, or of an earlier one while another is computed; shown_mm: arc length at which the

@@ -253,14 +253,14 @@ class PlanStep(Step):
         ghost: Ghost | None = None if edited is None else edited.ghost
         selected = edited.selected if edited is not None and self.active else None
         return [
-            items_layer(self.items(), selected, locked=edited is None or edited.locked or not self.active),
+            items_layer(self.items(), selected, locked=self._is_still),
             curve_layer(self.curve_key(), self.curve),
             self._judged.tool.layer(self._shown_corridor().evaluation if self.active else None),
             pierced_layer(self._shown_corridor().evaluation if self.active else None),
             *self._region_layers(),
             self._judged.cones.layer(self._edited if self.active else None),
             self._error_layer(),
-            *self._shafts.layers(edited, edited is None or edited.locked or not self.active),
+            *self._shafts.layers(edited, self._is_still),
             Layer(
                 "plan.ghost",
                 ghost,
@@ -268,6 +268,14 @@ class PlanStep(Step):
                 lambda nodes: self._show_ghost(nodes, ghost),
             ),
         ]
+
+    @property
+    def _is_still(self) -> bool:
+        """Nothing of the plan can be dragged: it is locked, or the next press belongs to what is drawn or aimed at."""
+        edited = self._edited
+        if edited is None or edited.locked or not self.active:
+            return True
+        return edited.regions.drawing is not None or self._shafts.aiming is not None
 
     def _error_layer(self) -> Layer[Any]:
         """What the targets may be off by behind the plan's registration (95 %)."""
@@ -280,8 +288,7 @@ class PlanStep(Step):
         edited = self._edited
         drawn = () if edited is None else edited.regions.drawn()
         drawing = None if edited is None else edited.regions.drawing
-        places = () if drawing is None else drawing.places
-        locked = edited is None or edited.locked or not self.active
+        places, locked = () if drawing is None else drawing.places, self._is_still
         return [
             Layer("plan.regions", (drawn, locked), RegionNodes, lambda nodes: nodes.show(drawn, locked)),
             Layer("plan.drawing", places, DrawingNodes, lambda nodes: nodes.show(places)),
@@ -313,8 +320,8 @@ class PlanStep(Step):
             edited.add_mode,
             edited.ghost is not None,
             edited.locked,
-            None if corridor.verdict is None else (corridor.verdict.level, corridor.verdict.reason, corridor.short),
-            corridor.status == "failed",
+            None if corridor.verdict is None else (corridor.verdict.level, corridor.verdict.reason),
+            corridor.short,
         )
 
     def sections(self, fresh: bool) -> PlanSections:

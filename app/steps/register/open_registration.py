@@ -107,7 +107,7 @@ class OpenRegistration:
             "registration.fit_pairs": editor.fit_pairs,
         }
         self._edit(acts[name])
-        return ""
+        return self.document.told
 
     def _touched(self, pair_id: str | None) -> list[str]:
         """The pairs to touch: that one; else those that were not measured, else those that were simulated."""

@@ -11,7 +11,7 @@ import { barScale, barShare, canPractise, listWords, pairWords, practiceWords } 
 
 /** @import { Row } from "/static/js/dom.js" */
 /** @import { Connection } from "/static/js/connection.js" */
-/** @import { FitView, PairEntry, RegistrationSection, TrackerView } from "/static/js/types.js" */
+/** @import { FitView, PairEntry, RegistrationPublic, RegistrationSection, TrackerView } from "/static/js/types.js" */
 
 export class PointsGroup {
   /** @param {Connection} connection */
@@ -149,7 +149,9 @@ export class PointsGroup {
     const form = new FormData();
     form.append("file", file);
     try {
-      await upload(`/api/registrations/${encodeURIComponent(this.registration.id)}/measured`, form, () => {});
+      /** @type {RegistrationPublic} */
+      const read = await upload(`/api/registrations/${encodeURIComponent(this.registration.id)}/measured`, form, () => {});
+      if (read.told) note(read.told, { stay: true });
       await this.connection.request("registration.look");
       note("The points were read. Check that each belongs to its bead, or press ‘Match order’.");
     } catch (error) {

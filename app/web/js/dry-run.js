@@ -20,6 +20,14 @@ export function isOld(corridor) {
   return corridor?.state === "waits" || corridor?.state === "drag_waits";
 }
 
+/**
+ * The verdict's sentence, which banner and bar have too.
+ * @param {string} words
+ */
+function headOf(words) {
+  return h("strong", { class: "verdict-head" }, words);
+}
+
 export class DryRun {
   /**
    * @param {Connection} connection
@@ -45,7 +53,7 @@ export class DryRun {
 
   /** @param {CorridorSection | undefined} corridor */
   update(corridor) {
-    this.changed([corridor?.words, corridor?.level, corridor?.caution, corridor?.cancelled, corridor?.job, corridor?.verdict, corridor?.state_words], () => {
+    this.changed([corridor?.words, corridor?.level, corridor?.short, corridor?.caution, corridor?.cancelled, corridor?.job, corridor?.verdict, corridor?.state_words], () => {
       this.say(corridor);
       this.again.hidden = !corridor?.cancelled;
       this.follow(corridor?.job ?? null);
@@ -59,7 +67,7 @@ export class DryRun {
   say(corridor) {
     const verdict = corridor?.verdict;
     const level = verdict?.level ?? corridor?.level; // without a drive, where the tool does not fit at the entry
-    this.verdict.className = level ? "words verdict" : corridor?.caution ? "words caution" : "words";
+    this.verdict.className = level ? "words verdict" : "words";
     this.showMe.hidden = !verdict;
     const details = verdict?.parts.filter((part) => part.detail) ?? [];
     this.more.hidden = !details.length;
@@ -68,7 +76,10 @@ export class DryRun {
     if (!verdict) {
       if (level) this.verdict.dataset.level = level;
       else delete this.verdict.dataset.level;
-      this.verdict.textContent = sentence(corridor?.words ?? "");
+      const head = corridor?.short ? `${corridor.short}.` : "";
+      const words = sentence(corridor?.words ?? "");
+      if (head) this.verdict.replaceChildren(headOf(head), words.startsWith(head) ? words.slice(head.length) : ""); // of a run that failed the head says it all
+      else this.verdict.textContent = words;
       return;
     }
     this.verdict.dataset.level = verdict.level;
@@ -76,7 +87,8 @@ export class DryRun {
     this.verdict.classList.toggle("stale", old);
     this.showMe.disabled = old;
     const shown = (/** @type {VerdictPart[]} */ parts) => parts.map(({ words, s_mm: s }) => (s === null || old ? document.createTextNode(words) : this.place(words, s)));
-    this.verdict.replaceChildren(...shown(verdict.parts.filter((part) => !part.detail)));
+    const head = `${old || !corridor?.short ? verdict.short : corridor.short}.`; // as banner and bar have it
+    this.verdict.replaceChildren(headOf(head), ...shown(verdict.parts.slice(1).filter((part) => !part.detail)));
     this.moreWords.replaceChildren(...shown(details));
     this.showMe.onclick = () => this.connection.send("clearance.show", { s_mm: verdict.show_mm });
   }

@@ -89,7 +89,7 @@ class Page {
 
   /** @param {ViewModel} state */
   draw(state) {
-    this.changedTitle([state.case?.name, state.plan?.name, state.step, [...this.panels.keys()]], () => this.renderTitle(state));
+    this.changedTitle([state.case?.name, state.plan?.name, state.step, state.corridor?.short, state.corridor?.level, [...this.panels.keys()]], () => this.renderTitle(state));
     const current = state.step?.name;
     this.changedPlace([state.case?.id, state.plan?.id, current], clearErrors);
     const panel = current && this.panels.get(current);
@@ -110,7 +110,7 @@ class Page {
     byId("where-separator").hidden = !state.plan;
     byId("where").title = [state.case?.name, state.plan?.name].filter(Boolean).join(" / ");
     document.title = state.case ? `${state.case.name} – vfix` : "vfix";
-    byId("hint").textContent = state.step?.hint ?? "";
+    this.renderHint(state);
     for (const button of this.steps) {
       const name = button.dataset.step ?? "";
       if (name === state.step?.name) button.setAttribute("aria-current", "step");
@@ -121,6 +121,19 @@ class Page {
     if (!panel) return;
     if (show(byId("panel-content"), [panel.element])) byId("panel").scrollTop = 0; // else a step opens where the last was left
     show(byId("step-overlay"), panel.overlay ? [panel.overlay] : []);
+  }
+
+  /**
+   * What to do next; where it begins with the plan's verdict that stands out, and the dot has its colour.
+   * @param {ViewModel} state
+   */
+  renderHint({ step, corridor }) {
+    const words = step?.hint ?? "";
+    const head = corridor?.short ? `${corridor.short}.` : "";
+    const judged = step?.name === "plan" || step?.name === "rehearse";
+    byId("hint-mark").dataset.level = (judged && corridor?.level) || "";
+    if (head && words.startsWith(head)) byId("hint").replaceChildren(h("strong", { class: "verdict-head" }, head), words.slice(head.length));
+    else byId("hint").textContent = words;
   }
 
   /**

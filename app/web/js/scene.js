@@ -276,10 +276,13 @@ function scaleLegend(scale) {
     return tick;
   }));
   const title = h("div", { class: "legend-title" }, `Bone clearance, mm; line: margin ${fixed(scale.margin, 2)}`);
-  if (!scale.unknown) return [title, bar, ticks];
-  const swatch = h("span", { class: "legend-swatch" });
-  swatch.style.background = scale.unknown;
-  return [title, bar, ticks, h("div", { class: "legend-unknown" }, swatch, "not reached by the tool")];
+  const named = (/** @type {string} */ colour, /** @type {string} */ words) => {
+    const swatch = h("span", { class: "legend-swatch" });
+    swatch.style.background = colour;
+    return h("div", { class: "legend-unknown" }, swatch, words);
+  };
+  const unreached = scale.unknown ? [named(scale.unknown, "not reached by the tool")] : [];
+  return [title, bar, ticks, named(scale.blocked, "blocked or pierced"), ...unreached];
 }
 
 /** Without a graphics card every pixel costs; a coarser picture that follows the hand is the better one then. */

@@ -1,7 +1,7 @@
 // The status bar: force, tip error, clearance, what holds the tool, and the details of the loop.
 import { h } from "./dom.js";
 import { isOld } from "./dry-run.js";
-import { clause, fixed, sentence } from "./format.js";
+import { fixed, sentence } from "./format.js";
 /** @import { CorridorSection, DetailsSection, RehearsalSection, ViewModel } from "./types.js" */
 
 /** @type {[Exclude<keyof DetailsSection, "priority">, string, number, string][]} name, label, digits, unit */
@@ -20,6 +20,8 @@ export class StatusBar {
     this.clearance = reading("Bone clearance of the tool");
     this.target = reading("Target error");
     this.holding = reading("What holds the tool", "fill");
+    this.verdict = reading("Plan", "fill");
+    this.verdict.element.id = "bar-verdict";
     this.sheet = h("div", { class: "details-sheet", hidden: true, id: "details-sheet" });
     this.values = new Map(ROWS.map(([name]) => [name, h("dd", { class: "number" })]));
     this.priority = h("dd", {});
@@ -27,7 +29,7 @@ export class StatusBar {
       h("dt", {}, "Real-time priority"), this.priority));
     this.toggle = h("button", { type: "button", class: "plain", "aria-expanded": "false", "aria-controls": "details-sheet", onclick: () => this.fold() }, "Details");
     this.details = h("div", { class: "details" }, this.toggle, this.sheet);
-    root.append(this.force.element, this.tip.element, this.clearance.element, this.target.element, this.holding.element, this.details);
+    root.append(this.force.element, this.tip.element, this.clearance.element, this.target.element, this.holding.element, this.verdict.element, this.details);
   }
 
   fold() {
@@ -52,10 +54,12 @@ export class StatusBar {
     this.force.element.hidden = !driving;
     this.tip.element.hidden = !driving;
     this.details.hidden = !driving; // they are of the control loop
-    this.holding.label.textContent = driving ? "What holds the tool" : "Plan";
-    this.holding.value.textContent = driving ? holdingWords(now) : planWords(corridor);
-    this.holding.value.title = this.holding.value.textContent ?? ""; // where the bar cuts it short
-    this.holding.element.classList.toggle("caution", Boolean(driving ? now.held : corridor?.caution));
+    this.holding.element.hidden = !driving;
+    this.verdict.value.textContent = planWords(state.corridor);
+    this.verdict.element.dataset.level = state.corridor?.level ?? "";
+    if (driving) this.holding.value.textContent = holdingWords(now);
+    for (const { value } of [this.holding, this.verdict]) value.title = value.textContent ?? ""; // where the bar cuts it short
+    this.holding.element.classList.toggle("caution", Boolean(now.held));
     const details = state.details ?? {};
     for (const [name, , digits, unit] of ROWS) {
       const value = this.values.get(name);
@@ -95,12 +99,11 @@ function reading(name, extra = "") {
 }
 
 /**
- * The head of the verdict, whose sentence stands in the panel, or why there is none.
+ * The verdict's sentence, as banner and panel have it, or what goes on.
  * @param {CorridorSection | null | undefined} corridor
  */
 function planWords(corridor) {
   if (isOld(corridor)) return "Judging the path …";
-  if (corridor?.short) return corridor.short;
-  if (corridor?.status === "failed") return `Not known: ${clause(corridor.words)}`;
+  if (corridor?.short) return `${corridor.short}.`;
   return corridor?.status === "computing" ? "Driving the path …" : "–";
 }

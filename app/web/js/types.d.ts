@@ -432,7 +432,8 @@ export interface CurveSection {
 /**
  * The dry run of the plan; completed is None until it has ended.
  *
- * level, short: of the verdict, also where the tool does not fit at the entry; None and '' while it is not known.
+ * level, short: of the verdict, also where the tool does not fit at the entry or the run has failed; None and '' while
+ * the path is judged.
  * min_clearance_mm: the least clearance to what is nearest to its margin, which nearest names.
  * job: id of the one that computes it, None where none does. cancelled: somebody ended it.
  * verdict: of a run that has ended, or of an earlier one while another is computed; shown_mm: arc length at which the
@@ -471,7 +472,8 @@ export interface SoftTissueView {
 /**
  * The scale of clearances [mm]: range, margin, and the colours evenly spaced from lo to hi.
  *
- * unknown: colour of the part of the path that the tool does not reach; None where there is none.
+ * unknown: colour of the part of the path that the tool does not reach; None where there is none. blocked: colour of
+ * what is pierced, and of a verdict that is blocked or pierces.
  */
 export interface ScaleView {
   lo: number;
@@ -479,6 +481,7 @@ export interface ScaleView {
   margin: number;
   colours: string[];
   unknown: string | null;
+  blocked: string;
 }
 
 /**
@@ -1029,6 +1032,7 @@ export interface PlanPublic {
   locked: boolean;
   deleted_at: string | null;
   unreadable: string;
+  told: string;
   notice: string;
   path_id: string;
   paths: PathPublic[];
@@ -1229,6 +1233,7 @@ export interface RegistrationPublic {
   can_undo: boolean;
   can_redo: boolean;
   unreadable: string;
+  told: string;
   notice: string;
 }
 

@@ -10,6 +10,7 @@ from session_doubles import SAMPLE, open_sample
 
 from app.messages.fields import Command
 from app.scene.dragging import DragEvent
+from app.scene.picking import Hit
 from app.scene.view import ClickRay
 from app.services import Services
 from app.services.plan_shapes import anchor, moved, resized, size_of
@@ -191,6 +192,36 @@ def test_a_region_is_dragged_by_its_ball_and_selected_by_a_click_on_it(step: Pla
         step.handle(draw("spare", "sphere", 4.0))
     with pytest.raises(PlanError, match="locked"):
         step.handle(r.RegionCommand(type="region.delete", region_id=zone.id))
+
+
+@pytest.mark.parametrize(
+    ("kind", "clicks"), [("sphere", 1), ("box", 1), ("half_space", 1), ("patch", 1), ("capsule", 2)]
+)
+def test_a_click_on_a_point_a_region_or_a_shaft_belongs_to_what_is_drawn(
+    step: PlanStep, kind: str, clicks: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(step.views.case, "hit", lambda ray: Hit("bone", ray.origin + 3.0 * ray.direction, 3.0))
+    step.handle(draw("spare", "sphere", 1.0))
+    click(step, PLACE)
+    before, edited = plan_of(step), step._edited
+    assert edited is not None
+    step.handle(c.ItemCommand(type="item.select", item_id=before.points[2].id))  # its shaft has a ball then
+    rays = [*(np.array(point.position) for point in before.points[:2]), np.array(PLACE)]
+    rays += [place for _, place in step._shafts.balls(edited)]
+    assert len(rays) == 4
+    for at in rays:
+        step.handle(draw("remove" if kind == "capsule" else "spare", kind))
+        edited.selected = edited.regions.selected = None
+        layers = {layer.name: layer.key for layer in step.layers()}
+        locked = [layers[name][-1] for name in ("plan.items", "plan.regions", "plan.shafts")]
+        assert locked == [True, True, True], "a press on one of them would drag it"
+        drawn = len(plan_of(step).zones) + len(plan_of(step).removed_bone)
+        for _ in range(clicks):
+            direction = np.array([0.0, 1.0, 0.0])
+            step.clicked(ClickRay(at - 0.5 * direction, direction))
+        assert len(plan_of(step).zones) + len(plan_of(step).removed_bone) == drawn + 1
+        assert edited.selected is None
+    assert plan_of(step).points == before.points
 
 
 def test_fields_of_a_region_are_changed_one_edit_at_a_time(step: PlanStep) -> None:

@@ -17,7 +17,7 @@ from app.services.jobs import Job
 from app.services.remote_centre import Place
 from app.services.switches import NO_SWITCHES, Switches
 from app.steps.plan import commands as c
-from app.steps.plan.dry_runs import Corridor, DryRuns
+from app.steps.plan.dry_runs import Corridor, DryRuns, failed_run
 from app.steps.plan.edited_plan import EditedPlan
 from app.steps.plan.hints import plan_hint
 from app.steps.plan.version_commands import VersionCommand
@@ -166,7 +166,8 @@ def test_the_verdict_names_bone_soft_tissue_and_what_the_margin_leaves_open(phan
     assert re.fullmatch(
         r"Fits\. 1\.\d\d mm to bone at \d+ mm \(margin 0\.38\)\. The shaft is nearest, and 0\.08 mm of the margin are "
         r"there since the scan’s surface may be that far off\. Presses soft tissue along \d\d mm of the tool, "
-        r"\d\.\d mm deep at most \(at \d+ mm\); all of it at the nostril\.",
+        r"\d\.\d mm deep at most \(at \d+ mm\); all of it at the nostril\. "
+        r"The path ends 8\.\d mm before the nearest target, ‘opening of the auditory tube left’\.",
         ran[0].words,
     )
     assert ran[0].view()["soft_tissue"]["complete"] is True
@@ -259,20 +260,27 @@ def test_undo_says_what_it_took_back(phantom_services: Services) -> None:
 
 
 def test_the_hint_says_whether_the_tool_was_stopped_or_not_driven_at_all() -> None:
-    held, clear = ("blocked", "held", "Blocked"), ("fits", "clear", "Fits")
+    held, clear = ("blocked", "held"), ("fits", "clear")
     for mode in ("point", "target"):  # a click that is waited for does not hide that the path is blocked
-        hint = plan_hint(3, 0, mode, False, False, held, False)  # type: ignore[arg-type]
+        hint = plan_hint(3, 0, mode, False, False, held, "Blocked")  # type: ignore[arg-type]
         assert hint == "Blocked. Move points where the path turns grey, or choose another tool or robot."
-    assert "was not driven" in plan_hint(3, 1, "point", False, False, None, True)
-    assert plan_hint(3, 0, "target", False, False, clear, False).startswith("Fits. Click what is to be inspected")  # type: ignore[arg-type]
-    assert plan_hint(3, 1, "target", False, False, clear, False) == "Fits. Go to Rehearse."  # type: ignore[arg-type]
-    assert plan_hint(3, 1, "point", False, True, held, False).startswith("Blocked. The points are locked.")  # type: ignore[arg-type]
+    failed = failed_run("The dry run failed: the disk is broken.", 0.3)
+    said = "Not known: the dry run failed: the disk is broken"
+    assert (failed.short, failed.view()["short"], failed.view()["level"]) == (said, said, "unknown")
+    assert plan_hint(3, 1, "point", False, False, None, failed.short) == f"{said}."
+    assert (Corridor("computing").short, Corridor("computing").level) == ("", None)
+    hint = plan_hint(3, 0, "target", False, False, clear, "Fits")  # type: ignore[arg-type]
+    assert hint.startswith("Fits. Click what is to be inspected")
+    assert plan_hint(3, 1, "target", False, False, clear, "Fits") == "Fits. Go to Rehearse."  # type: ignore[arg-type]
+    hint = plan_hint(3, 1, "point", False, True, held, "Blocked")  # type: ignore[arg-type]
+    assert hint.startswith("Blocked. The points are locked.")
 
 
 def test_the_scale_names_the_colour_of_what_the_tool_does_not_reach() -> None:
     def unknown(completed: bool) -> str | None:
         scale = Corridor("done", completed=completed).view()["scale"]
         assert scale is not None
+        assert scale["blocked"] == palette.hex_colour(palette.PIERCED)
         return scale["unknown"]
 
     assert unknown(True) is None

@@ -103,8 +103,10 @@ def test_points_are_touched_fitted_and_used(opened: Opened) -> None:
 def test_undo_and_redo_say_where_there_is_nothing_left(opened: Opened) -> None:
     five(opened)
     back = opened.do("registration.undo")["registration"]
+    assert opened.heard.words[-1] == "Undone: Point ‘F1’: the measured place is given. And 5 more."
     assert (back["fit"]["state"], back["can_redo"]) == ("waiting", True)
     assert opened.do("registration.redo")["registration"]["fit"]["state"] == "fitted"
+    assert opened.heard.words[-1] == "Redone: Point ‘F1’: the measured place is given. And 5 more."
     opened.do("registration.redo")
     assert opened.heard.words[-1] == "There is nothing to redo."
     opened.do("registration.lock", locked=True)

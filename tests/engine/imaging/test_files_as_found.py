@@ -10,7 +10,7 @@ import pytest
 import SimpleITK as sitk  # noqa: N813
 from imaging_phantoms import asymmetric_volume
 
-from vfix_engine.errors import ImageError
+from vfix_engine.errors import FrameError, ImageError
 from vfix_engine.imaging.head_import import HeadRequest, read_head
 from vfix_engine.imaging.labels.mask_folder import read_mask_folder
 from vfix_engine.imaging.labels.reading import read_label_map
@@ -129,6 +129,7 @@ def test_two_placements_of_a_nifti_file(tmp_path: Path, apart: float, told: bool
     image.set_sform(away, codes[0])
     away[0, 3] = 2.0 * apart
     image.set_qform(away, codes[1])
+    image.header.set_xyzt_units("mm")
     nibabel.save(image, str(tmp_path / "ct.nii"))
     read, report = read_volume(tmp_path / "ct.nii")
     assert bool(report.notes) is told
@@ -175,3 +176,21 @@ def test_a_worker_reads_a_file_whose_name_is_not_utf8(tmp_path: Path) -> None:
     head = read_head(HeadRequest(named, assume=True))
     assert head.volume is not None
     assert np.array_equal(head.volume.hu, values)
+
+
+@pytest.mark.parametrize("suffix", ["nii", "nii.gz"])
+def test_a_nifti_header_without_a_unit_is_told(tmp_path: Path, suffix: str) -> None:
+    """HAZ-14: mm is assumed with a note; what the user says counts, and contradicts a header that names one."""
+    volume = asymmetric_volume()
+    affine = np.diag([-1.0, -1.0, 1.0, 1.0]) @ volume.transform_index_to_lps
+    for code, scale, unit in ((0, 1.0, None), (0, 1e-3, "m"), (2, 1.0, None), (1, 1e-3, None), (2, 1.0, "mm")):
+        image = nibabel.Nifti1Image(volume.hu.T, np.diag([scale, scale, scale, 1.0]) @ affine)
+        image.header.set_xyzt_units(code)
+        file = tmp_path / f"ct.{suffix}"
+        nibabel.save(image, str(file))
+        read, report = read_volume(file, None, unit)
+        assert np.allclose(read.transform_index_to_lps, volume.transform_index_to_lps, atol=1e-4)
+        told = "The NIfTI header does not name its unit; mm was assumed." in report.notes
+        assert (told, report.unit_named) == (code == 0 and unit is None, code != 0)
+    with pytest.raises(FrameError, match="names the unit mm, not m"):
+        read_volume(file, None, "m")

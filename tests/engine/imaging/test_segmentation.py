@@ -101,6 +101,8 @@ def test_air_within_the_phantom_is_told_from_the_rooms() -> None:
     assert at(inner, ct, corridor[2:]).all()
     far = corridor[0] - np.array([0.0, 20.0, 0.0])  # before the face
     assert not at(body(ct), ct, far[None])[0]
+    seen = float((inner & before_the_face(ct)).sum() * ct.spacing.prod())
+    assert seen < 150.0  # mm³, in the nostrils' rims
     found = segment(ct, SegmentRequest(PRESETS["air"], largest=True))
     side = SurfaceSide(ProximityTree(found.mesh))
     assert not side.outside(corridor[2:]).any()
@@ -126,3 +128,35 @@ def test_air_keeps_its_largest_pieces_unless_all_are_asked_for() -> None:
     assert (few.islands, few.left_out, few.volume_mm3) == (3, 2, 216.0)
     assert (every.islands, every.left_out) == (3, 0)
     assert PRESETS["bone"].least_mm3 == 0.0
+
+
+def head_with_a_nostril() -> Volume:
+    """A body behind y = 20 mm with a nose of 12 mm before it, a nostril and the airway behind; the scan goes on above.
+
+    Beside the nose lie a groove in the cheek and the corners at its sides: air of the room in front of the skin.
+    """
+    k, j, i = np.indices((60, 60, 70)).astype(float)
+    beside = np.abs(i - 35.0)
+    body_there = (j > 20.0) & (beside < 28.0) & (k < 50.0)
+    nose = (j > 8.0) & (j < 22.0) & (beside < 7.0) & (k > 18.0) & (k < 40.0)
+    groove = (np.abs(beside - 18.0) < 4.0) & (j < 25.0)
+    nostril = (np.hypot(i - 35.0, j - 14.0) < 3.5) & (k < 32.0)
+    airway = (np.hypot(i - 35.0, k - 30.0) < 5.5) & (j > 14.0) & (j < 55.0)
+    solid = (body_there & ~groove | nose) & ~nostril & ~airway
+    return Volume(np.where(solid, 40, -1000).astype(np.int16), np.zeros(3), np.ones(3), np.eye(3))
+
+
+def before_the_face(volume: Volume) -> np.ndarray:
+    """Voxels with no tissue between them and the front of the scan."""
+    ahead: np.ndarray = (volume.hu >= -300).cumsum(axis=1) == 0
+    return ahead
+
+
+def test_air_within_the_body_ends_at_the_skin() -> None:
+    head = head_with_a_nostril()
+    inner = inner_air(head)
+    airway = np.array([[35.0, y, 30.0] for y in range(20, 54)])
+    assert at(inner, head, airway).all()
+    assert not (inner & before_the_face(head)).any()
+    assert not inner[50:].any()  # above the head, where the scan goes on
+    assert not at(inner, head, np.array([[35.0, 14.0, 17.0], [17.0, 23.0, 30.0]])).any()  # before the nostril, a groove

@@ -15,7 +15,7 @@ from vfix_engine.runtime.background import InlineWorker
 from vfix_engine.runtime.command import COMMAND_SIZE, command_from_row, command_to_row
 from vfix_engine.runtime.driver import Driver
 from vfix_engine.runtime.replay import replay
-from vfix_engine.runtime.run import PART, Run, RunWriter
+from vfix_engine.runtime.run import PART, SIDEWAYS, Run, RunWriter
 
 SPEC = TinySpec(0.7)
 
@@ -70,6 +70,21 @@ def test_a_replay_is_the_same_to_the_last_bit(tmp_path: Path) -> None:
     assert again.other_arithmetic == {}
     assert len(again.states) == 61
     assert any(state.half for state in again.states), "the worker took part"
+
+
+def test_a_reading_beside_the_rows_is_read_and_changes_no_replay(tmp_path: Path) -> None:
+    folder = tmp_path / "one.run"
+    drive(folder)
+    assert Run.read(folder).sideways_mm is None
+    told = np.linspace(0.0, 5.9, 60)
+    told[7:9] = np.inf, np.nan
+    told.astype("<f8").tofile(folder / SIDEWAYS)
+    run = Run.read(folder)
+    np.testing.assert_array_equal(run.sideways_mm, told)
+    assert replay(run, SPEC).same
+    told[:-1].astype("<f8").tofile(folder / SIDEWAYS)
+    with pytest.raises(InputError, match=r"damaged: sideways\.f64 has 59 of 60 values"):
+        Run.read(folder)
 
 
 def test_a_replay_names_the_first_difference(tmp_path: Path) -> None:

@@ -20,6 +20,7 @@ from vfix_engine.imaging.frame_report import resolve_frame
 from vfix_engine.imaging.grid_header import MAX_VOXELS, check_transform
 from vfix_engine.imaging.labels.label_map import MAX_LABELS, Label, LabelMap
 from vfix_engine.imaging.labels.names import Looks, hex_colour
+from vfix_engine.imaging.text_bytes import text_of_element
 
 BINARY_OR_FRACTIONAL, LABEL_MAP = "1.2.840.10008.5.1.4.1.1.66.4", "1.2.840.10008.5.1.4.1.1.66.7"
 MAX_BYTES = 1 << 30
@@ -38,8 +39,8 @@ def read_dicom_seg(
         raise ImageError(f"the DICOM segmentation is larger than {MAX_BYTES >> 20} MiB.")
     data = path.read_bytes()
     with pydicom_silenced(), fault_named(_WHERE):
-        seg = _opened(data)
-        labels, empty = _labels(seg, names)
+        seg, written = _opened(data)
+        labels, empty = _labels(seg, written, names)
     if not labels:
         raise ImageError("the segmentation is empty: none of its segments has a voxel.")
     return LabelMap(tuple(labels), report, tuple(empty))
@@ -54,8 +55,8 @@ def is_dicom_seg(path: Path) -> bool:
         return str(head.get("SOPClassUID")) in (BINARY_OR_FRACTIONAL, LABEL_MAP)
 
 
-def _opened(data: bytes) -> Any:
-    """The segmentation with its header checked. Raises ImageError."""
+def _opened(data: bytes) -> tuple[Any, dict[int, str]]:
+    """The segmentation with its header checked, and the labels of its segments by number. Raises ImageError."""
     import highdicom
     import pydicom
 
@@ -69,9 +70,12 @@ def _opened(data: bytes) -> Any:
         raise ImageError(f"the segmentation claims more than {MAX_VOXELS:,} voxels.")
     if len(head.get("SegmentSequence") or ()) > MAX_LABELS:
         raise ImageError(f"the file holds more than {MAX_LABELS} segments.")
+    written = {
+        int(one.SegmentNumber): text_of_element(one, "SegmentLabel") for one in head.get("SegmentSequence") or ()
+    }
     seg = highdicom.seg.segread(io.BytesIO(data))
     _check_pixels(seg, frames)
-    return seg
+    return seg, written
 
 
 def _check_pixels(seg: Any, frames: int) -> None:
@@ -86,13 +90,13 @@ def _check_pixels(seg: Any, frames: int) -> None:
         )
 
 
-def _labels(seg: Any, names: Looks) -> tuple[list[Label], list[str]]:
+def _labels(seg: Any, written: dict[int, str], names: Looks) -> tuple[list[Label], list[str]]:
     """The segments with voxels, and the names or numbers of those without."""
     labels: list[Label] = []
     empty: list[str] = []
     for number in seg.segment_numbers:
         described = seg.get_segment_description(number)
-        name = str(described.get("SegmentLabel") or "").strip() or (names[number].name if number in names else "")
+        name = written.get(int(number), "") or (names[number].name if number in names else "")
         if label := _label(seg, int(number), name, _colour(described)):
             labels.append(label)
         else:

@@ -6,6 +6,7 @@ Here alone the names of files become names of structures: whoever imports such a
 from __future__ import annotations
 
 import tempfile
+from dataclasses import replace
 from pathlib import Path, PurePosixPath
 
 import numpy as np
@@ -47,6 +48,7 @@ def read_mask_folder(
         raise ImageError(f"there are {count} masks in it, and a segmentation may have {MAX_LABELS}.")
     labels: list[Label] = []
     empty: list[str] = []
+    notes: dict[str, None] = {}  # of all masks, each once
     report: FrameReport | None = None
     with tempfile.TemporaryDirectory() as folder:
         for place, data in contents(path):
@@ -55,13 +57,14 @@ def read_mask_folder(
             file.write_bytes(data)
             label, report = _label_of(file, name, len(labels) + 1, (frame, unit, assume))
             file.unlink()
+            notes |= dict.fromkeys(report.notes)
             if label is None:
                 empty.append(name_of_mask(name))
             else:
                 labels.append(label)
     if not labels or report is None:
         raise ImageError("all masks in it are empty.")
-    return LabelMap(tuple(labels), report, tuple(empty))
+    return LabelMap(tuple(labels), replace(report, notes=tuple(notes)), tuple(empty))
 
 
 def _label_of(

@@ -17,12 +17,15 @@ from xml.etree.ElementTree import ParseError, XMLParser
 
 from vfix_engine.errors import ImageError
 from vfix_engine.imaging.labels.label_map import MAX_VALUE, LabelLook
+from vfix_engine.imaging.text_bytes import text_of_bytes
 from vfix_engine.json_text import parse_json
 
 NAMES_SUFFIXES = (".json", ".csv", ".tsv")
 MAX_TABLE_BYTES = 1 << 20
 _VALUE_WORDS = ("label", "value", "index", "id", "key", "labelvalue", "label_value", "number")
 _NAME_WORDS = ("name", "structure", "label_name", "class", "text", "region", "label")
+
+_XML_ENCODING = re.compile(rb"<\?xml[^>]*encoding=[\"']([A-Za-z0-9._-]+)")
 
 Looks = dict[int, LabelLook]
 
@@ -32,10 +35,7 @@ def read_names(path: Path) -> Looks:
     data = path.read_bytes()
     if len(data) > MAX_TABLE_BYTES:
         raise ImageError(f"the table of names is larger than {MAX_TABLE_BYTES >> 20} MiB.")
-    try:
-        text = data.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        raise ImageError("the table of names is not UTF-8 text; save it as that.") from None
+    text = text_of_bytes(data)
     names = _from_json(text) if path.suffix.lower() == ".json" else _from_table(text)
     if not names:
         raise ImageError(
@@ -163,7 +163,8 @@ def _from_xml(content: bytes) -> Looks:
     table = _Table()
     parser = XMLParser(target=table)
     try:
-        parser.feed(content)
+        declared = _XML_ENCODING.match(content)
+        parser.feed(text_of_bytes(content, [declared[1].decode("ascii")] if declared else ()))
         parser.close()
     except (ParseError, ValueError):
         raise ImageError("the label table in the NIfTI header is damaged; export the segmentation again.") from None

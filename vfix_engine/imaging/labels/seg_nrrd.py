@@ -24,6 +24,7 @@ from vfix_engine.imaging.grid_header import MAX_VOXELS, check_length, inflated, 
 from vfix_engine.imaging.labels.label_map import MAX_LABELS, MAX_VALUE, Label, LabelLook, LabelMap, labels_of
 from vfix_engine.imaging.labels.names import Looks, hex_colour
 from vfix_engine.imaging.nrrd import is_packed, placement, read_fields, voxel_type
+from vfix_engine.imaging.text_bytes import text_of_bytes
 
 _KEY = re.compile(r"Segment(\d{1,4})_(\w+)")
 
@@ -117,11 +118,8 @@ def _segments(keys: Mapping[str, str], layers: int) -> dict[int, Looks]:
 
 
 def _text(value: str) -> str:
-    """A name as Slicer writes it, in UTF-8; the header is read byte by byte."""
-    try:
-        return value.encode("latin-1").decode("utf-8").strip()
-    except UnicodeDecodeError:
-        return value.strip()
+    """A name as Slicer writes it, in UTF-8, or in Latin-1; the header is read byte by byte."""
+    return text_of_bytes(value.encode("latin-1")).strip()
 
 
 def _whole(text: str) -> int:

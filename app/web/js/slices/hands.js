@@ -67,8 +67,10 @@ export class Hands {
     return place && this.pane.board.holds(place) ? place : null;
   }
 
-  get editing() {
-    return this.pane.board.state?.step?.input === "edit";
+  /** Whether a press may take a point or target: not while the next place belongs to what is drawn or aimed at. */
+  get takes() {
+    const { step, regions, shaft } = this.pane.board.state ?? {};
+    return step?.input === "edit" && !regions?.drawing && !shaft?.aiming;
   }
 
   /**
@@ -98,7 +100,7 @@ export class Hands {
     let mode = tool === "window" || tool === "cross" || tool === "paint" ? tool : "measure";
     if (event.button === 2) mode = "window";
     else if (pans) mode = "pan";
-    const item = mode === "cross" && this.editing && !event.shiftKey ? this.under(event) : null;
+    const item = mode === "cross" && this.takes && !event.shiftKey ? this.under(event) : null;
     const from = /** @type {[number, number]} */ ([event.clientX, event.clientY]);
     this.grab = { mode, item, from, last: from, dragging: false, shift: event.shiftKey };
     if (item) pane.board.connection.send("item.select", { item_id: item.id });

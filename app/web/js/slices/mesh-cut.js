@@ -5,22 +5,17 @@ import { dot } from "./vectors.js";
 
 const BLOCK = 256; // triangles with one box: neighbours in the file are mostly neighbours in space
 
-const BORDER_MM = 1; // from a side of the box around a mesh: the border lies within the last voxel, where the grey values put it
-const BORDER_COSINE = 0.9; // and its faces look out of the box
-
 /** @typedef {{ vertices: Float32Array, faces: Uint32Array, boxes: Float32Array }} BlockedMesh boxes: low and high corner of each block of triangles, LPS mm */
 
 /**
  * A mesh as `GET /api/cases/{id}/surfaces/{name}?format=arrays` sends it.
  * @param {ArrayBuffer} buffer
- * @param {boolean} [closed] where its volume ends it was closed by flat faces, which are no anatomy and are left out
  * @returns {BlockedMesh}
  */
-export function meshOf(buffer, closed = false) {
+export function meshOf(buffer) {
   const [vertexCount, faceCount] = new Uint32Array(buffer, 0, 2);
   const vertices = new Float32Array(buffer, 8, vertexCount * 3);
-  const all = new Uint32Array(buffer, 8 + vertices.byteLength, faceCount * 3);
-  const faces = closed ? withoutBorder(vertices, all) : all;
+  const faces = new Uint32Array(buffer, 8 + vertices.byteLength, faceCount * 3);
   const blocks = Math.ceil(faces.length / 3 / BLOCK);
   const boxes = new Float32Array(blocks * 6);
   for (let block = 0; block < blocks; block += 1) {
@@ -35,45 +30,6 @@ export function meshOf(buffer, closed = false) {
     }
   }
   return { vertices, faces, boxes };
-}
-
-/**
- * The faces of a mesh without those that lie in one side of the box around it.
- * @param {Float32Array} vertices
- * @param {Uint32Array} faces
- */
-function withoutBorder(vertices, faces) {
-  const box = [Infinity, Infinity, Infinity, -Infinity, -Infinity, -Infinity];
-  for (let n = 0; n < vertices.length; n += 1) {
-    box[n % 3] = Math.min(box[n % 3], vertices[n]);
-    box[n % 3 + 3] = Math.max(box[n % 3 + 3], vertices[n]);
-  }
-  const kept = new Uint32Array(faces.length);
-  let count = 0;
-  for (let face = 0; face < faces.length; face += 3) {
-    const near = box.map((side, axis) => [0, 1, 2].every((corner) => Math.abs(vertices[faces[face + corner] * 3 + axis % 3] - side) < BORDER_MM));
-    if (near.includes(true)) {
-      const normal = normalOf(vertices, faces, face);
-      if (near.some((is, axis) => is && Math.abs(normal[axis % 3]) > BORDER_COSINE)) continue;
-    }
-    kept.set(faces.subarray(face, face + 3), count);
-    count += 3;
-  }
-  return kept.subarray(0, count);
-}
-
-/**
- * The unit normal of a face; NaN of one without an area.
- * @param {Float32Array} vertices
- * @param {Uint32Array} faces
- * @param {number} face
- */
-function normalOf(vertices, faces, face) {
-  const [a, b, c] = [0, 1, 2].map((corner) => vertices.subarray(faces[face + corner] * 3, faces[face + corner] * 3 + 3));
-  const [u, v] = [b, c].map((end) => [end[0] - a[0], end[1] - a[1], end[2] - a[2]]);
-  const normal = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
-  const size = Math.hypot(...normal);
-  return normal.map((value) => value / size);
 }
 
 /**

@@ -12,7 +12,7 @@ import { shade, tableOf } from "./shade.js";
 /** @import { OverlayLook, Transform } from "./overlay.js" */
 /** @import { Greys } from "./shade.js" */
 
-/** @typedef {{ name: string, colour: string, closed: boolean }} OutlineWish a surface of the case; closed: where its volume ends */
+/** @typedef {{ name: string, colour: string, closed: boolean }} OutlineWish a surface of the case; closed: where its volume ends, by faces that are not drawn */
 /** @typedef {{ kind: "open", head: number, caseId: string, volumes: string[] }} OpenOrder volumes: the widest first; finer ones are drawn over it */
 /** @typedef {{ kind: "outlines", head: number, caseId: string, outlines: OutlineWish[] }} OutlinesOrder */
 /** @typedef {{ kind: "draw", head: number, id: number, view: string, raster: Raster, greys: Greys, outlines: boolean, overlay: OverlayLook | null }} DrawOrder */
@@ -129,8 +129,8 @@ async function loadOutlines({ head: mine, caseId, outlines: wanted }) {
     const loaded = await Promise.all(wanted.map(async ({ name, colour, closed }) => {
       const known = outlines.find((one) => one.name === name); // one that is shown again, or has another colour
       if (known) return { ...known, colour };
-      const address = `/api/cases/${encodeURIComponent(caseId)}/surfaces/${encodeURIComponent(name)}?format=arrays`;
-      return { name, colour, mesh: meshOf(await (await fetched(address)).arrayBuffer(), closed) };
+      const address = `/api/cases/${encodeURIComponent(caseId)}/surfaces/${encodeURIComponent(name)}?format=arrays&open_ends=${closed}`;
+      return { name, colour, mesh: meshOf(await (await fetched(address)).arrayBuffer()) };
     }));
     if (mine !== head) return;
     outlines = loaded;
