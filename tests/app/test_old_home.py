@@ -248,9 +248,10 @@ def change(settings: Settings, statement: str) -> None:
 def test_a_folder_of_a_newer_version_is_refused_and_left_as_it_is(old: Settings) -> None:
     change(old, "update alembic_version set version_num = '9999'")
     before = files_of(old.home)
-    for opened in (Store, build_services):
+    ways: tuple[Callable[[Settings], object], ...] = (Store, build_services)
+    for opened in ways:
         with pytest.raises(StoreUnusable, match="newer vfix"):
-            opened(old)  # type: ignore[operator]
+            opened(old)
     assert files_of(old.home) == before
 
 
