@@ -98,7 +98,7 @@ class Services:
         self.purge.drop_forgotten()
 
     def end(self) -> None:
-        """End what takes long, before anybody waits for it: the running import, and dry runs."""
+        """End what takes long, before it is waited for: the running import, and dry runs."""
         self.importing.cancel()
         self.planning.end()
 

@@ -1,6 +1,6 @@
 """The content of a case out of JSON: every type, range and reference is checked, in the store and in an archive alike.
 
-A row of the store may be older than this version, and an archive may be of anybody's making; what is read here can be
+A row of the store may be older than this version, and an archive is untrusted; what is read here can be
 listed, shown, driven in and written again.
 """
 

@@ -50,7 +50,7 @@ class Prospects:
         progress: ProgressCallback,
         switches: Switches = NO_SWITCHES,
     ) -> Prospect:
-        """The path with the point where a release would put it, driven dry as the stored one is.
+        """The path with the point where a release would put it, simulated as the stored one is.
 
         placing: of the robot along the stored path, whose base is kept. progress: as of `Planning.evaluate`.
         Raises PlanError where no place near the hand is clear of bone, and as `Planning.prospect`.

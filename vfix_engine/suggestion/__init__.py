@@ -1,7 +1,7 @@
 """Ways for a rigid tool from an entry to a target, suggested from distance fields and judged by the controller's drive.
 
 The widest way of the tip, then orientations of the shaft along it, ranked by bone and by soft tissue; the best few are
-driven dry. docs/concepts.md describes the search.
+simulated. docs/concepts.md describes the search.
 """
 
 from .room import Passage, Room
