@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from app.kit.jobs import Job, Jobs, Progress
-from app.planning.evaluation import PlanEvaluation, Planning
+from app.planning.evaluation import Planning
+from app.planning.plan_evaluation import PlanEvaluation
 from app.planning.rehearsal_options import NO_SWITCHES, Switches
 from app.plans.model import Plan
 from app.registration.driven import AS_STORED, AsStored, Through

@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 
 from app.cases.service import CaseService
 from app.kit.values import Position
-from app.planning.evaluation import PlanEvaluation, Planning
+from app.planning.evaluation import Planning
 from app.planning.placement import StoredPlacing
+from app.planning.plan_evaluation import PlanEvaluation
 from app.planning.rehearsal_options import NO_SWITCHES, Switches
 from app.plans.model import Plan, without_placing
 from app.plans.points import PlanPoint

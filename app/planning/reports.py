@@ -16,7 +16,7 @@ from app.plans.model import NOTICE, Plan
 from vfix_engine.errors import PlanError, StartRefused
 
 if TYPE_CHECKING:
-    from app.planning.evaluation import PlanEvaluation
+    from app.planning.plan_evaluation import PlanEvaluation
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from app.kit.values import Position
-from app.planning.evaluation import PlanEvaluation
 from app.planning.piercing import Pierced
+from app.planning.plan_evaluation import PlanEvaluation
 from app.scene.pierced import PiercedNodes
 from app.scene.tool_ghost import ToolGhost
 from app.steps.plan.sections import ClearanceProfile, ObstacleCurve, PiercedView, VerdictView

@@ -10,7 +10,7 @@ from typing import Any
 from app.cases.settings import settings_in_case
 from app.cases.structures import within_a_sentence
 from app.kit.errors import JobCancelled
-from app.planning.evaluation import PlanEvaluation
+from app.planning.plan_evaluation import PlanEvaluation
 from app.planning.rehearsal_options import NO_SWITCHES, Switches
 from app.planning.verdict import Level, Verdict, refused
 from app.scene import palette

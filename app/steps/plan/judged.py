@@ -6,8 +6,8 @@ from typing import Any
 
 from app.cases.settings import settings_in_case
 from app.kit.values import Position
-from app.planning.evaluation import PlanEvaluation
 from app.planning.placement import StoredPlacing
+from app.planning.plan_evaluation import PlanEvaluation
 from app.planning.verdict import said_besides
 from app.plans.model import Plan, drive_parts
 from app.steps.plan.clearance import ShownTool

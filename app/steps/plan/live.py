@@ -8,8 +8,8 @@ from dataclasses import replace
 from typing import Any
 
 from app.kit.errors import JobCancelled
-from app.planning.evaluation import PlanEvaluation
 from app.planning.placement import StoredPlacing
+from app.planning.plan_evaluation import PlanEvaluation
 from app.planning.previews import Dragged
 from app.planning.rehearsal_options import NO_SWITCHES, Switches
 from app.services import Services

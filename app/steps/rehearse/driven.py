@@ -7,8 +7,8 @@ from typing import Self
 
 import numpy as np
 
-from app.planning.evaluation import PlanEvaluation
 from app.planning.piercing import short_way
+from app.planning.plan_evaluation import PlanEvaluation
 from app.planning.verdict import NOSTRIL_MM
 from vfix_engine.anatomy.piercing import PiercingWatch, Ways
 from vfix_engine.proximity.fields.distance_field import DistanceField

@@ -11,8 +11,8 @@ from session_doubles import SAMPLE, Later, open_sample
 from app.cases.settings import settings_in_case
 from app.kit.errors import JobCancelled
 from app.planning.drive import PROSPECT_STEP_MM
-from app.planning.evaluation import PlanEvaluation
 from app.planning.placement import StoredPlacing
+from app.planning.plan_evaluation import PlanEvaluation
 from app.planning.previews import Dragged, with_points
 from app.planning.rehearsal_options import NO_SWITCHES
 from app.scene.dragging import DragEvent
