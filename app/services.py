@@ -24,14 +24,14 @@ if TYPE_CHECKING:
     from app.imaging.island_previews import IslandPreviews
     from app.imaging.labels import PaintedLabels
     from app.imaging.segmenting import Segmenting
+    from app.kit.admission import AdmissionQueue
     from app.kit.jobs import Jobs
-    from app.kit.queue_places import Line
     from app.link import TrackerClient
     from app.live import LiveBoard
     from app.planning.distance_fields import Fields
     from app.planning.dry_runs import DryRunJobs
     from app.planning.evaluation import Planning
-    from app.planning.previews import Prospects
+    from app.planning.previews import Previews
     from app.planning.rehearsal_options import SwitchBoard
     from app.planning.removed_bone import RemovedVolumeService
     from app.planning.reports import PathReports
@@ -72,7 +72,7 @@ class Services:
     jobs: Jobs
     import_jobs: ImportJobs
     dry_runs: DryRunJobs
-    prospects: Prospects
+    prospects: Previews
     path_reports: PathReports
     removed_volumes: RemovedVolumeService
     suggestions: Suggestions
@@ -86,7 +86,7 @@ class Services:
     base_export: BaseExport
     archive_writer: ArchiveWriter
     archive_reader: ArchiveReader
-    archive_line: Line
+    archive_line: AdmissionQueue
     live: LiveBoard
     tracker: TrackerClient | None
 
@@ -128,13 +128,13 @@ def build_services(settings: Settings) -> Services:
     from app.imaging.island_previews import IslandPreviews
     from app.imaging.labels import PaintedLabels
     from app.imaging.segmenting import Segmenting
+    from app.kit.admission import AdmissionQueue
     from app.kit.jobs import Jobs
-    from app.kit.queue_places import Line
     from app.live import LiveBoard
     from app.planning.distance_fields import Fields
     from app.planning.dry_runs import DryRunJobs
     from app.planning.evaluation import Planning
-    from app.planning.previews import Prospects
+    from app.planning.previews import Previews
     from app.planning.rehearsal_options import SwitchBoard
     from app.planning.removed_bone import RemovedVolumeService
     from app.planning.reports import PathReports
@@ -181,7 +181,7 @@ def build_services(settings: Settings) -> Services:
         jobs=jobs,
         import_jobs=import_jobs,
         dry_runs=dry_runs,
-        prospects=Prospects(cases, planning),
+        prospects=Previews(cases, planning),
         path_reports=PathReports(planning, dry_runs, removed_volumes, switches),
         removed_volumes=removed_volumes,
         suggestions=Suggestions(jobs, cases, instruments, fields, planning, switches),
@@ -195,7 +195,7 @@ def build_services(settings: Settings) -> Services:
         base_export=BaseExport(planning, registrations),
         archive_writer=ArchiveWriter(store, cases, plans, instruments, runs),
         archive_reader=ArchiveReader(store, cases),
-        archive_line=Line("archives", at_once=1, most=8),
+        archive_line=AdmissionQueue("archives", at_once=1, most=8),
         live=LiveBoard(),
         tracker=tracker,
     )

@@ -29,7 +29,7 @@ from vfix_engine.anatomy.bone import SurfaceReport
 from vfix_engine.anatomy.surface import Dropped
 from vfix_engine.errors import InputError
 from vfix_engine.files.frame_report import FRAMES
-from vfix_engine.given import FARTHEST_MM
+from vfix_engine.validate import FARTHEST_MM
 
 MAX_ITEMS = 2000  # surfaces, structures, notes, … of one case
 MAX_NOTE = 1 << 16  # [characters]

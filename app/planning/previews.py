@@ -37,7 +37,7 @@ class Prospect:
     moved_mm: float = 0.0
 
 
-class Prospects:
+class Previews:
     """Judges plans under a hand; may be used from any thread."""
 
     def __init__(self, cases: CaseService, planning: Planning) -> None:

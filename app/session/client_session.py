@@ -22,9 +22,9 @@ from app.session.sections import SessionSections, StepSection
 from app.session.view_model import ViewModel
 from app.steps.base import Closable, Step
 from app.steps.registry import load, specs
-from app.views.case_view import ShownSurface
-from app.views.layers import Layer, LayerStack
-from app.views.views import Views
+from app.workspace.case_view import ShownSurface
+from app.workspace.layers import Layer, LayerStack
+from app.workspace.workspace import Workspace
 from vfix_engine.error_places import error_places
 from vfix_engine.errors import VfixError
 
@@ -67,7 +67,9 @@ class ClientSession:
         self._drawn_at = 0.0
         self._own: list[str] = []  # names of the active step's layers when everything was drawn
         self._viewed: ShownSurface | None = None  # the surface that the camera was turned to
-        self.views = Views(Client(client), services, executor, self.post, lambda words, error: self.note(words, error))
+        self.views = Workspace(
+            Client(client), services, executor, self.post, lambda words, error: self.note(words, error)
+        )
         self.steps: dict[str, Step] = {}
         self._step_of: dict[type[Command], Step] = {}
         for spec in specs():

@@ -10,7 +10,7 @@ from pydantic import AfterValidator, Field, TypeAdapter
 
 from app.messages.fields import Command, Identifier
 from app.steps import registry
-from app.views import commands as views
+from app.workspace import commands as views
 
 
 def _known_step(name: str) -> str:

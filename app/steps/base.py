@@ -15,8 +15,8 @@ from app.scene.hand import GripDrag
 from app.scene.view import ClickRay
 from app.services import Services
 from app.steps.spec import StepSpec
-from app.views.layers import Layer
-from app.views.views import Position, Views
+from app.workspace.layers import Layer
+from app.workspace.workspace import Position, Workspace
 
 
 class Closable(Protocol):
@@ -42,7 +42,7 @@ class Step:
         """What all clients of this step share; made once per planner, closed with it, handed to each object."""
         return None
 
-    def __init__(self, views: Views, shared: Any = None) -> None:
+    def __init__(self, views: Workspace, shared: Any = None) -> None:
         self.views, self.shared = views, shared
         self.active = False  # the client is in this step
 

@@ -8,7 +8,7 @@ from app.kit.errors import NotFound
 from app.messages.fields import Command
 from app.steps.patient import paint_commands as c
 from app.steps.patient.sections import LabelEntry, LabelsSection, LabelState
-from app.views.views import Views
+from app.workspace.workspace import Workspace
 from vfix_engine.anatomy.labels.painting import Stroke
 from vfix_engine.errors import InputError
 
@@ -16,7 +16,7 @@ from vfix_engine.errors import InputError
 class PaintedLabels:
     """Owned by the session's thread."""
 
-    def __init__(self, views: Views) -> None:
+    def __init__(self, views: Workspace) -> None:
         self._views = views
         self._section: LabelsSection = {"items": []}
         self._of: str | None = None

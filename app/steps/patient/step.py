@@ -15,8 +15,8 @@ from app.steps.patient.paint_commands import PAINT_COMMANDS
 from app.steps.patient.painted import PaintedLabels
 from app.steps.patient.sections import CaseEntry, PatientSections
 from app.steps.patient.structures import Structures
-from app.views.layers import Layer
-from app.views.views import Views
+from app.workspace.layers import Layer
+from app.workspace.workspace import Workspace
 from vfix_engine.errors import InputError
 
 
@@ -25,7 +25,7 @@ class PatientStep(Step):
 
     spec = SPEC
 
-    def __init__(self, views: Views, shared: Any = None) -> None:
+    def __init__(self, views: Workspace, shared: Any = None) -> None:
         super().__init__(views, shared)
         self._cases: list[Case] = []
         self._structures = Structures(views)

@@ -11,9 +11,9 @@ from app.messages.fields import Command
 from app.scene.structures import StructureNodes, StructureShape
 from app.steps.patient import commands as c
 from app.steps.patient.sections import StructureEntry, StructuresSection
-from app.views.background import in_background
-from app.views.layers import Layer
-from app.views.views import Views
+from app.workspace.background import in_background
+from app.workspace.layers import Layer
+from app.workspace.workspace import Workspace
 from vfix_engine.anatomy.labels.surfaces import for_display
 from vfix_engine.errors import InputError
 from vfix_engine.geometry.mesh import TriangleMesh
@@ -26,7 +26,7 @@ _COLOUR = "#9f9f9f"
 class Structures:
     """Owned by the session's thread; surfaces are read in the background."""
 
-    def __init__(self, views: Views) -> None:
+    def __init__(self, views: Workspace) -> None:
         self._views = views
         self._case: Case | None = None
         self._chosen: dict[str, bool] = {}  # shown or not, of the structures that somebody has shown or hidden

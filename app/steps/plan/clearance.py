@@ -12,7 +12,7 @@ from app.planning.plan_evaluation import PlanEvaluation
 from app.scene.pierced import PiercedNodes
 from app.scene.tool_ghost import ToolGhost
 from app.steps.plan.sections import ClearanceProfile, ObstacleCurve, PiercedView, VerdictView
-from app.views.layers import Layer
+from app.workspace.layers import Layer
 from vfix_engine.arrays import Array
 
 

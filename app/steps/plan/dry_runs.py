@@ -16,7 +16,7 @@ from app.planning.verdict import Level, Verdict, refused
 from app.scene import palette
 from app.services import Services
 from app.steps.plan.clearance import verdict_view
-from app.steps.plan.lanes import Lanes
+from app.steps.plan.latest import LatestQueue
 from app.steps.plan.sections import CorridorSection, CorridorState, CorridorStatus, ScaleView, SoftTissueView
 from vfix_engine.arrays import Array
 from vfix_engine.errors import StartRefused, VfixError
@@ -147,7 +147,7 @@ class DryRuns:
 
     def __init__(self, services: Services, executor: Executor, done: Callable[[int, Corridor], None]) -> None:
         """done: gets the ticket and the answer on another thread; hand both to :meth:`accept` on the owner's."""
-        self._services, self._lanes, self._done = services, Lanes(executor), done
+        self._services, self._lanes, self._done = services, LatestQueue(executor), done
         self._ticket = 0
         self.current = Corridor()
 

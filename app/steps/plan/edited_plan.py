@@ -21,8 +21,8 @@ from app.steps.plan.regions import Regions
 from app.steps.plan.second_volume import SecondVolumes
 from app.steps.plan.sections import AddKind, PlanSection
 from app.steps.plan.versions import Versions
-from app.views.plan_items import entries, plan_items, position_of
-from app.views.sections import ItemKind
+from app.workspace.plan_items import entries, plan_items, position_of
+from app.workspace.sections import ItemKind
 from vfix_engine.arrays import Array
 from vfix_engine.errors import PlanError, VfixError
 from vfix_engine.geometry.path import SplinePath

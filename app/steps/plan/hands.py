@@ -10,7 +10,7 @@ from app.scene.shafts import HANDLE
 from app.scene.view import ClickRay
 from app.steps.plan.edited_plan import EditedPlan
 from app.steps.plan.shafts import Shafts
-from app.views.views import Views
+from app.workspace.workspace import Workspace
 from vfix_engine.arrays import Array
 
 SELECT_RADIUS_MM = 2.0
@@ -19,7 +19,7 @@ SELECT_RADIUS_MM = 2.0
 class Hands:
     """Answers clicks and drags of one client. Owned by the session's thread."""
 
-    def __init__(self, views: Views, shafts: Shafts) -> None:
+    def __init__(self, views: Workspace, shafts: Shafts) -> None:
         self._views, self._shafts = views, shafts
 
     def clicked(self, edited: EditedPlan, ray: ClickRay) -> None:

@@ -14,22 +14,22 @@ from app.steps.plan.clearance import ShownTool
 from app.steps.plan.cones import Cones
 from app.steps.plan.dry_runs import Corridor, DryRuns
 from app.steps.plan.edited_plan import EditedPlan
-from app.steps.plan.live import LiveRuns
-from app.views.views import Views
+from app.steps.plan.live_previews import LivePreviews
+from app.workspace.workspace import Workspace
 from vfix_engine.errors import PlanError
 
 
 class Judged:
     """Asks for the runs of one client's plan. Owned by the session's thread."""
 
-    def __init__(self, views: Views) -> None:
+    def __init__(self, views: Workspace) -> None:
         self._services = views.services
         self.stored = DryRuns(
             views.services,
             views.executor,
             lambda ticket, answer: views.post(lambda: self.stored.accept(ticket, answer)),
         )
-        self.live = LiveRuns(
+        self.live = LivePreviews(
             views.services,
             views.executor,
             lambda ticket, answer: views.post(lambda: self.live.accept(ticket, answer)),

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from app.planning.removed_bone import RemovedVolumes
 from app.plans.service import Plan
-from app.steps.plan.lanes import Lanes
+from app.steps.plan.latest import LatestQueue
 from app.steps.plan.region_sections import RemovedBoneSection
-from app.views.views import Views
+from app.workspace.workspace import Workspace
 
 _FAILED = "The bone that is removed could not be counted"
 
@@ -14,8 +14,8 @@ _FAILED = "The bone that is removed could not be counted"
 class RemovedBoneCount:
     """The volumes of the newest regions that were asked for. Owned by the session's thread."""
 
-    def __init__(self, views: Views) -> None:
-        self._views, self._lanes = views, Lanes(views.executor)
+    def __init__(self, views: Workspace) -> None:
+        self._views, self._lanes = views, LatestQueue(views.executor)
         self._asked: object = None
         self._found: RemovedVolumes | str | None = None  # words: why there are none
 

@@ -30,9 +30,9 @@ from app.steps.plan.region_words import DRAW_WORDS
 from app.steps.plan.removed_bone import RemovedBoneCount
 from app.steps.plan.sections import PlanEntry, PlanSections
 from app.steps.plan.shafts import AIM_WORDS, Shafts
-from app.views.layers import Layer
-from app.views.plan_items import curve_layer, curve_points, curve_section, items_layer
-from app.views.views import Views
+from app.workspace.layers import Layer
+from app.workspace.plan_items import curve_layer, curve_points, curve_section, items_layer
+from app.workspace.workspace import Workspace
 from vfix_engine.arrays import Array
 from vfix_engine.errors import InputError, PlanError
 
@@ -42,7 +42,7 @@ class PlanStep(Step):
 
     spec = SPEC
 
-    def __init__(self, views: Views, shared: Any = None) -> None:
+    def __init__(self, views: Workspace, shared: Any = None) -> None:
         super().__init__(views, shared)
         self._services = views.services
         self._edited: EditedPlan | None = None

@@ -18,9 +18,9 @@ from app.steps.register import commands as c
 from app.steps.register.hints import register_hint
 from app.steps.register.open_registration import OpenRegistration, newest
 from app.steps.register.sections import FiducialMark, PlanUseSection, RegisterSections, RegistrationEntry, TrackerView
-from app.views.layers import Layer
-from app.views.plan_items import position_of
-from app.views.views import Views
+from app.workspace.layers import Layer
+from app.workspace.plan_items import position_of
+from app.workspace.workspace import Workspace
 from vfix_engine.errors import InputError, VfixError
 
 
@@ -29,7 +29,7 @@ class RegisterStep(Step):
 
     spec = SPEC
 
-    def __init__(self, views: Views, shared: Any = None) -> None:
+    def __init__(self, views: Workspace, shared: Any = None) -> None:
         super().__init__(views, shared)
         self._services = views.services
         self._open: OpenRegistration | None = None

@@ -17,7 +17,7 @@ from app.steps.rehearse.driven import SoFar
 from app.steps.rehearse.preparation import PlanKey, Prepared, plan_key
 from app.steps.rehearse.shared_drive import SharedDrive
 from app.steps.rehearse.shared_drives import SharedDrives
-from app.views.views import Views
+from app.workspace.workspace import Workspace
 from vfix_engine.anatomy.surface_uncertainty import SurfaceUncertainty
 from vfix_engine.errors import PlanError, VfixError
 from vfix_engine.worlds.rigid.snapshot import RigidSnapshot
@@ -32,7 +32,7 @@ class DriveFollower(Step):
     def make_shared(cls, services: Services) -> SharedDrives:
         return SharedDrives()
 
-    def __init__(self, views: Views, shared: SharedDrives) -> None:
+    def __init__(self, views: Workspace, shared: SharedDrives) -> None:
         super().__init__(views, shared)
         self._services, self._drives = views.services, shared
         self._registered: tuple[object, str] | None = None  # plan and its registration's id, and that one's key

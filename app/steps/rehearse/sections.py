@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Literal, NotRequired, TypedDict
 
 from app.messages.sections import Position
-from app.views.sections import CurveSection, ItemsSection
+from app.workspace.sections import CurveSection, ItemsSection
 
 RehearsalPhase = Literal["absent", "starting", "ready", "running", "paused", "silent", "failed"]
 

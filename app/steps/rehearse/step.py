@@ -24,9 +24,9 @@ from app.steps.rehearse.shared_drive import SharedDrive
 from app.steps.rehearse.shared_drives import SharedDrives
 from app.steps.rehearse.switches import CentrePlaces, options_section, place_of
 from app.steps.rehearse.view import details_section, rehearsal_section, settings_section, tool_section
-from app.views.layers import Layer
-from app.views.plan_items import curve_layer, curve_section, entries, items_layer, plan_items
-from app.views.views import Views
+from app.workspace.layers import Layer
+from app.workspace.plan_items import curve_layer, curve_section, entries, items_layer, plan_items
+from app.workspace.workspace import Workspace
 from vfix_engine.errors import PlanError
 from vfix_engine.robots import PlacedRobot
 from vfix_engine.worlds.rigid.snapshot import RigidSnapshot
@@ -42,7 +42,7 @@ class RehearseStep(DriveFollower):
     ticks = True
     first_view = "nose"
 
-    def __init__(self, views: Views, shared: SharedDrives) -> None:
+    def __init__(self, views: Workspace, shared: SharedDrives) -> None:
         super().__init__(views, shared)
         self._hand: GripDrag | None = None  # on the grip, set on the scene's thread
         self._centre = CentrePlaces(views.services, views.executor, views.post)

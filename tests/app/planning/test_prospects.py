@@ -19,7 +19,7 @@ from app.scene.dragging import DragEvent
 from app.services import Services
 from app.steps.plan import commands as c
 from app.steps.plan.dry_runs import Corridor
-from app.steps.plan.live import LiveRuns
+from app.steps.plan.live_previews import LivePreviews
 from vfix_engine.errors import PlanError, StartRefused
 from vfix_engine.geometry.capsules import Segments
 from vfix_engine.robots import RobotModel, Tool
@@ -123,7 +123,7 @@ def test_the_newest_place_alone_is_judged_and_what_is_old_is_greyed(
     phantom_services: Services, stored: PlanEvaluation
 ) -> None:
     plan, executor, ran = phantom_services.plans.get(SAMPLE), Later(), list[tuple[int, Corridor]]()
-    live = LiveRuns(phantom_services, executor, lambda *answer: ran.append(answer))
+    live = LivePreviews(phantom_services, executor, lambda *answer: ran.append(answer))
     known = Corridor("done", evaluation=stored, margin_mm=0.3)
     placing, point = StoredPlacing(stored.base, stored.q_start), plan.points[1]
     x, y, z = point.position

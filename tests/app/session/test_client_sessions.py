@@ -19,8 +19,8 @@ from app.session.client_session import ClientSession
 from app.session.client_sessions import ClientSessions, TooManyTabs
 from app.steps.rehearse.commands import HandCommand
 from app.store.errors import StorageError
-from app.views.layers import Layer
-from app.views.plan_items import plan_items
+from app.workspace.layers import Layer
+from app.workspace.plan_items import plan_items
 
 
 def _items(session: ClientSession) -> tuple[PlanItem, ...]:

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from ...arrays import Array, IntArray
 from ...errors import InputError
 from ...pathway.query.query import Query
-from ...pathway.query.query_lanes import WORK
+from ...pathway.query.query_simd import WORK
 from ...robots.snake import SnakeModel
 from .bending_kernel import BendWorkspace, DistalPathway, tip_of
 

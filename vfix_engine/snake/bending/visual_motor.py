@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike
 
 from ...arrays import Array
 from ...errors import InputError
-from ...given import real_array
 from ...robots.snake import SnakeModel
+from ...validate import real_array
 from .hermite import PolarHermite
 from .visual_motor_kernel import camera_rows, steer
 

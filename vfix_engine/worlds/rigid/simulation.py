@@ -17,9 +17,9 @@ from ...errors import ControlError, InputError
 from ...geometry.checks import out_of_range
 from ...geometry.mesh import TriangleMesh
 from ...geometry.path import SplinePath
-from ...given import several
 from ...proximity.proximity import Proximity, ProximityTree
 from ...robots import RobotModel, Tool
+from ...validate import several
 from ...virtual_fixtures import Fixture, Zone
 from .numbers import finite_array
 from .placing import Placing, place_robot

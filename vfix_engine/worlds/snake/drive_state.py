@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 
 from ...arrays import Array, IntArray
 from ...errors import InputError
-from ...given import positive, whole, within
 from ...pathway.checks import MOST_ANGLES, MOST_CONTOURS, MOST_FITTED
 from ...pathway.limits.link_bounds import BOUND_MM, LinkBounds
 from ...pathway.packed import PackedPathway
 from ...pathway.query.query import Deviations
 from ...robots.snake import MOST_LINKS
 from ...snake.haptics.haptics import Forces
+from ...validate import positive, whole, within
 
 Control = Literal["parameterised", "qp"]
 LimitedBy = Literal["bound", "speed", "step", "bends", "bent", "end", "tissue", "insertion", "planning"]

@@ -8,9 +8,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...errors import PathwayError
-from ...given import point_text
 from ...pathway.pathway import Pathway
 from ...robots.snake import SnakeModel
+from ...validate import point_text
 
 
 class NarrowPlace(NamedTuple):

@@ -11,8 +11,8 @@ from extra_steps.marker import SPEC, LayMarker, MarkerSections
 from app.messages.fields import Command
 from app.scene.view import SceneView
 from app.steps.base import Step
-from app.views.layers import Layer
-from app.views.views import Views
+from app.workspace.layers import Layer
+from app.workspace.workspace import Workspace
 from vfix_engine.errors import InputError
 
 RADIUS_MM = 110.0  # around the whole head: nothing can stand before it
@@ -32,7 +32,7 @@ class MarkerNodes:
 class MarkerStep(Step):
     spec = SPEC
 
-    def __init__(self, views: Views, shared: Any = None) -> None:
+    def __init__(self, views: Workspace, shared: Any = None) -> None:
         super().__init__(views, shared)
         self._position: list[float] | None = None
         self._laid = 0

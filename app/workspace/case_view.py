@@ -21,11 +21,11 @@ from app.scene.anatomy import LETTER_GAP_MM, AnatomyNodes, Look, SliceNodes
 from app.scene.picking import BonePicker, Hit, hit_plane
 from app.scene.view import ClickRay
 from app.services import Services
-from app.views import commands as c
-from app.views.background import in_background
-from app.views.layers import Layer
-from app.views.sections import CaseSection, CaseSections
-from app.views.slice_view import Greys, SliceView
+from app.workspace import commands as c
+from app.workspace.background import in_background
+from app.workspace.layers import Layer
+from app.workspace.sections import CaseSection, CaseSections
+from app.workspace.slice_view import Greys, SliceView
 from vfix_engine.arrays import Array
 from vfix_engine.errors import InputError
 from vfix_engine.files.volume import Volume
