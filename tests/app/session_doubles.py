@@ -59,16 +59,16 @@ class Heard:
         self.words.append(words)
 
 
-def views_of(services: Services, heard: Heard | None = None) -> Workspace:
+def workspace_of(services: Services, heard: Heard | None = None) -> Workspace:
     """What the steps of one client share; requests are answered at once, work in the background waits."""
     return Workspace(CLIENT, services, Later(), lambda request: request(), heard or Heard())
 
 
 def open_sample(services: Services, plan_id: str = SAMPLE, heard: Heard | None = None) -> PlanStep:
     """The Plan step with a plan of the embedded head open."""
-    views = views_of(services, heard)
-    step = PlanStep(views)
-    views.open_first(HEAD, plan_id)
+    workspace = workspace_of(services, heard)
+    step = PlanStep(workspace)
+    workspace.open_first(HEAD, plan_id)
     step.active = True
     return step
 

@@ -22,23 +22,23 @@ from vfix_engine.errors import PlanError
 class Judged:
     """Asks for the runs of one client's plan. Owned by the session's thread."""
 
-    def __init__(self, views: Workspace) -> None:
-        self._services = views.services
+    def __init__(self, workspace: Workspace) -> None:
+        self._services = workspace.services
         self.stored = DryRuns(
-            views.services,
-            views.executor,
-            lambda ticket, answer: views.post(lambda: self.stored.accept(ticket, answer)),
+            workspace.services,
+            workspace.executor,
+            lambda ticket, answer: workspace.post(lambda: self.stored.accept(ticket, answer)),
         )
         self.live = LivePreviews(
-            views.services,
-            views.executor,
-            lambda ticket, answer: views.post(lambda: self.live.accept(ticket, answer)),
+            workspace.services,
+            workspace.executor,
+            lambda ticket, answer: workspace.post(lambda: self.live.accept(ticket, answer)),
         )
         self.cones = Cones(
-            views.services,
-            views.executor,
-            lambda ticket, answer: views.post(lambda: self.cones.accept(ticket, answer)),
-            lambda words: views.post(lambda: views.note(words, error=True)),
+            workspace.services,
+            workspace.executor,
+            lambda ticket, answer: workspace.post(lambda: self.cones.accept(ticket, answer)),
+            lambda words: workspace.post(lambda: workspace.note(words, error=True)),
         )
         self.tool = ShownTool()
         self._key: Any = None

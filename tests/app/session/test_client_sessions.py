@@ -190,9 +190,9 @@ def test_slow_heads_keep_no_other_tab_waiting(sessions: ClientSessions, monkeypa
             sessions.connect(f"tab-slow-{n}", {"case": slow.id})
         quick = sessions.connect("tab-quick-0", {"case": HEAD})
         deadline = time.monotonic() + 60
-        while quick.views.case.surface is None and time.monotonic() < deadline:
+        while quick.workspace.case.surface is None and time.monotonic() < deadline:
             time.sleep(0.02)
-        assert quick.views.case.surface is not None
+        assert quick.workspace.case.surface is not None
     finally:
         done.set()
         cases.delete(slow.id)
