@@ -72,7 +72,7 @@ class Services:
     jobs: Jobs
     import_jobs: ImportJobs
     dry_runs: DryRunJobs
-    prospects: Previews
+    previews: Previews
     path_reports: PathReports
     removed_volumes: RemovedVolumeService
     suggestions: Suggestions
@@ -181,7 +181,7 @@ def build_services(settings: Settings) -> Services:
         jobs=jobs,
         import_jobs=import_jobs,
         dry_runs=dry_runs,
-        prospects=Previews(cases, planning),
+        previews=Previews(cases, planning),
         path_reports=PathReports(planning, dry_runs, removed_volumes, switches),
         removed_volumes=removed_volumes,
         suggestions=Suggestions(jobs, cases, instruments, fields, planning, switches),

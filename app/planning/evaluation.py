@@ -235,7 +235,7 @@ class Planning:
         registered = None if found.registered is None else found.registered.image
         return placed_robot(plan.robot, found.base, found.q_start, registered)
 
-    def prospect(
+    def preview(
         self,
         plan: Plan,
         placing: StoredPlacing,
@@ -257,7 +257,7 @@ class Planning:
         registered: DrivenRegistration | None,
         kept: StoredPlacing | None = None,
     ) -> PlanEvaluation:
-        """kept: the placing of a prospect, None where the answer is to stay."""
+        """kept: the placing of a preview, None where the answer is to stay."""
 
         def tell(stage: str, fraction: float) -> None:
             self._go_on()

@@ -30,7 +30,7 @@ class Dragged:
 
 
 @dataclass(frozen=True, eq=False)
-class Prospect:
+class Preview:
     """The evaluation of the path as it would be, and how far a release would move the point off bone in mm."""
 
     evaluation: PlanEvaluation
@@ -50,11 +50,11 @@ class Previews:
         placing: StoredPlacing,
         progress: ProgressCallback,
         switches: Switches = NO_SWITCHES,
-    ) -> Prospect:
+    ) -> Preview:
         """The path with the point where a release would put it, simulated as the stored one is.
 
         placing: of the robot along the stored path, whose base is kept. progress: as of `Planning.evaluate`.
-        Raises PlanError where no place near the hand is clear of bone, and as `Planning.prospect`.
+        Raises PlanError where no place near the hand is clear of bone, and as `Planning.preview`.
         """
         position, moved_mm = dragged.position, 0.0
         if position is not None:
@@ -66,7 +66,7 @@ class Previews:
             else point
             for point in plan.points
         ]
-        return Prospect(self._planning.prospect(with_points(plan, points), placing, progress, switches), moved_mm)
+        return Preview(self._planning.preview(with_points(plan, points), placing, progress, switches), moved_mm)
 
 
 def with_points(plan: Plan, points: Sequence[PlanPoint]) -> Plan:

@@ -191,7 +191,7 @@ class EditedPlan:
             self.confirm()
         return fitted.position
 
-    def prospect(self) -> SplinePath | None:
+    def preview(self) -> SplinePath | None:
         """The spline as it would be with the ghost in it; None where it is no path point."""
         if self.ghost is None or self.ghost.kind != "point":
             return None

@@ -103,7 +103,7 @@ class LivePreviews:
 
         def evaluate() -> PlanEvaluation:
             nonlocal moved
-            found = self._services.prospects.of(plan, dragged, placing, go_on, switches)
+            found = self._services.previews.of(plan, dragged, placing, go_on, switches)
             moved = found.moved_mm
             return found.evaluation
 

@@ -297,7 +297,7 @@ class PlanStep(Step):
         if ghost is None or self._edited is None:
             nodes.show(None)
         else:
-            nodes.show(np.array(ghost.position), curve_points(self._edited.prospect()))
+            nodes.show(np.array(ghost.position), curve_points(self._edited.preview()))
 
     # -- for the page
 
