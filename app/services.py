@@ -22,16 +22,16 @@ if TYPE_CHECKING:
     from app.imaging.import_jobs import ImportJobs
     from app.imaging.importing import ImportService
     from app.imaging.island_previews import IslandPreviews
-    from app.imaging.labels import Labels
+    from app.imaging.labels import PaintedLabels
     from app.imaging.segmenting import Segmenting
+    from app.kit.admission import AdmissionQueue
     from app.kit.jobs import Jobs
-    from app.kit.queue_places import Line
     from app.link import TrackerClient
     from app.live import LiveBoard
     from app.planning.distance_fields import Fields
-    from app.planning.dry_runs import DryRuns
+    from app.planning.dry_runs import DryRunJobs
     from app.planning.evaluation import Planning
-    from app.planning.previews import Prospects
+    from app.planning.previews import Previews
     from app.planning.rehearsal_options import SwitchBoard
     from app.planning.removed_bone import RemovedVolumeService
     from app.planning.reports import PathReports
@@ -71,8 +71,8 @@ class Services:
     importing: ImportService
     jobs: Jobs
     import_jobs: ImportJobs
-    dry_runs: DryRuns
-    prospects: Prospects
+    dry_runs: DryRunJobs
+    previews: Previews
     path_reports: PathReports
     removed_volumes: RemovedVolumeService
     suggestions: Suggestions
@@ -80,13 +80,13 @@ class Services:
     recordings: Recordings
     switches: SwitchBoard
     segmenting: Segmenting
-    labels: Labels
+    labels: PaintedLabels
     islands: IslandPreviews
     slicer: SlicerExport
     base_export: BaseExport
     archive_writer: ArchiveWriter
     archive_reader: ArchiveReader
-    archive_line: Line
+    archive_line: AdmissionQueue
     live: LiveBoard
     tracker: TrackerClient | None
 
@@ -98,7 +98,7 @@ class Services:
         self.purge.drop_forgotten()
 
     def end(self) -> None:
-        """End what takes long, before anybody waits for it: the running import, and dry runs."""
+        """End what takes long, before it is waited for: the running import, and dry runs."""
         self.importing.cancel()
         self.planning.end()
 
@@ -126,15 +126,15 @@ def build_services(settings: Settings) -> Services:
     from app.imaging.import_jobs import ImportJobs
     from app.imaging.importing import ImportService
     from app.imaging.island_previews import IslandPreviews
-    from app.imaging.labels import Labels
+    from app.imaging.labels import PaintedLabels
     from app.imaging.segmenting import Segmenting
+    from app.kit.admission import AdmissionQueue
     from app.kit.jobs import Jobs
-    from app.kit.queue_places import Line
     from app.live import LiveBoard
     from app.planning.distance_fields import Fields
-    from app.planning.dry_runs import DryRuns
+    from app.planning.dry_runs import DryRunJobs
     from app.planning.evaluation import Planning
-    from app.planning.previews import Prospects
+    from app.planning.previews import Previews
     from app.planning.rehearsal_options import SwitchBoard
     from app.planning.removed_bone import RemovedVolumeService
     from app.planning.reports import PathReports
@@ -158,7 +158,7 @@ def build_services(settings: Settings) -> Services:
     tracker = _tracker(settings)
     registering = Registering(registrations, cases, plans, jobs, tracker)
     planning = Planning(cases, instruments, fields, lambda plan: driven_registration(registering.registration_of(plan)))
-    runs, dry_runs, switches = RunService(store), DryRuns(jobs, planning), SwitchBoard()
+    runs, dry_runs, switches = RunService(store), DryRunJobs(jobs, planning), SwitchBoard()
     removed_volumes = RemovedVolumeService(cases)
     import_jobs = ImportJobs(jobs, importing)
     return Services(
@@ -181,7 +181,7 @@ def build_services(settings: Settings) -> Services:
         jobs=jobs,
         import_jobs=import_jobs,
         dry_runs=dry_runs,
-        prospects=Prospects(cases, planning),
+        previews=Previews(cases, planning),
         path_reports=PathReports(planning, dry_runs, removed_volumes, switches),
         removed_volumes=removed_volumes,
         suggestions=Suggestions(jobs, cases, instruments, fields, planning, switches),
@@ -189,13 +189,13 @@ def build_services(settings: Settings) -> Services:
         recordings=Recordings(jobs, runs, planning.ways),
         switches=switches,
         segmenting=Segmenting(cases, jobs),
-        labels=Labels(store, cases, jobs),
+        labels=PaintedLabels(store, cases, jobs),
         islands=IslandPreviews(cases, jobs),
         slicer=SlicerExport(cases, planning, registrations),
         base_export=BaseExport(planning, registrations),
         archive_writer=ArchiveWriter(store, cases, plans, instruments, runs),
         archive_reader=ArchiveReader(store, cases),
-        archive_line=Line("archives", at_once=1, most=8),
+        archive_line=AdmissionQueue("archives", at_once=1, most=8),
         live=LiveBoard(),
         tracker=tracker,
     )

@@ -64,11 +64,11 @@ def _measured(services: Services, plan: Plan, count: int) -> dict[str, Any]:
     placed_s = time.perf_counter() - begin
     placing = StoredPlacing(stored.base, stored.q_start)
     places = [_moved(plan, 2.0 * np.pi * turn / count) for turn in range(count)]
-    planning.prospect(places[0], placing)  # what the first one of a session makes stays
+    planning.preview(places[0], placing)  # what the first one of a session makes stays
     seconds, least = [], []
     for moved in places:
         begin = time.perf_counter()
-        least.append(planning.prospect(moved, placing).min_clearance_mm)
+        least.append(planning.preview(moved, placing).min_clearance_mm)
         seconds.append(time.perf_counter() - begin)
     some = range(0, count, max(1, count // _JUDGED))
     off = [abs(least[k] - planning.evaluate(_with_base(places[k], placing)).min_clearance_mm) for k in some]

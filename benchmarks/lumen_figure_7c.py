@@ -17,7 +17,7 @@ from skimage.measure import approximate_polygon, find_contours
 from benchmarks.svg_plot import GRID, INK, SOFT, Scale, page, printed, text
 from vfix_engine.arrays import Array
 from vfix_engine.snake.bending.bending import BendProblem, bend_angles
-from vfix_engine.snake.bending.optimise import Bend, optimise_primary, search_globally
+from vfix_engine.snake.bending.optimise import DistalBend, optimise_primary, search_globally
 
 Colours = tuple[tuple[int, int, int], tuple[int, int, int]]  # red, green and blue at 1 and at −0.4
 
@@ -68,7 +68,7 @@ def ask(problem: BendProblem, m: float, q_c: float) -> tuple[float, float, float
     return float(tip[2]) / problem.snake.reach_mm(), excess, float(tip[0])
 
 
-def growable(problem: BendProblem, bend: Bend) -> Array:
+def growable(problem: BendProblem, bend: DistalBend) -> Array:
     """Where rays of (m, q_c) from rest first leave the bounds (n, 2): the corners of what can be grown into.
 
     Rays go all about, as far as the tip goes the wanted way, and ever closer to the bend's own, which is one of them.
@@ -208,7 +208,7 @@ def _frame(panel: _Panel, across: Sequence[float], up: Sequence[int], m: str, q:
     return parts
 
 
-def _words(panel: _Panel, bend: Bend, best: Bend) -> list[str]:
+def _words(panel: _Panel, bend: DistalBend, best: DistalBend) -> list[str]:
     """The bend that is found, rest, the best within the bounds, and what the regions are."""
     halo = 'paint-order="stroke" stroke="#ffffff" stroke-width="3" stroke-linejoin="round" stroke-opacity="0.85"'
     (x, y), (u, v), (a, b) = (panel.place(*at) for at in (bend.parameters, best.parameters, (0.0, 0.0)))

@@ -12,7 +12,7 @@ from benchmarks.svg_plot import INK, SOFT, page, printed, text
 from vfix_engine.arrays import Array
 from vfix_engine.pathway.cavity import ANGLES, CONTOURS, body_cavity
 from vfix_engine.snake.bending.bending import BendProblem
-from vfix_engine.snake.bending.optimise import Bend
+from vfix_engine.snake.bending.optimise import DistalBend
 
 WIDTH, HEIGHT = 860, 1010
 _FEET = 478.0, 932.0  # of the two rows, px
@@ -37,7 +37,7 @@ class _View(NamedTuple):
         return np.column_stack([self.left + _PX * points @ self.right, self.foot - _PX * points @ self.up])
 
 
-def figure_8(four: tuple[BendProblem, Sequence[Bend]], eight: tuple[BendProblem, Sequence[Bend]]) -> str:
+def figure_8(four: tuple[BendProblem, Sequence[DistalBend]], eight: tuple[BendProblem, Sequence[DistalBend]]) -> str:
     """Either case from two sides, each bend with its angle ϑ at the tip and its cost in a line below."""
     x, y, z, back = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0), (-1.0, 0.0, 0.0)
     front, side, down = "from the front", "from the side", "from above"
@@ -104,7 +104,7 @@ def _contours(view: _View) -> list[str]:
     return parts
 
 
-def _bends(view: _View, problem: BendProblem, bends: Sequence[Bend]) -> list[str]:
+def _bends(view: _View, problem: BendProblem, bends: Sequence[DistalBend]) -> list[str]:
     """Rest, then the links of each bend as wide as they are, the farthest from the eye first."""
     wide = 2.0 * problem.snake.radius_mm * _PX
     rest = view.place(problem.snake.frames(problem.q_rest, problem.base)[:, :3, 3])
@@ -123,7 +123,7 @@ def _bends(view: _View, problem: BendProblem, bends: Sequence[Bend]) -> list[str
     return parts + _labels(view, [placed[k] for k in shown], [bends[k] for k in shown])
 
 
-def _labels(view: _View, placed: Sequence[Array], bends: Sequence[Bend]) -> list[str]:
+def _labels(view: _View, placed: Sequence[Array], bends: Sequence[DistalBend]) -> list[str]:
     """ϑ ahead of each tip, lower where another one is already."""
     halo = 'paint-order="stroke" stroke="#ffffff" stroke-width="3.5" stroke-linejoin="round"'
     taken: list[Array] = []
@@ -142,7 +142,7 @@ def _labels(view: _View, placed: Sequence[Array], bends: Sequence[Bend]) -> list
     return parts
 
 
-def _rank(view: _View, bend: Bend) -> int:
+def _rank(view: _View, bend: DistalBend) -> int:
     """0: a bend along an axis that is seen, 1: one between two axes, 2: one that is seen edge-on."""
     quarter = bend.angle / (0.5 * math.pi)
     if abs(quarter - round(quarter)) > 1e-6:
@@ -170,7 +170,7 @@ def _scale(right: float, y: float) -> list[str]:
     ]
 
 
-def _degrees(bend: Bend) -> str:
+def _degrees(bend: DistalBend) -> str:
     return f"{math.degrees(bend.angle):.0f}°"
 
 

@@ -16,7 +16,7 @@ from vfix_engine.arrays import Array
 from vfix_engine.pathway.packed import PackedPathway
 from vfix_engine.pathway.query.query import Deviations, Query
 from vfix_engine.pathway.query.query_fast import link_deviations
-from vfix_engine.pathway.query.query_lanes import WORK
+from vfix_engine.pathway.query.query_simd import WORK
 from vfix_engine.robots.snake_surface import LinkVertices
 
 _released: Callable[..., None] = numba.njit(error_model="numpy", nogil=True, cache=True)(

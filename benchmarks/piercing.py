@@ -29,7 +29,7 @@ from vfix_engine.files.readers import read_volume
 from vfix_engine.files.volume import BONE_HU, Volume
 from vfix_engine.proximity.proximity import ProximityTree
 from vfix_engine.robots import RobotModel, Tool
-from vfix_engine.suggestion import Alternative, Room, Surroundings, suggest_path
+from vfix_engine.suggestion import Alternative, Room, SearchSpace, suggest_path
 
 SUMMARY = "suggested ways in a head: none pierces skin or a wall, judged out of the voxels by another code"
 TOOLS = ("straight_pointer", "bent_30", "endoscope_0")
@@ -112,7 +112,7 @@ def suggested(
         side = random.integers(len(head.entries))
         entry = head.entries[side] + random.uniform(-_MOVED_MM, _MOVED_MM, 3)
         target = head.targets[side, random.integers(head.targets.shape[1])] + random.uniform(-_MOVED_MM, _MOVED_MM, 3)
-        around = Surroundings(tree, room, ways=Ways(tissue, air, entry))
+        around = SearchSpace(tree, room, ways=Ways(tissue, air, entry))
         try:
             found = suggest_path(around, robot, every[number % len(every)], entry, target, ControlSettings())
             yield found.alternatives, entry

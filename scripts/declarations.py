@@ -31,7 +31,7 @@ from app.messages.hello import Hello  # noqa: E402
 from app.session import commands  # noqa: E402
 from app.session.sections import SessionSections  # noqa: E402
 from app.steps.registry import specs  # noqa: E402
-from app.views.sections import ANSWERS, CaseSections  # noqa: E402
+from app.workspace.sections import ANSWERS, CaseSections  # noqa: E402
 
 TARGET = ROOT / "app" / "web" / "js" / "types.d.ts"
 HEADER = "// Made by scripts/declarations.py from the server's types; do not edit.\n"

@@ -38,7 +38,7 @@ from numpy.typing import ArrayLike
 
 from .arrays import Array
 from .errors import InputError
-from .given import rigid_transform
+from .validate import rigid_transform
 
 RegisteredTo = Literal["patient", "base"]
 

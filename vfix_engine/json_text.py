@@ -1,4 +1,4 @@
-"""JSON of anybody's making: what is read here can be written, compared, reported and computed with."""
+"""JSON from untrusted files: what is read here can be written, compared, reported and computed with."""
 
 from __future__ import annotations
 

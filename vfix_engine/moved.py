@@ -56,6 +56,23 @@ MOVED = {
     "vfix_engine.simulation": "vfix_engine.worlds.rigid",
 }
 
+# Classes that recordings hold under another name.
+RENAMED = {
+    "vfix_engine.snake.bending.optimise.Bend": "DistalBend",
+    "vfix_engine.snake.bending.visual_motor.Steering": "BendDirection",
+    "vfix_engine.worlds.snake.look_plan.View": "LookView",
+    "vfix_engine.worlds.snake.planning.Plan": "PlannerAnswer",
+    "vfix_engine.worlds.snake.planning.Seen": "ShapeAtTime",
+    "vfix_engine.worlds.snake.planning.Shape": "PlannedShape",
+}
+
+
+def current_class(name: str) -> tuple[str, str]:
+    """Module and name of today for a class's full name of any version."""
+    module, _, kind = name.rpartition(".")
+    module = current_name(module)
+    return module, RENAMED.get(f"{module}.{kind}", kind)
+
 
 def current_name(name: str) -> str:
     """The name of today for a module's name of any version."""

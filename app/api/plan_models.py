@@ -10,7 +10,7 @@ from app.kit.names import MAX_NAME
 from app.kit.values import MAX_COORDINATE
 from app.planning.verdict import Level
 from app.plans.service import Plan
-from vfix_engine.anatomy.soft_tissue import Surroundings
+from vfix_engine.anatomy.soft_tissue import TissueKind
 
 # Strict: a true or a text is no length and no setting.
 Coordinate = Annotated[float, Field(gt=-MAX_COORDINATE, lt=MAX_COORDINATE, allow_inf_nan=False, strict=True)]  # [mm]
@@ -254,7 +254,7 @@ class SnapPublic(BaseModel):
     position: tuple[float, float, float]
     moved_mm: float
     reason: str
-    lies_in: Surroundings
+    lies_in: TissueKind
 
 
 class SoftTissuePublic(BaseModel):

@@ -15,14 +15,14 @@ from app.cases.structures import (
     within_a_sentence,
 )
 from app.kit.errors import NotFound
+from app.kit.values import Position
 from vfix_engine.anatomy.bone import SurfaceReport
 from vfix_engine.anatomy.surface_uncertainty import SurfaceUncertainty, describe_report, uncertainty_of
 from vfix_engine.files.volume import BONE_HU
 
 HEAD_PHANTOM = "head-phantom"  # id of the case that travels with vfix
 
-Triple = tuple[float, float, float]
-Bounds = tuple[Triple, Triple]  # smallest and largest LPS coordinates [mm]
+Bounds = tuple[Position, Position]  # smallest and largest LPS coordinates [mm]
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class Bead:
     """A radio-opaque marker; position in LPS mm."""
 
     name: str
-    position: Triple
+    position: Position
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,7 @@ class VolumeInfo:
     """A CT volume of a case; the first of a case is the widest."""
 
     name: str
-    spacing_mm: Triple
+    spacing_mm: Position
     shape: tuple[int, int, int]  # voxels along i, j, k
     bounds_lps_mm: Bounds
     source: str
@@ -113,7 +113,7 @@ class Case:
     created: str
     deleted_at: str | None
     frame: CaseFrame
-    spacing_mm: Triple | None
+    spacing_mm: Position | None
     content_hash: str
     surfaces: tuple[SurfaceInfo, ...]
     volumes: tuple[VolumeInfo, ...]
@@ -220,7 +220,7 @@ def extracted_from(has_volume: bool) -> Provenance:
     return Provenance("ct", BONE_HU) if has_volume else Provenance("surface")
 
 
-def to_triple(values: Any) -> Triple:
+def to_triple(values: Any) -> Position:
     """Three numbers as plain floats."""
     x, y, z = (float(value) for value in values)
     return (x, y, z)

@@ -1,6 +1,6 @@
 """The content of a case out of JSON: every type, range and reference is checked, in the store and in an archive alike.
 
-A row of the store may be older than this version, and an archive may be of anybody's making; what is read here can be
+A row of the store may be older than this version, and an archive is untrusted; what is read here can be
 listed, shown, driven in and written again.
 """
 
@@ -18,19 +18,18 @@ from app.cases.model import (
     CaseFrame,
     Overlay,
     SurfaceInfo,
-    Triple,
     VolumeInfo,
     anatomy_structure,
     extracted_from,
 )
 from app.cases.structures import ANATOMY, BONE, CaseKind, Origin, Provenance, Role, Structure
 from app.kit.names import check_name, check_stored_label
-from app.kit.values import check_id, check_position, number
+from app.kit.values import Position, check_id, check_position, number
 from vfix_engine.anatomy.bone import SurfaceReport
 from vfix_engine.anatomy.surface import Dropped
 from vfix_engine.errors import InputError
 from vfix_engine.files.frame_report import FRAMES
-from vfix_engine.given import FARTHEST_MM
+from vfix_engine.validate import FARTHEST_MM
 
 MAX_ITEMS = 2000  # surfaces, structures, notes, … of one case
 MAX_NOTE = 1 << 16  # [characters]
@@ -262,7 +261,7 @@ def _three(value: Any, what: str) -> tuple[Any, Any, Any]:
     return value[0], value[1], value[2]
 
 
-def _corner(value: Any, what: str) -> Triple:
+def _corner(value: Any, what: str) -> Position:
     x, y, z = (_within(one, -4.0 * FARTHEST_MM, 4.0 * FARTHEST_MM, what) for one in _three(value, what))
     return x, y, z
 

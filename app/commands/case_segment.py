@@ -8,7 +8,8 @@ import sys
 
 from app.cases.model import Case
 from app.commands import case_structures
-from app.imaging.segmenting import Place, wish_of
+from app.imaging.segmenting import wish_of
+from app.kit.values import Position
 from app.services import Services
 from vfix_engine.anatomy.segmentation import PRESETS
 from vfix_engine.errors import InputError
@@ -59,7 +60,7 @@ def run(args: argparse.Namespace, services: Services, case: Case) -> int:
     return 0
 
 
-def _corners(text: str | None) -> tuple[Place, Place] | None:
+def _corners(text: str | None) -> tuple[Position, Position] | None:
     if text is None:
         return None
     try:

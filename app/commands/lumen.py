@@ -126,7 +126,7 @@ def run(args: argparse.Namespace) -> int:
     )
     snake = SnakeModel(1) if args.radius is None else SnakeModel(1, radius_mm=args.radius)
     album = None if args.pictures is None else Album(args.pictures, mesh, landmarks, settings)
-    recording = Recording(args.seed if args.operator == "adversarial" else None)
+    recording = RunRecording(args.seed if args.operator == "adversarial" else None)
     try:
         report = drive_lumen(
             mesh, args.start, args.end, args.links, landmarks, args.operator, settings, album, snake=snake,
@@ -151,7 +151,7 @@ def run(args: argparse.Namespace) -> int:
     return 0 if report.reached and report.within_bounds else 1
 
 
-class Recording:
+class RunRecording:
     """The run of the drive; none without a store, nor, told on stderr, with one that takes nothing."""
 
     def __init__(self, seed: int | None) -> None:

@@ -54,7 +54,7 @@ from vfix_engine.worlds.rigid.recorder import CsvRecorder
 from vfix_engine.worlds.rigid.rehearsal import Rehearsal
 from vfix_engine.worlds.rigid.rigid_spec import RigidSpec, SceneSpec
 from vfix_engine.worlds.rigid.scene import Scene
-from vfix_engine.worlds.rigid.snapshot import Snapshot
+from vfix_engine.worlds.rigid.snapshot import RigidSnapshot
 
 if TYPE_CHECKING:  # a drive without a store keeps no run
     from app.commands.recorded_run import RecordedRun
@@ -175,7 +175,7 @@ class Poses:
     def __init__(self) -> None:
         self.kept: list[tuple[float, np.ndarray, np.ndarray]] = []
 
-    def add(self, snapshot: Snapshot) -> None:
+    def add(self, snapshot: RigidSnapshot) -> None:
         ends = snapshot.segments_start, snapshot.segments_end
         if self.kept:
             moved = max(float(np.abs(new - old).max()) for new, old in zip(ends, self.kept[-1][1:], strict=True))
@@ -326,7 +326,7 @@ def _rehearse(
     try:
         with CsvRecorder(args.record, ways) as recorder:
 
-            def keep(snapshot: Snapshot) -> None:
+            def keep(snapshot: RigidSnapshot) -> None:
                 recorder.add(snapshot)
                 poses.add(snapshot)
 
@@ -363,7 +363,7 @@ def _drive(run: HeadlessRun, args: argparse.Namespace) -> dict[str, Any]:
     return result | figures | ({"zones": zones} if zones else {})
 
 
-def _stopped(last: Snapshot) -> dict[str, Any]:
+def _stopped(last: RigidSnapshot) -> dict[str, Any]:
     """Where the tool stopped and what blocks it, LPS mm; printed on stderr with advice."""
     at = [round(float(x), 1) for x in last.tip]
     blocked = None if last.blocking_point is None else [round(float(x), 1) for x in last.blocking_point]

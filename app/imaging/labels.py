@@ -37,7 +37,7 @@ _VALUE = 1  # of the label in files
 _BORDER_FROM = 0.3  # of the work on a surface: before it strokes are drawn
 
 
-class Labels:
+class PaintedLabels:
     """Painted labels, by id; may be used from any thread. Every change is durable before it returns."""
 
     def __init__(self, store: Store, cases: CaseService, jobs: Jobs) -> None:

@@ -13,6 +13,7 @@ from app.cases.service import CaseService
 from app.cases.structures import Provenance, Structure, is_closed
 from app.kit.jobs import Job, Jobs, Progress
 from app.kit.names import check_name
+from app.kit.values import Position
 from vfix_engine.anatomy.bone import SurfaceReport
 from vfix_engine.anatomy.segmentation import HIGHEST_HU, LOWEST_HU, PRESETS, Band, Segmented, SegmentRequest, segment
 from vfix_engine.anatomy.surface import Dropped
@@ -32,8 +33,6 @@ COLOURS = {
 }
 OWN_COLOUR = "#009e73"
 
-Place = tuple[float, float, float]
-
 
 @dataclass(frozen=True)
 class SegmentWish:
@@ -45,7 +44,7 @@ class SegmentWish:
 
 
 def wish_of(
-    name: str, preset: str | None, low: float | None, high: float | None, crop: tuple[Place, Place] | None,
+    name: str, preset: str | None, low: float | None, high: float | None, crop: tuple[Position, Position] | None,
     largest: bool, least_mm3: float | None, smooth_mm: float,
 ) -> SegmentWish:  # fmt: skip
     """A preset, whose ends low and high replace, or a band of both. Raises InputError or ImageError."""

@@ -19,7 +19,7 @@ _END, _LOCATOR, _LARGE = struct.Struct("<4s4H2LH"), struct.Struct("<4sLQL"), str
 
 
 def check_directory(path: Path, most_entries: int) -> None:
-    """Refuse a list that would fill the memory before anybody counts its entries, and one that is not the only one.
+    """Refuse a list that would fill the memory before its entries are counted, and one that is not the only one.
 
     Raises BadZipFile for what is no zip, or none of that form, TooLarge and OSError.
     """

@@ -1,6 +1,6 @@
 """A server of OpenIGTLink on a thread of its own: what is told goes to every client, what they send to one listener.
 
-Bounded everywhere, since anybody on this machine may connect: clients, the size of a body before it is read, the time
+Bounded everywhere, since any user of this machine may connect: clients, the size of a body before it is read, the time
 that a message takes to arrive or to be taken. Of a name only the newest message waits for a client that is slow.
 
 A client may be silent for as long as it wants, as one that only listens is. So nobody can hold every place: where all

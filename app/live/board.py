@@ -10,7 +10,7 @@ from vfix_engine.arrays import Array
 class LiveBoard:
     """The plan that was opened last and is still open, and the pose of the tool that is rehearsed. Thread-safe.
 
-    wanted: whether anybody is told; else nobody need say where the tool is.
+    wanted: whether a client is connected; otherwise the tool's pose need not be computed.
     """
 
     def __init__(self) -> None:

@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from app.kit.jobs import Job, Jobs, Progress
-from app.planning.evaluation import PlanEvaluation, Planning
+from app.planning.evaluation import Planning
+from app.planning.plan_evaluation import PlanEvaluation
 from app.planning.rehearsal_options import NO_SWITCHES, Switches
 from app.plans.model import Plan
 from app.registration.driven import AS_STORED, AsStored, Through
 
 
-class DryRuns:
+class DryRunJobs:
     """Starts dry runs; may be used from any thread."""
 
     def __init__(self, jobs: Jobs, planning: Planning) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import threading
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from functools import partial
 from typing import Any
 
@@ -21,10 +21,11 @@ from app.planning.drive import Drive
 from app.planning.openings import Openings, PlanBone
 from app.planning.piercing import pierced_along
 from app.planning.placement import StoredPlacing, placed_robot
-from app.planning.rehearsal_options import NO_SWITCHES, Standing, Switches, standing
+from app.planning.plan_evaluation import PlanEvaluation, samples_of
+from app.planning.rehearsal_options import NO_SWITCHES, Switches, standing
 from app.planning.remote_centre import path_of
 from app.planning.shaft import shaft_of
-from app.planning.verdict import Profile, Verdict, profile_of, verdict_of
+from app.planning.verdict import Profile, profile_of, verdict_of
 from app.planning.verdict_words import Stated
 from app.planning.zone_sets import check_kept, near_zones, with_errors, zone_set
 from app.plans.curve import CurveSample
@@ -33,11 +34,8 @@ from app.plans.model import DEFAULT_TOOL, Plan, drive_parts
 from app.plans.zones import PlanZone, check_zone, zone_to_json
 from app.registration.driven import AS_STORED, AsStored, DrivenRegistration, Through, no_registration
 from vfix_engine.anatomy.piercing import Ways
-from vfix_engine.anatomy.soft_tissue import Surroundings, TissuePassed, surroundings, tissue_passed
-from vfix_engine.arrays import Array
+from vfix_engine.anatomy.soft_tissue import TissueKind, surroundings, tissue_passed
 from vfix_engine.errors import InputError, PlanError, VfixError
-from vfix_engine.frames import placement_of
-from vfix_engine.geometry.path import SplinePath
 from vfix_engine.progress import ProgressCallback, no_progress
 from vfix_engine.proximity.fields.distance_field import DistanceField
 from vfix_engine.proximity.fit import Inside, nearest_free_point
@@ -46,7 +44,6 @@ from vfix_engine.worlds.rigid import preparation
 from vfix_engine.worlds.rigid.dry_run import DryRun
 from vfix_engine.worlds.rigid.inspection_cone import InspectionCone, inspection_cone
 
-SPACING_MM = 0.5  # between samples of the spline
 _MOVED_MM = 0.01  # a shorter move is not worth a word
 
 
@@ -60,65 +57,7 @@ class SnapResult:
     position: Position
     moved_mm: float
     reason: str
-    lies_in: Surroundings = "not_known"
-
-
-@dataclass(frozen=True, eq=False)
-class PlanEvaluation:
-    """A plan as the controller would drive it; lengths in mm, positions in LPS.
-
-    s (n,), positions (n, 3): samples of the spline. clearance (n,): bone clearance of the whole tool when its tip is
-    there, NaN where it did not get. soft_tissue: what the tool passes besides.
-    base (4, 4) transform_base_to_image and q_start: the placing that was driven.
-    completed, reason: whether the end was reached, and what held the tool where it was not.
-    standing: the fixtures that the switches of the rehearsal stood for. zones: the plan's structures to spare.
-    profile: clearance and soft tissue along the path; verdict: what both mean, with words.
-    tool_radius (S,): of the tool's segments.
-    removed_mm3: volume of the bone that the plan removes first; the run is in what is left.
-    registered: the registration that it goes by.
-    """
-
-    s: Array
-    positions: Array
-    clearance: Array
-    completed: bool
-    reason: str
-    base: Array
-    q_start: Array
-    degree: int
-    length_mm: float
-    reached_mm: float
-    run: DryRun
-    soft_tissue: TissuePassed
-    standing: Standing
-    profile: Profile
-    verdict: Verdict
-    tool_radius: Array
-    zones: ZoneSet
-    removed_mm3: float = 0.0
-    registered: DrivenRegistration | None = None
-
-    @property
-    def min_clearance_mm(self) -> float:
-        """Least bone clearance of the whole tool."""
-        return float(self.run.clearance.min())
-
-    @property
-    def placement(self) -> Array | None:
-        """transform_base_to_patient (4, 4), mm; None where the image is registered to the base alone."""
-        if self.registered is None:
-            return self.base
-        return None if self.registered.image.to == "base" else placement_of(self.base, self.registered.image)
-
-    @property
-    def tightest_mm(self) -> float:
-        """Where the tip is along the path in the pose of the least bone clearance."""
-        return float(self.run.s[self.run.clearance.argmin()])
-
-    def samples(self) -> tuple[CurveSample, ...]:
-        """The samples for an export."""
-        rows = zip(self.s.tolist(), self.positions.tolist(), self.clearance.tolist(), strict=True)
-        return tuple(CurveSample(s, (p[0], p[1], p[2]), None if np.isnan(c) else c) for s, p, c in rows)
+    lies_in: TissueKind = "not_known"
 
 
 class Planning:
@@ -190,7 +129,7 @@ class Planning:
         registered = self._read(plan, through)  # once: the answer is kept under the one that was driven
         key = self._content_key(plan, switches, registered_key(registered))
         found = self._evaluations.get(key, lambda: self._evaluate(plan, progress, switches, registered))
-        return _beside(found, plan)
+        return found.beside(plan)
 
     def bone(self, plan: Plan) -> PlanBone:
         """The bone that a plan is driven in: the case's, without what the plan removes. Raises PlanError."""
@@ -282,11 +221,7 @@ class Planning:
         try:
             evaluation = self.evaluate(plan)
         except VfixError as error:
-            path = path_of(plan)
-            s = _stations(path)
-            places = path.position(s).tolist()
-            samples = zip(s.tolist(), places, strict=True)
-            return tuple(CurveSample(at, (p[0], p[1], p[2]), None) for at, p in samples), f"No clearances: {error}"
+            return samples_of(path_of(plan)), f"No clearances: {error}"
         removed = f"{evaluation.removed_mm3:.0f} mm³ of bone are removed first." if evaluation.removed_mm3 else ""
         held = f"The tool gets {evaluation.reached_mm:.1f} of {evaluation.length_mm:.1f} mm: {evaluation.reason}."
         return evaluation.samples(), " ".join(filter(None, ["" if evaluation.completed else held, removed]))
@@ -300,7 +235,7 @@ class Planning:
         registered = None if found.registered is None else found.registered.image
         return placed_robot(plan.robot, found.base, found.q_start, registered)
 
-    def prospect(
+    def preview(
         self,
         plan: Plan,
         placing: StoredPlacing,
@@ -312,7 +247,7 @@ class Planning:
         placing: of the robot for the path as it was. It is not placed anew, and nothing is kept of the answer.
         Raises as `evaluate`, and StartRefused where the robot does not reach the entry from where it stands.
         """
-        return _beside(self._evaluate(plan, progress, switches, self.registration(plan), placing), plan)
+        return self._evaluate(plan, progress, switches, self.registration(plan), placing).beside(plan)
 
     def _evaluate(
         self,
@@ -322,7 +257,7 @@ class Planning:
         registered: DrivenRegistration | None,
         kept: StoredPlacing | None = None,
     ) -> PlanEvaluation:
-        """kept: the placing of a prospect, None where the answer is to stay."""
+        """kept: the placing of a preview, None where the answer is to stay."""
 
         def tell(stage: str, fraction: float) -> None:
             self._go_on()
@@ -347,36 +282,18 @@ class Planning:
         placing = drive.run(plan.robot, settings, tell, None if registered is None else registered.image, kept)
         run = placing.run
         tell("Measuring the soft tissue", 0.95)
-        s = _stations(path)
         profile, passed = self._profile(plan, run, zones, registered, tell), tissue_passed(volume, run.stations())
-        stated = Stated(stands.words, bone.removed_mm3)
-        pierced = pierced_along(self.ways(plan), run, tell)
+        stated, pierced = Stated(stands.words, bone.removed_mm3), pierced_along(self.ways(plan), run, tell)
+        verdict = verdict_of(run, profile, tool, tree, case, settings.kept_mm, passed.complete, pierced, stated)
         return PlanEvaluation(
-            s=s,
-            positions=path.position(s),
-            clearance=_clearance_at(s, run),
-            completed=run.completed,
-            reason=run.reason,
+            path=path,
+            run=run,
             base=placing.base,
             q_start=placing.q_start,
-            degree=path.degree,
-            length_mm=path.length,
-            reached_mm=run.reached_mm,
-            run=run,
             soft_tissue=passed,
             standing=stands,
             profile=profile,
-            verdict=verdict_of(
-                run,
-                profile,
-                tool,
-                tree,
-                case,
-                settings.kept_mm,
-                passed.complete,
-                pierced,
-                stated,
-            ),
+            verdict=verdict,
             tool_radius=tool.radius,
             zones=zones,
             removed_mm3=bone.removed_mm3,
@@ -404,33 +321,6 @@ class Planning:
         return profile_of(run, plan_tool(plan), path_of(plan), tissue, zones, off_mm)
 
 
-def _beside(found: PlanEvaluation, plan: Plan) -> PlanEvaluation:
-    """The evaluation with what the plan says besides in its verdict, on which its drive does not depend."""
-    verdict = found.verdict.beside(plan)
-    return found if verdict is found.verdict else replace(found, verdict=verdict)
-
-
 def registered_key(registered: DrivenRegistration | None) -> str:
     """Equal for registrations that are driven and judged alike; '' without one."""
     return "" if registered is None else repr(registered.key)
-
-
-def _stations(path: SplinePath) -> Array:
-    return np.linspace(0.0, path.length, max(2, int(np.ceil(path.length / SPACING_MM)) + 1))
-
-
-def _clearance_at(s: Array, run: DryRun) -> Array:
-    """Least bone clearance (n,) of the driven poses around each sample; NaN beyond the end of the run.
-
-    The least of a neighbourhood, not an interpolation: a narrow place between two samples must be seen.
-    """
-    half = 0.5 * (s[1] - s[0])
-    clearance = np.full(len(s), np.nan)
-    for index, at in enumerate(s):
-        near = np.abs(run.s - at) <= half
-        if near.any():
-            clearance[index] = run.clearance[near].min()
-    known = ~np.isnan(clearance)
-    between = ~known & (s <= run.s.max())
-    clearance[between] = np.interp(s[between], s[known], clearance[known])
-    return clearance

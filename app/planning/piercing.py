@@ -8,13 +8,13 @@ from typing import Literal, Self
 
 import numpy as np
 
-from vfix_engine.anatomy.piercing import Piercing, Run, SidewaysColumn, Ways, piercing_of
+from app.kit.values import Position
+from vfix_engine.anatomy.piercing import Piercing, SidewaysColumn, TissueRun, Ways, piercing_of
 from vfix_engine.anatomy.way_round_kernel import REACH_MM
 from vfix_engine.arrays import Array
 from vfix_engine.progress import ProgressCallback
 from vfix_engine.worlds.rigid.dry_run import STATION_MM, DryRun
 
-Place = tuple[float, float, float]
 PiercedState = Literal["none", "room", "wall", "unknown"]
 
 _MIDDLE_MM = 3.0  # nearer to the middle of the head than that is told as the middle
@@ -35,8 +35,8 @@ class Pierced:
     state: PiercedState
     sideways_mm: float | None = None
     gives_mm: float | None = None
-    begin: Place | None = None
-    end: Place | None = None
+    begin: Position | None = None
+    end: Position | None = None
     s_mm: float | None = None
     where: str = ""
     s: Array | None = None
@@ -51,7 +51,7 @@ class Pierced:
         return far
 
     @property
-    def ends(self) -> tuple[Place, Place] | None:
+    def ends(self) -> tuple[Position, Position] | None:
         """Both ends of the tissue that is pierced; None where none is."""
         if self.state not in ("room", "wall") or self.begin is None or self.end is None:
             return None
@@ -145,8 +145,8 @@ class PiercedReport:
     state: PiercedState
     sideways_mm: float | None
     gives_mm: float | None
-    begin: Place | None
-    end: Place | None
+    begin: Position | None
+    end: Position | None
     s_mm: float | None
     words: str
 
@@ -156,7 +156,7 @@ class PiercedReport:
         return cls(found.state, far, found.gives_mm, found.begin, found.end, found.s_mm, found.words)
 
 
-def place_words(run: Run, ways: Ways) -> str:
+def place_words(run: TissueRun, ways: Ways) -> str:
     """Where tissue begins that a tool passes: its side of the patient, its height above the path's entry, its place."""
     x, y, z = run.begin if run.outside == "room" or run.inside != "room" else run.end
     beside = x - ways.middle_mm

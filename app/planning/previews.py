@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 
 from app.cases.service import CaseService
 from app.kit.values import Position
-from app.planning.evaluation import PlanEvaluation, Planning
+from app.planning.evaluation import Planning
 from app.planning.placement import StoredPlacing
+from app.planning.plan_evaluation import PlanEvaluation
 from app.planning.rehearsal_options import NO_SWITCHES, Switches
 from app.plans.model import Plan, without_placing
 from app.plans.points import PlanPoint
@@ -29,14 +30,14 @@ class Dragged:
 
 
 @dataclass(frozen=True, eq=False)
-class Prospect:
+class Preview:
     """The evaluation of the path as it would be, and how far a release would move the point off bone in mm."""
 
     evaluation: PlanEvaluation
     moved_mm: float = 0.0
 
 
-class Prospects:
+class Previews:
     """Judges plans under a hand; may be used from any thread."""
 
     def __init__(self, cases: CaseService, planning: Planning) -> None:
@@ -49,11 +50,11 @@ class Prospects:
         placing: StoredPlacing,
         progress: ProgressCallback,
         switches: Switches = NO_SWITCHES,
-    ) -> Prospect:
-        """The path with the point where a release would put it, driven dry as the stored one is.
+    ) -> Preview:
+        """The path with the point where a release would put it, simulated as the stored one is.
 
         placing: of the robot along the stored path, whose base is kept. progress: as of `Planning.evaluate`.
-        Raises PlanError where no place near the hand is clear of bone, and as `Planning.prospect`.
+        Raises PlanError where no place near the hand is clear of bone, and as `Planning.preview`.
         """
         position, moved_mm = dragged.position, 0.0
         if position is not None:
@@ -65,7 +66,7 @@ class Prospects:
             else point
             for point in plan.points
         ]
-        return Prospect(self._planning.prospect(with_points(plan, points), placing, progress, switches), moved_mm)
+        return Preview(self._planning.preview(with_points(plan, points), placing, progress, switches), moved_mm)
 
 
 def with_points(plan: Plan, points: Sequence[PlanPoint]) -> Plan:

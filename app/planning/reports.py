@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from app.planning.dry_runs import DryRuns
+from app.planning.dry_runs import DryRunJobs
 from app.planning.evaluation import Planning
 from app.planning.piercing import NOT_KNOWN, PiercedReport
 from app.planning.rehearsal_options import SwitchBoard, Switches
@@ -16,7 +16,7 @@ from app.plans.model import NOTICE, Plan
 from vfix_engine.errors import PlanError, StartRefused
 
 if TYPE_CHECKING:
-    from app.planning.evaluation import PlanEvaluation
+    from app.planning.plan_evaluation import PlanEvaluation
 
 
 @dataclass(frozen=True)
@@ -87,7 +87,7 @@ class PathReports:
     """Evaluates paths of plans, stored or not, as they would be driven now; may be used from any thread."""
 
     def __init__(
-        self, planning: Planning, dry_runs: DryRuns, removed: RemovedVolumeService, switches: SwitchBoard
+        self, planning: Planning, dry_runs: DryRunJobs, removed: RemovedVolumeService, switches: SwitchBoard
     ) -> None:
         self._planning, self._dry_runs, self._removed, self._switches = planning, dry_runs, removed, switches
 

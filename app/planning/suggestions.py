@@ -16,7 +16,7 @@ from app.clock import utc_now
 from app.kit.cache import Cache
 from app.kit.errors import NotFound, PlanConflict
 from app.kit.jobs import Job, JobKind, Jobs, Progress
-from app.kit.values import check_position
+from app.kit.values import Position, check_position
 from app.planning.distance_fields import Fields
 from app.planning.evaluation import Planning
 from app.planning.piercing import sideways_of
@@ -39,15 +39,13 @@ from vfix_engine.suggestion import (
     Alternative,
     NoWay,
     Room,
+    SearchSpace,
     Suggestion,
-    Surroundings,
     best_drives,
     drive_plan,
     suggest_path,
 )
 from vfix_engine.worlds.rigid import preparation
-
-Position = tuple[float, float, float]
 
 WORTH_TELLING_MM = 0.5  # a path that ends farther than this from its target says so
 _KEPT = 16  # answers that are remembered
@@ -248,7 +246,7 @@ class Suggestions:
         same = f"{kind} {plan.id} {plan.revision} {tuple(ends)}"
         return self._jobs.submit(work, kind=kind, lane=lane, case_id=plan.case_id, subject=plan.name, same=same)
 
-    def _around(self, plan: Plan, places: Sequence[Position], tell: ProgressCallback) -> Surroundings:
+    def _around(self, plan: Plan, places: Sequence[Position], tell: ProgressCallback) -> SearchSpace:
         """Bone, soft tissue and structures to spare around places."""
         preparation.wait(lambda: tell("Preparing the engine", 0.0))
         case = self._cases.get(plan.case_id)
@@ -261,7 +259,7 @@ class Suggestions:
         tissue = None if fields.tissue is None else opened_field(fields.tissue, bone.regions)
         room = Room(opened_field(fields.bone, bone.regions), tissue)
         ways = None if tissue is None else Ways(tissue, self._fields.air(case), places[0])
-        return Surroundings(bone.tree, room, zones.zones, zones.soft_zones, case.structure_names(), ways)
+        return SearchSpace(bone.tree, room, zones.zones, zones.soft_zones, case.structure_names(), ways)
 
 
 def draft(case: Case, content: PlanContent, name: str = "") -> Plan:

@@ -19,8 +19,8 @@ from app.planning.soft_depths import SoftDepth, soft_depths
 from app.planning.verdict_words import (
     SHORT_MM,
     Doubt,
-    Part,
     Stated,
+    VerdictPart,
     doubt_parts,
     held_parts,
     nearest_parts,
@@ -132,7 +132,7 @@ class Verdict:
     nostril_mm: float | None
     tissue_depth_mm: float | None
     tissue_s_mm: float | None
-    body: tuple[Part, ...]
+    body: tuple[VerdictPart, ...]
     soft: tuple[SoftDepth, ...] = ()
     doubt: Doubt | None = None
     reason: Reason = "clear"
@@ -147,9 +147,9 @@ class Verdict:
         return IN_SHORT[self.reason]
 
     @property
-    def parts(self) -> tuple[Part, ...]:
+    def parts(self) -> tuple[VerdictPart, ...]:
         """The verdict in words."""
-        return (Part(f"{self.short}."), *self.body)
+        return (VerdictPart(f"{self.short}."), *self.body)
 
     def beside(self, plan: Plan) -> Verdict:
         """The verdict on the same drive with what a plan says besides: the side of its entry, and its targets.
@@ -160,7 +160,10 @@ class Verdict:
         if not caution and not ends:
             return self
         reason: Reason = "side" if caution and self.level not in ("blocked", "pierces") else self.reason
-        told = (*((Part(f" {ends}", detail=True),) if ends else ()), *((Part(f" {caution}"),) if caution else ()))
+        told = (
+            *((VerdictPart(f" {ends}", detail=True),) if ends else ()),
+            *((VerdictPart(f" {caution}"),) if caution else ()),
+        )
         return replace(self, level=_LEVELS[reason], reason=reason, body=(*self.body, *told), side_caution=caution)
 
     @property
@@ -253,7 +256,7 @@ def refused(error: StartRefused) -> Verdict:
     words = str(error)
     return Verdict(
         "blocked", "unknown", None, "", "", None, None, None, None, None,
-        (Part(f" {words[:1].upper()}{words[1:].rstrip('.')}."),), reason="refused",
+        (VerdictPart(f" {words[:1].upper()}{words[1:].rstrip('.')}."),), reason="refused",
     )  # fmt: skip
 
 

@@ -10,8 +10,8 @@ import numpy as np
 
 from app.kit.values import MAX_COORDINATE, Position, check_position, number
 from vfix_engine.errors import InputError
-from vfix_engine.given import rigid_transform
 from vfix_engine.registration.chained_error import checked_covariance
+from vfix_engine.validate import rigid_transform
 
 PosesFrom = Literal["file", "simulated", "tracker"]
 MAX_POSES = 10_000

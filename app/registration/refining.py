@@ -28,8 +28,8 @@ from app.registration.touched_surface import MAX_TOUCHED, Refinement, TouchedFro
 from app.registration.tracked_tip import recorded_tips
 from vfix_engine.arrays import Array
 from vfix_engine.errors import InputError, VfixError
-from vfix_engine.given import whole
 from vfix_engine.registration import refine_on_surface
+from vfix_engine.validate import whole
 
 if TYPE_CHECKING:
     from app.link import TrackerClient

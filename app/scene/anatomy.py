@@ -11,7 +11,7 @@ import trimesh
 import viser
 
 from app.scene import palette
-from app.scene.labels import Labels
+from app.scene.labels import SceneLabels
 from app.scene.picking import Cut
 from vfix_engine.arrays import Array
 from vfix_engine.geometry.mesh import TriangleMesh
@@ -161,7 +161,7 @@ class SliceNodes:
 class LetterNodes:
     """R L A P I S around the head."""
 
-    def __init__(self, labels: Labels, bounds: Array) -> None:
+    def __init__(self, labels: SceneLabels, bounds: Array) -> None:
         centre, half = bounds.mean(axis=0), (bounds[1] - bounds[0]) / 2.0
         rise = np.array([0.0, 0.0, LETTER_RISE * half[2]])  # the middle of the face is where one works
         self._nodes = [

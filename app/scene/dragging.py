@@ -10,10 +10,9 @@ import numpy as np
 import numpy.typing as npt
 import viser
 
+from app.kit.values import Position
 from app.scene import palette
 from app.scene.checks import finite_position
-
-Position = tuple[float, float, float]
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from app.kit.values import Position
 from app.scene import palette
 from app.scene.lines import Lines, joined, ring
 
@@ -18,8 +19,6 @@ if TYPE_CHECKING:
 
 OPACITY = 0.25
 RING_MM = 0.6  # thickness
-
-Position = tuple[float, float, float]
 
 
 class ErrorBalls:

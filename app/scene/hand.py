@@ -11,7 +11,7 @@ import viser
 
 from app.scene import palette
 from app.scene.checks import finite_position
-from app.scene.labels import Labels
+from app.scene.labels import SceneLabels
 from vfix_engine.arrays import Array
 
 GRIP_RADIUS_MM = 5.0
@@ -30,7 +30,7 @@ class GripDrag:
 class HandNodes:
     """What the user takes hold of. The ball follows the hand while it is dragged, else the tool."""
 
-    def __init__(self, scene: viser.SceneApi, labels: Labels, on_drag: Callable[[GripDrag], object]) -> None:
+    def __init__(self, scene: viser.SceneApi, labels: SceneLabels, on_drag: Callable[[GripDrag], object]) -> None:
         self._on_drag = on_drag
         self._grip_at = np.zeros(3)
         self._hand: Array | None = None  # where the hand is, set on viser's loop and read on the session's thread

@@ -12,13 +12,13 @@ import viser
 from vfix_engine.arrays import Array
 
 
-class Label:
+class SceneLabel:
     """Words at a place, LPS [mm].
 
     kind: how the page draws them ('letter', 'item', 'bead', 'bead chosen', 'grip', 'centre').
     """
 
-    def __init__(self, node: viser.LabelHandle, kind: str, text: str, visible: bool, owner: Labels) -> None:
+    def __init__(self, node: viser.LabelHandle, kind: str, text: str, visible: bool, owner: SceneLabels) -> None:
         self.kind = kind
         self._node, self._owner = node, owner
         self._text, self._visible = text, visible
@@ -61,12 +61,12 @@ class Label:
         self._node.remove()
 
 
-class Labels:
+class SceneLabels:
     """All labels of one client's scene. by_page: the page writes them; viser's glyphs are hidden then."""
 
     def __init__(self, scene: viser.SceneApi) -> None:
         self._add: Callable[..., viser.LabelHandle] = scene.add_label
-        self._known: dict[int, Label] = {}
+        self._known: dict[int, SceneLabel] = {}
         self.by_page = False
 
     def add(
@@ -77,15 +77,15 @@ class Labels:
         position: npt.ArrayLike = (0.0, 0.0, 0.0),
         visible: bool = True,
         **options: Any,
-    ) -> Label:
+    ) -> SceneLabel:
         """A label of that name; options are viser's, for its own glyphs."""
         shown = visible and not self.by_page
-        label = Label(self._add(name, text, visible=shown, **options), kind, text, visible, self)
+        label = SceneLabel(self._add(name, text, visible=shown, **options), kind, text, visible, self)
         label.position = np.asarray(position)
         self._known[id(label)] = label
         return label
 
-    def forget(self, label: Label) -> None:
+    def forget(self, label: SceneLabel) -> None:
         self._known.pop(id(label), None)
 
     def leave_to_page(self, by_page: bool) -> None:
@@ -93,6 +93,6 @@ class Labels:
         for label in self._known.values():
             label.refresh()
 
-    def shown(self) -> list[Label]:
+    def shown(self) -> list[SceneLabel]:
         """Those that are to be read now, in the order in which they were made."""
         return [label for label in self._known.values() if label.visible]

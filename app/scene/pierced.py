@@ -5,12 +5,11 @@ from __future__ import annotations
 import numpy as np
 import viser
 
+from app.kit.values import Position
 from app.scene import palette
 from app.scene.view import SceneView
 
 THICKNESS_MM = 3.0  # more than most tools: it is seen around them
-
-Place = tuple[float, float, float]
 
 
 class PiercedNodes:
@@ -20,7 +19,7 @@ class PiercedNodes:
         self._scene = view.scene
         self._line: viser.LineSegmentsHandle | None = None
 
-    def show(self, ends: tuple[Place, Place] | None) -> None:
+    def show(self, ends: tuple[Position, Position] | None) -> None:
         """Both ends in LPS mm; None where nothing is pierced."""
         if ends is None:
             if self._line is not None:

@@ -11,7 +11,7 @@ import viser
 
 from app.scene import palette, shapes
 from app.scene.dragging import DragEvent, Draggable
-from app.scene.labels import Labels
+from app.scene.labels import SceneLabels
 from app.scene.lines import ring
 from vfix_engine.arrays import Array
 
@@ -41,7 +41,7 @@ class ItemNode:
     """One point or target: a ball or a diamond, with its label, draggable unless locked."""
 
     def __init__(
-        self, scene: viser.SceneApi, labels: Labels, item: PlanItem, on_drag: Callable[[DragEvent], object]
+        self, scene: viser.SceneApi, labels: SceneLabels, item: PlanItem, on_drag: Callable[[DragEvent], object]
     ) -> None:
         self._item = item
         name = f"/plan/{item.kind}_{item.id}"

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 import viser
 
+from app.kit.values import Position
 from app.scene import palette
 from app.scene.dragging import DragBall, DragEvent
 from app.scene.lines import Lines, joined, ring
@@ -21,7 +22,6 @@ OPACITY = 0.35
 HANDLE_RADIUS_MM = 0.9
 PLACE_RADIUS_MM = 1.5
 PLACE_THICKNESS_MM = 0.4
-Position = tuple[float, float, float]
 Mesh = tuple[npt.NDArray[np.float32], npt.NDArray[np.uint32]]
 
 

@@ -15,7 +15,7 @@ from app.scene.camera import Lens
 from app.scene.checks import finite_numbers, finite_position
 from app.scene.dragging import DragEvent
 from app.scene.hand import GripDrag
-from app.scene.labels import Labels
+from app.scene.labels import SceneLabels
 from app.scene.lights import add_lights
 from vfix_engine.arrays import Array
 
@@ -51,7 +51,7 @@ class SceneView:
 
     def __init__(self, client: viser.ClientHandle, events: SceneEvents) -> None:
         self._client, self.scene, self.events = client, client.scene, events
-        self.labels = Labels(self.scene)
+        self.labels = SceneLabels(self.scene)
         self.atomic, self.flush = client.atomic, client.flush
         client.gui.configure_theme(dark_mode=True, show_logo=False, show_share_button=False)
         self.scene.set_up_direction("+z")

@@ -22,9 +22,9 @@ from app.session.sections import SessionSections, StepSection
 from app.session.view_model import ViewModel
 from app.steps.base import Closable, Step
 from app.steps.registry import load, specs
-from app.views.case_view import ShownSurface
-from app.views.layers import Layer, LayerStack
-from app.views.views import Views
+from app.workspace.case_view import ShownSurface
+from app.workspace.layers import Layer, LayerStack
+from app.workspace.workspace import Workspace
 from vfix_engine.error_places import error_places
 from vfix_engine.errors import VfixError
 
@@ -67,15 +67,17 @@ class ClientSession:
         self._drawn_at = 0.0
         self._own: list[str] = []  # names of the active step's layers when everything was drawn
         self._viewed: ShownSurface | None = None  # the surface that the camera was turned to
-        self.views = Views(Client(client), services, executor, self.post, lambda words, error: self.note(words, error))
+        self.workspace = Workspace(
+            Client(client), services, executor, self.post, lambda words, error: self.note(words, error)
+        )
         self.steps: dict[str, Step] = {}
         self._step_of: dict[type[Command], Step] = {}
         for spec in specs():
-            step = self.steps[spec.name] = load(spec)(self.views, shared[spec.name])
+            step = self.steps[spec.name] = load(spec)(self.workspace, shared[spec.name])
             self._step_of |= dict.fromkeys(spec.commands, step)
         self.active = self.steps.get(FIRST_STEP) or next(iter(self.steps.values()))
         self.active.active = True
-        self.views.camera.places = lambda: [place for step in self.steps.values() for place in step.places()]
+        self.workspace.camera.places = lambda: [place for step in self.steps.values() for place in step.places()]
         self._thread = threading.Thread(target=self._run, name=f"session-{client[:6]}", daemon=True)
 
     # -- from other threads: queue only, but for what a hand does
@@ -126,8 +128,8 @@ class ClientSession:
 
     def greet(self, role: Role) -> None:
         """The client has said what it is; one that was more before gives up what it held."""
-        before, self.views.client = self.views.client, Client(self.client, role)
-        if before.may_hold and not self.views.client.may_hold:
+        before, self.workspace.client = self.workspace.client, Client(self.client, role)
+        if before.may_hold and not self.workspace.client.may_hold:
             self.post(lambda: self._each("give_up"))
 
     def command(self, command: Command, reply: Reply | None = None) -> bool:
@@ -148,7 +150,7 @@ class ClientSession:
             clicked=lambda ray: self._inbox.offer(lambda: self.active.clicked(ray)),
             item_dragged=lambda drag: self._inbox.offer(lambda: self.active.dragged(drag), _drag_slot(drag)),
             grip_dragged=lambda drag: self.active.gripped(drag),
-            camera_moved=lambda lens: self._inbox.offer(lambda: self.views.camera.moved(lens), "camera"),
+            camera_moved=lambda lens: self._inbox.offer(lambda: self.workspace.camera.moved(lens), "camera"),
         )
 
     # -- on the session's own thread
@@ -187,10 +189,10 @@ class ClientSession:
 
     def _look_again(self) -> None:
         """Other clients and the command line change cases and plans too."""
-        self.views.stale = True
+        self.workspace.stale = True
 
     def _open_first(self, wanted: Mapping[str, str]) -> None:
-        self.views.open_first(wanted.get("case"), wanted.get("plan"))
+        self.workspace.open_first(wanted.get("case"), wanted.get("plan"))
         if not self.active.available():
             self._set_step(next(name for name, step in self.steps.items() if step.available()))
         elif wanted.get("step") in self.steps:
@@ -213,7 +215,7 @@ class ClientSession:
         if isinstance(command, SetStep):
             return self._set_step(command.name)
         step = self._step_of.get(type(command))
-        return self.views.handle(command) if step is None else step.handle(command)
+        return self.workspace.handle(command) if step is None else step.handle(command)
 
     def _set_step(self, name: str) -> None:
         step = self.steps[name]
@@ -239,12 +241,12 @@ class ClientSession:
     def _attach(self, client: viser.ClientHandle) -> None:
         scene = SceneView(client, self._events())
         self._layers = LayerStack(scene)
-        self.views.camera.attach(scene)
+        self.workspace.camera.attach(scene)
         self._viewed = None
 
     def _detach(self) -> None:
         self._layers = None
-        self.views.camera.attach(None)
+        self.workspace.camera.attach(None)
         for step in self.steps.values():
             self._guarded(step.release_now)
             self._guarded(step.release)
@@ -259,16 +261,16 @@ class ClientSession:
         own = list[Layer[Any]]()
         for step in self._active_last():
             self._guarded(lambda step=step: own.extend(step.layers()))  # type: ignore[misc]
-        return {layer.name: layer for layer in (*self.views.case.layers(), *own)}
+        return {layer.name: layer for layer in (*self.workspace.case.layers(), *own)}
 
     def _publish(self) -> None:
         """Everything, after a request."""
-        fresh, self.views.stale = self.views.stale, False
-        read = self._guarded(lambda: self.view_model.publish(self.views.case.sections(fresh)))
+        fresh, self.workspace.stale = self.workspace.stale, False
+        read = self._guarded(lambda: self.view_model.publish(self.workspace.case.sections(fresh)))
         read = self._publish_steps(self._active_last(), fresh) and read
         self._guarded(self._draw)
         self.view_model.commit()
-        self.views.stale |= fresh and not read  # what could not be read is read anew next time
+        self.workspace.stale |= fresh and not read  # what could not be read is read anew next time
 
     def _publish_steps(self, steps: Iterable[Step], fresh: bool) -> bool:
         """Whether all could be read: one that cannot keeps no other one from being shown."""
@@ -291,17 +293,17 @@ class ClientSession:
             self._publish_labels()
 
     def _publish_labels(self) -> None:
-        labels: SessionSections = {"labels": self.views.camera.labels()}
+        labels: SessionSections = {"labels": self.workspace.camera.labels()}
         self.view_model.publish(labels)
 
     def _draw(self) -> None:
         """Bring the scene up to date, and say whether there is one."""
-        surface = self.views.case.surface
+        surface = self.workspace.case.surface
         ready = self._layers is not None and surface is not None
-        words = "" if ready else self.views.case.loading or "Preparing the scene …"
+        words = "" if ready else self.workspace.case.loading or "Preparing the scene …"
         shown: SessionSections = {
             "scene": {"ready": ready, "words": words},
-            "camera": self.views.camera.section(),
+            "camera": self.workspace.camera.section(),
         }
         self.view_model.publish(shown)
         if self._layers is None:
@@ -310,7 +312,7 @@ class ClientSession:
         self._publish_labels()
         if ready and self._viewed is not surface:
             self._viewed = surface
-            self.views.camera.look_from(self.active.first_view)
+            self.workspace.camera.look_from(self.active.first_view)
 
     def _draw_layers(self, stack: LayerStack) -> None:
         self._own = [layer.name for layer in self.active.layers()]
@@ -322,7 +324,7 @@ class ClientSession:
         spec = self.active.spec
         if warming:
             hint = f"{warming} …"
-        elif self.views.case.deleted and spec.input != "drive":
+        elif self.workspace.case.deleted and spec.input != "drive":
             hint = "This head was deleted elsewhere. Restore it from the list of deleted heads, or open another one."
         else:
             hint = self.active.hint()

@@ -10,7 +10,7 @@ from pydantic import AfterValidator, Field, TypeAdapter
 
 from app.messages.fields import Command, Identifier
 from app.steps import registry
-from app.views import commands as views
+from app.workspace import commands as workspace
 
 
 def _known_step(name: str) -> str:
@@ -26,7 +26,7 @@ class SetStep(Command):
 
 def commands() -> tuple[type[Command], ...]:
     """Every command: the session's own, those for what all steps share, and those of each step."""
-    return (SetStep, *views.COMMANDS, *(command for spec in registry.specs() for command in spec.commands))
+    return (SetStep, *workspace.COMMANDS, *(command for spec in registry.specs() for command in spec.commands))
 
 
 @functools.cache

@@ -105,7 +105,7 @@ def _failed(made: asyncio.Future[ClientSession]) -> bool:
     return made.cancelled() or made.exception() is not None
 
 
-class Outbox:
+class ClientOutbox:
     """Replies and notes on their way to a client (HAZ-31). Owned by the event loop's thread.
 
     Of notes so many wait at most. Replies are never dropped, since somebody waits for each: while `MAX_REPLIES` wait,
@@ -158,7 +158,7 @@ def hello() -> HelloMessage:
 
 async def _serve(websocket: WebSocket, session: ClientSession) -> None:
     loop = asyncio.get_running_loop()
-    outbox = Outbox()
+    outbox = ClientOutbox()
 
     def send_soon(message: Message) -> None:
         with contextlib.suppress(RuntimeError):  # the loop has ended
@@ -222,7 +222,7 @@ async def _may_be_read(websocket: WebSocket, message: MutableMapping[str, Any], 
     return True
 
 
-async def _write(websocket: WebSocket, session: ClientSession, outbox: Outbox) -> None:
+async def _write(websocket: WebSocket, session: ClientSession, outbox: ClientOutbox) -> None:
     """Latest state wins: what changed while the last message was on its way goes out as one message (HAZ-31).
 
     A reply is taken out before the state is read, and sent after it: whoever gets it has seen what came of the command.
@@ -259,7 +259,7 @@ def _finite(value: Any) -> Any:
 
 
 async def _read(
-    websocket: WebSocket, session: ClientSession, outbox: Outbox, send_soon: Callable[[Message], None]
+    websocket: WebSocket, session: ClientSession, outbox: ClientOutbox, send_soon: Callable[[Message], None]
 ) -> None:
     loop = asyncio.get_running_loop()
     second, count = loop.time(), 0

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TypedDict
 
 from app.steps.spec import Input
-from app.views.sections import CameraSection, LabelView, SceneSection
+from app.workspace.sections import CameraSection, LabelView, SceneSection
 
 
 class StepSection(TypedDict):

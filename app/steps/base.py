@@ -15,8 +15,8 @@ from app.scene.hand import GripDrag
 from app.scene.view import ClickRay
 from app.services import Services
 from app.steps.spec import StepSpec
-from app.views.layers import Layer
-from app.views.views import Position, Views
+from app.workspace.layers import Layer
+from app.workspace.workspace import Position, Workspace
 
 
 class Closable(Protocol):
@@ -42,8 +42,8 @@ class Step:
         """What all clients of this step share; made once per planner, closed with it, handed to each object."""
         return None
 
-    def __init__(self, views: Views, shared: Any = None) -> None:
-        self.views, self.shared = views, shared
+    def __init__(self, workspace: Workspace, shared: Any = None) -> None:
+        self.workspace, self.shared = workspace, shared
         self.active = False  # the client is in this step
 
     # -- entering and leaving
@@ -72,9 +72,9 @@ class Step:
 
     def clicked(self, ray: ClickRay) -> None:
         """A click in the scene while the step is active: the view turns about what it meets."""
-        hit = self.views.case.hit(ray)
+        hit = self.workspace.case.hit(ray)
         if hit is not None:
-            self.views.camera.turn_about(hit.position)
+            self.workspace.camera.turn_about(hit.position)
 
     def dragged(self, drag: DragEvent) -> None:
         """A point or target of the scene is dragged while the step is active."""

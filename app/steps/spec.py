@@ -1,4 +1,4 @@
-"""What the planner knows of a step before anybody opens it."""
+"""What the planner knows of a step before a client opens it."""
 
 from __future__ import annotations
 

@@ -59,7 +59,11 @@ class Store:
             private_folder(settings.home)
             _keep_private(settings.database_path)
             engine = _open(settings.database_path)
-            bring_up(engine, settings)
+            try:
+                bring_up(engine, settings)
+            except BaseException:
+                engine.dispose()  # the last connection that is closed removes SQLite's own files beside a refused one
+                raise
             return engine
         except OSError as error:
             raise StorageError(

@@ -13,11 +13,11 @@ from vfix_engine.arrays import Array
 from vfix_engine.control import StepRequest, qp
 from vfix_engine.virtual_fixtures import Constraint, Objective
 from vfix_engine.worlds.rigid.rehearsal import Rehearsal, RehearsalState
-from vfix_engine.worlds.rigid.snapshot import Snapshot
+from vfix_engine.worlds.rigid.snapshot import RigidSnapshot
 
 from .hands import HANDS, Hand, Memory
 
-Stepped = tuple[RehearsalState, Snapshot]
+Stepped = tuple[RehearsalState, RigidSnapshot]
 Assault = Callable[[Memory, Rehearsal, RehearsalState], Stepped]
 
 NONSENSE = (np.nan, np.inf, -np.inf, 1e300, -1e300, 1e-320, 0.0, 1.0)

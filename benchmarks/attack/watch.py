@@ -13,7 +13,7 @@ from vfix_engine.arrays import Array
 from vfix_engine.control import ControlSettings
 from vfix_engine.robots import RobotModel
 from vfix_engine.worlds.rigid.rehearsal import RehearsalState
-from vfix_engine.worlds.rigid.snapshot import Snapshot
+from vfix_engine.worlds.rigid.snapshot import RigidSnapshot
 
 from .bodies import Judges
 from .exact import furthest
@@ -108,7 +108,7 @@ class Watch:
         self._places = judges.screws.places(state.tool.q)
         self._clear = judges.clearance(self._places, self._margins + ROOM_MM)
 
-    def judge(self, before: RehearsalState, after: RehearsalState, snapshot: Snapshot) -> None:
+    def judge(self, before: RehearsalState, after: RehearsalState, snapshot: RigidSnapshot) -> None:
         """One step that the engine has taken."""
         tally, q = self._tally, after.tool.q
         tally.steps += 1
@@ -227,7 +227,7 @@ class Watch:
             tally.fail("coal disagrees", coal_mm=by_coal.tolist(), ours_mm=least.tolist(), places=places.tolist())
 
 
-def _all_finite(after: RehearsalState, snapshot: Snapshot) -> bool:
+def _all_finite(after: RehearsalState, snapshot: RigidSnapshot) -> bool:
     """Nothing that goes out is not a number; the error to a target that there is not may be."""
     tool = after.tool
     arrays: list[Any] = [tool.q, tool.distance, tool.tip.position, tool.tip.rotation, tool.tip.jacobian]

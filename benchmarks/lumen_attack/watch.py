@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vfix_engine.arrays import Array, BoolArray, IntArray
-from vfix_engine.pathway.limits.limits import MOTION_TOLERANCE_MM, Configuration, HardLimits, Verdict
+from vfix_engine.pathway.limits.limits import MOTION_TOLERANCE_MM, Configuration, HardLimits, MotionVerdict
 from vfix_engine.pathway.packed import PackedPathway
 from vfix_engine.worlds.snake.drive_state import DriveState
 from vfix_engine.worlds.snake.snake_drive import SnakeDrive
@@ -97,7 +97,7 @@ class _Witness:
         after: Configuration,
         bound: Array | None = None,
         known: Array | None = None,
-    ) -> Verdict:
+    ) -> MotionVerdict:
         """The certificate's verdict."""
         verdict = self._limits.certify(packed, windows, before, after, bound, known)
         if verdict.taken:

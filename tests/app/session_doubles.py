@@ -18,8 +18,8 @@ from app.steps.plan.step import PlanStep
 from app.steps.rehearse.preparation import Prepared, plan_key
 from app.steps.rehearse.shared_drive import SharedDrive
 from app.steps.rehearse.step import RehearseStep
-from app.views.plan_items import plan_items
-from app.views.views import Views
+from app.workspace.plan_items import plan_items
+from app.workspace.workspace import Workspace
 from vfix_engine.anatomy.surface import extract_surface
 from vfix_engine.control import ControlSettings
 from vfix_engine.files.volume import Volume
@@ -59,16 +59,16 @@ class Heard:
         self.words.append(words)
 
 
-def views_of(services: Services, heard: Heard | None = None) -> Views:
+def workspace_of(services: Services, heard: Heard | None = None) -> Workspace:
     """What the steps of one client share; requests are answered at once, work in the background waits."""
-    return Views(CLIENT, services, Later(), lambda request: request(), heard or Heard())
+    return Workspace(CLIENT, services, Later(), lambda request: request(), heard or Heard())
 
 
 def open_sample(services: Services, plan_id: str = SAMPLE, heard: Heard | None = None) -> PlanStep:
     """The Plan step with a plan of the embedded head open."""
-    views = views_of(services, heard)
-    step = PlanStep(views)
-    views.open_first(HEAD, plan_id)
+    workspace = workspace_of(services, heard)
+    step = PlanStep(workspace)
+    workspace.open_first(HEAD, plan_id)
     step.active = True
     return step
 

@@ -94,7 +94,7 @@ CALLS = list(_calls())
 
 def test_the_calls_are_found() -> None:
     files = {file for file, _ in CALLS}
-    assert {"app/views/background.py", "app/link/server.py", "vfix_engine/runtime/background.py"} <= files
+    assert {"app/workspace/background.py", "app/link/server.py", "vfix_engine/runtime/background.py"} <= files
     assert len(CALLS) > 25
 
 

@@ -177,7 +177,7 @@ def test_a_drag_of_the_grip_goes_to_the_joints_and_back(
     loop._running = True
     try:
         session._set_step("rehearse")
-        assert drive.lease.take(session.views.client)
+        assert drive.lease.take(session.workspace.client)
         session._tick()
         assert session._layers is not None
         nodes = session._layers._drawn["rehearse.drive"][1]

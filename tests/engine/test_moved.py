@@ -6,7 +6,7 @@ from importlib import import_module
 
 import pytest
 
-from vfix_engine.moved import MOVED, current_name
+from vfix_engine.moved import MOVED, RENAMED, current_class, current_name
 
 # What docs, examples and the changelog of version 0.1 print: module, names in it.
 PRINTED = {
@@ -88,3 +88,12 @@ def test_every_entry_is_needed_and_leads_somewhere() -> None:
         parent, _, last = old.rpartition(".")
         assert current_name(parent) + "." + last != new, f"{old} follows from the entry of its package"
         import_module(new)
+
+
+def test_a_recorded_class_is_found_under_its_name_of_today() -> None:
+    assert current_class("vfix_engine.lumen.system.planning.Plan") == (
+        "vfix_engine.worlds.snake.planning",
+        "PlannerAnswer",
+    )
+    for name, new in RENAMED.items():
+        assert hasattr(import_module(name.rpartition(".")[0]), new)

@@ -45,7 +45,7 @@ _LEAST_MM = 0.05  # it may move at least: the accuracy of a way round
 
 
 @dataclass(frozen=True)
-class Run:
+class TissueRun:
     """Tissue that the axis passes in one pose; lengths in mm, places (3,) in LPS.
 
     sideways_mm: within which air of 2 mm leads round it; inf beyond 15 mm, None where the scan ends before that is
@@ -81,11 +81,11 @@ class Run:
 class PoseWays:
     """The runs of tissue in one pose. known: the scan shows the axis from the room's air on, and each way round."""
 
-    runs: tuple[Run, ...]
+    runs: tuple[TissueRun, ...]
     known: bool
 
     @property
-    def worst(self) -> Run | None:
+    def worst(self) -> TissueRun | None:
         """The run that is pierced most: those at the room's air first, then by what exceeds the tissue's giving."""
         judged = [run for run in self.runs if run.sideways_mm is not None]
         return max(judged, key=_gravity, default=None)
@@ -103,12 +103,12 @@ class Piercing:
     rows: Indices
     sideways_mm: Array
     over_mm: Array
-    worst: Run | None
+    worst: TissueRun | None
     row: int | None
     known: bool
 
     @property
-    def pierced(self) -> Run | None:
+    def pierced(self) -> TissueRun | None:
         """The gravest run that is pierced; None where none is."""
         return self.worst if self.worst is not None and self.worst.pierced else None
 
@@ -140,7 +140,7 @@ class Ways:
     def of_axis(self, points: Array, kinds: Kinds) -> PoseWays:
         """The runs of an axis of points (n, 3), 0.25 mm apart from the tip on, of which the kinds are known."""
         stretches = list(_stretches(kinds))
-        known, runs = self.has_room and _from_room(kinds), list[Run]()
+        known, runs = self.has_room and _from_room(kinds), list[TissueRun]()
         for number, (kind, first, last) in enumerate(stretches):
             if kind != TISSUE or number + 1 == len(stretches) or stretches[number + 1][0] == UNKNOWN:
                 continue  # towards the tail: no air
@@ -158,7 +158,7 @@ class Ways:
 
     def _run(
         self, points: Array, first: int, last: int, outer: Indices, inner: Indices, ends: tuple[Ends, Ends]
-    ) -> Run:
+    ) -> TissueRun:
         window = int(WINDOW_MM / _SAMPLE_MM)
         around = _thinned(points[max(first - window, 0) : last + window + 1])
         nodes, sides = (_thinned(points), around), (points[outer], points[inner])
@@ -174,7 +174,7 @@ class Ways:
         hidden = found[0] > gives and found[1] > 0.0 and self._way(nodes, sides, through=True)[0] <= gives
         begin, end = _triple(points[last]), _triple(points[first])
         steady = _steady(float(found[0]), found[0] > gives, np.linalg.norm(along - self.entry, axis=1))
-        return Run(None if hidden else float(found[0]), gives, begin, end, *ends, steady)
+        return TissueRun(None if hidden else float(found[0]), gives, begin, end, *ends, steady)
 
     def _way(
         self, nodes: tuple[Array, Array], sides: tuple[Array, Array], through: bool, tissue: Array | None = None
@@ -317,7 +317,7 @@ def _to_polyline(points: Array, corners: Array) -> Array:
     return least
 
 
-def _gravity(run: Run) -> tuple[bool, float]:
+def _gravity(run: TissueRun) -> tuple[bool, float]:
     return run.pierced and run.from_room, run.over_mm
 
 

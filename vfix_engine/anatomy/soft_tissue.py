@@ -16,7 +16,7 @@ import numpy.typing as npt
 from vfix_engine.arrays import Array
 from vfix_engine.files.volume import Volume
 
-Surroundings = Literal["air_inside", "soft_tissue", "outside_body", "outside_scan", "not_known"]
+TissueKind = Literal["air_inside", "soft_tissue", "outside_body", "outside_scan", "not_known"]
 
 TISSUE_HU = -300.0  # above it skin, mucosa or bone; somewhat above the middle between air and soft tissue
 SAMPLE_MM = 0.1  # between samples of a centreline: the border of tissue is located to half of it
@@ -68,7 +68,7 @@ def tissue_passed(volume: Volume | None, poses: Iterable[tuple[float, Array, Arr
     return TissuePassed(length, at, not _ends_in_tissue(volume, np.concatenate(exits)))
 
 
-def surroundings(volume: Volume | None, place: npt.ArrayLike) -> Surroundings:
+def surroundings(volume: Volume | None, place: npt.ArrayLike) -> TissueKind:
     """What surrounds a point (3,) in LPS mm.
 
     'air_inside' is air enclosed by tissue (airway, sinus, mouth), 'soft_tissue' anything above -300 HU, 'outside_body'

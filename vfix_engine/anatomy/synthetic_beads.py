@@ -10,7 +10,7 @@ import numpy.typing as npt
 from vfix_engine.arrays import Array
 from vfix_engine.errors import ImageError, InputError
 from vfix_engine.files.volume import Volume
-from vfix_engine.given import real_array, within
+from vfix_engine.validate import real_array, within
 
 BEAD_HU = 2200.0
 SKIN_HU = -300.0  # halfway between air and skin

@@ -17,7 +17,7 @@ from ..kernels.compiled import compiled
 from ..proximity.pairs import COSINE, MAX_ROWS, RADIUS_MM, select
 from ..virtual_fixtures.state_kernel import BODY, SEGMENT, TRIANGLE
 from ..virtual_fixtures.stopping import stopping_distance
-from .world import World
+from .world import StepConstants
 
 
 @compiled
@@ -45,7 +45,7 @@ def largest_moves(box: Array, position: Array, jacobian: Array, start: Array, en
 
 @compiled
 def binding(
-    world: World, move: Array, rows: Array, labels: Int32Array, body: Int32Array, found: int, pairs: Array
+    world: StepConstants, move: Array, rows: Array, labels: Int32Array, body: Int32Array, found: int, pairs: Array
 ) -> int:
     """Write those of some pairs, at least one, that can bind, nearest to their margin first; how many they are.
 

@@ -23,7 +23,7 @@ from ..virtual_fixtures.state_kernel import BROKEN_COUNT, PAIR_COUNT, StateViews
 from .bind_kernel import binding, largest_moves
 from .measure_kernel import covered, measure, place
 from .sweep_kernel import bend, chords
-from .world import Cover, World, unpack_cover, unpack_world
+from .world import Cover, StepConstants, unpack_cover, unpack_world
 
 AT_LIMIT = 1e-6  # [mm or rad] a step that misses the end of a joint's range by less, as a solver's may, ends there
 SWEEP_TOLERANCE_MM = 1e-3  # how far the bound between two poses may reach under the margin
@@ -56,7 +56,7 @@ def _clear_between(one: Array, two: Array, chord: Array, sag: float, floor: Arra
 
 @inlined
 def _clear_in_halves(
-    world: World, cover: Cover, q: Array, step: Array, start: Array, end: Array, distance: Array,
+    world: StepConstants, cover: Cover, q: Array, step: Array, start: Array, end: Array, distance: Array,
     last_start: Array, last_end: Array, last_distance: Array, curve: float, floor: Array,
 ) -> int:  # fmt: skip
     """Verdict on a motion that needs to be looked at in between; its poses lie on a grid of ``_GRID`` steps."""
@@ -100,7 +100,9 @@ def _clear_in_halves(
 
 
 @compiled
-def _complete(world: World, state: StateViews, rows: Array, labels: Int32Array, body: Int32Array, found: int) -> None:
+def _complete(
+    world: StepConstants, state: StateViews, rows: Array, labels: Int32Array, body: Int32Array, found: int
+) -> None:
     """Write the joints' box of the step from a measured state, and those of its pairs that can bind in that step."""
     state.counts[BROKEN_COUNT] = step_box(
         state.q, state.velocity, world.lower, world.upper, world.speed, world.acceleration, world.dt,

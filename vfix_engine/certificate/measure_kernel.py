@@ -11,11 +11,13 @@ from ..proximity.block_kernels import LANES
 from ..proximity.candidate_kernels import NUMBERS, SINGLES, pairs_into, segment_least
 from ..proximity.candidates import still_valid
 from ..robots.chain_kernel import forward
-from .world import Cover, World
+from .world import Cover, StepConstants
 
 
 @no_refcount
-def place(world: World, q: Array, position: Array, rotation: Array, jacobian: Array, start: Array, end: Array) -> None:
+def place(
+    world: StepConstants, q: Array, position: Array, rotation: Array, jacobian: Array, start: Array, end: Array
+) -> None:
     """Tip pose, Jacobian and the tool's segments (S, 3) at joints q (n,), written into the other arguments."""
     forward(world.chain, q, rotation, position, jacobian)
     for s in range(len(start)):
@@ -27,14 +29,14 @@ def place(world: World, q: Array, position: Array, rotation: Array, jacobian: Ar
 
 
 @compiled
-def covered(world: World, cover: Cover, start: Array, end: Array) -> bool:
+def covered(world: StepConstants, cover: Cover, start: Array, end: Array) -> bool:
     """Whether no triangle outside the cover can be within the threshold of the tool in this pose."""
     return still_valid(cover.start, cover.end, world.radius, start, end, world.radius, cover.slack)
 
 
 @compiled
 def measure(
-    world: World, cover: Cover, start: Array, end: Array, threshold: float, distance: Array,
+    world: StepConstants, cover: Cover, start: Array, end: Array, threshold: float, distance: Array,
     rows: Array, labels: Int32Array, body: Int32Array,
 ) -> int:  # fmt: skip
     """Distance (B, S) of bodies and segments, no more than the world's threshold, and all pairs within ``threshold``.

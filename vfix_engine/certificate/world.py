@@ -17,7 +17,7 @@ from ..kernels.packed import packed, packing
 from ..robots.chain_kernel import Chain
 
 
-class World(NamedTuple):
+class StepConstants(NamedTuple):
     """All that stays the same during a controller's life; n joints, S segments, B bodies; mm, rad, s.
 
     chain, links (n,), reach: the robot; see ``sweep_kernel.bend`` for the last two.
@@ -125,7 +125,7 @@ class PackedWorld(NamedTuple):
     counts: IntArray
 
 
-def pack_world(world: World) -> PackedWorld:
+def pack_world(world: StepConstants) -> PackedWorld:
     """The world as its kernels take it."""
     chain = world.chain
     numbers = WorldNumbers(
@@ -145,12 +145,12 @@ def pack_poses(slack: float, start: Array, end: Array, frame: Array) -> Array:
 
 
 @shared
-def unpack_world(numbers: Array, counts: IntArray) -> World:
+def unpack_world(numbers: Array, counts: IntArray) -> StepConstants:
     """Views of a packed world."""
     n, s, b, z = counts[0], counts[1], counts[2], counts[3]
     w, kinds = _world_views(numbers, n, s, b, z), _kind_views(counts, n, z)
     chain = Chain(kinds.revolute, w.axis, w.rotation, w.offset, w.tip_rotation, w.tip_offset)
-    return World(
+    return StepConstants(
         chain, w.links, w.reach, w.start, w.end, w.radius, w.lower, w.upper, w.speed, w.acceleration,
         ShapeTable(kinds.shape, w.shapes), w.margin, w.keep, w.threshold, w.change, w.dt, w.regularisation,
     )  # fmt: skip

@@ -6,7 +6,7 @@ The controller does these three, tries less where a step is refused, and names w
 """
 
 from ..virtual_fixtures import StepState
-from .blockers import Blocker
+from .blockers import LimitingConstraint
 from .context import ControlContext
 from .controller import Controller
 from .problem import Problem, Row
@@ -17,13 +17,13 @@ from .step_report import StepReport
 from .step_request import HandCommand, StepRequest, Task
 
 __all__ = [
-    "Blocker",
     "Bound",
     "Certified",
     "ControlContext",
     "ControlSettings",
     "Controller",
     "HandCommand",
+    "LimitingConstraint",
     "Problem",
     "Refused",
     "Row",

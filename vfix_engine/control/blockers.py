@@ -22,7 +22,7 @@ _WORDS = {
 
 
 @dataclass(frozen=True, eq=False)
-class Blocker:
+class LimitingConstraint:
     """One reason why the tool moves less than the hand wants.
 
     kind: 'bone', 'zone', 'joint' (at the end of its range), 'speed', 'acceleration', 'certificate', 'solver', 'task' or
@@ -60,11 +60,11 @@ class Blocker:
         return self.words or _WORDS.get(self.kind, self.kind)
 
 
-def active_constraints(problem: Problem, solution: Solution) -> tuple[Blocker, ...]:
+def active_constraints(problem: Problem, solution: Solution) -> tuple[LimitingConstraint, ...]:
     """The active rows by their multipliers, strongest first, one per structure and part, joint or reason."""
-    found: dict[object, Blocker] = {}
+    found: dict[object, LimitingConstraint] = {}
 
-    def note(key: object, blocker: Blocker) -> None:
+    def note(key: object, blocker: LimitingConstraint) -> None:
         if key not in found or found[key].weight < blocker.weight:
             found[key] = blocker
 
@@ -83,21 +83,23 @@ def active_constraints(problem: Problem, solution: Solution) -> tuple[Blocker, .
     return tuple(sorted(found.values(), key=lambda b: -b.weight))
 
 
-def nearest(state: StepState) -> tuple[Blocker, ...]:
+def nearest(state: StepState) -> tuple[LimitingConstraint, ...]:
     """The nearest structure, where the certificate held a step that no row had slowed."""
-    return (pair_blocker(state, 0, 1.0),) if len(state.pairs) else (Blocker("certificate"),)
+    return (pair_blocker(state, 0, 1.0),) if len(state.pairs) else (LimitingConstraint("certificate"),)
 
 
-def unsolved(problem: Problem) -> Blocker:
+def unsolved(problem: Problem) -> LimitingConstraint:
     """Why no program has an answer: whoever asks for numbers that are not finite, or nobody by name."""
     if not _finite(problem.request.objectives, problem.request.constraints) or not np.isfinite(problem.scale):
         tasks = problem.tasks if isinstance(problem.tasks, (list, tuple)) else (problem.tasks,)
         names = " or ".join(type(task).__name__ for task in tasks)
-        return Blocker("task", names, words=f"the task {names} asks for numbers that are not finite")
+        return LimitingConstraint("task", names, words=f"the task {names} asks for numbers that are not finite")
     if not _finite(problem.objectives, problem.constraints):
         names = " or ".join(type(fixture).__name__ for fixture in problem.fixtures)
-        return Blocker("fixture", names, words=f"the fixture {names} has rows with numbers that are not finite")
-    return Blocker("solver")
+        return LimitingConstraint(
+            "fixture", names, words=f"the fixture {names} has rows with numbers that are not finite"
+        )
+    return LimitingConstraint("solver")
 
 
 def _finite(objectives: Sequence[Objective], constraints: Sequence[Constraint]) -> bool:
@@ -106,15 +108,15 @@ def _finite(objectives: Sequence[Objective], constraints: Sequence[Constraint]) 
     return all(np.isfinite(part).all() for part in parts)
 
 
-def pair_blocker(state: StepState, index: int, weight: float) -> Blocker:
+def pair_blocker(state: StepState, index: int, weight: float) -> LimitingConstraint:
     """The blocker of one pair of a measured state."""
     pair, context = state.pairs[index], state.context
     body, part = int(pair[BODY]), context.tool.segment_names[int(pair[SEGMENT])]
     kind = "zone" if body > 0 else "bone"
-    return Blocker(kind, context.structures[body], weight, part, float(pair[0]), np.array(pair[7:10]))
+    return LimitingConstraint(kind, context.structures[body], weight, part, float(pair[0]), np.array(pair[7:10]))
 
 
-def _joint_blocker(problem: Problem, joint: int, weight: float) -> Blocker:
+def _joint_blocker(problem: Problem, joint: int, weight: float) -> LimitingConstraint:
     """A joint at its limit, at its top speed, or gathering speed."""
     world, (low, high) = problem.context.world, problem.joint_box
     name = problem.context.robot.robot.joints[joint].name
@@ -125,11 +127,11 @@ def _joint_blocker(problem: Problem, joint: int, weight: float) -> Blocker:
         kind = "speed"
     elif abs(abs(bound - last) - change) <= 1e-9 * (change + abs(last)):
         kind = "acceleration"
-    return Blocker(kind, name, abs(weight), joint=joint)
+    return LimitingConstraint(kind, name, abs(weight), joint=joint)
 
 
-def _row_blocker(constraint: Constraint, row: int, weight: float) -> Blocker:
+def _row_blocker(constraint: Constraint, row: int, weight: float) -> LimitingConstraint:
     """The blocker of a constraint's row."""
     text = constraint.text or ("",)
     words = text[row] if len(text) == len(constraint.bound) else text[0]
-    return Blocker(constraint.kind, weight=weight, words=words)
+    return LimitingConstraint(constraint.kind, weight=weight, words=words)

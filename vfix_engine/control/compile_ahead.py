@@ -16,7 +16,7 @@ from ..certificate.bind_kernel import binding, largest_moves
 from ..certificate.certify_kernel import certify_motion, measure_state
 from ..certificate.measure_kernel import covered, measure, place
 from ..certificate.sweep_kernel import bend, chords
-from ..certificate.world import World, unpack_cover, unpack_world
+from ..certificate.world import StepConstants, unpack_cover, unpack_world
 from ..geometry.capsules import Segments
 from ..geometry.mesh import TriangleMesh
 from ..proximity.candidate_kernels import pack
@@ -92,7 +92,7 @@ def call_requests(robot: PlacedRobot, tool: Tool, settings: ControlSettings) -> 
     load_shaft_rows(guide, before)
 
 
-def _state(world: World) -> tuple[Array, StateViews]:
+def _state(world: StepConstants) -> tuple[Array, StateViews]:
     """An empty packed state and its parts."""
     sizes = len(world.lower), len(world.radius), len(world.margin)
     numbers = np.zeros(state_size(*sizes))

@@ -15,11 +15,11 @@ from ..arrays import Array, Int32Array, IntArray
 from ..certificate.certify_kernel import KEPT, OVERFULL, UNCOVERED, certify_motion, measure_state
 from ..certificate.sweep_kernel import motion_sag
 from ..errors import ControlError, InputError, StartRefused
-from ..given import real_array
 from ..kernels.array_table import table_of
 from ..proximity.pairs import MAX_ROWS
 from ..proximity.proximity import Proximity
 from ..robots import PlacedRobot, Tool
+from ..validate import real_array
 from ..virtual_fixtures import Boundary, Fixture, JointLimits, StepState
 from ..virtual_fixtures.state import Layout
 from ..virtual_fixtures.zones import Zone, refuse_start

@@ -9,9 +9,9 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import InputError
-from ..given import real_array, several
 from ..proximity.proximity import Proximity
 from ..robots import PlacedRobot, Tool
+from ..validate import real_array, several
 from ..virtual_fixtures import Fixture, Objective, StepState
 from ..virtual_fixtures.zones import Zone
 from . import qp

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..arrays import Array, IntArray
-from ..certificate.world import World, unpack_world
+from ..certificate.world import StepConstants, unpack_world
 from ..kernels.compiled import compiled, inlined
 from ..virtual_fixtures.boundary import approach
 from ..virtual_fixtures.state_kernel import BODY, StateViews, binding_pairs, state_views
@@ -94,7 +94,7 @@ def set_box(low: Array, high: Array, scale: float, upper: Array, lower: Array) -
 
 @compiled
 def assemble(
-    world: World, state: StateViews, matrix: Array, target: Array, weight: Array, given: Array, bound: Array,
+    world: StepConstants, state: StateViews, matrix: Array, target: Array, weight: Array, given: Array, bound: Array,
     scale: float, hessian: Array, gradient: Array, rows: Array, upper: Array, lower: Array,
 ) -> float:  # fmt: skip
     """The QP of one step from a measured state: ``fill`` with the box of the joints' limits.

@@ -16,7 +16,7 @@ import numpy as np
 from ..arrays import Array
 from ..virtual_fixtures import StepState, joint_bounds
 from . import qp
-from .blockers import Blocker, active_constraints, nearest, unsolved
+from .blockers import LimitingConstraint, active_constraints, nearest, unsolved
 from .problem import Problem
 from .program import Solution
 from .step import Certified, Refused, braking, certify_step, refused_by, solve_step
@@ -123,7 +123,7 @@ def _moved_whole(problem: Problem, after: StepState) -> StepReport:
     )
 
 
-def _explained(problem: Problem) -> tuple[Blocker, ...]:
+def _explained(problem: Problem) -> tuple[LimitingConstraint, ...]:
     return _why(problem, None)[0]
 
 
@@ -147,10 +147,10 @@ def _moved(
     if request.along is None or attempt.rests:
         achieved = 1.0
 
-    def explain() -> tuple[Blocker, ...]:
+    def explain() -> tuple[LimitingConstraint, ...]:
         return _why(attempt, solution)[0]
 
-    why: tuple[Blocker, ...] = ()
+    why: tuple[LimitingConstraint, ...] = ()
     outcome = "moved" if share == 1.0 else "shrunk"
     if achieved < SLOWED_SHARE:
         why, gathering = _why(attempt, solution)
@@ -161,14 +161,14 @@ def _moved(
     return _idle(report) if attempt.rests else report
 
 
-def _refusing(verdict: Certified | Refused) -> tuple[Blocker, ...]:
+def _refusing(verdict: Certified | Refused) -> tuple[LimitingConstraint, ...]:
     """The fixture that does not admit where a motion ends, by the words of its rows; nothing where it is another."""
     by = None if isinstance(verdict, Certified) else verdict.by
     words = getattr(by, "words", "")
-    return (Blocker("fixture", words=words),) if words else ()
+    return (LimitingConstraint("fixture", words=words),) if words else ()
 
 
-def _held(problem: Problem, why: tuple[Blocker, ...], rows: int) -> StepReport:
+def _held(problem: Problem, why: tuple[LimitingConstraint, ...], rows: int) -> StepReport:
     """The tool stays where it is."""
     state = problem.state
     emergency = exceeds_acceleration(problem, np.zeros(len(state.q)))
@@ -200,7 +200,7 @@ def _stopped(state: StepState) -> StepState:
     return stopped
 
 
-def _why(attempt: Problem, solution: Solution | None) -> tuple[tuple[Blocker, ...], bool]:
+def _why(attempt: Problem, solution: Solution | None) -> tuple[tuple[LimitingConstraint, ...], bool]:
     """What acts on a step, but for accelerations; and whether those do as well."""
     found = attempt.found_solution() if solution is None else solution
     every = () if found is None else active_constraints(attempt, found)

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 
 from ..arrays import Array
 from ..errors import InputError
-from ..given import real_array
+from ..validate import real_array
 from ..virtual_fixtures import Constraint, Fixture, Rows, Situation, StepState, brake
 from . import qp
 from .context import ControlContext, context_of

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from ..virtual_fixtures import StepState
-from .blockers import Blocker
+from .blockers import LimitingConstraint
 
 
 class StepReport(NamedTuple):
@@ -23,13 +23,13 @@ class StepReport(NamedTuple):
     state: StepState
     outcome: str
     share: float
-    blockers: tuple[Blocker, ...]
+    blockers: tuple[LimitingConstraint, ...]
     rows: int
     emergency: bool = False
-    explain: Callable[[], tuple[Blocker, ...]] = tuple
+    explain: Callable[[], tuple[LimitingConstraint, ...]] = tuple
     ramp_fraction: float = 1.0
 
-    def active_constraints(self) -> tuple[Blocker, ...]:
+    def active_constraints(self) -> tuple[LimitingConstraint, ...]:
         """What acts on the step, strongest first: a tool that slides along bone loses no motion and still touches."""
         return self.blockers or self.explain()
 

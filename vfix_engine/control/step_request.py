@@ -12,7 +12,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import InputError
-from ..given import real_array
+from ..validate import real_array
 from ..virtual_fixtures import Constraint, Objective, StepState
 
 _FLOAT = np.dtype(np.float64)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..arrays import Array, Float32Array, Int32Array, IntArray
-from ..certificate.world import World, pack_poses, pack_world
+from ..certificate.world import StepConstants, pack_poses, pack_world
 from ..geometry.capsules import Segments
 from ..geometry.shapes import shape_table
 from ..proximity.candidate_kernels import Candidates
@@ -57,14 +57,14 @@ class Surroundings:
         return *self.packed, cover.boxes, cover.corners, cover.label, cover.offset.reshape(len(lists), -1), poses
 
 
-def _world_of(robot: PlacedRobot, tool: Tool, settings: ControlSettings, zones: Sequence[Zone] = ()) -> World:
+def _world_of(robot: PlacedRobot, tool: Tool, settings: ControlSettings, zones: Sequence[Zone] = ()) -> StepConstants:
     """All that stays the same for one tool among an anatomy and ``zones``, which are ordered."""
     margin = np.array([settings.kept_mm, *(zone.margin_mm for zone in zones)])
     model, chain = robot.robot, robot.chain
     rows = joint_regularisation(model).matrix
     ends = tool.segments(np.eye(3), np.zeros(3))
     farthest = max(np.linalg.norm(ends.start, axis=1).max(), np.linalg.norm(ends.end, axis=1).max())
-    return World(
+    return StepConstants(
         chain=chain,
         links=_fixed(np.linalg.norm(chain.offset, axis=1)),
         reach=float(np.linalg.norm(chain.tip_offset) + farthest),

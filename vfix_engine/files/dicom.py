@@ -23,7 +23,7 @@ from vfix_engine.files.dicom_enhanced import GROUPS, frames_of, is_enhanced
 from vfix_engine.files.dicom_files import MAX_FILE_BYTES, OtherFiles, begins_as_dicom, contents, plain_name
 from vfix_engine.files.dicom_pixels import (
     PIXEL_TAGS,
-    Layout,
+    PixelLayout,
     checked_layout,
     hounsfield,
     numbers,
@@ -274,7 +274,7 @@ def _check_place(dataset: Any, where: str) -> None:
     rescale(dataset, where)
 
 
-def _slice(dataset: Any, words: npt.NDArray[Any], layout: Layout, names: tuple[str, str]) -> Slice:
+def _slice(dataset: Any, words: npt.NDArray[Any], layout: PixelLayout, names: tuple[str, str]) -> Slice:
     """A slice out of its tags and its pixels."""
     where, told = names
     axes = numbers(dataset.ImageOrientationPatient, 6, where).reshape(2, 3).T

@@ -30,7 +30,7 @@ _FRAMES_UNPACKED = ("1.2.840.10008.1.2.5", "1.2.840.10008.1.2.4.80", "1.2.840.10
 
 
 @dataclass(frozen=True)
-class Layout:
+class PixelLayout:
     """How a pixel is stored. allocated, stored: bits. shift: bits below those that are stored. signed: as it says."""
 
     allocated: int
@@ -39,7 +39,7 @@ class Layout:
     signed: bool
 
 
-def checked_layout(dataset: Any, where: str) -> Layout:
+def checked_layout(dataset: Any, where: str) -> PixelLayout:
     """How the pixels of a file are stored. Raises ImageError for a way that is not read."""
     rows, columns = int(dataset.Rows), int(dataset.Columns)
     if not (1 < rows <= _MAX_SIDE and 1 < columns <= _MAX_SIDE):
@@ -54,7 +54,7 @@ def checked_layout(dataset: Any, where: str) -> Layout:
             f"{where} stores its pixels in a way that is not read: {stored} bits of {allocated} up to bit {high} "
             "(BitsStored, BitsAllocated, HighBit). Export the series anew."
         )
-    layout = Layout(allocated, stored, high + 1 - stored, bool(sign))
+    layout = PixelLayout(allocated, stored, high + 1 - stored, bool(sign))
     if layout.shift and dataset.file_meta.TransferSyntaxUID.is_compressed:
         raise ImageError(
             f"{where} is packed, and its {stored} bits do not end at bit {high} (HighBit is not BitsStored less one), "
@@ -87,7 +87,7 @@ def words_of_frames(dataset: Any, where: str) -> Whole:
     return values.reshape(count, int(dataset.Rows), int(dataset.Columns))
 
 
-def hounsfield(dataset: Any, words: Whole, layout: Layout, where: str) -> npt.NDArray[np.int16]:
+def hounsfield(dataset: Any, words: Whole, layout: PixelLayout, where: str) -> npt.NDArray[np.int16]:
     """(rows, columns) Hounsfield units of pixels; the rescale and padding of `dataset` count."""
     slope, intercept = rescale(dataset, where)
     if words.shape != (int(dataset.Rows), int(dataset.Columns)):
@@ -126,7 +126,7 @@ def _native(dataset: Any, frames: int, where: str) -> Whole:
     return words
 
 
-def _stored(words: Whole, layout: Layout) -> Whole:
+def _stored(words: Whole, layout: PixelLayout) -> Whole:
     """The values of pixels: the stored bits of each word, with their sign."""
     spare = layout.allocated - layout.stored
     if not spare or words.dtype.itemsize * 8 != layout.allocated:  # a decoder has done it
@@ -135,7 +135,7 @@ def _stored(words: Whole, layout: Layout) -> Whole:
     return np.right_shift(raised, spare)
 
 
-def _padding(dataset: Any, words: Whole, stored: Whole, layout: Layout) -> npt.NDArray[np.bool_]:
+def _padding(dataset: Any, words: Whole, stored: Whole, layout: PixelLayout) -> npt.NDArray[np.bool_]:
     """Mask of padding pixels outside the scanner's field of view, by their stored value or range.
 
     The tags may be of the other sign than the pixels (SS on unsigned ones), and a padding pixel may fill its whole

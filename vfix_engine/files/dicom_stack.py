@@ -56,7 +56,7 @@ class Slice:
 
 
 @dataclass(frozen=True, eq=False)
-class Line:
+class SliceLine:
     """Where slices lie. spacing_mm, start_mm: of the even places along the normal that fit them best.
 
     sideways: (n, 2) place of each first pixel along rows and columns [mm]. tolerance_mm: how far a slice may be off.
@@ -176,14 +176,14 @@ def _fitted(values: Array) -> tuple[Array, Array]:
     return mean - slope * 0.5 * (len(values) - 1), slope
 
 
-def _line(ordered: list[Slice], normal: Array) -> Line:
+def _line(ordered: list[Slice], normal: Array) -> SliceLine:
     """The line through slices that are in order along their normal. Raises ImageError where they are uneven."""
     positions = np.array([one.position for one in ordered])
     along, sideways = positions @ normal, positions @ ordered[0].axes
     start, spacing = (float(value) for value in _fitted(along))
     gaps = np.diff(along)
     _check_single(ordered, gaps < max(1e-3, _SAME_PLACE * spacing))
-    line = Line(round(spacing, 9), round(start, 9), np.round(sideways, 9), tolerance_mm(spacing))
+    line = SliceLine(round(spacing, 9), round(start, 9), np.round(sideways, 9), tolerance_mm(spacing))
     off = float(np.abs(along - start - spacing * np.arange(len(along))).max())
     if off > line.tolerance_mm:
         values, counts = np.unique(np.round(gaps, 2), return_counts=True)
@@ -216,7 +216,7 @@ def _check_single(ordered: list[Slice], same: npt.NDArray[np.bool_]) -> None:
     raise ImageError(f"two slices lie at the same position ({len(pairs)}x): {shown}. They are {why}; remove one.")
 
 
-def _resampled_words(line: Line, error_mm: float) -> str:
+def _resampled_words(line: SliceLine, error_mm: float) -> str:
     apart = float(np.ptp(line.sideways, axis=0).max())
     return (
         f"The slices are shifted against each other by up to {apart:.1f} mm, as by a gantry tilt of "

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..arrays import Array
 from ..errors import InputError
-from ..given import FARTHEST_MM
+from ..validate import FARTHEST_MM
 
 
 def out_of_range(points: Array) -> tuple[int, str] | None:

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..arrays import Array
 from ..errors import InputError
-from ..given import rigid_transform
+from ..validate import rigid_transform
 
 __all__ = ["Box", "CapsuleShape", "HalfSpace", "Shape", "ShapeTable", "Sphere", "shape_table"]
 

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from ..arrays import Array
 from ..errors import PathwayError
-from ..given import real_array
+from ..validate import real_array
 
 _SAME = 1e-9  # [mm] centres nearer than that are the same
 _UNIT = 1e-6  # how far from 1 the length of a given tangent may be

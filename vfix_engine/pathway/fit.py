@@ -15,7 +15,7 @@ from ..errors import PathwayError
 from ..geometry.curve import Curve
 from ..geometry.mesh import TriangleMesh
 from ..geometry.transport import transported
-from ..given import point_text, whole, within
+from ..validate import point_text, whole, within
 from .checks import MOST_ANGLES, MOST_CONTOURS, MOST_FITTED, rim_points
 from .interpolation import Interpolation, spline_maps
 from .pathway import Pathway

@@ -13,7 +13,7 @@ from ..arrays import Array
 from ..errors import PathwayError
 from ..geometry.curve import Curve
 from ..geometry.transport import across, double_reflection
-from ..given import real, real_array, whole
+from ..validate import real, real_array, whole
 from .checks import MOST_CONTOURS, check_neighbours, checked_control
 from .interpolation import Interpolation, spline_maps
 from .packed import PackedPathway, pack

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from ..arrays import Array
 from ..errors import PathwayError
-from ..given import positive, real, real_array, within
+from ..validate import positive, real, real_array, within
 from .pathway import TissueMotion
 
 _MOST_MM = 100.0  # of breathing, more is a slip of the pen

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ..arrays import Array, Float32Array, Int32Array
 from ..kernels.compiled import compiled, no_refcount
 from .block_kernels import COLUMNS, CORNERS, LANES, QUERY, WORK, block_gaps, describe, finish
-from .box_lanes import NODE, PROBE, box_gaps, describe_single
+from .box_simd import NODE, PROBE, box_gaps, describe_single
 from .rows_kernel import own_normal
 
 Lanes = NDArray[np.uint64]

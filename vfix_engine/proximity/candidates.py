@@ -7,9 +7,9 @@ import numpy as np
 from ..arrays import Array, Float32Array, Int32Array
 from ..geometry.capsules import Segments
 from ..kernels.compiled import compiled, no_refcount
+from .bvh16_search import WORKSPACE, rows_of, tool_of, workspace_of
 from .candidate_kernels import NUMBERS, Candidates, list_views, list_views_compiled, pairs_into, segment_least
 from .pairs import Pairs, pairs_from_buffer
-from .wide_search import WORKSPACE, rows_of, tool_of, workspace_of
 
 
 class CandidateList:

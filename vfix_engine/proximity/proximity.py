@@ -15,13 +15,13 @@ from ..errors import InputError
 from ..geometry.capsules import Segments
 from ..geometry.checks import checked_points
 from ..geometry.mesh import TriangleMesh
+from .bvh16_build import build_wide
+from .bvh16_nearest import wide_clearance, wide_closest, wide_points
+from .bvh16_pairs import wide_pairs
 from .candidate_kernels import pack
 from .candidates import CandidateList
 from .covariance.tree import CovarianceTree
 from .pairs import Pair, Pairs, pair_from_row, pairs_from_buffer, reduce_pairs, rows_and_labels
-from .wide_build import build_wide
-from .wide_nearest import wide_clearance, wide_closest, wide_points
-from .wide_pairs import wide_pairs
 
 __all__ = [
     "CandidateList", "CovarianceTree", "Pair", "Pairs", "Proximity", "ProximityTree", "reduce_pairs",

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from ..arrays import Array
 from ..errors import InputError
 from ..files.volume import Volume
-from ..given import within
 from ..progress import ProgressCallback, no_progress
+from ..validate import within
 
 Slices = tuple[slice, slice, slice]
 

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from ..arrays import Array
 from ..errors import InputError
-from ..given import real_array, within
+from ..validate import real_array, within
 from .expected_error import ball_radius, estimated_factor, motion_rows
 from .points import Registration, checked_points
 

@@ -16,7 +16,7 @@ import math
 import numpy as np
 
 from ..arrays import Array
-from ..given import positive, whole, within
+from ..validate import positive, whole, within
 
 _POLAR, _AROUND = 48, 24  # nodes of the integral over directions: 1e-7 of the radius or better
 

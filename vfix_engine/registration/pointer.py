@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from ..arrays import Array
 from ..errors import InputError
 from ..geometry.path import SplinePath
-from ..given import positive, real_array, rigid_transform, whole
+from ..validate import positive, real_array, rigid_transform, whole
 from .points import checked_points
 
 FEWEST_POSES = 6

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..arrays import Array
 from ..errors import InputError
-from ..given import FARTHEST_MM, real_array, rigid_transform, within
+from ..validate import FARTHEST_MM, real_array, rigid_transform, within
 from .expected_error import ball_radius, largest_squares, motion_rows, pose_covariance, residual_share
 from .rigid_fit import residual_lengths, rigid_fits
 

@@ -11,8 +11,8 @@ from ..arrays import Array
 from ..errors import InputError
 from ..frames import inverse
 from ..geometry.mesh import TriangleMesh
-from ..given import rigid_transform, within
 from ..proximity.proximity import Proximity, ProximityTree
+from ..validate import rigid_transform, within
 from .points import Registration, checked_points
 from .rigid_fit import rigid_fits
 

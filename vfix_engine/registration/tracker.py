@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from ..arrays import Array
 from ..errors import InputError
-from ..given import point, real_array, rigid_transform, whole, within
+from ..validate import point, real_array, rigid_transform, whole, within
 from .points import checked_points, register_points
 
 # Four points of a rigid body in its frame, mm: no two distances alike, so that a tracker can tell them apart.

@@ -33,8 +33,8 @@ from numpy.typing import ArrayLike
 from ..arrays import Array
 from ..errors import InputError
 from ..frames import inverse
-from ..given import real_array, rigid_transform
 from ..json_text import parse_json
+from ..validate import real_array, rigid_transform
 
 JSON_SCHEMA = "vfix-transform/1"
 LARGEST_BYTES = 1_000_000

@@ -10,9 +10,9 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import RobotError
-from ..given import rigid_transform
 from ..json_text import parse_json
 from ..resources import assets_dir
+from ..validate import rigid_transform
 
 MAX_FILE_BYTES = 1 << 20  # a description is a few kilobytes
 

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from ..arrays import Array
 from ..errors import RobotError
-from ..given import real_array
+from ..validate import real_array
 from .chain_kernel import Chain
 from .config import load_robot, parts_of_urdf
 from .description import check_transform

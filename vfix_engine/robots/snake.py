@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from ..arrays import Array
 from ..errors import RobotError
-from ..given import rigid_transform
+from ..validate import rigid_transform
 from .joints import MOST_JOINTS, Joint, Mount, Visual
 from .model import RobotModel
 from .snake_kernel import snake_frames, snake_jacobian

@@ -13,7 +13,7 @@ import numpy as np
 from ..arrays import Array
 from ..errors import RobotError
 from ..geometry.capsules import Segments
-from ..given import point, rotation_matrix
+from ..validate import point, rotation_matrix
 from .description import check_keys, check_transform, read_description
 
 TOOL_SCHEMA = "vfix-tool/2"

@@ -13,7 +13,7 @@ from ..arrays import Array
 from ..errors import RobotError
 from .description import MAX_FILE_BYTES
 from .urdf_numbers import MAX_ANGLE, MAX_LENGTH_M, MAX_RATE, MM_PER_M, number, numbers, read_origin, short
-from .urdf_shapes import Shape, check_file_names, materials, read_shapes
+from .urdf_shapes import UrdfShape, check_file_names, materials, read_shapes
 from .urdf_tree import check_tree
 from .xml_reader import Element, read_xml
 
@@ -45,7 +45,7 @@ class Urdf:
     """A checked URDF: links with their shapes, joints in the file's order, and the root link."""
 
     name: str
-    links: dict[str, tuple[Shape, ...]]
+    links: dict[str, tuple[UrdfShape, ...]]
     joints: tuple[UrdfJoint, ...]
     root: str
 
@@ -73,7 +73,7 @@ def parse_urdf(data: bytes, folder: Path) -> Urdf:
     _no_xacro(robot)
     check_file_names(robot, folder)
     colours = materials(robot)
-    links: dict[str, tuple[Shape, ...]] = {}
+    links: dict[str, tuple[UrdfShape, ...]] = {}
     for element in robot.all("link"):
         name = _name(element, "link")
         if name in links:

@@ -17,7 +17,7 @@ GREY = (150, 157, 168)
 
 
 @dataclass(frozen=True, eq=False)
-class Shape:
+class UrdfShape:
     """kind, size and file as in ``Visual``; origin: transform_shape_to_link (4, 4) in mm."""
 
     kind: str
@@ -53,7 +53,7 @@ def materials(robot: Element) -> dict[str, Colour]:
     return found
 
 
-def read_shapes(link: Element, name: str, folder: Path, colours: dict[str, Colour]) -> tuple[Shape, ...]:
+def read_shapes(link: Element, name: str, folder: Path, colours: dict[str, Colour]) -> tuple[UrdfShape, ...]:
     """The shapes of one link's <visual> elements."""
     shapes = []
     for visual in link.all("visual"):
@@ -64,7 +64,7 @@ def read_shapes(link: Element, name: str, folder: Path, colours: dict[str, Colou
         kind, size, file = _geometry(geometry.children[0], where, folder)
         material = visual.first("material")
         colour = None if material is None else _colour(material) or colours.get(material.attributes.get("name", ""))
-        shapes.append(Shape(kind, size, read_origin(visual, where), colour or GREY, file))
+        shapes.append(UrdfShape(kind, size, read_origin(visual, where), colour or GREY, file))
     return tuple(shapes)
 
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from .command import Command, Master
 from .requests import Bend, Request, Reset, SetSettings, SetTask, Straighten
-from .settings import Settings
+from .settings import WorldSettings
 from .snapshot import Blocker, Snapshot, Timing
 from .system import Background, Column, Grip, System, SystemSpec, Worker
 
@@ -49,13 +49,13 @@ __all__ = [
     "RunWriter",
     "SetSettings",
     "SetTask",
-    "Settings",
     "Snapshot",
     "Straighten",
     "System",
     "SystemSpec",
     "Timing",
     "Worker",
+    "WorldSettings",
 ]
 
 

@@ -10,7 +10,7 @@ from ..arrays import Array
 from .background import NoWorker, Workers
 from .command import COMMAND_SIZE, Command, command_to_row
 from .requests import Request, Reset
-from .settings import Settings
+from .settings import WorldSettings
 from .system import System
 
 S = TypeVar("S")
@@ -43,7 +43,7 @@ class Driver(Generic[S]):
         self.state: S = system.start()
 
     @property
-    def settings(self) -> Settings:
+    def settings(self) -> WorldSettings:
         """In force."""
         return self.system.settings(self.state)
 

@@ -1,4 +1,4 @@
-"""Messages that leave over a pipe without anybody waiting for whoever is at its other end."""
+"""Messages over a pipe, sent without waiting for the process at its other end."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError
-from ..moved import current_name
+from ..moved import current_class
 
 _ROOT = "vfix_engine."
 _CLASS, _ARRAY, _TUPLE = "§class", "§array", "§tuple"
@@ -68,8 +68,7 @@ def _record(value: Any, names: list[str]) -> dict[str, Any]:
 
 def _class_of(name: str) -> Any:
     """A record's class: of this library, or of a module that whoever reads the run has loaded."""
-    module, _, kind = name.rpartition(".")
-    module = current_name(module)
+    module, kind = current_class(name)
     try:
         found = getattr(import_module(module) if module.startswith(_ROOT) else sys.modules[module], kind)
     except (ImportError, KeyError, AttributeError) as error:

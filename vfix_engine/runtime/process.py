@@ -23,7 +23,7 @@ from numpy.typing import ArrayLike
 
 from ..error_places import error_places
 from ..errors import ControlError, VfixError
-from ..given import FARTHEST_MM
+from ..validate import FARTHEST_MM
 from .background import NoWorker, WorkerLink, Workers, work
 from .driver import Driver
 from .events import Event

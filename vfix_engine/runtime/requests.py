@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from .settings import Settings
+from .settings import WorldSettings
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,7 @@ class Reset(Request):
 class SetSettings(Request):
     """Other settings at the same pose and speed; refused where the pose violates them."""
 
-    settings: Settings
+    settings: WorldSettings
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any, Protocol, Self
 
 
-class Limit(Protocol):
+class SettingRange(Protocol):
     """Closed range of one setting, its unit and a label that a person reads."""
 
     @property
@@ -19,11 +19,11 @@ class Limit(Protocol):
     def label(self) -> str: ...
 
 
-class Settings(Protocol):
+class WorldSettings(Protocol):
     """Immutable settings of a world, checked when they are made."""
 
     @staticmethod
-    def bounds() -> Mapping[str, Limit]:
+    def bounds() -> Mapping[str, SettingRange]:
         """The range of every numeric setting by its name."""
         ...
 

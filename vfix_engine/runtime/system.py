@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ..arrays import Array
 from .command import Command
 from .requests import Request
-from .settings import Settings
+from .settings import WorldSettings
 from .snapshot import Snapshot
 
 S = TypeVar("S")
@@ -88,7 +88,7 @@ class System(Protocol[S]):
         """
         ...
 
-    def settings(self, state: S) -> Settings:
+    def settings(self, state: S) -> WorldSettings:
         """The settings in force."""
         ...
 

@@ -13,8 +13,8 @@ import numpy as np
 
 from ..arrays import Array
 from ..control.admittance import saturate
-from ..given import FARTHEST_MM
 from ..kernels.triples import triple
+from ..validate import FARTHEST_MM
 
 INTERPOLATION_S = 0.05  # two drag events of the page are this far apart
 RISE_S = 0.06  # a hand that takes hold has its whole force after this long

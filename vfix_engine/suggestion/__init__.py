@@ -1,12 +1,12 @@
 """Ways for a rigid tool from an entry to a target, suggested from distance fields and judged by the controller's drive.
 
 The widest way of the tip, then orientations of the shaft along it, ranked by bone and by soft tissue; the best few are
-driven dry. docs/concepts.md describes the search.
+simulated. docs/concepts.md describes the search.
 """
 
 from .room import Passage, Room
 from .shafts import Ranking, ranked_shafts
-from .suggest import RANKINGS, Alternative, NoWay, Suggestion, Surroundings, best_drives, drive_plan, suggest_path
+from .suggest import RANKINGS, Alternative, NoWay, SearchSpace, Suggestion, best_drives, drive_plan, suggest_path
 from .way import LONGEST_MM, TipWay, smoothed, widest_way
 
 __all__ = [
@@ -17,8 +17,8 @@ __all__ = [
     "Passage",
     "Ranking",
     "Room",
+    "SearchSpace",
     "Suggestion",
-    "Surroundings",
     "TipWay",
     "best_drives",
     "drive_plan",

@@ -1,4 +1,4 @@
-"""A path from an entry to a target for one tool: the tip's way, plans of the shaft along it, and their dry drives."""
+"""A path from an entry to a target for one tool: the tip's way, plans of the shaft along it, and their dry runs."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _FIELD_SHARE, _RANKED_SHARE = 0.1, 0.4  # of the work, which is told as its prog
 
 
 @dataclass(frozen=True, eq=False)
-class Surroundings:
+class SearchSpace:
     """What a tool is driven in. tree: the bone, judged exactly; room: bone and soft tissue as fields, for ranking.
 
     zones, fixtures, structure_names: as of ``Scene``. ways: looks for ways round tissue; None without a CT.
@@ -53,7 +53,7 @@ class Alternative:
 
     points: (m, 3) path points; directions (m, 3) of the shaft at each, from the tip towards the tail; rolls (m,) in
     rad of a bent tool, None of a straight one.
-    base (4, 4), q_start: the placing; run: its dry drive; passage: what it passed of soft tissue;
+    base (4, 4), q_start: the placing; run: its dry run; passage: what it passed of soft tissue;
     piercing: how far round that air leads, None where nothing tells.
     """
 
@@ -125,7 +125,7 @@ class Suggestion:
 
 
 def suggest_path(
-    around: Surroundings,
+    around: SearchSpace,
     robot: RobotModel,
     tool: Tool,
     entry: ArrayLike,
@@ -158,7 +158,7 @@ def suggest_path(
 
 
 def best_drives(
-    around: Surroundings,
+    around: SearchSpace,
     robot: RobotModel,
     tool: Tool,
     points: Array,
@@ -191,7 +191,7 @@ def best_drives(
 
 
 def drive_plan(
-    around: Surroundings,
+    around: SearchSpace,
     robot: RobotModel,
     tool: Tool,
     path: SplinePath,
@@ -199,7 +199,7 @@ def drive_plan(
     settings: ControlSettings,
     go_on: Callable[[], object] = bool,
 ) -> Alternative | None:
-    """The dry drive of a path with a plan of its shaft, taken at the path's points; None where it does not fit."""
+    """The dry run of a path with a plan of its shaft, taken at the path's points; None where it does not fit."""
     stations = _stations(path)
     frames, rolled = plan.frame(stations), plan.has_roll and tool.bend > 0.0
     rolls = np.array([roll_of(frame) for frame in frames]) if rolled else None

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from ..arrays import Array
 from ..errors import InputError
-from ..given import point
+from ..validate import point
 from .room import Room
 
 GRID_MM = 1.0  # step of the grid that is searched

@@ -8,7 +8,7 @@ from app.kit.errors import NotFound
 from app.messages.fields import Command
 from app.steps.patient import paint_commands as c
 from app.steps.patient.sections import LabelEntry, LabelsSection, LabelState
-from app.views.views import Views
+from app.workspace.workspace import Workspace
 from vfix_engine.anatomy.labels.painting import Stroke
 from vfix_engine.errors import InputError
 
@@ -16,14 +16,14 @@ from vfix_engine.errors import InputError
 class PaintedLabels:
     """Owned by the session's thread."""
 
-    def __init__(self, views: Views) -> None:
-        self._views = views
+    def __init__(self, workspace: Workspace) -> None:
+        self._workspace = workspace
         self._section: LabelsSection = {"items": []}
         self._of: str | None = None
 
     def handle(self, command: Command) -> None:
         """Answer one of the labels' commands. Raises InputError, NotFound and what a locked label raises."""
-        case_id, labels = self._views.case.case_id, self._views.services.labels
+        case_id, labels = self._workspace.case.case_id, self._workspace.services.labels
         if case_id is None:
             raise InputError("no head is open.")
         match command:
@@ -45,14 +45,14 @@ class PaintedLabels:
 
     def section(self, fresh: bool) -> LabelsSection:
         """What the page lists; fresh: read from the store anew."""
-        case_id = self._views.case.case_id
+        case_id = self._workspace.case.case_id
         if fresh or case_id != self._of:
             self._of = case_id
             self._section = {"items": [] if case_id is None else self._read(case_id)}
         return self._section
 
     def _change(self, command: c.ChangeLabel) -> None:
-        labels, label_id = self._views.services.labels, command.label_id
+        labels, label_id = self._workspace.services.labels, command.label_id
         if command.name is not None:
             labels.documents.rename(label_id, command.name)
         if command.colour is not None:
@@ -61,7 +61,7 @@ class PaintedLabels:
             labels.documents.editor(label_id).set_locked(command.locked)
 
     def _read(self, case_id: str) -> list[LabelEntry]:
-        services = self._views.services
+        services = self._workspace.services
         try:
             case = services.cases.get(case_id)
         except NotFound:
@@ -69,7 +69,7 @@ class PaintedLabels:
         return [self._entry(case, item) for item in services.labels.documents.list(case_id)]
 
     def _entry(self, case: Case, item: PaintedDocument) -> LabelEntry:
-        structure, changed = self._views.services.labels.structure(case, item)
+        structure, changed = self._workspace.services.labels.structure(case, item)
         state: LabelState = "none" if structure is None else "changed" if changed else "made"
         return {
             "id": item.id,

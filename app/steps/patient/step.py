@@ -15,8 +15,8 @@ from app.steps.patient.paint_commands import PAINT_COMMANDS
 from app.steps.patient.painted import PaintedLabels
 from app.steps.patient.sections import CaseEntry, PatientSections
 from app.steps.patient.structures import Structures
-from app.views.layers import Layer
-from app.views.views import Views
+from app.workspace.layers import Layer
+from app.workspace.workspace import Workspace
 from vfix_engine.errors import InputError
 
 
@@ -25,16 +25,16 @@ class PatientStep(Step):
 
     spec = SPEC
 
-    def __init__(self, views: Views, shared: Any = None) -> None:
-        super().__init__(views, shared)
+    def __init__(self, workspace: Workspace, shared: Any = None) -> None:
+        super().__init__(workspace, shared)
         self._cases: list[Case] = []
-        self._structures = Structures(views)
-        self._painted = PaintedLabels(views)
+        self._structures = Structures(workspace)
+        self._painted = PaintedLabels(workspace)
 
     def handle(self, command: Command) -> None:
         """Raises InputError where the open case is to be deleted."""
-        self.views.stale = True
-        cases, views = self.views.services.cases, self.views
+        self.workspace.stale = True
+        cases, workspace = self.workspace.services.cases, self.workspace
         if isinstance(command, PAINT_COMMANDS):
             self._painted.handle(command)
             return
@@ -44,17 +44,17 @@ class PatientStep(Step):
             case c.RenameCase():
                 cases.rename(command.case_id, command.name)
             case c.CaseCommand(type="case.open"):
-                views.open_case(command.case_id)
+                workspace.open_case(command.case_id)
             case c.CaseCommand(type="case.restore"):
                 cases.restore(command.case_id)
-            case c.CaseCommand() if command.case_id == views.case.case_id:
+            case c.CaseCommand() if command.case_id == workspace.case.case_id:
                 raise InputError("the open head cannot be deleted; open another one first.")
             case c.CaseCommand():
                 cases.delete(command.case_id)
 
     def sections(self, fresh: bool) -> PatientSections:
         if fresh or not self._cases:
-            self._cases = list(self.views.services.cases.list(include_deleted=True))
+            self._cases = list(self.workspace.services.cases.list(include_deleted=True))
         items: list[CaseEntry] = [
             {
                 "id": case.id,
@@ -76,4 +76,4 @@ class PatientStep(Step):
         return self._structures.layers()
 
     def hint(self) -> str:
-        return patient_hint(self.views.case.case_id is not None, bool(self.views.case.loading))
+        return patient_hint(self.workspace.case.case_id is not None, bool(self.workspace.case.loading))

@@ -11,9 +11,9 @@ from app.messages.fields import Command
 from app.scene.structures import StructureNodes, StructureShape
 from app.steps.patient import commands as c
 from app.steps.patient.sections import StructureEntry, StructuresSection
-from app.views.background import in_background
-from app.views.layers import Layer
-from app.views.views import Views
+from app.workspace.background import in_background
+from app.workspace.layers import Layer
+from app.workspace.workspace import Workspace
 from vfix_engine.anatomy.labels.surfaces import for_display
 from vfix_engine.errors import InputError
 from vfix_engine.geometry.mesh import TriangleMesh
@@ -26,8 +26,8 @@ _COLOUR = "#9f9f9f"
 class Structures:
     """Owned by the session's thread; surfaces are read in the background."""
 
-    def __init__(self, views: Views) -> None:
-        self._views = views
+    def __init__(self, workspace: Workspace) -> None:
+        self._workspace = workspace
         self._case: Case | None = None
         self._chosen: dict[str, bool] = {}  # shown or not, of the structures that somebody has shown or hidden
         self._meshes: dict[str, TriangleMesh] = {}
@@ -35,7 +35,7 @@ class Structures:
 
     def handle(self, command: Command) -> None:
         """Answer one of the structures' commands. Raises InputError and NotFound."""
-        case_id, stored = self._views.case.case_id, self._views.services.structures
+        case_id, stored = self._workspace.case.case_id, self._workspace.services.structures
         if case_id is None:
             raise InputError("no head is open.")
         match command:
@@ -50,12 +50,12 @@ class Structures:
 
     def section(self, fresh: bool) -> StructuresSection:
         """What the page lists; fresh: read from the store anew."""
-        case_id = self._views.case.case_id
+        case_id = self._workspace.case.case_id
         if case_id is None:
             self._case = None
         elif fresh or self._case is None or self._case.id != case_id:
             try:
-                self._case = self._views.services.cases.get(case_id)
+                self._case = self._workspace.services.cases.get(case_id)
             except NotFound:
                 self._case = None
         self._forget_others()
@@ -64,7 +64,7 @@ class Structures:
         return {"items": [self._entry(self._case, item) for item in self._spared()] if self._case else []}
 
     def _hide_outlines(self) -> None:
-        self._views.case.hidden = frozenset(item.id for item in self._spared() if not self._is_shown(item))
+        self._workspace.case.hidden = frozenset(item.id for item in self._spared() if not self._is_shown(item))
 
     def layers(self) -> list[Layer[Any]]:
         """The structures that are shown, and those that were and are hidden now."""
@@ -76,7 +76,7 @@ class Structures:
         if not shapes:
             return []
         key = tuple((shape.id, shape.colour, shape.shown) for shape in shapes)
-        case_id = self._views.case.case_id
+        case_id = self._workspace.case.case_id
         return [Layer("patient.structures", key, StructureNodes, lambda nodes: nodes.show(shapes), made_for=case_id)]
 
     def _spared(self) -> tuple[Structure, ...]:
@@ -107,7 +107,7 @@ class Structures:
     def _read(self) -> None:
         """Read the surfaces that are to be shown and are not there yet."""
         case = self._case
-        if case is None or self._views.case.loading:
+        if case is None or self._workspace.case.loading:
             return
         for item in case.spared:
             if self._is_shown(item) and item.id not in self._meshes and item.id not in self._reading:
@@ -116,13 +116,13 @@ class Structures:
 
     def _read_one(self, case_id: str, structure_id: str) -> None:
         def read() -> None:
-            mesh = for_display(self._views.services.cases.structure_mesh(case_id, structure_id), DISPLAY_TRIANGLES)
-            self._views.post(lambda: self._loaded(structure_id, mesh))
+            mesh = for_display(self._workspace.services.cases.structure_mesh(case_id, structure_id), DISPLAY_TRIANGLES)
+            self._workspace.post(lambda: self._loaded(structure_id, mesh))
 
         def failed(words: str) -> None:
-            self._views.post(lambda: self._views.note(words, True))
+            self._workspace.post(lambda: self._workspace.note(words, True))
 
-        in_background(self._views.executor, "A structure cannot be shown", read, failed)
+        in_background(self._workspace.executor, "A structure cannot be shown", read, failed)
 
     def _loaded(self, structure_id: str, mesh: TriangleMesh) -> None:
         if structure_id in self._reading:

@@ -6,15 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from app.planning.evaluation import PlanEvaluation
+from app.kit.values import Position
 from app.planning.piercing import Pierced
+from app.planning.plan_evaluation import PlanEvaluation
 from app.scene.pierced import PiercedNodes
 from app.scene.tool_ghost import ToolGhost
 from app.steps.plan.sections import ClearanceProfile, ObstacleCurve, PiercedView, VerdictView
-from app.views.layers import Layer
+from app.workspace.layers import Layer
 from vfix_engine.arrays import Array
-
-Position = tuple[float, float, float]
 
 
 def verdict_view(evaluation: PlanEvaluation) -> VerdictView:

@@ -14,9 +14,9 @@ from app.services import Services
 from app.steps.plan.cone_section import ConeSection, ConeView
 from app.steps.plan.dry_runs import Corridor
 from app.steps.plan.edited_plan import EditedPlan
-from app.steps.plan.lanes import Lanes
+from app.steps.plan.latest import LatestQueue
 from app.steps.plan.side_words import direction_words
-from app.views.layers import Layer
+from app.workspace.layers import Layer
 from vfix_engine.errors import VfixError
 from vfix_engine.worlds.rigid.cone_surface import cone_surface, mean_direction
 from vfix_engine.worlds.rigid.inspection_cone import InspectionCone
@@ -40,7 +40,7 @@ class Cones:
         say: gets words for the user on another thread, where cones could not be computed.
         """
         self._say = say
-        self._services, self._lanes, self._done = services, Lanes(executor), done
+        self._services, self._lanes, self._done = services, LatestQueue(executor), done
         self._ticket = 0
         self._asked: Any = None
         self._plan_id = ""

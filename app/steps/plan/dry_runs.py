@@ -10,13 +10,13 @@ from typing import Any
 from app.cases.settings import settings_in_case
 from app.cases.structures import within_a_sentence
 from app.kit.errors import JobCancelled
-from app.planning.evaluation import PlanEvaluation
+from app.planning.plan_evaluation import PlanEvaluation
 from app.planning.rehearsal_options import NO_SWITCHES, Switches
 from app.planning.verdict import Level, Verdict, refused
 from app.scene import palette
 from app.services import Services
 from app.steps.plan.clearance import verdict_view
-from app.steps.plan.lanes import Lanes
+from app.steps.plan.latest import LatestQueue
 from app.steps.plan.sections import CorridorSection, CorridorState, CorridorStatus, ScaleView, SoftTissueView
 from vfix_engine.arrays import Array
 from vfix_engine.errors import StartRefused, VfixError
@@ -147,7 +147,7 @@ class DryRuns:
 
     def __init__(self, services: Services, executor: Executor, done: Callable[[int, Corridor], None]) -> None:
         """done: gets the ticket and the answer on another thread; hand both to :meth:`accept` on the owner's."""
-        self._services, self._lanes, self._done = services, Lanes(executor), done
+        self._services, self._lanes, self._done = services, LatestQueue(executor), done
         self._ticket = 0
         self.current = Corridor()
 

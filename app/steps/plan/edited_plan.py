@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from app.kit.values import Position
 from app.planning.previews import Dragged
 from app.planning.tissue_words import PLACE_WORDS
 from app.plans.model import PlanPoint, check_robot
@@ -20,8 +21,8 @@ from app.steps.plan.regions import Regions
 from app.steps.plan.second_volume import SecondVolumes
 from app.steps.plan.sections import AddKind, PlanSection
 from app.steps.plan.versions import Versions
-from app.views.plan_items import Position, entries, plan_items, position_of
-from app.views.sections import ItemKind
+from app.workspace.plan_items import entries, plan_items, position_of
+from app.workspace.sections import ItemKind
 from vfix_engine.arrays import Array
 from vfix_engine.errors import PlanError, VfixError
 from vfix_engine.geometry.path import SplinePath
@@ -190,7 +191,7 @@ class EditedPlan:
             self.confirm()
         return fitted.position
 
-    def prospect(self) -> SplinePath | None:
+    def preview(self) -> SplinePath | None:
         """The spline as it would be with the ghost in it; None where it is no path point."""
         if self.ghost is None or self.ghost.kind != "point":
             return None

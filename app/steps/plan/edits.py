@@ -15,7 +15,7 @@ from app.steps.plan.second_volume import SECOND_VOLUME_COMMANDS
 from app.steps.plan.shafts import Shafts
 from app.steps.plan.suggest_commands import HideSuggestion, RollShaft, ShaftCommand, SuggestionCommand
 from app.steps.plan.version_commands import VERSION_COMMANDS
-from app.views.case_view import CaseView
+from app.workspace.case_view import CaseView
 from vfix_engine.errors import InputError
 
 

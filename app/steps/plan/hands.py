@@ -10,7 +10,7 @@ from app.scene.shafts import HANDLE
 from app.scene.view import ClickRay
 from app.steps.plan.edited_plan import EditedPlan
 from app.steps.plan.shafts import Shafts
-from app.views.views import Views
+from app.workspace.workspace import Workspace
 from vfix_engine.arrays import Array
 
 SELECT_RADIUS_MM = 2.0
@@ -19,12 +19,12 @@ SELECT_RADIUS_MM = 2.0
 class Hands:
     """Answers clicks and drags of one client. Owned by the session's thread."""
 
-    def __init__(self, views: Views, shafts: Shafts) -> None:
-        self._views, self._shafts = views, shafts
+    def __init__(self, workspace: Workspace, shafts: Shafts) -> None:
+        self._workspace, self._shafts = workspace, shafts
 
     def clicked(self, edited: EditedPlan, ray: ClickRay) -> None:
         """On the ghost it confirms, on an item it selects, else it picks a place; while a region is drawn, always."""
-        case = self._views.case
+        case = self._workspace.case
         if edited.ghost is not None:
             ghost = hit_items(ray.origin, ray.direction, [("ghost", np.array(edited.ghost.position))], SELECT_RADIUS_MM)
             if ghost is not None:
@@ -33,7 +33,7 @@ class Hands:
                 case.go_to(place)
                 return
         if self._shafts.aiming is not None and (aim := case.hit(ray)) is not None:
-            self._views.note(self._shafts.aimed(edited, aim.position))
+            self._workspace.note(self._shafts.aimed(edited, aim.position))
             return
         items = list[tuple[str, Array]]()
         if edited.regions.drawing is None:
@@ -42,9 +42,9 @@ class Hands:
         hits = [hit_items(ray.origin, ray.direction, items, SELECT_RADIUS_MM), case.hit(ray)]
         hit = min((hit for hit in hits if hit is not None), key=lambda hit: hit.distance_mm, default=None)
         if hit is not None:
-            self._views.camera.turn_about(hit.position)
+            self._workspace.camera.turn_about(hit.position)
         if hit is None:
-            self._views.note("Nothing is there in the head; air can be clicked in a slice.")
+            self._workspace.note("Nothing is there in the head; air can be clicked in a slice.")
         elif hit.item_id is not None:
             if edited.regions.select(hit.item_id) or hit.item_id.startswith(HANDLE):
                 return
@@ -58,6 +58,6 @@ class Hands:
         if edited.regions.dragged(drag) or self._shafts.dragged(edited, drag):
             return
         if drag.phase == "end":
-            self._views.note(edited.drop(drag.item_id))
+            self._workspace.note(edited.drop(drag.item_id))
         else:
             edited.drag(drag.item_id, drag.position)

@@ -6,39 +6,39 @@ from typing import Any
 
 from app.cases.settings import settings_in_case
 from app.kit.values import Position
-from app.planning.evaluation import PlanEvaluation
 from app.planning.placement import StoredPlacing
+from app.planning.plan_evaluation import PlanEvaluation
 from app.planning.verdict import said_besides
 from app.plans.model import Plan, drive_parts
 from app.steps.plan.clearance import ShownTool
 from app.steps.plan.cones import Cones
 from app.steps.plan.dry_runs import Corridor, DryRuns
 from app.steps.plan.edited_plan import EditedPlan
-from app.steps.plan.live import LiveRuns
-from app.views.views import Views
+from app.steps.plan.live_previews import LivePreviews
+from app.workspace.workspace import Workspace
 from vfix_engine.errors import PlanError
 
 
 class Judged:
     """Asks for the runs of one client's plan. Owned by the session's thread."""
 
-    def __init__(self, views: Views) -> None:
-        self._services = views.services
+    def __init__(self, workspace: Workspace) -> None:
+        self._services = workspace.services
         self.stored = DryRuns(
-            views.services,
-            views.executor,
-            lambda ticket, answer: views.post(lambda: self.stored.accept(ticket, answer)),
+            workspace.services,
+            workspace.executor,
+            lambda ticket, answer: workspace.post(lambda: self.stored.accept(ticket, answer)),
         )
-        self.live = LiveRuns(
-            views.services,
-            views.executor,
-            lambda ticket, answer: views.post(lambda: self.live.accept(ticket, answer)),
+        self.live = LivePreviews(
+            workspace.services,
+            workspace.executor,
+            lambda ticket, answer: workspace.post(lambda: self.live.accept(ticket, answer)),
         )
         self.cones = Cones(
-            views.services,
-            views.executor,
-            lambda ticket, answer: views.post(lambda: self.cones.accept(ticket, answer)),
-            lambda words: views.post(lambda: views.note(words, error=True)),
+            workspace.services,
+            workspace.executor,
+            lambda ticket, answer: workspace.post(lambda: self.cones.accept(ticket, answer)),
+            lambda words: workspace.post(lambda: workspace.note(words, error=True)),
         )
         self.tool = ShownTool()
         self._key: Any = None

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from app.kit.values import Position
 from app.messages.fields import Command
 from app.planning.region_meshes import region_mesh
 from app.plans.editor import PlanEditor
@@ -23,7 +24,6 @@ from app.services import Services
 from app.steps.plan import region_commands as c
 from app.steps.plan.region_sections import DrawingView, RegionsSection, RegionView, StructureChoice
 from app.steps.plan.region_words import DRAW_WORDS, zone_words
-from app.views.plan_items import Position
 from vfix_engine.errors import InputError, PlanError
 
 HANDLE = "region:"  # before the id of a region, of the ball that it is dragged by

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from app.planning.removed_bone import RemovedVolumes
 from app.plans.service import Plan
-from app.steps.plan.lanes import Lanes
+from app.steps.plan.latest import LatestQueue
 from app.steps.plan.region_sections import RemovedBoneSection
-from app.views.views import Views
+from app.workspace.workspace import Workspace
 
 _FAILED = "The bone that is removed could not be counted"
 
@@ -14,8 +14,8 @@ _FAILED = "The bone that is removed could not be counted"
 class RemovedBoneCount:
     """The volumes of the newest regions that were asked for. Owned by the session's thread."""
 
-    def __init__(self, views: Views) -> None:
-        self._views, self._lanes = views, Lanes(views.executor)
+    def __init__(self, workspace: Workspace) -> None:
+        self._workspace, self._lanes = workspace, LatestQueue(workspace.executor)
         self._asked: object = None
         self._found: RemovedVolumes | str | None = None  # words: why there are none
 
@@ -29,7 +29,7 @@ class RemovedBoneCount:
             self._lanes.submit(
                 "count",
                 _FAILED,
-                lambda: self._tell(asked, self._views.services.removed_volumes.of_plan(plan)),
+                lambda: self._tell(asked, self._workspace.services.removed_volumes.of_plan(plan)),
                 lambda words: self._tell(asked, words if words.startswith(_FAILED) else f"{_FAILED}: {words}"),
             )
         if self._found is None:
@@ -41,7 +41,7 @@ class RemovedBoneCount:
 
     def _tell(self, asked: object, found: RemovedVolumes | str) -> None:
         """On the worker's thread."""
-        self._views.post(lambda: self._accept(asked, found))
+        self._workspace.post(lambda: self._accept(asked, found))
 
     def _accept(self, asked: object, found: RemovedVolumes | str) -> None:
         if asked == self._asked:

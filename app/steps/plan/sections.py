@@ -11,7 +11,7 @@ from app.steps.plan.region_sections import RegionSections
 from app.steps.plan.second_volume import SecondVolumeSections
 from app.steps.plan.shaft_section import ShaftSection
 from app.steps.plan.versions import VersionSections
-from app.views.sections import CurveSection, ItemKind, ItemsSection
+from app.workspace.sections import CurveSection, ItemKind, ItemsSection
 
 AddKind = Literal["point", "target", "none"]
 CorridorStatus = Literal["none", "computing", "done", "failed"]

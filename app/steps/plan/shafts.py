@@ -15,8 +15,8 @@ from app.steps.plan.edited_plan import EditedPlan
 from app.steps.plan.shaft_section import ShaftSection
 from app.steps.plan.side_words import direction_words
 from app.steps.plan.suggest_commands import HideSuggestion, RollShaft, ShaftCommand, SuggestionCommand
-from app.views.layers import Layer
-from app.views.plan_items import curve_points
+from app.workspace.layers import Layer
+from app.workspace.plan_items import curve_points
 from vfix_engine.arrays import Array
 from vfix_engine.errors import PlanError
 from vfix_engine.geometry.path import SplinePath

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from app.kit.values import Position
 from app.messages.fields import Command
 from app.plans.service import Plan
 from app.scene.dragging import DragEvent
@@ -29,9 +30,9 @@ from app.steps.plan.region_words import DRAW_WORDS
 from app.steps.plan.removed_bone import RemovedBoneCount
 from app.steps.plan.sections import PlanEntry, PlanSections
 from app.steps.plan.shafts import AIM_WORDS, Shafts
-from app.views.layers import Layer
-from app.views.plan_items import Position, curve_layer, curve_points, curve_section, items_layer
-from app.views.views import Views
+from app.workspace.layers import Layer
+from app.workspace.plan_items import curve_layer, curve_points, curve_section, items_layer
+from app.workspace.workspace import Workspace
 from vfix_engine.arrays import Array
 from vfix_engine.errors import InputError, PlanError
 
@@ -41,36 +42,36 @@ class PlanStep(Step):
 
     spec = SPEC
 
-    def __init__(self, views: Views, shared: Any = None) -> None:
-        super().__init__(views, shared)
-        self._services = views.services
+    def __init__(self, workspace: Workspace, shared: Any = None) -> None:
+        super().__init__(workspace, shared)
+        self._services = workspace.services
         self._edited: EditedPlan | None = None
         self._case_id: str | None = None
         self._plans: list[Any] = []
-        self._shafts = Shafts(views.services)
-        self._hands = Hands(views, self._shafts)
-        self._judged = Judged(views)
-        self._edits = Edits(views.case, self._shafts, self._judged.again)
-        self._removed = RemovedBoneCount(views)
-        views.plan.provide(lambda: self.plan)
-        views.on_case_opened(self._case_opened)
+        self._shafts = Shafts(workspace.services)
+        self._hands = Hands(workspace, self._shafts)
+        self._judged = Judged(workspace)
+        self._edits = Edits(workspace.case, self._shafts, self._judged.again)
+        self._removed = RemovedBoneCount(workspace)
+        workspace.plan.provide(lambda: self.plan)
+        workspace.on_case_opened(self._case_opened)
 
     # -- opening
 
     def available(self) -> bool:
-        return self.views.case.case_id is not None
+        return self.workspace.case.case_id is not None
 
     def _case_opened(self, plan_id: str | None) -> None:
-        case_id = self.views.case.case_id
+        case_id = self.workspace.case.case_id
         try:
             if case_id is None:
                 self.close_plan()
             else:
-                self.views.note(self.open(case_id, plan_id), error=True)
+                self.workspace.note(self.open(case_id, plan_id), error=True)
         finally:
             if self._edited is None:
-                self._services.live.opened(self.views.client.id, None)
-            self.views.plan.opened(again=True)
+                self._services.live.opened(self.workspace.client.id, None)
+            self.workspace.plan.opened(again=True)
 
     def open(self, case_id: str, plan_id: str | None) -> str:
         """Open a plan of a case: the named one, else the newest that can be read, else a new one.
@@ -91,7 +92,7 @@ class PlanStep(Step):
         return " ".join(unreadable)
 
     def close(self) -> None:
-        self._services.live.opened(self.views.client.id, None)
+        self._services.live.opened(self.workspace.client.id, None)
 
     def close_plan(self) -> None:
         self._case_id = self._edited = None
@@ -103,11 +104,11 @@ class PlanStep(Step):
         self._check_own(plan_id)
         self._shafts.clear()
         self._edited = EditedPlan(self._services, plan_id)
-        self._services.live.opened(self.views.client.id, plan_id)
+        self._services.live.opened(self.workspace.client.id, plan_id)
         points = self._edited.points()
         self._judged.again()
         if points:
-            self.views.case.go_to(points[len(points) // 2])
+            self.workspace.case.go_to(points[len(points) // 2])
 
     def _check_own(self, plan_id: str) -> None:
         """Raise PlanError for a plan of another head: its points lie in other anatomy; and for a deleted one."""
@@ -153,9 +154,9 @@ class PlanStep(Step):
     def handle(self, command: Command) -> None:
         """Answer a command; raises VfixError with the reason where that cannot be done."""
         if isinstance(command, c.PlanCommand | c.NewPlan | c.RenamePlan):
-            self.views.stale = True
-            self.views.note(self._handle_plan(command), error=True)
-            self.views.plan.opened()
+            self.workspace.stale = True
+            self.workspace.note(self._handle_plan(command), error=True)
+            self.workspace.plan.opened()
         elif isinstance(command, ShowTool | HideTool):
             self._show_tool(command)
         elif isinstance(command, c.TakeTargets):
@@ -171,7 +172,7 @@ class PlanStep(Step):
         elif evaluation is None:
             raise PlanError("the tool is shown once the dry run has ended.")
         else:
-            self.views.case.go_to(self._judged.tool.at(evaluation, command.s_mm))
+            self.workspace.case.go_to(self._judged.tool.at(evaluation, command.s_mm))
 
     def _handle_edit(self, command: Command) -> None:
         edited = self._need()
@@ -179,8 +180,8 @@ class PlanStep(Step):
         words = self._edits.do(edited, command)
         chosen = isinstance(command, c.ItemCommand) and command.type == "item.select"  # again, perhaps
         if edited.selected is not None and (chosen or edited.selected != before):
-            self.views.case.go_to(edited.place_of(edited.selected))
-        self.views.note(words)
+            self.workspace.case.go_to(edited.place_of(edited.selected))
+        self.workspace.note(words)
 
     def _handle_plan(self, command: c.PlanCommand | c.NewPlan | c.RenamePlan) -> str:
         """Open, make, rename, duplicate, delete and restore plans; returns words for the user, often none."""
@@ -296,7 +297,7 @@ class PlanStep(Step):
         if ghost is None or self._edited is None:
             nodes.show(None)
         else:
-            nodes.show(np.array(ghost.position), curve_points(self._edited.prospect()))
+            nodes.show(np.array(ghost.position), curve_points(self._edited.preview()))
 
     # -- for the page
 

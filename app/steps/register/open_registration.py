@@ -7,6 +7,7 @@ from typing import Any
 
 from app.documents import check_still_newest
 from app.kit.errors import NotFound
+from app.kit.values import Position
 from app.messages.fields import Command
 from app.plans.service import Plan
 from app.registration.editor import StoredRegistration, found_pair
@@ -16,7 +17,6 @@ from app.services import Services
 from app.steps.register import commands as c
 from app.steps.register.sections import FiducialMark, RegistrationSection
 from app.steps.register.views import marks_of, registration_view
-from app.views.plan_items import Position
 from vfix_engine.errors import InputError, VfixError
 
 

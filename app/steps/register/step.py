@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from app.documents import DocumentTitle
+from app.kit.values import Position
 from app.messages.fields import Command
 from app.plans.service import Plan
 from app.registration.editor import StoredRegistration
@@ -17,9 +18,9 @@ from app.steps.register import commands as c
 from app.steps.register.hints import register_hint
 from app.steps.register.open_registration import OpenRegistration, newest
 from app.steps.register.sections import FiducialMark, PlanUseSection, RegisterSections, RegistrationEntry, TrackerView
-from app.views.layers import Layer
-from app.views.plan_items import Position, position_of
-from app.views.views import Views
+from app.workspace.layers import Layer
+from app.workspace.plan_items import position_of
+from app.workspace.workspace import Workspace
 from vfix_engine.errors import InputError, VfixError
 
 
@@ -28,36 +29,36 @@ class RegisterStep(Step):
 
     spec = SPEC
 
-    def __init__(self, views: Views, shared: Any = None) -> None:
-        super().__init__(views, shared)
-        self._services = views.services
+    def __init__(self, workspace: Workspace, shared: Any = None) -> None:
+        super().__init__(workspace, shared)
+        self._services = workspace.services
         self._open: OpenRegistration | None = None
         self._titles: list[DocumentTitle] = []
         self._pointer_shown: TrackerView | None = None
         self._told: tuple[Any, tuple[str, bool]] | None = None  # of the error in the open plan, with what it is of
-        views.on_case_opened(lambda plan_id: self._case_opened())
-        views.plan.on_opened(self._plan_opened)
+        workspace.on_case_opened(lambda plan_id: self._case_opened())
+        workspace.plan.on_opened(self._plan_opened)
 
     # -- opening
 
     def available(self) -> bool:
-        return self.views.case.case_id is not None
+        return self.workspace.case.case_id is not None
 
     def _case_opened(self) -> None:
         """The registration of the plan that is open, else the newest of the case."""
-        case_id = self.views.case.case_id
+        case_id = self.workspace.case.case_id
         self._open = None if case_id is None else newest(self._services, case_id, self._wanted())
         self._titles = []
 
     def _plan_opened(self) -> None:
-        wanted, case_id = self._wanted(), self.views.case.case_id
+        wanted, case_id = self._wanted(), self.workspace.case.case_id
         if case_id is not None and wanted is not None and (self._open is None or self._open.id != wanted):
             found = newest(self._services, case_id, wanted)
             if found is not None and found.id == wanted:
                 self._open = found
 
     def _wanted(self) -> str | None:
-        plan = self.views.plan.current
+        plan = self.workspace.plan.current
         return None if plan is None else plan.registration
 
     def _need(self) -> OpenRegistration:
@@ -71,10 +72,10 @@ class RegisterStep(Step):
         """Answer a command; raises VfixError with the reason where that cannot be done."""
         match command:
             case c.RegistrationCommand() | c.NewRegistration() | c.RenameRegistration():
-                self.views.stale = True
+                self.workspace.stale = True
                 self._manage(command)
             case c.LookAgain():
-                self.views.stale = True
+                self.workspace.stale = True
             case c.UseRegistration():
                 self._use(command.used)
             case c.PairCommand(type="pair.select"):
@@ -83,7 +84,7 @@ class RegisterStep(Step):
                 self._select(command.bead_id)
             case _:
                 before = self._need().selected
-                self.views.note(self._need().do(command, self._cross()))
+                self.workspace.note(self._need().do(command, self._cross()))
                 after = self._need().selected
                 if after is not None and after != before:
                     self._select(after)
@@ -92,14 +93,14 @@ class RegisterStep(Step):
         opened = self._need()
         place = opened.place_of(item_id)
         opened.selected = item_id
-        self.views.case.go_to(place)
+        self.workspace.case.go_to(place)
 
     def _cross(self) -> Position | None:
-        slices = self.views.case.sections(fresh=False)["slices"]
+        slices = self.workspace.case.sections(fresh=False)["slices"]
         return None if slices is None else position_of(slices["cross"])
 
     def _manage(self, command: c.RegistrationCommand | c.NewRegistration | c.RenameRegistration) -> None:
-        stored, case_id = self._services.registrations, self.views.case.case_id
+        stored, case_id = self._services.registrations, self.workspace.case.case_id
         if case_id is None:
             raise InputError("open a head first; a registration belongs to one.")
         match command:
@@ -141,24 +142,24 @@ class RegisterStep(Step):
             raise InputError("that registration is deleted; restore it first.")
 
     def _use(self, used: bool) -> None:
-        plan = self.views.plan.current
+        plan = self.workspace.plan.current
         if plan is None:
             raise InputError("open a plan first; it is a plan that uses a registration.")
         wanted = self._need().id if used else None
         self._services.registering.use(plan.id, wanted, expected_revision=plan.revision)
-        self.views.stale = True
+        self.workspace.stale = True
 
     # -- the scene
 
     def clicked(self, ray: ClickRay) -> None:
         """The slices go where the click meets the head, so that a point can be added there."""
         super().clicked(ray)
-        hit = self.views.case.hit(ray)
+        hit = self.workspace.case.hit(ray)
         if hit is not None:
-            self.views.case.go_to(position_of(hit.position))
+            self.workspace.case.go_to(position_of(hit.position))
 
     def layers(self) -> list[Layer[Any]]:
-        marks, case_id = self._marks(), self.views.case.case_id
+        marks, case_id = self._marks(), self.workspace.case.case_id
         shapes = tuple(
             FiducialShape(
                 mark["id"],
@@ -171,7 +172,7 @@ class RegisterStep(Step):
             for mark in marks
         )
         opened = self._open if self.active else None
-        balls = () if opened is None else opened.error_balls(self.views.plan.current)
+        balls = () if opened is None else opened.error_balls(self.workspace.plan.current)
         fiducials = Layer("register.fiducials", shapes, FiducialNodes, lambda nodes: nodes.show(shapes), case_id)
         errors = Layer("register.error", balls, _error_balls, lambda nodes: nodes.show(balls), case_id)
         return ([fiducials] if shapes else []) + ([errors] if balls else [])
@@ -193,7 +194,7 @@ class RegisterStep(Step):
 
     def sections(self, fresh: bool) -> RegisterSections:
         """fresh: read list and open registration anew, which others may have changed."""
-        case_id = self.views.case.case_id
+        case_id = self.workspace.case.case_id
         if case_id is None:
             self._open, self._titles = None, []
         elif fresh or not self._titles:
@@ -208,12 +209,12 @@ class RegisterStep(Step):
             {"id": one.id, "name": one.name, "modified": str(one.modified), "deleted": bool(one.deleted_at)}
             for one in self._titles
         ]
-        case = self.views.case.sections(fresh=False)["case"]
+        case = self.workspace.case.sections(fresh=False)["case"]
         has_volume = case is not None and case["has_volume"]
         opened = self._open
         return {
             "registrations": {"items": items},
-            "registration": None if opened is None else opened.view(self.views.plan.current, has_volume),
+            "registration": None if opened is None else opened.view(self.workspace.plan.current, has_volume),
             "plan_use": self._plan_use(),
             "fiducials": {"items": self._marks()},
             "pointer": self._pointer(),
@@ -229,7 +230,7 @@ class RegisterStep(Step):
         return None if standing is None else {"state": standing.state, "words": standing.words}
 
     def _plan_use(self) -> PlanUseSection | None:
-        plan = self.views.plan.current
+        plan = self.workspace.plan.current
         if plan is None:
             return None
         used = self._services.registering.registration_of(plan)

@@ -12,7 +12,7 @@ from concurrent.futures import Executor
 
 import numpy as np
 
-from app.steps.rehearse.drive_record import DriveState
+from app.steps.rehearse.drive_record import ProcessStatus
 from app.steps.rehearse.preparation import Prepared
 from app.steps.rehearse.recorded_process import RecordedProcess
 from app.steps.rehearse.settings_exchange import SettingsExchange
@@ -22,7 +22,7 @@ from vfix_engine.errors import ControlError, VfixError
 from vfix_engine.robots import PlacedRobot, RobotModel
 from vfix_engine.runtime.ring import RowReader
 from vfix_engine.worlds.rigid.realtime import RehearsalProcess
-from vfix_engine.worlds.rigid.snapshot import Snapshot
+from vfix_engine.worlds.rigid.snapshot import RigidSnapshot
 
 SILENT_S = 2.0  # a process that shows no new snapshot for so long hangs; one that rests shows several a second
 _ENDED = "The control process ended. Start the rehearsal again."
@@ -39,7 +39,7 @@ class DriveProcess:
         self._coming: RehearsalProcess | None = None  # being started
         self._prepared: Prepared | None = None
         self._robot: PlacedRobot | None = None
-        self._state: DriveState = "absent"
+        self._state: ProcessStatus = "absent"
         self._words = ""
         self._plan_key: object = None
         self._generation = 0
@@ -51,7 +51,7 @@ class DriveProcess:
         self._target_id: str | None = None
 
     @property
-    def state(self) -> DriveState:
+    def state(self) -> ProcessStatus:
         with self._lock:
             return self._state
 
@@ -117,7 +117,7 @@ class DriveProcess:
         """End the process, one that is only coming as well."""
         self._end("absent", "")
 
-    def _end(self, state: DriveState, words: str, only: RehearsalProcess | None = None) -> None:
+    def _end(self, state: ProcessStatus, words: str, only: RehearsalProcess | None = None) -> None:
         """only: end nothing unless this process is here; somebody else may have ended it, and another one comes."""
         with self._lock:
             if only is not None and self._process is not only:
@@ -134,7 +134,7 @@ class DriveProcess:
                 if event.kind == "unrecorded":
                     self._not_recorded(event.text, "It ended before its run was whole.")
 
-    def snapshot(self) -> Snapshot | None:
+    def snapshot(self) -> RigidSnapshot | None:
         process = self._live()
         return None if process is None else process.snapshot()
 

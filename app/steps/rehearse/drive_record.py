@@ -8,12 +8,12 @@ from typing import Literal
 from app.messages.client import Client
 from app.planning.rehearsal_options import Switches
 from app.steps.rehearse.preparation import Prepared
-from app.steps.rehearse.sections import RehearsalState
+from app.steps.rehearse.sections import RehearsalPhase
 from vfix_engine.control import ControlSettings
 from vfix_engine.robots import PlacedRobot
-from vfix_engine.worlds.rigid.snapshot import Snapshot
+from vfix_engine.worlds.rigid.snapshot import RigidSnapshot
 
-DriveState = Literal["absent", "starting", "ready", "silent", "failed"]
+ProcessStatus = Literal["absent", "starting", "ready", "silent", "failed"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,9 +34,9 @@ class DriveRecord:
     unrecorded: why the drive is not recorded, or not to its end; '' where it is.
     """
 
-    state: DriveState = "absent"
+    state: ProcessStatus = "absent"
     words: str = ""
-    snapshot: Snapshot | None = None
+    snapshot: RigidSnapshot | None = None
     prepared: Prepared | None = None
     robot: PlacedRobot | None = None
     plan_key: object = None
@@ -54,7 +54,7 @@ class DriveRecord:
     unrecorded: str = ""
 
     @property
-    def shown_state(self) -> RehearsalState:
+    def shown_state(self) -> RehearsalPhase:
         """The state on the page: that of the process, and whether the robot runs."""
         if self.state != "ready":
             return self.state

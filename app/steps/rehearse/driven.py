@@ -7,13 +7,13 @@ from typing import Self
 
 import numpy as np
 
-from app.planning.evaluation import PlanEvaluation
 from app.planning.piercing import short_way
+from app.planning.plan_evaluation import PlanEvaluation
 from app.planning.verdict import NOSTRIL_MM
 from vfix_engine.anatomy.piercing import PiercingWatch, Ways
 from vfix_engine.proximity.fields.distance_field import DistanceField
 from vfix_engine.proximity.fields.tool_depth import tool_depth
-from vfix_engine.worlds.rigid.snapshot import Snapshot
+from vfix_engine.worlds.rigid.snapshot import RigidSnapshot
 
 FELT_N = 0.05  # a force on the grip that is worth a word
 
@@ -77,7 +77,7 @@ class SoFar:
         self._watch: PiercingWatch | None = None
         self.held_last = ""  # what held the tool in the last push, until it moves freely again
 
-    def take(self, snapshot: Snapshot | None, planned: Planned | None) -> None:
+    def take(self, snapshot: RigidSnapshot | None, planned: Planned | None) -> None:
         """Read a snapshot of a drive of what was planned; another robot, or one at its entry again, begins anew."""
         if planned is not self._planned or snapshot is None or snapshot.steps < self._steps:
             self._planned = planned
@@ -94,7 +94,7 @@ class SoFar:
         elif float(np.linalg.norm(snapshot.force)) > FELT_N:
             self.held_last = ""
 
-    def _measure(self, snapshot: Snapshot) -> None:
+    def _measure(self, snapshot: RigidSnapshot) -> None:
         """Measure the depth of the tool in soft tissue."""
         if self._planned is None or self._planned.tissue is None:
             return

@@ -6,6 +6,7 @@ import logging
 import time
 
 from app.kit.errors import PlanLocked
+from app.kit.values import Position
 from app.messages.client import Client
 from app.planning.rehearsal_options import NO_SWITCHES, Switches
 from app.plans.service import Plan
@@ -16,11 +17,10 @@ from app.steps.rehearse.driven import SoFar
 from app.steps.rehearse.preparation import PlanKey, Prepared, plan_key
 from app.steps.rehearse.shared_drive import SharedDrive
 from app.steps.rehearse.shared_drives import SharedDrives
-from app.views.plan_items import Position
-from app.views.views import Views
+from app.workspace.workspace import Workspace
 from vfix_engine.anatomy.surface_uncertainty import SurfaceUncertainty
 from vfix_engine.errors import PlanError, VfixError
-from vfix_engine.worlds.rigid.snapshot import Snapshot
+from vfix_engine.worlds.rigid.snapshot import RigidSnapshot
 
 _LOG = logging.getLogger(__name__)
 
@@ -32,16 +32,16 @@ class DriveFollower(Step):
     def make_shared(cls, services: Services) -> SharedDrives:
         return SharedDrives()
 
-    def __init__(self, views: Views, shared: SharedDrives) -> None:
-        super().__init__(views, shared)
-        self._services, self._drives = views.services, shared
+    def __init__(self, workspace: Workspace, shared: SharedDrives) -> None:
+        super().__init__(workspace, shared)
+        self._services, self._drives = workspace.services, shared
         self._registered: tuple[object, str] | None = None  # plan and its registration's id, and that one's key
         self._plan_id: str | None = None
         self._uncertainty: SurfaceUncertainty | None = None  # of the bone that the margin is kept to
         self._has_ct = False
         self.drive: SharedDrive | None = None
         self.now = NO_DRIVE  # the drive as it was read last
-        self._before: Snapshot | None = None  # the one that was read before it
+        self._before: RigidSnapshot | None = None  # the one that was read before it
         self.so_far = SoFar()
         self._taken_ms = 0  # when the snapshot was taken over
         self._changed = False  # the plan is another one than what is driven
@@ -49,11 +49,11 @@ class DriveFollower(Step):
         self._stopped_for = ""  # why the robot was paused at the last tick
         self._unkept: dict[str, float] = {}  # settings that the plan could not keep when it was tried last
         self._plan_edited = False  # the plan in the store has changed by what was done here
-        views.plan.on_opened(self._plan_opened)
+        workspace.plan.on_opened(self._plan_opened)
 
     @property
     def _client(self) -> Client:
-        return self.views.client
+        return self.workspace.client
 
     @property
     def wanted(self) -> Switches:
@@ -65,7 +65,7 @@ class DriveFollower(Step):
     def _plan_opened(self) -> None:
         """Go to the drive of the plan that is open now."""
         self._leave_drive()
-        plan = self.views.plan.current
+        plan = self.workspace.plan.current
         if plan is not None:
             self._plan_id = plan.id
             case = self._services.cases.get(plan.case_id)
@@ -89,7 +89,7 @@ class DriveFollower(Step):
         if now.snapshot is not before:
             self._taken_ms, self._before = int(1000 * time.time()), before
             if before is None and self.active:
-                self.views.camera.look_from("nose")  # the robot has come
+                self.workspace.camera.look_from("nose")  # the robot has come
             if self.active:
                 self.so_far.take(now.snapshot, None if now.prepared is None else now.prepared.planned)
         return now
@@ -108,14 +108,14 @@ class DriveFollower(Step):
 
     def _compare(self, now: DriveRecord) -> None:
         """Look whether the robot was placed for the plan as it is now."""
-        plan = self.views.plan.current
+        plan = self.workspace.plan.current
         self._changed = now.prepared is not None and not (plan is not None and now.is_for(self._key(plan)))
 
     def _withdrawn(self, now: DriveRecord) -> str:
         """Why the robot that stands here is not driven: the plan goes by another registration now, or by none that can
         be used; '' where it goes by the one that the robot was placed by.
         """
-        plan, placed = self.views.plan.current, now.plan_key
+        plan, placed = self.workspace.plan.current, now.plan_key
         if plan is None or now.state != "ready" or not isinstance(placed, PlanKey):
             return ""
         if placed.plan_id != plan.id or placed.registered == self._key(plan).registered:

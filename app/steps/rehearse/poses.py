@@ -9,14 +9,14 @@ import numpy as np
 from vfix_engine.arrays import Array
 
 if TYPE_CHECKING:  # slow to load, and the address needs none of it
-    from vfix_engine.worlds.rigid.snapshot import Snapshot
+    from vfix_engine.worlds.rigid.snapshot import RigidSnapshot
 
 MAX_READERS = 16  # at a time
 _PLACES = ("tip", "grip", "virtual_point", "force")
 _NUMBERS = ("tip_error_mm", "clearance_mm", "margin_mm", "progress_mm", "length_mm", "target_error_mm")
 
 
-def fields(snapshot: Snapshot) -> list[str]:
+def fields(snapshot: RigidSnapshot) -> list[str]:
     """Names of the row's columns.
 
     Places in LPS mm, force in N, q in mm and rad, t_s on the control process's clock, running 0 or 1.
@@ -26,7 +26,7 @@ def fields(snapshot: Snapshot) -> list[str]:
     return ["t_s", "steps", "running", *places, *_NUMBERS, *joints]
 
 
-def row(snapshot: Snapshot) -> Array:
+def row(snapshot: RigidSnapshot) -> Array:
     """The row (n,) of :func:`fields`; a number that does not exist is NaN."""
     state = [snapshot.t, float(snapshot.steps), float(snapshot.running)]
     places = [getattr(snapshot, name) for name in _PLACES]

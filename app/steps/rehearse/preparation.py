@@ -21,7 +21,7 @@ from app.services import Services
 from app.steps.rehearse.driven import Planned
 from app.steps.rehearse.refusal import refuse_where_centre_stops, refuse_where_tissue_stops
 from app.store.errors import StorageError
-from app.views.plan_items import curve_points, plan_items
+from app.workspace.plan_items import curve_points, plan_items
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import PlanError
 from vfix_engine.geometry.path import SplinePath

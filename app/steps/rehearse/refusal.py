@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from app.kit.errors import JobCancelled
-from app.planning.evaluation import PlanEvaluation
+from app.planning.plan_evaluation import PlanEvaluation
 from app.planning.rehearsal_options import Switches
 from app.plans.instruments import shipped_tools
 from app.plans.model import without_placing

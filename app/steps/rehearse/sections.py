@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Literal, NotRequired, TypedDict
 
 from app.messages.sections import Position
-from app.views.sections import CurveSection, ItemsSection
+from app.workspace.sections import CurveSection, ItemsSection
 
-RehearsalState = Literal["absent", "starting", "ready", "running", "paused", "silent", "failed"]
+RehearsalPhase = Literal["absent", "starting", "ready", "running", "paused", "silent", "failed"]
 
 
 class MotionView(TypedDict, total=False):
@@ -44,7 +44,7 @@ class RehearsalSection(MotionView):
     unrecorded: why the drive is not recorded, or not to its end; None where it is.
     """
 
-    state: RehearsalState
+    state: RehearsalPhase
     words: str
     mine: bool
     holder: str | None

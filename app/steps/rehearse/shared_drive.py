@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
+from app.kit.values import Position
 from app.messages.client import Client
 from app.steps.rehearse.drive_process import DriveProcess
 from app.steps.rehearse.drive_record import DriveRecord
 from app.steps.rehearse.lease import Lease
 from vfix_engine.worlds.rigid.realtime import RehearsalProcess
-
-Position = tuple[float, float, float]
 
 
 class SharedDrive(DriveProcess):

@@ -24,12 +24,12 @@ from app.steps.rehearse.shared_drive import SharedDrive
 from app.steps.rehearse.shared_drives import SharedDrives
 from app.steps.rehearse.switches import CentrePlaces, options_section, place_of
 from app.steps.rehearse.view import details_section, rehearsal_section, settings_section, tool_section
-from app.views.layers import Layer
-from app.views.plan_items import curve_layer, curve_section, entries, items_layer, plan_items
-from app.views.views import Views
+from app.workspace.layers import Layer
+from app.workspace.plan_items import curve_layer, curve_section, entries, items_layer, plan_items
+from app.workspace.workspace import Workspace
 from vfix_engine.errors import PlanError
 from vfix_engine.robots import PlacedRobot
-from vfix_engine.worlds.rigid.snapshot import Snapshot
+from vfix_engine.worlds.rigid.snapshot import RigidSnapshot
 
 _HAND_LOST = "The window was late, so the hand let go: press or drag again"
 _NOT_HELD = "only the window that holds the handle can do that; you can watch, or take over when it lets go."
@@ -42,24 +42,24 @@ class RehearseStep(DriveFollower):
     ticks = True
     first_view = "nose"
 
-    def __init__(self, views: Views, shared: SharedDrives) -> None:
-        super().__init__(views, shared)
+    def __init__(self, workspace: Workspace, shared: SharedDrives) -> None:
+        super().__init__(workspace, shared)
         self._hand: GripDrag | None = None  # on the grip, set on the scene's thread
-        self._centre = CentrePlaces(views.services, views.executor, views.post)
+        self._centre = CentrePlaces(workspace.services, workspace.executor, workspace.post)
         self._shown_options: tuple[object, OptionsSection] | None = None  # with what it depends on
-        self._told_of: Snapshot | None = None  # the pose that others were told last
+        self._told_of: RigidSnapshot | None = None  # the pose that others were told last
         self._told = NO_SWITCHES  # the switches as they were when everything was published last
 
     def available(self) -> bool:
-        return self.views.plan.id is not None
+        return self.workspace.plan.id is not None
 
     # -- entering and leaving the step
 
     def enter(self) -> None:
         """Open the anatomy along the path, look at it, and put the robot at its entry where nobody else has it."""
-        plan = self.views.plan.current
-        self.views.case.open_up([] if plan is None else [item.position for item in plan_items(plan)])
-        self.views.camera.look_from("nose")
+        plan = self.workspace.plan.current
+        self.workspace.case.open_up([] if plan is None else [item.position for item in plan_items(plan)])
+        self.workspace.camera.look_from("nose")
         drive = self.drive
         if drive is None or plan is None or len(plan.points) < 2 or drive.is_for(self._key(plan)):
             return
@@ -98,7 +98,7 @@ class RehearseStep(DriveFollower):
 
     def _drive(self, name: str) -> None:
         """Start, pause, reset, or end a process that hangs."""
-        drive, plan = self.drive, self.views.plan.current
+        drive, plan = self.drive, self.workspace.plan.current
         if drive is None or plan is None:
             raise PlanError("open a plan first.")
         if name == "rehearsal.start":
@@ -151,7 +151,7 @@ class RehearseStep(DriveFollower):
         if len(plan.points) < 2:
             raise PlanError("a rehearsal needs a path of two points at least.")
         switches = self.wanted.in_force
-        drive.open(self._key(plan), lambda: prepare(self._services, plan, switches), self.views.executor)
+        drive.open(self._key(plan), lambda: prepare(self._services, plan, switches), self.workspace.executor)
 
     # -- the hand: each is a write into the control process's shared memory; called on other threads
 
@@ -180,7 +180,7 @@ class RehearseStep(DriveFollower):
         if drag.phase == "end":
             drive.release_grip(self._client)
         else:
-            drive.set_grip(self.views.client, drag.position, takes_hold=drag.phase == "start")
+            drive.set_grip(self.workspace.client, drag.position, takes_hold=drag.phase == "start")
 
     def release_now(self) -> None:
         if self.drive is not None:
@@ -196,9 +196,9 @@ class RehearseStep(DriveFollower):
     def tick(self) -> bool:
         """Read the newest snapshot, and tell the user what the control process has said."""
         for words in self._hear():
-            self.views.note(words, error=True)
+            self.workspace.note(words, error=True)
         edited, self._plan_edited = self._plan_edited, False
-        self.views.stale |= edited
+        self.workspace.stale |= edited
         if self._run_when_ready:
             self._run_if_ready(self.now)
         if self._services.live.wanted:
@@ -206,7 +206,7 @@ class RehearseStep(DriveFollower):
         drawn, told, self._told = self.driven, self._told, self.wanted
         self._compare(self.now)
         if words := self._stop_where_withdrawn(self.now):
-            self.views.note(words, error=True)
+            self.workspace.note(words, error=True)
         return edited or self.driven is not drawn or told != self._told
 
     def _tell_tool(self, now: DriveRecord) -> None:
@@ -219,7 +219,7 @@ class RehearseStep(DriveFollower):
 
     def _run_if_ready(self, now: DriveRecord) -> None:
         """Start was pressed before the robot had come; one that came with other switches comes again."""
-        drive, plan = self.drive, self.views.plan.current
+        drive, plan = self.drive, self.workspace.plan.current
         if drive is None:
             return
         if now.state == "ready" and plan is not None and now.switches != self.wanted.in_force:
@@ -228,7 +228,7 @@ class RehearseStep(DriveFollower):
             self._run_when_ready = False
             self._registered = None  # it may have changed while the robot came
             if words := self._withdrawn(now):
-                self.views.note(words, error=True)
+                self.workspace.note(words, error=True)
             else:
                 drive.run(self._client)
         elif now.state == "failed":
@@ -237,7 +237,7 @@ class RehearseStep(DriveFollower):
     # -- what the page and the scene show
 
     def hint(self) -> str:
-        plan, now = self.views.plan.current, self.now
+        plan, now = self.workspace.plan.current, self.now
         points, targets = (0, 0) if plan is None else (len(plan.points), len(plan.targets))
         mode, phase = ("path", "") if now.snapshot is None else (now.snapshot.mode, now.snapshot.phase)
         free = self.drive is not None and now.holder is None
@@ -283,7 +283,7 @@ class RehearseStep(DriveFollower):
 
     def _options(self, now: DriveRecord) -> OptionsSection:
         """Built again when something that it depends on has changed."""
-        plan, wanted = self.views.plan.current, self.wanted
+        plan, wanted = self.workspace.plan.current, self.wanted
         if self.active or wanted.remote_centre:
             self._centre.ask(plan)
         depends_on = (plan and (plan.id, plan.revision), wanted, now.switches, now.may_switch, self._centre.known)
@@ -314,7 +314,7 @@ class RehearseStep(DriveFollower):
             layers.append(Layer("rehearse.centre", key, CentreNodes, show))
         return layers
 
-    def _robot_layer(self, now: Snapshot, robot: PlacedRobot, mine: bool) -> Layer[DriveNodes]:
+    def _robot_layer(self, now: RigidSnapshot, robot: PlacedRobot, mine: bool) -> Layer[DriveNodes]:
         hand = self._hand
         key = (now.t, now.steps, now.mode, now.running, mine, tuple(now.force), hand)
 

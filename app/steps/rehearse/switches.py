@@ -20,7 +20,7 @@ from app.planning.verdict import NOSTRIL_MM
 from app.plans.service import Plan
 from app.services import Services
 from app.steps.rehearse.sections import CentreChoice, CentreSection, OptionsSection, OptionView
-from app.views.background import in_background
+from app.workspace.background import in_background
 from vfix_engine.errors import VfixError
 from vfix_engine.geometry.path import SplinePath
 from vfix_engine.virtual_fixtures import RemoteCentre

@@ -19,7 +19,7 @@ from app.steps.rehearse.sections import (
 )
 from vfix_engine.anatomy.surface_uncertainty import SurfaceUncertainty
 from vfix_engine.control import ControlSettings
-from vfix_engine.worlds.rigid.snapshot import Snapshot, Timing
+from vfix_engine.worlds.rigid.snapshot import RigidSnapshot, Timing
 
 # What a person at the page may turn; the rest stays as the plan says.
 SHOWN_SETTINGS = {
@@ -41,7 +41,7 @@ _STANDS = "The pull points where the tool does not go in this mode"
 
 
 def rehearsal_section(
-    now: DriveRecord, before: Snapshot | None = None, so_far: SoFar | None = None
+    now: DriveRecord, before: RigidSnapshot | None = None, so_far: SoFar | None = None
 ) -> RehearsalSection:
     """Lengths in mm, force in N; numbers that do not exist are null. before: the snapshot shown before this one."""
     snapshot, state = now.snapshot, now.shown_state
@@ -79,7 +79,7 @@ def rehearsal_section(
     return {**base, **motion}
 
 
-def holding_words(snapshot: Snapshot, before: Snapshot | None, held_last: str = "") -> str:
+def holding_words(snapshot: RigidSnapshot, before: RigidSnapshot | None, held_last: str = "") -> str:
     """What holds the tool, as a sentence; a tool that stands against a force is not free to move.
 
     A constraint that acts without slowing the tool, such as bone that it slides along, is named as well.
@@ -98,7 +98,7 @@ def holding_words(snapshot: Snapshot, before: Snapshot | None, held_last: str = 
     return "Nothing, the tool is free to move"
 
 
-def details_section(snapshot: Snapshot | None) -> DetailsSection:
+def details_section(snapshot: RigidSnapshot | None) -> DetailsSection:
     """How the control loop is doing."""
     if snapshot is None:
         return {}
@@ -153,7 +153,7 @@ def settings_section(
     }
 
 
-def tool_section(snapshot: Snapshot | None) -> ToolSection:
+def tool_section(snapshot: RigidSnapshot | None) -> ToolSection:
     """The tool as it is drawn in the slices."""
     if snapshot is None:
         return {"segments": [], "radii_mm": []}

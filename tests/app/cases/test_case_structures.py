@@ -21,7 +21,7 @@ from app.cases.structures import encloses, is_closed
 from app.cli import main
 from app.services import Services
 from app.store.models import DocumentStateRow
-from app.views.case_view import case_section
+from app.workspace.case_view import case_section
 from tests.engine.label_files import ellipsoid, save_dicom_seg, save_nifti, save_seg_nrrd
 from vfix_engine.anatomy.labels.label_map import Label
 from vfix_engine.anatomy.labels.surfaces import surface_of

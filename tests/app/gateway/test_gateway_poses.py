@@ -24,30 +24,30 @@ from app.steps.rehearse import routes
 from app.steps.rehearse.poses import MAX_READERS
 from app.steps.rehearse.shared_drives import SharedDrives
 from vfix_engine.runtime.ring import Ring, RowReader, write_layout
-from vfix_engine.worlds.rigid.snapshot import Snapshot
+from vfix_engine.worlds.rigid.snapshot import RigidSnapshot
 
 PLAN = "plan-1"
 PATH = f"/api/steps/rehearse/poses?plan={PLAN}"
 WATCHER = Client("tab-one-0", "watches")
 
 
-def _snapshot(steps: int, joints: int = 6) -> Snapshot:
-    values: dict[str, Any] = dict.fromkeys((field.name for field in dataclasses.fields(Snapshot)), np.nan)
+def _snapshot(steps: int, joints: int = 6) -> RigidSnapshot:
+    values: dict[str, Any] = dict.fromkeys((field.name for field in dataclasses.fields(RigidSnapshot)), np.nan)
     places = {name: steps + np.arange(3.0) for name in ("tip", "grip", "virtual_point", "force")}
-    return Snapshot(**values | places | {"t": 1e-3 * steps, "steps": steps, "running": True, "q": np.ones(joints)})
+    return RigidSnapshot(**values | places | {"t": 1e-3 * steps, "steps": steps, "running": True, "q": np.ones(joints)})
 
 
 class _Mailbox:
     """Stands for a drive: has the newest snapshot, and rows where a test writes some."""
 
     def __init__(self) -> None:
-        self.newest: Snapshot | None = None
+        self.newest: RigidSnapshot | None = None
         self.reader: RowReader | None = None
 
     def rows(self) -> RowReader | None:
         return self.reader
 
-    def snapshot(self) -> Snapshot | None:
+    def snapshot(self) -> RigidSnapshot | None:
         return self.newest
 
     def close(self) -> None:

@@ -19,8 +19,9 @@ from app.cases.settings import settings_in_case
 from app.commands import plan_evaluate
 from app.planning import evaluation as planning_module
 from app.planning.drive import Drive
-from app.planning.evaluation import PlanEvaluation, Planning
+from app.planning.evaluation import Planning
 from app.planning.piercing import NOT_KNOWN, Pierced
+from app.planning.plan_evaluation import PlanEvaluation
 from app.planning.reports import PathReports
 from app.planning.verdict import IN_SHORT
 from app.plans.model import Plan

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from app.cli import main
 from app.exchange.plan_files import to_native_json
 from app.exchange.robot_frame import BaseExport
-from app.planning.dry_runs import DryRuns
+from app.planning.dry_runs import DryRunJobs
 from app.planning.evaluation import Planning, registered_key
 from app.plans.model import Plan
 from app.plans.shipped_head import SAMPLE_PLAN
@@ -127,7 +127,7 @@ def test_what_is_driven_judged_and_written_is_of_one_reading(phantom_services: S
         return read[-1]
 
     planned = Planning(phantom_services.cases, phantom_services.instruments, phantom_services.fields, reading)
-    services = replace(phantom_services, planning=planned, dry_runs=DryRuns(phantom_services.jobs, planned))
+    services = replace(phantom_services, planning=planned, dry_runs=DryRunJobs(phantom_services.jobs, planned))
     for ask in (services.dry_runs.evaluate, planned.evaluate):
         read.clear()
         found = ask(plan)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from rest_client import Client
-from session_doubles import Later, fail, views_of
+from session_doubles import Later, fail, workspace_of
 
 from app.cli import main
 from app.commands import plan as plan_command
@@ -92,8 +92,8 @@ def test_rest_and_the_command_line_tell_the_same(
 def test_bone_that_cannot_be_counted_is_told_and_counted_again_after_a_change(
     phantom_services: Services, monkeypatch: pytest.MonkeyPatch, error: Exception, words: str
 ) -> None:
-    plan, views = _with_regions(phantom_services), views_of(phantom_services)
-    count, later = RemovedBoneCount(views), views.executor
+    plan, workspace = _with_regions(phantom_services), workspace_of(phantom_services)
+    count, later = RemovedBoneCount(workspace), workspace.executor
     assert isinstance(later, Later)
     with monkeypatch.context() as broken:
         broken.setattr(phantom_services.removed_volumes, "of_plan", lambda plan: fail(error))

@@ -33,7 +33,7 @@ from vfix_engine.virtual_fixtures import SoftRegion, SoftZone
 from vfix_engine.virtual_fixtures.zone_file import ZoneSet
 from vfix_engine.worlds.rigid.headless import HeadlessRun
 from vfix_engine.worlds.rigid.rehearsal import Rehearsal
-from vfix_engine.worlds.rigid.snapshot import Snapshot
+from vfix_engine.worlds.rigid.snapshot import RigidSnapshot
 
 ACROSS = {"kind": "sphere", "centre": [0.0, 30.0, 3.8], "radius": 4.0}
 BESIDE = {"kind": "capsules", "points": [[-8.0, 30.0, 8.0], [0.0, 30.0, 8.5], [8.0, 30.0, 8.0]], "radius": 1.5}
@@ -66,9 +66,9 @@ def zone(shape: dict[str, Any], name: str = "optic nerve", margin_mm: float = 0.
     return PlanZone("z", name, shape, margin_mm, **fields)
 
 
-def drive(services: Services, plan: Plan) -> tuple[list[Snapshot], Snapshot]:
+def drive(services: Services, plan: Plan) -> tuple[list[RigidSnapshot], RigidSnapshot]:
     """Every pose of the scripted hand in the scene that the control process gets, and the last one."""
-    poses: list[Snapshot] = []
+    poses: list[RigidSnapshot] = []
     prepared = prepare(services, plan)
     last = HeadlessRun(Rehearsal(prepared.spec.build(), prepared.settings), poses.append).follow()
     return poses, last

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from registration_poses_cases import paired_poses, table
 from rest_client import CASE, opened_client
-from session_doubles import HEAD, views_of
+from session_doubles import HEAD, workspace_of
 
 from app.kit.errors import NotFound
 from app.link.tracker import Collected
@@ -79,7 +79,7 @@ def test_without_a_tracker_it_says_how_to_have_one(phantom_services: Services) -
 
 
 def test_the_page_is_told_when_the_pointer_goes_out_of_sight(tracked: Services, pointer: Pointer) -> None:
-    step: Any = RegisterStep(views_of(tracked))
+    step: Any = RegisterStep(workspace_of(tracked))
     step.active = True
     assert step.sections(fresh=True)["pointer"] == {"state": "fresh", "words": "Stylus is tracked"}
     assert step.tick()

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from app.scene.floor import BELOW_MM, FloorNodes, floor_picture, footprint
-from app.scene.labels import Labels
+from app.scene.labels import SceneLabels
 from app.scene.plan import GHOST_RADIUS_MM, GhostNodes
 from app.scene.regions import PLACE_RADIUS_MM, DrawingNodes
 from vfix_engine.robots import Visual
@@ -41,7 +41,7 @@ class Scene:
 
 def test_labels_are_the_page_s_or_viser_s_and_never_both() -> None:
     scene = Scene()
-    labels = Labels(scene)  # type: ignore[arg-type]
+    labels = SceneLabels(scene)  # type: ignore[arg-type]
     first = labels.add("/a", "A", "letter", (1.0, 2.0, 3.0))
     second = labels.add("/b", "B", "item", visible=False)
     assert [label.text for label in labels.shown()] == ["A"]

@@ -6,8 +6,8 @@ import numpy as np
 from session_doubles import HEAD, Later, other_case
 
 from app.services import Services
-from app.views.case_view import CaseView
-from app.views.slice_view import SliceView
+from app.workspace.case_view import CaseView
+from app.workspace.slice_view import SliceView
 from vfix_engine.files.volume import Volume
 
 

@@ -19,8 +19,8 @@ from app.session.client_session import ClientSession
 from app.session.client_sessions import ClientSessions, TooManyTabs
 from app.steps.rehearse.commands import HandCommand
 from app.store.errors import StorageError
-from app.views.layers import Layer
-from app.views.plan_items import plan_items
+from app.workspace.layers import Layer
+from app.workspace.plan_items import plan_items
 
 
 def _items(session: ClientSession) -> tuple[PlanItem, ...]:
@@ -190,9 +190,9 @@ def test_slow_heads_keep_no_other_tab_waiting(sessions: ClientSessions, monkeypa
             sessions.connect(f"tab-slow-{n}", {"case": slow.id})
         quick = sessions.connect("tab-quick-0", {"case": HEAD})
         deadline = time.monotonic() + 60
-        while quick.views.case.surface is None and time.monotonic() < deadline:
+        while quick.workspace.case.surface is None and time.monotonic() < deadline:
             time.sleep(0.02)
-        assert quick.views.case.surface is not None
+        assert quick.workspace.case.surface is not None
     finally:
         done.set()
         cases.delete(slow.id)

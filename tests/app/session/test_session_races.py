@@ -16,7 +16,7 @@ from app.session import client_sessions
 from app.session.client_session import ClientSession
 from app.session.client_sessions import ClientSessions, TabTaken, TooManyTabs
 from app.steps.rehearse.commands import HandCommand, SetMode
-from app.views.commands import SetCross
+from app.workspace.commands import SetCross
 from vfix_engine.errors import PlanError
 
 

@@ -200,7 +200,7 @@ def test_a_region_is_dragged_by_its_ball_and_selected_by_a_click_on_it(step: Pla
 def test_a_click_on_a_point_a_region_or_a_shaft_belongs_to_what_is_drawn(
     step: PlanStep, kind: str, clicks: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(step.views.case, "hit", lambda ray: Hit("bone", ray.origin + 3.0 * ray.direction, 3.0))
+    monkeypatch.setattr(step.workspace.case, "hit", lambda ray: Hit("bone", ray.origin + 3.0 * ray.direction, 3.0))
     step.handle(draw("spare", "sphere", 1.0))
     click(step, PLACE)
     before, edited = plan_of(step), step._edited

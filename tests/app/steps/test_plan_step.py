@@ -202,7 +202,7 @@ def test_choosing_the_chosen_point_again_brings_the_slices_back_to_it(
 ) -> None:
     step = open_sample(phantom_services)
     point, went = step.items()[2], list[object]()
-    monkeypatch.setattr(step.views.case, "go_to", went.append)
+    monkeypatch.setattr(step.workspace.case, "go_to", went.append)
     for number in (1, 2):
         step.handle(c.ItemCommand(type="item.select", item_id=point.id))
         assert went == number * [point.position]

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from session_doubles import HEAD, SAMPLE, Heard, other_case, views_of
+from session_doubles import HEAD, SAMPLE, Heard, other_case, workspace_of
 
 from app.registration.document import FiducialPair, RegistrationContent
 from app.registration.fit_report import refitted, report_of
@@ -29,10 +29,10 @@ class Opened:
     def __init__(self, services: Services) -> None:
         self.heard = Heard()
         self.services = services
-        self.views = views_of(services, self.heard)
-        self.plans, self.step = PlanStep(self.views), RegisterStep(self.views)
+        self.workspace = workspace_of(services, self.heard)
+        self.plans, self.step = PlanStep(self.workspace), RegisterStep(self.workspace)
         self.plan_id = services.plans.duplicate(SAMPLE, "Registered").id
-        self.views.open_first(HEAD, self.plan_id)
+        self.workspace.open_first(HEAD, self.plan_id)
         self.step.active = True
 
     def do(self, kind: str, **fields: Any) -> dict[str, Any]:
@@ -42,7 +42,7 @@ class Opened:
         return self.shown()
 
     def shown(self) -> dict[str, Any]:
-        fresh, self.views.stale = self.views.stale, False
+        fresh, self.workspace.stale = self.workspace.stale, False
         self.plans.sections(fresh)
         return dict(self.step.sections(fresh))
 
@@ -86,7 +86,7 @@ def test_points_are_touched_fitted_and_used(opened: Opened) -> None:
     fit = registration["fit"]
     assert (fit["state"], fit["used"], fit["simulated"]) == ("fitted", 5, True)
     rows = registration["errors"]["rows"]
-    assert len(rows) == len(opened.views.plan.current.targets) + 1  # type: ignore[union-attr]
+    assert len(rows) == len(opened.workspace.plan.current.targets) + 1  # type: ignore[union-attr]
     assert rows[-1]["s_mm"] is not None
     assert "in 95 % of cases" in registration["errors"]["words"]
     assert "Use for this plan" in opened.step.hint()
@@ -237,7 +237,7 @@ def test_what_does_not_fit_or_is_deleted_is_not_recommended(opened: Opened) -> N
     back = opened.do("registration.restore", registration_id=registration["id"])
     assert back["registration"]["id"] == registration["id"]
     opened.services.registrations.delete(registration["id"])
-    opened.views.stale = True
+    opened.workspace.stale = True
     assert opened.shown()["registration"]["deleted"]
     assert "is deleted" in opened.step.hint()
     assert opened.do("registration.use", used=False)["plan_use"]["state"] == "none"
@@ -247,8 +247,8 @@ def test_a_plan_opens_the_registration_that_it_uses(opened: Opened) -> None:
     first = five(opened)["registration"]
     opened.do("registration.use", used=True)
     opened.do("registration.new")
-    again = RegisterStep(opened.views)
-    opened.views.open_first(HEAD, opened.plan_id)
+    again = RegisterStep(opened.workspace)
+    opened.workspace.open_first(HEAD, opened.plan_id)
     shown = again.sections(fresh=True)["registration"]
     assert shown is not None
     assert shown["id"] == first["id"]

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 from registration_contents import content_of
-from session_doubles import CLIENT, HEAD, SAMPLE, Heard, Robot, put_in_place, views_of
+from session_doubles import CLIENT, HEAD, SAMPLE, Heard, Robot, put_in_place, workspace_of
 
 from app.plans.service import Plan
 from app.services import Services
@@ -86,10 +86,10 @@ def driven(phantom_services: Services) -> Iterator[Driven]:
     registration = services.registrations.create(HEAD, "OR", content_of(sigma=0.05)).id
     plan = services.plans.duplicate(SAMPLE)
     plan = services.registering.use(plan.id, registration)
-    views = views_of(services, heard)
-    step = RehearseStep(views, SharedDrives())
-    views.plan.provide(lambda: services.plans.get(plan.id))
-    views.plan.opened()
+    workspace = workspace_of(services, heard)
+    step = RehearseStep(workspace, SharedDrives())
+    workspace.plan.provide(lambda: services.plans.get(plan.id))
+    workspace.plan.opened()
     step.active = True
     yield Driven(services, step, plan, registration, heard)
     services.plans.delete(plan.id)

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from session_doubles import CLIENT, SAMPLE, Heard, Later, Robot, fail, put_in_place, views_of
+from session_doubles import CLIENT, SAMPLE, Heard, Later, Robot, fail, put_in_place, workspace_of
 
 from app.cases.model import Case
 from app.messages.client import Client
@@ -28,10 +28,10 @@ OTHER = Client("tab-two-0", "holds")
 
 def _step(services: Services, plan: Plan, heard: Heard | None = None) -> RehearseStep:
     """The active step of a client that has a plan open; the plan is always as the store has it."""
-    views = views_of(services, heard)
-    step = RehearseStep(views, SharedDrives())
-    views.plan.provide(lambda: services.plans.get(plan.id))
-    views.plan.opened()
+    workspace = workspace_of(services, heard)
+    step = RehearseStep(workspace, SharedDrives())
+    workspace.plan.provide(lambda: services.plans.get(plan.id))
+    workspace.plan.opened()
     step.active = True
     return step
 
@@ -202,7 +202,7 @@ def test_what_is_driven_has_the_names_of_the_cases_structures(
 def test_those_who_are_connected_hear_where_the_tool_is(rehearsing: tuple[RehearseStep, Plan]) -> None:
     """From the client that drives alone, each snapshot once, and only where somebody listens."""
     step, plan = rehearsing
-    services = step.views.services
+    services = step.workspace.services
     evaluation = services.planning.evaluate(plan)
     robot = services.instruments.robot(plan.robot).placed(evaluation.base, plan_tool(plan))
     row = len(evaluation.run.q) // 2

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from session_doubles import CLIENT, SAMPLE, Later, Now, Robot, fail, other_case, put_in_place, views_of
+from session_doubles import CLIENT, SAMPLE, Later, Now, Robot, fail, other_case, put_in_place, workspace_of
 
 from app.messages.client import Client
 from app.planning import head_tissue
@@ -239,10 +239,10 @@ def test_a_remote_centre_that_stops_the_tool_is_refused_before_the_start(phantom
 
 def test_a_switch_comes_into_force_with_a_reset_and_the_page_says_so(phantom_services: Services) -> None:
     plan = phantom_services.plans.duplicate(SAMPLE)
-    views = views_of(phantom_services)
-    step = RehearseStep(views, SharedDrives())
-    views.plan.provide(lambda: phantom_services.plans.get(plan.id))
-    views.plan.opened()
+    workspace = workspace_of(phantom_services)
+    step = RehearseStep(workspace, SharedDrives())
+    workspace.plan.provide(lambda: phantom_services.plans.get(plan.id))
+    workspace.plan.opened()
     step.active = True
     drive = step.drive
     assert drive is not None
@@ -281,10 +281,10 @@ def test_a_switch_comes_into_force_with_a_reset_and_the_page_says_so(phantom_ser
 def test_a_robot_that_came_with_other_switches_comes_again_before_it_runs(phantom_services: Services) -> None:
     """A switch that is turned while the robot is being placed counts for the start that was pressed then."""
     plan = phantom_services.plans.duplicate(SAMPLE)
-    views = views_of(phantom_services)
-    step = RehearseStep(views, SharedDrives())
-    views.plan.provide(lambda: phantom_services.plans.get(plan.id))
-    views.plan.opened()
+    workspace = workspace_of(phantom_services)
+    step = RehearseStep(workspace, SharedDrives())
+    workspace.plan.provide(lambda: phantom_services.plans.get(plan.id))
+    workspace.plan.opened()
     step.active, robot = True, Robot()
     assert step.drive is not None
     step.handle(c.DriveCommand(type="rehearsal.start"))

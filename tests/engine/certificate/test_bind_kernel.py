@@ -10,7 +10,7 @@ import pytest
 from tests.engine.control.test_whole_step import controller_of
 from tests.engine.scenes import straight_scene, wall
 from vfix_engine.certificate.bind_kernel import binding, largest_moves
-from vfix_engine.certificate.world import World, unpack_world
+from vfix_engine.certificate.world import StepConstants, unpack_world
 from vfix_engine.proximity.pairs import COSINE, MAX_ROWS, RADIUS_MM
 from vfix_engine.virtual_fixtures.state_kernel import BODY, SEGMENT, TRIANGLE
 from vfix_engine.virtual_fixtures.stopping import stopping_distance
@@ -19,8 +19,8 @@ PAIR = 13  # numbers of a pair
 
 
 @pytest.fixture(scope="module")
-def world() -> World:
-    made: World = unpack_world(*controller_of(straight_scene(wall(90.0))).context.packed)
+def world() -> StepConstants:
+    made: StepConstants = unpack_world(*controller_of(straight_scene(wall(90.0))).context.packed)
     return made
 
 
@@ -35,7 +35,7 @@ def some_pairs(random: np.random.Generator, count: int, segments: int) -> tuple[
     return rows, labels, np.zeros(count, np.int32)
 
 
-def chosen_by_hand(world: World, move: np.ndarray, rows: np.ndarray, labels: np.ndarray) -> list[int]:
+def chosen_by_hand(world: StepConstants, move: np.ndarray, rows: np.ndarray, labels: np.ndarray) -> list[int]:
     """Triangles of the pairs to be kept, nearest first, read off the definition."""
     free = rows[:, 0] - world.keep[0]
     order = sorted(range(len(rows)), key=lambda i: (free[i], i))
@@ -54,7 +54,7 @@ def chosen_by_hand(world: World, move: np.ndarray, rows: np.ndarray, labels: np.
 
 
 @pytest.mark.parametrize("seed", range(40))
-def test_pairs_that_can_bind_are_those_of_a_plain_loop(world: World, seed: int) -> None:
+def test_pairs_that_can_bind_are_those_of_a_plain_loop(world: StepConstants, seed: int) -> None:
     random = np.random.default_rng(seed)
     segments = len(world.radius)
     rows, labels, body = some_pairs(random, int(random.integers(1, 60)), segments)
@@ -68,7 +68,7 @@ def test_pairs_that_can_bind_are_those_of_a_plain_loop(world: World, seed: int) 
     np.testing.assert_array_equal(pairs[:found, BODY], 0)
 
 
-def test_a_pair_that_binds_is_kept_beside_a_nearer_one_that_cannot(world: World) -> None:
+def test_a_pair_that_binds_is_kept_beside_a_nearer_one_that_cannot(world: StepConstants) -> None:
     """The nearest pair is on a segment that stands still, another one on a segment that moves fast."""
     rows, labels, body = some_pairs(np.random.default_rng(0), 2, 1)
     rows[:, 0] = world.keep[0] + np.array([0.5, 1.0])

@@ -14,7 +14,7 @@ from vfix_engine.pathway.query import query_blocks
 from vfix_engine.pathway.query.query import Deviations, Query, deviation_of_points
 from vfix_engine.pathway.query.query_blocks import CHILD, RADIUS, vertex_blocks
 from vfix_engine.pathway.query.query_fast import largest_excess, link_deviations
-from vfix_engine.pathway.query.query_lanes import WORK
+from vfix_engine.pathway.query.query_simd import WORK
 from vfix_engine.robots.snake import SnakeModel
 from vfix_engine.robots.snake_surface import LinkVertices
 

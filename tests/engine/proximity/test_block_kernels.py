@@ -7,8 +7,8 @@ import pytest
 from geometry_oracle import every_distance, exact_distance
 
 from vfix_engine.proximity.block_kernels import LANES, QUERY, WORK, block_gaps, describe
-from vfix_engine.proximity.box_lanes import FACETS, PROBE, describe_single, facet_bounds, facet_gaps
-from vfix_engine.proximity.wide_build import build_wide
+from vfix_engine.proximity.box_simd import FACETS, PROBE, describe_single, facet_bounds, facet_gaps
+from vfix_engine.proximity.bvh16_build import build_wide
 
 _TINY = np.array([0.0, 1e-15, 1e-12, 1e-9, 1e-8, 1e-7, 1e-5, 1e-3])
 

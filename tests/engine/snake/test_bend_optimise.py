@@ -23,7 +23,7 @@ from vfix_engine.snake.bending.bending import (
     tip_displacement,
 )
 from vfix_engine.snake.bending.optimise import (
-    Bend,
+    DistalBend,
     control_bends,
     optimise_primary,
     search_globally,
@@ -63,7 +63,7 @@ def figure_8() -> BendProblem:
     return BendProblem(SNAKE, QUERY, packed, window, base, np.zeros(10), np.array([3.0, 3.0, 3.0, 3.0, 1.0]))
 
 
-def judged(case: BendProblem, bend: Bend, share: float = 1.0) -> np.ndarray:
+def judged(case: BendProblem, bend: DistalBend, share: float = 1.0) -> np.ndarray:
     """Deviation of each link (5,) at a share of a bend, vertex by vertex and segment by segment."""
     frames = SNAKE.frames(SNAKE.clamp(case.q_rest + share * bend.delta), case.base)
     points, start = QUERY.vertices.points, QUERY.vertices.start
@@ -73,7 +73,7 @@ def judged(case: BendProblem, bend: Bend, share: float = 1.0) -> np.ndarray:
 
 
 @pytest.fixture(scope="module")
-def eight() -> dict[str, tuple[BendProblem, tuple[Bend, ...]]]:
+def eight() -> dict[str, tuple[BendProblem, tuple[DistalBend, ...]]]:
     cases = {"tube": tube(), "bent": bent(), "figure 8": figure_8()}
     return {name: (case, control_bends(case, 8)) for name, case in cases.items()}
 

@@ -11,7 +11,7 @@ from vfix_engine.errors import PathwayError
 from vfix_engine.geometry.curve import Curve
 from vfix_engine.geometry.transport import transported
 from vfix_engine.robots.snake import SnakeModel
-from vfix_engine.snake.conform.conform_kernel import Body, Line, Task, normal_matrix, shape_cost
+from vfix_engine.snake.conform.conform_kernel import Body, ChainTask, CurveSamples, normal_matrix, shape_cost
 from vfix_engine.snake.conform.conform_solve import box_step
 from vfix_engine.snake.conform.conformance import FASTEST, Insertion, ShapeSolution, conform
 
@@ -206,11 +206,11 @@ def test_the_gradient_is_that_of_the_cost():
     found = conform(snake, curve, 290.0, slack=slack)
     assert 125.0 < found.joint_s[0] < 175.0  # the base turns with the bend as it goes on
     weights = np.array([0.1, 1.0, 1.0, 10.0, 1000.0, 1.0, 2.0])
-    line = Line(curve.points, curve.tangents, transported(curve.points, curve.tangents), slack, curve.step_mm)
+    line = CurveSamples(curve.points, curve.tangents, transported(curve.points, curve.tangents), slack, curve.step_mm)
     rng = np.random.default_rng(3)
     near = np.append(found.q, found.joint_s[0])
     state = near + rng.normal(0.0, 0.02, len(near))
-    task = Task(LINK, found.roll, 290.0, weights, near)
+    task = ChainTask(LINK, found.roll, 290.0, weights, near)
     begin = np.empty(2 * links)
     begin[0::2], begin[1::2] = 0.5 * (found.joint_s[:-1] + found.joint_s[1:]), found.joint_s[1:]
 

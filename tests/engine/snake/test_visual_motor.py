@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from vfix_engine.errors import InputError
 from vfix_engine.robots import SnakeModel
 from vfix_engine.snake.bending.hermite import PolarHermite
-from vfix_engine.snake.bending.visual_motor import Steering, VisualMotor
+from vfix_engine.snake.bending.visual_motor import BendDirection, VisualMotor
 
 SNAKE = SnakeModel(5)
 BASE = np.array([[0.0, 0.0, 1.0, 40.0], [1.0, 0.0, 0.0, -7.0], [0.0, 1.0, 0.0, 120.0], [0.0, 0.0, 0.0, 1.0]])
@@ -26,7 +26,7 @@ def bends(most: float = 0.3, rest: float = 0.0) -> PolarHermite:
     return PolarHermite(q_rest, np.arange(4) * np.pi / 2, q_rest + np.array([x, 0.8 * y, -0.9 * x, -1.1 * y]))
 
 
-def in_picture(motor: VisualMotor, before: Steering, after: Steering) -> np.ndarray:
+def in_picture(motor: VisualMotor, before: BendDirection, after: BendDirection) -> np.ndarray:
     """Motion of the camera (2,) mm along the axes it had before, by the robot's own forward kinematics."""
     start, end = motor.camera(before), motor.camera(after)
     return start[:3, :2].T @ (end[:3, 3] - start[:3, 3])
@@ -39,8 +39,8 @@ def step_polar(motor: VisualMotor, r: float, theta: float, wanted: ArrayLike) ->
     return max(R_LEAST, r + float(dr)), float(theta_next) % (2.0 * math.pi)
 
 
-def polar(r: float, theta: float) -> Steering:
-    return Steering(r * math.cos(theta), r * math.sin(theta))
+def polar(r: float, theta: float) -> BendDirection:
+    return BendDirection(r * math.cos(theta), r * math.sin(theta))
 
 
 def test_jacobians_are_those_of_differences_of_the_camera() -> None:
@@ -51,15 +51,15 @@ def test_jacobians_are_those_of_differences_of_the_camera() -> None:
         by_theta = in_picture(motor, here, polar(r, theta + h)) - in_picture(motor, here, polar(r, theta - h))
         np.testing.assert_allclose(motor.jacobian(r, theta), np.column_stack([by_r, by_theta / (2 * h)]), atol=1e-5)
         u, v = here
-        by_u = in_picture(motor, here, Steering(u + h, v)) - in_picture(motor, here, Steering(u - h, v))
-        by_v = in_picture(motor, here, Steering(u, v + h)) - in_picture(motor, here, Steering(u, v - h))
+        by_u = in_picture(motor, here, BendDirection(u + h, v)) - in_picture(motor, here, BendDirection(u - h, v))
+        by_v = in_picture(motor, here, BendDirection(u, v + h)) - in_picture(motor, here, BendDirection(u, v - h))
         np.testing.assert_allclose(motor.jacobian_uv(here), np.column_stack([by_u, by_v]) / (2 * h), atol=1e-5)
 
 
 @pytest.mark.parametrize("state", [(0.0, 0.0), (1e-6, -2e-6), (0.3, -0.2), (-0.7, 0.7), (0.0, 1.2)])
 def test_a_micron_to_the_right_is_a_micron_to_the_right(state: tuple[float, float]) -> None:
     """Also through r = 0, where the printed step cannot go."""
-    motor, here = VisualMotor(SNAKE, bends(rest=0.1), BASE), Steering(*state)
+    motor, here = VisualMotor(SNAKE, bends(rest=0.1), BASE), BendDirection(*state)
     for wanted in ([MICRON, 0.0], [0.0, MICRON], [-MICRON, 0.0], [0.6 * MICRON, -0.8 * MICRON]):
         moved = in_picture(motor, here, motor.step(here, wanted))
         np.testing.assert_allclose(moved, wanted, atol=1e-5 * MICRON)
@@ -116,7 +116,7 @@ def test_what_bends_cannot_do_is_not_forced() -> None:
     rng = np.random.default_rng(4)
     flat = PolarHermite(np.zeros(10), np.arange(4) * np.pi / 2, np.zeros((4, 10)))
     for hermite in (bends(), bends(0.9), flat):
-        motor, state = VisualMotor(SNAKE, hermite, BASE), Steering(0.0, 0.0)
+        motor, state = VisualMotor(SNAKE, hermite, BASE), BendDirection(0.0, 0.0)
         for wanted in rng.normal(0.0, 5.0, (60, 2)):
             after = motor.step(state, wanted)
             assert math.isfinite(after.r)
@@ -143,7 +143,7 @@ def test_what_fits_not_is_refused() -> None:
     motor = VisualMotor(SNAKE, bends(), BASE)
     for wanted in ([np.nan, 0.0], [1.0], [0.0, np.inf]):
         with pytest.raises(InputError, match="finite"):
-            motor.step(Steering(0.1, 0.1), wanted)
+            motor.step(BendDirection(0.1, 0.1), wanted)
 
 
 def kinked(seed: int) -> VisualMotor:
@@ -161,7 +161,7 @@ def test_the_hand_gets_away_from_a_kink(size: float) -> None:
     rays = [(r, theta) for r in size * np.geomspace(2e-3, 0.2, 12) for theta in np.arange(0.0, 2.0 * np.pi, 0.1)]
     short = []  # of what that finds, as a share of the wanted motion
     for seed in range(12):
-        motor, here = kinked(seed), Steering(0.0, 0.0)
+        motor, here = kinked(seed), BendDirection(0.0, 0.0)
         moved = np.array([in_picture(motor, here, polar(*ray)) for ray in rays])
         for angle in np.arange(8) * np.pi / 4:
             wanted = size * np.array([math.cos(angle), math.sin(angle)])

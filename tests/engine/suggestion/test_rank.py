@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from vfix_engine.anatomy.piercing import Piercing, Run
+from vfix_engine.anatomy.piercing import Piercing, TissueRun
 from vfix_engine.suggestion.room import Passage
 from vfix_engine.suggestion.suggest import Alternative
 
@@ -38,7 +38,7 @@ def test_shortest_in_tissue_then_least_deep_then_widest_of_bone() -> None:
 def test_one_that_pierces_comes_last() -> None:
     """However good its figures are: also behind one that does not arrive (HAZ-36)."""
     place = (0.0, 0.0, 0.0)
-    run = Run(9.0, 5.0, place, place, "room", "body")
+    run = TissueRun(9.0, 5.0, place, place, "room", "body")
     nothing = np.zeros(0)
     found = Piercing(nothing.astype(np.intp), nothing, nothing, run, 0, True)
     pierces = replace(alternative(9.0, 0.0, 0.0), piercing=found)

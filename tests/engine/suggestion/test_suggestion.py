@@ -13,7 +13,7 @@ from vfix_engine.geometry.path import SplinePath
 from vfix_engine.proximity.fields.distance_field import DistanceField, FieldGrid
 from vfix_engine.proximity.proximity import ProximityTree
 from vfix_engine.robots import RobotModel, Tool
-from vfix_engine.suggestion import NoWay, Room, Surroundings, smoothed, suggest_path, widest_way
+from vfix_engine.suggestion import NoWay, Room, SearchSpace, smoothed, suggest_path, widest_way
 
 LOW, HIGH = np.array([-20.0, -70.0, -20.0]), np.array([20.0, 60.0, 40.0])
 ENTRY, TARGET = np.array([0.0, -10.0, 0.0]), np.array([0.0, 50.0, 9.0])
@@ -40,14 +40,14 @@ def hounsfield(points: np.ndarray, lid: bool) -> np.ndarray:
 
 
 @cache
-def surroundings(lid: bool = False) -> Surroundings:
+def surroundings(lid: bool = False) -> SearchSpace:
     step = 0.5
     counts = ((HIGH - LOW) / step).astype(int) + 1
     k, j, i = np.indices(counts[::-1]).reshape(3, -1)
     hu = hounsfield(LOW + step * np.column_stack([i, j, k]), lid).reshape(counts[::-1])
     volume = Volume(hu.astype(np.int16), LOW, np.full(3, step), np.eye(3))
     fields = [_field(hu, threshold, step) for threshold in (250.0, -300.0)]
-    return Surroundings(ProximityTree(extract_surface(volume, 250.0)), Room(*fields))
+    return SearchSpace(ProximityTree(extract_surface(volume, 250.0)), Room(*fields))
 
 
 def _field(hu: np.ndarray, threshold: float, step: float) -> DistanceField:

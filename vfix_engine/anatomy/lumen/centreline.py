@@ -20,8 +20,8 @@ from ...arrays import Array
 from ...errors import InputError, PathwayError
 from ...geometry.curve import Curve
 from ...geometry.mesh import TriangleMesh
-from ...given import point as checked_point
 from ...proximity.proximity import ProximityTree
+from ...validate import point as checked_point
 from .voxels import VoxelLumen, piece_with, voxels_of
 
 Voxel = tuple[int, int, int]

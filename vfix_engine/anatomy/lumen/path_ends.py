@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from ...arrays import Array
 from ...geometry.curve import Curve
-from ...given import point_text
+from ...validate import point_text
 
 MOVED_MM = 5.0  # an end that is farther from where it was asked for is warned of
 

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...arrays import Array
-from ...given import point
 from ...kernels.triples import Triple, triple
 from ...robots import Tool
+from ...validate import point
 from ...virtual_fixtures import Constraint, StepState
 from ...virtual_fixtures.polyhedra import BALL_DIRECTIONS, ball_inner
 from ..context import ControlContext

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...errors import InputError
-from ...given import real_array
+from ...validate import real_array
 from ...virtual_fixtures import Objective, StepState, joint_regularisation
 from ..context import context_of
 from ..step_request import StepRequest

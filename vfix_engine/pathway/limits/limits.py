@@ -52,7 +52,7 @@ class Configuration:
         return bool(np.isfinite(self.base).all() and np.isfinite(self.q).all())
 
 
-class Verdict(NamedTuple):
+class MotionVerdict(NamedTuple):
     """What the certificate says of one motion."""
 
     taken: bool
@@ -101,7 +101,7 @@ class HardLimits:
         after: Configuration,
         bound: Array | None = None,
         known: Array | None = None,
-    ) -> Verdict:
+    ) -> MotionVerdict:
         """Whether the motion from one pose to the other keeps every link within its bound throughout.
 
         Joints go linearly, the base's origin in a straight line, its axes by one turn. A link that is beyond its bound
@@ -125,21 +125,21 @@ class HardLimits:
         was = np.full(links, np.inf) if known is None else self._checked_known(known)
         found = Deviations(np.full(links, np.inf), np.zeros(links, dtype=np.int64), np.zeros(links, dtype=np.int64))
         if not (before.finite and after.finite):
-            return Verdict(False, 0.0, found, 0, "a joint or the base is not finite: give finite numbers")
+            return MotionVerdict(False, 0.0, found, 0, "a joint or the base is not finite: give finite numbers")
         if float(np.abs(after.q).max()) > self.snake.q_max:
             joint = int(np.abs(after.q).argmax())
             most = np.degrees(self.snake.q_max)
-            return Verdict(False, 0.0, found, 0, f"joint {joint + 1} would be beyond its range of ± {most:g}°")
+            return MotionVerdict(False, 0.0, found, 0, f"joint {joint + 1} would be beyond its range of ± {most:g}°")
         part, poses = certify_motion(
             packed.rows, packed.polar, windows, before.base, before.q, after.base, after.q, self._shape, limit,
             was, *self.query.blocks, *found,
         )  # fmt: skip
         if part >= 1.0:
-            return Verdict(True, 1.0, found, poses, None)
+            return MotionVerdict(True, 1.0, found, poses, None)
         beyond = found.depth - limit
         if not (beyond > 0.0).any():
-            return Verdict(False, part, found, poses, _EXHAUSTED, True)
-        return Verdict(False, part, found, poses, self._reason(found, limit, int(beyond.argmax())))
+            return MotionVerdict(False, part, found, poses, _EXHAUSTED, True)
+        return MotionVerdict(False, part, found, poses, self._reason(found, limit, int(beyond.argmax())))
 
     def _checked(
         self, packed: PackedPathway, windows: IntArray, before: Configuration, after: Configuration, bound: Array

@@ -15,7 +15,7 @@ from ...robots.snake_kernel import snake_frames
 from ..packed import INSCRIBED_RADIUS, LIPSCHITZ, PackedPathway
 from ..query.query_blocks import VertexBlocks
 from ..query.query_fast import Deviations, link_deviations
-from ..query.query_lanes import WORK
+from ..query.query_simd import WORK
 from .limits_vertices import far_from_disc, vertices_are_kept
 
 # Places in the array that says what the kernel has to know of the robot and of the certificate.

@@ -13,7 +13,7 @@ from ..packed import PackedPathway, check_packed
 from .query_blocks import VertexBlocks, vertex_blocks
 from .query_fast import Deviations as Deviations
 from .query_fast import checked_deviations, every_deviation, points_deviation
-from .query_lanes import WORK
+from .query_simd import WORK
 from .query_tree import FARTHEST
 
 if TYPE_CHECKING:  # the query is to be had without the robots' libraries

@@ -16,7 +16,7 @@ from ...arrays import Array, IntArray
 from ...kernels.compiled import compiled, no_refcount
 from ..packed import PackedPathway
 from .query_blocks import VertexBlocks
-from .query_lanes import AT, GAP
+from .query_simd import AT, GAP
 from .query_tree import containing, deepest, every_of_block, take_frame
 from .section import section_distance
 

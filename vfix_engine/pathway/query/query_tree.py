@@ -12,9 +12,9 @@ import numpy as np
 from ...arrays import Array
 from ...kernels.compiled import no_refcount
 from ..packed import PackedPathway
-from .polar_lanes import put_radii
+from .polar_simd import put_radii
 from .query_blocks import CHILD, WHOLE, VertexBlocks
-from .query_lanes import (
+from .query_simd import (
     AT,
     FRAME,
     GAP,

@@ -18,7 +18,7 @@ def compact_field(field: DistanceField, focus: ArrayLike, further_mm: float, low
 
     Args:
         focus: (2, 3) LPS corners [mm]. The first grid is cut to it, the last one to `further_mm` around it.
-        low, high: distances [mm] are cut to this range, which must reach as far as anybody asks for a slope.
+        low, high: distances [mm] are cut to this range, which must reach as far as slopes are asked for.
 
     Raises InputError where a grid has less than two points left along an axis.
     """

@@ -19,8 +19,8 @@ from ..proximity import Proximity
 from .distance_kernels import border_feet, distances, interpolate, spread
 from .side import SurfaceSide
 
-Level = Callable[[Array], Array]
-Shape = tuple[int, int, int]
+LevelFunction = Callable[[Array], Array]
+GridShape = tuple[int, int, int]
 
 MOST_POINTS = 400_000_000  # of a grid: above that a step was mistyped, or the region is no head
 _BLOCK = 8  # grid steps of the blocks in which the border of a surface is looked for
@@ -112,7 +112,7 @@ class DistanceField:
         return found
 
 
-def field_of_level(level: Level, bounds: ArrayLike, step_mm: float) -> DistanceField:
+def field_of_level(level: LevelFunction, bounds: ArrayLike, step_mm: float) -> DistanceField:
     """The field of the solid where a level is positive, on one grid.
 
     Args:
@@ -126,7 +126,7 @@ def field_of_level(level: Level, bounds: ArrayLike, step_mm: float) -> DistanceF
     return DistanceField([_level_grid(level, *_placed(bounds, step_mm, None))])
 
 
-def refined_by_level(field: DistanceField, level: Level, focus: ArrayLike, step_mm: float) -> DistanceField:
+def refined_by_level(field: DistanceField, level: LevelFunction, focus: ArrayLike, step_mm: float) -> DistanceField:
     """The field with a finer grid in the box `focus`, (2, 3) LPS corners [mm], before its others.
 
     Raises:
@@ -154,7 +154,7 @@ def refined_by_surface(field: DistanceField, tree: Proximity, focus: ArrayLike, 
     return DistanceField([_within(fine, field), *field.grids])
 
 
-def _placed(box: ArrayLike, step: float, within: Array | None) -> tuple[Array, Shape, float]:
+def _placed(box: ArrayLike, step: float, within: Array | None) -> tuple[Array, GridShape, float]:
     """Origin (3,), shape (K, J, I) and step of the grid over a box, cut to the box `within`, if any.
 
     The points of a grid that is cut lie at multiples of the step, so that a place has one distance in whichever box.
@@ -177,7 +177,7 @@ def _placed(box: ArrayLike, step: float, within: Array | None) -> tuple[Array, S
     return low, (int(count[2]), int(count[1]), int(count[0])), float(step)
 
 
-def _level_grid(level: Level, origin: Array, shape: Shape, step: float) -> FieldGrid:
+def _level_grid(level: LevelFunction, origin: Array, shape: GridShape, step: float) -> FieldGrid:
     values = _sampled(level, origin, shape, step)
     nearest = np.empty(shape, np.int32)
     feet = border_feet(values, nearest)
@@ -188,7 +188,7 @@ def _level_grid(level: Level, origin: Array, shape: Shape, step: float) -> Field
     return FieldGrid(np.where(np.isnan(values), np.float32(np.nan), signed), origin, step)
 
 
-def _sampled(level: Level, origin: Array, shape: Shape, step: float) -> NDArray[np.float32]:
+def _sampled(level: LevelFunction, origin: Array, shape: GridShape, step: float) -> NDArray[np.float32]:
     """The level (K, J, I) at the points of a grid, asked slab by slab."""
     z, y, x = (origin[2 - axis] + step * np.arange(shape[axis]) for axis in range(3))
     values = np.empty(shape, np.float32)
@@ -201,7 +201,7 @@ def _sampled(level: Level, origin: Array, shape: Shape, step: float) -> NDArray[
     return values
 
 
-def _surface_grid(tree: Proximity, origin: Array, shape: Shape, step: float) -> FieldGrid:
+def _surface_grid(tree: Proximity, origin: Array, shape: GridShape, step: float) -> FieldGrid:
     kji, closest = _beside(tree, origin, shape, step)
     if not len(kji):
         raise InputError("no surface lies in the box of the distance field")
@@ -219,7 +219,7 @@ def _surface_grid(tree: Proximity, origin: Array, shape: Shape, step: float) -> 
     return FieldGrid(signs * distances(nearest, feet, step, 0.0), origin, step)
 
 
-def _beside(tree: Proximity, origin: Array, shape: Shape, step: float) -> tuple[NDArray[np.int64], Array]:
+def _beside(tree: Proximity, origin: Array, shape: GridShape, step: float) -> tuple[NDArray[np.int64], Array]:
     """The grid's points (m, 3) as k, j, i beside the surface, and their closest points (m, 3) in mm.
 
     Blocks of points are halved as long as the surface may be near one of their points.

@@ -12,9 +12,9 @@ from numpy.typing import ArrayLike
 from ...arrays import Array, IntArray
 from ...errors import InputError
 from ...pathway.query.query import Query
-from ...pathway.query.query_lanes import WORK
+from ...pathway.query.query_simd import WORK
 from ...robots.snake import SnakeModel
-from .bending_kernel import Lumen, Scratch, tip_of
+from .bending_kernel import BendWorkspace, DistalPathway, tip_of
 
 if TYPE_CHECKING:
     from ...pathway.packed import PackedPathway
@@ -103,15 +103,15 @@ class BendProblem:
             object.__setattr__(self, name, array)
         object.__setattr__(self, "query", query)
 
-    def lumen(self, bound: Array) -> Lumen:
+    def lumen(self, bound: Array) -> DistalPathway:
         """For the kernels, with bounds (L',) in mm. Copies can be written to, so kernels are compiled for one type."""
         own = self.window.copy(), self.base.copy(), self.q_rest.copy(), bound.copy()
-        return Lumen(self.packed, self.query.blocks, *own, self.snake.q_max, self.snake.length_mm)
+        return DistalPathway(self.packed, self.query.blocks, *own, self.snake.q_max, self.snake.length_mm)
 
-    def scratch(self) -> Scratch:
+    def scratch(self) -> BendWorkspace:
         """Memory for the kernels."""
         links = self.snake.links
-        return Scratch(np.empty((links, 3, 4)), np.empty(2 * links), np.empty(2 * links), np.zeros(WORK))
+        return BendWorkspace(np.empty((links, 3, 4)), np.empty(2 * links), np.empty(2 * links), np.zeros(WORK))
 
     def deviations(self, delta: ArrayLike) -> Array:
         """D_i (L',) in mm of (16) at clamp(q̃ + Δq), by the query's own face."""

@@ -17,7 +17,7 @@ from ...pathway.query.query_fast import largest_excess
 from ...robots.snake_kernel import snake_frames
 
 
-class Lumen(NamedTuple):
+class DistalPathway(NamedTuple):
     """The distal links in their part of a pathway."""
 
     packed: PackedPathway
@@ -49,7 +49,7 @@ class Family(NamedTuple):
     farthest: float
 
 
-class Scratch(NamedTuple):
+class BendWorkspace(NamedTuple):
     """Memory to work in: frames (L', 3, 4), Δq and q (2L',), and what the query works in."""
 
     frames: Array
@@ -83,7 +83,7 @@ def tip_of(delta: Array, length: float) -> tuple[float, float, float]:
 
 
 @no_refcount
-def cost_of(lumen: Lumen, family: Family, a: float, b: float, scratch: Scratch) -> float:
+def cost_of(lumen: DistalPathway, family: Family, a: float, b: float, scratch: BendWorkspace) -> float:
     """z_eff/z_max of (14) and (20); infinite where the tip does not go in the wanted direction, d · d^e > 0 of (17)."""
     bend(lumen.rest, family.plane, a, b, lumen.q_max, scratch.delta, scratch.q)
     x, y, z = tip_of(scratch.delta, lumen.length)
@@ -95,7 +95,7 @@ def cost_of(lumen: Lumen, family: Family, a: float, b: float, scratch: Scratch) 
 
 
 @compiled
-def excess_of(lumen: Lumen, family: Family, a: float, b: float, once: bool, scratch: Scratch) -> float:
+def excess_of(lumen: DistalPathway, family: Family, a: float, b: float, once: bool, scratch: BendWorkspace) -> float:
     """The largest D_i − b_i of (15)-(17) in mm; what is not above 0 is within the bounds. One query evaluation.
 
     With ``once`` any D_i − b_i above 0 will do, where there is one.

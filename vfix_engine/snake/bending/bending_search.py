@@ -12,7 +12,7 @@ import numpy as np
 
 from ...arrays import Array
 from ...kernels.compiled import compiled, no_refcount
-from .bending_kernel import Family, Lumen, Scratch, cost_of, excess_of
+from .bending_kernel import BendWorkspace, DistalPathway, Family, cost_of, excess_of
 
 # Of a search's state: cost, radius and t of the record, and of the last one whose path was checked; evaluations; t
 # between which directions are tried; radii at which paths were found narrow
@@ -54,7 +54,9 @@ def direction(family: Family, t: float) -> float:
 
 
 @no_refcount
-def along(lumen: Lumen, family: Family, phi: float, target: float, scratch: Scratch) -> tuple[float, float]:
+def along(
+    lumen: DistalPathway, family: Family, phi: float, target: float, scratch: BendWorkspace
+) -> tuple[float, float]:
     """Where a ray's cost first falls to ``target``, and where from there on it is least; negative if it does not."""
     u, v = math.cos(phi), math.sin(phi)
     step = family.farthest / _STEPS
@@ -78,7 +80,7 @@ def along(lumen: Lumen, family: Family, phi: float, target: float, scratch: Scra
 
 @no_refcount
 def exit_distance(
-    lumen: Lumen,
+    lumen: DistalPathway,
     family: Family,
     phi: float,
     low: float,
@@ -86,7 +88,7 @@ def exit_distance(
     high: float,
     worth: float,
     left: int,
-    scratch: Scratch,
+    scratch: BendWorkspace,
 ) -> tuple[float, int]:
     """How far along a ray the bounds are kept, from ``low``, which keeps them by −g_low, to ``high``; evaluations.
 
@@ -118,13 +120,13 @@ def exit_distance(
 
 @no_refcount
 def check_path(
-    lumen: Lumen,
+    lumen: DistalPathway,
     family: Family,
     phi: float,
     r: float,
     places: int,
     repair: int,
-    scratch: Scratch,
+    scratch: BendWorkspace,
 ) -> tuple[float, float, int]:
     """The path to a bend, measured at some places: how far it is within the bounds, r itself as a rule; evaluations.
 
@@ -154,14 +156,14 @@ def check_path(
 
 @no_refcount
 def try_direction(
-    lumen: Lumen,
+    lumen: DistalPathway,
     family: Family,
     t: float,
     demand: float,
     glances: int,
     spent: int,
     state: Array,
-    scratch: Scratch,
+    scratch: BendWorkspace,
 ) -> bool:
     """Whether a direction betters the record by ``demand``; it is the record then, as far as it goes.
 
@@ -196,7 +198,7 @@ def try_direction(
 
 
 @no_refcount
-def check_record(lumen: Lumen, family: Family, state: Array, scratch: Scratch) -> bool:
+def check_record(lumen: DistalPathway, family: Family, state: Array, scratch: BendWorkspace) -> bool:
     """Check the path to the record: whether all of it is within the bounds.
 
     If not, the record is what comes before, or the last one whose path was checked, whichever is better; in the latter
@@ -227,12 +229,12 @@ def check_record(lumen: Lumen, family: Family, state: Array, scratch: Scratch) -
 
 @no_refcount
 def refine(
-    lumen: Lumen,
+    lumen: DistalPathway,
     family: Family,
     finest: float,
     spent: int,
     state: Array,
-    scratch: Scratch,
+    scratch: BendWorkspace,
 ) -> bool:
     """Directions ever closer to the best, until they differ by ``finest`` in t: whether one betters the record."""
     step, turned, better = 0.5, 0, False
@@ -248,7 +250,9 @@ def refine(
 
 
 @compiled
-def search(lumen: Lumen, family: Family, evaluations: int, scratch: Scratch) -> tuple[float, float, float, int]:
+def search(
+    lumen: DistalPathway, family: Family, evaluations: int, scratch: BendWorkspace
+) -> tuple[float, float, float, int]:
     """a and b of the bend of least cost that is within the bounds (L',) in mm; its cost; evaluations made.
 
     Directions are tried all over, then ever closer to the best; where evaluations are left, the same with others
@@ -277,12 +281,12 @@ def search(lumen: Lumen, family: Family, evaluations: int, scratch: Scratch) -> 
 
 @compiled
 def survey(
-    lumen: Lumen,
+    lumen: DistalPathway,
     family: Family,
     places: Array,
     steps: int,
     exits: Array,
-    scratch: Scratch,
+    scratch: BendWorkspace,
 ) -> tuple[float, float, float, float, float, float, float]:
     """Every direction ``places`` (n,), t of ``direction``, asked at ``steps`` places along its ray.
 

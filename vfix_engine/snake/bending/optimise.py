@@ -11,7 +11,7 @@ import numpy as np
 from ...arrays import Array
 from ...errors import InputError
 from .bending import DIRECTIONS, BendProblem, Direction
-from .bending_kernel import Family, Lumen
+from .bending_kernel import DistalPathway, Family
 from .bending_search import UTMOST, direction, search, survey
 
 EVALUATIONS = 100  # Kwok 2013, section IV.B
@@ -22,7 +22,7 @@ _FEWEST = 40  # evaluations of one search
 
 
 @dataclass(frozen=True, eq=False)
-class Bend:
+class DistalBend:
     """One bend of the distal links.
 
     delta: (2L',) Δq in rad with joints at their limits, read-only. parameters: (m, q_c) in rad of (10), or (α, β) of
@@ -41,8 +41,8 @@ class Bend:
 class Survey(NamedTuple):
     """What a search everywhere found: the best bend that its ray reaches, the best of all, where rays leave (n, 2)."""
 
-    reachable: Bend
-    anywhere: Bend
+    reachable: DistalBend
+    anywhere: DistalBend
     exits: Array
 
 
@@ -54,7 +54,7 @@ class _Side(NamedTuple):
     to_parameters: Array
 
 
-def optimise_primary(problem: BendProblem, direction: Direction, evaluations: int = EVALUATIONS) -> Bend:
+def optimise_primary(problem: BendProblem, direction: Direction, evaluations: int = EVALUATIONS) -> DistalBend:
     """The planar bend (10) to one side that has the least z_eff/z_max within the bounds (14)-(17).
 
     Raises:
@@ -63,7 +63,7 @@ def optimise_primary(problem: BendProblem, direction: Direction, evaluations: in
     return _optimised(problem, _planar(problem, direction), evaluations, *_within(problem))
 
 
-def control_bends(problem: BendProblem, count: Literal[4, 8], evaluations: int = EVALUATIONS) -> tuple[Bend, ...]:
+def control_bends(problem: BendProblem, count: Literal[4, 8], evaluations: int = EVALUATIONS) -> tuple[DistalBend, ...]:
     """The four bends along the axes, or these and the four between them, by rising ϑ from 0.
 
     Each is searched with so many evaluations of the query.
@@ -77,13 +77,15 @@ def control_bends(problem: BendProblem, count: Literal[4, 8], evaluations: int =
     bends = [_optimised(problem, _planar(problem, heading), evaluations, *within) for heading in DIRECTIONS]
     if count == 4:
         return tuple(bends)
-    found: list[Bend] = []
+    found: list[DistalBend] = []
     for one, two in zip(bends, [*bends[1:], bends[0]], strict=True):
         found += [one, _optimised(problem, _between(problem, one, two), evaluations, *within)]
     return tuple(found)
 
 
-def search_globally(problem: BendProblem, heading: Direction | tuple[Bend, Bend], grid: int = 201) -> Survey:
+def search_globally(
+    problem: BendProblem, heading: Direction | tuple[DistalBend, DistalBend], grid: int = 201
+) -> Survey:
     """The same problem asked everywhere: ``grid`` directions at ``grid`` places each, then closer round the best.
 
     For tests and figures. ``heading``: a direction, or the two bends that one is searched between.
@@ -115,7 +117,7 @@ def search_globally(problem: BendProblem, heading: Direction | tuple[Bend, Bend]
     return Survey(reachable, anywhere, rays @ side.to_parameters.T)
 
 
-def _within(problem: BendProblem) -> tuple[Lumen, bool]:
+def _within(problem: BendProblem) -> tuple[DistalPathway, bool]:
     """The links in their pathway with b_i, or at rest's own D_i where that is beyond it (a pathway that moved).
 
     And whether none is.
@@ -146,7 +148,7 @@ def _planar(problem: BendProblem, direction: Direction) -> _Side:
     return _Side(family, quarter * 0.5 * math.pi, to_parameters)
 
 
-def _between(problem: BendProblem, one: Bend, two: Bend) -> _Side:
+def _between(problem: BendProblem, one: DistalBend, two: DistalBend) -> _Side:
     """(19): α at the first joint, going over to β at the last."""
     turn = (two.angle - one.angle) % (2.0 * math.pi)
     mean = 0.5 * (one.delta + two.delta)  # (18)
@@ -156,7 +158,7 @@ def _between(problem: BendProblem, one: Bend, two: Bend) -> _Side:
     return _Side(family, (one.angle + 0.5 * turn) % (2.0 * math.pi), np.eye(2))
 
 
-def _optimised(problem: BendProblem, side: _Side, evaluations: int, lumen: Lumen, feasible: bool) -> Bend:
+def _optimised(problem: BendProblem, side: _Side, evaluations: int, lumen: DistalPathway, feasible: bool) -> DistalBend:
     if not isinstance(evaluations, int | np.integer) or evaluations < _FEWEST:
         raise InputError(f"a bend takes a whole number of at least {_FEWEST} evaluations, not {evaluations!r:.20}")
     a, b, cost, made = search(lumen, side.family, evaluations - 1, problem.scratch())
@@ -165,10 +167,10 @@ def _optimised(problem: BendProblem, side: _Side, evaluations: int, lumen: Lumen
 
 def _bend(
     problem: BendProblem, side: _Side, found: tuple[float, float, float], evaluations: int, feasible: bool
-) -> Bend:
+) -> DistalBend:
     a, b, cost = found
     limit, plane = problem.snake.q_max, side.family.plane
     delta = np.clip(problem.q_rest + (a * plane[0] + b * plane[1]), -limit, limit) - problem.q_rest
     delta.setflags(write=False)
     one, two = side.to_parameters @ (a, b)
-    return Bend(delta, (float(one), float(two)), cost, side.angle, evaluations, feasible)
+    return DistalBend(delta, (float(one), float(two)), cost, side.angle, evaluations, feasible)

@@ -10,15 +10,15 @@ from numpy.typing import ArrayLike
 
 from ...arrays import Array
 from ...errors import InputError
-from ...given import real_array
 from ...robots.snake import SnakeModel
+from ...validate import real_array
 from .hermite import PolarHermite
 from .visual_motor_kernel import camera_rows, steer
 
 _FAR = 1e6  # [mm] a camera that is wanted farther away is wanted there: squares of more overflow
 
 
-class Steering(NamedTuple):
+class BendDirection(NamedTuple):
     """A place on the surface of bends, (u, v) = r (cos ϑ, sin ϑ)."""
 
     u: float
@@ -57,11 +57,11 @@ class VisualMotor:
         base.setflags(write=False)
         self.snake, self.hermite, self.base = snake, hermite, base
 
-    def joints(self, state: Steering) -> Array:
+    def joints(self, state: BendDirection) -> Array:
         """Joints (2L',) at a place of the surface, within their limits, rad."""
         return self.snake.clamp(self.hermite.cartesian(*state)[0])
 
-    def camera(self, state: Steering) -> Array:
+    def camera(self, state: BendDirection) -> Array:
         """transform_camera_to_patient (4, 4) at a place of the surface (24)."""
         return self.snake.camera(self.joints(state), self.base)
 
@@ -69,11 +69,11 @@ class VisualMotor:
         """J (2, 2): motion of the camera in its picture in mm by r and by ϑ in rad (28)."""
         return self._in_picture(self.hermite.value(r, theta), self.hermite.partials(r, theta))
 
-    def jacobian_uv(self, state: Steering) -> Array:
+    def jacobian_uv(self, state: BendDirection) -> Array:
         """The same by u and v, regular at r = 0 (2, 2), mm."""
         return self._in_picture(*self.hermite.cartesian(*state))
 
-    def step(self, state: Steering, wanted: ArrayLike) -> Steering:
+    def step(self, state: BendDirection, wanted: ArrayLike) -> BendDirection:
         """Where to steer for the camera to move by ``wanted`` (2,) mm in its picture, as near as can be.
 
         In (u, v), in which nothing special happens at r = 0. Where bends cannot move the camera so, it goes where it
@@ -91,7 +91,7 @@ class VisualMotor:
             hermite.angles, hermite.coefficients, hermite.q_rest, snake.q_max, snake.length_mm, snake.camera_offset_mm,
             hermite.r_max, float(state[0]), float(state[1]), right, down,
         )  # fmt: skip
-        return Steering(u, v)
+        return BendDirection(u, v)
 
     def _in_picture(self, q: Array, partials: Array) -> Array:
         """Rows of the camera (2, 2L') times partial derivatives (2L', 2) of q."""

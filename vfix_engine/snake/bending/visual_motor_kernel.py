@@ -26,7 +26,7 @@ _WEAK = 5.0  # [mm] per unit of r: a direction in which the camera moves less is
 _STRIDE = 0.25  # of r at most in one correction, as far as the slopes are worth anything
 
 
-class Surface(NamedTuple):
+class BendSurface(NamedTuple):
     """Bends and the links that they bend: ``PolarHermite``'s knots, coefficients and rest, and the snake's lengths."""
 
     knots: Array
@@ -38,7 +38,7 @@ class Surface(NamedTuple):
     r_max: float
 
 
-class Work(NamedTuple):
+class MapWorkspace(NamedTuple):
     """Memory: Q and its slopes (3, 2L), joints (2L,), a base (4, 4), frames (L, 3, 4) and ∂x_C/∂q (3, 2L).
 
     base: the identity. start: (3, 4) the camera as it was, its place in the last column, in {l}.
@@ -110,9 +110,9 @@ def steer(
     Newton's steps with the Jacobian of (28) in (u, v), damped where it is nearly singular and halved until they come
     nearer. Where that ends early, at a kink of the surface, rays in all directions say where to go on from.
     """
-    surface = Surface(knots, coefficients, rest, q_max, length, ahead, r_max)
+    surface = BendSurface(knots, coefficients, rest, q_max, length, ahead, r_max)
     joints, last = len(rest), len(rest) // 2 - 1
-    work = Work(
+    work = MapWorkspace(
         np.empty((3, joints)), np.empty(joints), np.eye(4), np.empty((last + 1, 3, 4)), np.empty((3, joints)),
         np.empty((3, 4)),
     )  # fmt: skip
@@ -132,7 +132,7 @@ def steer(
 
 @no_refcount
 def newton(
-    surface: Surface, work: Work, right: float, down: float, u: float, v: float, missing: float
+    surface: BendSurface, work: MapWorkspace, right: float, down: float, u: float, v: float, missing: float
 ) -> tuple[float, float, float]:
     """(u, v) and the mm that are missing there, after steps from a place where ``missing`` mm are, each to less."""
     wanted = math.sqrt(right * right + down * down)
@@ -168,7 +168,7 @@ def newton(
 
 @no_refcount
 def by_rays(
-    surface: Surface, work: Work, right: float, down: float, u: float, v: float, missing: float
+    surface: BendSurface, work: MapWorkspace, right: float, down: float, u: float, v: float, missing: float
 ) -> tuple[float, float, float]:
     """The best place on rays about (u, v), and the mm missing there, where one has less than ``missing`` mm.
 
@@ -195,7 +195,7 @@ def by_rays(
 
 
 @no_refcount
-def pose(surface: Surface, work: Work, u: float, v: float) -> None:
+def pose(surface: BendSurface, work: MapWorkspace, u: float, v: float) -> None:
     """Q and its slopes at (u, v), the joints within their limits, and the links' frames."""
     hermite_cartesian(surface.knots, surface.coefficients, surface.rest, u, v, work.slopes)
     for k in range(len(work.q)):
@@ -204,7 +204,7 @@ def pose(surface: Surface, work: Work, u: float, v: float) -> None:
 
 
 @no_refcount
-def left_over(surface: Surface, work: Work, right: float, down: float) -> tuple[float, float]:
+def left_over(surface: BendSurface, work: MapWorkspace, right: float, down: float) -> tuple[float, float]:
     """What the camera has left to go in mm of (right, down), in the picture that it had at the start."""
     tip, x, y = work.frames[len(work.frames) - 1], right, down
     for i in range(3):
@@ -215,7 +215,7 @@ def left_over(surface: Surface, work: Work, right: float, down: float) -> tuple[
 
 @no_refcount
 def tried(
-    surface: Surface, work: Work, right: float, down: float, u: float, v: float
+    surface: BendSurface, work: MapWorkspace, right: float, down: float, u: float, v: float
 ) -> tuple[float, float, float, float]:
     """The place (u, v) itself or the one at r_max in its direction, and what is left to go there."""
     r = math.sqrt(u * u + v * v)

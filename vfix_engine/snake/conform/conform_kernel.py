@@ -99,7 +99,7 @@ def _gather(x: float, y: float, z: float, force: Array, stiff: Array, wrench: Ar
                 stiffness[1, k] -= x * row[k]
 
 
-class Line(NamedTuple):
+class CurveSamples(NamedTuple):
     """A curve and the slack about it: points, tangents and transported across (N, 3), slack (N,), step mm."""
 
     points: Array
@@ -109,7 +109,7 @@ class Line(NamedTuple):
     step: float
 
 
-class Task(NamedTuple):
+class ChainTask(NamedTuple):
     """What a chain is measured by: links of ``chord`` mm, the base turned by ``roll`` about the curve, the tip's place.
 
     weights: (7,) by the columns above; near: (2L + 1,) angles to stay near to.
@@ -133,7 +133,7 @@ class Body(NamedTuple):
 
 
 @no_refcount
-def shape_cost(line: Line, task: Task, state: Array, places: Array, body: Body) -> float:
+def shape_cost(line: CurveSamples, task: ChainTask, state: Array, places: Array, body: Body) -> float:
     """Cost of a state (2L + 1,), angles and feed, with each link's own wrench and stiffness in ``body``.
 
     places: (2L,) arc lengths of the middle and the far end of every link, where they were and where they are found.
@@ -188,7 +188,7 @@ def shape_cost(line: Line, task: Task, state: Array, places: Array, body: Body) 
 
 
 @no_refcount
-def _feed_twist(line: Line, base: Array, feed: float, twist: Array) -> None:
+def _feed_twist(line: CurveSamples, base: Array, feed: float, twist: Array) -> None:
     """How the whole chain moves as its base goes on along the curve, turning with the tangent and not about it."""
     last = len(line.points) - 1
     before = min(int(feed / line.step), last - 1)
@@ -206,7 +206,14 @@ def _feed_twist(line: Line, base: Array, feed: float, twist: Array) -> None:
 
 @no_refcount
 def normal_matrix(
-    line: Line, task: Task, body: Body, state: Array, twists: Array, moved: Array, gradient: Array, hessian: Array
+    line: CurveSamples,
+    task: ChainTask,
+    body: Body,
+    state: Array,
+    twists: Array,
+    moved: Array,
+    gradient: Array,
+    hessian: Array,
 ) -> None:
     """Gradient (2L + 1,) and Gauss-Newton matrix from wrenches and stiffnesses, which become those of all links beyond.
 

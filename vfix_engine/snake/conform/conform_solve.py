@@ -12,7 +12,7 @@ import numpy as np
 
 from ...arrays import Array, IntArray
 from ...kernels.compiled import compiled, no_refcount
-from .conform_kernel import Body, Line, Task, normal_matrix, shape_cost
+from .conform_kernel import Body, ChainTask, CurveSamples, normal_matrix, shape_cost
 
 _TURNS = 30  # of one step's set of joints at a limit
 _SMALL = 1e-9  # [rad, mm] a shorter step counts as zero
@@ -149,7 +149,15 @@ def _damped(hessian: Array, damping: float, out: Array) -> None:
 
 @compiled
 def settle_chain(
-    line: Line, task: Task, low: Array, high: Array, turns: int, state: Array, places: Array, base: Array, frames: Array
+    line: CurveSamples,
+    task: ChainTask,
+    low: Array,
+    high: Array,
+    turns: int,
+    state: Array,
+    places: Array,
+    base: Array,
+    frames: Array,
 ) -> float:
     """Move a state (2L + 1,), angles and feed, to less cost between ``low`` and ``high``; the cost it ends with.
 

@@ -19,7 +19,7 @@ from ...errors import PathwayError
 from ...geometry.curve import Curve
 from ...geometry.transport import transported
 from ...robots.snake import SnakeModel
-from .conform_kernel import CENTRE, GUIDE, MIDDLE, SLACK, STAY, STEEP, TIP, Line, Task
+from .conform_kernel import CENTRE, GUIDE, MIDDLE, SLACK, STAY, STEEP, TIP, ChainTask, CurveSamples
 from .conform_solve import settle_chain
 from .joint_places import angles_between, frame_on_curve, joint_places
 
@@ -184,8 +184,8 @@ class _Chain:
         for feed in (low, high):
             feed[-1] -= before[0] if out else 0.0
         state, places, low, high = state[2 * out :], places[2 * out :], low[2 * out :], high[2 * out :]
-        line = Line(self.points, self.tangents, self.across, self.slack, self.curve.step_mm)
-        task = Task(self.snake.length_mm, self.roll, target, _weights(largest <= limit), state.copy())
+        line = CurveSamples(self.points, self.tangents, self.across, self.slack, self.curve.step_mm)
+        task = ChainTask(self.snake.length_mm, self.roll, target, _weights(largest <= limit), state.copy())
         base, frames = np.empty((3, 4)), np.empty((links - out, 3, 4))
         settle_chain(line, task, low, high, turns, state, places, base, frames)
         q = np.concatenate([np.zeros(2 * out), state[:-1]])

@@ -14,12 +14,12 @@ import numpy as np
 from ...arrays import Array
 from ..bending.bending import BendProblem
 from ..bending.hermite import PolarHermite
-from ..bending.optimise import Bend, control_bends
-from ..bending.visual_motor import Steering, VisualMotor
+from ..bending.optimise import DistalBend, control_bends
+from ..bending.visual_motor import BendDirection, VisualMotor
 from .tip_control import DistalContext, at_bounds
 
 
-def found_bends(context: DistalContext, count: Literal[4, 8]) -> tuple[Bend, ...]:
+def found_bends(context: DistalContext, count: Literal[4, 8]) -> tuple[DistalBend, ...]:
     """The control bends at a place (10)-(20); 5 to 30 ms."""
     problem = BendProblem(
         context.snake, context.query, context.packed, context.window, context.base, context.rest, context.bound
@@ -32,7 +32,7 @@ class ParameterisedControl:
 
     def __init__(self, count: Literal[4, 8] = 8, r_max: float = 1.4) -> None:
         self.steering, self.speed_limited = (0.0, 0.0), False
-        self.bends: tuple[Bend, ...] = ()
+        self.bends: tuple[DistalBend, ...] = ()
         self._count, self._r_max = count, r_max
         self._next = (0.0, 0.0)
 
@@ -40,7 +40,7 @@ class ParameterisedControl:
         """Find the control bends anew; done only while r is small, so that the surface moves little under the hand."""
         self.take(found_bends(context, self._count), context)
 
-    def take(self, bends: tuple[Bend, ...], context: DistalContext) -> None:
+    def take(self, bends: tuple[DistalBend, ...], context: DistalContext) -> None:
         """Lay the surface through control bends that were found in a context."""
         self.bends = bends
         angles = np.array([bend.angle for bend in self.bends])
@@ -101,14 +101,14 @@ class ParameterisedControl:
 
     def camera_per_steering(self) -> Array:
         """∂(camera)/∂(u, v) (2, 2) in mm, in the picture (28)."""
-        return self._motor.jacobian_uv(Steering(*self.steering))
+        return self._motor.jacobian_uv(BendDirection(*self.steering))
 
     def shape(self) -> Array:
         """Q at the present steering."""
         return self._at(self.steering)
 
     def _steered(self, camera_mm: Array) -> tuple[float, float]:
-        u, v = self._motor.step(Steering(*self.steering), camera_mm)
+        u, v = self._motor.step(BendDirection(*self.steering), camera_mm)
         r = math.hypot(u, v)
         shrink = min(1.0, self._r_max / r) if r > 0.0 else 1.0
         return float(shrink * u), float(shrink * v)

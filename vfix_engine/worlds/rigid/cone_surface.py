@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...arrays import Array
-from ...given import point
+from ...validate import point
 from .inspection_cone import DIRECTIONS, InspectionCone, spread_directions
 
 Index = NDArray[np.intp]

@@ -16,7 +16,7 @@ from ...runtime.requests import Reset, SetTask
 from .dry_run import dry_run
 from .operators import Operator, PushingOperator, ScriptedOperator
 from .rehearsal import ON_PATH_MM, Rehearsal, RehearsalState
-from .snapshot import Snapshot
+from .snapshot import RigidSnapshot
 
 PATIENCE_STEPS = 400  # steps without progress after which a scripted hand gives up
 GAIN_MM = 0.02  # less than this in that many steps is no progress towards a target
@@ -26,11 +26,11 @@ BACK_OFF_MM = 8.0
 PASSED_MM = 0.3  # the view is past its nearest place when it is this much further away again
 WARM_UP_STEPS = 20  # not counted in the step times: caches fill
 
-Keep = Callable[[Snapshot], None]
+Keep = Callable[[RigidSnapshot], None]
 
 
 @dataclass
-class Tally:
+class RehearsalTally:
     """Running figures of a rehearsal."""
 
     steps: int = 0
@@ -44,7 +44,7 @@ class Tally:
         self.errors: list[float] = []
         self.times: list[float] = []
 
-    def add(self, snapshot: Snapshot, seconds: float) -> None:
+    def add(self, snapshot: RigidSnapshot, seconds: float) -> None:
         self.steps += 1
         self.held += snapshot.held
         self.least_clearance = min(self.least_clearance, snapshot.clearance_mm)
@@ -82,12 +82,12 @@ class HeadlessRun:
     """
 
     def __init__(self, rehearsal: Rehearsal, keep: Keep, log: Log | None = None):
-        self.rehearsal, self._keep, self._log, self.tally = rehearsal, keep, log, Tally()
+        self.rehearsal, self._keep, self._log, self.tally = rehearsal, keep, log, RehearsalTally()
         self._line = np.zeros(COMMAND_SIZE + len(rehearsal.system.row_layout))
         self._started = False
         self.least_of_zones = [np.inf] * len(rehearsal.controller.zones)  # [mm], of the whole tool to each so far
 
-    def follow(self) -> Snapshot:
+    def follow(self) -> RigidSnapshot:
         """Along the path to its end, or until the hand gives up."""
         state = self._start()
         return self._drive(state, ScriptedOperator(), lambda s: s.phase == "done")[1]
@@ -106,7 +106,7 @@ class HeadlessRun:
             state = self._with_task(state, "free")
             self.tally.errors.clear()  # without the fixture the path is no reference
         operator = PushingOperator(seed)
-        pushed = Tally()
+        pushed = RehearsalTally()
         for _ in range(steps):
             state, snapshot = self._one(state, operator)
             pushed.add(snapshot, 0.0)
@@ -164,7 +164,7 @@ class HeadlessRun:
         """Drive on until the virtual point has passed where it is nearest to the goal."""
         nearest = np.inf
 
-        def passed(snapshot: Snapshot) -> bool:
+        def passed(snapshot: RigidSnapshot) -> bool:
             nonlocal nearest
             distance = float(np.linalg.norm(snapshot.virtual_point - goal))
             nearest = min(nearest, distance)
@@ -188,8 +188,8 @@ class HeadlessRun:
         return state
 
     def _drive(
-        self, state: RehearsalState, operator: Operator, stop: Callable[[Snapshot], bool]
-    ) -> tuple[RehearsalState, Snapshot]:
+        self, state: RehearsalState, operator: Operator, stop: Callable[[RigidSnapshot], bool]
+    ) -> tuple[RehearsalState, RigidSnapshot]:
         """Until ``stop``, or until the hand gives up: held for long, or on the path and no longer getting anywhere."""
         snapshot = self.rehearsal.snapshot(state)
         settings = self.rehearsal.settings
@@ -203,7 +203,7 @@ class HeadlessRun:
             idle, best = (idle + 1, best) if nowhere and snapshot.mode == "path" else (0, now)
         return state, snapshot
 
-    def _one(self, state: RehearsalState, operator: Operator) -> tuple[RehearsalState, Snapshot]:
+    def _one(self, state: RehearsalState, operator: Operator) -> tuple[RehearsalState, RigidSnapshot]:
         command = operator.command(self.rehearsal, state)
         begin = time.perf_counter()
         state, snapshot = self.rehearsal.step(state, command)
@@ -218,11 +218,11 @@ class HeadlessRun:
         return state, snapshot
 
 
-def _arrival() -> Callable[[Snapshot], bool]:
+def _arrival() -> Callable[[RigidSnapshot], bool]:
     """True once the view is held on the target, or comes no nearer to it."""
     nearest, since = np.inf, 0
 
-    def arrived(snapshot: Snapshot) -> bool:
+    def arrived(snapshot: RigidSnapshot) -> bool:
         nonlocal nearest, since
         since += 1
         if snapshot.target_error_mm < nearest - GAIN_MM:

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ...arrays import Array
-from ...given import point, rotation_matrix
 from ...proximity.proximity import Proximity
 from ...robots import Tool
+from ...validate import point, rotation_matrix
 
 Index = NDArray[np.intp]
 

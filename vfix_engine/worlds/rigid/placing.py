@@ -57,7 +57,7 @@ def place_robot(
     """The placing from which the controller gets furthest along the path.
 
     Directions of the shaft around the path's chord and turns of the bend are ranked by the clearance of the unmoving
-    orientation at samples of the path; the best few are driven dry, among the zones and fixtures, and the first that
+    orientation at samples of the path; the best few are simulated, among the zones and fixtures, and the first that
     arrives is taken.
     A robot that arrives in none of them is placed where it gets furthest, and ``run.reason`` says what holds it there.
     ``go_on`` is called between all of these steps; what it raises ends the search.

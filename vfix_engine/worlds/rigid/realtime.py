@@ -8,12 +8,12 @@ from ...control import ControlSettings
 from ...runtime.process import ControlProcess
 from ...runtime.requests import SetSettings, SetTask
 from .rigid_spec import RigidSpec, SceneSpec
-from .snapshot import Snapshot
+from .snapshot import RigidSnapshot
 
 __all__ = ["RehearsalProcess", "SceneSpec"]
 
 
-class RehearsalProcess(ControlProcess[Snapshot]):
+class RehearsalProcess(ControlProcess[RigidSnapshot]):
     """A rehearsal in a process of its own; see ``ControlProcess``."""
 
     def __init__(self, scene: SceneSpec, settings: ControlSettings, real_time: bool = True, record: Path | None = None):

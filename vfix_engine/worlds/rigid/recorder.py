@@ -11,7 +11,7 @@ from typing import Self
 import numpy as np
 
 from ...anatomy.piercing import SidewaysColumn, Ways
-from .snapshot import Snapshot
+from .snapshot import RigidSnapshot
 
 NOTICE_COLUMN = "not_for_clinical_use"
 ABOUT = {
@@ -40,7 +40,7 @@ class CsvRecorder:
         self._started = False
         self._sideways = None if ways is None else SidewaysColumn(ways)
 
-    def add(self, snapshot: Snapshot) -> None:
+    def add(self, snapshot: RigidSnapshot) -> None:
         if not self._started:
             self._writer.writerow(self._header(len(snapshot.q), len(snapshot.radius)))
             self._started = True

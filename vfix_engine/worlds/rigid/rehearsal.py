@@ -17,7 +17,7 @@ from .rigid import MODES, ON_PATH_MM, RigidSystem
 from .rigid_snapshot import lazy_snapshot, snapshot_of
 from .rigid_state import LastStep, RehearsalState
 from .scene import Scene
-from .snapshot import Snapshot
+from .snapshot import RigidSnapshot
 
 __all__ = ["MODES", "ON_PATH_MM", "Command", "Master", "PathPoint", "Rehearsal", "RehearsalState"]
 
@@ -61,7 +61,7 @@ class Rehearsal:
         """The same pose and speed in another mode; see ``RigidSystem.with_mode``."""
         return self.system.with_mode(state, mode, target)
 
-    def step(self, state: RehearsalState, command: Command) -> tuple[RehearsalState, Snapshot]:
+    def step(self, state: RehearsalState, command: Command) -> tuple[RehearsalState, RigidSnapshot]:
         """One control period; the snapshot is made when one of its fields is asked for. See ``RigidSystem.step``."""
         if state.settings is not self.settings:  # of another rehearsal: this one's hold
             state = replace(state, settings=self.settings)
@@ -75,7 +75,7 @@ class Rehearsal:
         force: Array | None = None,
         torque: Array | None = None,
         end: str = "",
-    ) -> Snapshot:
+    ) -> RigidSnapshot:
         """The picture of a state alone, or with the step that led to it (``report``)."""
         if report is None:
             return snapshot_of(self.scene, state, None)

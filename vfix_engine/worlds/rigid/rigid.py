@@ -25,7 +25,7 @@ from .rigid_row import RowWriter
 from .rigid_snapshot import snapshot_of
 from .rigid_state import ZEROS, LastStep, RehearsalState
 from .scene import Scene
-from .snapshot import Snapshot
+from .snapshot import RigidSnapshot
 from .teleoperation import advance_leader, consume_motion, spring
 
 FORCE_LIMIT_N = 1e6  # only keeps the arithmetic finite; the cap is a setting
@@ -167,7 +167,7 @@ class RigidSystem:
     def row(self, state: RehearsalState, out: Array) -> None:
         self._row.write(state, out)
 
-    def snapshot(self, state: RehearsalState) -> Snapshot:
+    def snapshot(self, state: RehearsalState) -> RigidSnapshot:
         """The picture of a state, the step that led there included."""
         return snapshot_of(self.scene, state, state.last)
 

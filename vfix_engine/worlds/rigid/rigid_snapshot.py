@@ -8,7 +8,7 @@ from dataclasses import fields
 import numpy as np
 
 from ...arrays import Array
-from ...control import Blocker as Reason
+from ...control import LimitingConstraint as Reason
 from ...control.relaxations import SLOWED_SHARE
 from ...control.tasks import view_point
 from ...robots import Tool
@@ -16,11 +16,11 @@ from ...runtime.snapshot import Blocker
 from ...virtual_fixtures import StepState
 from .rigid_state import LastStep, RehearsalState
 from .scene import Scene
-from .snapshot import Snapshot
+from .snapshot import RigidSnapshot
 from .teleoperation import spring
 
 
-def snapshot_of(scene: Scene, state: RehearsalState, last: LastStep | None) -> Snapshot:
+def snapshot_of(scene: Scene, state: RehearsalState, last: LastStep | None) -> RigidSnapshot:
     """The picture of a state; ``last``: the step that led to it, None for the pose alone."""
     tool, settings = state.tool, state.settings
     tip, rotation, segments = tool.tip.position, tool.tip.rotation, tool.segments
@@ -37,7 +37,7 @@ def snapshot_of(scene: Scene, state: RehearsalState, last: LastStep | None) -> S
     names = scene.structure_names
     end = "" if last is None else last.end
     teleoperated = last is not None and last.teleoperated
-    return Snapshot(
+    return RigidSnapshot(
         t=state.steps * settings.dt_s,
         q=tool.q,
         capsules=np.column_stack([segments.start, segments.end, segments.radius]),
@@ -71,7 +71,7 @@ def snapshot_of(scene: Scene, state: RehearsalState, last: LastStep | None) -> S
     )
 
 
-def lazy_snapshot(scene: Scene, state: RehearsalState) -> Snapshot:
+def lazy_snapshot(scene: Scene, state: RehearsalState) -> RigidSnapshot:
     """The same picture of a state and its last step, made when one of its fields is asked for first."""
     return _Lazy.of(scene, state)
 
@@ -104,11 +104,11 @@ def _blocker(reason: Reason, names: Mapping[str, str]) -> Blocker:
     return Blocker(reason.kind, reason.structure, reason.part, reason.distance_mm, reason.point, words)
 
 
-class _Lazy(Snapshot):
+class _Lazy(RigidSnapshot):
     """A snapshot whose fields are made when the first of them is asked for."""
 
     @classmethod
-    def of(cls, scene: Scene, state: RehearsalState) -> Snapshot:
+    def of(cls, scene: Scene, state: RehearsalState) -> RigidSnapshot:
         one = object.__new__(cls)
         one.__dict__["_of"] = (scene, state)
         return one
@@ -121,4 +121,4 @@ class _Lazy(Snapshot):
         return self.__dict__[name]
 
 
-_FIELDS = frozenset(one.name for one in fields(Snapshot))
+_FIELDS = frozenset(one.name for one in fields(RigidSnapshot))

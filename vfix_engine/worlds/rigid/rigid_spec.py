@@ -36,7 +36,7 @@ from .scene_parts import (
     zones_from,
     zones_parts,
 )
-from .snapshot import Snapshot
+from .snapshot import RigidSnapshot
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,7 +99,7 @@ class RigidSpec:
     control: ControlSettings
 
     world = "rigid"
-    snapshot_type = Snapshot
+    snapshot_type = RigidSnapshot
     snapshot_numbers = MOST_JOINTS + 7 * MAX_PARTS  # whatever robot and tool are
     has_worker = False
 

@@ -6,8 +6,9 @@ only a display draws, are left out. Surfaces of zones become arrays, and their t
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
-from dataclasses import fields
+from dataclasses import Field, fields
 from typing import Any
 
 import numpy as np
@@ -208,9 +209,13 @@ def _shape_from(values: dict[str, Any], arrays: Mapping[str, NDArray[Any]]) -> S
 
 
 def _values(one: Any) -> dict[str, Any]:
-    """Numbers and lists of a dataclass's fields."""
-    values = {field.name: getattr(one, field.name) for field in fields(one) if field.init}
+    """Numbers and lists of a dataclass's fields, without a limit that is infinite by default: JSON has no infinity."""
+    values = {field.name: getattr(one, field.name) for field in fields(one) if field.init and not _no_limit(one, field)}
     return {name: value.tolist() if isinstance(value, np.ndarray) else value for name, value in values.items()}
+
+
+def _no_limit(one: Any, field: Field[Any]) -> bool:
+    return field.default == math.inf and getattr(one, field.name) == math.inf
 
 
 def _exactly(kind: Any, values: dict[str, Any]) -> Any:

@@ -17,15 +17,15 @@ from ...errors import ControlError, InputError
 from ...geometry.checks import out_of_range
 from ...geometry.mesh import TriangleMesh
 from ...geometry.path import SplinePath
-from ...given import several
 from ...proximity.proximity import Proximity, ProximityTree
 from ...robots import RobotModel, Tool
+from ...validate import several
 from ...virtual_fixtures import Fixture, Zone
 from .numbers import finite_array
 from .placing import Placing, place_robot
 from .rehearsal import Command, Rehearsal, RehearsalState
 from .scene import Scene
-from .snapshot import Snapshot
+from .snapshot import RigidSnapshot
 from .teleoperation import Master
 
 
@@ -111,7 +111,7 @@ class Simulation:
         return self._placing
 
     @property
-    def now(self) -> Snapshot:
+    def now(self) -> RigidSnapshot:
         """The picture after the last step: pose, clearance, what holds the tool, and the rest."""
         return self._now
 
@@ -137,7 +137,7 @@ class Simulation:
         drive: int = 0,
         twist: int = 0,
         master: ArrayLike | None = None,
-    ) -> Snapshot:
+    ) -> RigidSnapshot:
         """One control period under the hand's force (3,) in N at the grip.
 
         Args:

@@ -8,11 +8,11 @@ from ...arrays import Array
 from ...runtime import snapshot as of_any_world
 from ...runtime.snapshot import Timing
 
-__all__ = ["Snapshot", "Timing"]
+__all__ = ["RigidSnapshot", "Timing"]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Snapshot(of_any_world.Snapshot):
+class RigidSnapshot(of_any_world.Snapshot):
     """What every world has, and of the rigid tool: positions (3,) in LPS mm, force in N, torque in N·mm.
 
     phase: 'approach', 'follow', 'done', 'inspect_approach', 'inspect_hold' or 'free'.

@@ -10,7 +10,7 @@ import numpy as np
 from ...arrays import Array
 from ...pathway.pathway import Pathway
 from ...robots.snake import SnakeModel
-from .drive_report import Tally
+from .drive_report import DeviationTally
 from .drive_state import CONTROLS, Command, Control, DriveSettings
 from .operators import Order, Stop, adversarial, scripted
 from .snake_drive import SnakeDrive
@@ -73,7 +73,7 @@ def _only_camera(order: Order) -> Order:
 
 
 def _measured(drive: SnakeDrive, orders: list[Order]) -> dict[str, Any]:
-    tally = Tally(drive.snake.q_max, drive.bounds.most)
+    tally = DeviationTally(drive.snake.q_max, drive.bounds.most)
     joints, cameras, wanted, done = [drive.q[-drive.distal.dof :].copy()], [_camera(drive)], 0.0, 0.0
     even = orders[0].dt
     jerks: list[float] = []

@@ -14,12 +14,12 @@ from ...arrays import Array
 from ...errors import InputError
 from ...geometry.curve import Curve
 from ...geometry.mesh import TriangleMesh
-from ...given import point as checked_point
-from ...given import whole
 from ...pathway.fit import containment
 from ...pathway.pathway import TissueMotion
 from ...robots.snake import SnakeModel
 from ...snake.conform.conforming import driven_curve
+from ...validate import point as checked_point
+from ...validate import whole
 from .compare import compare_controls
 from .drive_report import DriveReport, Visit
 from .drive_run import DriveRun

@@ -68,7 +68,7 @@ class Visit:
 
 
 @dataclass
-class Tally:
+class DeviationTally:
     """Sums over the steps of a drive; only links that are inside the pathway count.
 
     bound: (L,) mm, the most that b_i is; what counts is b_i where the link is, of which ``least_bound`` (L,) is the
@@ -140,7 +140,7 @@ class DriveReport:
     target_mm: float
     inserted_mm: float
     path_mm: float
-    tally: Tally
+    tally: DeviationTally
     visits: tuple[Visit, ...]
     outside_share: float
     outside_mm: tuple[float, float, float]

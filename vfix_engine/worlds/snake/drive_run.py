@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ...arrays import Array
-from .drive_report import Tally, Visit
+from .drive_report import DeviationTally, Visit
 from .look_round import Order, Retry
 from .snake_drive import SnakeDrive
 from .wall_depth import UNMEASURED, WallDepth
@@ -30,7 +30,7 @@ class DriveRun:
         self, drive: SnakeDrive, visits: list[Visit], behind: WallDepth | None, say: Callable[[str], None]
     ) -> None:
         self.drive, self.visits = drive, visits
-        self.tally = Tally(drive.snake.q_max, drive.bounds.most)
+        self.tally = DeviationTally(drive.snake.q_max, drive.bounds.most)
         self.retries: list[Retry] = []
         self._behind, self._say = behind, say
         self._offsets: list[Array] = []

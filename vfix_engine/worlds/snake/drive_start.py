@@ -10,12 +10,12 @@ from numpy.typing import ArrayLike
 from ...arrays import Array
 from ...errors import InputError
 from ...geometry.curve import Curve
-from ...given import real_array, within
 from ...pathway.limits.limits import beyond_text
 from ...robots.snake import SnakeModel
 from ...snake.control.parameterised import ParameterisedControl
 from ...snake.control.qp_drive import QpControl
 from ...snake.control.tip_control import TipControl
+from ...validate import real_array, within
 from .drive_state import DriveSettings
 
 

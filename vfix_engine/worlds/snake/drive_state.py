@@ -12,16 +12,16 @@ from numpy.typing import NDArray
 
 from ...arrays import Array, IntArray
 from ...errors import InputError
-from ...given import positive, whole, within
 from ...pathway.checks import MOST_ANGLES, MOST_CONTOURS, MOST_FITTED
 from ...pathway.limits.link_bounds import BOUND_MM, LinkBounds
 from ...pathway.packed import PackedPathway
 from ...pathway.query.query import Deviations
 from ...robots.snake import MOST_LINKS
 from ...snake.haptics.haptics import Forces
+from ...validate import positive, whole, within
 
 Control = Literal["parameterised", "qp"]
-Limit = Literal["bound", "speed", "step", "bends", "bent", "end", "tissue", "insertion", "planning"]
+LimitedBy = Literal["bound", "speed", "step", "bends", "bent", "end", "tissue", "insertion", "planning"]
 MOST_MM_PER_S = 1000.0  # ten joints at 36°/s, each with all five links ahead of it, are slower
 CONTROLS: tuple[Control, ...] = ("parameterised", "qp")
 _FINEST_MM = 0.01  # of a step or a waypoint: with finer ones a drive takes hours
@@ -35,7 +35,7 @@ class Outcome(NamedTuple):
 
     name: Literal["rest", "moved", "shrunk", "held"]
     words: str | None = None
-    limit: Limit | None = None
+    limit: LimitedBy | None = None
     at: Array | None = None
 
 
@@ -257,7 +257,7 @@ class DriveState:
     forces: Forces
     outcome: Literal["rest", "moved", "shrunk", "held"]
     held_by: str | None
-    limit: Limit | None
+    limit: LimitedBy | None
     held_at: Array | None
     query_s: float
     step_s: float

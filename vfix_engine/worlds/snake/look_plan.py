@@ -16,7 +16,7 @@ import numpy as np
 
 from ...arrays import Array
 from ...pathway.limits.backtracking import SHARES
-from ...pathway.limits.limits import Configuration, HardLimits, Verdict
+from ...pathway.limits.limits import Configuration, HardLimits, MotionVerdict
 from ...snake.control.projection import projected_to_limits
 from ...snake.control.tip_control import DistalContext, stops
 from ...snake.control.wall_program import WallProgram, joint_regularisation
@@ -46,7 +46,7 @@ class SidePath:
     held_by: str
 
 
-class View(NamedTuple):
+class LookView(NamedTuple):
     """A view against the straight one: how far turned, and to where in its picture, rad."""
 
     turned: float
@@ -62,10 +62,10 @@ class View(NamedTuple):
         return abs(away) <= SECTOR
 
 
-def view_of(straight: Array, direction: Array) -> View:
+def view_of(straight: Array, direction: Array) -> LookView:
     """A direction (3,) seen from a camera whose transform to the patient is ``straight`` (4, 4)."""
     x, y, z = straight[:3, :3].T @ direction
-    return View(math.atan2(math.hypot(x, y), z), math.atan2(y, x))
+    return LookView(math.atan2(math.hypot(x, y), z), math.atan2(y, x))
 
 
 class LookPlanner:
@@ -124,7 +124,7 @@ class LookPlanner:
             most = max(most, self._continued(side, [q], certified=False).turned)
         return most
 
-    def seen(self, q: Array) -> View:
+    def seen(self, q: Array) -> LookView:
         """The view at joints q (2L',)."""
         return view_of(self._straight, self.context.snake.camera(q, self.context.base)[:3, 2])
 
@@ -184,7 +184,7 @@ class LookPlanner:
                 return projected
         return None
 
-    def _verdict(self, q: Array, after: Array) -> Verdict:
+    def _verdict(self, q: Array, after: Array) -> MotionVerdict:
         """What the hard limits say of going from one configuration of a path to another."""
         context = self.context
         poses = Configuration(context.base, q), Configuration(context.base, after)

@@ -10,8 +10,8 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from ...arrays import Array
-from ...given import point_text
 from ...snake.control.parameterised import ParameterisedControl
+from ...validate import point_text
 from .drive_state import Command
 from .look_plan import SIDES, LookPlanner, SidePath, view_of
 from .snake_drive import SnakeDrive

@@ -11,7 +11,7 @@ from .look_plan import SIDES, view_of
 from .planned_drive import PlannedDrive
 from .planning import LookPart, LookWanted
 
-Bend = tuple[float, ...]
+BendAngles = tuple[float, ...]
 
 _REACHED = 1e-9  # [rad]
 _SAME = 1e-6  # [rad] a piece of a path that begins farther from where the last one ends is for another place
@@ -30,7 +30,7 @@ class Looking:
 
     aim: float
     side: int = _NOT_STRAIGHT
-    ahead: tuple[Bend, ...] = ()
+    ahead: tuple[BendAngles, ...] = ()
     ends: str = ""
     back: bool = True
     least: float = math.inf
@@ -38,7 +38,7 @@ class Looking:
     turned_deg: tuple[float, ...] = (0.0,) * SIDES
 
     @property
-    def goal(self) -> Bend | None:
+    def goal(self) -> BendAngles | None:
         """The bend that the next step goes towards; None where one is still being planned."""
         return self.ahead[0] if self.ahead and not self.back else None
 

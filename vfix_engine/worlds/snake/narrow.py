@@ -8,12 +8,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...errors import PathwayError
-from ...given import point_text
 from ...pathway.pathway import Pathway
 from ...robots.snake import SnakeModel
+from ...validate import point_text
 
 
-class Place(NamedTuple):
+class NarrowPlace(NamedTuple):
     """A place along a pathway at rest: mm from its start, (3,) LPS mm, and the radius there in mm."""
 
     at_mm: float
@@ -42,13 +42,13 @@ class Narrowest:
     robot_mm: float
     below_robot_mm: float
     below_bound_mm: float
-    first: Place | None
-    free: Place | None
+    first: NarrowPlace | None
+    free: NarrowPlace | None
     per_link_mm: tuple[float | None, ...]
 
     def warnings(self, bound_mm: float | None) -> list[str]:
         """In words, where the lumen is too narrow, and what may be done; ``bound_mm``: one that is given."""
-        where = f"the pathway's radius is {Place(self.at_mm, self.at_lps, self.radius_mm).words}"
+        where = f"the pathway's radius is {NarrowPlace(self.at_mm, self.at_lps, self.radius_mm).words}"
         found = []
         if self.below_robot_mm > 0.0:
             found.append(
@@ -74,7 +74,7 @@ class Narrowest:
             f"the lumen is narrower than the robot: its radius is {self.first.words}, the robot's {self.robot_mm:g} mm"
         )
         if self.at_mm != self.first.at_mm:
-            least = Place(self.at_mm, self.at_lps, self.radius_mm)
+            least = NarrowPlace(self.at_mm, self.at_lps, self.radius_mm)
             said += f", and {least.words}, at the least"
         free, links = self.free, 0 if self.free is None else int(self.free.at_mm // snake.length_mm)
         if free is None or links < 1:
@@ -97,9 +97,9 @@ def narrowest(pathway: Pathway, snake: SnakeModel, bound_mm: float | None, to_mm
     limits = (robot_mm, 0.0 if bound_mm is None else bound_mm)
     below_robot, below_bound = (float(share[radius < limit].sum()) for limit in limits)
 
-    def place(at: float) -> Place:
+    def place(at: float) -> NarrowPlace:
         x, y, z = (float(np.interp(at, s, centre[:, axis])) for axis in range(3))
-        return Place(at, (x, y, z), float(np.interp(at, s, radius)))
+        return NarrowPlace(at, (x, y, z), float(np.interp(at, s, radius)))
 
     first = free = None
     if radius[least] < robot_mm:

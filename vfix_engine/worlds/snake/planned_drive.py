@@ -19,7 +19,7 @@ from ...snake.conform.conforming import blended
 from ...snake.control.parameterised import ParameterisedControl
 from ...snake.control.tip_control import DistalContext
 from .drive_state import Command, DriveSettings, DriveState, Outcome
-from .planning import BendsWanted, LookWanted, Plan, PlanInputs, Seen, Shape
+from .planning import BendsWanted, LookWanted, PlanInputs, PlannedShape, PlannerAnswer, ShapeAtTime
 from .shape_steps import TISSUE_SHARE
 from .snake_drive import SnakeDrive
 
@@ -74,7 +74,7 @@ class PlannedShapes:
         """The next shape, where ``left`` says that there is one."""
         return self._ahead[0]
 
-    def extend(self, near: Shape, sign: int, ahead: tuple[Shape, ...], here: ShapeSolution) -> None:
+    def extend(self, near: PlannedShape, sign: int, ahead: tuple[PlannedShape, ...], here: ShapeSolution) -> None:
         """Take planned shapes that begin at the last one known, or, where none is left, where the robot is."""
         new = tuple(shape.on(self.curve) for shape in ahead)
         if self.left(sign):
@@ -265,7 +265,7 @@ class PlannedDrive(SnakeDrive):
         bend = self.q - self._conformed.q
         return PlanInputs(
             look,
-            Shape.of(near),
+            PlannedShape.of(near),
             near.tip_s,
             most,
             sign,
@@ -288,7 +288,7 @@ class PlannedDrive(SnakeDrive):
         place = self.distal_context()
         return BendsWanted(self.seen_t, place.base, place.rest, place.window, place.bound, self.tip_s)
 
-    def adopt(self, plan: Plan, age_s: float) -> None:
+    def adopt(self, plan: PlannerAnswer, age_s: float) -> None:
         """Go by a plan that was asked for ``age_s`` s ago; what of it no longer fits is left out."""
         if plan.seen is not None or plan.lost is not None:
             self._live.lost = plan.lost
@@ -299,7 +299,7 @@ class PlannedDrive(SnakeDrive):
         if plan.bends and plan.wanted is not None:
             self._adopt_bends(plan, plan.wanted)
 
-    def _adopt_look(self, plan: Plan, seen: Seen, age_s: float) -> None:
+    def _adopt_look(self, plan: PlannerAnswer, seen: ShapeAtTime, age_s: float) -> None:
         if seen.t <= self.seen_t:
             return
         self.seen_t, self._waypoints.length_mm = seen.t, seen.length_mm
@@ -314,7 +314,7 @@ class PlannedDrive(SnakeDrive):
             self._waypoints.restart(self._goal, plan.sign, tuple(found[1:]))
         self._measure()
 
-    def _adopt_bends(self, plan: Plan, wanted: BendsWanted) -> None:
+    def _adopt_bends(self, plan: PlannerAnswer, wanted: BendsWanted) -> None:
         if (
             self._settled
             or abs(wanted.tip_s - self.tip_s) > BENDS_MM

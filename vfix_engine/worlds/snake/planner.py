@@ -25,7 +25,7 @@ from ...pathway.packed import (
 from ...pathway.pathway import Pathway
 from ...pathway.query.query import Query
 from ...robots.snake import SnakeModel
-from ...snake.bending.optimise import Bend
+from ...snake.bending.optimise import DistalBend
 from ...snake.conform.conformance import ShapeSolution, conform
 from ...snake.conform.waypoints import MOST, RESERVE_MM, moved_off
 from ...snake.control.parameterised import found_bends
@@ -34,7 +34,7 @@ from ...snake.control.tip_control import DistalContext
 from .drive_state import DriveSettings
 from .link_windows import entrance, link_windows, planning_margin
 from .look_plan import LookPlanner
-from .planning import BendsWanted, LookPart, LookWanted, Plan, PlanInputs, Seen, Shape
+from .planning import BendsWanted, LookPart, LookWanted, PlanInputs, PlannedShape, PlannerAnswer, ShapeAtTime
 
 SHAPES_AHEAD = 3  # of an insertion, so that it goes on while the next ones are planned
 LOOK_AHEAD = 3  # bends on towards a side in one plan: longer ones would keep the tissue's waiting
@@ -69,7 +69,7 @@ class Planner:
         self._entrance, self._inscribed = entrance(pathway.packed(0.0), snake), inscribed_radii(pathway)
         self._seen = _Look(0.0, pathway.packed(0.0), curve)  # the last one, as bends ask for it
 
-    def __call__(self, wanted: PlanInputs) -> Plan:
+    def __call__(self, wanted: PlanInputs) -> PlannerAnswer:
         """The plan that is wanted."""
         near, curve, packed, seen, lost = (
             wanted.near.on(self._curve),
@@ -86,14 +86,14 @@ class Planner:
             else:
                 packed, curve = self._seen.packed, self._seen.curve
                 near = seen.goal.on(curve)
-        ahead: tuple[Shape, ...] = ()
+        ahead: tuple[PlannedShape, ...] = ()
         if wanted.sign and lost is None and (seen is not None or self._pathway.motion is None):
             ahead = self._ahead(wanted, near, curve, packed)
         bends = () if wanted.bends is None else self._bends(wanted.bends)
         view = None if wanted.view is None else self._view(wanted.view)
-        return Plan(seen, lost, Shape.of(near), wanted.sign, ahead, bends, wanted.bends, view)
+        return PlannerAnswer(seen, lost, PlannedShape.of(near), wanted.sign, ahead, bends, wanted.bends, view)
 
-    def _look(self, wanted: PlanInputs, t: float) -> Seen:
+    def _look(self, wanted: PlanInputs, t: float) -> ShapeAtTime:
         """The tissue at a time, and the shape that conforms to it, moved off the wall where that is needed.
 
         Raises:
@@ -109,19 +109,21 @@ class Planner:
         if t > before:
             rim = rim_travel(self._pathway.packed(before), packed) / (t - before)
         now = self._pathway.contours(t, extended=True)
-        return Seen(t, now.centre, now.tangent, now.first, now.radius, curve.length, Shape.of(goal), rim)
+        return ShapeAtTime(t, now.centre, now.tangent, now.first, now.radius, curve.length, PlannedShape.of(goal), rim)
 
-    def _ahead(self, wanted: PlanInputs, near: ShapeSolution, curve: Curve, packed: PackedPathway) -> tuple[Shape, ...]:
+    def _ahead(
+        self, wanted: PlanInputs, near: ShapeSolution, curve: Curve, packed: PackedPathway
+    ) -> tuple[PlannedShape, ...]:
         """The next shapes of an insertion, each moved off the wall before the one after it is found."""
         slack = self._slack if self._pathway.motion is None else None
-        found: list[Shape] = []
+        found: list[PlannedShape] = []
         for _ in range(SHAPES_AHEAD):
             place = near.tip_s + wanted.sign * wanted.spacing_mm
             place = min(place, curve.length) if wanted.sign > 0 else max(place, 0.0)
             if (place - near.tip_s) * wanted.sign <= 0.0:
                 break
             near = self._inside(conform(self._snake, curve, place, near, slack, near.roll), packed, wanted)
-            found.append(Shape.of(near))
+            found.append(PlannedShape.of(near))
         return tuple(found)
 
     def _inside(self, shape: ShapeSolution, packed: PackedPathway, wanted: PlanInputs) -> ShapeSolution:
@@ -148,7 +150,7 @@ class Planner:
             return goal
         return replace(goal, q=self._snake.clamp(goal.q + (q - bent)), exact=False)
 
-    def _bends(self, wanted: BendsWanted) -> tuple[Bend, ...]:
+    def _bends(self, wanted: BendsWanted) -> tuple[DistalBend, ...]:
         """Control bends in the pathway of the time that is asked for, mostly the one that was looked at last."""
         return found_bends(self._context(wanted), self._settings.bends)
 

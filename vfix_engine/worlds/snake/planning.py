@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from ...arrays import Array, IntArray
 from ...geometry.curve import Curve
 from ...pathway.limits.link_bounds import LinkBounds
-from ...snake.bending.optimise import Bend
+from ...snake.bending.optimise import DistalBend
 from ...snake.conform.conformance import ShapeSolution
 
 
-class Shape(NamedTuple):
+class PlannedShape(NamedTuple):
     """A ``ShapeSolution`` without its curve, which stays where it is."""
 
     base: Array
@@ -28,7 +28,7 @@ class Shape(NamedTuple):
     roll: float
 
     @classmethod
-    def of(cls, found: ShapeSolution) -> Shape:
+    def of(cls, found: ShapeSolution) -> PlannedShape:
         """The shape alone."""
         return cls(
             found.base, found.q, found.joint_s, found.offset_mm, found.at_limit, found.exact, found.tip_s, found.roll
@@ -99,7 +99,7 @@ class PlanInputs:
     """
 
     t: float | None
-    near: Shape
+    near: PlannedShape
     tip_s: float
     most: float
     sign: int
@@ -111,7 +111,7 @@ class PlanInputs:
     view: LookWanted | None = None
 
 
-class Seen(NamedTuple):
+class ShapeAtTime(NamedTuple):
     """The tissue at the time ``t`` in s, and the shape of the robot that conforms to it.
 
     centre, tangent, first (C, 3) and radius (C, A): the contours that the pathway is packed of; they are a sixth of its
@@ -125,12 +125,12 @@ class Seen(NamedTuple):
     first: Array
     radius: Array
     length_mm: float
-    goal: Shape
+    goal: PlannedShape
     rim_mm_per_s: Array
 
 
 @dataclass(frozen=True, eq=False)
-class Plan:
+class PlannerAnswer:
     """A planner's answer; what was not asked for is None or empty.
 
     seen: the tissue; lost: in words, why the tissue leaves no pathway.
@@ -138,11 +138,11 @@ class Plan:
     bends: control bends at the place where they were ``wanted``. view: on towards a side.
     """
 
-    seen: Seen | None
+    seen: ShapeAtTime | None
     lost: str | None
-    near: Shape
+    near: PlannedShape
     sign: int
-    ahead: tuple[Shape, ...]
-    bends: tuple[Bend, ...]
+    ahead: tuple[PlannedShape, ...]
+    bends: tuple[DistalBend, ...]
     wanted: BendsWanted | None
     view: LookPart | None = None

@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 
 from ...arrays import Array
-from ...pathway.limits.limits import Configuration, Verdict
+from ...pathway.limits.limits import Configuration, MotionVerdict
 from ...pathway.query.query import Query
 from ...robots.snake import SnakeModel
 from .drive_state import Outcome
@@ -18,7 +18,7 @@ from .drive_state import Outcome
 class Refusal:
     """A verdict on links (L,) with bounds (L,) mm that were to go to a pose."""
 
-    verdict: Verdict
+    verdict: MotionVerdict
     end: Configuration
     bound: Array
     snake: SnakeModel

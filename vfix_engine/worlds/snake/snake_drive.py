@@ -18,7 +18,6 @@ from ...arrays import Array, IntArray
 from ...errors import InputError
 from ...geometry.curve import Curve
 from ...geometry.mesh import TriangleMesh
-from ...given import positive
 from ...pathway.limits.limits import Configuration, HardLimits
 from ...pathway.limits.link_bounds import inscribed_radii
 from ...pathway.live_pathway import LivePathway
@@ -30,6 +29,7 @@ from ...snake.conform.conforming import driven_curve
 from ...snake.conform.waypoints import Waypoints
 from ...snake.haptics.hand_forces import HandForces
 from ...snake.haptics.haptics import Forces
+from ...validate import positive
 from .drive_start import checked_slack, checked_tip, make_control, refuse_beyond
 from .drive_state import Command, DriveSettings, DriveState, Observer, Outcome, both
 from .link_windows import entrance, link_windows

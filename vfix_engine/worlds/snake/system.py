@@ -19,7 +19,7 @@ from .look_plan import SIDES
 from .looking import Looking
 from .planned_drive import PlannedDrive
 from .planner import Planner
-from .planning import Plan
+from .planning import PlannerAnswer
 from .requests import FollowTissue, LookRound
 from .row import OUTCOMES, SnakeRow
 from .settings import SnakeSettings
@@ -229,7 +229,7 @@ class SnakeSystem:
 
     def adopt(self, state: SnakeState, result: Any, age_s: float) -> SnakeState:
         """The state with a plan; what of it no longer fits is left out."""
-        if not isinstance(result, Plan):
+        if not isinstance(result, PlannerAnswer):
             raise InputError(f"{type(result).__name__} is no plan for a snake")
         drive = state.drive.copy()
         drive.adopt(result, age_s)

@@ -8,7 +8,7 @@ import numpy as np
 
 from ...arrays import Array
 
-Steering = tuple[float, float]
+SteeringAngles = tuple[float, float]
 
 _APART = math.radians(1.0)  # between two bends that are kept, the joint that differs most
 _REACHED = 1e-9  # [rad]
@@ -22,7 +22,7 @@ class Trail:
 
     def __init__(self) -> None:
         self.back = False
-        self._kept: list[tuple[Array, Steering]] = []
+        self._kept: list[tuple[Array, SteeringAngles]] = []
 
     def copy(self) -> Trail:
         """A trail that goes on by itself."""
@@ -33,7 +33,7 @@ class Trail:
     def __len__(self) -> int:
         return len(self._kept)
 
-    def note(self, bend: Array, steering: Steering) -> None:
+    def note(self, bend: Array, steering: SteeringAngles) -> None:
         """The hand has come to a bend."""
         self.back = False
         if self._kept and float(np.abs(self._kept[-1][0] - bend).max()) < _APART:
@@ -45,7 +45,7 @@ class Trail:
                 return
         self._kept.append((bend.copy(), steering))
 
-    def next(self, bend: Array) -> tuple[Array, Steering]:
+    def next(self, bend: Array) -> tuple[Array, SteeringAngles]:
         """Where to go from a bend on the way back: to the last one kept that has not been reached, at the end to 0."""
         while self._kept and float(np.abs(self._kept[-1][0] - bend).max()) < _REACHED:
             self._kept.pop()

@@ -9,8 +9,8 @@ import numpy as np
 from ...anatomy.lumen.wall import Wall, outward_side
 from ...geometry.curve import Curve
 from ...geometry.mesh import TriangleMesh
-from ...given import point_text
 from ...pathway.pathway import Pathway
+from ...validate import point_text
 from .snake_drive import SnakeDrive
 
 EVERY_MM = 10.0  # of insertion between two places at which links are measured against the wall

@@ -11,7 +11,7 @@ export class SceneHooks {
   /**
    * Wait until viser has its canvas. Throws where that cannot be reached, as with another version of viser.
    * @param {Window & { vfixScenes?: Three[] }} frame
-   * @param {() => boolean} wanted whether anybody still waits
+   * @param {() => boolean} wanted whether a caller still waits
    * @returns {Promise<SceneHooks | null>} null when nobody waits any more
    */
   static async attach(frame, wanted) {

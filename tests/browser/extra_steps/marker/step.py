@@ -11,8 +11,8 @@ from extra_steps.marker import SPEC, LayMarker, MarkerSections
 from app.messages.fields import Command
 from app.scene.view import SceneView
 from app.steps.base import Step
-from app.views.layers import Layer
-from app.views.views import Views
+from app.workspace.layers import Layer
+from app.workspace.workspace import Workspace
 from vfix_engine.errors import InputError
 
 RADIUS_MM = 110.0  # around the whole head: nothing can stand before it
@@ -32,17 +32,17 @@ class MarkerNodes:
 class MarkerStep(Step):
     spec = SPEC
 
-    def __init__(self, views: Views, shared: Any = None) -> None:
-        super().__init__(views, shared)
+    def __init__(self, workspace: Workspace, shared: Any = None) -> None:
+        super().__init__(workspace, shared)
         self._position: list[float] | None = None
         self._laid = 0
 
     def available(self) -> bool:
-        return self.views.case.case_id is not None
+        return self.workspace.case.case_id is not None
 
     def handle(self, command: Command) -> int:
         """Lay the marker where the slices cross; returns how often it was laid."""
-        slices = self.views.case.sections(fresh=False)["slices"]
+        slices = self.workspace.case.sections(fresh=False)["slices"]
         if not isinstance(command, LayMarker) or slices is None:
             raise InputError("a marker needs slices to lie in.")
         self._position, self._laid = slices["cross"], self._laid + 1

@@ -20,17 +20,17 @@ from vfix_engine.worlds.rigid.headless import HeadlessRun
 from vfix_engine.worlds.rigid.rehearsal import ON_PATH_MM, Command, Rehearsal
 from vfix_engine.worlds.rigid.rigid_spec import RigidSpec, SceneSpec
 from vfix_engine.worlds.rigid.scene import Scene
-from vfix_engine.worlds.rigid.snapshot import Snapshot
+from vfix_engine.worlds.rigid.snapshot import RigidSnapshot
 
 SETTINGS = ControlSettings()
 FAST = ControlSettings(dt_s=5e-3)  # steps of 0.05 mm: five times fewer, the certificate the same
 
 
-def segments_of(snapshot: Snapshot) -> Segments:
+def segments_of(snapshot: RigidSnapshot) -> Segments:
     return Segments(snapshot.segments_start, snapshot.segments_end, snapshot.radius)
 
 
-def judged(scene: Scene, snapshots: list[Snapshot], every: int) -> float:
+def judged(scene: Scene, snapshots: list[RigidSnapshot], every: int) -> float:
     """Least clearance that coal finds among every n-th snapshot and the ten that we call the tightest."""
     judge = CoalJudge(scene.tree.mesh)
     tightest = sorted(snapshots, key=lambda s: s.clearance_mm)[:10]
@@ -56,7 +56,7 @@ def tube() -> Scene:
 
 def test_the_real_corridor_is_completed_on_the_path_and_clear_of_bone(real_head: Scene) -> None:
     """Tip error at most 0.01 mm mean and 0.05 mm largest, clearance never below the margin of 0.3 mm."""
-    kept: list[Snapshot] = []
+    kept: list[RigidSnapshot] = []
     run = HeadlessRun(Rehearsal(real_head, SETTINGS), kept.append)
     last = run.follow()
     report = run.tally.report()
@@ -78,7 +78,7 @@ def test_the_real_corridor_is_completed_on_the_path_and_clear_of_bone(real_head:
 def test_full_force_into_bone_stops_at_the_margin(scene_name: str, free: bool, request: pytest.FixtureRequest) -> None:
     """HAZ-01: whatever the hand does, and it comes near enough to mean something."""
     scene: Scene = request.getfixturevalue(scene_name)
-    kept: list[Snapshot] = []
+    kept: list[RigidSnapshot] = []
     run = HeadlessRun(Rehearsal(scene, replace(FAST, k_tau=float(free))), kept.append)
     pushing = run.push(2000, seed=4, free=free)["pushing"]
     assert pushing["steps"] == 2000
@@ -90,7 +90,7 @@ def test_full_force_into_bone_stops_at_the_margin(scene_name: str, free: bool, r
 
 def test_between_the_steps_the_tool_keeps_its_distance_too(real_head: Scene) -> None:
     """HAZ-02: fifty times finer replay where the pushing hand is near bone; our oracle is checked against coal."""
-    kept: list[Snapshot] = []
+    kept: list[RigidSnapshot] = []
     run = HeadlessRun(Rehearsal(real_head, replace(FAST, k_tau=1.0)), kept.append)
     run.push(1500, seed=9, free=True)
     robot, tool = real_head.placed_robot(), real_head.tool
@@ -111,7 +111,7 @@ def test_between_the_steps_the_tool_keeps_its_distance_too(real_head: Scene) -> 
 def test_the_dry_run_takes_the_poses_of_the_rehearsal(real_head: Scene) -> None:
     """Clearance along the path as the plan shows it and as it is driven, both of the same controller."""
     dry = dry_run(real_head, SETTINGS)
-    kept: list[Snapshot] = []
+    kept: list[RigidSnapshot] = []
     HeadlessRun(Rehearsal(real_head, SETTINGS), kept.append).follow()
     assert dry.completed
     driven = np.interp(dry.s, [s.progress_mm for s in kept], [s.clearance_mm for s in kept])
@@ -132,7 +132,7 @@ def test_inspection_holds_the_view_while_the_tool_swings(real_head: Scene) -> No
     """Li 2007, eq. 22-25: the virtual point stays within 0.02 mm of the target, all of the tool clear of bone."""
     assert real_head.path is not None
     scene = replace(real_head, targets=real_head.path.points[-1:], target_names=("end",))
-    kept: list[Snapshot] = []
+    kept: list[RigidSnapshot] = []
     run = HeadlessRun(Rehearsal(scene, FAST), kept.append)
     result = run.inspect(0, 1500)
     assert result["reached"]
@@ -151,7 +151,7 @@ def test_a_wall_across_the_path_holds_the_tool_and_is_named() -> None:
     scene = straight_scene(wall(20.0), np.array([[0.0, 0, 0], [0, 10, 0], [0, 30, 0]]))
     rehearsal = Rehearsal(scene, FAST)
     state = rehearsal.start()
-    held: list[Snapshot] = []
+    held: list[RigidSnapshot] = []
     for _ in range(800):
         state, snapshot = rehearsal.step(state, Command(np.zeros(3), drive=1))
         if snapshot.held:

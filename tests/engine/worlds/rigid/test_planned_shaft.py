@@ -19,7 +19,7 @@ from vfix_engine.worlds.rigid.placing import place_robot, placed_along
 from vfix_engine.worlds.rigid.rehearsal import Rehearsal
 from vfix_engine.worlds.rigid.rigid_spec import RigidSpec, SceneSpec
 from vfix_engine.worlds.rigid.scene import Scene
-from vfix_engine.worlds.rigid.snapshot import Snapshot
+from vfix_engine.worlds.rigid.snapshot import RigidSnapshot
 
 ROBOT = RobotModel.load("steady_hand")
 POINTS = np.column_stack([np.zeros(5), np.linspace(0.0, 60.0, 5), np.zeros(5)])
@@ -43,7 +43,7 @@ def scene_with(
     return Scene(tree, ROBOT, instrument, base, q_start, path, shaft=shaft)
 
 
-def errors_deg(scene: Scene, shots: list[Snapshot]) -> np.ndarray:
+def errors_deg(scene: Scene, shots: list[RigidSnapshot]) -> np.ndarray:
     """Angles between the shaft and its plan."""
     assert scene.shaft is not None
     found = []
@@ -54,8 +54,8 @@ def errors_deg(scene: Scene, shots: list[Snapshot]) -> np.ndarray:
     return np.array(found)
 
 
-def followed(scene: Scene) -> tuple[Snapshot, list[Snapshot]]:
-    shots = list[Snapshot]()
+def followed(scene: Scene) -> tuple[RigidSnapshot, list[RigidSnapshot]]:
+    shots = list[RigidSnapshot]()
     last = HeadlessRun(Rehearsal(scene, ControlSettings()), shots.append).follow()
     return last, shots
 
@@ -82,7 +82,7 @@ def test_a_bent_tool_follows_its_roll() -> None:
 def test_a_side_pull_does_not_change_the_direction() -> None:
     shaft = ShaftDirections([0.0, 40.0], [BACK, tilted(12.0)])
     scene = scene_with(shaft)
-    rehearsal, shots = Rehearsal(scene, ControlSettings()), list[Snapshot]()
+    rehearsal, shots = Rehearsal(scene, ControlSettings()), list[RigidSnapshot]()
     state = rehearsal.start("path")
     for _ in range(4000):
         state, shot = rehearsal.step(state, Command(np.array([2.0, 0.0, 0.0]), drive=1))

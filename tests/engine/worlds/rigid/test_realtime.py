@@ -24,7 +24,7 @@ from vfix_engine.runtime.events import Event
 from vfix_engine.runtime.mailbox import Mailbox
 from vfix_engine.runtime.requests import SetTask
 from vfix_engine.worlds.rigid.realtime import RehearsalProcess, SceneSpec
-from vfix_engine.worlds.rigid.snapshot import Snapshot
+from vfix_engine.worlds.rigid.snapshot import RigidSnapshot
 
 
 def spec_of(mesh: TriangleMesh, points: np.ndarray) -> SceneSpec:
@@ -55,7 +55,7 @@ def process(shared_process: RehearsalProcess) -> RehearsalProcess:
     return shared_process
 
 
-def until(process: RehearsalProcess, wanted: Callable[[Snapshot], bool], seconds: float = 60.0) -> Snapshot:
+def until(process: RehearsalProcess, wanted: Callable[[RigidSnapshot], bool], seconds: float = 60.0) -> RigidSnapshot:
     deadline = time.monotonic() + seconds
     while time.monotonic() < deadline:
         snapshot = process.snapshot()
@@ -82,17 +82,19 @@ def repeat(sign: Callable[[], None], seconds: float) -> bool:
     return longest < 0.09
 
 
-def repeat_until(process: RehearsalProcess, sign: Callable[[], None], wanted: Callable[[Snapshot], bool]) -> Snapshot:
+def repeat_until(
+    process: RehearsalProcess, sign: Callable[[], None], wanted: Callable[[RigidSnapshot], bool]
+) -> RigidSnapshot:
     """Signs of the hand until a snapshot is as wanted."""
 
-    def seen(snapshot: Snapshot) -> bool:
+    def seen(snapshot: RigidSnapshot) -> bool:
         sign()
         return wanted(snapshot)
 
     return until(process, seen)
 
 
-def hold_still(process: RehearsalProcess, seconds: float) -> Snapshot:
+def hold_still(process: RehearsalProcess, seconds: float) -> RigidSnapshot:
     """A hand that pulls the grip 30 mm forwards and stays; the snapshot at its beginning."""
     for _ in range(20):
         start = process.snapshot()
@@ -198,7 +200,7 @@ def stands(process: RehearsalProcess, after: float = 0.2) -> None:
     assert not later.force.any()
 
 
-def signs(process: RehearsalProcess, count: int) -> Snapshot:
+def signs(process: RehearsalProcess, count: int) -> RigidSnapshot:
     """The snapshot after so many signs of life from now on: the loop had its time, however busy the machine is."""
     for _ in range(count):
         process.snapshot()

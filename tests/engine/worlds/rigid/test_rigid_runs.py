@@ -16,6 +16,7 @@ from tests.engine.scenes import curved_tube, straight_scene, wall
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import ControlError, InputError
 from vfix_engine.geometry.shapes import Box, HalfSpace, Sphere
+from vfix_engine.json_text import parse_json
 from vfix_engine.proximity.fields.distance_field import DistanceField, FieldGrid
 from vfix_engine.proximity.proximity import ProximityTree
 from vfix_engine.resources import assets_dir
@@ -43,7 +44,7 @@ from vfix_engine.worlds.rigid.rehearsal import Rehearsal
 from vfix_engine.worlds.rigid.rigid_spec import RigidSpec, SceneSpec
 from vfix_engine.worlds.rigid.scene import Scene
 from vfix_engine.worlds.rigid.scene_parts import robot_from, robot_parts
-from vfix_engine.worlds.rigid.snapshot import Snapshot
+from vfix_engine.worlds.rigid.snapshot import RigidSnapshot
 
 SETTINGS = ControlSettings()
 
@@ -77,7 +78,9 @@ def own_scene(tmp_path_factory: pytest.TempPathFactory) -> Scene:
     return replace(scene, fixtures=(RemoteCentre(centre, tolerance_mm=0.5),))
 
 
-def until(process: ControlProcess[Snapshot], wanted: Callable[[Snapshot], bool], sign: Callable[[], None]) -> Snapshot:
+def until(
+    process: ControlProcess[RigidSnapshot], wanted: Callable[[RigidSnapshot], bool], sign: Callable[[], None]
+) -> RigidSnapshot:
     deadline = time.monotonic() + 60.0
     while time.monotonic() < deadline:
         sign()
@@ -93,7 +96,7 @@ def test_zone_remote_centre_and_own_robot_hold_in_the_process(own_scene: Scene, 
     assert isinstance(centre, RemoteCentre)
     spec = RigidSpec(SceneSpec.of(own_scene), SETTINGS)
     spec.build().prepare()  # what is not compiled yet is compiled here, not while the process is waited for
-    process: ControlProcess[Snapshot] = ControlProcess(spec, real_time=False, record=tmp_path / "drive.run")
+    process: ControlProcess[RigidSnapshot] = ControlProcess(spec, real_time=False, record=tmp_path / "drive.run")
     process.start()
     try:
         process.wait_ready()
@@ -150,6 +153,8 @@ def test_a_scene_comes_back_from_its_parts_exactly(own_scene: Scene) -> None:
     values, arrays = spec.to_parts()
     again = RigidSpec.from_parts(values, arrays)
     assert again.to_parts()[0] == values
+    crossed = parse_json(json.dumps(values))  # as the store reads a manifest: without infinities
+    assert RigidSpec.from_parts(crossed, arrays).to_parts()[0] == values
     assert all(np.array_equal(array, again.to_parts()[1][name]) for name, array in arrays.items())
     flesh, same = (one.scene.fixtures[-1].field.grids for one in (spec, again))  # type: ignore[attr-defined]
     for grid, other in zip(flesh, same, strict=True):
@@ -239,7 +244,7 @@ def test_a_snapshot_asked_for_late_is_the_same() -> None:
     assert any(one.held or one.slowed for one in early)
     assert any(one.active for one in early)
     for one, other in zip(early, late, strict=True):
-        for field in fields(Snapshot):
+        for field in fields(RigidSnapshot):
             first, second = getattr(one, field.name), getattr(other, field.name)
             if field.name == "blockers":
                 first, second = ([(b.kind, b.words) for b in many] for many in (first, second))

@@ -14,7 +14,7 @@ from vfix_engine.control import ControlSettings
 from vfix_engine.virtual_fixtures import CartesianLimits, Fixture, OrientationCone, RemoteCentre, StepState, weighted
 from vfix_engine.worlds.rigid.rehearsal import Command, Rehearsal
 from vfix_engine.worlds.rigid.scene import Scene
-from vfix_engine.worlds.rigid.snapshot import Snapshot
+from vfix_engine.worlds.rigid.snapshot import RigidSnapshot
 
 FAST = ControlSettings(dt_s=5e-3)
 
@@ -40,7 +40,7 @@ def behind(state: StepState, distance: float) -> np.ndarray:
 
 def roam(
     scene: Scene, fixtures: tuple[Fixture, ...], steps: int, measure: Callable[[StepState], float], seed: int = 3
-) -> tuple[np.ndarray, list[Snapshot]]:
+) -> tuple[np.ndarray, list[RigidSnapshot]]:
     """A hand that pushes, turns and rests at random at full force; what is measured after every step."""
     random = np.random.default_rng(seed)
     rehearsal = Rehearsal(replace(scene, fixtures=fixtures), FAST)
@@ -59,7 +59,7 @@ def roam(
     return np.array(values), kept
 
 
-def span(kept: list[Snapshot]) -> float:
+def span(kept: list[RigidSnapshot]) -> float:
     return float(np.ptp([s.tip for s in kept], axis=0).min())
 
 

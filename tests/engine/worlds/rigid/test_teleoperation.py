@@ -11,7 +11,7 @@ from tests.engine.scenes import straight_scene, wall
 from vfix_engine.control import ControlSettings
 from vfix_engine.worlds.rigid.rehearsal import Command, Rehearsal, RehearsalState
 from vfix_engine.worlds.rigid.scene import Scene
-from vfix_engine.worlds.rigid.snapshot import Snapshot
+from vfix_engine.worlds.rigid.snapshot import RigidSnapshot
 from vfix_engine.worlds.rigid.teleoperation import Master, advance_leader, consume_motion, spring
 
 SETTINGS = ControlSettings(dt_s=2e-3)
@@ -21,7 +21,7 @@ NO_FORCE = np.zeros(3)
 
 def lead(
     rehearsal: Rehearsal, state: RehearsalState, increment: np.ndarray, steps: int, clutch: bool = True
-) -> tuple[RehearsalState, list[Snapshot]]:
+) -> tuple[RehearsalState, list[RigidSnapshot]]:
     kept = []
     for _ in range(steps):
         state, snapshot = rehearsal.step(state, Command(NO_FORCE, master=Master(increment, clutch)))
@@ -29,7 +29,7 @@ def lead(
     return state, kept
 
 
-def rest(rehearsal: Rehearsal, state: RehearsalState, steps: int = 1500) -> tuple[RehearsalState, list[Snapshot]]:
+def rest(rehearsal: Rehearsal, state: RehearsalState, steps: int = 1500) -> tuple[RehearsalState, list[RigidSnapshot]]:
     """The master is held where it is."""
     return lead(rehearsal, state, np.zeros(3), steps)
 

@@ -15,17 +15,17 @@ from vfix_engine.runtime.mailbox import Mailbox
 from vfix_engine.runtime.snapshot import Blocker
 from vfix_engine.runtime.virtual_coupling import Hold
 from vfix_engine.runtime.wire import SNAPSHOT_BYTES, SnapshotReader, snapshot_bytes, snapshot_to_bytes
-from vfix_engine.worlds.rigid.snapshot import Snapshot, Timing
+from vfix_engine.worlds.rigid.snapshot import RigidSnapshot, Timing
 from vfix_engine.worlds.snake import SnakeSnapshot
 from vfix_engine.worlds.snake.spec import LumenContours, SnakeSystemSpec
 
-snapshot_from_bytes = SnapshotReader(Snapshot).read
+snapshot_from_bytes = SnapshotReader(RigidSnapshot).read
 
 
-def sample() -> Snapshot:
+def sample() -> RigidSnapshot:
     """Every field with a value of its own, NumPy's scalars among them."""
     values: dict[str, object] = {}
-    for number, field in enumerate(fields(Snapshot), 1):
+    for number, field in enumerate(fields(RigidSnapshot), 1):
         kind = str(field.type)
         if kind == "Array":
             values[field.name] = np.arange(6.0).reshape(2, 3) + number
@@ -37,7 +37,7 @@ def sample() -> Snapshot:
             values[field.name] = {"str": f"«{number}»", "bool": True, "int": number, "float": np.float64(number)}[kind]
     values["blockers"] = ()
     values["timing"] = Timing(1000.0, 100.0, 200.0, 1.0, 2.0, 3, True, "why")
-    return Snapshot(**values)  # type: ignore[arg-type]
+    return RigidSnapshot(**values)  # type: ignore[arg-type]
 
 
 def test_a_snapshot_comes_back_whole() -> None:
@@ -45,7 +45,7 @@ def test_a_snapshot_comes_back_whole() -> None:
     data = snapshot_to_bytes(one)
     assert len(data) < SNAPSHOT_BYTES // 4
     again = snapshot_from_bytes(data)
-    for field in fields(Snapshot):
+    for field in fields(RigidSnapshot):
         before, after = getattr(one, field.name), getattr(again, field.name)
         if isinstance(before, np.ndarray):
             assert isinstance(after, np.ndarray)

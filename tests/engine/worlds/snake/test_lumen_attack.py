@@ -18,7 +18,7 @@ from benchmarks.lumen_attack.command import SUMMED, summary
 from benchmarks.lumen_attack.hands import HANDS
 from benchmarks.lumen_attack.lies import LIES
 from benchmarks.lumen_attack.watch import Motion, Tally, Watch
-from vfix_engine.pathway.limits.limits import Configuration, HardLimits, Verdict
+from vfix_engine.pathway.limits.limits import Configuration, HardLimits, MotionVerdict
 from vfix_engine.robots.snake import SnakeModel
 from vfix_engine.worlds.snake.drive_state import DriveSettings
 from vfix_engine.worlds.snake.snake_drive import SnakeDrive
@@ -63,7 +63,7 @@ def test_the_same_seed_makes_the_same_motions() -> None:
     assert hashes[0] == hashes[1] != hashes[2]
 
 
-def replaced(broken: Callable[..., Verdict]) -> Callable[[SnakeDrive], None]:
+def replaced(broken: Callable[..., MotionVerdict]) -> Callable[[SnakeDrive], None]:
     """A sabotage that puts another certificate in the place of both of the drive's."""
 
     def sabotage(drive: SnakeDrive) -> None:
@@ -77,12 +77,12 @@ def replaced(broken: Callable[..., Verdict]) -> Callable[[SnakeDrive], None]:
     return sabotage
 
 
-def lax(honest: HardLimits, packed, windows, before, after, bound, known=None) -> Verdict:
+def lax(honest: HardLimits, packed, windows, before, after, bound, known=None) -> MotionVerdict:
     """Keeps 0.2 mm less than the bounds."""
     return honest.certify(packed, windows, before, after, bound + 0.2)
 
 
-def told_too_little(honest: HardLimits, packed, windows, before, after, bound, known=None) -> Verdict:
+def told_too_little(honest: HardLimits, packed, windows, before, after, bound, known=None) -> MotionVerdict:
     """Tells a depth that is 0.01 mm less than it is."""
     verdict = honest.certify(packed, windows, before, after, bound)
     deviation = verdict.deviation
@@ -90,7 +90,7 @@ def told_too_little(honest: HardLimits, packed, windows, before, after, bound, k
 
 
 @pytest.mark.parametrize(("broken", "seen"), [(lax, "violations"), (told_too_little, "disagreements")])
-def test_a_broken_certificate_is_found_out(broken: Callable[..., Verdict], seen: str) -> None:
+def test_a_broken_certificate_is_found_out(broken: Callable[..., MotionVerdict], seen: str) -> None:
     found = Campaign("helix", 1, 60, replaced(broken), ("into the wall",), replays=0.0).run()
     assert found[seen] > 0
     assert not summary([found], 0.0)["correct"]

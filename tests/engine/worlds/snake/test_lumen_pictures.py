@@ -11,7 +11,7 @@ from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.pathway.fit import fit_pathway
 from vfix_engine.robots.snake import SnakeModel
 from vfix_engine.worlds.snake.picture import picture_marks
-from vfix_engine.worlds.snake.picture.camera_view import Surface, View, endoscope_view
+from vfix_engine.worlds.snake.picture.camera_view import PinholeCamera, RayMesh, endoscope_view
 from vfix_engine.worlds.snake.picture.picture import HEIGHT, WIDTH, LumenPictures
 from vfix_engine.worlds.snake.picture.picture_marks import RIM, rims
 from vfix_engine.worlds.snake.picture.robot_shape import robot_shape
@@ -33,7 +33,7 @@ def camera(eye: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Array:
 def test_a_point_on_a_pixels_ray_is_projected_onto_that_pixel() -> None:
     pose = camera((3.0, -2.0, 5.0))
     pose[:3, :3] = trimesh.transformations.euler_matrix(0.4, -0.7, 1.1)[:3, :3]
-    view = View.with_field(pose, 40, 30)
+    view = PinholeCamera.with_field(pose, 40, 30)
     pixels, distance = view.project(view.eye + 17.0 * view.directions)
     x, y = np.meshgrid(np.arange(40) + 0.5, np.arange(30) + 0.5)
     np.testing.assert_allclose(pixels, np.column_stack([x.ravel(), y.ravel()]), atol=1e-9)
@@ -45,8 +45,8 @@ def test_a_point_on_a_pixels_ray_is_projected_onto_that_pixel() -> None:
 
 def test_distances_and_layers_are_those_of_balls() -> None:
     """From outside a ball is met in front and behind; from inside everywhere at its radius."""
-    view = View.with_field(camera((0.0, 0.0, -50.0)), 21, 21, 20.0)
-    near, far, none = Surface(ball(10.0)).layers(view, 3)
+    view = PinholeCamera.with_field(camera((0.0, 0.0, -50.0)), 21, 21, 20.0)
+    near, far, none = RayMesh(ball(10.0)).layers(view, 3)
     assert near.distance[10, 10] == pytest.approx(40.0, abs=0.1)
     assert far.distance[10, 10] == pytest.approx(60.0, abs=0.1)
     assert near.facing[10, 10] == pytest.approx(1.0, abs=1e-3)
@@ -54,27 +54,27 @@ def test_distances_and_layers_are_those_of_balls() -> None:
     assert near.facing[0, 0] == 0.0
     assert near.triangle[0, 0] == -1
     assert np.isinf(none.distance).all()
-    inside = Surface(ball(10.0)).first(View.with_field(camera(), 21, 21))
+    inside = RayMesh(ball(10.0)).first(PinholeCamera.with_field(camera(), 21, 21))
     np.testing.assert_allclose(inside.distance, 10.0, atol=0.1)
     np.testing.assert_allclose(inside.facing, 1.0, atol=1e-3)
 
 
 def test_the_nearer_of_two_surfaces_is_seen_and_nothing_is_black() -> None:
-    view = View.with_field(camera(), 31, 31)
-    wall, thing = Surface(ball(30.0)), Surface(ball(3.0, (0.0, 0.0, 15.0)))
+    view = PinholeCamera.with_field(camera(), 31, 31)
+    wall, thing = RayMesh(ball(30.0)), RayMesh(ball(3.0, (0.0, 0.0, 15.0)))
     seen = endoscope_view([(wall, None), (thing, (0.1, 0.1, 1.0))], view)
     assert seen.shape == (31, 31, 3)
     assert seen[15, 15, 2] > seen[15, 15, 0]  # blue in front
     assert seen[0, 0, 0] > seen[0, 0, 2]  # tissue about it
     np.testing.assert_array_equal(seen, endoscope_view([(thing, (0.1, 0.1, 1.0)), (wall, None)], view))
-    assert not endoscope_view([(thing, None)], View.with_field(camera((0.0, 0.0, 30.0)), 9, 9)).any()
+    assert not endoscope_view([(thing, None)], PinholeCamera.with_field(camera((0.0, 0.0, 30.0)), 9, 9)).any()
 
 
 @pytest.mark.parametrize(("pose", "size", "field"), [(np.eye(3), 9, 70.0), (np.full((4, 4), np.nan), 9, 70.0),
     (np.eye(4), 0, 70.0), (np.eye(4), 9, 180.0)])  # fmt: skip
 def test_no_picture_is_taken_with_what_is_no_camera(pose: Array, size: int, field: float) -> None:
     with pytest.raises(InputError):
-        View.with_field(pose, size, size, field)
+        PinholeCamera.with_field(pose, size, size, field)
 
 
 def test_the_shape_of_a_link_ends_where_its_frame_is() -> None:
@@ -137,7 +137,7 @@ def test_names_of_landmarks_lie_on_no_dot_and_on_no_name(monkeypatch: pytest.Mon
         written.append((words, (at[0], at[1] - 15, at[0] + wide, at[1])))
 
     monkeypatch.setattr(picture_marks, "write", keep)
-    view = View(np.eye(4), 400, 300, 100.0)  # so that a millimetre is a pixel, 100 mm ahead
+    view = PinholeCamera(np.eye(4), 400, 300, 100.0)  # so that a millimetre is a pixel, 100 mm ahead
     places = {"valve": (5, 0, 100), "orifice": (-12, 8, 100), "tip": (-16, 22, 100), "end": (60, 60, 100)}
     picture = np.full((300, 400, 3), 255, dtype=np.uint8)
     picture_marks.draw_marks(picture, view, places, {name: f"the {name}" for name in places}, "end")

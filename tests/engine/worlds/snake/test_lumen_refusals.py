@@ -24,7 +24,7 @@ from vfix_engine.robots.snake import SnakeModel
 from vfix_engine.snake.bending.bending import BendProblem
 from vfix_engine.snake.bending.hermite import PolarHermite
 from vfix_engine.snake.bending.optimise import control_bends
-from vfix_engine.snake.bending.visual_motor import Steering, VisualMotor
+from vfix_engine.snake.bending.visual_motor import BendDirection, VisualMotor
 from vfix_engine.worlds.snake.drive import drive_lumen
 from vfix_engine.worlds.snake.drive_report import Visit
 from vfix_engine.worlds.snake.drive_state import Command, DriveSettings
@@ -180,10 +180,10 @@ def test_nan_goes_into_no_control() -> None:
             with pytest.raises(InputError, match="place"):
                 ask(0.5, wrong)
         with pytest.raises(InputError, match="place"):
-            motor.step(Steering(wrong, 0.0), (1.0, 1.0))
+            motor.step(BendDirection(wrong, 0.0), (1.0, 1.0))
         with pytest.raises(InputError, match="finite"):
-            motor.step(Steering(0.0, 0.0), (wrong, 1.0))
-    far, farther = (motor.step(Steering(0.1, 0.0), (size, 0.0)) for size in (1e5, 1e300))
+            motor.step(BendDirection(0.0, 0.0), (wrong, 1.0))
+    far, farther = (motor.step(BendDirection(0.1, 0.0), (size, 0.0)) for size in (1e5, 1e300))
     assert math.dist(far, (0.1, 0.0)) > 0.1
     assert math.dist(far, farther) < 0.05  # as near as can be: in that direction
     base = np.eye(4)

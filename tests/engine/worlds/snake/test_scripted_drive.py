@@ -20,7 +20,7 @@ from vfix_engine.pathway.query.query import deviation_of_points
 from vfix_engine.pathway.tissue_motion import breathing, peristalsis
 from vfix_engine.robots.snake import SnakeModel
 from vfix_engine.worlds.snake.drive import Shot, drive_lumen, lumen_between
-from vfix_engine.worlds.snake.drive_report import Tally
+from vfix_engine.worlds.snake.drive_report import DeviationTally
 from vfix_engine.worlds.snake.drive_run import why_it_ended
 from vfix_engine.worlds.snake.drive_state import DriveSettings, DriveState
 from vfix_engine.worlds.snake.operators import Stop, _come_again, adversarial, scripted
@@ -43,8 +43,8 @@ def judged(
     return depth
 
 
-def carried_out(drive: SnakeDrive, orders) -> tuple[Tally, list[str]]:
-    tally, events = Tally(drive.snake.q_max, drive.bound), []
+def carried_out(drive: SnakeDrive, orders) -> tuple[DeviationTally, list[str]]:
+    tally, events = DeviationTally(drive.snake.q_max, drive.bound), []
     for order in orders:
         before = drive.q.copy()
         tally.add(before, drive.step(order.command, order.dt), order.dt)
@@ -56,7 +56,7 @@ def test_the_scripted_operator_does_the_job() -> None:
     """In, once round at the landmark, straight again and on; the joints are never faster than their motors."""
     drive = SnakeDrive(SnakeModel(6), arc(120.0, 2.0, contours=25), QUICK)
     reached, thetas = [], []
-    tally, events = Tally(drive.snake.q_max, drive.bound), []
+    tally, events = DeviationTally(drive.snake.q_max, drive.bound), []
     for order in scripted(drive, [Stop("bend", 180.0), Stop("too far", 900.0)], 200.0):
         before = drive.q.copy()
         state = drive.step(order.command, order.dt)

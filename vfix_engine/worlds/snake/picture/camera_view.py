@@ -30,7 +30,7 @@ _NUDGE = 1e-2  # [mm] behind a hit the next ray starts: Embree computes in singl
 
 
 @dataclass(frozen=True, eq=False)
-class View:
+class PinholeCamera:
     """A pin-hole camera.
 
     transform_camera_to_patient: (4, 4), mm; width, height: of the picture in pixels; focal: in pixels.
@@ -42,7 +42,7 @@ class View:
     focal: float
 
     @classmethod
-    def with_field(cls, pose: ArrayLike, width: int, height: int, field_deg: float = FIELD_DEG) -> View:
+    def with_field(cls, pose: ArrayLike, width: int, height: int, field_deg: float = FIELD_DEG) -> PinholeCamera:
         """A camera at a pose (4, 4) whose picture is ``field_deg`` wide.
 
         Raises:
@@ -81,7 +81,7 @@ class View:
         return pixels, np.linalg.norm(away, axis=1)
 
 
-class Seen(NamedTuple):
+class RayHits(NamedTuple):
     """What is met in each pixel (H, W): its distance in mm, |cosine| of how it faces the eye, its triangle.
 
     inf, 0 and -1 where nothing is.
@@ -92,7 +92,7 @@ class Seen(NamedTuple):
     triangle: NDArray[np.int64]
 
 
-class Surface:
+class RayMesh:
     """A mesh that rays are sent against."""
 
     def __init__(self, mesh: TriangleMesh) -> None:
@@ -101,7 +101,7 @@ class Surface:
         self._mesh = mesh
         self._normals = _vertex_normals(mesh)
 
-    def first(self, view: View, beyond: Array | None = None) -> Seen:
+    def first(self, view: PinholeCamera, beyond: Array | None = None) -> RayHits:
         """What is seen first, or first beyond (H, W) mm along the rays; beyond inf nothing is looked for."""
         directions = view.directions
         start = np.zeros(len(directions)) if beyond is None else beyond.ravel()
@@ -122,11 +122,11 @@ class Surface:
         places = view.eye + distance[pixel, None] * along
         facing[pixel] = np.abs(np.einsum("ij,ij->i", self._normal_at(places, triangle), along))
         shape = view.height, view.width
-        return Seen(distance.reshape(shape), facing.reshape(shape), met.reshape(shape))
+        return RayHits(distance.reshape(shape), facing.reshape(shape), met.reshape(shape))
 
-    def layers(self, view: View, count: int) -> list[Seen]:
+    def layers(self, view: PinholeCamera, count: int) -> list[RayHits]:
         """The first ``count`` things behind each other in each pixel."""
-        found: list[Seen] = []
+        found: list[RayHits] = []
         for _ in range(count):
             found.append(self.first(view, found[-1].distance + _NUDGE if found else None))
         return found
@@ -146,7 +146,7 @@ class Surface:
         return smooth
 
 
-def endoscope_view(surfaces: list[tuple[Surface, ArrayLike | None]], view: View) -> Picture:
+def endoscope_view(surfaces: list[tuple[RayMesh, ArrayLike | None]], view: PinholeCamera) -> Picture:
     """What the camera at the robot's tip sees: the nearest of the surfaces, lit from the lens.
 
     surfaces: each with its colour (3,) in 0 … 1, None for tissue.

@@ -13,7 +13,7 @@ from ....geometry.mesh import TriangleMesh
 from ....pathway.packed import PackedPathway
 from ....robots.snake import SnakeModel
 from ....snake import NOTICE
-from .camera_view import FIELD_DEG, Picture, Seen, Surface, View, endoscope_view
+from .camera_view import FIELD_DEG, Picture, PinholeCamera, RayHits, RayMesh, endoscope_view
 from .picture_marks import INK, MARK, PAPER, RIM, draw_compass, draw_line, draw_marks, draw_scale, rims, write
 from .robot_shape import robot_shape
 
@@ -40,10 +40,10 @@ class LumenPictures:
 
     def __init__(self, mesh: TriangleMesh, landmarks: Mapping[str, ArrayLike] | None = None) -> None:
         self._mesh = mesh
-        self._surface = Surface(mesh)
+        self._surface = RayMesh(mesh)
         self._landmarks = {name: np.array(place, dtype=np.float64) for name, place in (landmarks or {}).items()}
         self._whole = _whole_view(mesh)
-        self._whole_layers: list[Seen] | None = None
+        self._whole_layers: list[RayHits] | None = None
         self._centroids = mesh.triangles.mean(axis=1)
 
     def draw(
@@ -72,7 +72,7 @@ class LumenPictures:
         _write_head(picture, name, distal)
         return picture
 
-    def _draw_whole(self, name: str, robot: tuple[Surface, Array], packed: PackedPathway) -> Picture:
+    def _draw_whole(self, name: str, robot: tuple[RayMesh, Array], packed: PackedPathway) -> Picture:
         view = self._whole
         if self._whole_layers is None:
             self._whole_layers = self._surface.layers(view, _LAYERS)
@@ -93,7 +93,7 @@ class LumenPictures:
         part = np.isin(cKDTree(centre).query(self._centroids)[1], near)
         eye, corners = _frustum(snake, frames)
         view = _close_view(joints, np.concatenate([rim[near].reshape(-1, 3), corners]))
-        walls = Surface(TriangleMesh(self._mesh.vertices, self._mesh.faces[part])).layers(view, 3) if part.any() else []
+        walls = RayMesh(TriangleMesh(self._mesh.vertices, self._mesh.faces[part])).layers(view, 3) if part.any() else []
         robot, tint = _robot(snake, frames, distal, max(snake.links - _DRAWN, 0))
         seen = robot.first(view)
         picture = _through_walls(walls, seen, tint)
@@ -118,10 +118,10 @@ class LumenPictures:
         words: Sequence[str],
     ) -> Picture:
         panel = np.full((HEIGHT, WIDTH, 3), PAPER, dtype=np.uint8)
-        view = View.with_field(snake.camera(q, base), _CAMERA, _CAMERA)
-        others: list[tuple[Surface, ArrayLike | None]] = [(self._surface, None)]
+        view = PinholeCamera.with_field(snake.camera(q, base), _CAMERA, _CAMERA)
+        others: list[tuple[RayMesh, ArrayLike | None]] = [(self._surface, None)]
         if snake.links > 1:  # the last link carries the camera and does not see itself
-            others.append((Surface(robot_shape(snake, frames, 0, snake.links - 1)[0]), _BODY))
+            others.append((RayMesh(robot_shape(snake, frames, 0, snake.links - 1)[0]), _BODY))
         inset = (WIDTH - _CAMERA) // 2
         seen = endoscope_view(others, view)
         if not seen.any():
@@ -133,18 +133,18 @@ class LumenPictures:
         return panel
 
 
-def _robot(snake: SnakeModel, frames: Array, distal: int, first: int) -> tuple[Surface, Array]:
+def _robot(snake: SnakeModel, frames: Array, distal: int, first: int) -> tuple[RayMesh, Array]:
     """The links from ``first`` on, and the colour (F, 3) of each triangle; neighbours differ a little."""
     body, link = robot_shape(snake, frames, first, snake.links)
     tint = np.where((link >= snake.links - distal)[:, None], _DISTAL, _BODY)
-    return Surface(body), tint * np.where(link % 2 == snake.links % 2, 1.0, 0.82)[:, None]
+    return RayMesh(body), tint * np.where(link % 2 == snake.links % 2, 1.0, 0.82)[:, None]
 
 
 def _readable(name: str) -> str:
     return name.replace("_", " ")
 
 
-def _through_walls(walls: list[Seen], robot: Seen, tint: Array) -> Picture:
+def _through_walls(walls: list[RayHits], robot: RayHits, tint: Array) -> Picture:
     """The robot behind and before translucent walls, which are darker where they are seen edge-on."""
     colour = np.zeros((*robot.distance.shape, 3))
     left = np.ones(robot.distance.shape)  # light that has not been stopped yet
@@ -171,7 +171,7 @@ def _looking(eye: Array, ahead: Array, up: Array) -> Array:
     return pose
 
 
-def _whole_view(mesh: TriangleMesh) -> View:
+def _whole_view(mesh: TriangleMesh) -> PinholeCamera:
     """From the front, so far away that hardly anything is foreshortened; the head is up."""
     low, high = mesh.bounds
     middle, size = 0.5 * (low + high), high - low
@@ -179,10 +179,10 @@ def _whole_view(mesh: TriangleMesh) -> View:
     pose = _looking(middle - np.array([0.0, distance, 0.0]), np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0]))
     near = distance - 0.5 * float(size[1])
     focal = 0.88 * near * min(WIDTH / float(size[0]), HEIGHT / float(size[2]))
-    return View(pose, WIDTH, HEIGHT, focal)
+    return PinholeCamera(pose, WIDTH, HEIGHT, focal)
 
 
-def _close_view(joints: Array, around: Array) -> View:
+def _close_view(joints: Array, around: Array) -> PinholeCamera:
     """Onto the plane that the last links spread out in, head up as far as that goes."""
     middle = joints.mean(axis=0)
     thinnest = np.linalg.svd(joints - middle)[2][2]
@@ -190,10 +190,10 @@ def _close_view(joints: Array, around: Array) -> View:
     up = np.array([0.0, 0.0, 1.0]) if abs(ahead[2]) < 0.9 else np.array([0.0, -1.0, 0.0])
     distance = 5.0 * float(np.linalg.norm(joints - middle, axis=1).max())
     middle = 0.5 * (around.min(axis=0) + around.max(axis=0))
-    view = View(_looking(middle - distance * ahead, ahead, up), WIDTH, HEIGHT, 1.0)
+    view = PinholeCamera(_looking(middle - distance * ahead, ahead, up), WIDTH, HEIGHT, 1.0)
     spread = np.abs(view.project(around)[0] - 0.5 * np.array([WIDTH, HEIGHT])).max(axis=0)
     focal = 0.86 * float(min(0.5 * WIDTH / spread[0], 0.5 * HEIGHT / spread[1]))
-    return View(view.transform_camera_to_patient, WIDTH, HEIGHT, focal)
+    return PinholeCamera(view.transform_camera_to_patient, WIDTH, HEIGHT, focal)
 
 
 def _contours(packed: PackedPathway) -> tuple[Array, Array]:

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from ....arrays import Array
 from ....pathway import packed as column
 from ....pathway.packed import PackedPathway
-from .camera_view import Picture, View
+from .camera_view import Picture, PinholeCamera
 
 Colour = tuple[int, int, int]
 Box = tuple[int, int, int, int]  # left, top, right, foot [px]
@@ -49,7 +49,12 @@ def rims(packed: PackedPathway) -> tuple[Array, Array]:
 
 
 def draw_line(
-    picture: Picture, view: View, points: ArrayLike, colour: Colour, hidden_by: Array | None = None, width: int = 1
+    picture: Picture,
+    view: PinholeCamera,
+    points: ArrayLike,
+    colour: Colour,
+    hidden_by: Array | None = None,
+    width: int = 1,
 ) -> None:
     """A line through points (n, 3) mm; left away where something nearer, ``hidden_by`` (H, W) mm, covers it."""
     pixels, distance = view.project(points)
@@ -65,7 +70,7 @@ def draw_line(
 
 
 def draw_marks(
-    picture: Picture, view: View, places: Mapping[str, ArrayLike], names: Mapping[str, str], ringed: str
+    picture: Picture, view: PinholeCamera, places: Mapping[str, ArrayLike], names: Mapping[str, str], ringed: str
 ) -> None:
     """A dot at each place (3,) and its name beside it, on no other dot or name; ``ringed`` is large, and named first.
 
@@ -96,7 +101,7 @@ def draw_marks(
         cv2.circle(picture, (x, y), _DOT[key == ringed], MARK, 2 if key == ringed else -1, cv2.LINE_AA)
 
 
-def _free(view: View, at: tuple[int, int], radius: int, wide: int, others: list[Box]) -> Box:
+def _free(view: PinholeCamera, at: tuple[int, int], radius: int, wide: int, others: list[Box]) -> Box:
     """The box of a name that lies on none of the others, as near to its dot as that goes: right or left, then lower."""
     x, y = at
     boxes = []
@@ -141,7 +146,7 @@ def lighten(picture: Picture, box: Box) -> None:
     part[:] = np.rint(0.25 * part + 0.75 * np.array(PAPER)).astype(np.uint8)
 
 
-def draw_compass(picture: Picture, view: View) -> None:
+def draw_compass(picture: Picture, view: PinholeCamera) -> None:
     """Where head, left and back of the patient lie, in the lower left corner; not those that point at the eye."""
     turned = view.transform_camera_to_patient[:3, :3]
     foot = np.array([74.0, view.height - 60.0])
@@ -164,7 +169,7 @@ def draw_compass(picture: Picture, view: View) -> None:
         write(picture, name, at, 0.4)
 
 
-def draw_scale(picture: Picture, view: View, distance: float, length_mm: float) -> None:
+def draw_scale(picture: Picture, view: PinholeCamera, distance: float, length_mm: float) -> None:
     """A bar as long as ``length_mm`` at a distance from the eye, in the lower right corner."""
     pixels = round(view.focal * length_mm / distance)
     right, foot = view.width - 20, view.height - 20

@@ -6,10 +6,10 @@ import threading
 from collections.abc import Callable, Hashable
 from concurrent.futures import Executor
 
-from app.views.background import Failed, Work, guarded
+from app.workspace.background import Failed, Work, guarded
 
 
-class Lanes:
+class LatestQueue:
     """Thread-safe. Work of different lanes runs side by side; in one lane newer work replaces what waits."""
 
     def __init__(self, executor: Executor) -> None:

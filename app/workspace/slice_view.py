@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from app.scene.anatomy import SlicePicture
 from app.scene.picking import Plane
-from app.views.sections import SliceGrid, SlicePlane, SlicesSection
+from app.workspace.sections import SliceGrid, SlicePlane, SlicesSection
 from vfix_engine.arrays import Array
 from vfix_engine.files.volume import Axis, Volume
 

@@ -3,12 +3,12 @@
 import pytest
 
 from app.api.error_statuses import status_of
+from app.kit.admission import AdmissionQueue
 from app.kit.errors import TooMany
-from app.kit.queue_places import Line
 
 
 def test_they_work_one_after_another_in_their_order() -> None:
-    line = Line("archives", at_once=1, most=3)
+    line = AdmissionQueue("archives", at_once=1, most=3)
     first, second, third = (line.join() for _ in range(3))
     assert [line.is_turn(ticket) for ticket in (first, second, third)] == [True, False, False]
     line.leave(second)  # one that waits may go away
@@ -18,7 +18,7 @@ def test_they_work_one_after_another_in_their_order() -> None:
 
 
 def test_whoever_comes_when_it_is_full_is_told_so() -> None:
-    line = Line("archives", at_once=2, most=2)
+    line = AdmissionQueue("archives", at_once=2, most=2)
     first, second = line.join(), line.join()
     assert line.is_turn(second)
     line.done(first)  # its file is still being sent

@@ -8,9 +8,8 @@ from numpy.typing import NDArray
 from ..arrays import Array, Int32Array
 from ..kernels.compiled import compiled, no_refcount
 from .block_kernels import CORNERS, LANES, QUERY, WORK
-from .box_lanes import NODE, PROBE, box_gaps
-from .candidate_kernels import append_block
-from .wide_search import (
+from .box_simd import NODE, PROBE, box_gaps
+from .bvh16_search import (
     GATHERED,
     NAMES,
     NUMBERS,
@@ -27,6 +26,7 @@ from .wide_search import (
     tree_views_compiled,
     workspace_of,
 )
+from .candidate_kernels import append_block
 
 Lanes = NDArray[np.uint64]
 

@@ -9,7 +9,7 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 from session_doubles import Now, fail
 
-from app.steps.plan.lanes import Lanes
+from app.steps.plan.latest import LatestQueue
 from vfix_engine.errors import InputError
 
 
@@ -22,7 +22,7 @@ def test_slow_work_keeps_no_other_lane_waiting_and_its_own_lane_does_the_newest_
         done.append("first")
 
     with ThreadPoolExecutor(4) as executor:
-        lanes = Lanes(executor)
+        lanes = LatestQueue(executor)
         for lane, work in (
             ("slow", first),
             ("slow", lambda: done.append("older")),
@@ -46,7 +46,7 @@ def test_work_that_fails_is_told_and_what_waits_behind_it_is_done(caplog: pytest
         submit(lambda: done.append("waited"))
         raise ValueError("of Doe, John")
 
-    lanes = Lanes(Now())
+    lanes = LatestQueue(Now())
     submit(spoil)
     submit(lambda: fail(InputError("the path is empty.")))
     submit(lambda: done.append("later"))

@@ -14,9 +14,9 @@ import numpy as np
 from ..arrays import Array, Float32Array, Int32Array
 from ..kernels.compiled import compiled, inlined, no_refcount
 from .block_kernels import CORNERS, LANES
-from .box_lanes import FACETS, FARTHEST, HEADER, NODE, unpacked
+from .box_simd import FACETS, FARTHEST, HEADER, NODE, unpacked
+from .bvh16_search import HEAD, tree_views
 from .candidate_kernels import box_of_block, empty_boxes, put_box
-from .wide_search import HEAD, tree_views
 
 
 class Wide(NamedTuple):

@@ -8,9 +8,8 @@ from numpy.typing import NDArray
 from ..arrays import Array, Float32Array, Int32Array
 from ..kernels.compiled import compiled, inlined, no_refcount
 from .block_kernels import CORNERS, LANES, QUERY, WORK, block_gaps
-from .box_lanes import FACETS, NODE, PROBE, box_gaps, facet_bounds
-from .candidate_kernels import append_block, nearest_of_block
-from .wide_search import (
+from .box_simd import FACETS, NODE, PROBE, box_gaps, facet_bounds
+from .bvh16_search import (
     GATHERED,
     NAMES,
     NEAREST,
@@ -29,6 +28,7 @@ from .wide_search import (
     tree_views_compiled,
     workspace_of,
 )  # fmt: skip
+from .candidate_kernels import append_block, nearest_of_block
 
 Lanes = NDArray[np.uint64]
 

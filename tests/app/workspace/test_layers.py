@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from app.views.layers import Layer, LayerStack
+from app.workspace.layers import Layer, LayerStack
 
 
 class Nodes:

@@ -15,22 +15,22 @@ from app.cases.service import Case
 from app.cases.structures import Structure
 from app.exchange.patient_images import holds_images
 from app.kit.errors import NotFound
+from app.kit.values import Position
 from app.messages.fields import Command
 from app.scene.anatomy import LETTER_GAP_MM, AnatomyNodes, Look, SliceNodes
 from app.scene.picking import BonePicker, Hit, hit_plane
 from app.scene.view import ClickRay
 from app.services import Services
-from app.views import commands as c
-from app.views.background import in_background
-from app.views.layers import Layer
-from app.views.sections import CaseSection, CaseSections
-from app.views.slice_view import Greys, SliceView
+from app.workspace import commands as c
+from app.workspace.background import in_background
+from app.workspace.layers import Layer
+from app.workspace.sections import CaseSection, CaseSections
+from app.workspace.slice_view import Greys, SliceView
 from vfix_engine.arrays import Array
 from vfix_engine.errors import InputError
 from vfix_engine.files.volume import Volume
 from vfix_engine.geometry.mesh import TriangleMesh
 
-Position = tuple[float, float, float]
 DISPLAY_ORDER = ("skull", "skull_display", "display", "bone")
 MOST_VOLUMES = 2  # in the slices: the wide CT and a finer one of a part
 OUTLINE_COLOURS = (OUTLINE_COLOUR, "#e07a5f", "#7fb7be", "#b48ead", "#a3be8c", "#d08770")

@@ -7,14 +7,14 @@ from typing import Any
 
 import numpy as np
 
+from app.kit.values import Position
 from app.plans.service import Plan
 from app.scene.plan import CurveNodes, ItemNodes, PlanItem
-from app.views.layers import Layer
-from app.views.sections import CurveSection, ItemsSection
+from app.workspace.layers import Layer
+from app.workspace.sections import CurveSection, ItemsSection
 from vfix_engine.arrays import Array
 from vfix_engine.geometry.path import SplinePath
 
-Position = tuple[float, float, float]
 CURVE_SAMPLES = 160
 
 

@@ -8,19 +8,19 @@ from dataclasses import replace
 from typing import Any
 
 from app.kit.errors import JobCancelled
-from app.planning.evaluation import PlanEvaluation
 from app.planning.placement import StoredPlacing
+from app.planning.plan_evaluation import PlanEvaluation
 from app.planning.previews import Dragged
 from app.planning.rehearsal_options import NO_SWITCHES, Switches
 from app.services import Services
 from app.steps.plan.dry_runs import FAILED, Corridor, answered, failed_run
-from app.steps.plan.lanes import Lanes
+from app.steps.plan.latest import LatestQueue
 
 MOVED_WORTH_SAYING_MM = 0.2  # by a release, whose hand is less exact than a click
 _LANE = "live"
 
 
-class LiveRuns:
+class LivePreviews:
     """Judges the place where a hand is; nothing is stored.
 
     While a hand moves without a pause, each run ends and its answer is shown greyed, of the place where the hand was,
@@ -30,7 +30,7 @@ class LiveRuns:
 
     def __init__(self, services: Services, executor: Executor, done: Callable[[int, Corridor], None]) -> None:
         """done: gets the ticket and the answer on another thread; hand both to :meth:`accept` on the owner's."""
-        self._services, self._lanes, self._done = services, Lanes(executor), done
+        self._services, self._lanes, self._done = services, LatestQueue(executor), done
         self._ticket = self._first = 0  # the newest run and the first one of this drag
         self._asked: tuple[Any, ...] | None = None
         self.current = Corridor()
@@ -103,7 +103,7 @@ class LiveRuns:
 
         def evaluate() -> PlanEvaluation:
             nonlocal moved
-            found = self._services.prospects.of(plan, dragged, placing, go_on, switches)
+            found = self._services.previews.of(plan, dragged, placing, go_on, switches)
             moved = found.moved_mm
             return found.evaluation
 

@@ -6,20 +6,21 @@ from collections.abc import Callable
 from concurrent.futures import Executor
 from typing import Any
 
+from app.kit.values import Position
 from app.messages.client import Client
 from app.messages.fields import Command
 from app.services import Services
-from app.views import commands as c
-from app.views.camera_view import CameraView
-from app.views.case_view import CaseView, Position
-from app.views.open_plan import OpenPlan
+from app.workspace import commands as c
+from app.workspace.camera_view import CameraView
+from app.workspace.case_view import CaseView
+from app.workspace.open_plan import OpenPlan
 
-__all__ = ["Position", "Request", "Views"]
+__all__ = ["Position", "Request", "Workspace"]
 
 Request = Callable[[], None]
 
 
-class Views:
+class Workspace:
     """The open case and plan, the camera, and the notes and requests of the client. Owned by the session's thread.
 
     client: who it is and its role. post: queues a request onto the session's thread; may be called on any.

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ..arrays import Array, Float32Array, Int32Array
 from ..kernels.compiled import inlined, no_refcount
 from .block_kernels import CORNERS, LANES, QUERY, WORK, describe
-from .box_lanes import FACETS, NODE, PROBE, describe_single, facet_gaps
+from .box_simd import FACETS, NODE, PROBE, describe_single, facet_gaps
 
 Lanes = NDArray[np.uint64]
 

@@ -6,10 +6,11 @@ from collections.abc import Callable
 
 import numpy as np
 
+from app.kit.values import Position
 from app.scene.camera import Lens, standard_view
 from app.scene.view import SceneView
-from app.views.case_view import CaseView, Position
-from app.views.sections import CameraSection, LabelView, ProjectAnswer
+from app.workspace.case_view import CaseView
+from app.workspace.sections import CameraSection, LabelView, ProjectAnswer
 from vfix_engine.arrays import Array
 
 NEAR_MARGIN_MM = 12.0  # around the places of a near view

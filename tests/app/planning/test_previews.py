@@ -11,15 +11,15 @@ from session_doubles import SAMPLE, Later, open_sample
 from app.cases.settings import settings_in_case
 from app.kit.errors import JobCancelled
 from app.planning.drive import PROSPECT_STEP_MM
-from app.planning.evaluation import PlanEvaluation
 from app.planning.placement import StoredPlacing
+from app.planning.plan_evaluation import PlanEvaluation
 from app.planning.previews import Dragged, with_points
 from app.planning.rehearsal_options import NO_SWITCHES
 from app.scene.dragging import DragEvent
 from app.services import Services
 from app.steps.plan import commands as c
 from app.steps.plan.dry_runs import Corridor
-from app.steps.plan.live import LiveRuns
+from app.steps.plan.live_previews import LivePreviews
 from vfix_engine.errors import PlanError, StartRefused
 from vfix_engine.geometry.capsules import Segments
 from vfix_engine.robots import RobotModel, Tool
@@ -43,7 +43,7 @@ def test_a_point_under_a_hand_is_judged_as_its_release_would_be_with_that_base(
     point = plan.points[1]
     x, y, z = point.position
     wanted = (x + 0.8, y, z + 0.6)
-    found = phantom_services.prospects.of(plan, Dragged(point.id, wanted), placing, nobody).evaluation
+    found = phantom_services.previews.of(plan, Dragged(point.id, wanted), placing, nobody).evaluation
     place = phantom_services.planning.snap(phantom_services.cases.get(plan.case_id), wanted, plan).position
     moved = with_points(plan, [replace(p, position=place) if p.id == point.id else p for p in plan.points])
     robot = {**plan.robot, "base": stored.base.reshape(-1).tolist(), "q_start": stored.q_start.tolist()}
@@ -71,7 +71,7 @@ def test_an_entry_that_is_dragged_takes_the_robot_along_with_its_base_kept(
     x, y, z = entry.position
     hand = Dragged(entry.id, (x, y - 2.0, z - 1.0))
     placing = StoredPlacing(stored.base, stored.q_start)
-    found = phantom_services.prospects.of(plan, hand, placing, nobody).evaluation
+    found = phantom_services.previews.of(plan, hand, placing, nobody).evaluation
     assert np.array_equal(found.base, stored.base)
     assert np.linalg.norm(found.run.tip[0] - found.positions[0]) < 1e-3  # it begins there
     assert PROSPECT_STEP_MM == 0.2
@@ -85,7 +85,7 @@ def test_a_shaft_that_is_turned_is_driven_in_that_direction(phantom_services: Se
     turned = tail + np.array([0.05, 0.0, 0.0])
     x, y, z = (turned / np.linalg.norm(turned)).tolist()
     placing = StoredPlacing(stored.base, stored.q_start)
-    found = phantom_services.prospects.of(plan, Dragged(plan.points[0].id, direction=(x, y, z)), placing, nobody)
+    found = phantom_services.previews.of(plan, Dragged(plan.points[0].id, direction=(x, y, z)), placing, nobody)
     start, end = found.evaluation.run.segments_start[0], found.evaluation.run.segments_end[0]
     straight = Tool.load(plan.tool).bend == 0.0
     along = (end[-1] - start[0 if straight else -1]) / np.linalg.norm(end[-1] - start[0 if straight else -1])
@@ -114,7 +114,7 @@ def test_a_run_for_an_older_place_of_the_hand_ends(phantom_services: Services, s
             raise JobCancelled
 
     with pytest.raises(JobCancelled):
-        phantom_services.prospects.of(plan, Dragged(plan.points[1].id, plan.points[1].position), placing, moves_on)
+        phantom_services.previews.of(plan, Dragged(plan.points[1].id, plan.points[1].position), placing, moves_on)
     assert len(steps) == 21
     assert max(steps) < 0.5
 
@@ -123,7 +123,7 @@ def test_the_newest_place_alone_is_judged_and_what_is_old_is_greyed(
     phantom_services: Services, stored: PlanEvaluation
 ) -> None:
     plan, executor, ran = phantom_services.plans.get(SAMPLE), Later(), list[tuple[int, Corridor]]()
-    live = LiveRuns(phantom_services, executor, lambda *answer: ran.append(answer))
+    live = LivePreviews(phantom_services, executor, lambda *answer: ran.append(answer))
     known = Corridor("done", evaluation=stored, margin_mm=0.3)
     placing, point = StoredPlacing(stored.base, stored.q_start), plan.points[1]
     x, y, z = point.position
@@ -186,7 +186,7 @@ def test_a_place_within_bone_far_from_air_is_told(phantom_services: Services, st
     plan = phantom_services.plans.get(SAMPLE)
     placing = StoredPlacing(stored.base, stored.q_start)
     with pytest.raises(PlanError):
-        phantom_services.prospects.of(plan, Dragged(plan.points[1].id, (1e5, 0.0, 0.0)), placing, nobody)
+        phantom_services.previews.of(plan, Dragged(plan.points[1].id, (1e5, 0.0, 0.0)), placing, nobody)
 
 
 def test_a_shaft_is_dragged_live_and_stored_as_one_edit(phantom_services: Services, stored: PlanEvaluation) -> None:

@@ -8,7 +8,7 @@ from itertools import count
 from app.kit.errors import TooMany
 
 
-class Line:
+class AdmissionQueue:
     """Turns of one kind of work; may be used from any thread.
 
     at_once: how many work at a time. most: how many are in the line, with those that work, and those that are done

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from ...arrays import Array
 from ...kernels.compiled import inlined, no_refcount, vectorised
-from .query_lanes import RADII
+from .query_simd import RADII
 from .section import AXIS
 
 _MOST = 0xFFFFFFFF
