@@ -195,7 +195,7 @@ def piercing_of(
     rows: of the poses to look at, in order; those in which the verdict cannot have changed since the last judged
     one are passed over. go_on: called before each pose; what it raises ends the work.
     A way is longer by no more than the axis has moved sideways, so a pose is judged again where that is three
-    quarters of the least `Run.steady_mm`, or where the axis passes other tissue than before.
+    quarters of the least `TissueRun.steady_mm`, or where the axis passes other tissue than before.
     """
     watch = PiercingWatch(ways)
     for row in rows:
@@ -292,7 +292,7 @@ def _may_move(pose: PoseWays) -> float:
 
 
 def _steady(sideways: float, pierced: bool, from_entry: Array) -> float:
-    """`Run.steady_mm` of tissue whose points lie at distances (n,) from the entry.
+    """`TissueRun.steady_mm` of tissue whose points lie at distances (n,) from the entry.
 
     Where all of it is near the entry, it is so until the axis has moved to that border; where all of it is farther,
     too. Else it may give the lesser of both, or the greater, at any place of another way round.

@@ -82,8 +82,12 @@ def test_a_suggestion_is_found_used_and_undone(client: Client, phantom_services:
     assert 0.0 <= best["sideways_mm"] < 8.0
     looked, volume = phantom_services.suggestions.paths(found["id"]), phantom_services.cases.volume(phantom_case)
     assert volume is not None
+    ways = phantom_services.planning.ways(plan)
+    assert ways is not None
     for one in looked.found.alternatives[:2]:
         assert not one.pierces
+        for start, end in zip(one.run.segments_start[::10], one.run.segments_end[::10], strict=True):
+            assert not any(run.pierced for run in ways.of_pose(start, end).runs)  # in none, judged or passed over
         assert pierced_by(volume, one, np.array(ENTRY), 40.0) == []  # by another code
     assert best["points"][0]["position"] == pytest.approx(ENTRY)
     assert best["points"][-1]["position"] == pytest.approx(TARGET)
