@@ -18,6 +18,7 @@ from websockets.http11 import Request
 from websockets.typing import Subprotocol
 
 from app.gateway.inner_lock import locked_servers
+from app.kit.prompt_threads import PROMPT_THREADS
 from app.session.client_sessions import MAX_PAGES
 from vfix_engine.error_places import error_places
 
@@ -72,6 +73,7 @@ class SceneServer:
         with locked_servers(self._admit), contextlib.redirect_stdout(io.StringIO()):
             self.viser: viser.ViserServer = _PrivateViser(host="127.0.0.1", port=0, verbose=False)
         self.viser.gui.configure_theme(show_logo=False, show_share_button=False, control_layout="floating")
+        self.viser.get_event_loop().call_soon_threadsafe(PROMPT_THREADS.enrol)
         self.viser.on_client_connect(self._client_connected)
         self.viser.on_client_disconnect(self._client_gone)
 

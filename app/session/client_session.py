@@ -11,6 +11,7 @@ from typing import Any, Literal
 
 import viser
 
+from app.kit.prompt_threads import PROMPT_THREADS
 from app.messages.client import Client, Role
 from app.messages.fields import Command
 from app.scene.dragging import DragEvent
@@ -156,6 +157,7 @@ class ClientSession:
     # -- on the session's own thread
 
     def _run(self) -> None:
+        PROMPT_THREADS.enrol()
         while (request := self._inbox.get()) is not None:
             self._guarded(request)
             if request != self._tick:

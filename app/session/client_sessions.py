@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import viser
 
+from app.kit.prompt_threads import PROMPT_THREADS
 from app.services import Services
 from vfix_engine.error_places import error_kind, error_places
 from vfix_engine.errors import VfixError
@@ -80,6 +81,7 @@ class ClientSessions:
         self._clock.start()
 
     def _run(self) -> None:
+        PROMPT_THREADS.enrol()
         while not self._stopped.wait(TICK_S):
             try:
                 self.beat(time.monotonic())
@@ -88,6 +90,7 @@ class ClientSessions:
 
     def beat(self, now: float) -> None:
         """One tick: pages that are there are shown what changes by itself, those that are away cost nothing."""
+        PROMPT_THREADS.rest()
         look = now >= self._look_at
         changed = False
         if look:

@@ -16,6 +16,7 @@ from fastapi import APIRouter, FastAPI
 from pydantic import ValidationError
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
+from app.kit.prompt_threads import PROMPT_THREADS
 from app.messages.hello import NotUnderstood, read_hello
 from app.messages.sections import HelloMessage, NoteMessage, ReplyMessage, StateMessage
 from app.messages.version import VERSION
@@ -43,6 +44,7 @@ _WANTED = re.compile(r"[A-Za-z0-9_.\-]{1,64}")
 async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     sessions = ClientSessions(app.state.services, app.state.scene_server, lambda: str(app.state.warmup.status.text))
     app.state.sessions = sessions
+    PROMPT_THREADS.enrol()
     sessions.start()
     try:
         yield

@@ -57,8 +57,12 @@ class RealTimePriority:
             self.words = GIVEN_UP
 
 
-def schedule_thread(real_time: bool) -> None:
-    """Put the calling thread into the real-time class, or back into the ordinary one.
+def schedule_thread(real_time: bool, thread: int = 0) -> None:
+    """Put a thread into the real-time class, or back into the ordinary one.
+
+    Args:
+        real_time: whether into the real-time class.
+        thread: its native id; 0 is the calling thread.
 
     Raises:
         NotImplementedError: this system has no such call.
@@ -66,10 +70,11 @@ def schedule_thread(real_time: bool) -> None:
     """
     if sys.platform != "linux":
         raise NotImplementedError
-    if real_time:  # processes that this one starts do not inherit it
-        os.sched_setscheduler(0, os.SCHED_FIFO | os.SCHED_RESET_ON_FORK, os.sched_param(LEVEL))
+    # What it starts does not inherit the class. Only root may take that flag off again.
+    if real_time:
+        os.sched_setscheduler(thread, os.SCHED_FIFO | os.SCHED_RESET_ON_FORK, os.sched_param(LEVEL))
     else:
-        os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
+        os.sched_setscheduler(thread, os.SCHED_OTHER | os.SCHED_RESET_ON_FORK, os.sched_param(0))
 
 
 def why_not() -> str:

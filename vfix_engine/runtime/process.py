@@ -133,6 +133,11 @@ class ControlProcess(Generic[T]):
         raise ControlError(f"the control process was not ready within {timeout:.0f} s")
 
     @property
+    def recording_thread(self) -> threading.Thread | None:
+        """The thread of this process that writes the run; None where none is recorded."""
+        return None if self._recorder is None else self._recorder.thread
+
+    @property
     def alive(self) -> bool:
         """Whether the control process runs and has not been closed."""
         return not self._closed and self._process.is_alive()

@@ -51,7 +51,7 @@ class RunRecorder:
         self._ring: Ring | None = None
         self._writer: RunWriter | None = None
         self._over = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="vfix-recorder", daemon=True)
+        self.thread = threading.Thread(target=self._run, name="vfix-recorder", daemon=True)
         self.failed = ""
 
     @property
@@ -62,13 +62,13 @@ class RunRecorder:
     def start(self) -> None:
         """Begin; the far end's pipe is the process's now."""
         self.far.close()
-        self._thread.start()
+        self.thread.start()
 
     def close(self) -> None:
         """The process has ended: write the rest, and give the run its name."""
         self._over.set()
-        if self._thread.ident is not None:
-            self._thread.join()
+        if self.thread.ident is not None:
+            self.thread.join()
         self._near.close()
         self.far.close()
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 
 from app.drives.recordings import Recording
+from app.kit.prompt_threads import PROMPT_THREADS
 from vfix_engine.control import ControlSettings
 from vfix_engine.worlds.rigid.realtime import RehearsalProcess, SceneSpec
 
@@ -17,6 +18,12 @@ class RecordedProcess(RehearsalProcess):
         self._recording = recording
         self._one_keeper = threading.Lock()
         self._kept = False
+
+    def start(self) -> None:
+        """Start it; what writes its run does not hold up the hand that drives it."""
+        super().start()
+        if self.recording_thread is not None:
+            PROMPT_THREADS.enrol(self.recording_thread)
 
     def close(self) -> None:
         """End the process, and hand its run over to be stored."""

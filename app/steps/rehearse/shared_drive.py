@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from app.kit.prompt_threads import PROMPT_THREADS
 from app.kit.values import Position
 from app.messages.client import Client
 from app.steps.rehearse.drive_process import DriveProcess
@@ -63,11 +64,13 @@ class SharedDrive(DriveProcess):
             return
         self._hand = client.id
         process.set_grip(position)
+        PROMPT_THREADS.hear()
 
     def heartbeat(self, client: Client) -> None:
         """The button or key is still down. It never takes hold: a hand that was lost has to press or to move."""
         if (process := self._held(client)) is not None:
             process.heartbeat()
+            PROMPT_THREADS.hear()
 
     def release(self, client: Client) -> None:
         """The hand lets go of everything, keys included; it is forgotten also when there is no process just now."""
@@ -84,10 +87,12 @@ class SharedDrive(DriveProcess):
     def drive(self, client: Client, direction: int) -> None:
         if (process := self._held(client)) is not None:
             process.drive(direction)
+            PROMPT_THREADS.hear()
 
     def twist(self, client: Client, direction: int) -> None:
         if (process := self._held(client)) is not None:
             process.twist(direction)
+            PROMPT_THREADS.hear()
 
     # -- the wishes of the holder
 

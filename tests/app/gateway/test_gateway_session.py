@@ -4,6 +4,7 @@ import contextlib
 import json
 import logging
 import sys
+import threading
 from collections.abc import Iterator
 from unittest.mock import MagicMock
 
@@ -13,6 +14,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.frames import Close
 from websockets.sync.client import ClientConnection, connect
 
+from app.kit.prompt_threads import PROMPT_THREADS
 from app.messages.version import VERSION
 from app.session import client_session
 from app.session.client_sessions import MAX_PAGES
@@ -79,6 +81,21 @@ def test_what_is_no_command_ends_the_connection_with_a_reason(
         assert (ended.code, words in ended.reason) == (code, True)
         assert answers(honest)
     assert not [record for record in caplog.records if record.levelno >= logging.WARNING]
+
+
+def test_the_threads_that_hear_a_hand_are_prompt_while_it_drives(
+    pages: Planner, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """HAZ-11: that of the page's socket, that of the scene's, and the clock that ends it."""
+    heard: list[threading.Thread] = []
+    hear = MagicMock(side_effect=lambda *_: heard.append(threading.current_thread()) or True)
+    monkeypatch.setattr(client_session, "ClientSession", lambda *_: MagicMock(view_model=ViewModel(), command=hear))
+    with page(pages, "driving-tab") as driving:
+        driving.send(HEARTBEAT)
+        eventually(lambda: len(heard) == 1)
+    pages.scene_server.viser.get_event_loop().call_soon_threadsafe(lambda: heard.append(threading.current_thread()))
+    eventually(lambda: len(heard) == 2)
+    assert {*heard, pages.app.state.sessions._clock} <= PROMPT_THREADS.threads
 
 
 def test_a_page_too_many_is_told_so_and_let_in_when_another_goes(pages: Planner) -> None:

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from session_doubles import CLIENT, HEAD, SAMPLE, Robot, Tabs, fail, other_case, put_in_place, rehearse_step, settle
 
+from app.kit.prompt_threads import PROMPT_THREADS
 from app.scene.plan import PlanItem
 from app.services import Services
 from app.session import client_sessions
@@ -73,6 +74,7 @@ def test_a_lost_connection_frees_the_handle_and_keeps_the_rehearsal(sessions: Cl
     assert drive.watchers == set()
     assert sessions.connect("tab-one-0", {}) is session
     settle(session)
+    assert session._thread in PROMPT_THREADS.threads
     drive = rehearse_step(session).drive
     assert drive is not None
     assert drive.watchers == {"tab-one-0"}
@@ -82,6 +84,7 @@ def test_a_lost_connection_frees_the_handle_and_keeps_the_rehearsal(sessions: Cl
     sessions.beat(time.monotonic() + client_sessions.ENDED_S)  # then all of it
     session._thread.join(60)
     assert not session._thread.is_alive()
+    assert session._thread not in PROMPT_THREADS.threads
     assert drive.watchers == set()
     assert sessions.connect("tab-one-0", {}) is not session
 

@@ -14,7 +14,7 @@ from session_doubles import Now
 
 from app.messages.client import Client
 from app.scene.plan import PlanItem
-from app.steps.rehearse import drive_process
+from app.steps.rehearse import drive_process, shared_drive
 from app.steps.rehearse.preparation import Prepared
 from app.steps.rehearse.shared_drive import SharedDrive
 from app.steps.rehearse.shared_drives import SharedDrives
@@ -102,6 +102,25 @@ def test_only_the_holder_moves_the_robot(drive: SharedDrive) -> None:
             assert Process.last.told == []
     names = [name for name, *_ in Process.last.told]
     assert names == ["set_grip", "drive", "twist", "run", "pause", "reset", "set_mode", "set_settings"]
+
+
+def test_each_sign_of_the_holders_hand_makes_those_who_hear_it_prompt(
+    drive: SharedDrive, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """HAZ-11: nobody else's does, nor what a click asks for."""
+    heard: list[str] = []
+    monkeypatch.setattr(shared_drive, "PROMPT_THREADS", SimpleNamespace(hear=lambda: heard.append("sign")))
+    drive.lease.take(ONE)
+    for tab in (TWO, ONE):
+        drive.run(tab)
+        assert heard == []
+        drive.set_grip(tab, (1.0, 2.0, 3.0))
+        drive.heartbeat(tab)
+        drive.drive(tab, 1)
+        drive.twist(tab, -1)
+        assert len(heard) == (4 if tab == ONE else 0)
+        drive.release(tab)
+    assert len(heard) == 4
 
 
 def test_a_target_is_named_by_its_id_and_must_be_one_that_is_driven(drive: SharedDrive) -> None:
