@@ -23,10 +23,10 @@ class Wide(NamedTuple):
     """The tree as arrays; B blocks, N nodes, lengths in mm.
 
     store: the buffer of all other arrays.
-    boxes: (96 N,) float32, see ``box_lanes``: first the nodes over the blocks, last the root.
+    boxes: (96 N,) float32, see ``box_simd``: first the nodes over the blocks, last the root.
     corners: (144 B,) the triangles, see ``block_kernels``; the last block repeats its last triangle.
     label: (16 B,) face of the mesh in each lane; −1 in unused lanes.
-    facets: (56 B,) int32, the rounded triangles, see ``box_lanes``.
+    facets: (56 B,) int32, the rounded triangles, see ``box_simd``.
     frame: (4,) origin of the boxes and the largest coordinate relative to it.
     level: (L + 1,) blocks are numbered from 0 and nodes after them; level l is level[l] … level[l + 1] − 1.
     """
@@ -186,7 +186,7 @@ def _box_of_node(child: Float32Array, frame: Array, lane: int, node: Float32Arra
 
 @compiled
 def fill_facets(corners: Array, frame: Array, facets: Int32Array) -> None:
-    """Write the rounded triangles of ``box_lanes.facet_gaps``."""
+    """Write the rounded triangles of ``box_simd.facet_gaps``."""
     offsets, least, most = np.empty((3, 3, LANES)), np.empty(3), np.empty(3)  # middle, and two corners from there
     for b in range(len(facets) // FACETS):
         block, here = corners[CORNERS * b : CORNERS * (b + 1)], facets[FACETS * b : FACETS * (b + 1)]

@@ -1,6 +1,6 @@
 """Exact pairs and distances among a list of triangles near a tool; compiled, arrays in and out.
 
-Triangles are stored in blocks of 16 (``block_kernels``), the boxes of 16 blocks in nodes (``box_lanes``). Unused lanes
+Triangles are stored in blocks of 16 (``block_kernels``), the boxes of 16 blocks in nodes (``box_simd``). Unused lanes
 of a last block repeat its last triangle with the label −1; the boxes of missing blocks lie infinitely far away.
 """
 
@@ -29,7 +29,7 @@ _FAR = np.float32(1e30)
 class Candidates(NamedTuple):
     """Triangles near each segment of a tool: N nodes of 16 boxes of 16 triangles, lengths in mm.
 
-    boxes: (96 N,) float32, see ``box_lanes``; relative to the frame's origin.
+    boxes: (96 N,) float32, see ``box_simd``; relative to the frame's origin.
     corners: (2304 N,) the blocks, see ``block_kernels``; patient frame.
     label: (256 N,) face of the mesh in each lane; −1 in unused lanes.
     frame: (4,) origin of the boxes and the largest coordinate relative to it.
