@@ -43,6 +43,7 @@ class RunRecorder:
     """Writes a run from a thread of the process that watches; ``memory`` is the ring's.
 
     failed: why the recording ended early, '' where it did not. lost: steps that it came too late for.
+    thread: the one that writes.
     """
 
     def __init__(self, folder: Path, spec: SystemSpec, ends: tuple[Connection, Connection], memory: SharedMemory):

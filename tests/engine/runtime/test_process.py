@@ -94,7 +94,7 @@ def test_a_disk_that_is_full_is_told_once_and_stops_no_tick(process: Process, mo
     monkeypatch.setattr(RunWriter, "ticks", full)
     first = until(process, lambda s: s.steps > 20, lambda: process.drive(1))
     assert process._recorder is not None
-    process._recorder._thread.join(60.0)
+    process._recorder.thread.join(60.0)
     told = [event.text for event in [*process.events(), *process.events()] if event.kind == "unrecorded"]
     assert told == ["the run cannot be written: No space left on device"]
     until(process, lambda s: s.steps > first.steps + 20, lambda: process.drive(1))

@@ -69,8 +69,8 @@ def test_every_error_in_the_recorder_is_told(
     assert log.flush(60.0)
     recorder.start()
     if method != "close":
-        recorder._thread.join(60.0)
-        assert not recorder._thread.is_alive(), "it ends by itself, while the drive goes on"
+        recorder.thread.join(60.0)
+        assert not recorder.thread.is_alive(), "it ends by itself, while the drive goes on"
     recorder.close()
     with pytest.raises(AssertionError, match=words):
         raise AssertionError(recorder.failed)
@@ -84,7 +84,7 @@ def test_a_folder_that_is_taken_is_left_as_it_is(tmp_path: Path, memory: SharedM
     recorder, log = begun(taken, memory)
     log.tick(LINE)
     recorder.start()
-    recorder._thread.join(60.0)
+    recorder.thread.join(60.0)
     recorder.close()
     assert recorder.failed.startswith("the run cannot be written: 'a.run' exists already")
     assert not list(taken.iterdir())
@@ -102,7 +102,7 @@ def test_events_that_found_no_room_end_the_recording(
         sent += 1
     recorder.start()
     assert log.flush(60.0)
-    recorder._thread.join(60.0)
+    recorder.thread.join(60.0)
     recorder.close()
     assert recorder.failed == "the run cannot be written: 1 events came faster than they could be written"
     assert [event.content.to for event in Run.read(tmp_path / f"a.run{PART}").events] == list(range(sent - 1))
