@@ -23,6 +23,7 @@ from .windows_kernel import put_windows
 TissueMotion = Callable[[Array, float], tuple[Array, Array]]
 
 _BACK = -1.0 + 1e-9  # cosine of a turn that has no axis
+_SAME = 1e-6  # of the way from one place of ``wall_radius`` to the next: no rounding takes in one more
 _CURVE_SPACING = 2.0  # [mm] about that far apart, points of the spline make the curve
 
 
@@ -57,6 +58,9 @@ class Pathway:
             along; None: the chord lengths of the centres at rest.
         closed_ends: without it ``packed`` goes straight on at both ends for two radii, as the paper's window ends
             would else count as the wall.
+        wall_radius: (M,) mm at even arc lengths from 0 to ``length``, how wide the lumen is there by its surface,
+            infinite where that is more than anybody asks about: contours do not show what is narrow between two of
+            them. It narrows no contour; ``narrowest_between`` and the links' bounds go by it. None: not known.
 
     Raises:
         PathwayError: contours that no query can be asked about; see ``checks``. Here and whenever a moved pathway
@@ -71,6 +75,7 @@ class Pathway:
     motion: TissueMotion | None = None
     knots: Array | None = None
     closed_ends: bool = False
+    wall_radius: Array | None = None
     at_s: Array = field(init=False)  # (C0,) arc length of the control contours at rest, mm
     s: Array = field(init=False)  # (count,) arc length of the interpolated contours at rest, mm
     _between: Interpolation = field(init=False, repr=False)
@@ -85,12 +90,14 @@ class Pathway:
             raise PathwayError(f"a motion is a function of arc lengths and time, not {self.motion!r:.60}")
         between = Interpolation(_knots(self.knots, centre), count)
         at_s, s = between.arc_lengths(centre)
+        wall_radius = _wall_radius(self.wall_radius)
         settled: dict[str, Any] = {
             "centre": centre,
             "radius": radius,
             "tangent": tangent,
             "at_s": at_s,
             "s": s,
+            "wall_radius": wall_radius,
             "_between": between,
         }
         settled |= {"knots": between.knots, "first": _direction(self.first), "count": count}
@@ -169,6 +176,17 @@ class Pathway:
             raise PathwayError(f"no window from {s_low[bad]} to {s_high[bad]} mm")
         return found
 
+    def narrowest_between(self, s_low: Array, s_high: Array) -> Array:
+        """The least ``wall_radius`` (n,) between arc lengths (n,) of the pathway at rest; infinite if there is none."""
+        if self.wall_radius is None:
+            return np.full(len(s_low), np.inf)
+        last = len(self.wall_radius) - 1
+        share = np.clip(np.stack([s_low, s_high]) / self.length, 0.0, 1.0) * last
+        first = np.minimum(np.floor(share[0] + _SAME).astype(np.int64), last)
+        beyond = np.ceil(share[1] - _SAME).astype(np.int64) + 1
+        found: Array = np.minimum.reduceat(np.append(self.wall_radius, np.inf), np.stack([first, beyond], 1).ravel())
+        return found[::2]
+
     def moved(self, motion: TissueMotion | None) -> Pathway:
         """The same pathway with that motion instead of its own."""
         return replace(self, motion=motion)
@@ -213,6 +231,17 @@ def _knots(given: ArrayLike | None, centre: Array) -> Array:
     if knots.shape != (len(centre),) or not np.isfinite(knots).all() or np.diff(knots).min() <= 0.0:
         raise PathwayError(f"the knots of {len(centre)} contours must be as many numbers that increase")
     return knots
+
+
+def _wall_radius(given: ArrayLike | None) -> Array | None:
+    if given is None:
+        return None
+    radius = real_array("the radius of a lumen by its surface", given, PathwayError).copy()
+    if radius.ndim != 1 or len(radius) < 2 or not (radius >= 0.0).all():
+        raise PathwayError(
+            f"the radius of a lumen by its surface is (M,) mm with M ≥ 2, none negative, not {radius.shape}"
+        )
+    return radius
 
 
 def _direction(given: ArrayLike | None) -> Array | None:

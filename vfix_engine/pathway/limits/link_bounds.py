@@ -48,9 +48,13 @@ class LinkBounds(NamedTuple):
 def inscribed_radii(pathway: Pathway) -> Array:
     """Inscribed radius in mm of every segment of a pathway at rest, and infinity as one more.
 
+    Not more than the lumen's own radius along the segment, where the pathway knows that.
     At rest: a wave that narrows the lumen moves its wall, against which links are measured, and not the bounds.
     """
-    return np.append(pathway.moved(None).packed().rows[:, INSCRIBED_RADIUS], np.inf)
+    found = np.append(pathway.moved(None).packed().rows[:, INSCRIBED_RADIUS], np.inf)
+    of_contours = found[:-1] if pathway.closed_ends else found[1:-2]
+    np.minimum(of_contours, pathway.narrowest_between(pathway.s[:-1], pathway.s[1:]), out=of_contours)
+    return found
 
 
 def narrowest_of(inscribed: Array, windows: IntArray) -> Array:

@@ -179,8 +179,8 @@ class DriveReport:
         tip was, and of each link. joint_limit_hits: joint-steps at ± q_max. query_us, step_us: medians; slowest_step:
         s on the clock and where the tip was. pathway_outside: share of the
         pathway's surface that lies outside the lumen, and how far (median, 95 %, most): the pathway is not the wall.
-        behind_wall: of the vertices past the path's start that were measured against the triangles themselves, the one
-        deepest behind them, and of each link; its mm is None where the tissue moves. narrowest: see ``narrow``.
+        behind_wall: of the places of links past the path's start that were measured against the triangles themselves,
+        the one deepest behind them, and of each link; its mm is None where the tissue moves. narrowest: see ``narrow``.
         start_lps_mm, end_lps_mm: of the path as driven, ``*_moved_mm`` from where they were asked for; base_lps_mm,
         tip_lps_mm: where the robot ended.
         """

@@ -44,7 +44,7 @@ class DriveRun:
 
     @property
     def behind_wall(self) -> dict[str, Any]:
-        """Of the vertices measured against the surface the one deepest behind it, and of each link."""
+        """Of the places of links measured against the surface the one deepest behind it, and of each link."""
         return UNMEASURED if self._behind is None else self._behind.to_dict()
 
     @property

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...anatomy.lumen.centreline import Centreline, centreline_between
+from ...anatomy.lumen.free_radius import free_radius
 from ...arrays import Array
 from ...geometry.curve import Curve
 from ...geometry.mesh import TriangleMesh
@@ -19,6 +20,8 @@ from ...snake.conform.conforming import driven_curve
 from ...snake.conform.follow import followable
 from .drive_state import DriveSettings
 
+_STATION_MM = 0.4  # between two places at which the surface is asked how wide the lumen is
+_ROOM_MM = 1.0  # more than the robot's radius: how much wider it is than that nobody asks
 _MOST_SLACK_MM = 4.0  # a robot that uses more of a wide place is turned the wrong way for the narrow one behind it
 
 
@@ -67,15 +70,30 @@ def lumen_between(
     pathway = fit_pathway(
         mesh, curve, settings.contours, settings.interpolated, settings.angles, quantile=settings.quantile
     )
+    pathway = replace(pathway, wall_radius=_wall_radius(mesh, curve if tissue is None else None, pathway, snake))
     slack = _slack(curve, pathway, snake)
     if tissue is not None:
         pathway = pathway.moved(tissue)
     return Lumen(centreline, curve, slack, pathway)
 
 
+def _wall_radius(mesh: TriangleMesh, curve: Curve | None, pathway: Pathway, snake: SnakeModel) -> Array:
+    """The lumen's radius by its surface along what the robot follows, as ``Pathway.wall_radius`` has it.
+
+    curve: what the pathway's knots are arc lengths of; None: the robot follows the pathway's own centres.
+    """
+    knots = pathway.at_s if curve is None else pathway.knots
+    assert knots is not None
+    longest = max(1.0, float((np.diff(knots) / np.diff(pathway.at_s)).max()))  # mm of the curve for one of the pathway
+    s = np.linspace(0.0, pathway.length, math.ceil(longest * pathway.length / _STATION_MM) + 1)
+    line = pathway.curve() if curve is None else curve
+    return free_radius(mesh, line, np.interp(s, pathway.at_s, knots), snake.sphere_mm + _ROOM_MM)
+
+
 def _slack(curve: Curve, pathway: Pathway, snake: SnakeModel) -> Array:
-    """How far the robot may leave the curve: the pathway's least radius there less its own, and never far."""
-    at = np.arange(len(curve.points)) * curve.step_mm * (pathway.length / curve.length)
+    """How far the robot may leave the curve: the lumen's least radius there less its own, and never far."""
+    at = np.linspace(0.0, pathway.length, len(curve.points))
     radius = np.interp(at, pathway.s, pathway.contours().radius.min(axis=1))
+    radius = np.minimum(radius, pathway.narrowest_between(at, at))
     found: Array = np.clip(radius - snake.radius_mm, 0.0, _MOST_SLACK_MM)
     return found

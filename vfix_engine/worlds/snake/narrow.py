@@ -1,4 +1,8 @@
-"""Whether a lumen is wide enough for the robot: its narrowest place, and how far the robot could go."""
+"""Whether a lumen is wide enough for the robot: its narrowest place, and how far the robot could go.
+
+By the pathway's contours and, where the lumen's surface is given, by that itself: what is narrow between two contours,
+such as a membrane or a short stenosis, they do not show.
+"""
 
 from __future__ import annotations
 
@@ -90,8 +94,12 @@ def narrowest(pathway: Pathway, snake: SnakeModel, bound_mm: float | None, to_mm
     """Of a pathway at rest, from its entrance to where the tip of a robot is to go; ``bound_mm``: one that is given."""
     contours, robot_mm = pathway.moved(None).contours(), snake.sphere_mm
     to_mm = min(max(to_mm, float(contours.s[1])), float(contours.s[-1]))
-    s = np.append(contours.s[contours.s < to_mm], to_mm)
+    s = contours.s
+    if pathway.wall_radius is not None:
+        s = np.union1d(s, np.linspace(0.0, pathway.length, len(pathway.wall_radius)))
+    s = np.append(s[s < to_mm], to_mm)
     radius = np.interp(s, contours.s, contours.radius.min(axis=1))
+    radius = np.minimum(radius, pathway.narrowest_between(s, s))
     centre = np.column_stack([np.interp(s, contours.s, contours.centre[:, axis]) for axis in range(3)])
     least, share = int(radius.argmin()), np.gradient(s)
     limits = (robot_mm, 0.0 if bound_mm is None else bound_mm)

@@ -45,7 +45,7 @@ class LumenContours:
     """A lumen as the control contours of its pathway; see ``Pathway`` for centre, radius, count, knots.
 
     curve_points, curve_step_mm: what the robot conforms to while the tissue is still, None: the pathway's own centres;
-    slack: (N,) mm at its points, how far a joint may leave it.
+    slack: (N,) mm at its points, how far a joint may leave it. wall_radius: of the surface that it was made of.
     """
 
     centre: Array
@@ -55,12 +55,15 @@ class LumenContours:
     curve_points: Array | None = None
     curve_step_mm: float = 0.0
     slack: Array | None = None
+    wall_radius: Array | None = None
 
     @classmethod
     def of(cls, made: Lumen) -> Self:
         """Of a lumen that is ready to be driven in."""
         path, curve = made.pathway, made.curve
-        return cls(path.centre, path.radius, path.count, path.knots, curve.points, curve.step_mm, made.slack)
+        return cls(
+            path.centre, path.radius, path.count, path.knots, curve.points, curve.step_mm, made.slack, path.wall_radius
+        )  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,7 +145,10 @@ class SnakeSystemSpec:
     def _parts(self) -> tuple[Pathway, Curve, Array | None]:
         found = self.with_contours().lumen
         assert isinstance(found, LumenContours)
-        pathway = Pathway(found.centre, found.radius, found.count, motion=self.tissue, knots=found.knots)
+        pathway = Pathway(
+            found.centre, found.radius, found.count, motion=self.tissue, knots=found.knots,
+            wall_radius=found.wall_radius,
+        )  # fmt: skip
         given = None if found.curve_points is None else Curve(found.curve_points, found.curve_step_mm)
         curve = driven_curve(pathway, given)
         return pathway, curve, found.slack if given is not None and curve is given else None
@@ -178,7 +184,7 @@ class SnakeSystemSpec:
             else:
                 lumen = LumenContours(
                     arrays["centre"], arrays["radius"], values["count"], arrays.get("knots"),
-                    arrays.get("curve_points"), values["curve_step_mm"], arrays.get("slack"),
+                    arrays.get("curve_points"), values["curve_step_mm"], arrays.get("slack"), arrays.get("wall_radius"),
                 )  # fmt: skip
             return cls(
                 lumen, SnakeModel(**values["snake"]), SnakeSettings.from_dict(values["settings"]),
@@ -192,7 +198,7 @@ class SnakeSystemSpec:
 def _arrays_of(lumen: LumenContours | LumenSurface) -> tuple[str, ...]:
     if isinstance(lumen, LumenSurface):
         return "vertices", "faces", "start", "end"
-    return "centre", "radius", "knots", "curve_points", "slack"
+    return "centre", "radius", "knots", "curve_points", "slack", "wall_radius"
 
 
 def _motion_values(motion: TissueMotion | None) -> Any:

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from ...anatomy.lumen.wall import Wall, outward_side
+from ...arrays import Array, IntArray
 from ...geometry.curve import Curve
 from ...geometry.mesh import TriangleMesh
 from ...pathway.pathway import Pathway
@@ -15,12 +16,16 @@ from .snake_drive import SnakeDrive
 
 EVERY_MM = 10.0  # of insertion between two places at which links are measured against the wall
 _RAYS = 12
+_ALONG_MM = 0.5  # between two places of a link's axis
 
 
 class WallDepth:
-    """How far vertices of the links past the path's start were behind the triangles of a lumen that does not move.
+    """How far links past the path's start were behind the triangles of a lumen that does not move.
 
-    deepest: {mm, link, at_lps, tip_mm} of the deepest vertex that was measured, 0 mm where none was behind the wall, or
+    Measured at the links' vertices, and from the triangles to the links' axes: the ball about a place of an axis is as
+    deep as the fold that pierces it, or the ball itself, would have to move away, also where no vertex is behind it.
+
+    deepest: {mm, link, at_lps, tip_mm} of the deepest place that was measured, 0 mm where none was behind the wall, or
         none was measured, which ``words`` and ``to_dict`` tell apart.
     per_link: (L,) mm, the same of every link; NaN of links that were never measured.
     """
@@ -56,6 +61,8 @@ class WallDepth:
             return
         link, points = link[past], points[past]
         depth = -self._wall.clearance(points, self._outward)[0]
+        of_axes = self._of_axes(drive, frames)
+        link, points, depth = (np.concatenate(pair) for pair in zip((link, points, depth), of_axes, strict=True))
         np.fmax.at(self.per_link, link, np.maximum(depth, 0.0))
         worst = int(depth.argmax())
         if depth[worst] > self.deepest["mm"]:
@@ -63,6 +70,25 @@ class WallDepth:
                 "mm": float(depth[worst]), "link": int(link[worst]) + 1, "at_lps": points[worst].tolist(),
                 "tip_mm": float(drive.tip_s),
             }  # fmt: skip
+
+    def _of_axes(self, drive: SnakeDrive, frames: Array) -> tuple[IntArray, Array, Array]:
+        """How deep what is between the vertices is: links (n,), points of the wall (n, 3) and depths (n,) in mm.
+
+        The ball about a place of a link's axis is part of the link, but for the joint's end, where it is part of the
+        one before. Wall behind the start's plane does not count near it: there the robot comes in.
+        """
+        snake, state = drive.snake, drive.state
+        places = np.linspace(0.0, snake.length_mm, int(np.ceil(snake.length_mm / _ALONG_MM)) + 1)
+        link = np.flatnonzero(state.measured)
+        axis = frames[link, None, :3, 3] - places[:, None] * frames[link, None, :3, 2]
+        radius = np.tile(np.where(places > 0.0, snake.radius_mm, snake.sphere_mm), len(link))
+        link, centre = np.repeat(link, len(places)), axis.reshape(-1, 3)
+        clear, inward = self._wall.clearance(centre, self._outward)
+        near = state.joint_s[link] < snake.sphere_mm
+        wall = centre - clear[:, None] * inward
+        past = ~near | (np.minimum((wall - self._start) @ self._ahead, (centre - self._start) @ self._ahead) > 0.0)
+        depth = radius - clear
+        return link[past], wall[past], depth[past]
 
     @property
     def words(self) -> str:

@@ -15,7 +15,11 @@ from lumen_shapes import arc, straight
 from snake_runs import hand, judged, made_spec, rows
 
 from benchmarks.lumen_attack.judge import Judge, bounds_by_place
+from vfix_engine.anatomy.lumen.free_radius import free_radius
 from vfix_engine.errors import InputError, PathwayError
+from vfix_engine.geometry.capsules import Segments
+from vfix_engine.geometry.curve import Curve
+from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.pathway.limits.limits import Configuration, HardLimits
 from vfix_engine.pathway.limits.limits_kernel import MOST_POSES
 from vfix_engine.pathway.limits.link_bounds import BOUND_SHARE, LinkBounds, inscribed_radii, known_within
@@ -23,18 +27,21 @@ from vfix_engine.pathway.pathway import Pathway
 from vfix_engine.pathway.pathway_surface import pathway_surface
 from vfix_engine.pathway.query.query import Query
 from vfix_engine.pathway.tissue_motion import peristalsis
+from vfix_engine.proximity.proximity import ProximityTree
 from vfix_engine.robots.snake import SnakeModel
 from vfix_engine.runtime.driver import Driver
 from vfix_engine.runtime.replay import replay
 from vfix_engine.runtime.run import END, Run, RunWriter
 from vfix_engine.worlds.registry import spec_of
-from vfix_engine.worlds.snake import LumenContours, SnakeSettings, SnakeSystemSpec
+from vfix_engine.worlds.snake import LumenContours, LumenSurface, SnakeSettings, SnakeSystemSpec
 from vfix_engine.worlds.snake.drive import drive_lumen
 from vfix_engine.worlds.snake.drive_run import STALLED, DriveRun
 from vfix_engine.worlds.snake.drive_state import Command, DriveSettings, DriveState
 from vfix_engine.worlds.snake.look_round import Order, Stop, look_round
+from vfix_engine.worlds.snake.lumen import lumen_between
 from vfix_engine.worlds.snake.narrow import narrowest
 from vfix_engine.worlds.snake.snake_drive import SnakeDrive
+from vfix_engine.worlds.snake.wall_depth import WallDepth
 
 COARSE = DriveSettings(vertices_per_link=30, bends=4, step_s=0.01)
 
@@ -288,3 +295,110 @@ def test_a_recording_of_before_is_read_and_driven_again(tmp_path: Path) -> None:
     other = Run.read(file)
     with pytest.raises(InputError, match="other columns"):
         replay(other, spec_of(other))
+
+
+Z = np.union1d(np.arange(0.0, 201.0, 5.0), np.arange(90.0, 116.0, 0.5))
+PROFILES = {
+    "membrane": np.where(np.abs(Z - 103.0) <= 0.5, 3.0, 16.0),
+    "needle": 16.0 - 11.5 * np.exp(-(((Z - 100.0) / 1.5) ** 2)),
+    "stenosis": 16.0 - 10.5 * np.exp(-(((Z - 103.0) / 4.0) ** 2)),
+}
+LEAST = {"membrane": 3.0, "needle": 4.5, "stenosis": 5.5}
+SIDES = 48
+
+
+def turned(profile: np.ndarray, flat: float = 1.0) -> TriangleMesh:
+    """The closed tube about +z with those radii at ``Z``; ``flat``: so much of them in y."""
+    around = 2.0 * np.pi * np.arange(SIDES) / SIDES
+    ellipse = flat / np.hypot(flat * np.cos(around), np.sin(around))
+    centre = np.column_stack([np.zeros((len(Z), 2)), Z])
+    first = np.array([1.0, 0.0, 0.0])
+    return pathway_surface(Pathway(centre, profile[:, None] * ellipse, len(Z), first=first))
+
+
+def along_z(x: float) -> Curve:
+    return Curve.through(np.column_stack([np.full(21, x), np.zeros(21), np.linspace(10.0, 190.0, 21)]))
+
+
+def few_contours() -> DriveSettings:
+    """Six contours over 180 mm: none of them lies where it is narrow."""
+    return DriveSettings(contours=6, interpolated=11, vertices_per_link=30, bends=4, step_s=0.01)
+
+
+@pytest.mark.parametrize("name", PROFILES)
+def test_the_radius_is_that_of_the_surface_also_between_contours(name: str) -> None:
+    """HAZ-39: against the distance to the profile itself, densely sampled."""
+    s = np.linspace(0.0, 180.0, 451)
+    found = free_radius(turned(PROFILES[name]), along_z(0.0), s, 7.0)
+    dense = np.linspace(0.0, 200.0, 20_001)
+    radius = np.interp(dense, Z, PROFILES[name])
+    wanted = np.array([np.hypot(radius, dense - at).min() for at in 10.0 + s])
+    wide = wanted > 7.0 / math.cos(math.pi / SIDES) + 0.01
+    assert np.isinf(found[wide]).all()
+    narrow = wanted < 6.95
+    np.testing.assert_allclose(found[narrow], wanted[narrow], atol=0.03)
+    assert found.min() == pytest.approx(LEAST[name], abs=0.02)
+    assert 5 < narrow.sum() < 60
+
+
+def test_a_line_off_the_middle_does_not_make_a_wide_lumen_narrow() -> None:
+    """Near the wall, and behind it by as much as a soft wall lets a curve be; whichever way triangles are wound."""
+    wide = turned(np.full(len(Z), 16.0))
+    flipped = TriangleMesh(wide.vertices, wide.faces[:, ::-1])
+    for mesh, x in ((wide, 9.5), (wide, 14.0), (wide, 17.0), (flipped, 15.8), (flipped, 17.0)):
+        assert np.isinf(free_radius(mesh, along_z(x), np.linspace(0.0, 180.0, 181), 7.0)).all()
+
+
+def test_the_ends_of_a_closed_lumen_do_not_narrow_it() -> None:
+    near = Curve.through(np.column_stack([np.zeros((21, 2)), np.linspace(1.0, 199.0, 21)]))
+    s = np.linspace(0.0, near.length, 199)
+    assert np.isinf(free_radius(turned(np.full(len(Z), 16.0)), near, s, 7.0)).all()
+    slit = free_radius(turned(np.full(len(Z), 16.0), 0.25), near, s, 7.0)
+    np.testing.assert_allclose(slit, 4.0, atol=0.05)
+
+
+def test_bounds_go_by_the_surface_where_that_is_narrower_than_the_contours() -> None:
+    """HAZ-39: the least of all places of the surface that a segment meets, also in a window that is closed there."""
+    random, path = np.random.default_rng(4), waist(11.0)
+    wall = np.where(random.random(751) < 0.3, random.uniform(2.0, 20.0, 751), np.inf)
+    at = np.linspace(0.0, path.length, 751)
+    for ends in (False, True):
+        plain = replace(path, closed_ends=ends)
+        one = inscribed_radii(replace(plain, wall_radius=wall))
+        wanted = inscribed_radii(plain)
+        for j in range(len(path.s) - 1):
+            low, high = (np.searchsorted(at, path.s[j], "right") - 1, np.searchsorted(at, path.s[j + 1]))
+            wanted[j + (0 if ends else 1)] = min(wanted[j + (0 if ends else 1)], wall[low : high + 1].min())
+        np.testing.assert_array_equal(one, wanted)
+    with pytest.raises(PathwayError, match="by its surface"):
+        replace(path, wall_radius=np.array([3.0, np.nan]))
+
+
+@pytest.mark.parametrize("name", PROFILES)
+def test_what_is_narrow_between_contours_is_refused_before_anything_moves(name: str) -> None:
+    """HAZ-39: by a drive and by a system, also one that is read back; a robot that fits through goes."""
+    mesh, ends, settings = turned(PROFILES[name]), ((0.0, 0.0, 10.0), (0.0, 0.0, 190.0)), few_contours()
+    moved: list[Any] = []
+    with pytest.raises(PathwayError, match="narrower than the robot"):
+        drive_lumen(mesh, *ends, 6, settings=settings, observe=lambda drive, lumen: moved.append(drive))
+    assert moved == []
+    surface = LumenSurface(mesh.vertices, mesh.faces, *(np.array(end) for end in ends))
+    spec = SnakeSystemSpec(surface, SnakeModel(6), drive=settings).with_contours()
+    for one in (spec, SnakeSystemSpec.from_parts(*spec.to_parts())):
+        with pytest.raises(PathwayError, match="narrower than the robot"):
+            one.build()
+
+
+def test_a_fold_between_two_vertices_of_a_link_is_told_as_deep_as_it_is() -> None:
+    """HAZ-39: a membrane of 1 mm round a hole of 3 mm is 3 mm deep in a robot of 6 mm, wherever its vertices are."""
+    mesh, model = turned(PROFILES["membrane"]), SnakeModel(6)
+    lumen = lumen_between(mesh, (0.0, 0.0, 10.0), (0.0, 0.0, 190.0), model, few_contours())
+    drive = SnakeDrive(model, lumen.pathway, few_contours(), lumen.curve, lumen.slack, tip_s=140.0)
+    depth = WallDepth(mesh, lumen.pathway, lumen.curve, model.links)
+    depth.look(drive, True)
+    frames = model.frames(drive.state.q, drive.state.base)
+    axes = Segments(frames[-5:-1, :3, 3], frames[-4:, :3, 3], np.full(4, model.radius_mm))  # wholly in the lumen
+    assert depth.deepest["mm"] == pytest.approx(-ProximityTree(mesh).clearance(axes), abs=0.02)
+    assert 2.9 < depth.deepest["mm"] < 3.6
+    assert depth.deepest["at_lps"][2] == pytest.approx(103.0, abs=1.0)
+    assert depth.per_link[depth.deepest["link"] - 1] == depth.deepest["mm"]
