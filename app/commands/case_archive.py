@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import sys
 from pathlib import Path
 
 from app.cases.model import Case
@@ -27,7 +28,9 @@ def write(args: argparse.Namespace, services: Services, case: Case) -> int:
     """Write the archive whole or not at all. Raises InputError where it holds images and that was not confirmed."""
     check_images(case, args.with_images, "--with-images")
     with open_atomically(args.file) as target:
-        services.archive_writer.write(case.id, target, with_runs=args.runs)
+        left_out = services.archive_writer.write(case.id, target, with_runs=args.runs)
+    for one in left_out:
+        print(f"vfix: left out, since it cannot be read: {one['kind']} '{one['name']}': {one['why']}", file=sys.stderr)
     size = args.file.stat().st_size
     answer = {"case": case.id, "name": case.name, "file": str(args.file), "size_bytes": size}
     words = f"{args.file} written, {size / 1e6:.1f} MB. Not for clinical use."

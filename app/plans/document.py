@@ -11,7 +11,7 @@ from app.plans.diff import changes
 from app.plans.model import (
     Plan,
     PlanContent,
-    check_size,
+    check_content,
     content_from_json,
     content_to_json,
 )
@@ -43,7 +43,7 @@ PLAN = DocumentKind(
     empty=PlanContent,
     read=content_from_json,
     write=content_to_json,
-    check=check_size,  # values are checked where they come in: by PlanEditor, PlanService and read
+    check=check_content,  # what is acknowledged can be read again, whichever edit made it
     refs=_refs,
     upgrades={BEFORE_PATHS: (STORED, _with_paths)},
     errors=DocumentErrors(refused=PlanError, conflict=PlanConflict, locked=PlanLocked),

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
 from app.kit.names import check_name
+from app.plans.paths import check_word
 from vfix_engine.errors import PlanError
 from vfix_engine.resources import assets_dir
 from vfix_engine.robots import RobotModel, Tool, robot_from_urdf, urdf_frames
@@ -71,7 +72,8 @@ def plan_robot(plan: UsesInstruments, instruments: Instruments | None) -> RobotM
 
 @lru_cache(maxsize=32)
 def shaped_tool(name: str, bend_deg: float | None = None, shaft_radius_mm: float | None = None) -> Tool:
-    """A shipped tool, with another bend and radius where they are given. Raises RobotError."""
+    """A shipped tool by its name, which is no path, with another bend and radius. Raises RobotError, PlanError."""
+    check_word(name, "tool")
     return Tool.load(name).shaped(None if bend_deg is None else math.radians(bend_deg), shaft_radius_mm)
 
 

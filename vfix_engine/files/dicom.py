@@ -43,6 +43,7 @@ _TAGS = [
     "Modality",
     "ImageType",
     "SeriesInstanceUID",
+    "FrameOfReferenceUID",
     "NumberOfFrames",
     "PixelSpacing",
     "ImagePositionPatient",
@@ -283,12 +284,15 @@ def _slice(dataset: Any, words: npt.NDArray[Any], layout: PixelLayout, names: tu
     rotation, upper = np.linalg.qr(axes)  # takes off the rounding of the stored cosines
     axes = rotation * np.sign(np.diag(upper))
     row_mm, column_mm = numbers(dataset.PixelSpacing, 2, where)
+    if min(row_mm, column_mm) <= 0.0:
+        raise ImageError(f"the PixelSpacing of {where} is {row_mm:g} x {column_mm:g} mm; it must be above 0.")
     hu = hounsfield(dataset, words, layout, where)
     position = numbers(dataset.ImagePositionPatient, 3, where)
     thickness = float(dataset.get("SliceThickness") or 0.0)
     thick = thickness if 0.0 < thickness <= PLAUSIBLE_SPACING[1] else None
     pixel_mm, by = np.array([column_mm, row_mm]), rescale(dataset, where)
-    return Slice(hu, position, axes, pixel_mm, thick, _window(dataset), where, told, by, unit_of(dataset))
+    reference = str(dataset.get("FrameOfReferenceUID") or "")
+    return Slice(hu, position, axes, pixel_mm, thick, _window(dataset), where, told, by, unit_of(dataset), reference)
 
 
 def _window(dataset: Any) -> tuple[float, float] | None:

@@ -34,6 +34,7 @@ class Slice:
 
     pixel_mm: (2,) distance between columns and between rows. axes: (3, 2) unit directions along a row and a column.
     thickness_mm: None where the file does not say it. window: width and centre that the file suggests; None for none.
+    reference: UID of the frame that the position is in; '' where the file names none.
     rescale, unit: slope and intercept by which the values were made, and what the file says that they are in.
     where: what it is called in a message, such as "the file 'IM5'". told: how a note calls it, which is stored.
     """
@@ -48,6 +49,7 @@ class Slice:
     told: str = "a slice"
     rescale: tuple[float, float] = (1.0, 0.0)
     unit: str = HU
+    reference: str = ""
 
     @property
     def normal(self) -> Array:
@@ -100,6 +102,13 @@ def stack(slices: list[Slice]) -> tuple[Volume, tuple[str, ...]]:
         if np.abs(one.axes - first.axes).max() > _SAME_DIRECTION:
             raise ImageError(
                 f"the slices differ in orientation: {one.where} and {first.where} do. Name one series only."
+            )
+    named = [one for one in slices if one.reference]
+    for one in named:
+        if one.reference != named[0].reference:
+            raise ImageError(
+                f"the slices lie in different frames of reference (FrameOfReferenceUID): {one.where} and "
+                f"{named[0].where} do, so that their places cannot be compared. Name slices of one scan only."
             )
     normal = first.normal
     ordered = sorted(slices, key=lambda one: float(one.position @ normal))

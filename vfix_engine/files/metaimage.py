@@ -55,7 +55,13 @@ def read_header(path: Path) -> GridHeader:
     directions = np.array(matrix).reshape(axes, axes)
     if directions[:3, 3:].any() or directions[3:, :3].any():
         raise ImageError("the MetaImage header turns an axis of space into one that is not of space.")
-    transform[:3, :3] = directions[:3, :3].T * _numbers(fields, ("ElementSpacing", "ElementSize"), axes)[:3]
+    spacing = _numbers(fields, ("ElementSpacing", "ElementSize"), axes)[:3]
+    if min(spacing) <= 0.0:
+        raise ImageError(
+            f"the ElementSpacing of the MetaImage header is {' x '.join(f'{mm:g}' for mm in spacing)} mm; it must be "
+            "above 0. Mirrored axes belong into the TransformMatrix."
+        )
+    transform[:3, :3] = directions[:3, :3].T * spacing
     transform[:3, 3] = _numbers(fields, ("Offset", "Position", "Origin"), axes)[:3]
     return GridHeader(sizes, check_transform(transform, 1.0), "LPS", "mm")
 

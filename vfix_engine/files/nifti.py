@@ -184,6 +184,9 @@ def _transform(head: bytes, order: str, sizes: tuple[int, int, int]) -> tuple[np
 def _quaternion_transform(head: bytes, order: str) -> npt.NDArray[np.float64]:
     """Method 2 of nifti1.h: rotation by the unit quaternion (a, b, c, d), third column times qfac."""
     qfac, *pixdim = struct.unpack_from(order + "4f", head, 76)
+    if not min(pixdim) > 0.0:
+        figures = " x ".join(f"{value:g}" for value in pixdim)
+        raise ImageError(f"the NIfTI header has voxels of {figures} (pixdim); they must be above 0.")
     b, c, d, *offset = struct.unpack_from(order + "6f", head, 256)
     square = b * b + c * c + d * d
     if not square <= 1.0 + 1e-4:

@@ -73,8 +73,12 @@ class ArchiveWriter:
         self._store, self._cases, self._plans = store, cases, plans
         self._instruments, self._runs = instruments, runs
 
-    def write(self, case_id: str, target: BinaryIO, *, with_runs: bool = False, go_on: GoOn = bool) -> None:
-        """Write the archive of a case. go_on: called again and again; it raises where nobody waits any more.
+    def write(
+        self, case_id: str, target: BinaryIO, *, with_runs: bool = False, go_on: GoOn = bool
+    ) -> list[dict[str, str]]:
+        """Write the archive of a case; returns what is left out since it cannot be read: kind, id, name and why.
+
+        go_on: called again and again; it raises where nobody waits any more.
 
         Raises NotFound, and StorageError where a file of the case is gone or damaged or the target takes nothing.
         """
@@ -83,14 +87,14 @@ class ArchiveWriter:
         try:
             self._unpack(case, shipped)
             with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED, compresslevel=_LEVEL) as file:
-                self._fill(_Package(file, go_on), case, shipped, with_runs)
+                return self._fill(_Package(file, go_on), case, shipped, with_runs)
         except OSError as error:
             raise StorageError(f"the archive could not be written: {error.strerror or error}.") from error
         finally:
             for path in shipped.values():
                 path.unlink(missing_ok=True)
 
-    def _fill(self, package: _Package, case: Case, shipped: dict[str, Path], with_runs: bool) -> None:
+    def _fill(self, package: _Package, case: Case, shipped: dict[str, Path], with_runs: bool) -> list[dict[str, str]]:
         keys = {source: _sum_of(path) for source, path in shipped.items()}
         of_case = self._case_json(case.id, {source: STORED + key for source, key in keys.items()})
         documents, left_out = self._documents(case.id)
@@ -120,6 +124,7 @@ class ArchiveWriter:
                 raise StorageError(f"the stored file {key[:12]} is damaged; import the case again.")
         sums = "".join(f"{digest}  {name}\n" for name, digest in package.sums.items())
         package.add(SUMS, iter([sums.encode()]))
+        return left_out
 
     def _case_json(self, case_id: str, sources: dict[str, str]) -> dict[str, Any]:
         """The case as it is stored; what travels with vfix is named by the hash of the copy in the archive."""

@@ -29,6 +29,17 @@ def test_a_plan_is_made_edited_undone_and_deleted(client: Client) -> None:
     client.delete(path)
 
 
+@pytest.mark.parametrize("name", ["../tools/bent_30", "/dev/zero", "tools/bent_30.json"])
+def test_a_tool_is_no_path(client: Client, name: str) -> None:
+    """HAZ-19: no file of the server is opened, and the plan can be read as before."""
+    plan = client.post(f"{CASE}/plans", json={"name": "No path"}).json()
+    path = f"/api/plans/{plan['id']}"
+    answer = client.patch(path, json={"tool": {"name": name}})
+    assert (answer.status_code, "letters, digits" in answer.text) == (422, True)
+    assert client.get(path).json() == plan
+    client.delete(path)
+
+
 def test_every_edit_tells_the_revision_that_it_made_and_may_ask_for_the_one_before(client: Client) -> None:
     made = client.post(f"{CASE}/plans", json={"name": "editions"})
     path, tag = f"/api/plans/{made.json()['id']}", made.headers["etag"]

@@ -1,5 +1,6 @@
 """Archives: a case comes back with everything in it, and nothing is left of an archive that is refused."""
 
+import argparse
 import asyncio
 import errno
 import hashlib
@@ -25,6 +26,7 @@ from app.api import router
 from app.cases.model import HEAD_PHANTOM
 from app.cases.service import Bead, Case, CaseFrame
 from app.cli import main
+from app.commands import case_archive
 from app.exchange.archive import ArchiveWriter
 from app.exchange.archive import checking as module
 from app.gateway.error_answers import install_error_answers
@@ -229,7 +231,9 @@ def test_the_manifest_says_what_is_in_it(services: Services, head: Case, archive
     assert plan["schema"] == "vfix-plan/1"
 
 
-def test_a_document_that_cannot_be_read_is_left_out_and_told(services: Services, head: Case) -> None:
+def test_a_document_that_cannot_be_read_is_left_out_and_told(
+    services: Services, head: Case, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     plan_id = services.plans.create(head.id, "Broken").id
     with services.store.writing() as session:
         state = session.get_one(DocumentStateRow, (plan_id, 0))
@@ -238,6 +242,9 @@ def test_a_document_that_cannot_be_read_is_left_out_and_told(services: Services,
         (left,) = json.loads(packed.read("manifest.json"))["left_out"]
     assert (left["id"], left["name"]) == (plan_id, "Broken")
     assert "points" in left["why"]
+    args = argparse.Namespace(file=tmp_path / "head.zip", with_images=True, runs=False, json=False)
+    assert case_archive.write(args, services, head) == 0
+    assert "left out, since it cannot be read: plan 'Broken': " in capsys.readouterr().err
 
 
 def test_a_damaged_file_of_the_store_is_never_packed(services: Services, head: Case) -> None:

@@ -71,3 +71,26 @@ def test_a_file_that_begins_as_dicom_is_read_or_named(tmp_path: Path, name: str)
         (folder / name).write_bytes(data[:length])
         with pytest.raises(ImageError, match=f"the file '{Path(name).name}'"):
             read_series(folder, 1)
+
+
+@pytest.mark.parametrize("spacing", [[-1.0, 1.0], [1.0, -1.0], [0.0, 1.0]])
+def test_a_spacing_that_is_not_above_zero_is_refused(tmp_path: Path, spacing: list[float]) -> None:
+    """HAZ-14: a negative one would mirror the head."""
+    slices = dicom_slices(asymmetric_volume())
+    for one in slices:
+        one.PixelSpacing = spacing
+    with pytest.raises(ImageError, match=r"the PixelSpacing of .* must be above 0"):
+        read_series(save_dicom(slices, tmp_path / "series"))
+
+
+def test_slices_of_several_frames_of_reference_are_refused(tmp_path: Path) -> None:
+    """HAZ-37: their positions cannot be compared; files that name none are read."""
+    slices = dicom_slices(asymmetric_volume())
+    for one in slices:
+        one.FrameOfReferenceUID = "1.2.3"
+    assert read_series(save_dicom(slices, tmp_path / "one")).volume.hu.shape == asymmetric_volume().hu.shape
+    del slices[1].FrameOfReferenceUID
+    assert read_series(save_dicom(slices, tmp_path / "unnamed")).volume.hu.shape == asymmetric_volume().hu.shape
+    slices[-1].FrameOfReferenceUID = "1.2.4"
+    with pytest.raises(ImageError, match="different frames of reference"):
+        read_series(save_dicom(slices, tmp_path / "two"))

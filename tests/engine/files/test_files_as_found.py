@@ -87,6 +87,15 @@ def meta_of(file: Path, sizes: str) -> Path:
     return file
 
 
+def test_a_metaimage_whose_spacing_is_not_above_zero_is_refused(tmp_path: Path) -> None:
+    """HAZ-14: a negative one would mirror the head."""
+    file = meta_of(tmp_path / "a.mha", "15 12 9")
+    for spacing in (b"-1 1 1", b"1 0 1"):
+        file.write_bytes(meta_of(tmp_path / "b.mha", "15 12 9").read_bytes().replace(b"= 1 1 1", b"= " + spacing))
+        with pytest.raises(ImageError, match=r"ElementSpacing .* must be above 0"):
+            read_volume(file)
+
+
 @pytest.mark.parametrize("ones", ["1", "1 1"])
 def test_single_further_axes_of_nrrd_and_metaimage(tmp_path: Path, ones: str) -> None:
     volume = asymmetric_volume()

@@ -118,6 +118,17 @@ def test_nifti_without_a_placement_is_asked_for(tmp_path: Path) -> None:
         read_volume(file)
 
 
+def test_nifti_with_voxels_that_are_not_above_zero_is_refused(tmp_path: Path) -> None:
+    """HAZ-14: a negative pixdim would mirror the head."""
+    file = tmp_path / "ct.nii"
+    sitk.WriteImage(sitk_image(asymmetric_volume()), str(file))
+    data = bytearray(file.read_bytes())
+    struct.pack_into("<f", data, 80, -1.0)
+    file.write_bytes(data)
+    with pytest.raises(ImageError, match="pixdim"):
+        read_volume(file)
+
+
 def test_user_who_contradicts_the_file_is_refused(tmp_path: Path) -> None:
     file = tmp_path / "ct.nrrd"
     file.write_bytes(nrrd_bytes(asymmetric_volume(), "LPS", np.ones(3)))
