@@ -102,10 +102,13 @@ def turned(base: Array, end: Array, share: float) -> Array:
 def bounds_by_place(pathway: Pathway, settings: DriveSettings, windows: IntArray) -> Array:
     """b_i (L,) in mm of links with those windows (L, 2), segment by segment, of the pathway at rest.
 
-    8 mm, 4 mm of the last link, and half of the radius that every section of the segment has at least; or as given.
+    8 mm, 4 mm of the last link, and half of the radius that every section of the segment has at least, by its contours
+    and by the lumen's surface; or as given.
     """
     rest = pathway.moved(None).contours(extended=True)
     smallest = rest.radius.min(axis=1)
+    wall = np.full(2, np.inf) if pathway.wall_radius is None else pathway.wall_radius
+    at, step = np.linspace(0.0, pathway.length, len(wall), retstep=True)
     found = np.empty(len(windows))
     for link, (first, last) in enumerate(windows.tolist()):
         is_tip = link == len(windows) - 1
@@ -120,4 +123,7 @@ def bounds_by_place(pathway: Pathway, settings: DriveSettings, windows: IntArray
             axis /= np.linalg.norm(axis)
             for end in (j, j + 1):
                 found[link] = min(found[link], 0.5 * smallest[end] * float(rest.tangent[end] @ axis))
+            if rest.s[j] >= 0.0 and rest.s[j + 1] <= pathway.length:  # not the straight ends
+                near = (at > rest.s[j] - step) & (at < rest.s[j + 1] + step)
+                found[link] = min(found[link], 0.5 * float(wall[near].min()))
     return found

@@ -370,6 +370,12 @@ def test_bounds_go_by_the_surface_where_that_is_narrower_than_the_contours() -> 
             low, high = (np.searchsorted(at, path.s[j], "right") - 1, np.searchsorted(at, path.s[j + 1]))
             wanted[j + (0 if ends else 1)] = min(wanted[j + (0 if ends else 1)], wall[low : high + 1].min())
         np.testing.assert_array_equal(one, wanted)
+    path = replace(bottle(), wall_radius=np.where(random.random(900) < 0.1, random.uniform(1.0, 7.0, 900), np.inf))
+    first = random.integers(1, 60, 6)
+    windows = np.column_stack([first, first + random.integers(1, 20, 6)])
+    bounds = DriveSettings().bounds(6).at(inscribed_radii(path), windows)
+    np.testing.assert_allclose(bounds, bounds_by_place(path, DriveSettings(), windows), rtol=1e-9)
+    assert (bounds < bounds_by_place(bottle(), DriveSettings(), windows)).any()
     with pytest.raises(PathwayError, match="by its surface"):
         replace(path, wall_radius=np.array([3.0, np.nan]))
 
