@@ -27,7 +27,7 @@ def test_a_reply_follows_the_state_that_it_answers() -> None:
         model.commit()
 
     async def write() -> None:
-        outbox = router.Outbox()
+        outbox = router.ClientOutbox()
 
         async def send_text(text: str) -> None:
             sent.append(json.loads(text))
@@ -74,7 +74,7 @@ def test_replies_are_never_dropped_and_while_many_wait_no_command_is_read() -> N
             reply(True, None)
             return True
 
-        outbox = router.Outbox()
+        outbox = router.ClientOutbox()
         socket: Any = SimpleNamespace(send_text=send_text, receive=receive)
         session: Any = SimpleNamespace(view_model=ViewModel(), command=command)
         for _ in range(3 * router.MAX_NOTES):
