@@ -14,7 +14,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from imaging_phantoms import asymmetric_volume
 
 from vfix_engine.errors import FrameError, ImageError, InputError
 from vfix_engine.files.frame_report import FrameReport
@@ -132,6 +131,8 @@ def is_alive(process_id: int) -> bool:
 
 
 def test_values_cross_and_come_back() -> None:
+    from imaging_phantoms import asymmetric_volume  # here: the worker, which loads this module, may not read it
+
     volume, report = asymmetric_volume(), FrameReport("RAS", True)
     mesh = TriangleMesh(np.eye(3), [[0, 1, 2]])
     sent = [1, 0.1, "text", None, True, Path("/a"), (1, [2.5]), {"k": np.arange(4)}, report, mesh, volume]
