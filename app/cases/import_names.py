@@ -17,6 +17,7 @@ from vfix_engine.errors import InputError
 
 Sort = Literal["CT", "MR", "Surface", "Volume"]
 _MODALITIES: tuple[Sort, ...] = ("CT", "MR")
+NO_DESCRIPTION = "The file has no series description that can be a name; the usual name was given."
 _MONTHS = ("Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec")
 
 
@@ -39,16 +40,19 @@ class WantedName:
         if self.described:
             raise InputError("give a name, or ask for the file's series description, not both.")
 
-    def among(self, taken: Collection[str], sort: Sort, description: str) -> str:
-        """The name, where others are taken. description: of the file's series, '' where it has none."""
+    def among(self, taken: Collection[str], sort: Sort, description: str) -> tuple[str, tuple[str, ...]]:
+        """The name, where others are taken, and a note where it is not the one that was asked for.
+
+        description: of the file's series, '' where it has none.
+        """
         if self.given is not None:
-            return check_name(self.given.strip(), f"{self.what}'s name")
-        if self.described:
-            try:
-                return unused_name(check_name(description, "series description"), taken)
-            except InputError:  # empty, or with what no name may hold
-                pass
-        return plain_name(sort, taken, local_now())
+            return check_name(self.given.strip(), f"{self.what}'s name"), ()
+        if not self.described:
+            return plain_name(sort, taken, local_now()), ()
+        try:
+            return unused_name(check_name(description, "series description"), taken), ()
+        except InputError:
+            return plain_name(sort, taken, local_now()), (NO_DESCRIPTION,)
 
 
 def plain_name(sort: Sort, taken: Collection[str], now: datetime) -> str:

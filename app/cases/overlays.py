@@ -38,8 +38,8 @@ class Overlays:
 
         def added(content: CaseContent, _: Session) -> CaseContent:
             taken = {item.name for item in content.overlays}
-            name = wanted.among(taken, sort_of_volume(found.modality), found.description)
-            made.append(Overlay(overlay_id, name, found.window, found.level, info, tuple(notes)))
+            name, more = wanted.among(taken, sort_of_volume(found.modality), found.description)
+            made.append(Overlay(overlay_id, name, found.window, found.level, info, (*notes, *more)))
             return replace(content, overlays=(*content.overlays, made[-1]))
 
         self._cases.change_content(case_id, added)

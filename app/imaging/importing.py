@@ -104,9 +104,9 @@ class ImportService:
         reports = {BONE: bone.control_report, DISPLAY: bone.display_report}
         frame = CaseFrame(head.frame.name, head.frame.assumed)
         taken = {case.name for case in self._cases.list(include_deleted=True)}
-        name = request.wanted.among(taken, request.sort, head.frame.description)
+        name, name_notes = request.wanted.among(taken, request.sort, head.frame.description)
         return self._cases.create(
-            name, frame=frame, surfaces=surfaces, volume=head.volume, notes=head.notes, reports=reports
+            name, frame=frame, surfaces=surfaces, volume=head.volume, notes=(*head.notes, *name_notes), reports=reports
         )
 
     def check_case(self, case_id: str) -> None:

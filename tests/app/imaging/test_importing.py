@@ -11,7 +11,7 @@ import pytest
 import trimesh
 from pydicom.uid import generate_uid
 
-from app.cases.import_names import WantedName, plain_name
+from app.cases.import_names import NO_DESCRIPTION, WantedName, plain_name
 from app.cases.model import HEAD_PHANTOM, Case, CaseContent
 from app.cases.reading import case_content_from_json
 from app.cases.service import CaseService
@@ -344,11 +344,15 @@ def test_a_plain_name_has_sort_number_and_time() -> None:
 def test_a_description_is_a_name_only_when_that_is_asked_for() -> None:
     """HAZ-32, HAZ-33: an empty one, or one that cannot be a name, gives way to the plain name."""
     agreed, silent = WantedName(None, True, "case"), WantedName(None, False, "case")
-    assert agreed.among({"Sinus 0.6"}, "CT", "Sinus 0.6") == "Sinus 0.6 2"
+    assert agreed.among({"Sinus 0.6"}, "CT", "Sinus 0.6") == ("Sinus 0.6 2", ())
     for description in ("", "  ", "\u202eSinus", "x" * 200):
-        assert re.fullmatch(f"CT 1, {TIME}", agreed.among((), "CT", description)), description
-    assert re.fullmatch(f"CT 1, {TIME}", silent.among((), "CT", "Doe, John"))
-    assert WantedName(" Nose ", False, "case").among({"Nose"}, "CT", "Doe") == "Nose"
+        name, notes = agreed.among((), "CT", description)
+        assert re.fullmatch(f"CT 1, {TIME}", name), description
+        assert notes == (NO_DESCRIPTION,)
+    name, notes = silent.among((), "CT", "Doe, John")
+    assert re.fullmatch(f"CT 1, {TIME}", name)
+    assert notes == ()
+    assert WantedName(" Nose ", False, "case").among({"Nose"}, "CT", "Doe") == ("Nose", ())
     with pytest.raises(InputError, match="not both"):
         WantedName("Nose", True, "case").check()
 
