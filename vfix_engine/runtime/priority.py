@@ -12,6 +12,7 @@ import sys
 from collections.abc import Callable
 
 LEVEL = 1  # the lowest real-time priority is above everything that is not real-time, and asks for the least permission
+CONTROL_LEVEL = 2  # of the control process, which interrupts threads of the lower level; where allowed
 
 NOT_ALLOWED = "the system does not allow one to this user"
 NOT_HERE = "vfix takes one on Linux only"
@@ -25,7 +26,7 @@ class RealTimePriority:
     """The calling thread's priority. words: '' while nothing prevents one, otherwise why it has none."""
 
     def __init__(self, wanted: bool = True, schedule: Schedule | None = None):
-        self._wanted, self._schedule = wanted, schedule or schedule_thread
+        self._wanted, self._schedule = wanted, schedule or schedule_control
         self.held = False
         self.words = ""
 
@@ -57,12 +58,20 @@ class RealTimePriority:
             self.words = GIVEN_UP
 
 
-def schedule_thread(real_time: bool, thread: int = 0) -> None:
+def schedule_control(real_time: bool) -> None:
+    """As ``schedule_thread`` of the calling thread, above other real-time threads of vfix where that is allowed."""
+    try:
+        schedule_thread(real_time, level=CONTROL_LEVEL)
+    except PermissionError:
+        schedule_thread(real_time)
+
+
+def schedule_thread(real_time: bool, thread: int = 0, level: int = LEVEL) -> None:
     """Put a thread into the real-time class, or back into the ordinary one.
 
     Args:
         real_time: whether into the real-time class.
-        thread: its native id; 0 is the calling thread.
+        thread: its native id; 0 is the calling thread. level: of the real-time class.
 
     Raises:
         NotImplementedError: this system has no such call.
@@ -72,7 +81,7 @@ def schedule_thread(real_time: bool, thread: int = 0) -> None:
         raise NotImplementedError
     # What it starts does not inherit the class. Only root may take that flag off again.
     if real_time:
-        os.sched_setscheduler(thread, os.SCHED_FIFO | os.SCHED_RESET_ON_FORK, os.sched_param(LEVEL))
+        os.sched_setscheduler(thread, os.SCHED_FIFO | os.SCHED_RESET_ON_FORK, os.sched_param(level))
     else:
         os.sched_setscheduler(thread, os.SCHED_OTHER | os.SCHED_RESET_ON_FORK, os.sched_param(0))
 

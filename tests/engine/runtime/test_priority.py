@@ -75,3 +75,21 @@ def test_the_thread_is_really_scheduled_so() -> None:
     left = os.SCHED_RESET_ON_FORK if taken == (os.SCHED_FIFO, "") else 0  # only root may take the flag off again
     assert after[0] == os.SCHED_OTHER | left
     assert priority.why_not() == taken[1]
+
+
+def test_control_is_above_other_threads_where_that_is_allowed(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[int] = []
+
+    def schedule(real_time: bool, thread: int = 0, level: int = priority.LEVEL) -> None:
+        asked.append(level)
+        if level > allowed:
+            raise PermissionError(errno.EPERM, "not permitted")
+
+    monkeypatch.setattr(priority, "schedule_thread", schedule)
+    allowed = 2
+    assert RealTimePriority().take()
+    allowed = 1
+    assert RealTimePriority().take()
+    assert asked == [2, 2, 1]
+    allowed = 0
+    assert not RealTimePriority().take()
