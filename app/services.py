@@ -186,7 +186,7 @@ def build_services(settings: Settings) -> Services:
         removed_volumes=removed_volumes,
         suggestions=Suggestions(jobs, cases, instruments, fields, planning, switches),
         runs=runs,
-        recordings=Recordings(jobs, runs, planning.ways),
+        recordings=Recordings(jobs, runs),
         switches=switches,
         segmenting=Segmenting(cases, jobs),
         labels=PaintedLabels(store, cases, jobs),
