@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 _LOG = logging.getLogger(__name__)
 
-Origin = Literal["page", "command line", "replay", "study"]
+RunOrigin = Literal["page", "command line", "replay", "study"]
 
 FILES = (MANIFEST, SPEC, TICKS, EVENTS, END, SIDEWAYS)
 MAX_BYTES = 4 << 30  # of all runs of a home together; the oldest are deleted
@@ -63,7 +63,7 @@ class StoredRun:
     id: str
     case_id: str | None
     plan_id: str | None
-    origin: Origin
+    origin: RunOrigin
     recorded: str
     size_bytes: int
     manifest: dict[str, Any]
@@ -90,7 +90,7 @@ class RunService:
         store.drives.rescue = self._rescue
 
     def new_folder(
-        self, origin: Origin | None = None, *, case_id: str | None = None, plan_id: str | None = None
+        self, origin: RunOrigin | None = None, *, case_id: str | None = None, plan_id: str | None = None
     ) -> Path:
         """Where a drive may write its run: a path that is not there yet. What is not kept ends with the planner.
 
@@ -118,7 +118,7 @@ class RunService:
         self,
         folder: Path,
         *,
-        origin: Origin,
+        origin: RunOrigin,
         case_id: str | None = None,
         plan_id: str | None = None,
         ways: Ways | None = None,
