@@ -31,7 +31,7 @@ from vfix_engine.runtime.run import END, EVENTS, MANIFEST, PART, SIDEWAYS, SPEC,
 
 _LOG = logging.getLogger(__name__)
 
-Origin = Literal["page", "command line", "replay", "study"]
+RunOrigin = Literal["page", "command line", "replay", "study"]
 Measure = Callable[[Path], dict[str, Any] | None]
 
 FILES = (MANIFEST, SPEC, TICKS, EVENTS, END, SIDEWAYS)
@@ -60,7 +60,7 @@ class StoredRun:
     id: str
     case_id: str | None
     plan_id: str | None
-    origin: Origin
+    origin: RunOrigin
     recorded: str
     size_bytes: int
     manifest: dict[str, Any]
@@ -87,7 +87,7 @@ class RunService:
         store.drives.rescue = self._rescue
 
     def new_folder(
-        self, origin: Origin | None = None, *, case_id: str | None = None, plan_id: str | None = None
+        self, origin: RunOrigin | None = None, *, case_id: str | None = None, plan_id: str | None = None
     ) -> Path:
         """Where a drive may write its run: a path that is not there yet. What is not kept ends with the planner.
 
@@ -115,7 +115,7 @@ class RunService:
         self,
         folder: Path,
         *,
-        origin: Origin,
+        origin: RunOrigin,
         case_id: str | None = None,
         plan_id: str | None = None,
         measure: Measure | None = None,

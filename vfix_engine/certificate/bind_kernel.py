@@ -17,7 +17,7 @@ from ..kernels.compiled import compiled
 from ..proximity.pairs import COSINE, MAX_ROWS, RADIUS_MM, select
 from ..virtual_fixtures.state_kernel import BODY, SEGMENT, TRIANGLE
 from ..virtual_fixtures.stopping import stopping_distance
-from .world import StepConstants
+from .constants import StepConstants
 
 
 @compiled
@@ -45,7 +45,7 @@ def largest_moves(box: Array, position: Array, jacobian: Array, start: Array, en
 
 @compiled
 def binding(
-    world: StepConstants, move: Array, rows: Array, labels: Int32Array, body: Int32Array, found: int, pairs: Array
+    constants: StepConstants, move: Array, rows: Array, labels: Int32Array, body: Int32Array, found: int, pairs: Array
 ) -> int:
     """Write those of some pairs, at least one, that can bind, nearest to their margin first; how many they are.
 
@@ -58,10 +58,10 @@ def binding(
     """
     limit = np.empty(len(move))
     for s in range(len(move)):
-        limit[s] = stopping_distance(move[s], world.change)
+        limit[s] = stopping_distance(move[s], constants.change)
     free, nearest = np.empty(found), 0
     for i in range(found):
-        free[i] = rows[i, 0] - world.keep[body[i]]
+        free[i] = rows[i, 0] - constants.buffered_margin[body[i]]
         if free[i] < free[nearest]:
             nearest = i
     waiting, slack = np.empty(found, np.int32), np.empty(found)

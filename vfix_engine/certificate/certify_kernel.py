@@ -2,7 +2,7 @@
 
 Between two poses the joints move linearly.
 A point of the tool's axis at share s of the motion is at most s·h + C/8 away from its start and (1 − s)·h + C/8 from
-its end, where h is the length of its chord and C bounds its second derivative (``sweep_kernel.bend``).
+its end, where h is the length of its chord and C bounds its second derivative (``sweep_kernel.acceleration_bound``).
 Distance to a body changes no faster than the point moves, so the distance during the motion is at least
 (c_0 + c_1 − h) / 2 − C/8, with c_0 and c_1 the distances at the ends (HAZ-01, HAZ-02).
 Where that is not enough the motion is halved and both halves are certified; a motion that still is not enough
@@ -21,9 +21,9 @@ from ..kernels.compiled import compiled, inlined
 from ..virtual_fixtures.joint_limits import step_box
 from ..virtual_fixtures.state_kernel import BROKEN_COUNT, PAIR_COUNT, StateViews, state_views
 from .bind_kernel import binding, largest_moves
-from .measure_kernel import covered, measure, place
-from .sweep_kernel import bend, chords
-from .world import Cover, StepConstants, unpack_cover, unpack_world
+from .constants import CandidateTriangles, StepConstants, unpack_candidates, unpack_constants
+from .measure_kernel import candidates_suffice, measure, place
+from .sweep_kernel import acceleration_bound, chords
 
 AT_LIMIT = 1e-6  # [mm or rad] a step that misses the end of a joint's range by less, as a solver's may, ends there
 SWEEP_TOLERANCE_MM = 1e-3  # how far the bound between two poses may reach under the margin
@@ -56,8 +56,8 @@ def _clear_between(one: Array, two: Array, chord: Array, sag: float, floor: Arra
 
 @inlined
 def _clear_in_halves(
-    world: StepConstants, cover: Cover, q: Array, step: Array, start: Array, end: Array, distance: Array,
-    last_start: Array, last_end: Array, last_distance: Array, curve: float, floor: Array,
+    constants: StepConstants, candidates: CandidateTriangles, q: Array, step: Array, start: Array, end: Array,
+    distance: Array, last_start: Array, last_end: Array, last_distance: Array, curve: float, floor: Array,
 ) -> int:  # fmt: skip
     """Verdict on a motion that needs to be looked at in between; its poses lie on a grid of ``_GRID`` steps."""
     n, count, bodies = len(q), len(start), len(floor)
@@ -87,10 +87,10 @@ def _clear_in_halves(
         middle = (i + j) // 2
         for k in range(n):
             between[k] = q[k] + middle / _GRID * step[k]
-        place(world, between, position, rotation, jacobian, starts[middle], ends[middle])
-        if not covered(world, cover, starts[middle], ends[middle]):
+        place(constants, between, position, rotation, jacobian, starts[middle], ends[middle])
+        if not candidates_suffice(constants, candidates, starts[middle], ends[middle]):
             return UNCOVERED
-        measure(world, cover, starts[middle], ends[middle], -np.inf, distances[middle], rows, labels, body)
+        measure(constants, candidates, starts[middle], ends[middle], -np.inf, distances[middle], rows, labels, body)
         if not _above(distances[middle], floor):
             return REFUSED
         stack[top, 0], stack[top, 1] = middle, j
@@ -101,18 +101,18 @@ def _clear_in_halves(
 
 @compiled
 def _complete(
-    world: StepConstants, state: StateViews, rows: Array, labels: Int32Array, body: Int32Array, found: int
+    constants: StepConstants, state: StateViews, rows: Array, labels: Int32Array, body: Int32Array, found: int
 ) -> None:
     """Write the joints' box of the step from a measured state, and those of its pairs that can bind in that step."""
     state.counts[BROKEN_COUNT] = step_box(
-        state.q, state.velocity, world.lower, world.upper, world.speed, world.acceleration, world.dt,
-        state.box[0], state.box[1],
+        state.q, state.velocity, constants.lower, constants.upper, constants.speed, constants.acceleration,
+        constants.dt, state.box[0], state.box[1],
     )  # fmt: skip
     state.counts[PAIR_COUNT] = 0
     if found > 0:
-        move = np.empty(len(world.radius))
+        move = np.empty(len(constants.radius))
         largest_moves(state.box, state.position, state.jacobian, state.start, state.end, move)
-        state.counts[PAIR_COUNT] = binding(world, move, rows, labels, body, found, state.pairs)
+        state.counts[PAIR_COUNT] = binding(constants, move, rows, labels, body, found, state.pairs)
 
 
 @compiled
@@ -128,18 +128,18 @@ def measure_state(
     Returns:
         KEPT, UNCOVERED or OVERFULL, and how many rows are needed, see ``certify_motion``.
     """
-    world = unpack_world(numbers, counts)
-    cover = unpack_cover(len(world.radius), boxes, corners, label, first, poses)
-    state = state_views(numbers_out, len(world.lower), len(world.radius), len(world.margin))
-    place(world, state.q, state.position, state.rotation, state.jacobian, state.start, state.end)
-    if not covered(world, cover, state.start, state.end):
+    constants = unpack_constants(numbers, counts)
+    candidates = unpack_candidates(len(constants.radius), boxes, corners, label, first, poses)
+    state = state_views(numbers_out, len(constants.lower), len(constants.radius), len(constants.margin))
+    place(constants, state.q, state.position, state.rotation, state.jacobian, state.start, state.end)
+    if not candidates_suffice(constants, candidates, state.start, state.end):
         return UNCOVERED, 0
     found = measure(
-        world, cover, state.start, state.end, world.threshold, state.distance, rows, labels, body
+        constants, candidates, state.start, state.end, constants.threshold, state.distance, rows, labels, body
     )  # fmt: skip
     if found > len(rows):
         return OVERFULL, found
-    _complete(world, state, rows, labels, body, found)
+    _complete(constants, state, rows, labels, body, found)
     return KEPT, 0
 
 
@@ -152,7 +152,7 @@ def certify_motion(
     """Certify the motion from the packed state ``before`` by ``step`` (n,), and write the state that it ends in.
 
     Args:
-        numbers, counts: a ``PackedWorld``; boxes … poses: a packed cover.
+        numbers, counts: a ``PackedConstants``; boxes … poses: packed candidates.
         after: out, a packed state (see ``state_kernel``); its pose is written whatever the verdict.
         rows, labels, body: (R, …) workspace for the pairs within the threshold.
 
@@ -161,45 +161,45 @@ def certify_motion(
         OVERFULL (so many rows are needed); how many rows are needed; how far from its place at the end any point of
         the tool is during the motion, mm.
     """
-    world = unpack_world(numbers, counts)
-    cover = unpack_cover(len(world.radius), boxes, corners, label, first, poses)
-    n, count, bodies = len(world.lower), len(world.radius), len(world.margin)
+    constants = unpack_constants(numbers, counts)
+    candidates = unpack_candidates(len(constants.radius), boxes, corners, label, first, poses)
+    n, count, bodies = len(constants.lower), len(constants.radius), len(constants.margin)
     state, new = state_views(before, n, count, bodies), state_views(after, n, count, bodies)
     q, start, end, distance = state.q, state.start, state.end, state.distance
     new_q, new_start, new_end, new_distance = new.q, new.start, new.end, new.distance
     made = np.empty(n)  # the step, ended at the joints' ranges
     for j in range(n):
-        low, high = min(world.lower[j], q[j]), max(world.upper[j], q[j])
+        low, high = min(constants.lower[j], q[j]), max(constants.upper[j], q[j])
         new_q[j], made[j] = q[j] + step[j], step[j]
         if not (np.abs(step[j]) < np.inf and low - AT_LIMIT <= new_q[j] <= high + AT_LIMIT):
             return REFUSED, 0, 0.0
         if not low <= new_q[j] <= high:
             new_q[j] = min(max(new_q[j], low), high)
             made[j] = new_q[j] - q[j]
-        new.velocity[j] = made[j] / world.dt
-    place(world, new_q, new.position, new.rotation, new.jacobian, new_start, new_end)
+        new.velocity[j] = made[j] / constants.dt
+    place(constants, new_q, new.position, new.rotation, new.jacobian, new_start, new_end)
     chord, floor = np.empty(count), np.empty((bodies, count))
     chords(start, end, new_start, new_end, chord)
-    curve = bend(world.chain, world.links, world.reach, q, made)
+    curve = acceleration_bound(constants.chain, constants.links, constants.reach, q, made)
     displacement = chord.max() + curve / 8.0
-    if not covered(world, cover, new_start, new_end):
+    if not candidates_suffice(constants, candidates, new_start, new_end):
         return UNCOVERED, 0, displacement
-    found = measure(world, cover, new_start, new_end, world.threshold, new_distance, rows, labels, body)
+    found = measure(constants, candidates, new_start, new_end, constants.threshold, new_distance, rows, labels, body)
     if found > len(rows):
         return OVERFULL, found, displacement
     for b in range(bodies):
         for s in range(count):
             # A surface has no inside: nearer to an axis than a motion may deviate, it might be crossed unseen.
-            if b < len(cover.frame) and distance[b, s] <= SWEEP_TOLERANCE_MM - world.radius[s]:
+            if b < len(candidates.frame) and distance[b, s] <= SWEEP_TOLERANCE_MM - constants.radius[s]:
                 return REFUSED, 0, displacement
-            floor[b, s] = min(distance[b, s], world.margin[b])
+            floor[b, s] = min(distance[b, s], constants.margin[b])
     if not _above(new_distance, floor):
         return REFUSED, 0, displacement
     if not _clear_between(distance, new_distance, chord, curve / 8.0, floor):
         verdict = _clear_in_halves(
-            world, cover, q, made, start, end, distance, new_start, new_end, new_distance, curve, floor
+            constants, candidates, q, made, start, end, distance, new_start, new_end, new_distance, curve, floor
         )
         if verdict != KEPT:
             return verdict, 0, displacement
-    _complete(world, new, rows, labels, body, found)
+    _complete(constants, new, rows, labels, body, found)
     return KEPT, 0, displacement

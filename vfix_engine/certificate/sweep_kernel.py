@@ -7,11 +7,11 @@ import numpy as np
 from ..arrays import Array, IntArray
 from ..kernels.compiled import compiled
 from ..robots.chain_kernel import Chain
-from .world import unpack_world
+from .constants import unpack_constants
 
 
 @compiled
-def bend(chain: Chain, links: Array, reach: float, q: Array, step: Array) -> float:
+def acceleration_bound(chain: Chain, links: Array, reach: float, q: Array, step: Array) -> float:
     """Bound of |P''(s)| in mm for every point P of the tool on the motion q + s·step, s in [0, 1].
 
     ∂²P/∂q_i∂q_j, i ≤ j counted from the base, is z_i × ∂P/∂q_j for a revolute joint i and nothing for a prismatic one.
@@ -39,10 +39,10 @@ def bend(chain: Chain, links: Array, reach: float, q: Array, step: Array) -> flo
 def motion_sag(numbers: Array, counts: IntArray, q: Array, q_after: Array) -> float:
     """How far in mm a point of the tool may be from the straight line between its places at joints q and q_after.
 
-    numbers, counts: a ``PackedWorld``.
+    numbers, counts: a ``PackedConstants``.
     """
-    world = unpack_world(numbers, counts)
-    return bend(world.chain, world.links, world.reach, q, q_after - q) / 8.0
+    constants = unpack_constants(numbers, counts)
+    return acceleration_bound(constants.chain, constants.links, constants.reach, q, q_after - q) / 8.0
 
 
 @compiled

@@ -118,12 +118,12 @@ def pair_blocker(state: StepState, index: int, weight: float) -> LimitingConstra
 
 def _joint_blocker(problem: Problem, joint: int, weight: float) -> LimitingConstraint:
     """A joint at its limit, at its top speed, or gathering speed."""
-    world, (low, high) = problem.context.world, problem.joint_box
+    constants, (low, high) = problem.context.constants, problem.joint_box
     name = problem.context.robot.robot.joints[joint].name
     bound = float(high[joint] if weight > 0 else low[joint])
-    last, change = problem.state.velocity[joint] * world.dt, world.acceleration[joint] * world.dt**2
+    last, change = problem.state.velocity[joint] * constants.dt, constants.acceleration[joint] * constants.dt**2
     kind = "joint"
-    if abs(bound) >= world.speed[joint] * world.dt * (1.0 - 1e-9):
+    if abs(bound) >= constants.speed[joint] * constants.dt * (1.0 - 1e-9):
         kind = "speed"
     elif abs(abs(bound - last) - change) <= 1e-9 * (change + abs(last)):
         kind = "acceleration"

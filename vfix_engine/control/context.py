@@ -80,13 +80,14 @@ class ControlContext:
         _check_kinds(robot, tool, tree)
         self.robot, self.tool, self.tree, self.settings = robot, tool, tree, settings
         self.surroundings = surroundings = Surroundings(robot, tool, tree, settings, zones)
-        self.zones, self.world, self.packed = surroundings.zones, surroundings.world, surroundings.packed
-        world = surroundings.world
-        self.layout = Layout(len(world.lower), world.radius, len(world.margin))
+        self.zones, self.constants, self.packed = surroundings.zones, surroundings.constants, surroundings.packed
+        constants = surroundings.constants
+        self.layout = Layout(len(constants.lower), constants.radius, len(constants.margin))
         # What the tasks' kernels take: settings and tool, and the sizes of a packed state.
-        self.guide = (task_numbers(settings, tool), len(world.lower), len(world.radius), len(world.margin))
+        sizes = len(constants.lower), len(constants.radius), len(constants.margin)
+        self.kernel_sizes = (task_numbers(settings, tool), *sizes)
         self.no_rows = qp.join_constraints((), self.layout.dof + 1)
-        self.no_share = np.zeros(self.layout.dof)
+        self.no_gain = np.zeros(self.layout.dof)
         self.generation = 0  # of the problem that the program's workspace belongs to
         self._rows = MAX_ROWS
         self._program = np.empty(program_size(self.layout.dof + 1, self._rows))
@@ -103,8 +104,8 @@ class ControlContext:
     @property
     def fixtures(self) -> tuple[Fixture, ...]:
         """The fixtures of every step among these surroundings: anatomy and zones, then the joints' limits."""
-        deceleration, keep = self.settings.approach_deceleration_mm_per_s2, self.world.keep.tolist()
-        bodies = [Boundary(keep[i], deceleration, i, name) for i, name in enumerate(self.structures)]
+        deceleration, margins = self.settings.approach_deceleration_mm_per_s2, self.constants.buffered_margin.tolist()
+        bodies = [Boundary(margins[i], deceleration, i, name) for i, name in enumerate(self.structures)]
         return (*bodies, JointLimits())
 
     def start(self, q: ArrayLike) -> StepState:
@@ -190,7 +191,7 @@ class ControlContext:
         return None
 
     def fused_step(
-        self, state: StepState, wanted: qp.ObjectiveRows, given: qp.ConstraintRows, scale: float, along: Array
+        self, state: StepState, wanted: qp.ObjectiveRows, given: qp.ConstraintRows, scale: float, motion_gain: Array
     ) -> FusedStep:
         """Assemble, solve and certify a program without slacks in one compiled call."""
         after = np.empty(self._state_size)
@@ -199,7 +200,9 @@ class ControlContext:
         else:
             dof, count = self.layout.dof, len(given.bound) + MAX_ROWS
             workspace, answer = self.program_workspace(dof + 1, count), np.empty(answer_size(dof, dof + 1, count))
-        found = fused_step(self._table, state.numbers, *wanted, given.matrix, given.bound, scale, along, answer, after)
+        found = fused_step(
+            self._table, state.numbers, *wanted, given.matrix, given.bound, scale, motion_gain, answer, after
+        )
         return FusedStep(*found, workspace, answer, after)
 
     def program_workspace(self, unknowns: int, rows: int) -> Array:

@@ -114,8 +114,8 @@ class Controller:
         problem = build_step(state, task)
         for relaxation in RELAXATIONS:
             solve_step(relaxation.change(problem), self.solver)
-        load_requests(self.context.guide, state.numbers)
-        load_shaft_rows(self.context.guide, state.numbers)
+        load_requests(self.context.kernel_sizes, state.numbers)
+        load_shaft_rows(self.context.kernel_sizes, state.numbers)
         for fixture in self.fixtures:
             load = getattr(fixture, "warm_up", None)
             if load is not None:

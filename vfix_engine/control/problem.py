@@ -72,10 +72,10 @@ class Problem:
         self._generation = context.generation = context.generation + 1
 
     @property
-    def along(self) -> Array:
+    def motion_gain(self) -> Array:
         """(n,) share of the wanted motion that a unit of each joint's motion makes; 0 where there is none to make."""
-        along = self.request.along
-        return self.context.no_share if along is None or self.rests else along
+        motion_gain = self.request.motion_gain
+        return self.context.no_gain if motion_gain is None or self.rests else motion_gain
 
     @property
     def joined(self) -> tuple[qp.ObjectiveRows, qp.ConstraintRows]:
@@ -157,7 +157,7 @@ class Problem:
         """
         context, state = self.context, self.state
         wanted, given = self.joined
-        done = context.fused_step(state, wanted, given, self.scale, self.along)
+        done = context.fused_step(state, wanted, given, self.scale, self.motion_gain)
         solved = done.verdict != UNSOLVED
         self._filled = done.workspace, done.rows, done.scale
         self._answer = done.answer if solved else None

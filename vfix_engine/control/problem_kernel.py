@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..arrays import Array, IntArray
-from ..certificate.world import StepConstants, unpack_world
+from ..certificate.constants import StepConstants, unpack_constants
 from ..kernels.compiled import compiled, inlined
 from ..virtual_fixtures.boundary import approach
 from ..virtual_fixtures.state_kernel import BODY, StateViews, binding_pairs, state_views
@@ -42,7 +42,7 @@ def add_objective(matrix: Array, target: Array, weight: Array, scale: float, hes
 @compiled
 def fill(
     matrix: Array, target: Array, weight: Array, regularisation: Array, given: Array, bound: Array,
-    pairs: Array, keep: Array, change: float, position: Array, jacobian: Array, scale: float,
+    pairs: Array, buffered_margin: Array, change: float, position: Array, jacobian: Array, scale: float,
     hessian: Array, gradient: Array, rows: Array, upper: Array, lower: Array,
 ) -> None:  # fmt: skip
     """H, f, G and the limits of all rows of one step, the given constraints first, then one row per pair.
@@ -53,7 +53,8 @@ def fill(
         matrix, target, weight: objective rows (m, n + 1), (m,), (m,).
         regularisation: (n + 1, n + 1) matrix WᵀW of objective rows without target that every step has.
         given, bound: constraint rows (k, n + 1), (k,).
-        pairs: (p, 13), see ``state_kernel``; keep: (B,) mm, distance to each body; change: see ``approach_bound``.
+        pairs: (p, 13), see ``state_kernel``; buffered_margin: (B,) mm, distance to each body;
+            change: see ``approach_bound``.
         position, jacobian: of the tip, (3,), (6, n); scale: L in mm.
         hessian, gradient, rows, upper, lower: out, (c, c), (c,), (k + p, c), (c + k + p,) twice.
     """
@@ -80,7 +81,7 @@ def fill(
     done = len(bound)
     for i in range(len(pairs)):
         approach(pairs[i, 1:4], pairs[i, 4:7], position, jacobian, rows[done + i])
-        upper[first + done + i] = approach_bound(pairs[i, 0] - keep[int(pairs[i, BODY])], change) / scale
+        upper[first + done + i] = approach_bound(pairs[i, 0] - buffered_margin[int(pairs[i, BODY])], change) / scale
 
 
 @compiled
@@ -94,8 +95,8 @@ def set_box(low: Array, high: Array, scale: float, upper: Array, lower: Array) -
 
 @compiled
 def assemble(
-    world: StepConstants, state: StateViews, matrix: Array, target: Array, weight: Array, given: Array, bound: Array,
-    scale: float, hessian: Array, gradient: Array, rows: Array, upper: Array, lower: Array,
+    constants: StepConstants, state: StateViews, matrix: Array, target: Array, weight: Array, given: Array,
+    bound: Array, scale: float, hessian: Array, gradient: Array, rows: Array, upper: Array, lower: Array,
 ) -> float:  # fmt: skip
     """The QP of one step from a measured state: ``fill`` with the box of the joints' limits.
 
@@ -107,11 +108,12 @@ def assemble(
         What the joints do already counts for L as well, so that a robot that has to brake under a light hand is no
         badly scaled problem.
     """
-    for j in range(len(world.lower)):
-        scale = max(scale, abs(state.velocity[j]) * world.dt)
+    for j in range(len(constants.lower)):
+        scale = max(scale, abs(state.velocity[j]) * constants.dt)
     fill(
-        matrix, target, weight, world.regularisation, given, bound, binding_pairs(state), world.keep, world.change,
-        state.position, state.jacobian, scale, hessian, gradient, rows, upper, lower,
+        matrix, target, weight, constants.regularisation, given, bound, binding_pairs(state),
+        constants.buffered_margin, constants.change, state.position, state.jacobian, scale, hessian, gradient,
+        rows, upper, lower,
     )  # fmt: skip
     set_box(state.box[0], state.box[1], scale, upper, lower)
     return scale
@@ -123,11 +125,11 @@ def prepare(
     given: Array, bound: Array, scale: float,
     hessian: Array, gradient: Array, rows: Array, upper: Array, lower: Array,
 ) -> float:  # fmt: skip
-    """``assemble`` with a packed world and a packed state."""
-    world = unpack_world(numbers, counts)
-    state = state_views(before, len(world.lower), len(world.radius), len(world.margin))
+    """``assemble`` with packed constants and a packed state."""
+    constants = unpack_constants(numbers, counts)
+    state = state_views(before, len(constants.lower), len(constants.radius), len(constants.margin))
     return assemble(
-        world, state, matrix, target, weight, given, bound, scale, hessian, gradient, rows, upper, lower
+        constants, state, matrix, target, weight, given, bound, scale, hessian, gradient, rows, upper, lower
     )  # fmt: skip
 
 

@@ -52,7 +52,7 @@ def _relax_retreat(problem: Problem) -> Problem:
 def _drop_acceleration(problem: Problem) -> Problem:
     """Range and speed of the joints hold, no limit on acceleration."""
     problem = problem.without("acceleration")
-    low, high = joint_bounds(problem.context.robot.robot, problem.state.q, problem.context.world.dt)
+    low, high = joint_bounds(problem.context.robot.robot, problem.state.q, problem.context.constants.dt)
     return problem.changed(problem.program.boxed(low, high), box=np.stack([low, high]))
 
 
@@ -96,7 +96,7 @@ def take_step(problem: Problem, solver: str, fused: bool = True) -> StepReport:
 def _largest_share(attempt: Problem, solution: Solution, gentle: bool, problem: Problem) -> StepReport:
     """The largest certified share of the solution's step; ``problem``: the step as it was stated."""
     state, dq = attempt.state, solution.step
-    inside = bool((state.distance < attempt.context.world.margin[:, None]).any())
+    inside = bool((state.distance < attempt.context.constants.margin[:, None]).any())
     shares = (*SHARES, *MARGIN_SHARES) if inside else SHARES
     for share in shares[1:] if attempt.full_refused else shares:
         step = dq
@@ -113,7 +113,7 @@ def _largest_share(attempt: Problem, solution: Solution, gentle: bool, problem: 
 def _moved_whole(problem: Problem, after: StepState) -> StepReport:
     """The report of the fused kernel's step, as it goes nearly always: nothing slows it and nothing has to give way."""
     request, state = problem.request, problem.state
-    share = 1.0 if request.along is None else problem.share
+    share = 1.0 if request.motion_gain is None else problem.share
     if share < SLOWED_SHARE or problem.rests or state.numbers[state.layout.broken_place]:
         return _moved(problem, after, problem.share, 1.0, None)
     # Without the keywords and defaults of a call, which take as long as everything else here.
@@ -144,7 +144,7 @@ def _moved(
     if broken or not whole:
         made = attempt.found_step() if step is None else step
         emergency = exceeds_acceleration(attempt if problem is None else problem, made, with_rows=not whole)
-    if request.along is None or attempt.rests:
+    if request.motion_gain is None or attempt.rests:
         achieved = 1.0
 
     def explain() -> tuple[LimitingConstraint, ...]:
@@ -211,15 +211,15 @@ def _why(attempt: Problem, solution: Solution | None) -> tuple[tuple[LimitingCon
 def _achieved(attempt: Problem, step: Array) -> float:
     """The part of the wanted motion that a step makes, summed in the order of the fused kernel."""
     share = 0.0
-    for part, motion in zip(attempt.along.tolist(), step.tolist(), strict=True):
+    for part, motion in zip(attempt.motion_gain.tolist(), step.tolist(), strict=True):
         share += part * motion
     return share
 
 
 def exceeds_acceleration(problem: Problem, step: Array, with_rows: bool = True) -> bool:
     """Whether a step exceeds an acceleration limit: of a joint, or of a constraint (``with_rows``)."""
-    world = problem.context.world
-    last, change = problem.state.velocity * world.dt, world.acceleration * world.dt**2
+    constants = problem.context.constants
+    last, change = problem.state.velocity * constants.dt, constants.acceleration * constants.dt**2
     if (np.abs(step - last) > change + _ROUNDING * (change + np.abs(last))).any():
         return True
     return with_rows and any(

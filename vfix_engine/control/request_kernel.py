@@ -6,7 +6,7 @@ as soon as the anatomy stops the tool; λ slows the tool down along the wanted d
 
 Every kernel takes ``task``, the numbers of ``TaskNumbers``; the sizes n, s, b of the packed state ``before``
 (``fixtures.state_kernel``); and ``reach``, the longest motion in mm, or rad of a turn.
-It writes the objective's rows ``matrix`` (m, n + 1) and ``target`` (m,), and ``along`` (n,), and returns what a
+It writes the objective's rows ``matrix`` (m, n + 1) and ``target`` (m,), and ``motion_gain`` (n,), and returns what a
 ``StepRequest`` has besides: length of the wanted step, whether it has a direction, compliance, ramp fraction.
 """
 
@@ -82,7 +82,7 @@ def task_numbers(settings: ControlSettings, tool: Tool) -> Array:
 @compiled
 def free_request(
     task: Array, n: int, s: int, b: int, before: Array, force: Triple, torque: Triple, reach: float,
-    matrix: Array, target: Array, along: Array,
+    matrix: Array, target: Array, motion_gain: Array,
 ) -> Asked:  # fmt: skip
     """Rows ‖J_v Δq − ΔP_d‖² + lever² ‖J_ω Δq − Δθ_d‖² (Li 2007, eq. 4), m = 6; ``torque`` in N·mm about the tip."""
     t, state = task_views(task), state_views(before, n, s, b)
@@ -99,7 +99,7 @@ def free_request(
         ramp = 1.0 / size
         new_push, new_turn = plus(now_push, times(ramp, more_push)), plus(now_turn, times(ramp, more_turn))
     step, angle = times(t.dt, over(new_push, per_speed)), times(t.dt, over(new_turn, per_turn))
-    wish, wish_angle = times(t.dt, push), times(t.dt, times(lever, turn))
+    wanted, wish_angle = times(t.dt, push), times(t.dt, times(lever, turn))
     scaled, jacobian = times(lever, angle), np.empty((6, n))
     for k in range(3):
         target[k], target[3 + k] = step[k], scaled[k]
@@ -114,9 +114,9 @@ def free_request(
     if moves:
         share = np.dot(target, jacobian)
         for j in range(n):
-            along[j] = share[j] / square
+            motion_gain[j] = share[j] / square
     if not length > _NOTHING_MM:
-        length = _turning(math.sqrt(_squared(wish, wish_angle)), state.velocity)
+        length = _turning(math.sqrt(_squared(wanted, wish_angle)), state.velocity)
     whole = math.sqrt(_squared(times(t.dt, times(per_speed, push)), times(t.dt, times(per_turn, turn))))
     fraction = 1.0
     if whole > 0.0:
@@ -127,7 +127,7 @@ def free_request(
 @compiled
 def path_request(
     task: Array, n: int, s: int, b: int, before: Array, force: Triple, place: Triple, tangent: Triple,
-    behind: float, ahead: float, reach: float, matrix: Array, target: Array, along: Array,
+    behind: float, ahead: float, reach: float, matrix: Array, target: Array, motion_gain: Array,
 ) -> Asked:  # fmt: skip
     """The tip follows a path (Li 2007, eq. 9-15), m = 4.
 
@@ -149,13 +149,13 @@ def path_request(
     desired = times(t.dt, plus(velocity, times(kept - forwards, tangent)))  # eq. 12
     _write_progress(jacobian, 1.0, desired, PATH_REWARD, matrix, target)
     compliance = t.gain * t.dt * ramp * progress_weight(PATH_REWARD)
-    return _asked(jacobian, desired, times(t.dt, wanted), state.velocity, compliance, along)
+    return _asked(jacobian, desired, times(t.dt, wanted), state.velocity, compliance, motion_gain)
 
 
 @compiled
 def approach_request(
     task: Array, n: int, s: int, b: int, before: Array, force: Triple, goal: Triple, of_view: bool, reach: float,
-    matrix: Array, target: Array, along: Array,
+    matrix: Array, target: Array, motion_gain: Array,
 ) -> Asked:  # fmt: skip
     """The tip, or with ``of_view`` the virtual point P_v, moves straight to ``goal`` and stops there, m = 4."""
     t, state = task_views(task), state_views(before, n, s, b)
@@ -174,13 +174,13 @@ def approach_request(
     desired = times(t.dt, velocity)
     _write_progress(jacobian, 1.0, desired, reward, matrix, target)
     compliance = t.gain * t.dt * ramp * progress_weight(reward)
-    return _asked(jacobian, desired, times(t.dt, wanted), state.velocity, compliance, along)
+    return _asked(jacobian, desired, times(t.dt, wanted), state.velocity, compliance, motion_gain)
 
 
 @compiled
 def inspect_request(
     task: Array, n: int, s: int, b: int, before: Array, torque: Triple, goal: Triple, inner: float, reach: float,
-    matrix: Array, target: Array, along: Array, planes: Array, bound: Array,
+    matrix: Array, target: Array, motion_gain: Array, planes: Array, bound: Array,
 ) -> Asked:  # fmt: skip
     """The rotation kτΔt of (24) with a progress variable, and ‖J Δq + (P_v − P_t)‖², m = 7.
 
@@ -215,7 +215,9 @@ def inspect_request(
         for j in range(n):
             planes[i, j] = rows[i, j]
     compliance = t.distance * t.distance * t.rotation_gain * t.dt * ramp * progress_weight(VIEW_REWARD)
-    length, moves, compliance, fraction = _asked(turning, turn, times(t.dt, wanted), state.velocity, compliance, along)
+    length, moves, compliance, fraction = _asked(
+        turning, turn, times(t.dt, wanted), state.velocity, compliance, motion_gain
+    )
     return t.distance * length, moves, compliance, fraction
 
 
@@ -228,20 +230,20 @@ def stays_in_view(task: Array, n: int, s: int, b: int, before: Array, after: Arr
     return admissible
 
 
-def load_requests(guide: tuple[Array, int, int, int], before: Array) -> None:
+def load_requests(kernel_sizes: tuple[Array, int, int, int], before: Array) -> None:
     """Call every kernel once: one that is loaded where it is first needed would halt a running robot.
 
     Args:
-        guide: of a ``ControlContext``; before: numbers of a state.
+        kernel_sizes: of a ``ControlContext``; before: numbers of a state.
     """
-    n, no = guide[1], (0.0, 0.0, 0.0)
-    matrix, target, along = np.empty((7, n + 1)), np.empty(7), np.empty(n)
+    n, no = kernel_sizes[1], (0.0, 0.0, 0.0)
+    matrix, target, motion_gain = np.empty((7, n + 1)), np.empty(7), np.empty(n)
     planes, bound = np.empty((len(BALL_DIRECTIONS), n + 1)), np.empty(len(BALL_DIRECTIONS))
-    free_request(*guide, before, no, no, math.inf, matrix[:6], target[:6], along)
-    path_request(*guide, before, no, no, no, 0.0, 0.0, math.inf, matrix, target, along)
-    approach_request(*guide, before, no, no, True, math.inf, matrix, target, along)
-    inspect_request(*guide, before, no, no, 1.0, math.inf, matrix, target, along, planes, bound)
-    stays_in_view(*guide, before, before, no)
+    free_request(*kernel_sizes, before, no, no, math.inf, matrix[:6], target[:6], motion_gain)
+    path_request(*kernel_sizes, before, no, no, no, 0.0, 0.0, math.inf, matrix, target, motion_gain)
+    approach_request(*kernel_sizes, before, no, no, True, math.inf, matrix, target, motion_gain)
+    inspect_request(*kernel_sizes, before, no, no, 1.0, math.inf, matrix, target, motion_gain, planes, bound)
+    stays_in_view(*kernel_sizes, before, before, no)
 
 
 @shared
@@ -270,15 +272,17 @@ def _write_progress(
 
 
 @shared
-def _asked(jacobian: Array, desired: Triple, wish: Triple, velocity: Array, compliance: float, along: Array) -> Asked:
-    """What a kernel returns for the motion ``desired``, a step on its way to the speed of the step ``wish``."""
+def _asked(
+    jacobian: Array, desired: Triple, wanted: Triple, velocity: Array, compliance: float, motion_gain: Array
+) -> Asked:
+    """What a kernel returns for the motion ``desired``, a step on its way to the speed of the step ``wanted``."""
     square = dot(desired, desired)
     moves = square > _NOTHING_MM * _NOTHING_MM
     if moves:
-        for j in range(len(along)):
+        for j in range(len(motion_gain)):
             column = jacobian[0, j], jacobian[1, j], jacobian[2, j]
-            along[j] = dot(desired, column) / square
-    length, whole = norm(desired), norm(wish)
+            motion_gain[j] = dot(desired, column) / square
+    length, whole = norm(desired), norm(wanted)
     fraction = min(length / whole, 1.0) if whole > 0.0 else 1.0
     if not length > _NOTHING_MM:
         length = _turning(whole, velocity)
@@ -286,13 +290,13 @@ def _asked(jacobian: Array, desired: Triple, wish: Triple, velocity: Array, comp
 
 
 @shared
-def _turning(wish: float, velocity: Array) -> float:
+def _turning(wanted: float, velocity: Array) -> float:
     """Length that stands for a step of none: 0 where nothing is wanted.
 
     A tool that moves against its hand, as on its way out of a margin, comes by a wish to stand still on the way to the
     hand's. That is no rest: rows that ask for more must have their say.
     """
-    if wish > _NOTHING_MM:
+    if wanted > _NOTHING_MM:
         for j in range(len(velocity)):
             if velocity[j] != 0.0:
                 return _TURNING_MM

@@ -81,7 +81,7 @@ def _write(row: int, about: Triple, lever: float, angle: Triple, jacobian: Array
         matrix[row, j] = lever * spin
 
 
-def load_shaft_rows(guide: tuple[Array, int, int, int], before: Array) -> None:
+def load_shaft_rows(kernel_sizes: tuple[Array, int, int, int], before: Array) -> None:
     """Call the kernel once, see ``request_kernel.load_requests``."""
-    plan, n = ShaftDirections(np.zeros(1), np.eye(1, 3)), guide[1]
-    shaft_rows(*guide, before, *plan.table, False, 0.0, 0.0, 1.0, np.empty((3, n + 1)), np.empty(3))
+    plan, n = ShaftDirections(np.zeros(1), np.eye(1, 3)), kernel_sizes[1]
+    shaft_rows(*kernel_sizes, before, *plan.table, False, 0.0, 0.0, 1.0, np.empty((3, n + 1)), np.empty(3))

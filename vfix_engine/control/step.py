@@ -154,8 +154,8 @@ def braking(state: StepState) -> Array:
     """The step (n,) of a robot that comes to rest, within every limit of its joints."""
     if not state.velocity.any():
         return np.zeros(len(state.q))
-    world = state.context.world
-    step: Array = np.clip(brake(state.velocity, world.acceleration, world.dt), state.box[0], state.box[1])
+    constants = state.context.constants
+    step: Array = np.clip(brake(state.velocity, constants.acceleration, constants.dt), state.box[0], state.box[1])
     return step
 
 
@@ -166,7 +166,7 @@ def _rest(state: StepState, request: StepRequest, fixtures: Sequence[Fixture]) -
         # What would bring the tool anywhere is left out: without a hand it only comes to rest.
         standing = _rows(state, request, 0.0, fixtures)
         limits = _inequalities(tuple(c for rows in standing for c in rows.constraints if c.penalty is None))
-        if (state.distance >= state.context.world.margin[:, None]).all():
+        if (state.distance >= state.context.constants.margin[:, None]).all():
             constraints = (*_inequalities(request.constraints), *limits)
             problem = Problem(state, request, fixtures, request.objectives, constraints, _STOPPING_MM)
             problem.rests = True

@@ -9,7 +9,7 @@ from typing import Annotated, NamedTuple
 
 from ..arrays import Array, Float32Array, Int32Array, IntArray
 from ..certificate.certify_kernel import certify_motion
-from ..certificate.world import unpack_world
+from ..certificate.constants import unpack_constants
 from ..kernels.array_table import float32_at, float64_at, int32_at, int64_at
 from ..kernels.compiled import compiled, shared
 from ..kernels.packed import packing
@@ -63,15 +63,15 @@ def unpack_table(
 @compiled
 def fused_step(
     table: IntArray, before: Array, matrix: Array, target: Array, weight: Array, given: Array, bound: Array,
-    scale: float, along: Array, answer: Array, after: Array,
+    scale: float, motion_gain: Array, answer: Array, after: Array,
 ) -> tuple[int, int, float, float, int, float]:  # fmt: skip
     """One step of a program without slacks.
 
     Args:
-        table: of packed world, packed cover, the pairs' workspace (see ``certify_motion``) and the program's (out, see
-            ``ProgramViews``), in the order of ``unpack_table``; before: a packed state.
+        table: of packed constants, packed candidates, the pairs' workspace (see ``certify_motion``) and the program's
+            (out, see ``ProgramViews``), in the order of ``unpack_table``; before: a packed state.
         matrix … bound: rows of the program, see ``problem_kernel.fill``; scale: length of the wanted step in mm.
-        along: (n,) part of the wanted motion that each joint's motion makes.
+        motion_gain: (n,) part of the wanted motion that each joint's motion makes.
         answer: out, see ``AnswerViews``; after: out, see ``certify_motion``.
 
     Returns:
@@ -79,13 +79,13 @@ def fused_step(
         that is made; how many rows the program has; its scale.
     """
     numbers, counts, boxes, corners, label, first, poses, rows, labels, body, workspace = unpack_table(table)
-    world = unpack_world(numbers, counts)
-    n = len(world.lower)
-    state = state_views(before, n, len(world.radius), len(world.margin))
+    constants = unpack_constants(numbers, counts)
+    n = len(constants.lower)
+    state = state_views(before, n, len(constants.radius), len(constants.margin))
     m = len(bound) + int(state.counts[PAIR_COUNT])
     p, a = program_views(workspace, n + 1, m), answer_views(answer, n, n + 1, m)
     scale = assemble(
-        world, state, matrix, target, weight, given, bound, scale, p.hessian, p.gradient, p.rows, p.upper, p.lower
+        constants, state, matrix, target, weight, given, bound, scale, p.hessian, p.gradient, p.rows, p.upper, p.lower
     )  # fmt: skip
     if not solve_dual(p.hessian, p.gradient, p.rows, p.upper, p.lower, a.x, a.multiplier):
         return UNSOLVED, 0, 0.0, 0.0, m, scale
@@ -96,7 +96,7 @@ def fused_step(
     share = 0.0
     for j in range(n):
         a.step[j] = a.x[j] * scale
-        share += along[j] * a.step[j]
+        share += motion_gain[j] * a.step[j]
     verdict, needed, displacement = certify_motion(
         numbers, counts, boxes, corners, label, first, poses, before, a.step, after, rows, labels, body
     )

@@ -67,8 +67,8 @@ class StepRequest:
     objectives, constraints: rows over x = (Δq, λ), without those of the fixtures, the boundary and the joints.
     scale: length L of the wanted step in mm; 0: nothing is wanted, the tool comes to rest.
     None: the length of the weighted targets, ‖√w b‖ over all objective rows.
-    along: (n,) share of the wanted motion that a unit of each joint's motion makes; a step that makes little of it is
-    reported as held. None: derived from the rows without progress variable, Σ w bᵀA / Σ w bᵀb.
+    motion_gain: (n,) share of the wanted motion that a unit of each joint's motion makes; a step that makes little of
+    it is reported as held. None: derived from the rows without progress variable, Σ w bᵀA / Σ w bᵀb.
     is_admissible: verdict on the predicted state; False refuses the step. None: no verdict.
     compliance: in mm/N, see ``Situation``; None: gain · dt, where the objectives weigh the tip's motion with 1.
     ramp_fraction: the wanted motion as a share of what the hand asks for; it gets there at a bounded acceleration.
@@ -79,7 +79,7 @@ class StepRequest:
     objectives: tuple[Objective, ...]
     constraints: tuple[Constraint, ...] = ()
     scale: float | None = None
-    along: Array | None = None
+    motion_gain: Array | None = None
     is_admissible: Callable[[StepState], bool] | None = None
     compliance: float | None = None
     ramp_fraction: float = 1.0
@@ -103,7 +103,8 @@ def request_of(tasks: Task | Sequence[Task], state: StepState, command: Any) -> 
     """One request of one or several tasks, with its scale known.
 
     The objectives and constraints of all tasks act together and share one progress variable λ.
-    The scale is the largest of all; what is derived from one task, such as ``along``, comes from the first that has it.
+    The scale is the largest of all; what is derived from one task, such as ``motion_gain``, comes from the first
+    that has it.
 
     Raises:
         InputError: there is no task, or a task answers something that is no ``StepRequest``.
@@ -144,10 +145,10 @@ def completed(request: StepRequest) -> StepRequest:
     objectives = [o for o in rows if len(o.target) and not np.any(o.matrix[:, -1])]
     size = sum(o.weight * float(o.target @ o.target) for o in objectives)
     whole = sum(o.weight * float(o.target @ o.target) for o in rows)
-    along = request.along
-    if along is None and 0.0 < size < math.inf:
-        along = np.sum([o.weight * (o.target @ o.matrix[:, :-1]) for o in objectives], axis=0) / size
-    return replace(request, scale=float(np.sqrt(whole)), along=along)
+    motion_gain = request.motion_gain
+    if motion_gain is None and 0.0 < size < math.inf:
+        motion_gain = np.sum([o.weight * (o.target @ o.matrix[:, :-1]) for o in objectives], axis=0) / size
+    return replace(request, scale=float(np.sqrt(whole)), motion_gain=motion_gain)
 
 
 def joined(requests: Sequence[StepRequest]) -> StepRequest:
@@ -157,7 +158,7 @@ def joined(requests: Sequence[StepRequest]) -> StepRequest:
         tuple(o for r in requests for o in r.objectives),
         tuple(c for r in requests for c in r.constraints),
         max(r.scale or 0.0 for r in requests),
-        next((r.along for r in requests if r.along is not None), None),
+        next((r.motion_gain for r in requests if r.motion_gain is not None), None),
         (lambda after: all(verdict(after) for verdict in verdicts)) if verdicts else None,
         next((r.compliance for r in requests if r.compliance is not None), None),
         min(r.ramp_fraction for r in requests),

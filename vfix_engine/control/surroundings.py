@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..arrays import Array, Float32Array, Int32Array, IntArray
-from ..certificate.world import StepConstants, pack_poses, pack_world
+from ..certificate.constants import StepConstants, pack_candidates, pack_constants
 from ..geometry.capsules import Segments
 from ..geometry.shapes import shape_table
 from ..proximity.candidate_kernels import Candidates
@@ -28,8 +28,8 @@ Packed = tuple[Array, IntArray, Float32Array, Array, Int32Array, Int32Array, Arr
 class Surroundings:
     """The bodies around one tool: the anatomy, then surfaces, then shapes (``zones.ordered``).
 
-    ``arrays`` are the packed world and cover, see ``world.py``.
-    The cover holds the triangles around the tool as it was when they were gathered.
+    ``arrays`` are the packed constants and candidates, see ``constants.py``.
+    The candidates are the triangles around the tool as it was when they were gathered.
     It is a cache only: the answers of the kernels that use it are exact for every pose, whatever was asked before.
     """
 
@@ -40,21 +40,28 @@ class Surroundings:
         self.structure = ANATOMY
         patches, _ = bodies(self.zones)
         self.surfaces = (tree, *patches)
-        self.world = _world_of(robot, tool, settings, self.zones)
-        self.packed = pack_world(self.world)
-        self.arrays = self._gathered(Segments(self.world.start, self.world.end, self.world.radius), -1.0)
+        self.constants = _world_of(robot, tool, settings, self.zones)
+        self.packed = pack_constants(self.constants)
+        self.arrays = self._gathered(Segments(self.constants.start, self.constants.end, self.constants.radius), -1.0)
 
     def gather(self, start: Array, end: Array, further: float = 0.0) -> None:
         """Gather the triangles around a pose of the tool's segments (S, 3), (S, 3), with more slack than usual."""
-        self.arrays = self._gathered(Segments(start, end, self.world.radius), SLACK_MM + further)
+        self.arrays = self._gathered(Segments(start, end, self.constants.radius), SLACK_MM + further)
 
     def _gathered(self, segments: Segments, slack: float) -> Packed:
-        """World and cover that hold for poses within ``slack`` mm of this one; for none where that is negative."""
-        reach = self.world.threshold + slack if slack >= 0.0 else 0.0
+        """Constants and candidates for poses within ``slack`` mm of this one; for none where it is negative."""
+        reach = self.constants.threshold + slack if slack >= 0.0 else 0.0
         lists = [surface.candidates(segments, reach).arrays for surface in self.surfaces]
-        cover = lists[0] if len(lists) == 1 else _joined(lists)
-        poses = pack_poses(slack, segments.start, segments.end, cover.frame)
-        return *self.packed, cover.boxes, cover.corners, cover.label, cover.offset.reshape(len(lists), -1), poses
+        candidates = lists[0] if len(lists) == 1 else _joined(lists)
+        poses = pack_candidates(slack, segments.start, segments.end, candidates.frame)
+        return (
+            *self.packed,
+            candidates.boxes,
+            candidates.corners,
+            candidates.label,
+            candidates.offset.reshape(len(lists), -1),
+            poses,
+        )
 
 
 def _world_of(robot: PlacedRobot, tool: Tool, settings: ControlSettings, zones: Sequence[Zone] = ()) -> StepConstants:
@@ -77,7 +84,7 @@ def _world_of(robot: PlacedRobot, tool: Tool, settings: ControlSettings, zones: 
         acceleration=_fixed(model.acceleration),
         shapes=shape_table(bodies(zones)[1]),
         margin=_fixed(margin),
-        keep=_fixed(margin + BUFFER_MM),
+        buffered_margin=_fixed(margin + BUFFER_MM),
         threshold=float(max(settings.reach_mm, margin.max() + BEYOND_MARGIN_MM)),
         change=float(settings.approach_deceleration_mm_per_s2 * settings.dt_s**2),
         dt=float(settings.dt_s),

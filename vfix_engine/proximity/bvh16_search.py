@@ -7,14 +7,11 @@ A query allocates its workspace in one function and searches in another, which a
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..arrays import Array, Float32Array, Int32Array
+from ..arrays import Array, Float32Array, Int32Array, UInt64Array
 from ..kernels.compiled import inlined, no_refcount
 from .block_kernels import CORNERS, LANES, QUERY, WORK, describe
 from .box_simd import FACETS, NODE, PROBE, describe_single, facet_gaps
-
-Lanes = NDArray[np.uint64]
 
 STACK = 16 * 10  # entries of the traversal stack: at most 16 per level of a 32-bit index
 REMAINING = 256  # blocks whose exact distances are computed together
@@ -55,7 +52,7 @@ tree_views_compiled = no_refcount(tree_views)
 
 
 @no_refcount
-def workspace_of(workspace: Array) -> tuple[Array, Float32Array, Int32Array, Lanes]:
+def workspace_of(workspace: Array) -> tuple[Array, Float32Array, Int32Array, UInt64Array]:
     """The workspace of a query in one array (WORKSPACE,): NUMBERS float64, SINGLES float32, PLACES int32, LANES + 1."""
     one, two, three = NUMBERS, NUMBERS + SINGLES // 2, NUMBERS + SINGLES // 2 + PLACES // 2
     return (

@@ -9,15 +9,12 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..arrays import Array, Float32Array, Int32Array
+from ..arrays import Array, Float32Array, Int32Array, UInt64Array
 from ..kernels.compiled import compiled, no_refcount
 from .block_kernels import COLUMNS, CORNERS, LANES, QUERY, WORK, block_gaps, describe, finish
 from .box_simd import NODE, PROBE, box_gaps, describe_single
 from .rows_kernel import own_normal
-
-Lanes = NDArray[np.uint64]
 
 NUMBERS = QUERY + WORK
 SINGLES = PROBE + LANES
@@ -161,7 +158,7 @@ def _touching_row(corners: Array, j: int, query: Array, spare: Array, row: Array
 @no_refcount
 def append_block(
     corners: Array, label: Int32Array, query: Array, radius: float, limit: float, segment: int,
-    work: Array, lanes: Lanes, rows: Array, labels: Int32Array, found: int, best: float,
+    work: Array, lanes: UInt64Array, rows: Array, labels: Int32Array, found: int, best: float,
 ) -> tuple[int, float]:  # fmt: skip
     """Append the rows of a block's pairs within ``limit`` mm of the axis.
 
@@ -221,7 +218,7 @@ def segment_pairs(
 def pairs_into(
     boxes: Float32Array, corners: Array, label: Int32Array, frame: Array, first: int, last: int,
     p: Array, d: Array, radius: float, threshold: float, segment: int, rows: Array, labels: Int32Array, found: int,
-    numbers: Array, singles: Float32Array, lanes: Lanes,
+    numbers: Array, singles: Float32Array, lanes: UInt64Array,
 ) -> tuple[int, float]:  # fmt: skip
     """``segment_pairs`` with a workspace: (NUMBERS,), (SINGLES,) float32 and (17,) uint64."""
     limit = threshold + radius

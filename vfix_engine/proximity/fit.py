@@ -11,7 +11,7 @@ from ..arrays import Array
 from ..errors import PlanError
 from .proximity import Proximity
 
-Inside = Callable[[Array], NDArray[np.bool_]]
+InsideTest = Callable[[Array], NDArray[np.bool_]]
 
 _GRIDS = (1.0, 0.5)  # mm, spacing of the search: coarse first, the finer one finds narrow passages
 _LARGEST_MM = 60.0  # of clearance and ``max_move``
@@ -19,7 +19,7 @@ _REFINEMENTS = 40
 
 
 def nearest_free_point(
-    tree: Proximity, point: ArrayLike, clearance: float, *, inside_bone: Inside | None, max_move: float = 30.0
+    tree: Proximity, point: ArrayLike, clearance: float, *, inside_bone: InsideTest | None, max_move: float = 30.0
 ) -> Array:
     """The point (3,) nearest to ``point`` (3,) where a ball of radius ``clearance`` mm touches no bone.
 

@@ -15,9 +15,9 @@ from ..errors import InputError
 from ..geometry.capsules import Segments
 from ..geometry.checks import checked_points
 from ..geometry.mesh import TriangleMesh
-from .bvh16_build import build_wide
-from .bvh16_nearest import wide_clearance, wide_closest, wide_points
-from .bvh16_pairs import wide_pairs
+from .bvh16_build import build_bvh16
+from .bvh16_nearest import bvh16_clearance, bvh16_closest, bvh16_points
+from .bvh16_pairs import bvh16_pairs
 from .candidate_kernels import pack
 from .candidates import CandidateList
 from .covariance.tree import CovarianceTree
@@ -83,7 +83,7 @@ class ProximityTree:
 
     def _place(self, mesh: TriangleMesh, order: Int32Array | None) -> None:
         self.mesh = mesh
-        self.arrays = wide = build_wide(mesh.vertices, mesh.faces, order)
+        self.arrays = wide = build_bvh16(mesh.vertices, mesh.faces, order)
         self._capacity = _FIRST_CAPACITY
         self._store = wide.store
 
@@ -112,26 +112,26 @@ class ProximityTree:
         if threshold != threshold:  # every comparison with NaN is false: nothing would seem to be near
             raise InputError("the threshold of a query is NaN; it is a distance in mm")
         capacity = self._capacity
-        buffer, found = wide_pairs(self._store, segments.packed, threshold, capacity)
+        buffer, found = bvh16_pairs(self._store, segments.packed, threshold, capacity)
         if 5 * found > 4 * capacity:  # the next query is likely to find as many; too small a buffer only costs time
             self._capacity = 2 * found
         return pairs_from_buffer(buffer, found)
 
     def clearance(self, segments: Segments, upper: float = np.inf) -> float:
         """See ``Proximity.clearance``."""
-        return wide_clearance(self._store, segments.packed, upper)
+        return bvh16_clearance(self._store, segments.packed, upper)
 
     def closest(self, segments: Segments) -> Pair:
         """The pair of the smallest distance."""
-        return pair_from_row(*wide_closest(self._store, segments.packed))
+        return pair_from_row(*bvh16_closest(self._store, segments.packed))
 
     def point_distance(self, points: ArrayLike) -> tuple[Array, Array, Int32Array]:
         """See ``Proximity.point_distance``."""
-        return wide_points(self._store, checked_points(points))
+        return bvh16_points(self._store, checked_points(points))
 
     def candidates(self, segments: Segments, reach: float) -> CandidateList:
         """See ``Proximity.candidates``."""
-        buffer, found = wide_pairs(self._store, segments.packed, reach, 2 * self._capacity)
+        buffer, found = bvh16_pairs(self._store, segments.packed, reach, 2 * self._capacity)
         labels = rows_and_labels(buffer, found)[1]
         store = pack(self.mesh.vertices, self.mesh.faces, labels, len(segments), self.arrays.frame)
         return CandidateList(segments, reach, store, found)

@@ -33,12 +33,12 @@ class ApproachPath:
         context = context_for(self, state, command)
         near = self.nearest or PathPoint(*self.path.closest(state.tip.position))
         dof = context.layout.dof
-        matrix, target, along = np.empty((4, dof + 1)), np.empty(4), np.empty(dof)
+        matrix, target, motion_gain = np.empty((4, dof + 1)), np.empty(4), np.empty(dof)
         asked = approach_request(
-            *context.guide, state.numbers, triple(command.force), triple(near.position), False, command.reach,
-            matrix, target, along,
+            *context.kernel_sizes, state.numbers, triple(command.force), triple(near.position), False, command.reach,
+            matrix, target, motion_gain,
         )  # fmt: skip
         if self.shaft is None:
-            return request_with(matrix, target, along, asked)
+            return request_with(matrix, target, motion_gain, asked)
         turning = shaft_objective(context, state, self.shaft, float(near.s), 0.0, asked[0])
-        return request_with(matrix, target, along, asked, more=turning)
+        return request_with(matrix, target, motion_gain, asked, more=turning)

@@ -46,13 +46,13 @@ class FollowPath:
         context = context_for(self, state, command)
         near = self.nearest or PathPoint(*self.path.closest(state.tip.position))
         dof, behind = context.layout.dof, float(near.s)
-        matrix, target, along = np.empty((4, dof + 1)), np.empty(4), np.empty(dof)
+        matrix, target, motion_gain = np.empty((4, dof + 1)), np.empty(4), np.empty(dof)
         asked = path_request(
-            *context.guide, state.numbers, triple(command.force), triple(near.position), triple(near.tangent),
-            behind, self.path.length - behind, command.reach, matrix, target, along,
+            *context.kernel_sizes, state.numbers, triple(command.force), triple(near.position), triple(near.tangent),
+            behind, self.path.length - behind, command.reach, matrix, target, motion_gain,
         )  # fmt: skip
         if self.shaft is None:
-            return request_with(matrix, target, along, asked)
+            return request_with(matrix, target, motion_gain, asked)
         step = -float(matrix[:3, dof] @ near.tangent)  # column of the progress variable: minus the wanted motion
         turning = shaft_objective(context, state, self.shaft, behind, step, asked[0])
-        return request_with(matrix, target, along, asked, more=turning)
+        return request_with(matrix, target, motion_gain, asked, more=turning)

@@ -30,7 +30,7 @@ def context_for(task: object, state: StepState, command: HandCommand) -> Control
 def request_with(
     matrix: Array,
     target: Array,
-    along: Array,
+    motion_gain: Array,
     asked: Asked,
     constraints: tuple[Constraint, ...] = (),
     is_admissible: Callable[[StepState], bool] | None = None,
@@ -39,21 +39,21 @@ def request_with(
     """The request of a kernel's rows, see ``request_kernel``; ``more``: objectives beside them."""
     length, moves, compliance, ramp_fraction = asked
     objectives = (Objective(matrix, target), *more)
-    share = along if moves else None
+    share = motion_gain if moves else None
     return StepRequest(objectives, constraints, length, share, is_admissible, compliance, ramp_fraction)
 
 
 def shaft_objective(
-    context: ControlContext, state: StepState, shaft: ShaftDirections, at: float, step: float, wish: float
+    context: ControlContext, state: StepState, shaft: ShaftDirections, at: float, step: float, wanted: float
 ) -> tuple[Objective, ...]:
     """The objective that keeps the planned orientation of the shaft; none without a wish to move.
 
     Args:
         at: arc length of the path's point closest to the tip.
-        step: length of the wanted motion along the path; wish: in all, mm.
+        step: length of the wanted motion along the path; wanted: in all, mm.
     """
-    if wish <= 0.0:
+    if wanted <= 0.0:
         return ()
     matrix, target = np.empty((3, context.layout.dof + 1)), np.empty(3)
-    shaft_rows(*context.guide, state.numbers, *shaft.table, shaft.has_roll, at, step, wish, matrix, target)
+    shaft_rows(*context.kernel_sizes, state.numbers, *shaft.table, shaft.has_roll, at, step, wanted, matrix, target)
     return (Objective(matrix, target),)

@@ -40,12 +40,12 @@ class ApproachTarget:
         """Four objective rows in mm with a progress variable; ``command.torque`` is not used."""
         context = context_for(self, state, command)
         dof = context.layout.dof
-        matrix, target, along = np.empty((4, dof + 1)), np.empty(4), np.empty(dof)
+        matrix, target, motion_gain = np.empty((4, dof + 1)), np.empty(4), np.empty(dof)
         asked = approach_request(
-            *context.guide, state.numbers, triple(command.force), triple(np.asarray(self.target)), True, command.reach,
-            matrix, target, along,
+            *context.kernel_sizes, state.numbers, triple(command.force), triple(np.asarray(self.target)), True,
+            command.reach, matrix, target, motion_gain,
         )  # fmt: skip
-        return request_with(matrix, target, along, asked)
+        return request_with(matrix, target, motion_gain, asked)
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,19 +68,21 @@ class InspectTarget:
         """
         context, goal = context_for(self, state, command), triple(np.asarray(self.target))
         dof, count = context.layout.dof, len(_PLANES)
-        matrix, target, along = np.empty((7, dof + 1)), np.empty(7), np.empty(dof)
+        matrix, target, motion_gain = np.empty((7, dof + 1)), np.empty(7), np.empty(dof)
         planes, bound = np.empty((count, dof + 1)), np.empty(count)
         asked = inspect_request(
-            *context.guide, state.numbers, triple(command.torque), goal, ball_inner(), command.reach,
-            matrix, target, along, planes, bound,
+            *context.kernel_sizes, state.numbers, triple(command.torque), goal, ball_inner(), command.reach,
+            matrix, target, motion_gain, planes, bound,
         )  # fmt: skip
         constraints = (Constraint("target", planes, bound, _PLANES),)
-        return request_with(matrix, target, along, asked, constraints, partial(_is_admissible, context, state, goal))
+        return request_with(
+            matrix, target, motion_gain, asked, constraints, partial(_is_admissible, context, state, goal)
+        )
 
 
 def _is_admissible(context: ControlContext, before: StepState, goal: Triple, after: StepState) -> bool:
     """The virtual point ends within the tolerance, or no further out than it was."""
-    return stays_in_view(*context.guide, before.numbers, after.numbers, goal)
+    return stays_in_view(*context.kernel_sizes, before.numbers, after.numbers, goal)
 
 
 def view_point(state: StepState, tool: Tool, distance: float) -> Array:

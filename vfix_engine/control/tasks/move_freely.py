@@ -21,9 +21,9 @@ class MoveFreely:
         """Six objective rows in mm."""
         context = context_for(self, state, command)
         dof = context.layout.dof
-        matrix, target, along = np.empty((6, dof + 1)), np.empty(6), np.empty(dof)
+        matrix, target, motion_gain = np.empty((6, dof + 1)), np.empty(6), np.empty(dof)
         asked = free_request(
-            *context.guide, state.numbers, triple(command.force), triple(command.torque), command.reach,
-            matrix, target, along,
+            *context.kernel_sizes, state.numbers, triple(command.force), triple(command.torque), command.reach,
+            matrix, target, motion_gain,
         )  # fmt: skip
-        return request_with(matrix, target, along, asked)
+        return request_with(matrix, target, motion_gain, asked)

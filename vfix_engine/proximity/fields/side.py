@@ -14,11 +14,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ...arrays import Array
+from ...arrays import Array, IndexArray
 from ...geometry.mesh import TriangleMesh
 from ..proximity import Proximity
-
-Index = NDArray[np.intp]
 
 # A closest point nearer to an edge or corner than this share of the longest edge counts as on it. There the
 # pseudo-normals of both features give the same sign.
@@ -89,7 +87,7 @@ def _pseudo_normals(mesh: TriangleMesh) -> tuple[Array, Array]:
     return edges, corners
 
 
-def _summed(key: Index, values: Array) -> Array:
+def _summed(key: IndexArray, values: Array) -> Array:
     """For each key (F, 3) the sum (F, 3, 3) of the values (F, 3, 3) of all equal keys."""
     flat = key.ravel()
     totals: Array = np.empty((int(flat.max()) + 1, 3))
@@ -98,10 +96,10 @@ def _summed(key: Index, values: Array) -> Array:
     return totals[key]
 
 
-def _welded(vertices: Array) -> Index:
+def _welded(vertices: Array) -> IndexArray:
     """An index (V,) for each vertex (V, 3), equal for equal coordinates."""
     order = np.lexsort(vertices.T)
     placed = vertices[order]
-    number: Index = np.zeros(len(vertices), dtype=np.intp)
+    number: IndexArray = np.zeros(len(vertices), dtype=np.intp)
     number[order[1:]] = np.cumsum((placed[1:] != placed[:-1]).any(axis=1))
     return number
