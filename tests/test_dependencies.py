@@ -24,7 +24,7 @@ PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["
 PACKAGE_OF = {
     "cv2": "opencv-python-headless",
     "fast_simplification": "fast-simplification",
-    "multipart": "python-multipart",
+    "python_multipart": "python-multipart",
     "pinocchio": "pin",
     "SimpleITK": "simpleitk",
     "skimage": "scikit-image",
