@@ -1,4 +1,4 @@
-"""The binary channel ``/api/steps/rehearse/poses?plan=…``: one row of float64 for each snapshot, the newest wins.
+"""The binary channel ``/api/v1/steps/rehearse/poses?plan=…``: one row of float64 for each snapshot, the newest wins.
 
 The first message is text: ``{"type": "poses", "version", "fields"}``. Each that follows is binary, 8 bytes for each
 field, little-endian. A reader that is slow misses rows and gets no old ones; nothing waits for it.
@@ -37,7 +37,7 @@ End = tuple[int, str]  # code and words with which a connection ends
 router = APIRouter()
 
 
-@router.websocket("/api/steps/rehearse/poses")
+@router.websocket("/api/v1/steps/rehearse/poses")
 async def poses(websocket: WebSocket) -> None:
     """Rows of the drive of a plan, from its start to its end."""
     await websocket.accept()
