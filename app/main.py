@@ -13,7 +13,7 @@ from app.live import LiveLink
 from app.services import Services, build_services
 from app.session import router as session_router
 from app.settings import Settings
-from app.steps.registry import routers as step_routers
+from app.tabs.registry import routers as tab_routers
 from vfix_engine.worlds import registry as worlds
 from vfix_engine.worlds.rigid import preparation
 
@@ -36,7 +36,7 @@ def create_app(settings: Settings, services: Services, scene_server: SceneServer
         later=(WarmUpStep("Preparing the snake", worlds.SNAKE.prepare),),
         ends=(PlannerEnds,),
     )
-    routers = (api_router, session_router, *step_routers())
+    routers = (api_router, session_router, *tab_routers())
     link = None if settings.igtl is None else LiveLink(settings.igtl, services)
     return build_application(settings, services, scene_server, warm_up, routers, link)
 

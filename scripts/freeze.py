@@ -45,8 +45,8 @@ from app.services import Services, build_services  # noqa: E402
 from app.session import commands  # noqa: E402
 from app.session import router as session_router  # noqa: E402
 from app.settings import Settings  # noqa: E402
-from app.steps.registry import routers as step_routers  # noqa: E402
 from app.store.models import CaseRow  # noqa: E402
+from app.tabs.registry import routers as tab_routers  # noqa: E402
 from vfix_engine.runtime.run import Run  # noqa: E402
 from vfix_engine.worlds import registry as worlds  # noqa: E402
 
@@ -61,7 +61,7 @@ _MOST_DIFFERENCES = 40
 def rest() -> Items:
     """Routes with their parameters, bodies and statuses, and the fields of every schema, as OpenAPI has them."""
     app = FastAPI()
-    for part in (page_router(), router, session_router, *step_routers()):
+    for part in (page_router(), router, session_router, *tab_routers()):
         app.include_router(part)
     document, items = app.openapi(), Items()
     for path, methods in document["paths"].items():

@@ -146,7 +146,7 @@ def test_every_route_and_parameter_is_documented(schema: dict[str, Any]) -> None
 
 
 def test_every_address_of_a_step_is_documented() -> None:
-    from app.steps.registry import routers
+    from app.tabs.registry import routers
 
     text = page("docs/api.md") + page("docs/session.md")
     addresses = [str(getattr(route, "path", "")) for router in routers() for route in router.routes]

@@ -19,9 +19,9 @@ from app.plans.service import Plan
 from app.scene.drive import DriveNodes
 from app.services import Services
 from app.session.client_session import ClientSession, make_shared
-from app.steps.plan.step import PlanStep
-from app.steps.rehearse.preparation import prepare
-from app.steps.rehearse.step import RehearseStep
+from app.tabs.plan.tab import PlanTab
+from app.tabs.rehearse.preparation import prepare
+from app.tabs.rehearse.tab import RehearseTab
 from vfix_engine.control import HandCommand
 from vfix_engine.control.tasks import FollowPath
 from vfix_engine.runtime.driver import Driver
@@ -114,8 +114,8 @@ def client(phantom_services: Services, plan: Plan) -> Iterator[tuple[ClientSessi
     session._attach(browser)  # type: ignore[arg-type]
     answer(session)
     yield session, browser
-    for step in session.steps.values():
-        step.close()
+    for tab in session.tabs.values():
+        tab.close()
     for one in shared.values():
         if one is not None:
             one.close()
@@ -131,8 +131,8 @@ def answer(session: ClientSession) -> None:
 
 def test_a_click_goes_from_the_mesh_to_the_store(client: tuple[ClientSession, Browser], plan: Plan) -> None:
     session, browser = client
-    step = session.steps["plan"]
-    assert isinstance(step, PlanStep)
+    tab = session.tabs["plan"]
+    assert isinstance(tab, PlanTab)
     assert session._layers is not None
     view, centre = session._layers.view, SimpleNamespace(screen_pos=(0.5, 0.5))
 
@@ -147,9 +147,9 @@ def test_a_click_goes_from_the_mesh_to_the_store(client: tuple[ClientSession, Br
 
     look_at(plan.points[2].position)
     click()  # the tree of the surface and the tool are loaded
-    step._cancel()
+    tab._cancel()
     first = functions_passed(click)
-    ghost = step._need().ghost
+    ghost = tab._need().ghost
     assert ghost is not None
     look_at(ghost.position)
     second = functions_passed(click)
@@ -160,9 +160,9 @@ def test_a_drag_of_the_grip_goes_to_the_joints_and_back(
     client: tuple[ClientSession, Browser], phantom_services: Services, plan: Plan
 ) -> None:
     session, _ = client
-    step = session.steps["rehearse"]
-    assert isinstance(step, RehearseStep)
-    drive = step.drive
+    tab = session.tabs["rehearse"]
+    assert isinstance(tab, RehearseTab)
+    drive = tab.drive
     assert drive is not None
     prepared = prepare(phantom_services, plan)
     process = HeardProcess(prepared.spec, prepared.settings)
@@ -176,13 +176,13 @@ def test_a_drag_of_the_grip_goes_to_the_joints_and_back(
     loop = ControlLoop(Driver(system), out, into, theirs, outbox, RealTimePriority(False))
     loop._running = True
     try:
-        session._set_step("rehearse")
+        session._set_tab("rehearse")
         assert drive.lease.take(session.workspace.client)
         session._tick()
         assert session._layers is not None
         nodes = session._layers._drawn["rehearse.drive"][1]
         assert isinstance(nodes, DriveNodes)
-        before = step.now.snapshot
+        before = tab.now.snapshot
         assert before is not None
 
         path = system.scene.path
@@ -205,8 +205,8 @@ def test_a_drag_of_the_grip_goes_to_the_joints_and_back(
 
         drag("start", before.grip)
         passed = functions_passed(walk)
-        assert step.now.snapshot is not None
-        assert not np.allclose(step.now.snapshot.q, before.q)
+        assert tab.now.snapshot is not None
+        assert not np.allclose(tab.now.snapshot.q, before.q)
         check("A drag: from the grip to a joint and back to the picture", passed)
     finally:
         outbox.end()

@@ -1,4 +1,4 @@
-"""Files in on the Patient step: segmentations become structures, one of several series is chosen."""
+"""Files in on the Patient tab: segmentations become structures, one of several series is chosen."""
 
 from __future__ import annotations
 

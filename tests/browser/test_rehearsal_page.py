@@ -1,4 +1,4 @@
-"""The Rehearse step in a real browser: the handle, the lease, a page that freezes, inspection."""
+"""The Rehearse tab in a real browser: the handle, the lease, a page that freezes, inspection."""
 
 from __future__ import annotations
 

@@ -41,13 +41,13 @@ PATIENCE_MS = 1000.0 * PATIENCE_S
 DRIVEN_S = 400.0  # for a dry run on a busy machine, where fields are measured for the first time
 
 # The planner with one more line in its list of steps.
-WITH_STEPS = """
+WITH_TABS = """
 import sys
 from app import cli
-from app.steps import registry
+from app.tabs import registry
 
 end = sys.argv.index("--")
-registry.STEPS += sys.argv[1:end]
+registry.TABS += sys.argv[1:end]
 sys.exit(cli.main(sys.argv[end + 1 :]))
 """
 
@@ -336,16 +336,16 @@ def launch(playwright: Playwright) -> Browser:
 class Planner:
     """`vfix serve` in a process of its own, which a test may end and start again on the same port."""
 
-    def __init__(self, home: Path, steps: tuple[str, ...] = ()) -> None:
-        """steps: packages of steps beside the planner's own, which lie in this folder."""
-        self._home, self._steps = home, steps
+    def __init__(self, home: Path, tabs: tuple[str, ...] = ()) -> None:
+        """tabs: packages of tabs beside the planner's own, which lie in this folder."""
+        self._home, self._tabs = home, tabs
         self._port = 0
         self.start()
 
     def start(self, token: str = TOKEN) -> None:
         path = os.pathsep.join([str(ROOT), str(Path(__file__).parent)])
         environment = os.environ | {"VFIX_HOME": str(self._home), "VFIX_TOKEN": token, "PYTHONPATH": path}
-        program = ["-c", WITH_STEPS, *self._steps, "--"] if self._steps else ["-m", "app.cli"]
+        program = ["-c", WITH_TABS, *self._tabs, "--"] if self._tabs else ["-m", "app.cli"]
         command = [sys.executable, *program, "serve", "--no-browser", "--port", str(self._port)]
         self.process = subprocess.Popen(command, env=environment, cwd=ROOT, stdout=subprocess.PIPE, text=True)
         assert self.process.stdout is not None

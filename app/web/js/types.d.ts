@@ -1,7 +1,7 @@
 // Made by scripts/declarations.py from the server's types; do not edit.
 
-/** The step that is shown, what keys and clicks do in it, the steps that can be gone to, and what to do next. */
-export interface StepSection {
+/** The tab that is shown, what keys and clicks do in it, the tabs that can be gone to, and what to do next. */
+export interface TabSection {
   name: string;
   input: "none" | "edit" | "drive";
   available: string[];
@@ -928,11 +928,11 @@ export interface Hello {
 export interface HelloMessage {
   type: "hello";
   version: number;
-  steps: StepEntry[];
+  steps: TabEntry[];
 }
 
-/** A step of the page: the label of its tab, and the address of the module that draws its panel. */
-export interface StepEntry {
+/** A tab of the page: the label of its tab, and the address of the module that draws its panel. */
+export interface TabEntry {
   name: string;
   label: string;
   panel: string;
@@ -1470,7 +1470,7 @@ export interface ViewModel {
   settings?: SettingsSection;
   shaft?: ShaftSection;
   slices?: SlicesSection | null;
-  step?: StepSection;
+  step?: TabSection;
   structures?: StructuresSection;
   tool?: ToolSection;
   versions?: VersionsSection | null;

@@ -20,7 +20,7 @@ from app.cli import main
 from app.exchange.plan_files import from_native_json, to_native_json
 from app.plans.diff import changes
 from app.services import Services
-from app.steps.plan.edited_plan import EditedPlan
+from app.tabs.plan.edited_plan import EditedPlan
 from tests.engine.imaging_phantoms import dicom_slices, save_dicom
 from vfix_engine.errors import PlanError
 from vfix_engine.files.volume import Volume

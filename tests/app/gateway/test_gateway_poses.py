@@ -20,9 +20,9 @@ from websockets.sync.client import ClientConnection, connect
 
 from app.messages.client import Client
 from app.messages.version import VERSION
-from app.steps.rehearse import routes
-from app.steps.rehearse.poses import MAX_READERS
-from app.steps.rehearse.shared_drives import SharedDrives
+from app.tabs.rehearse import routes
+from app.tabs.rehearse.poses import MAX_READERS
+from app.tabs.rehearse.shared_drives import SharedDrives
 from vfix_engine.runtime.ring import Ring, RowReader, write_layout
 from vfix_engine.worlds.rigid.snapshot import RigidSnapshot
 

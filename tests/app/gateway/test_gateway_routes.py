@@ -8,7 +8,7 @@ from knocking import METHODS, Planner, http_paths, websocket_paths
 def test_the_enumeration_sees_the_planner(whole_planner: Planner) -> None:
     paths = http_paths(whole_planner)
     assert {"/", "/docs", "/openapi.json", "/scene/", "/static", "/api/cases", "/api/plans"} <= set(paths)
-    assert any(path.startswith("/steps/") for path in paths)
+    assert any(path.startswith("/tabs/") for path in paths)
     assert {"/scene/ws", "/session"} <= set(websocket_paths(whole_planner))
     described = {path.replace("{", "").replace("}", "") for path in whole_planner.app.openapi()["paths"]}
     assert len(described) <= len(http_paths(whole_planner))
@@ -57,10 +57,10 @@ def test_a_step_s_folder_gives_its_scripts_and_nothing_else(whole_planner: Plann
     """HAZ-27: no source of the server, no file of another folder."""
 
     def status(path: str) -> int:
-        return whole_planner.http("GET", f"/steps/{path}", whole_planner.cookie).status
+        return whole_planner.http("GET", f"/tabs/{path}", whole_planner.cookie).status
 
     for name in ("patient", "plan", "rehearse"):
-        answer = whole_planner.http("GET", f"/steps/{name}/panel.js", whole_planner.cookie)
+        answer = whole_planner.http("GET", f"/tabs/{name}/panel.js", whole_planner.cookie)
         assert (answer.status, answer.headers["Cache-Control"]) == (200, "no-cache"), name
         assert answer.headers["Content-Type"].startswith("text/javascript")
         assert "script-src 'self'" in answer.headers["Content-Security-Policy"]

@@ -11,7 +11,7 @@ from app.plans.model import Plan
 from app.plans.shipped_head import SAMPLE_PLAN
 from app.plans.zones import RemovedBone
 from app.services import Services
-from app.steps.rehearse.preparation import prepare
+from app.tabs.rehearse.preparation import prepare
 from vfix_engine.geometry.shape_distance import signed_distance
 from vfix_engine.geometry.shapes import Sphere
 

@@ -18,8 +18,8 @@ from app.planning.verdict import verdict_of
 from app.plans.model import Plan
 from app.plans.shipped_head import SAMPLE_PLAN
 from app.services import Services
-from app.steps.plan.clearance import verdict_view
-from app.steps.rehearse.driven import Planned, SoFar
+from app.tabs.plan.clearance import verdict_view
+from app.tabs.rehearse.driven import Planned, SoFar
 from benchmarks.piercing import SLACK_MM
 from benchmarks.piercing_judge import pierced_runs
 from vfix_engine.anatomy.piercing import PoseWays, Ways

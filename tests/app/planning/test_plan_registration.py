@@ -18,7 +18,7 @@ from app.registration.document import FiducialPair, RegistrationContent
 from app.registration.driven import DrivenRegistration
 from app.registration.fit_report import refitted
 from app.services import Services
-from app.steps.rehearse.preparation import plan_key, prepare
+from app.tabs.rehearse.preparation import plan_key, prepare
 from vfix_engine.errors import PlanError, StartRefused
 from vfix_engine.frames import ImageRegistration
 from vfix_engine.registration import register_points

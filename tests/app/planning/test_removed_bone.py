@@ -15,7 +15,7 @@ from app.plans.model import Plan
 from app.plans.shipped_head import SAMPLE_PLAN
 from app.plans.zones import RemovedBone
 from app.services import Services
-from app.steps.plan.removed_bone import RemovedBoneCount
+from app.tabs.plan.removed_bone import RemovedBoneCount
 from vfix_engine.errors import InputError
 from vfix_engine.files.volume import BONE_HU
 

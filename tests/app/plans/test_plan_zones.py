@@ -22,7 +22,7 @@ from app.plans.service import Plan
 from app.plans.zones import PlanZone, RemovedBone
 from app.services import Services, build_services
 from app.settings import Settings
-from app.steps.rehearse.preparation import prepare
+from app.tabs.rehearse.preparation import prepare
 from tests.engine.scenes import CoalJudge, curved_tube
 from vfix_engine.errors import PlanError
 from vfix_engine.geometry.capsules import Segments

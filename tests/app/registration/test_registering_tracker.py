@@ -15,7 +15,7 @@ from app.kit.errors import NotFound
 from app.link.tracker import Collected
 from app.registration.service import Registering
 from app.services import Services
-from app.steps.register.step import RegisterStep
+from app.tabs.register.tab import RegisterTab
 from vfix_engine.errors import InputError
 from vfix_engine.registration import SimulatedTracker
 from vfix_engine.registration.tracker import TIP_MM
@@ -79,17 +79,17 @@ def test_without_a_tracker_it_says_how_to_have_one(phantom_services: Services) -
 
 
 def test_the_page_is_told_when_the_pointer_goes_out_of_sight(tracked: Services, pointer: Pointer) -> None:
-    step: Any = RegisterStep(workspace_of(tracked))
-    step.active = True
-    assert step.sections(fresh=True)["pointer"] == {"state": "fresh", "words": "Stylus is tracked"}
-    assert step.tick()
-    assert not step.tick()
+    tab: Any = RegisterTab(workspace_of(tracked))
+    tab.active = True
+    assert tab.sections(fresh=True)["pointer"] == {"state": "fresh", "words": "Stylus is tracked"}
+    assert tab.tick()
+    assert not tab.tick()
     pointer.state = "stale"
-    assert step.tick()
-    assert step.sections(fresh=False)["pointer"]["state"] == "stale"
-    step.active = False
-    step.tick()
-    assert not step.tick()
+    assert tab.tick()
+    assert tab.sections(fresh=False)["pointer"]["state"] == "stale"
+    tab.active = False
+    tab.tick()
+    assert not tab.tick()
 
 
 def test_an_unknown_point_is_not_waited_for(tracked: Services, pointer: Pointer) -> None:
