@@ -1,4 +1,4 @@
-"""The binary channel ``/api/steps/TAB/poses?plan=…``: one row of float64 for each snapshot, the newest wins.
+"""The binary channel ``/api/v1/steps/TAB/poses?plan=…``: one row of float64 for each snapshot, the newest wins.
 
 ``plan`` names the document that is driven; ``case`` a case that is driven without one.
 
@@ -44,7 +44,7 @@ def poses_router(tab: str, columns: PoseColumns = ANY_WORLD) -> APIRouter:
     """The channel of a tab's drives. columns: of a row for each snapshot."""
     router = APIRouter()
 
-    @router.websocket(f"/api/steps/{tab}/poses")
+    @router.websocket(f"/api/v1/steps/{tab}/poses")
     async def poses(websocket: WebSocket) -> None:
         """Rows of one drive, from its start to its end."""
         await _serve(websocket, tab, columns)

@@ -27,7 +27,7 @@ class TabSpec:
     input: what keys of the page and clicks in its slices do: nothing of the tab's own, edit the open plan, or drive
     the robot, whose figures the status bar shows then.
     kinds: of cases that it is for; empty: for any, and shown without one, too.
-    has_routes: its ``routes.py`` has a ``router``, whose addresses lie below ``/api/steps/NAME/``.
+    has_routes: its ``routes.py`` has a ``router``, whose addresses lie below ``/api/v1/steps/NAME/``.
     """
 
     name: str

@@ -29,7 +29,7 @@ from vfix_engine.worlds.rigid.snapshot import RigidSnapshot
 
 PLAN = "plan-1"
 KEY = DriveKey("case-1", PLAN)
-PATH = f"/api/steps/rehearse/poses?plan={PLAN}"
+PATH = f"/api/v1/steps/rehearse/poses?plan={PLAN}"
 WATCHER = Client("tab-one-0", "watches")
 
 
@@ -166,7 +166,7 @@ def test_at_control_rate_every_step_comes(planner: Planner, drives: SharedDrives
 
 def test_what_a_reader_is_refused_for(planner: Planner, drives: SharedDrives) -> None:
     for plan in ("another", "../../etc", ""):
-        with _open(planner, f"/api/steps/rehearse/poses?plan={plan}") as reader:
+        with _open(planner, f"/api/v1/steps/rehearse/poses?plan={plan}") as reader:
             assert _end(reader) == 4404, plan
     with _open(planner) as talker:
         talker.send("hello")

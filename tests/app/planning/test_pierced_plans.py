@@ -155,7 +155,7 @@ def test_without_knowledge_the_level_is_what_it_was(phantom_services: Services, 
 
 
 def test_a_report_tells_it(client: Client, plan: Plan) -> None:
-    chosen = json.loads(client.get(f"/api/plans/{plan.id}/report").text)["chosen"]
+    chosen = json.loads(client.get(f"/api/v1/plans/{plan.id}/report").text)["chosen"]
     assert chosen["pierced"]["state"] == "none"
     assert 1.0 < chosen["pierced"]["sideways_mm"] < 8.0
 
@@ -199,7 +199,7 @@ def test_a_stored_run_has_how_far_air_leads_round_what_was_passed(
         assert Run.read(place).sideways_mm[-1] == np.inf
     old = runs.keep(folders[2], origin="page")
     assert (old.pierced, "sideways.f64" in old.files) == (None, False)
-    listed = {one["id"]: one["pierced"] for one in json.loads(client.get("/api/runs").text)}
+    listed = {one["id"]: one["pierced"] for one in json.loads(client.get("/api/v1/runs").text)}
     assert [listed[one.id] and listed[one.id]["state"] for one in (passes, pierces, old)] == ["none", "room", None]
 
 
