@@ -5,6 +5,7 @@ import { fixed, mm, sentence } from "/static/js/format.js";
 import { holdButton } from "/static/js/hold.js";
 import { UsedRegistration } from "/static/js/used-registration.js";
 import { preselected } from "./preselected.js";
+import { RehearsalStatus } from "./status.js";
 import { SwitchesGroup } from "./switches.js";
 
 /** @import { Parts } from "/static/js/panel.js" */
@@ -25,6 +26,7 @@ export default class RehearsePanel {
   /** @param {Parts} parts */
   constructor({ connection, keys }) {
     this.connection = connection;
+    this.status = new RehearsalStatus();
     this.changedState = whenChanged();
     this.changedTargets = whenChanged();
     this.changedFields = whenChanged();

@@ -10,10 +10,10 @@ import numpy as np
 from app.messages.fields import Command
 from app.planning.rehearsal_options import NO_SWITCHES, Switches
 from app.scene.centre import CentreNodes
-from app.scene.drive import DriveNodes
 from app.tabs.drive_tab import NOT_HELD
 from app.tabs.rehearse import SPEC
 from app.tabs.rehearse import commands as c
+from app.tabs.rehearse.drive_nodes import DriveNodes
 from app.tabs.rehearse.drive_session import RehearsalDrive, RehearsalDrives, RehearsalRecord, RehearsalSession
 from app.tabs.rehearse.hints import rehearse_hint
 from app.tabs.rehearse.sections import OptionsSection, RehearsalSection, RehearsalSections
