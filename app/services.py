@@ -40,7 +40,7 @@ class Services:
         from app.planning.dry_runs import DryRunJobs
         from app.planning.evaluation import Planning
         from app.planning.previews import Previews
-        from app.planning.rehearsal_options import SwitchBoard
+        from app.planning.rehearsal_options import OptionsByPlan
         from app.planning.removed_bone import RemovedVolumeService
         from app.planning.reports import PathReports
         from app.planning.suggestions import Suggestions
@@ -85,10 +85,10 @@ class Services:
         )
         self.dry_runs = DryRunJobs(jobs, planning)
         self.previews = Previews(cases, planning)
-        self.switches = switches = SwitchBoard()
+        self.rehearsal_options = options = OptionsByPlan()
         self.removed_volumes = RemovedVolumeService(cases)
-        self.path_reports = PathReports(planning, self.dry_runs, self.removed_volumes, switches)
-        self.suggestions = Suggestions(jobs, cases, instruments, fields, planning, switches)
+        self.path_reports = PathReports(planning, self.dry_runs, self.removed_volumes, options)
+        self.suggestions = Suggestions(jobs, cases, instruments, fields, planning, options)
         self.runs = runs = RunService(store)
         self.recordings = Recordings(jobs, runs)
 
