@@ -43,7 +43,7 @@ def measure(
 
     Args:
         threshold: that of the world, or −∞ where only distances are wanted.
-        rows: (R, 10), labels: (R, 2), body: (R,) out; see ``segment_pairs``.
+        rows: (R, 10), labels: (R, 2), body: (R,) out; see ``pairs_into``.
 
     Returns:
         How many pairs there are; the first R are written.

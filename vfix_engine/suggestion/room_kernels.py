@@ -14,7 +14,6 @@ from ..geometry.grid_value import grid_value
 from ..kernels.compiled import compiled
 
 BONE, TOUCHED, DEEPEST, DEPTH, UNKNOWN = range(5)  # columns of `pose_figures`
-FIGURES = 5
 
 
 @compiled

@@ -68,11 +68,6 @@ class Segmentation:
     notes: tuple[str, ...]
 
 
-def is_segmentation_file(path: Path) -> bool:
-    """Whether the name ends like that of a segmentation; a CT may have the same ending."""
-    return path.name.lower().endswith(SEGMENTATION_SUFFIXES) or not path.suffix
-
-
 def read_segmentation(
     request: SegmentationRequest,
     place: Place,
