@@ -90,7 +90,7 @@ class Services:
         self.path_reports = PathReports(planning, self.dry_runs, self.removed_volumes, switches)
         self.suggestions = Suggestions(jobs, cases, instruments, fields, planning, switches)
         self.runs = runs = RunService(store)
-        self.recordings = Recordings(jobs, runs, planning.ways)
+        self.recordings = Recordings(jobs, runs)
 
         self.slicer = SlicerExport(cases, planning, registrations)
         self.base_export = BaseExport(planning, registrations)

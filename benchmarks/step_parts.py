@@ -18,8 +18,8 @@ import numba
 import numpy as np
 
 from vfix_engine.certificate.certify_kernel import certify_motion
+from vfix_engine.certificate.constants import unpack_candidates, unpack_constants
 from vfix_engine.certificate.measure_kernel import measure, place
-from vfix_engine.certificate.world import unpack_cover, unpack_world
 from vfix_engine.control import Controller, StepRequest, StepState, qp
 from vfix_engine.control.dual_kernel import solve_dual
 from vfix_engine.control.problem_kernel import DUAL_TOLERANCE, PRIMAL_TOLERANCE, check_kkt, prepare
@@ -54,19 +54,19 @@ def _nothing(*_):  # type: ignore[no-untyped-def]
 
 @_bare
 def _kinematics(times, numbers, counts, after):  # type: ignore[no-untyped-def]
-    world = unpack_world(numbers, counts)
-    s = state_views(after, len(world.lower), len(world.radius), len(world.margin))
+    constants = unpack_constants(numbers, counts)
+    s = state_views(after, len(constants.lower), len(constants.radius), len(constants.margin))
     for _ in range(times):
-        place(world, s.q, s.position, s.rotation, s.jacobian, s.start, s.end)
+        place(constants, s.q, s.position, s.rotation, s.jacobian, s.start, s.end)
 
 
 @_bare
-def _proximity(times, numbers, counts, cover_arrays, after, rows, labels, body):  # type: ignore[no-untyped-def]
-    world = unpack_world(numbers, counts)
-    cover = unpack_cover(len(world.radius), *cover_arrays)
-    s = state_views(after, len(world.lower), len(world.radius), len(world.margin))
+def _proximity(times, numbers, counts, candidate_arrays, after, rows, labels, body):  # type: ignore[no-untyped-def]
+    constants = unpack_constants(numbers, counts)
+    candidates = unpack_candidates(len(constants.radius), *candidate_arrays)
+    s = state_views(after, len(constants.lower), len(constants.radius), len(constants.margin))
     for _ in range(times):
-        measure(world, cover, s.start, s.end, world.threshold, s.distance, rows, labels, body)
+        measure(constants, candidates, s.start, s.end, constants.threshold, s.distance, rows, labels, body)
 
 
 @_bare

@@ -9,8 +9,8 @@ from fastcrc import crc64
 from app.link.messages import (
     HEADER_BYTES,
     LinkFault,
-    Message,
-    Point,
+    LinkMessage,
+    ListPoint,
     PointList,
     Text,
     Transform,
@@ -46,7 +46,7 @@ EXTENDED = bytes.fromhex(
 )
 
 
-def read(data: bytes) -> Message | None:
+def read(data: bytes) -> LinkMessage | None:
     return unpack(parse_header(data[:HEADER_BYTES]), data[HEADER_BYTES:])
 
 
@@ -67,7 +67,7 @@ def test_a_transform_has_the_bytes_of_another_implementation() -> None:
 
 
 def test_points_have_the_bytes_of_another_implementation() -> None:
-    points = (Point("entry", (1.5, -2.25, 123.0)), Point("Öffnung", (0.0, 0.0, 0.5)))
+    points = (ListPoint("entry", (1.5, -2.25, 123.0)), ListPoint("Öffnung", (0.0, 0.0, 0.5)))
     assert pack(PointList("Path", points, 1000.5)) == POINTS
     assert read(POINTS) == PointList("Path", points, 1000.5)
 
@@ -108,7 +108,7 @@ def test_what_is_no_message_is_told() -> None:
 @pytest.mark.parametrize("number", [np.nan, np.inf])
 def test_numbers_that_are_none_are_refused(number: float) -> None:
     with pytest.raises(LinkFault, match="finite"):
-        read(pack(PointList("Path", (Point("a", (0.0, number, 0.0)),))))
+        read(pack(PointList("Path", (ListPoint("a", (0.0, number, 0.0)),))))
     matrix = MATRIX.copy()
     matrix[0, 3] = number
     with pytest.raises(LinkFault, match="finite"):
