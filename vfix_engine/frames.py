@@ -22,9 +22,8 @@ Image and base
     Two transforms lie between them, and each has one owner:
 
     placement     ``transform_base_to_patient``: the robot's base placement. A plan may contain it.
-    registration  ``transform_image_to_patient``, or directly ``transform_image_to_base``: the pose of the image
-    relative
-                  to the patient. A document of its own; see ``ImageRegistration``.
+    registration  ``transform_image_to_patient``, or directly ``transform_image_to_base``: the pose of the
+                  image relative to the patient. A document of its own; see ``ImageRegistration``.
 
     Only ``transform_image_to_base``, ``transform_base_to_image`` and ``placement_of`` in this module compose them.
 """
