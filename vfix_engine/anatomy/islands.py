@@ -39,8 +39,7 @@ def islands(
     """Return the voxels whose surface `segment` extracts, before smoothing.
 
     step: 1 for every voxel, 2 for half the resolution, which takes an eighth of the time but can join or separate
-        islands
-    where bone is thinner than two voxels. inside: the result of `region_at`, if already known.
+    islands where bone is thinner than two voxels. inside: the result of `region_at`, if already known.
 
     Raises ImageError as `segment` does.
     """

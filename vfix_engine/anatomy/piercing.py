@@ -48,10 +48,9 @@ class TissueRun:
     """Tissue that the axis passes in one pose; lengths in mm, positions (3,) in LPS.
 
     sideways_mm: distance within which air of 2 mm leads round it; inf beyond 15 mm, None if the scan ends before that
-        is
-    known. gives_mm: displacement by which the tissue yields there. begin, end: of the tissue on the axis, from outside
-    to inside. outside, inside: the air on both sides; 'tip' if the tool ends in the tissue. steady_mm: sideways motion
-    of the axis up to which the verdict (pierced or not) cannot change.
+    is known. gives_mm: displacement by which the tissue yields there. begin, end: of the tissue on the axis, from
+    outside to inside. outside, inside: the air on both sides; 'tip' if the tool ends in the tissue. steady_mm: sideways
+    motion of the axis up to which the verdict (pierced or not) cannot change.
     """
 
     sideways_mm: float | None
@@ -96,8 +95,8 @@ class Piercing:
     """The runs of tissue over a series of poses.
 
     rows (m,): indices of the evaluated poses; between them no verdict can change. sideways_mm, over_mm (m,): of the
-        worst
-    run in each, the distance of the route through air and its excess over the yield; 0 and -inf if there is no run.
+    worst run in each, the distance of the route through air and its excess over the yield; 0 and -inf if there is
+    no run.
     worst, row: the most severe run of all, and its pose; None if the axis passes no tissue. known: of all poses.
     """
 

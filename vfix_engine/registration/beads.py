@@ -38,8 +38,7 @@ class DetectedBead:
     """A bead in a CT.
 
     position_mm: (3,) its centre, LPS. diameter_mm: of the ball with the measured content; too large if the bead fills
-        no
-    voxel. peak_hu: its largest value. voxels: number above the threshold.
+    no voxel. peak_hu: its largest value. voxels: number above the threshold.
     """
 
     position_mm: Array
@@ -61,8 +60,7 @@ class BeadSearch:
     """Result of a search in a CT.
 
     beads: from superior to inferior. cautions: sentences that a user must read, such as a bead size that this scan
-        cannot
-    resolve. left_out: dense objects of a bead's size that were rejected.
+    cannot resolve. left_out: dense objects of a bead's size that were rejected.
     """
 
     beads: tuple[DetectedBead, ...]

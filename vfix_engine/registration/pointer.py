@@ -78,10 +78,8 @@ class TracedPath:
     """A path traced by a pointer, as points for a plan.
 
     points: (k, 3) mm, interpolated by ``SplinePath(points, degree)``. residual_mm: rms distance of the samples from
-        that
-    path, largest_mm: the largest. samples: number of the pointer's samples, used: number of fitted positions, after
-        rests,
-    tremor and back-and-forth motion were removed.
+    that path, largest_mm: the largest. samples: number of the pointer's samples, used: number of fitted positions,
+    after rests, tremor and back-and-forth motion were removed.
     """
 
     points: Array

@@ -96,8 +96,7 @@ class RobotModel:
 
         Raises:
             RobotError: there is no such frame, a joint of the chain is neither revolute nor prismatic, or a prismatic
-            joint
-                has no limits.
+            joint has no limits.
         """
         return cls(**vars(robot_from_pinocchio(model, tip_frame, weights, hold)))
 

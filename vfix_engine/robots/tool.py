@@ -191,8 +191,7 @@ class Tool:
         """Tip frame (4, 4) in the frame of the flange, whose y axis is the shaft's.
 
         hold: the point at the flange's origin: 'tail', the rear end of the shaft, or 'tip', the projection of the tip
-            on the
-        axis of the shaft (for a holder that can clamp the shaft anywhere).
+        on the axis of the shaft (for a holder that can clamp the shaft anywhere).
         """
         if hold not in HOLDS:
             raise RobotError(f"a tool is held by its {' or its '.join(HOLDS)}, not by '{hold}'")

@@ -40,8 +40,7 @@ class ControlLoop:
 
     The loop owns heartbeats, the attenuation of the hand's force, and the clock; a system gets attenuated commands.
     While driving it has a real-time priority if permitted, spins during the last part of every wait, and does not
-    collect
-    garbage: everything that can wait is done at rest.
+    collect garbage: everything that can wait is done at rest.
     """
 
     def __init__(

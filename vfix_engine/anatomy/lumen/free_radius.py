@@ -24,11 +24,9 @@ def free_radius(mesh: TriangleMesh, curve: Curve, s: Array, enough_mm: float) ->
     """Radius of the largest ball that fits into the lumen with its centre in the curve's cross-section.
 
     First the distance of the curve itself to the triangles is measured. Only if that is not enough, the cross-section
-    is
-    searched for a wider point: by rays from the curve, then by steps uphill from the best point on them. Every step
-        stays
-    within the ball around its start, so no wall is ever crossed. Wall behind the planes of the curve's ends is ignored:
-    a robot enters through the one, and the lumen may be closed shortly behind the other.
+    is searched for a wider point: by rays from the curve, then by steps uphill from the best point on them. Every step
+    stays within the ball around its start, so no wall is ever crossed. Wall behind the planes of the curve's ends is
+    ignored: a robot enters through the one, and the lumen may be closed shortly behind the other.
 
     Args:
         mesh: the lumen's surface, mm. curve: through the lumen.
