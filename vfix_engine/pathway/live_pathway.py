@@ -1,4 +1,4 @@
-"""The pathway of now, where the tissue moves."""
+"""The present pathway in moving tissue."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from .pathway import Pathway
 
 
 class LivePathway:
-    """A pathway that is looked at every so often, and again at once while the tissue leaves none.
+    """A pathway that is sampled periodically, and at every step while the tissue's motion gives no valid one.
 
-    lost: in words, why there is none now; what was seen last is then older than it may be, and nothing may move by it.
+    lost: reason in words why there is none now; the last one is then out of date, and motion must stop.
     """
 
     def __init__(self, pathway: Pathway, every_s: float) -> None:
@@ -19,17 +19,17 @@ class LivePathway:
         self._pathway, self._every_s, self._due = pathway, every_s, 0.0
 
     def share(self, t: float, dt: float) -> float:
-        """Of what is to be done until the next look, how much is to be done in the ``dt`` s that end at the time t."""
+        """Fraction of the work until the next sample that is due in the ``dt`` s ending at the time t."""
         return min(dt / max(self._due - t + dt, dt), 1.0)
 
     def look(self, t: float) -> tuple[PackedPathway, Curve] | None:
-        """The pathway and its curve at the time t in s, if it is time to look and there is one."""
+        """Return the pathway and its curve at the time t in s, if a sample is due and there is one."""
         if t < self._due:
             return None
         try:
             found = self._pathway.packed(t), self._pathway.curve(t)
         except PathwayError as error:
-            self.lost = self.lost or f"the tissue leaves no pathway: {error}"  # the first words, not new ones each step
+            self.lost = self.lost or f"the tissue leaves no pathway: {error}"  # keep the first message
             return None
         self.lost, self._due = None, t + self._every_s
         return found

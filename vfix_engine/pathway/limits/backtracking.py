@@ -1,4 +1,4 @@
-"""How far a refused motion is shortened: one ladder of shares for every step of the snake."""
+"""Backtracking: the fractions to which a refused motion of the snake is shortened, common to all steps."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ SHARES = (1.0, 0.5, 0.25, 0.1)
 
 
 def largest_fraction(is_admissible: Callable[[float], bool], part: Callable[[], float]) -> float:
-    """The first of ``SHARES`` that is admissible; 0.0 where none is. Smaller ones are not asked.
+    """Return the first of ``SHARES`` that is admissible; 0.0 if none is. Smaller ones are not tested.
 
-    part: of the motion refused last, the part beyond which a shorter one would be refused too, 1 where that is unknown.
+    part: fraction of the last refused motion beyond which a shorter one would be refused too, 1 if unknown.
     """
     most = 1.0
     for share in SHARES:
