@@ -46,6 +46,7 @@ MOVED = {
     "vfix_engine.lumen.conform": "vfix_engine.snake.conform",
     "vfix_engine.lumen.control": "vfix_engine.snake.control",
     "vfix_engine.lumen.drive": "vfix_engine.worlds.snake",
+    "vfix_engine.lumen.drive.drive_system": "vfix_engine.worlds.snake.requests",
     "vfix_engine.lumen.haptics": "vfix_engine.snake.haptics",
     "vfix_engine.lumen.limits": "vfix_engine.pathway.limits",
     "vfix_engine.lumen.pathway": "vfix_engine.pathway",
@@ -54,6 +55,7 @@ MOVED = {
     "vfix_engine.lumen.system": "vfix_engine.worlds.snake",
     "vfix_engine.robots.placed": "vfix_engine.robots.model",
     "vfix_engine.simulation": "vfix_engine.worlds.rigid",
+    "vfix_engine.worlds.snake.drive_system": "vfix_engine.worlds.snake.requests",
 }
 
 # Classes that recordings hold under another name.
