@@ -11,11 +11,9 @@ from ...arrays import Array
 from ...robots.snake import SnakeModel
 from ...robots.snake_dynamics import SnakeDynamics
 from ..bending.visual_motor_kernel import camera_moved
-from .haptics import Forces, HapticSettings, net
+from .haptics import Forces, HapticSettings, step_forces
 
 MEAN_S = 0.03  # [s] time constant of the means that motion and forces are
-# The tissue carries the robot, and its weight is not the hand's haste: what resists the hand comes of motion alone.
-_NO_GRAVITY = (0.0, 0.0, 0.0)
 
 
 class Felt(NamedTuple):
@@ -55,9 +53,10 @@ class HandForces:
         speed_more = share * ((after - before) / dt - felt.speed)
         velocity_more = share * (displacement / dt - felt.velocity)
         speed, velocity = felt.speed + speed_more, felt.velocity + velocity_more
-        torque = self._dynamics.torque(after, speed, speed_more / dt, _NO_GRAVITY)
-        jacobian = np.column_stack([outwards, np.zeros(2)])
-        now, was = net(speed, torque, velocity, velocity_more / dt, depth, jacobian, self.settings), felt.forces
-        resistance = was.resistance + share * (now.resistance - was.resistance)
-        guidance = was.guidance + share * (now.guidance - was.guidance)
+        # The tissue carries the robot, and its weight is not the hand's haste: what resists comes of motion alone.
+        torque = self._dynamics.weightless_torque(after, speed, speed_more / dt)
+        resisting, guiding = step_forces(speed, torque, velocity, velocity_more / dt, depth, outwards, self.settings)
+        was = felt.forces
+        resistance = was.resistance + share * (resisting - was.resistance)
+        guidance = was.guidance + share * (guiding - was.guidance)
         return Felt(speed, velocity, Forces(resistance, guidance, resistance + guidance))

@@ -110,10 +110,10 @@ def _go(
         return state, REST
     within = min(1.0, 1.0 / fastest)
     context = distal_context(drive, state)
-    here = Configuration(context.base, q)
+    here = Configuration.of(context.base, q)
 
     def attempt(now: SnakeState, share: float) -> tuple[SnakeState, bool]:
-        end = Configuration(context.base, q + within * share * (target - q))
+        end = Configuration.of(context.base, q + within * share * (target - q))
         verdict = drive.distal_limits.certify(context.packed, context.window, here, end, context.bound)
         if not verdict.taken:
             return now._replace(refused=Refusal(verdict, end, context.bound, drive.distal, drive.distal_query)), False

@@ -86,7 +86,7 @@ def moved_towards(
         return state._replace(refused=None), False
     placed = drive.placed(state.bounds, wanted.joint_s)
     limit = limits_of(drive, state, placed)
-    start, end = Configuration(pose.shape.base, pose.q), Configuration(wanted.base, _bent(drive, state, wanted))
+    start, end = Configuration.of(pose.shape.base, pose.q), Configuration.of(wanted.base, _bent(drive, state, wanted))
     # A link that comes to count, gets another window or with it a smaller bound, has to be within its bound.
     known = known_within(pose.deviation.depth, pose.bound, placed.bound)
     verdict = drive.limits.certify(state.tissue.packed, placed.windows, start, end, limit, known)
@@ -103,7 +103,7 @@ def moved_towards(
 def retreated(drive: DriveConstants, state: SnakeState, dt: float) -> SnakeState:
     """Back towards the bounds that the tissue's motion has left links beyond, as fast as joints may."""
     pose, limit = state.pose, limits_here(drive, state)
-    here = Configuration(pose.shape.base, pose.q)
+    here = Configuration.of(pose.shape.base, pose.q)
     wanted, end = _eased(drive, state, pose.shape, here, dt, pose.windows, limit)
     verdict = drive.limits.certify(state.tissue.packed, pose.windows, here, end, limit, pose.deviation.depth)
     if not verdict.taken:
@@ -133,7 +133,7 @@ def _eased(
     q = drive.eased(context, state.pose.q, state.settings.speed_max * dt)
     if q is None:
         return wanted, end
-    return replace(wanted, q=drive.snake.clamp(wanted.q + (q - end.q)), exact=False), Configuration(end.base, q)
+    return replace(wanted, q=drive.snake.clamp(wanted.q + (q - end.q)), exact=False), Configuration.of(end.base, q)
 
 
 def refused_part(state: SnakeState) -> float:
