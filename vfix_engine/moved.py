@@ -46,7 +46,6 @@ MOVED = {
     "vfix_engine.lumen.conform": "vfix_engine.snake.conform",
     "vfix_engine.lumen.control": "vfix_engine.snake.control",
     "vfix_engine.lumen.drive": "vfix_engine.worlds.snake",
-    "vfix_engine.lumen.drive.drive_system": "vfix_engine.worlds.snake.requests",
     "vfix_engine.lumen.haptics": "vfix_engine.snake.haptics",
     "vfix_engine.lumen.limits": "vfix_engine.pathway.limits",
     "vfix_engine.lumen.pathway": "vfix_engine.pathway",
@@ -77,11 +76,11 @@ def current_class(name: str) -> tuple[str, str]:
 
 
 def current_name(name: str) -> str:
-    """The name of today for a module's name of any version."""
+    """The name of today for a module's name of any version; what has moved may have moved once more."""
     parts = name.split(".")
     for length in range(len(parts), 0, -1):
         if (new := MOVED.get(".".join(parts[:length]))) is not None:
-            return ".".join([new, *parts[length:]])
+            return current_name(".".join([new, *parts[length:]]))
     return name
 
 
