@@ -5,15 +5,15 @@ The services are imported when they are built: what reads the files of plans is 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from app.cases.overlays import Overlays
     from app.cases.purge import Purge
     from app.cases.segments import CaseStructures
     from app.cases.service import CaseService
-    from app.documents import Documents
+    from app.documents import DocumentKind, Documents
     from app.drives.recordings import Recordings
     from app.drives.runs import RunService
     from app.exchange.archive import ArchiveReader, ArchiveWriter
@@ -89,6 +89,13 @@ class Services:
     archive_line: AdmissionQueue
     live: LiveBoard
     tracker: TrackerClient | None
+    other_documents: dict[str, Documents[Any]] = field(default_factory=dict)
+
+    def documents_of(self, kind: DocumentKind[Any]) -> Documents[Any]:
+        """Documents of a kind that has no service of its own; one object a kind."""
+        from app.documents import Documents
+
+        return self.other_documents.setdefault(kind.name, Documents(self.store, kind))
 
     def sweep(self) -> None:
         """Remove what planners that ended without doing so have left."""
