@@ -159,6 +159,52 @@ def test_a_flood_is_stopped(client: Client, monkeypatch: pytest.MonkeyPatch) -> 
     assert (answer.status_code, "larger than 2 MiB" in answer.json()["error"]["message"]) == (413, True)
 
 
+def part(options: str, data: bytes = b"x", more: str = "") -> bytes:
+    return f"--x\r\nContent-Disposition: form-data{options}\r\n{more}\r\n".encode() + data + b"\r\n"
+
+
+FILE = part('; name="file"; filename="x.obj"', SURFACE)
+
+
+@pytest.mark.parametrize(
+    ("body", "words"),
+    [
+        (FILE, "ends before its last boundary"),
+        (FILE + part('; name="frame"', b"LPS") + b"--x", "ends before its last boundary"),
+        (part("", b"LPS") + b"--x--", 'field "name" must be provided'),
+        (FILE + part('; name="name"', bytes(5000)) + b"--x--", "Part exceeded maximum size of 4KB"),
+        (part('; name="name"') * 9 + FILE + b"--x--", "Too many fields. Maximum number of fields is 8."),
+        (FILE * 4 + b"--x--", "Too many files. Maximum number of files is 3."),  # names.json is one of them
+        (b"no boundary", "Invalid multipart data"),
+        (FILE + part('; name="other"') + b"--x--", "send files as 'file' and, where needed, "),
+        (part('; name="file"') + b"--x--", "send files as 'file' and, where needed, "),
+    ],
+)
+def test_a_form_that_is_cut_off_or_malformed_keeps_nothing(
+    client: Client, phantom_services: Services, monkeypatch: pytest.MonkeyPatch, body: bytes, words: str
+) -> None:
+    monkeypatch.setattr(case_routes, "MAX_FILES", 2)
+    own = phantom_services.store.scratch.open()
+    before = set(own.iterdir())
+    headers = {"content-type": "multipart/form-data; boundary=x"}
+    answer = client.post("/api/v1/cases", headers=headers, content=body)
+    assert answer.status_code == 422
+    assert words in answer.json()["error"]["message"]
+    assert set(own.iterdir()) == before
+
+
+def test_names_and_fields_of_a_form_are_read_in_any_order_and_case(client: Client) -> None:
+    """Headers in any case and other headers beside; a field twice counts with its last value."""
+    file = FILE.replace(b"Content-Disposition", b"CONTENT-disposition").replace(b'obj"\r\n', b'obj"\r\nX-Y: z\r\n')
+    body = (
+        part('; name="units"', b"m") + file + part('; name="units"', b"mm") + part('; name="name"', "Kopf ü".encode())
+    )
+    headers = {"content-type": "multipart/form-data; boundary=x"}
+    job = wait(client, client.post("/api/v1/cases", headers=headers, content=body + b"--x--").json())
+    assert (job["subject"], job["error"]["details"]) == ("Kopf ü", {"missing": ["frame"]})  # type: ignore[index]
+    client.delete(f"/api/v1/jobs/{job['id']}/upload")  # kept for an answer
+
+
 def test_uploads_lie_in_the_home_alone(
     client: Client, phantom_services: Services, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:

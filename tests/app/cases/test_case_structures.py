@@ -23,7 +23,7 @@ from app.services import Services
 from app.store.models import DocumentStateRow
 from app.workspace.case_view import case_section
 from tests.engine.label_files import ellipsoid, save_dicom_seg, save_nifti, save_seg_nrrd
-from vfix_engine.anatomy.labels.label_map import Label
+from vfix_engine.anatomy.labels.label_map import CroppedLabel
 from vfix_engine.anatomy.labels.surfaces import surface_of
 from vfix_engine.errors import InputError
 from vfix_engine.files.volume import Volume
@@ -258,7 +258,7 @@ def test_a_structure_that_a_plan_uses_stays(
 def test_a_label_that_touches_itself_still_has_an_inside() -> None:
     """Speckle meets corner to corner: its surface is no manifold, and has no border all the same."""
     mask = np.random.default_rng(1).random((12, 12, 12)) > 0.5
-    mesh = surface_of(Label(1, "", None, mask, np.zeros(3, dtype=np.int64), np.eye(4))).mesh
+    mesh = surface_of(CroppedLabel(1, "", None, mask, np.zeros(3, dtype=np.int64), np.eye(4))).mesh
     assert not is_closed(mesh)
     assert encloses(mesh)
     assert not encloses(TriangleMesh(mesh.vertices, mesh.faces[1:]))

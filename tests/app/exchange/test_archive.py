@@ -24,7 +24,7 @@ from rest_client import Client, opened_client
 from app.api import archives as routes
 from app.api import router
 from app.cases.model import HEAD_PHANTOM
-from app.cases.service import Bead, Case, CaseFrame
+from app.cases.service import Case, CaseBead, CaseFrame
 from app.cli import main
 from app.commands import case_archive
 from app.exchange.archive import ArchiveWriter
@@ -79,7 +79,7 @@ def head(services: Services) -> Case:
     volume = Volume(hu, np.zeros(3), np.ones(3), np.eye(3), slice_thickness_mm=1.5)
     case = services.cases.create(
         "Head", frame=CaseFrame("RAS", True), surfaces={"bone": mesh}, volume=volume,
-        beads=(Bead("m", (1.0, 2.0, 3.0)),), notes=("doubtful",),
+        beads=(CaseBead("m", (1.0, 2.0, 3.0)),), notes=("doubtful",),
     )  # fmt: skip
     plan = services.plans.create(case.id, "Way ü", PlanContent(POINTS, zones=(PlanZone("z", "Eye", SPHERE),)))
     services.versions.save(plan.id, "First")

@@ -78,3 +78,13 @@ def test_a_step_s_folder_gives_its_scripts_and_nothing_else(whole_planner: Plann
     beside = ("plan/step.py", "plan/__init__.py", "plan/..%2fplan%2fpanel.js", "plan/%2e%2e/registry.py")
     for path in (*beside, "nose/panel.js"):
         assert status(path) == 404, path
+
+
+def test_a_library_of_the_page_is_asked_for_again_and_sent_once(whole_planner: Planner) -> None:
+    """After an update of the planner a browser shows no library of before."""
+    path = "/static/lib/lit-html/lit-html.js"
+    first = whole_planner.http("GET", path, whole_planner.cookie)
+    assert (first.status, first.headers["Cache-Control"]) == (200, "no-cache")
+    assert first.headers["Content-Type"].startswith("text/javascript")
+    again = whole_planner.http("GET", path, whole_planner.cookie, ("If-None-Match", first.headers["ETag"]))
+    assert (again.status, again.body) == (304, b"")

@@ -14,6 +14,7 @@ import pytest
 from rest_client import Client
 
 from app.planning.piercing import Pierced, PiercedReport, pierced_along
+from app.planning.run_sideways import measure_sideways
 from app.planning.verdict import verdict_of
 from app.plans.model import Plan
 from app.plans.shipped_head import SAMPLE_PLAN
@@ -184,7 +185,7 @@ def test_a_stored_run_has_how_far_air_leads_round_what_was_passed(
     count = write_drive(folders[0], [run])
     write_drive(folders[1], [run, straight_run(run, DORSUM)])
     write_drive(folders[2], [run])
-    passes, pierces = (runs.keep(folder, origin="page", ways=ways) for folder in folders[:2])
+    passes, pierces = (runs.keep(folder, origin="page", measure=measure_sideways(ways)) for folder in folders[:2])
     with runs.laid_out(passes.id) as place:
         told = Run.read(place).sideways_mm
     assert told is not None

@@ -70,7 +70,7 @@ def drive(services: Services, plan: Plan) -> tuple[list[RigidSnapshot], RigidSna
     """Every pose of the scripted hand in the scene that the control process gets, and the last one."""
     poses: list[RigidSnapshot] = []
     prepared = prepare(services, plan)
-    last = HeadlessRun(Rehearsal(prepared.spec.build(), prepared.settings), poses.append).follow()
+    last = HeadlessRun(Rehearsal(prepared.spec.scene.build(), prepared.settings), poses.append).follow()
     return poses, last
 
 
