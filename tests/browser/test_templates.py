@@ -1,4 +1,4 @@
-"""What panels are drawn with: templates that leave focus and typing alone, and both libraries under the page's policy."""
+"""What panels are drawn with: templates that leave focus and typing alone; both libraries under the page's policy."""
 
 from __future__ import annotations
 
