@@ -26,7 +26,7 @@ PROJECT, BUILDING = SETTINGS["project"], SETTINGS["build-system"]["requires"]
 PACKAGE_OF = {
     "cv2": "opencv-python-headless",
     "fast_simplification": "fast-simplification",
-    "multipart": "python-multipart",
+    "python_multipart": "python-multipart",
     "pinocchio": "pin",
     "SimpleITK": "simpleitk",
     "skimage": "scikit-image",

@@ -13,7 +13,7 @@ from app.documents import DocumentKind
 from app.kit.cache import Cache
 from app.kit.jobs import Job
 from app.planning.rehearsal_options import NO_SWITCHES, Switches
-from app.planning.remote_centre import Place
+from app.planning.remote_centre import PathPlace
 from app.scene import palette
 from app.services import Services
 from app.store.errors import StorageError
@@ -91,7 +91,7 @@ def test_a_dry_run_is_made_again_when_somebody_asks_and_with_the_switches_of_the
     assert asked == [NO_SWITCHES]
     step.handle(c.EditCommand(type="dry_run.again"))
     step.sections(True)
-    phantom_services.switches.turn(plan.id, Switches(centre=Place(at_mm=3.0)))
+    phantom_services.switches.turn(plan.id, Switches(centre=PathPlace(at_mm=3.0)))
     step.sections(True)  # where the remote centre would be is nothing while it is off
     phantom_services.switches.turn(plan.id, Switches(speed_limit=True))
     step.sections(True)
