@@ -14,6 +14,7 @@ import viser
 from app.kit.prompt_threads import PROMPT_THREADS
 from app.messages.client import Client, ClientRole
 from app.messages.fields import Command
+from app.operations.messages import OperationMessage
 from app.scene.dragging import DragEvent
 from app.scene.view import SceneEvents, SceneView
 from app.services import Services
@@ -72,9 +73,11 @@ class ClientSession:
             Client(client), services, executor, self.post, lambda words, error: self.note(words, error)
         )
         self.tabs: dict[str, Tab] = {}
-        self._tabs_of: dict[type[Command], list[Tab]] = {}  # those of a drive belong to every tab that drives
+        self._tabs_of: dict[type, list[Tab]] = {}  # those of a drive belong to every tab that drives
+        self._tab_of_kind: dict[str, Tab] = {}
         for spec in specs():
             tab = self.tabs[spec.name] = load(spec)(self.workspace, shared[spec.name])
+            self._tab_of_kind |= dict.fromkeys(spec.documents, tab)
             for kind in spec.commands:
                 self._tabs_of.setdefault(kind, []).append(tab)
         self.active = self.tabs.get(FIRST_TAB) or next(iter(self.tabs.values()))
@@ -135,10 +138,10 @@ class ClientSession:
         if before.may_hold and not self.workspace.client.may_hold:
             self.post(lambda: self._each("give_up"))
 
-    def command(self, command: Command, reply: Reply | None = None) -> bool:
+    def command(self, command: Command | OperationMessage, reply: Reply | None = None) -> bool:
         """Answer a command; False when too many wait already. One with a reply gets it, whatever happens."""
-        tab = self._tab_of(command)
-        if command.urgent and tab is not None:
+        tab = self._tab_of(command) if isinstance(command, Command) else None
+        if isinstance(command, Command) and command.urgent and tab is not None:
             self._answer_with(lambda: tab.handle_now(command), reply)
             return True
         slot = command.stream() if reply is None else None  # a newer one does not answer for it
@@ -232,7 +235,10 @@ class ClientSession:
             self._guarded(show)
             reply(True, result)
 
-    def _do(self, command: Command) -> Any:
+    def _do(self, command: Command | OperationMessage) -> Any:
+        if isinstance(command, OperationMessage):
+            tab = self._tab_of_kind.get(command.spec.kind.name)
+            return self.workspace.operate(command) if tab is None else tab.operate(command)
         if isinstance(command, SetTab):
             return self._set_tab(command.name)
         tab = self._tab_of(command)

@@ -26,6 +26,8 @@ class TabSpec:
     commands: what its clients may send. sections: a TypedDict whose keys are the sections that it publishes.
     input: what keys of the page and clicks in its slices do: nothing of the tab's own, edit the open plan, or drive
     the robot, whose figures the status bar shows then.
+    documents: kinds of documents whose operations it does itself, since one may be open in it; those of other kinds
+    are done in the store.
     kinds: of cases that it is for; empty: for any, and shown without one, too.
     has_routes: its ``routes.py`` has a ``router``, whose addresses lie below ``/api/v1/steps/NAME/``.
     """
@@ -39,6 +41,7 @@ class TabSpec:
     sections: type | None = None
     input: Input = "none"
     has_routes: bool = False
+    documents: tuple[str, ...] = ()
     kinds: tuple[CaseKind, ...] = ()
 
     @property

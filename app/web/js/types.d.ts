@@ -1552,6 +1552,8 @@ export interface Commands {
   };
   "label.new": {
     name: string;
+    colour?: string;
+    volume?: string | null;
     structure_id?: string | null;
   };
   "label.redo": {
@@ -1562,11 +1564,11 @@ export interface Commands {
   };
   "label.stroke": {
     label_id: string;
-    mode: "paint" | "erase";
-    brush: "disc" | "ball";
     radius_mm: number;
     points: [number, number, number][];
-    normal: [number, number, number];
+    mode?: "paint" | "erase";
+    brush?: "disc" | "ball";
+    normal?: [number, number, number] | null;
   };
   "label.undo": {
     label_id: string;
