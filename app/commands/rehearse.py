@@ -28,13 +28,13 @@ from app.extras import has_app
 from app.planning.distance_fields import plan_tissue, plan_ways
 from app.planning.openings import opened_tree
 from app.planning.piercing import PiercedReport, pierced_by_poses
-from app.planning.placement import standing_base, stored_placing
+from app.planning.placement import standing_base, stored_placement
 from app.planning.rehearsal_options import NO_OPTIONS, RehearsalOptions, standing
 from app.planning.remote_centre import ENTRY, PathPlace
 from app.planning.shaft import shaft_of
 from app.plans.imported_places import path_notes, target_notes
 from app.plans.instruments import Instruments, plan_robot, plan_tool
-from app.plans.model import Plan, without_placing
+from app.plans.model import Plan, without_placement
 from app.services import Services, build_services
 from app.settings import Settings
 from vfix_engine.anatomy.head_import import HeadRequest
@@ -197,14 +197,14 @@ def _registered(services: Services | None, plan: Plan) -> tuple[Plan, ImageRegis
 
     The notes say what is doubtful of it, too.
 
-    A placing that a file holds is in the patient's frame, which is not known then: the robot is placed anew.
+    A placement that a file holds is in the patient's frame, which is not known then: the robot is placed anew.
     Raises PlanError where a stored plan refers to one that cannot be used.
     """
     if plan.registration is None:
         return plan, None, ()
     if services is None or all(one.id != plan.id for one in services.plans.titles()):
         words = "The plan refers to a registration, which its file does not have: driven in the image's frame."
-        return replace(plan, robot=without_placing(plan.robot)), None, (words,)
+        return replace(plan, robot=without_placement(plan.robot)), None, (words,)
     registered = services.planning.registration(plan)
     if registered is None:
         return plan, None, ()
@@ -218,9 +218,9 @@ def build_scene(
     instruments: Instruments | None = None,
     registration: ImageRegistration | None = None,
 ) -> tuple[Scene, ControlSettings, str, str]:
-    """Scene and settings of a plan, why its placing does not arrive, and what its options stand for, in words.
+    """Scene and settings of a plan, why its placement does not arrive, and what its options stand for, in words.
 
-    A plan without a robot placing gets one; behind a registration that says where the robot stands, its joints alone.
+    A plan without a robot placement gets one; behind a registration that says where the robot stands, its joints alone.
     """
     settings = settings_in_case(plan.settings, case.uncertainty)
     if args.margin is not None:
@@ -242,19 +242,19 @@ def build_scene(
     stands = standing(options, plan, scan, lambda: plan_tissue(case.scans, plan) if case.scans else None)
     fixtures, shaft = (*zones.soft_zones, *stands.fixtures), shaft_of(plan, path)
     tree, _ = opened_tree(case.tree, case.scan() if plan.removed_bone else None, plan)
-    # A placing was made for one robot, tool and margin among what there was; another of them asks for another placing.
+    # A placement is of one robot, tool and margin among what there was; another of them asks for another one.
     others = (args.robot, args.tool_frame, args.tool, args.margin, args.zones, stands.words or None)
-    stored = stored_placing(plan.robot) if registration is None else None
+    stored = stored_placement(plan.robot) if registration is None else None
     standing_at = None if registration is None else standing_base(plan.robot, registration)
     if stored is not None and all(other is None for other in others):
         base, q_start = stored
         obstacle = ""
     else:
-        placing = place_robot(
+        placement = place_robot(
             tree, robot, tool, path, settings, zones.zones, fixtures, structure_names=case.structure_names,
             shaft=shaft, base=standing_at,
         )  # fmt: skip
-        base, q_start, obstacle = placing.base, placing.q_start, placing.run.reason
+        base, q_start, obstacle = placement.base, placement.q_start, placement.run.reason
     scene = Scene(
         tree, robot, tool, base, q_start, path, targets, names, zones.zones, fixtures, case.structure_names, shaft
     )

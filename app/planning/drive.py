@@ -1,4 +1,4 @@
-"""The dry run of a path, from the placing that plan, registration or hand give, or else from the best one found."""
+"""The dry run of a path, from the placement that plan, registration or hand give, or else from the best one found."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from app.planning.placement import StoredPlacing, standing_base, stored_placing
+from app.planning.placement import StoredPlacement, standing_base, stored_placement
 from vfix_engine.control import ControlSettings
 from vfix_engine.frames import ImageRegistration
 from vfix_engine.geometry.path import SplinePath
@@ -42,21 +42,21 @@ class Drive:
         settings: ControlSettings,
         tell: ProgressCallback,
         registration: ImageRegistration | None = None,
-        kept: StoredPlacing | None = None,
+        kept: StoredPlacement | None = None,
     ) -> Placing:
-        """The dry run, and the placing that it began with.
+        """The dry run, and the placement that it began with.
 
-        planned: the plan's robot, which may hold a placing. registration: of the image to what the robot stands in.
-        kept: the placing of the path as it was, under a hand; the base stays, and the steps are coarser.
+        planned: the plan's robot, which may hold a placement. registration: of the image to what the robot stands in.
+        kept: the placement of the path as it was, under a hand; the base stays, and the steps are coarser.
         Raises StartRefused where the tool does not fit at the entry, or the robot does not reach it.
         """
         base = None if registration is None else standing_base(planned, registration)
-        stored = stored_placing(planned) if registration is None else None
+        stored = stored_placement(planned) if registration is None else None
         if stored is not None:
             return self._from(stored, settings, STEP_MM if kept is None else PROSPECT_STEP_MM, tell)
         if kept is not None:
             q_start = started_at(self.robot.placed(kept.base, self.tool), kept.q_start, self.path, self.shaft)
-            return self._from(StoredPlacing(kept.base, q_start), settings, PROSPECT_STEP_MM, tell)
+            return self._from(StoredPlacement(kept.base, q_start), settings, PROSPECT_STEP_MM, tell)
         return place_robot(
             self.tree, self.robot, self.tool, self.path, settings, self.zones, self.fixtures,
             structure_names=self.structure_names, tell=partial(_tell, tell, "Placing the robot and driving the path"),
@@ -64,14 +64,14 @@ class Drive:
         )  # fmt: skip
 
     def _from(
-        self, placing: StoredPlacing, settings: ControlSettings, step_mm: float, tell: ProgressCallback
+        self, placement: StoredPlacement, settings: ControlSettings, step_mm: float, tell: ProgressCallback
     ) -> Placing:
         scene = Scene(
-            self.tree, self.robot, self.tool, *placing, self.path, zones=self.zones, fixtures=self.fixtures,
+            self.tree, self.robot, self.tool, *placement, self.path, zones=self.zones, fixtures=self.fixtures,
             structure_names=self.structure_names, shaft=self.shaft,
         )  # fmt: skip
         return Placing(
-            *placing, dry_run(scene, settings, tell=partial(_tell, tell, "Driving the path"), step_mm=step_mm)
+            *placement, dry_run(scene, settings, tell=partial(_tell, tell, "Driving the path"), step_mm=step_mm)
         )
 
 

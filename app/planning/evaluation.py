@@ -20,7 +20,7 @@ from app.planning.distance_fields import Fields
 from app.planning.drive import Drive
 from app.planning.openings import Openings, PlanBone
 from app.planning.piercing import pierced_along
-from app.planning.placement import StoredPlacing, placed_robot
+from app.planning.placement import StoredPlacement, placed_robot
 from app.planning.plan_evaluation import PlanEvaluation, samples_of
 from app.planning.rehearsal_options import NO_OPTIONS, RehearsalOptions, standing
 from app.planning.remote_centre import path_of
@@ -118,7 +118,7 @@ class Planning:
         options: RehearsalOptions = NO_OPTIONS,
         through: Through = AS_STORED,
     ) -> PlanEvaluation:
-        """Spline, bone clearance of the whole tool along it, the soft tissue that it passes, and the placing.
+        """Spline, bone clearance of the whole tool along it, the soft tissue that it passes, and the placement.
 
         progress: gets the stage in words and the fraction of the whole before each step of the run; what it raises
             ends the run.
@@ -227,7 +227,7 @@ class Planning:
         return evaluation.samples(), " ".join(filter(None, ["" if evaluation.completed else held, removed]))
 
     def placed_robot(self, plan: Plan) -> dict[str, Any]:
-        """The plan's robot with the placing of its dry run, for `PlanEditor.set_robot`.
+        """The plan's robot with the placement of its dry run, for `PlanEditor.set_robot`.
 
         Raises what `evaluate` does, and PlanError where a registration to the base says where the robot stands.
         """
@@ -238,16 +238,16 @@ class Planning:
     def preview(
         self,
         plan: Plan,
-        placing: StoredPlacing,
+        placement: StoredPlacement,
         progress: ProgressCallback = no_progress,
         options: RehearsalOptions = NO_OPTIONS,
     ) -> PlanEvaluation:
         """As `evaluate`, of a plan that is not stored yet, in coarser steps and with the robot's base kept.
 
-        placing: of the robot for the path as it was. It is not placed anew, and nothing is kept of the answer.
+        placement: of the robot for the path as it was. It is not placed anew, and nothing is kept of the answer.
         Raises as `evaluate`, and StartRefused where the robot does not reach the entry from where it stands.
         """
-        return self._evaluate(plan, progress, options, self.registration(plan), placing).beside(plan)
+        return self._evaluate(plan, progress, options, self.registration(plan), placement).beside(plan)
 
     def _evaluate(
         self,
@@ -255,9 +255,9 @@ class Planning:
         progress: ProgressCallback,
         options: RehearsalOptions,
         registered: DrivenRegistration | None,
-        kept: StoredPlacing | None = None,
+        kept: StoredPlacement | None = None,
     ) -> PlanEvaluation:
-        """kept: the placing of a preview, None where the answer is to stay."""
+        """kept: the placement of a preview, None where the answer is to stay."""
 
         def tell(stage: str, fraction: float) -> None:
             self._go_on()
@@ -279,8 +279,8 @@ class Planning:
         drive = Drive(
             tree, robot, tool, path, zones.zones, (*zones.soft_zones, *stands.fixtures), names, shaft_of(plan, path)
         )
-        placing = drive.run(plan.robot, settings, tell, None if registered is None else registered.image, kept)
-        run = placing.run
+        placement = drive.run(plan.robot, settings, tell, None if registered is None else registered.image, kept)
+        run = placement.run
         tell("Measuring the soft tissue", 0.95)
         profile, passed = self._profile(plan, run, zones, registered, tell), tissue_passed(volume, run.stations())
         stated, pierced = Stated(stands.words, bone.removed_mm3), pierced_along(self.ways(plan), run, tell)
@@ -288,8 +288,8 @@ class Planning:
         return PlanEvaluation(
             path=path,
             run=run,
-            base=placing.base,
-            q_start=placing.q_start,
+            base=placement.base,
+            q_start=placement.q_start,
             soft_tissue=passed,
             standing=stands,
             profile=profile,

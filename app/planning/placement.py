@@ -1,4 +1,4 @@
-"""The placing of a plan's robot in the image, as a scene takes it."""
+"""The placement of a plan's robot in the image, as a scene takes it."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ from vfix_engine.errors import PlanError
 from vfix_engine.frames import ImageRegistration, inverse, transform_base_to_image
 
 
-class StoredPlacing(NamedTuple):
+class StoredPlacement(NamedTuple):
     """base (4, 4): transform_base_to_image, mm; q_start (n,): joints at the entry, mm and rad."""
 
     base: Array
     q_start: Array
 
 
-def stored_placing(robot: Mapping[str, Any]) -> StoredPlacing | None:
-    """The placing that a plan holds for its robot, where image and patient are one frame, as in a simulation.
+def stored_placement(robot: Mapping[str, Any]) -> StoredPlacement | None:
+    """The placement that a plan holds for its robot, where image and patient are one frame, as in a simulation.
 
     None where it holds none and the robot is to be placed.
     """
     if robot.get("base") is None:
         return None
-    return StoredPlacing(transform_base_to_image(_placement(robot)), np.array(robot["q_start"], dtype=np.float64))
+    return StoredPlacement(transform_base_to_image(_placement(robot)), np.array(robot["q_start"], dtype=np.float64))
 
 
 def standing_base(robot: Mapping[str, Any], registration: ImageRegistration) -> Array | None:
@@ -43,7 +43,7 @@ def standing_base(robot: Mapping[str, Any], registration: ImageRegistration) -> 
 def placed_robot(
     robot: Mapping[str, Any], base: Array, q_start: Array, registration: ImageRegistration | None
 ) -> dict[str, Any]:
-    """A plan's robot that holds a placing; base (4, 4): transform_base_to_image, mm, of a robot beside the patient.
+    """A plan's robot that holds a placement; base (4, 4): transform_base_to_image, mm, of a robot beside the patient.
 
     Raises PlanError where the registration is to the base: it says already where the robot stands.
     """

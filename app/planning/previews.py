@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 from app.cases.service import CaseService
 from app.kit.values import Position
 from app.planning.evaluation import Planning
-from app.planning.placement import StoredPlacing
+from app.planning.placement import StoredPlacement
 from app.planning.plan_evaluation import PlanEvaluation
 from app.planning.rehearsal_options import NO_OPTIONS, RehearsalOptions
-from app.plans.model import Plan, without_placing
+from app.plans.model import Plan, without_placement
 from app.plans.points import PlanPoint
 from vfix_engine.progress import ProgressCallback
 
@@ -47,13 +47,13 @@ class Previews:
         self,
         plan: Plan,
         dragged: Dragged,
-        placing: StoredPlacing,
+        placement: StoredPlacement,
         progress: ProgressCallback,
         options: RehearsalOptions = NO_OPTIONS,
     ) -> Preview:
         """The path with the point where a release would put it, simulated as the stored one is.
 
-        placing: of the robot along the stored path, whose base is kept. progress: as of `Planning.evaluate`.
+        placement: of the robot along the stored path, whose base is kept. progress: as of `Planning.evaluate`.
         Raises PlanError where no place near the hand is clear of bone, and as `Planning.preview`.
         """
         position, moved_mm = dragged.position, 0.0
@@ -66,9 +66,9 @@ class Previews:
             else point
             for point in plan.points
         ]
-        return Preview(self._planning.preview(with_points(plan, points), placing, progress, options), moved_mm)
+        return Preview(self._planning.preview(with_points(plan, points), placement, progress, options), moved_mm)
 
 
 def with_points(plan: Plan, points: Sequence[PlanPoint]) -> Plan:
-    """The plan with another way for the chosen path, not stored; its robot has no placing for that."""
-    return replace(plan, points=tuple(points), robot=without_placing(plan.robot))
+    """The plan with another way for the chosen path, not stored; its robot has no placement for that."""
+    return replace(plan, points=tuple(points), robot=without_placement(plan.robot))

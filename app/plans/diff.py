@@ -28,7 +28,7 @@ _Item = TypeVar("_Item", bound=_Named)
 
 
 def changes(before: PlanContent, after: PlanContent) -> tuple[str, ...]:
-    """Sentences, in the order of the panel; none where the two are the same. A robot's placing is not told."""
+    """Sentences, in the order of the panel; none where the two are the same. A robot's placement is not told."""
     found = list(listed(before.paths, after.paths, lambda path: f"Path ‘{path.name}’", _path))
     if before.path_id != after.path_id:
         found.append(f"Path ‘{after.path.name}’ is chosen instead of ‘{before.path.name}’.")

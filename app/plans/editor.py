@@ -23,7 +23,7 @@ from app.plans.model import (
     check_robot,
     check_tool_shape,
     new_point_id,
-    without_placing,
+    without_placement,
 )
 from app.plans.points import check_point
 from vfix_engine.errors import PlanError
@@ -191,19 +191,19 @@ class PlanEditor:
         return plan_of(self._document.set_settings(settings, expected_revision=expected_revision))
 
     def set_robot(self, robot: Mapping[str, Any], *, expected_revision: int | None = None) -> Plan:
-        """Keep a placing of the robot with the plan."""
+        """Keep a placement of the robot with the plan."""
         checked = check_robot(robot)
         return self._edit(lambda c: replace(c, robot=checked), expected_revision)
 
     def choose_robot(self, robot: Mapping[str, Any], *, expected_revision: int | None = None) -> Plan:
-        """Another robot, without a placing: a shipped one's name, or name, urdf and tool_frame of one's own."""
-        checked = check_robot(without_placing(robot))
+        """Another robot, without a placement: a shipped one's name, or name, urdf and tool_frame of one's own."""
+        checked = check_robot(without_placement(robot))
         return self._edit(lambda c: replace(c, robot=checked), expected_revision)
 
     def choose_tool(
         self, name: str, shape: Mapping[str, float] | None = None, *, expected_revision: int | None = None
     ) -> Plan:
-        """Another tool, or another shape of it; the robot's placing, made for the old one, is dropped.
+        """Another tool, or another shape of it; the robot's placement, made for the old one, is dropped.
 
         Raises RobotError for a tool that there is not, or a shape that it cannot have.
         """
@@ -211,7 +211,7 @@ class PlanEditor:
         shaped_tool(name, **checked)
 
         def change(content: PlanContent) -> PlanContent:
-            return replace(content, tool=name, tool_shape=checked, robot=without_placing(content.robot))
+            return replace(content, tool=name, tool_shape=checked, robot=without_placement(content.robot))
 
         return self._edit(change, expected_revision)
 
@@ -228,14 +228,14 @@ class PlanEditor:
     def use_registration(self, registration_id: str | None, *, expected_revision: int | None = None) -> Plan:
         """Refer to a registration of the plan's case by its id; None refers to none.
 
-        Whether it can be used is for `Registering.use` to say. A placing of the robot is in the patient's frame, which
-        is the image's without a registration: it is dropped where the plan gets its first or loses its last.
+        Whether it can be used is for `Registering.use` to say. A placement of the robot is in the patient's frame,
+        which is the image's without a registration: it is dropped where the plan gets its first or loses its last.
         """
         checked = check_registration_id(registration_id)
 
         def change(content: PlanContent) -> PlanContent:
             crossed = (content.registration is None) != (checked is None)
-            robot = without_placing(content.robot) if crossed else content.robot
+            robot = without_placement(content.robot) if crossed else content.robot
             return replace(content, registration=checked, robot=robot)
 
         return self._edit(change, expected_revision)

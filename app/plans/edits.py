@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 from app.kit.errors import NotFound
 from app.kit.names import check_name, check_text
 from app.kit.values import check_position, new_id
-from app.plans.model import MAX_NOTES, Plan, PlanContent, drive_parts, without_placing
+from app.plans.model import MAX_NOTES, Plan, PlanContent, drive_parts, without_placement
 from app.plans.paths import PATH, PlanPath, check_paths, check_side, new_path_name
 from app.plans.points import PlanPoint, check_direction, check_point, check_roll, new_point_id
 from app.plans.zones import COLOURS, PlanZone, RemovedBone, check_removed, check_zones
@@ -188,19 +188,19 @@ class BoneEdits:
 
 
 def _with_zones(content: PlanContent, zones: Sequence[PlanZone]) -> PlanContent:
-    """The content with other zones; a placing that was made among the old ones is dropped."""
+    """The content with other zones; a placement that was made among the old ones is dropped."""
     changed = replace(content, zones=check_zones(zones))
     if drive_parts(changed) == drive_parts(content):
         return changed
-    return replace(changed, robot=without_placing(content.robot))
+    return replace(changed, robot=without_placement(content.robot))
 
 
 def _with_removed(content: PlanContent, regions: Sequence[RemovedBone]) -> PlanContent:
-    """The content with other bone to remove; a placing that was made among the old bone is dropped."""
+    """The content with other bone to remove; a placement that was made among the old bone is dropped."""
     changed = replace(content, removed_bone=check_removed(regions))
     if drive_parts(changed) == drive_parts(content):
         return changed
-    return replace(changed, robot=without_placing(content.robot))
+    return replace(changed, robot=without_placement(content.robot))
 
 
 def changed_zone(zone: PlanZone, fields: Mapping[str, Any]) -> PlanZone:

@@ -1,4 +1,4 @@
-"""A plan as a value: its paths, targets, zones, robot placing and settings, all in LPS mm."""
+"""A plan as a value: its paths, targets, zones, robot placement and settings, all in LPS mm."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from app.plans.paths import (
     with_chosen,
 )
 from app.plans.points import PlanPoint, check_point, new_point_id, point_to_json, points_from_json
-from app.plans.robot import DEFAULT_ROBOT, check_robot, unplaced_robot, without_placing
+from app.plans.robot import DEFAULT_ROBOT, check_robot, unplaced_robot, without_placement
 from app.plans.zones import (
     PlanZone,
     RemovedBone,
@@ -64,7 +64,7 @@ __all__ = [
     "drive_parts",
     "new_point_id",
     "unplaced_robot",
-    "without_placing",
+    "without_placement",
 ]
 
 SCHEMA = "vfix-plan/1"
@@ -82,8 +82,8 @@ class PlanContent:
     paths: every path, in the order of the list; the chosen one always has the points and the tool of the plan, so that
     `replace(content, points=…)` changes it.
     robot: name, base (16 numbers, row by row, transform_base_to_patient [mm]) or None, and q_start ([mm], [rad]) or
-    None; of a URDF of one's own also its SHA-256 as 'urdf' and the link that holds the tool as 'tool_frame'. A placing
-    is that of the chosen path.
+    None; of a URDF of one's own also its SHA-256 as 'urdf' and the link that holds the tool as 'tool_frame'.
+    A placement is that of the chosen path.
     settings: those of the controller that differ from its defaults, by field name.
     zones: structures to spare; removed_bone: bone that is taken away first. Both are of every path.
     notes: what the planner writes down, in lines.
@@ -119,13 +119,13 @@ class PlanContent:
         return self.path.entry_side
 
     def with_points(self, points: Sequence[PlanPoint]) -> PlanContent:
-        """The content with another chosen path; a placing that belonged to the old one is dropped."""
+        """The content with another chosen path; a placement that belonged to the old one is dropped."""
         moved = [_held(p) for p in points] != [_held(p) for p in self.points]
-        robot = without_placing(self.robot) if moved else self.robot
+        robot = without_placement(self.robot) if moved else self.robot
         return replace(self, points=tuple(points), robot=robot)
 
     def with_paths(self, paths: Sequence[PlanPath], path_id: str) -> PlanContent:
-        """The content with other paths, of which one is chosen; a placing of another way is dropped."""
+        """The content with other paths, of which one is chosen; a placement of another way is dropped."""
         chosen = next((path for path in paths if path.id == path_id), None)
         if chosen is None:
             raise PlanError(f"there is no path {path_id!r:.80} in this plan.")
@@ -138,7 +138,7 @@ class PlanContent:
             path_id=path_id,
         )
         same = _way(content) == _way(self)
-        return content if same else replace(content, robot=without_placing(self.robot))
+        return content if same else replace(content, robot=without_placement(self.robot))
 
 
 @dataclass(frozen=True)
@@ -200,7 +200,7 @@ class Plan:
         return self.path.entry_side
 
     def along(self, name: str) -> Plan:
-        """The same plan with the path of that id or name chosen; its robot has a placing for the chosen one only.
+        """The same plan with the path of that id or name chosen; its robot has a placement for the chosen one only.
 
         Raises PlanError where there is no such path.
         """

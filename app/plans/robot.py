@@ -1,4 +1,4 @@
-"""The robot of a plan: its name, or a URDF of one's own, and its placing."""
+"""The robot of a plan: its name, or a URDF of one's own, and its placement."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ OWN_ROBOT = ("urdf", "tool_frame")
 
 
 def unplaced_robot(name: str = DEFAULT_ROBOT) -> dict[str, Any]:
-    """A robot that has no placing yet and gets one when the plan is driven."""
+    """A robot that has no placement yet and gets one when the plan is driven."""
     return {"name": name, "base": None, "q_start": None}
 
 
-def without_placing(robot: Mapping[str, Any]) -> dict[str, Any]:
-    """The same robot, which gets a placing when the plan is driven."""
+def without_placement(robot: Mapping[str, Any]) -> dict[str, Any]:
+    """The same robot, which gets a placement when the plan is driven."""
     return {**robot, "base": None, "q_start": None}
 
 
 def check_robot(robot: Mapping[str, Any]) -> dict[str, Any]:
-    """A robot's name and placing; base and q_start come together or not at all. Raises PlanError."""
+    """A robot's name and placement; base and q_start come together or not at all. Raises PlanError."""
     if not isinstance(robot, Mapping) or set(robot) - {"name", "base", "q_start", *OWN_ROBOT}:
         raise PlanError("a plan's robot has a name, a base and a q_start; one of a URDF its hash and tool frame.")
     own = _check_own_robot(robot)

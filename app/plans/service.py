@@ -11,7 +11,7 @@ from app.kit.errors import OtherCase
 from app.plans.document import PLAN, plan_of
 from app.plans.editor import PlanEditor
 from app.plans.instruments import shaped_tool
-from app.plans.model import Plan, PlanContent, PlanFile, PlanPoint, check_content, without_placing
+from app.plans.model import Plan, PlanContent, PlanFile, PlanPoint, check_content, without_placement
 from app.store import Store
 from app.store.models import CaseRow
 from vfix_engine.errors import PlanError
@@ -58,7 +58,7 @@ class PlanService:
         """Make a plan out of an imported file. `name` wins over the file's; a name of another plan gets a number.
 
         Raises OtherCase when the file was made for another head, unless `other_case` says that this is known; the
-        robot's placing and the registration are dropped then. Raises RobotError for a tool, its shape or a robot that
+        robot's placement and the registration are dropped then. Raises RobotError for a tool, its shape or a robot that
         cannot be.
         """
         content = file.content
@@ -69,7 +69,7 @@ class PlanService:
         if case is not None and file.case_hash not in (None, case.content_hash):
             if not other_case:
                 raise OtherCase("the plan was made for another case; its points may lie in other anatomy.")
-            content = replace(content, robot=without_placing(content.robot), registration=None)
+            content = replace(content, robot=without_placement(content.robot), registration=None)
         return self.create(case_id, file.name if name is None else name, content, numbered=True)
 
     def _keep_urdf(self, file: PlanFile) -> None:

@@ -6,7 +6,7 @@ from typing import Any
 
 from app.cases.settings import settings_in_case
 from app.kit.values import Position
-from app.planning.placement import StoredPlacing
+from app.planning.placement import StoredPlacement
 from app.planning.plan_evaluation import PlanEvaluation
 from app.planning.verdict import said_besides
 from app.plans.model import Plan, drive_parts
@@ -43,7 +43,7 @@ class Judged:
         self.tool = ShownTool()
         self._key: Any = None
         self._way: Any = None  # plan and path that the runs are of
-        self._placing: tuple[Any, StoredPlacing] | None = None  # of the last dry run, with what it belongs to
+        self._placement: tuple[Any, StoredPlacement] | None = None  # of the last dry run, with what it belongs to
 
     def clear(self) -> None:
         """No plan is open."""
@@ -103,10 +103,10 @@ class Judged:
         plan, current = edited.plan, self.stored.current
         robot = [plan.id, plan.path_id, plan.robot.get("name"), plan.robot.get("urdf"), plan.tool, plan.tool_shape]
         if current.evaluation is not None:
-            self._placing = robot, StoredPlacing(current.evaluation.base, current.evaluation.q_start)
+            self._placement = robot, StoredPlacement(current.evaluation.base, current.evaluation.q_start)
         hand = edited.in_hand
         if hand is None or len(plan.points) < 2:
             self.live.clear()
             return
-        placing = self._placing[1] if self._placing is not None and self._placing[0] == robot else None
-        self.live.ask(plan, hand, current, placing, self._services.rehearsal_options.of(plan.id).in_force)
+        placement = self._placement[1] if self._placement is not None and self._placement[0] == robot else None
+        self.live.ask(plan, hand, current, placement, self._services.rehearsal_options.of(plan.id).in_force)

@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 from app.kit.errors import JobCancelled
-from app.planning.placement import StoredPlacing
+from app.planning.placement import StoredPlacement
 from app.planning.plan_evaluation import PlanEvaluation
 from app.planning.previews import Dragged
 from app.planning.rehearsal_options import NO_OPTIONS, RehearsalOptions
@@ -42,11 +42,16 @@ class LivePreviews:
             self._asked, self.current = None, Corridor()
 
     def ask(
-        self, plan: Any, dragged: Dragged, stored: Corridor, placing: StoredPlacing | None, options: RehearsalOptions
+        self,
+        plan: Any,
+        dragged: Dragged,
+        stored: Corridor,
+        placement: StoredPlacement | None,
+        options: RehearsalOptions,
     ) -> None:
         """Judge a plan with a point under a hand, unless that is what was asked for last.
 
-        stored: the answer to the stored path, which is shown greyed at first. placing: of the robot along the stored
+        stored: the answer to the stored path, which is shown greyed at first. placement: of the robot along the stored
         path or the one before, None where it had no place yet.
         """
         asked = (plan.id, plan.revision, dragged, options)
@@ -58,7 +63,7 @@ class LivePreviews:
             self._first = self._ticket
         self._asked = asked
         ticket, kept_mm = self._ticket, stored.margin_mm
-        if placing is None:
+        if placement is None:
             words = "Let go of the point to see whether the tool fits: the robot has no place yet."
             self.current = Corridor("computing", words, margin_mm=kept_mm, provisional=True, before=before)
             return
@@ -70,7 +75,7 @@ class LivePreviews:
                 raise JobCancelled
 
         def work() -> None:
-            if ticket >= self._first and (answer := self._answer(plan, dragged, kept_mm, placing, go_on, options)):
+            if ticket >= self._first and (answer := self._answer(plan, dragged, kept_mm, placement, go_on, options)):
                 self._done(ticket, answer)
 
         self._lanes.submit(_LANE, FAILED, work, lambda words: self._done(ticket, failed_run(words, kept_mm, True)))
@@ -94,7 +99,7 @@ class LivePreviews:
         plan: Any,
         dragged: Dragged,
         kept_mm: float,
-        placing: StoredPlacing,
+        placement: StoredPlacement,
         go_on: Callable[[str, float], None],
         options: RehearsalOptions = NO_OPTIONS,
     ) -> Corridor | None:
@@ -103,7 +108,7 @@ class LivePreviews:
 
         def evaluate() -> PlanEvaluation:
             nonlocal moved
-            found = self._services.previews.of(plan, dragged, placing, go_on, options)
+            found = self._services.previews.of(plan, dragged, placement, go_on, options)
             moved = found.moved_mm
             return found.evaluation
 

@@ -15,7 +15,7 @@ from app.cli import main
 from app.exchange.plan_files import read_plan
 from app.kit.errors import NotFound
 from app.planning.placement import placed_robot, standing_base
-from app.plans.model import Plan, without_placing
+from app.plans.model import Plan, without_placement
 from app.plans.shipped_head import SAMPLE_PLAN
 from app.registration.document import FiducialPair, RegistrationContent
 from app.services import Services
@@ -175,7 +175,7 @@ def test_no_file_in_the_robots_frame_is_taken_for_a_plan(phantom_services: Servi
 
 
 def test_a_robot_that_is_not_placed_is_refused(phantom_services: Services, plan: Plan, registration: str) -> None:
-    unplaced = replace(plan, robot=without_placing(plan.robot))
+    unplaced = replace(plan, robot=without_placement(plan.robot))
     for name in (None, registration):
         with pytest.raises(PlanError, match="not placed"):
             phantom_services.base_export.text(unplaced, "json", name)
@@ -184,7 +184,7 @@ def test_a_robot_that_is_not_placed_is_refused(phantom_services: Services, plan:
 def test_a_registration_to_the_base_needs_no_placing(phantom_services: Services, plan: Plan) -> None:
     content = RegistrationContent("base", tuple(TURN.ravel().tolist()), made_from="given")
     phantom_services.registrations.create(plan.case_id, "Hand-eye", content)
-    unplaced = replace(plan, robot=without_placing(plan.robot))
+    unplaced = replace(plan, robot=without_placement(plan.robot))
     data = json.loads(phantom_services.base_export.text(unplaced, "json", "Hand-eye"))
     expected = np.array([p.position for p in plan.points]) @ TURN[:3, :3].T + TURN[:3, 3]
     np.testing.assert_allclose([row["position"] for row in data["points"]], expected, rtol=0, atol=1e-9)

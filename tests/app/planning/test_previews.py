@@ -11,7 +11,7 @@ from session_doubles import SAMPLE, Later, open_sample
 from app.cases.settings import settings_in_case
 from app.kit.errors import JobCancelled
 from app.planning.drive import PROSPECT_STEP_MM
-from app.planning.placement import StoredPlacing
+from app.planning.placement import StoredPlacement
 from app.planning.plan_evaluation import PlanEvaluation
 from app.planning.previews import Dragged, with_points
 from app.planning.rehearsal_options import NO_OPTIONS
@@ -39,7 +39,7 @@ def test_a_point_under_a_hand_is_judged_as_its_release_would_be_with_that_base(
     phantom_services: Services, stored: PlanEvaluation
 ) -> None:
     plan = phantom_services.plans.get(SAMPLE)
-    placing = StoredPlacing(stored.base, stored.q_start)
+    placing = StoredPlacement(stored.base, stored.q_start)
     point = plan.points[1]
     x, y, z = point.position
     wanted = (x + 0.8, y, z + 0.6)
@@ -70,7 +70,7 @@ def test_an_entry_that_is_dragged_takes_the_robot_along_with_its_base_kept(
     entry = plan.points[0]
     x, y, z = entry.position
     hand = Dragged(entry.id, (x, y - 2.0, z - 1.0))
-    placing = StoredPlacing(stored.base, stored.q_start)
+    placing = StoredPlacement(stored.base, stored.q_start)
     found = phantom_services.previews.of(plan, hand, placing, nobody).evaluation
     assert np.array_equal(found.base, stored.base)
     assert np.linalg.norm(found.run.tip[0] - found.positions[0]) < 1e-3  # it begins there
@@ -84,7 +84,7 @@ def test_a_shaft_that_is_turned_is_driven_in_that_direction(phantom_services: Se
     tail /= np.linalg.norm(tail)
     turned = tail + np.array([0.05, 0.0, 0.0])
     x, y, z = (turned / np.linalg.norm(turned)).tolist()
-    placing = StoredPlacing(stored.base, stored.q_start)
+    placing = StoredPlacement(stored.base, stored.q_start)
     found = phantom_services.previews.of(plan, Dragged(plan.points[0].id, direction=(x, y, z)), placing, nobody)
     start, end = found.evaluation.run.segments_start[0], found.evaluation.run.segments_end[0]
     straight = Tool.load(plan.tool).bend == 0.0
@@ -106,7 +106,7 @@ def test_a_robot_that_does_not_reach_the_new_entry_says_so(stored: PlanEvaluatio
 
 def test_a_run_for_an_older_place_of_the_hand_ends(phantom_services: Services, stored: PlanEvaluation) -> None:
     plan = phantom_services.plans.get(SAMPLE)
-    placing, steps = StoredPlacing(stored.base, stored.q_start), list[float]()
+    placing, steps = StoredPlacement(stored.base, stored.q_start), list[float]()
 
     def moves_on(stage: str, fraction: float) -> None:
         steps.append(fraction)
@@ -125,7 +125,7 @@ def test_the_newest_place_alone_is_judged_and_what_is_old_is_greyed(
     plan, executor, ran = phantom_services.plans.get(SAMPLE), Later(), list[tuple[int, Corridor]]()
     live = LivePreviews(phantom_services, executor, lambda *answer: ran.append(answer))
     known = Corridor("done", evaluation=stored, margin_mm=0.3)
-    placing, point = StoredPlacing(stored.base, stored.q_start), plan.points[1]
+    placing, point = StoredPlacement(stored.base, stored.q_start), plan.points[1]
     x, y, z = point.position
     for step in range(4):
         live.ask(plan, Dragged(point.id, (x, y, z + 0.1 * step)), known, placing, NO_OPTIONS)
@@ -184,7 +184,7 @@ def test_a_drag_is_live_and_its_release_is_one_edit(phantom_services: Services) 
 
 def test_a_place_within_bone_far_from_air_is_told(phantom_services: Services, stored: PlanEvaluation) -> None:
     plan = phantom_services.plans.get(SAMPLE)
-    placing = StoredPlacing(stored.base, stored.q_start)
+    placing = StoredPlacement(stored.base, stored.q_start)
     with pytest.raises(PlanError):
         phantom_services.previews.of(plan, Dragged(plan.points[1].id, (1e5, 0.0, 0.0)), placing, nobody)
 

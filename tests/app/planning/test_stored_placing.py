@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from app.planning.placement import standing_base, stored_placing
+from app.planning.placement import standing_base, stored_placement
 from app.plans.model import unplaced_robot
 from vfix_engine.errors import InputError
 from vfix_engine.frames import ImageRegistration, placement_of
@@ -13,10 +13,10 @@ ROBOT = {"name": "steady_hand", "base": BASE, "q_start": [0.5] * 7}
 
 
 def test_a_stored_placing_comes_back_to_the_last_bit() -> None:
-    stored = stored_placing(ROBOT)
+    stored = stored_placement(ROBOT)
     assert stored is not None
     assert (stored.base.ravel().tolist(), stored.q_start.tolist()) == (BASE, [0.5] * 7)
-    assert stored_placing(unplaced_robot()) is None
+    assert stored_placement(unplaced_robot()) is None
 
 
 def test_a_registration_moves_the_robot_and_not_the_plan() -> None:

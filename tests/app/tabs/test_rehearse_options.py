@@ -16,7 +16,7 @@ from app.planning import head_tissue
 from app.planning.head_tissue import MAX_DEPTH_MM, NOSTRIL_DEPTH_MM
 from app.planning.rehearsal_options import NO_OPTIONS, RehearsalOptions, Standing, standing
 from app.planning.remote_centre import ENTRY, PathPlace, centre_at, path_of, place_mm
-from app.plans.model import without_placing
+from app.plans.model import without_placement
 from app.plans.service import Plan
 from app.services import Services
 from app.tabs.rehearse import commands as c
@@ -210,7 +210,7 @@ def test_soft_tissue_that_stops_the_tool_is_told_before_the_start(
     monkeypatch.setattr(head_tissue, "NOSTRIL_DEPTH_MM", 3.0)
     plan = phantom_services.plans.get(SAMPLE)
     first = replace(plan.points[0], position=tuple(np.add(plan.points[0].position, 0.01)))  # no answer is kept for it
-    plan = replace(plan, points=(first, *plan.points[1:]), robot=without_placing(plan.robot))
+    plan = replace(plan, points=(first, *plan.points[1:]), robot=without_placement(plan.robot))
     with pytest.raises(PlanError) as refused:
         prepare(phantom_services, plan, RehearsalOptions(soft_tissue=True))
     words = str(refused.value)
@@ -223,13 +223,13 @@ def test_soft_tissue_that_stops_the_tool_is_told_before_the_start(
 def test_a_remote_centre_that_stops_the_tool_is_refused_before_the_start(phantom_services: Services) -> None:
     """The words say how far the tool gets, that the centre is why, and what helps."""
     plan = phantom_services.plans.get(SAMPLE)
-    straight = replace(plan, tool="straight_pointer", robot=without_placing(plan.robot))
+    straight = replace(plan, tool="straight_pointer", robot=without_placement(plan.robot))
     with pytest.raises(PlanError) as refused:
         prepare(phantom_services, straight, RehearsalOptions(remote_centre=True, centre=PathPlace(at_mm=3.0)))
     words = str(refused.value)
     assert words.startswith("with the remote centre at 3.0 mm the tool gets 43 of 90 mm: bone on the shaft")
     assert "Without the remote centre it gets to the end. No other tool" in words
-    thick = replace(plan, tool="endoscope_0", robot=without_placing(plan.robot))
+    thick = replace(plan, tool="endoscope_0", robot=without_placement(plan.robot))
     with pytest.raises(PlanError, match=r"The tool ‘Bent pointer, 30°’ gets to the end: choose it in Plan"):
         prepare(phantom_services, thick, RehearsalOptions(remote_centre=True))
     rigid = replace(plan, robot={"name": "dvrk_psm_rigid", "base": None, "q_start": None})
