@@ -54,6 +54,7 @@ MOVED = {
     "vfix_engine.lumen.system": "vfix_engine.worlds.snake",
     "vfix_engine.robots.placed": "vfix_engine.robots.model",
     "vfix_engine.simulation": "vfix_engine.worlds.rigid",
+    "vfix_engine.worlds.snake.drive_system": "vfix_engine.worlds.snake.requests",
 }
 
 # Classes that are recorded under another name.
@@ -75,11 +76,11 @@ def current_class(name: str) -> tuple[str, str]:
 
 
 def current_name(name: str) -> str:
-    """Return the present name for a module's name of any version."""
+    """Return the present name for a module's name of any version; a moved module may have moved again."""
     parts = name.split(".")
     for length in range(len(parts), 0, -1):
         if (new := MOVED.get(".".join(parts[:length]))) is not None:
-            return ".".join([new, *parts[length:]])
+            return current_name(".".join([new, *parts[length:]]))
     return name
 
 

@@ -80,7 +80,7 @@ def pack(centre: Array, tangent: Array, first: Array, radius: Array) -> PackedPa
     """
     rows = np.zeros((len(centre) - 1, ROW))
     polar = np.array(radius, dtype=np.float64, order="C")
-    second = np.cross(tangent, first)
+    second = _cross(tangent, first)
     along = centre[1:] - centre[:-1]
     length = np.linalg.norm(along, axis=1)
     axis = along / length[:, None]
@@ -109,12 +109,20 @@ def pack(centre: Array, tangent: Array, first: Array, radius: Array) -> PackedPa
     rows[:, START_LEAN] = np.einsum("ij,ij->i", tangent[:-1], across)
     rows[:, END_LEAN] = np.einsum("ij,ij->i", tangent[1:], across)
     _put_parts(rows, tangent, first, second, axis, facing)
-    across = np.linalg.norm(np.cross(tangent[:-1], tangent[1:]), axis=1)
+    across = np.linalg.norm(_cross(tangent[:-1], tangent[1:]), axis=1)
     rows[:, BEHIND] = np.maximum(across * largest[1:] - length * facing[0], 0.0)
     rows[:, BEYOND] = np.maximum(across * largest[:-1] - length * facing[1], 0.0)
     rows.setflags(write=False)
     polar.setflags(write=False)
     return PackedPathway(rows, polar)
+
+
+def _cross(one: Array, two: Array) -> Array:
+    """Cross products (n, 3): ``np.cross`` without what it does for other shapes, as a control step packs."""
+    (x, y, z), (u, v, w) = one.T, two.T
+    found = np.empty_like(one)
+    found[:, 0], found[:, 1], found[:, 2] = y * w - z * v, z * u - x * w, x * v - y * u
+    return found
 
 
 def _put_parts(

@@ -50,6 +50,8 @@ class SnakeDynamics:
             model.appendBodyToJoint(parent, solid, middle)
             model.addFrame(pin.Frame(f"link{link}", parent, 0, end, pin.FrameType.OP_FRAME))
         self.model = model
+        self._weightless = model.copy()
+        self._weightless.gravity.setZero()
         self._data = model.createData()
 
     def torque(
@@ -70,6 +72,11 @@ class SnakeDynamics:
         joints = [self._checked(given, what) for given, what in zip((q, velocity, acceleration), _MOTION, strict=True)]
         self.model.gravity.linear = _finite(gravity_in_base, (3,), "gravity")
         torque: Array = pin.rnea(self.model, self._data, *joints).copy()
+        return torque
+
+    def weightless_torque(self, q: Array, velocity: Array, acceleration: Array) -> Array:
+        """As ``torque`` without gravity, of finite arrays (2L,) of a control step, which are not looked at."""
+        torque: Array = pin.rnea(self._weightless, self._data, q, velocity, acceleration).copy()
         return torque
 
     def _checked(self, values: ArrayLike, what: str) -> Array:

@@ -6,8 +6,9 @@ A motion is accepted only if it is certified from start to end. For the guarante
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,7 +16,7 @@ from numpy.typing import ArrayLike
 from ...arrays import Array, IntArray
 from ...errors import InputError
 from ...robots.snake import SnakeModel
-from ..packed import PackedPathway, check_packed
+from ..packed import PackedPathway
 from ..query.query import Deviations, Query
 from .limits_kernel import HIGH, LENGTH, LOW, REACH, SHAPE_SIZE, TOLERANCE, certify_motion, unfit_bound, unfit_window
 
@@ -46,10 +47,21 @@ class Configuration:
             array.setflags(write=False)
             object.__setattr__(self, name, array)
 
+    @classmethod
+    def of(cls, base: Array, q: Array) -> Self:
+        """Build from arrays of a step, whose shapes and dtypes are known."""
+        pose = object.__new__(cls)
+        for name, array in (("base", base.copy()), ("q", q.copy())):
+            array.setflags(write=False)
+            object.__setattr__(pose, name, array)
+        return pose
+
     @property
     def finite(self) -> bool:
         """Whether all numbers are finite."""
-        return bool(np.isfinite(self.base).all() and np.isfinite(self.q).all())
+        return math.isfinite(self.base.sum() + self.q.sum()) or bool(
+            np.isfinite(self.base).all() and np.isfinite(self.q).all()
+        )
 
 
 class MotionVerdict(NamedTuple):
@@ -91,7 +103,6 @@ class HardLimits:
         shape[REACH] = float(np.linalg.norm(points + np.array([0.0, 0.0, snake.length_mm]), axis=1).max())
         shape[LOW : LOW + 3], shape[HIGH : HIGH + 3] = points.min(axis=0), points.max(axis=0)
         self._shape = shape
-        self._known: PackedPathway | None = None  # the last validated pathway
 
     def certify(
         self,
@@ -109,7 +120,7 @@ class HardLimits:
         measured against other segments now, or for the first time, is refused if ``known`` has its previous depth.
 
         Args:
-            packed: the present pathway, not changed afterwards: its arrays are validated once.
+            packed: the present pathway; validated once, or every time if it is writeable.
             before, after: with the joints of this snake; the base is assumed to be a rigid transform.
             windows: (L, 2) segments that each link is measured against.
             bound: (L,) replaces the configured bounds, mm, ≥ 0; infinity: unlimited.
@@ -146,9 +157,7 @@ class HardLimits:
     ) -> tuple[IntArray, Array]:
         """Validate windows and bounds, whose shapes and values the kernel does not check."""
         links = self.snake.links
-        if self._known is not packed:
-            check_packed(packed)
-            self._known = packed
+        self.query.check(packed)
         for pose in (before, after):
             if pose.q.shape != (2 * links,):
                 raise InputError(f"a pose of {len(pose.q)} joints: give {2 * links}, two for each of {links} links")
