@@ -28,13 +28,13 @@ if TYPE_CHECKING:
     from app.kit.jobs import Jobs
     from app.link import TrackerClient
     from app.live import LiveBoard
-    from app.planning.distance_fields import Fields
+    from app.planning.distance_fields import DistanceFields
     from app.planning.dry_runs import DryRunJobs
     from app.planning.evaluation import Planning
+    from app.planning.path_evaluations import PathEvaluations
     from app.planning.previews import Previews
     from app.planning.rehearsal_options import SwitchBoard
-    from app.planning.removed_bone import RemovedVolumeService
-    from app.planning.reports import PathReports
+    from app.planning.removed_volumes import RemovedVolumeService
     from app.planning.suggestions import Suggestions
     from app.plans.instruments import Instruments
     from app.plans.service import PlanService
@@ -66,14 +66,14 @@ class Services:
     registering: Registering
     refining: Refining
     tracing: Tracing
-    fields: Fields
+    distance_fields: DistanceFields
     planning: Planning
     importing: ImportService
     jobs: Jobs
     import_jobs: ImportJobs
     dry_runs: DryRunJobs
     previews: Previews
-    path_reports: PathReports
+    path_evaluations: PathEvaluations
     removed_volumes: RemovedVolumeService
     suggestions: Suggestions
     runs: RunService
@@ -131,13 +131,13 @@ def build_services(settings: Settings) -> Services:
     from app.kit.admission import AdmissionQueue
     from app.kit.jobs import Jobs
     from app.live import LiveBoard
-    from app.planning.distance_fields import Fields
+    from app.planning.distance_fields import DistanceFields
     from app.planning.dry_runs import DryRunJobs
     from app.planning.evaluation import Planning
+    from app.planning.path_evaluations import PathEvaluations
     from app.planning.previews import Previews
     from app.planning.rehearsal_options import SwitchBoard
-    from app.planning.removed_bone import RemovedVolumeService
-    from app.planning.reports import PathReports
+    from app.planning.removed_volumes import RemovedVolumeService
     from app.planning.suggestions import Suggestions
     from app.plans.instruments import Instruments
     from app.plans.service import PlanService
@@ -153,11 +153,13 @@ def build_services(settings: Settings) -> Services:
     store = Store(settings)
     cases, plans = CaseService(store), PlanService(store)
     ensure_head_phantom(store, cases, plans)
-    instruments, fields = Instruments(store.files), Fields(cases)
+    instruments, distance_fields = Instruments(store.files), DistanceFields(cases)
     importing, jobs, registrations = ImportService(cases), Jobs(), Documents(store, REGISTRATION)
     tracker = _tracker(settings)
     registering = Registering(registrations, cases, plans, jobs, tracker)
-    planning = Planning(cases, instruments, fields, lambda plan: driven_registration(registering.registration_of(plan)))
+    planning = Planning(
+        cases, instruments, distance_fields, lambda plan: driven_registration(registering.registration_of(plan))
+    )
     runs, dry_runs, switches = RunService(store), DryRunJobs(jobs, planning), SwitchBoard()
     removed_volumes = RemovedVolumeService(cases)
     import_jobs = ImportJobs(jobs, importing)
@@ -175,16 +177,16 @@ def build_services(settings: Settings) -> Services:
         registering=registering,
         refining=Refining(cases, registering, jobs, tracker),
         tracing=Tracing(cases, plans, registering, tracker),
-        fields=fields,
+        distance_fields=distance_fields,
         planning=planning,
         importing=importing,
         jobs=jobs,
         import_jobs=import_jobs,
         dry_runs=dry_runs,
         previews=Previews(cases, planning),
-        path_reports=PathReports(planning, dry_runs, removed_volumes, switches),
+        path_evaluations=PathEvaluations(planning, dry_runs, removed_volumes, switches),
         removed_volumes=removed_volumes,
-        suggestions=Suggestions(jobs, cases, instruments, fields, planning, switches),
+        suggestions=Suggestions(jobs, cases, instruments, distance_fields, planning, switches),
         runs=runs,
         recordings=Recordings(jobs, runs, planning.ways),
         switches=switches,

@@ -17,7 +17,7 @@ from app.exchange.plan_files import read_plan, read_targets
 from app.extras import need_app
 from app.kit.errors import NotFound, OtherCase
 from app.kit.text_tables import MAX_TEXT, decode, parse_json_object
-from app.planning.zone_sets import with_errors, zone_set
+from app.planning.protected_structures import engine_zones, with_surface_errors
 from app.plans.model import Plan, PlanPoint
 from vfix_engine.anatomy.head_import import ControlHead, HeadRequest, control_head, is_head
 from vfix_engine.anatomy.surface_uncertainty import SurfaceUncertainty
@@ -223,7 +223,7 @@ def resolve_plan_zones(plan: Plan, case: ResolvedCase) -> ZoneSet:
             raise NotFound(f"the case has no structure {structure_id!r:.60}; it has {', '.join(case.structures)}.")
         return case.structures[structure_id]
 
-    return zone_set(with_errors(plan.zones, case.structure_errors), surface)
+    return engine_zones(with_surface_errors(plan.zones, case.structure_errors), surface)
 
 
 def find(items: Sequence[_Item], text: str, what: str) -> _Item:

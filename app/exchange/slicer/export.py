@@ -19,7 +19,7 @@ from app.exchange.slicer.registrations import points_of, transforms_of
 from app.exchange.slicer.scene import SceneNode, scene_text
 from app.exchange.slicer.volume_file import write_nrrd
 from app.planning.evaluation import Planning
-from app.planning.region_meshes import region_surface
+from app.planning.shape_meshes import shape_surface
 from app.plans.model import NOTICE, Plan
 from app.registration.document import RegistrationContent
 from app.registration.editor import StoredRegistration
@@ -131,7 +131,7 @@ class SlicerExport:
             if shape["kind"] not in _SHOWN_AS_SURFACES:
                 continue
             try:
-                surface = region_surface(self._cases, plan.case_id, shape)
+                surface = shape_surface(self._cases, plan.case_id, shape)
             except InputError:  # a patch of a structure that is gone: its line, which is hidden, tells where it was
                 continue
             node = SceneNode("Model", f"{name} surface", names.of(name), colour, _REGION_OPACITY, visible)

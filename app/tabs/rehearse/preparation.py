@@ -108,7 +108,7 @@ def prepare(services: Services, plan: Plan, switches: Switches = NO_SWITCHES) ->
         shaft=shaft_of(plan, SplinePath(points)),
     )
     curve = curve_points(SplinePath(points))
-    tissue = None if found.profile.tissue is None else services.fields.of_plan(plan).tissue
+    tissue = None if found.profile.tissue is None else services.distance_fields.of_plan(plan).tissue
     items, unrecorded = tuple(plan_items(plan)), ""
     try:
         recording = services.recordings.new(plan)

@@ -206,7 +206,7 @@ def test_a_drive_tells_how_far_air_leads_round_what_it_passes(
     phantom_services: Services, plan: Plan, ways: Ways
 ) -> None:
     evaluation = phantom_services.planning.evaluate(plan)
-    planned, so_far = Planned.of(evaluation, phantom_services.fields.of_plan(plan).tissue, ways), SoFar()
+    planned, so_far = Planned.of(evaluation, phantom_services.distance_fields.of_plan(plan).tissue, ways), SoFar()
     radius = Tool.load("bent_30").radius
 
     def taken(steps: int, run: DryRun) -> str:
