@@ -54,7 +54,7 @@ class _Body:
         self._claimed = int(headers.get(b"content-length", 0))
         self._read = 0
         self._ended = not self._claimed and b"transfer-encoding" not in headers
-        self._told_to_send = b"expect" not in headers
+        self._continue_sent = b"expect" not in headers
 
     async def receive(self) -> Message:
         """The next part. Raises HTTPException for what is too large."""
@@ -65,7 +65,7 @@ class _Body:
 
     async def drained(self) -> bool:
         """Read what has not been read; False where all was, or where the rest is not read."""
-        if self._ended or not self._told_to_send or self._claimed - self._read > DRAIN_BYTES:
+        if self._ended or not self._continue_sent or self._claimed - self._read > DRAIN_BYTES:
             return False
         most = self._read + DRAIN_BYTES
         with contextlib.suppress(TimeoutError):
@@ -75,7 +75,7 @@ class _Body:
         return self._ended
 
     async def _next(self) -> Message:
-        self._told_to_send = True
+        self._continue_sent = True
         message = await self._receive()
         self._read += len(message.get("body", b""))
         self._ended = not message.get("more_body", False)
