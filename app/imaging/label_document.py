@@ -1,4 +1,4 @@
-"""Painted labels as documents: where they begin, and the strokes since."""
+"""Painted labels as documents: an initial mask, and the strokes drawn on it."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ from vfix_engine.anatomy.labels.painting import Stroke, VoxelPlace
 from vfix_engine.errors import ImageError, InputError
 
 SCHEMA = "vfix-label/1"
-# A state holds the strokes since its start, so what a stroke stores is bounded by these.
+# Each history entry stores all strokes since the initial mask, so these bound its size.
 MOST_STROKES = 40
 MOST_POINTS = 4000
-FIRST_COLOUR = "#e0409a"  # apart from outlines of bone and the tint of a threshold
+FIRST_COLOUR = "#e0409a"  # distinct from outlines of bone and the tint of a threshold
 _COLOUR = re.compile(r"#[0-9a-f]{6}")
 _START = re.compile(r"(sha256:[0-9a-f]{64})?")
 _STROKE = {"mode", "brush", "radius_mm", "points", "normal"}
@@ -26,10 +26,10 @@ _STROKE = {"mode", "brush", "radius_mm", "points", "normal"}
 
 @dataclass(frozen=True)
 class PaintedLabel:
-    """A label on the grid of one of its case's volumes.
+    """A label on the grid of a volume of its case.
 
     volume: name of that volume. colour: '#rrggbb'. start: 'sha256:' and the hash of the stored mask that the strokes
-    are drawn upon, '' where they begin with nothing. strokes: in their order.
+    are drawn on, '' for an empty one. strokes: in the order in which they are drawn.
     """
 
     volume: str = ""
@@ -39,13 +39,13 @@ class PaintedLabel:
 
     @property
     def key(self) -> str:
-        """What its voxels depend on, as a hash: two contents of one key have the same voxels."""
+        """Hash of everything that its voxels depend on: contents with equal keys have the same voxels."""
         data = {**label_to_json(self), "colour": ""}
         return hashlib.sha256(json.dumps(data, sort_keys=True).encode()).hexdigest()
 
 
 def label_to_json(content: PaintedLabel) -> dict[str, Any]:
-    """The content as plain JSON values, each number unrounded."""
+    """Return the content as JSON values, without rounding."""
     strokes = [
         {
             "mode": stroke.mode,
@@ -60,7 +60,7 @@ def label_to_json(content: PaintedLabel) -> dict[str, Any]:
 
 
 def label_from_json(data: Mapping[str, Any]) -> PaintedLabel:
-    """The inverse of `label_to_json`, checked. Raises InputError or one of its kinds."""
+    """Read and check the values of `label_to_json`. Raises InputError or a subclass of it."""
     known = {"volume", "colour", "start", "strokes"}
     if set(data) != known or not isinstance(data["strokes"], list):
         raise InputError(f"a painted label has {', '.join(sorted(known))}, and says each of them.")
@@ -69,7 +69,10 @@ def label_from_json(data: Mapping[str, Any]) -> PaintedLabel:
 
 
 def check_label_content(content: PaintedLabel) -> PaintedLabel:
-    """The content, where its words are well formed; strokes check themselves. Raises InputError."""
+    """Check volume name, colour and start of a content and return it; strokes are checked at their creation.
+
+    Raises InputError.
+    """
     if not isinstance(content.volume, str) or len(content.volume) > 64:
         raise InputError("a painted label names one of the case's volumes.")
     if not isinstance(content.colour, str) or not _COLOUR.fullmatch(content.colour):
