@@ -369,7 +369,7 @@ def test_a_head_is_saved_from_a_home_that_takes_nothing(
 
     monkeypatch.setattr(database, "private_file", refuse)
     services = build_services(used)
-    monkeypatch.setattr(services.store.scratch, "_opened", refuse)
+    monkeypatch.setattr(services.store.scratch, "_create", refuse)
     with pytest.raises(StorageError, match="takes no temporary files"):
         services.store.scratch.open()
     places.append(services.store.exports.open())
