@@ -1,7 +1,8 @@
 """Messages of OpenIGTLink, versions 1 to 3: TRANSFORM, POINT and STRING are packed and unpacked, tool poses unpacked.
 
 Source: http://openigtlink.org/protocols/v2_header.html and its sibling pages, https://openigtlink.org/developers/spec
-for the extended header. Numbers are big-endian; lengths are in mm; matrices and positions are float32.
+for the extended header. The checksum is CRC-64/ECMA-182, not reflected, with initial value 0. Numbers are
+big-endian; lengths are in mm; matrices and positions are float32.
 """
 
 from __future__ import annotations
@@ -13,8 +14,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
+from fastcrc import crc64
 
-from app.link.crc64 import crc64
 from vfix_engine.arrays import Array
 from vfix_engine.errors import InputError
 
@@ -112,7 +113,7 @@ def pack(message: LinkMessage) -> bytes:
     seconds = message.time_s or time.time()
     whole = int(seconds)
     fraction = int((seconds - whole) * 2**32)
-    header = _HEADER.pack(1, kind.encode(), message.name.encode(), whole, fraction, len(body), crc64(body))
+    header = _HEADER.pack(1, kind.encode(), message.name.encode(), whole, fraction, len(body), crc64.ecma_182(body))
     return header + body
 
 
@@ -133,7 +134,7 @@ def unpack(header: Header, body: bytes) -> LinkMessage | ToolPoses | None:
 
     Raises LinkFault for a damaged body.
     """
-    if len(body) != header.size or crc64(body) != header.crc:
+    if len(body) != header.size or crc64.ecma_182(body) != header.crc:
         raise WrongChecksum(
             f"the {header.kind} {header.name!r} arrived with a wrong checksum: it was damaged on its way, or its "
             "sender makes no checksums (CRC-64)."

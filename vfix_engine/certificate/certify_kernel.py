@@ -1,15 +1,15 @@
-"""The certificate, compiled: a motion is kept only when the tool provably keeps its distance during all of it.
+"""The certificate, compiled: a motion is accepted only if the tool provably keeps its distance throughout.
 
-Between two poses the joints move linearly.
-A point of the tool's axis at share s of the motion is at most s·h + C/8 away from its start and (1 − s)·h + C/8 from
+Between two poses the joints are interpolated linearly.
+A point of the tool's axis at fraction s of the motion is at most s·h + C/8 away from its start and (1 − s)·h + C/8 from
 its end, where h is the length of its chord and C bounds its second derivative (``sweep_kernel.acceleration_bound``).
-Distance to a body changes no faster than the point moves, so the distance during the motion is at least
+The distance to an obstacle is Lipschitz continuous with constant 1, so the distance during the motion is at least
 (c_0 + c_1 − h) / 2 − C/8, with c_0 and c_1 the distances at the ends (HAZ-01, HAZ-02).
-Where that is not enough the motion is halved and both halves are certified; a motion that still is not enough
-after ``HALVINGS`` is refused.
-From a state already inside a margin only motions that never deepen are kept (HAZ-04).
-No joint leaves its range, and one outside it moves back or stands still (HAZ-06).
-A surface that has reached the axis of a segment cannot tell deep from shallow, so from there nothing is kept.
+If that bound is not sufficient, the motion is bisected and both halves are certified; a motion that is not certified
+after ``HALVINGS`` bisections is refused.
+From a state already inside a margin only motions that never decrease the clearance are accepted (HAZ-04).
+No joint leaves its range, and a joint outside its range moves back or stands still (HAZ-06).
+Once a surface has reached the axis of a segment the penetration depth is unknown, so no motion is accepted from there.
 """
 
 from __future__ import annotations
@@ -25,17 +25,17 @@ from .constants import CandidateTriangles, StepConstants, unpack_candidates, unp
 from .measure_kernel import candidates_suffice, measure, place
 from .sweep_kernel import acceleration_bound, chords
 
-AT_LIMIT = 1e-6  # [mm or rad] a step that misses the end of a joint's range by less, as a solver's may, ends there
-SWEEP_TOLERANCE_MM = 1e-3  # how far the bound between two poses may reach under the margin
+AT_LIMIT = 1e-6  # [mm or rad] tolerance of solvers: a step that exceeds a joint's range by less ends at its limit
+SWEEP_TOLERANCE_MM = 1e-3  # how far the bound between two poses may be below the margin
 HALVINGS = 5
 _GRID = 1 << HALVINGS
 
-KEPT, REFUSED, UNCOVERED, OVERFULL = range(4)  # what a verdict can be
+KEPT, REFUSED, UNCOVERED, OVERFULL = range(4)  # verdicts
 
 
 @compiled
 def _above(distance: Array, floor: Array) -> bool:
-    """Whether every distance is a number and no less than its floor."""
+    """Whether every distance is a number not below its floor."""
     for b in range(distance.shape[0]):
         for s in range(distance.shape[1]):
             if not (distance[b, s] >= floor[b, s] and distance[b, s] < np.inf):
@@ -45,7 +45,7 @@ def _above(distance: Array, floor: Array) -> bool:
 
 @compiled
 def _clear_between(one: Array, two: Array, chord: Array, sag: float, floor: Array) -> bool:
-    """Whether the bound between two poses keeps the floor, with distances ``one`` and ``two`` (B, S) at its ends."""
+    """Whether the bound between two poses respects the floor; ``one``, ``two``: distances (B, S) at its ends."""
     for b in range(floor.shape[0]):
         for s in range(floor.shape[1]):
             least = 0.5 * (one[b, s] + two[b, s] - chord[s]) - sag
@@ -59,11 +59,11 @@ def _clear_in_halves(
     constants: StepConstants, candidates: CandidateTriangles, q: Array, step: Array, start: Array, end: Array,
     distance: Array, last_start: Array, last_end: Array, last_distance: Array, curve: float, floor: Array,
 ) -> int:  # fmt: skip
-    """Verdict on a motion that needs to be looked at in between; its poses lie on a grid of ``_GRID`` steps."""
+    """Verdict on a motion that needs intermediate poses; they lie on a grid of ``_GRID`` steps."""
     n, count, bodies = len(q), len(start), len(floor)
     starts, ends = np.empty((_GRID + 1, count, 3)), np.empty((_GRID + 1, count, 3))
     distances = np.empty((_GRID + 1, bodies, count))
-    for s in range(count):  # whole slices would compile numba's texts about shapes, which takes seconds
+    for s in range(count):  # array slices would compile numba's code for shape messages, which takes seconds
         for k in range(3):
             starts[0, s, k], ends[0, s, k] = start[s, k], end[s, k]
             starts[_GRID, s, k], ends[_GRID, s, k] = last_start[s, k], last_end[s, k]
@@ -103,7 +103,7 @@ def _clear_in_halves(
 def _complete(
     constants: StepConstants, state: StateViews, rows: Array, labels: Int32Array, body: Int32Array, found: int
 ) -> None:
-    """Write the joints' box of the step from a measured state, and those of its pairs that can bind in that step."""
+    """Write the joint bounds of a measured state's next step, and its pairs that can be active in that step."""
     state.counts[BROKEN_COUNT] = step_box(
         state.q, state.velocity, constants.lower, constants.upper, constants.speed, constants.acceleration,
         constants.dt, state.box[0], state.box[1],
@@ -121,12 +121,12 @@ def measure_state(
     boxes: Float32Array, corners: Array, label: Int32Array, first: Int32Array, poses: Array,
     numbers_out: Array, rows: Array, labels: Int32Array, body: Int32Array,
 ) -> tuple[int, int]:  # fmt: skip
-    """Complete a packed state whose joints and velocity are given.
+    """Complete a packed state whose joints and velocity are set.
 
     Args: see ``certify_motion``.
 
     Returns:
-        KEPT, UNCOVERED or OVERFULL, and how many rows are needed, see ``certify_motion``.
+        KEPT, UNCOVERED or OVERFULL, and the required number of rows, see ``certify_motion``.
     """
     constants = unpack_constants(numbers, counts)
     candidates = unpack_candidates(len(constants.radius), boxes, corners, label, first, poses)
@@ -149,17 +149,17 @@ def certify_motion(
     boxes: Float32Array, corners: Array, label: Int32Array, first: Int32Array, poses: Array,
     before: Array, step: Array, after: Array, rows: Array, labels: Int32Array, body: Int32Array,
 ) -> tuple[int, int, float]:  # fmt: skip
-    """Certify the motion from the packed state ``before`` by ``step`` (n,), and write the state that it ends in.
+    """Certify the motion from the packed state ``before`` by ``step`` (n,), and write the state at its end.
 
     Args:
         numbers, counts: a ``PackedConstants``; boxes … poses: packed candidates.
-        after: out, a packed state (see ``state_kernel``); its pose is written whatever the verdict.
+        after: out, a packed state (see ``state_kernel``); its pose is written for every verdict.
         rows, labels, body: (R, …) workspace for the pairs within the threshold.
 
     Returns:
-        KEPT, REFUSED, UNCOVERED (gather the triangles around the end with the returned displacement as more slack) or
-        OVERFULL (so many rows are needed); how many rows are needed; how far from its place at the end any point of
-        the tool is during the motion, mm.
+        KEPT, REFUSED, UNCOVERED (gather the triangles around the end pose with the returned displacement as additional
+        slack) or OVERFULL (the workspace has too few rows); the required number of rows; the largest distance in mm of
+        a point of the tool during the motion from its final position.
     """
     constants = unpack_constants(numbers, counts)
     candidates = unpack_candidates(len(constants.radius), boxes, corners, label, first, poses)
@@ -167,7 +167,7 @@ def certify_motion(
     state, new = state_views(before, n, count, bodies), state_views(after, n, count, bodies)
     q, start, end, distance = state.q, state.start, state.end, state.distance
     new_q, new_start, new_end, new_distance = new.q, new.start, new.end, new.distance
-    made = np.empty(n)  # the step, ended at the joints' ranges
+    made = np.empty(n)  # the step, clipped to the joints' ranges
     for j in range(n):
         low, high = min(constants.lower[j], q[j]), max(constants.upper[j], q[j])
         new_q[j], made[j] = q[j] + step[j], step[j]
@@ -189,7 +189,7 @@ def certify_motion(
         return OVERFULL, found, displacement
     for b in range(bodies):
         for s in range(count):
-            # A surface has no inside: nearer to an axis than a motion may deviate, it might be crossed unseen.
+            # A surface has no inside: closer to an axis than the sweep tolerance, a crossing could go undetected.
             if b < len(candidates.frame) and distance[b, s] <= SWEEP_TOLERANCE_MM - constants.radius[s]:
                 return REFUSED, 0, displacement
             floor[b, s] = min(distance[b, s], constants.margin[b])

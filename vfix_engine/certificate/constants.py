@@ -1,7 +1,7 @@
-"""What the compiled parts of a step take: the robot's and tool's fixed numbers, and the triangles kept near.
+"""Inputs of the compiled parts of a step: constants of robot and tool, and the candidate triangles.
 
-Every array that Python hands to compiled code costs time, so both travel packed and are unpacked inside.
-``ConstantNumbers`` and ``CandidateNumbers`` are the tables of their fields.
+Every array that is passed from Python to compiled code costs time, so both are packed and unpacked inside.
+``ConstantNumbers`` and ``CandidateNumbers`` define the layouts.
 """
 
 from __future__ import annotations
@@ -18,15 +18,15 @@ from ..robots.chain_kernel import Chain
 
 
 class StepConstants(NamedTuple):
-    """All that stays the same during a controller's life; n joints, S segments, B bodies; mm, rad, s.
+    """Constants of a controller; n joints, S segments, B obstacles; mm, rad, s.
 
     chain, links (n,), reach: the robot; see ``sweep_kernel.acceleration_bound`` for the last two.
     start, end: (S, 3) the tool's segments in the tip frame; radius: (S,).
     lower, upper, speed, acceleration: (n,) limits of the joints.
-    shapes: the analytic bodies, which come after those that are surfaces.
-    margin: (B,) of every body; buffered_margin: (B,) margin and buffer, what the rows of the QP keep.
-    threshold: pairs are looked for up to here; change: approach deceleration · dt², see ``stopping.approach_bound``.
-    regularisation: (n + 1, n + 1) WᵀW of the joint regularisation, an objective that every step has.
+    shapes: obstacles with analytic shapes, which come after those with surfaces.
+    margin: (B,) of every obstacle; buffered_margin: (B,) margin plus buffer, enforced by the rows of the QP.
+    threshold: largest distance of pairs; change: approach deceleration · dt², see ``stopping.approach_bound``.
+    regularisation: (n + 1, n + 1) WᵀW of the joint regularisation, an objective of every step.
     """
 
     chain: Chain
@@ -49,7 +49,7 @@ class StepConstants(NamedTuple):
 
 
 class ConstantNumbers(NamedTuple):
-    """The numbers of a step as they are packed; n joints, s segments, b bodies, z of them shapes."""
+    """Layout of the packed floats; n joints, s segments, b obstacles, z of them shapes."""
 
     reach: Annotated[float, ()]
     threshold: Annotated[float, ()]
@@ -75,7 +75,7 @@ class ConstantNumbers(NamedTuple):
 
 
 class ConstantCounts(NamedTuple):
-    """The whole numbers of a step: n, s, b and z, then the joints' kinds and the shapes' kinds."""
+    """Layout of the packed integers: n, s, b and z, then the joints' kinds and the shapes' kinds."""
 
     sizes: Annotated[IntArray, 4]
     revolute: Annotated[IntArray, "n"]
@@ -88,11 +88,11 @@ _number_views, _count_views = NUMBERS.views, COUNTS.views
 
 
 class CandidateTriangles(NamedTuple):
-    """Triangles of M surfaces near the tool, see ``Candidates``, and the poses for which nothing else can matter.
+    """Triangles of M surfaces near the tool, see ``Candidates``, and the poses for which they are complete.
 
     boxes, corners, label: of all surfaces; frame: (M, 4).
     first: (M, S + 1) nodes, segment s of surface m owns first[m, s] to first[m, s + 1].
-    start, end: (S, 3) the tool where they were gathered; slack: how far it may be from there, mm.
+    start, end: (S, 3) the tool's pose when they were gathered; slack: allowed displacement from there, mm.
     """
 
     boxes: Float32Array
@@ -106,7 +106,7 @@ class CandidateTriangles(NamedTuple):
 
 
 class CandidateNumbers(NamedTuple):
-    """The small arrays of the candidates as they are packed; s segments, k surfaces."""
+    """Layout of the small packed arrays of the candidates; s segments, k surfaces."""
 
     slack: Annotated[float, ()]
     start: Annotated[Array, "s", 3]
@@ -126,7 +126,7 @@ class PackedConstants(NamedTuple):
 
 
 def pack_constants(c: StepConstants) -> PackedConstants:
-    """The constants as kernels take them."""
+    """Pack the constants for the kernels."""
     chain = c.chain
     numbers = ConstantNumbers(
         c.reach, c.threshold, c.change, c.dt,
@@ -140,13 +140,13 @@ def pack_constants(c: StepConstants) -> PackedConstants:
 
 
 def pack_candidates(slack: float, start: Array, end: Array, frame: Array) -> Array:
-    """The small arrays of the candidates in one: slack, start (S, 3), end (S, 3), frame (M, 4)."""
+    """Pack the small arrays of the candidates: slack, start (S, 3), end (S, 3), frame (M, 4)."""
     return packed(CandidateNumbers(slack, start, end, frame))
 
 
 @shared
 def unpack_constants(numbers: Array, counts: IntArray) -> StepConstants:
-    """Views of packed constants."""
+    """Return views of packed constants."""
     n, s, b, z = counts[0], counts[1], counts[2], counts[3]
     w, kinds = _number_views(numbers, n, s, b, z), _count_views(counts, n, z)
     chain = Chain(kinds.revolute, w.axis, w.rotation, w.offset, w.tip_rotation, w.tip_offset)
@@ -160,6 +160,6 @@ def unpack_constants(numbers: Array, counts: IntArray) -> StepConstants:
 def unpack_candidates(
     segments: int, boxes: Float32Array, corners: Array, label: Int32Array, first: Int32Array, numbers: Array
 ) -> CandidateTriangles:
-    """Candidates from their arrays, the small ones packed by ``pack_candidates``."""
+    """Build the candidates from their arrays, of which the small ones are packed by ``pack_candidates``."""
     c = _candidate_views(numbers, segments, len(first))
     return CandidateTriangles(boxes, corners, label, c.frame, first, c.start, c.end, c.slack)

@@ -1,4 +1,4 @@
-"""Where the tool is at given joints, and how near the bodies are to it: exact distances and all pairs, compiled."""
+"""Pose of the tool at given joints, exact distances to the obstacles, and all near pairs, compiled."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from .constants import CandidateTriangles, StepConstants
 def place(
     constants: StepConstants, q: Array, position: Array, rotation: Array, jacobian: Array, start: Array, end: Array
 ) -> None:
-    """Tip pose, Jacobian and the tool's segments (S, 3) at joints q (n,), written into the other arguments."""
+    """Write tip pose, Jacobian and the tool's segments (S, 3) at joints q (n,) into the other arguments."""
     forward(constants.chain, q, rotation, position, jacobian)
     for s in range(len(start)):
         for i in range(3):
@@ -30,7 +30,7 @@ def place(
 
 @compiled
 def candidates_suffice(constants: StepConstants, candidates: CandidateTriangles, start: Array, end: Array) -> bool:
-    """Whether no triangle that is no candidate can be within the threshold of the tool in this pose."""
+    """Whether every triangle within the threshold of the tool in this pose is a candidate."""
     return still_valid(
         candidates.start, candidates.end, constants.radius, start, end, constants.radius, candidates.slack
     )
@@ -41,14 +41,14 @@ def measure(
     constants: StepConstants, candidates: CandidateTriangles, start: Array, end: Array, threshold: float,
     distance: Array, rows: Array, labels: Int32Array, body: Int32Array,
 ) -> int:  # fmt: skip
-    """Distance (B, S) of bodies and segments, at most ``constants.threshold``, and all pairs within ``threshold``.
+    """Write distances (B, S) of obstacles and segments, capped at ``constants.threshold``, and pairs in ``threshold``.
 
     Args:
-        threshold: that of the constants, or −∞ where only distances are wanted.
+        threshold: that of the constants, or −∞ if only distances are needed.
         rows: (R, 10), labels: (R, 2), body: (R,) out; see ``segment_pairs``.
 
     Returns:
-        How many pairs there are; the first R are written.
+        Number of pairs; the first R are written.
     """
     found = 0
     along = np.empty(3)
@@ -90,11 +90,11 @@ def measure(
                 )
                 for i in range(count):
                     if found < len(rows):
-                        for k in range(10):  # a slice would compile numba's texts about shapes, which takes seconds
+                        for k in range(10):  # array slices would compile numba's code for shape messages: seconds
                             rows[found, k] = scratch[i, k]
                         labels[found, 0], labels[found, 1] = s, -1
                     found += 1
-            distance[b, s] = min(least, constants.threshold)  # a NaN stays one
+            distance[b, s] = min(least, constants.threshold)  # propagates NaN
             for i in range(before, min(found, len(rows))):
                 body[i] = b
     return found

@@ -1,7 +1,7 @@
-"""The kernels of a step called one by one, each for the types that the whole step has for it, without a tree.
+"""Compile the kernels of a step one by one for the argument types of the full step, without building a tree.
 
-A kernel that is compiled and kept already is only put into those that call it. So one process calls these while another
-one builds a tree, and the whole step is put together afterwards (simulation/preparation.py).
+A kernel that is compiled and cached is only linked into its callers. So one process can call these kernels while
+another one builds a tree; the full step is linked afterwards (simulation/preparation.py).
 """
 
 from __future__ import annotations
@@ -36,12 +36,12 @@ from .surroundings import Surroundings
 
 
 def call_parts(robot: PlacedRobot, tool: Tool, settings: ControlSettings) -> None:
-    """Distances to triangles and shapes, kinematics, and the certificate over them and over ``call_motion``."""
+    """Compile distances to triangles and shapes, kinematics, and the certificate (with ``call_motion``)."""
     around = _surroundings(robot, tool, settings)
     around.gather(around.constants.start, around.constants.end)
     constants = unpack_constants(*around.packed)
     numbers, state = _state(constants)
-    # Distances first: the process with the tree will be asking for their kernels.
+    # Distances first: the process with the tree needs their kernels next.
     candidates = unpack_candidates(len(constants.radius), *around.arrays[2:])
     rows, labels, body = _one_pair()
     measure(constants, candidates, state.start, state.end, constants.threshold, state.distance, rows, labels, body)
@@ -52,7 +52,7 @@ def call_parts(robot: PlacedRobot, tool: Tool, settings: ControlSettings) -> Non
 
 
 def call_motion(robot: PlacedRobot, tool: Tool, settings: ControlSettings) -> None:
-    """How far the tool can move, between two poses and in a step, and which pairs can bind."""
+    """Compile the motion bounds between two poses and within a step, and the selection of pairs that can bind."""
     constants = unpack_constants(*_surroundings(robot, tool, settings).packed)
     _, s = _state(constants)
     rows, labels, body = _one_pair()
@@ -66,7 +66,7 @@ def call_motion(robot: PlacedRobot, tool: Tool, settings: ControlSettings) -> No
 
 
 def call_solver(robot: PlacedRobot, tool: Tool, settings: ControlSettings) -> None:
-    """The program of a step that wants one joint to move, and its solver."""
+    """Compile the program of a step that moves one joint, and its solver."""
     packed = _surroundings(robot, tool, settings).packed
     joints, segments, bodies = packed.counts[:3].tolist()
     numbers = np.zeros(state_size(joints, segments, bodies))
@@ -84,7 +84,7 @@ def call_solver(robot: PlacedRobot, tool: Tool, settings: ControlSettings) -> No
 
 
 def call_requests(robot: PlacedRobot, tool: Tool, settings: ControlSettings) -> None:
-    """What the tasks ask of a step."""
+    """Compile the requests of the tasks."""
     constants = unpack_constants(*_surroundings(robot, tool, settings).packed)
     sizes = len(constants.lower), len(constants.radius), len(constants.margin)
     kernel_sizes, before = (task_numbers(settings, tool), *sizes), _state(constants)[0]
@@ -93,27 +93,27 @@ def call_requests(robot: PlacedRobot, tool: Tool, settings: ControlSettings) -> 
 
 
 def _state(constants: StepConstants) -> tuple[Array, StateViews]:
-    """An empty packed state and its parts."""
+    """Return an empty packed state and its views."""
     sizes = len(constants.lower), len(constants.radius), len(constants.margin)
     numbers = np.zeros(state_size(*sizes))
     return numbers, state_views(numbers, *sizes)
 
 
 def _one_pair() -> tuple[Array, NDArray[np.int32], NDArray[np.int32]]:
-    """Workspace for one pair."""
+    """Return a workspace for one pair."""
     return np.ones((1, 10)), np.zeros((1, 2), np.int32), np.zeros(1, np.int32)
 
 
 def _surroundings(robot: PlacedRobot, tool: Tool, settings: ControlSettings) -> Surroundings:
-    tree: Any = _OneTriangle()  # of a tree, surroundings ask for candidates only
+    tree: Any = _OneTriangle()  # surroundings only ask a tree for candidates
     return Surroundings(robot, tool, tree, settings)
 
 
 class _OneTriangle:
-    """Stands for a surface where no tree has been built."""
+    """Stand-in for a surface whose tree has not been built."""
 
     def candidates(self, segments: Segments, reach: float) -> CandidateList:
-        """The triangle, near every segment."""
+        """Return the triangle as a candidate of every segment."""
         labels = np.zeros((len(segments), 2), np.int32)
         labels[:, 0] = np.arange(len(segments))
         mesh = TriangleMesh(np.eye(3), np.arange(3)[None])

@@ -1,4 +1,4 @@
-"""Construction of the wide box tree: blocks of 16 triangles, nodes of 16 boxes, no pointers.
+"""Construction of the 16-wide bounding volume hierarchy: blocks of 16 triangles, nodes of 16 boxes, no pointers.
 
 Triangles are sorted so that every run of 16, of 16², and so on, is compact: ranges are split at the median along their
 longest extent, at a power of two of blocks. The children of node i of a level are the nodes 16 i … 16 i + 15 of the

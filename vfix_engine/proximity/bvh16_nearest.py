@@ -1,4 +1,4 @@
-"""Nearest-triangle queries of the wide box tree, compiled."""
+"""Nearest-triangle queries of the 16-wide bounding volume hierarchy, compiled."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Pairs within a distance: query of the wide box tree, compiled."""
+"""Query of all pairs within a distance, by the 16-wide bounding volume hierarchy, compiled."""
 
 from __future__ import annotations
 

@@ -388,9 +388,9 @@ def test_rest_sends_the_folder_as_a_zip_and_leaves_nothing(
 ) -> None:
     """HAZ-34: what holds images is asked about."""
     before = list(phantom_services.store.scratch.open().iterdir())
-    refused = client.get(f"/api/plans/{plan.id}/export/slicer")
+    refused = client.get(f"/api/v1/plans/{plan.id}/export/slicer")
     assert (refused.status_code, "with_images=true" in refused.text) == (422, True)  # HAZ-34
-    answer = client.get(f"/api/plans/{plan.id}/export/slicer?with_images=true")
+    answer = client.get(f"/api/v1/plans/{plan.id}/export/slicer?with_images=true")
     assert answer.status_code == 200
     with zipfile.ZipFile(io.BytesIO(answer.content)) as packed:
         sent = {name.removeprefix("Way/"): packed.read(name) for name in packed.namelist() if not name.endswith("/")}

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from session_doubles import CLIENT, SAMPLE, Later, Now, Robot, fail, other_case, put_in_place, workspace_of
 
+from app.drives.shared_drives import SharedDrives
 from app.messages.client import Client
 from app.planning import head_tissue
 from app.planning.head_tissue import MAX_DEPTH_MM, NOSTRIL_DEPTH_MM
@@ -20,10 +21,9 @@ from app.plans.service import Plan
 from app.services import Services
 from app.tabs.rehearse import commands as c
 from app.tabs.rehearse.preparation import plan_key, prepare
-from app.tabs.rehearse.shared_drives import SharedDrives
 from app.tabs.rehearse.switches import CentrePlaces, options_section
 from app.tabs.rehearse.tab import RehearseTab
-from vfix_engine.errors import PlanError
+from vfix_engine.errors import ControlError, PlanError
 from vfix_engine.virtual_fixtures import CartesianLimits, RemoteCentre, SoftRegion
 from vfix_engine.worlds.rigid.dry_run import DryRun
 
@@ -174,8 +174,8 @@ def test_the_dry_run_is_that_of_the_drive_and_says_which_switches_are_on(phantom
     assert largest_error(found.run, centre) <= centre.tolerance_mm + 1e-9
     assert largest_error(plain.run, centre) > 1.2 * centre.tolerance_mm
     prepared = prepare(phantom_services, plan, switches)
-    assert prepared.spec.fixtures == found.standing.fixtures
-    assert prepared.spec.base is found.base
+    assert prepared.spec.scene.fixtures == found.standing.fixtures
+    assert prepared.spec.scene.base is found.base
     assert prepared.switches == switches
 
 
@@ -268,10 +268,10 @@ def test_a_switch_comes_into_force_with_a_reset_and_the_page_says_so(phantom_ser
     assert (drive.state, drive.is_for(plan_key(plan))) == ("starting", True)  # it is placed anew, with the fixture
 
     drive.lease.let_go(CLIENT)
-    assert drive.read(OTHER).may_switch
-    assert not drive.read(Client("tab-three", "watches")).may_switch  # reads only, also where nobody holds the handle
+    assert drive.read(OTHER).may_prepare
+    assert not drive.read(Client("tab-three", "watches")).may_prepare  # reads only, also where nobody holds the handle
     drive.lease.take(OTHER)
-    with pytest.raises(PlanError, match="holds the handle"):
+    with pytest.raises(ControlError, match="holds the handle"):
         tab.handle(wish)
     assert {item["refusal"] for item in tab.sections(True)["options"]["items"]} == {"Another window holds the handle."}
     tab.close()

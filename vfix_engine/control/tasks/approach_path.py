@@ -1,4 +1,4 @@
-"""The approach of path following: a tip that is off the path is guided onto it."""
+"""Approach of path following: a tip that is off the path is guided to it."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from .hand_request import context_for, request_with, shaft_objective
 
 @dataclass(frozen=True, eq=False)
 class ApproachPath:
-    """The tip moves straight to the path at the hand's speed: the hand's force sets the speed, not the direction.
+    """The tip moves straight to the path: the hand's force sets the speed, but not the direction.
 
     Args:
         path, nearest, shaft: see ``FollowPath``.
@@ -29,7 +29,7 @@ class ApproachPath:
     shaft: ShaftDirections | None = None
 
     def request(self, state: StepState, command: HandCommand) -> StepRequest:
-        """Four objective rows in mm with a progress variable, and three of the shaft; no use of ``command.torque``."""
+        """Return four objective rows in mm with a progress variable, and three of the shaft; the torque is not used."""
         context = context_for(self, state, command)
         near = self.nearest or PathPoint(*self.path.closest(state.tip.position))
         dof = context.layout.dof

@@ -9,7 +9,7 @@ import numpy as np
 from ...arrays import Array, Int32Array
 from ...kernels.compiled import compiled
 
-STACK = 160  # entries of a traversal stack: a branch has at most _DEEPEST levels and the halvings below them
+STACK = 160  # entries of a traversal stack: a branch has at most _DEEPEST levels plus the bisections below them
 _DEEPEST = 96
 
 
