@@ -35,7 +35,7 @@ _REACH = (0.5, math.radians(30.0))  # of rays, in m and in the weighted mean
 
 
 class Asked(NamedTuple):
-    """Eq. 14 and 17 on a grid (a, b): z_eff/z_max, max (D_i − b_i) in mm, and the tip's motion to the wanted side in mm."""
+    """Eq. 14 and 17 on a grid (a, b): z_eff/z_max, max (D_i − b_i) and the tip's motion to the wanted side in mm."""
 
     cost: Array
     excess: Array
