@@ -43,7 +43,7 @@ def _starts(node: Path) -> bool:
 
 
 def _environment() -> "dict[str, str]":
-    """Return the environment variables, with the configuration (registry, certificates) of the machine's npm, if any."""
+    """Return the environment variables, with the machine's npm configuration (registry, certificates), if any."""
     environment = dict(os.environ)
     machine = shutil.which("npm")
     if machine and not {"NPM_CONFIG_GLOBALCONFIG", "npm_config_globalconfig"} & set(environment):
