@@ -37,15 +37,15 @@ class LabelStroke(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     @property
     def stroke(self) -> Stroke:
-        """What the engine draws. Raises ImageError."""
+        """The stroke of the engine. Raises ImageError if it is invalid."""
         return Stroke(self.mode, self.brush, self.radius_mm, self.points, self.normal)
 
 
 class PaintedLabel(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A label on the grid of one of its case's volumes.
+    """A label on the grid of a volume of its case.
 
-    volume: name of that volume. start: 'sha256:' and the hash of the stored mask that the strokes are drawn upon, ''
-    where they begin with nothing. strokes: in their order.
+    volume: name of that volume. start: 'sha256:' and the hash of the stored mask that the strokes are drawn on, '' for
+    an empty one. strokes: in the order in which they are drawn.
     """
 
     volume: Annotated[str, Meta(max_length=64)]

@@ -78,18 +78,18 @@ class PaintedLabels:
         return self.documents.create(case_id, name, PaintedLabel(info.name, colour, start, ()))
 
     def case_of(self, document: PaintedDocument) -> Case:
-        """The case of a label. Raises NotFound."""
+        """Return the case of a label. Raises NotFound."""
         return self._cases.get(document.case_id)
 
     def check_reach(self, label_id: str, stroke: LabelStroke) -> None:
-        """Raises InputError for a stroke that reaches no voxel of a label's grid."""
+        """Raise InputError for a stroke that reaches no voxel of a label's grid."""
         document = self.documents.get(label_id)
         grid = self._volume(self.case_of(document), document.content.volume)
         if not reaches(grid.hu.shape, grid.transform_index_to_lps, stroke.stroke):
             raise InputError("the stroke is beyond the scan: it reaches no voxel.")
 
     def with_stroke(self, case_id: str, content: PaintedLabel, stroke: LabelStroke) -> PaintedLabel:
-        """A label with one stroke more; where it has many, those of before are kept as a stored mask."""
+        """Return a label with one more stroke; if it has many, the earlier ones are replaced by a stored mask."""
         points = sum(len(each.points) for each in content.strokes) + len(stroke.points)
         if len(content.strokes) < MOST_STROKES and points <= MOST_STORED_POINTS:
             return replace(content, strokes=(*content.strokes, stroke))
