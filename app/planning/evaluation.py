@@ -130,7 +130,7 @@ class Planning:
         registered = self._read(plan, through)  # read once: the result is cached under the registration it used
         key = self._content_key(plan, switches, registered_key(registered))
         found = self._evaluations.get(key, lambda: self._evaluate(plan, progress, switches, registered))
-        return found.beside(plan)
+        return found.with_remarks(plan)
 
     def bone(self, plan: Plan) -> PlanBone:
         """Return the bone of the plan's case after the plan's bone removal. Raises PlanError if none is left."""
@@ -249,7 +249,7 @@ class Planning:
         placing: of the robot for the stored path. The robot is not placed again, and the result is not cached.
         Raises as `evaluate`, and StartRefused if the robot does not reach the entry from where it stands.
         """
-        return self._evaluate(plan, progress, switches, self.registration(plan), placing).beside(plan)
+        return self._evaluate(plan, progress, switches, self.registration(plan), placing).with_remarks(plan)
 
     def _evaluate(
         self,

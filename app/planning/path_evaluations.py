@@ -117,7 +117,7 @@ class PathEvaluations:
         try:
             evaluation = self._dry_runs.evaluate(plan, switches)
         except StartRefused as error:
-            return _report(plan, refused(error).beside(plan), None, ())
+            return _report(plan, refused(error).with_remarks(plan), None, ())
         cones = self._planning.cones(plan, switches, evaluation.registered)
         targets = tuple(TargetReport(t.id, t.label, round(cones[t.id].cone_deg, 1)) for t in plan.targets)
         return _report(plan, evaluation.verdict, evaluation, targets)

@@ -123,9 +123,9 @@ class PlanEvaluation:
         rows = zip(self.s.tolist(), self.positions.tolist(), self.clearance.tolist(), strict=True)
         return tuple(CurveSample(s, (p[0], p[1], p[2]), None if np.isnan(c) else c) for s, p, c in rows)
 
-    def beside(self, plan: Plan) -> PlanEvaluation:
+    def with_remarks(self, plan: Plan) -> PlanEvaluation:
         """Return the evaluation with the plan's remarks in its verdict, on which the dry run does not depend."""
-        verdict = self.verdict.beside(plan)
+        verdict = self.verdict.with_remarks(plan)
         return self if verdict is self.verdict else replace(self, verdict=verdict)
 
 

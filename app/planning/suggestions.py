@@ -216,7 +216,7 @@ class Suggestions:
             evaluating = partial(_evaluation_progress, progress)
             return self._planning.evaluate(led, evaluating, self._switches.of(plan.id).in_force.along(led)).verdict
         except StartRefused as error:
-            return refused(error).beside(led)
+            return refused(error).with_remarks(led)
 
     def tools(self, plan: Plan, progress: ProgressCallback) -> ToolTable:
         """Drive every shipped tool along the path of a plan."""

@@ -150,7 +150,7 @@ class Verdict:
         """The verdict in words."""
         return (VerdictPhrase(f"{self.short}."), *self.body)
 
-    def beside(self, plan: Plan) -> Verdict:
+    def with_remarks(self, plan: Plan) -> Verdict:
         """Return the verdict with the remarks on a plan: the side of its entry, and its targets.
 
         Neither affects the dry run, so that changing them does not repeat it.
@@ -271,7 +271,7 @@ _LEVELS: dict[Reason, Level] = {
 def _reason(
     run: DryRun, profile: Profile, worst: Doubt | None, surface: bool, near: bool, complete: bool, pierced: Pierced
 ) -> Reason:
-    """Return what decides the level, the most severe first; `Verdict.beside` handles the side of the entry."""
+    """Return what decides the level, the most severe first; `Verdict.with_remarks` handles the side of the entry."""
     found: tuple[tuple[bool, Reason], ...] = (
         (pierced.state == "room", "pierced"),
         (not run.completed, "held"),

@@ -1,4 +1,4 @@
-"""Archives of an attacker: each is refused in plain words, or what it brings can be listed, shown and written again."""
+"""Hostile archives: each is refused with a plain message, or its content can be listed, shown and written again."""
 
 import hashlib
 import io

@@ -1,4 +1,4 @@
-"""Segmentation of a case: over REST, on the command line, and in a plan's zones."""
+"""Segmentation of a case by REST and command line, and its structure in a plan."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The client of a tracking server: poses of the one name, staleness, reconnection and averaged places."""
+"""The client of a tracking server: poses of one name, staleness, reconnection and averaged positions."""
 
 import socket
 import struct

@@ -1,4 +1,4 @@
-"""The live link: the open plan out in Slicer's frame, proposals in that change nothing that is open."""
+"""The live link: sends the open plan in Slicer's frame, and receives proposals that do not change it."""
 
 import contextlib
 import math

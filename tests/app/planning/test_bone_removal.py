@@ -1,4 +1,4 @@
-"""Bone that is opened: snap, dry run, drive and fields of a plan are those of the bone that is left."""
+"""Bone removal: snapping, dry run, drive and distance fields of a plan use the bone that is left."""
 
 from __future__ import annotations
 

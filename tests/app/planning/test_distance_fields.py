@@ -1,4 +1,4 @@
-"""The distance fields of a case: made once, fine where the plan is, None of tissue without a CT."""
+"""The distance fields of a case: computed once, fine around the plan, no tissue without a CT."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""HAZ-40: banner, panel, bar, REST and command line tell one verdict, with all that it depends on."""
+"""HAZ-40: banner, panel, bar, REST and command line report the same verdict, with everything that it depends on."""
 
 from __future__ import annotations
 

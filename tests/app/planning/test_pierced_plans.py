@@ -1,4 +1,4 @@
-"""Plans on the head phantom whose tool pierces the nose: blocked, a level of its own, or as before (HAZ-36)."""
+"""Plans on the head phantom whose tool pierces the nose: blocked, or at the level of a wall, or unchanged (HAZ-36)."""
 
 from __future__ import annotations
 

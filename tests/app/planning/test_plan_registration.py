@@ -1,4 +1,4 @@
-"""A plan behind a registration: where its robot stands, and what the verdict says of the error."""
+"""A plan with a registration: where its robot stands, and what the verdict states about the error."""
 
 import json
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Paths under a hand: judged as the stored path is, with the robot's base kept, and nothing stored."""
+"""Previews of dragged points: evaluated as the stored path, with the robot's base unchanged, and nothing stored."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How deep the tool goes into soft structures to spare: against brute force over every pose."""
+"""Depth of the tool in soft protected structures, compared with brute force over every pose."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Suggested paths and tables of tools in the shipped head: REST, the edit that uses one, the command line."""
+"""Suggested paths and tool comparisons in the shipped head: REST, the edit that uses one, the command line."""
 
 from __future__ import annotations
 

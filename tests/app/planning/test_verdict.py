@@ -1,4 +1,4 @@
-"""The verdict on a path: bone and structures to spare decide the level, soft tissue has one of its own."""
+"""The verdict on a path: bone and protected structures decide its level, soft tissue has a separate level."""
 
 import dataclasses
 import json

@@ -1,4 +1,4 @@
-"""Homes that cannot be used, or not now: told in words, by the store and at the command line; none is overwritten."""
+"""Data folders that cannot be used, at all or now: reported by the store and the command line; none is overwritten."""
 
 import errno
 import logging
