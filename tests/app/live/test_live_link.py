@@ -399,7 +399,7 @@ def test_another_implementation_hears_where_the_tool_is(parts: Parts, peer: Any)
 
 def test_poses_are_told_60_times_in_a_second_at_most(parts: Parts, link: LiveLink) -> None:
     told: list[Any] = []
-    link._server.tell = lambda messages: told.extend(messages)  # type: ignore[method-assign]
+    link._server.broadcast = lambda messages: told.extend(messages)  # type: ignore[method-assign]
     begin = time.monotonic()
     while time.monotonic() - begin < 1.0:
         parts.live.show_tool(TURN)
