@@ -30,7 +30,7 @@ from app.messages import sections  # noqa: E402
 from app.messages.hello import Hello  # noqa: E402
 from app.session import commands  # noqa: E402
 from app.session.sections import SessionSections  # noqa: E402
-from app.steps.registry import specs  # noqa: E402
+from app.tabs.registry import specs  # noqa: E402
 from app.workspace.sections import ANSWERS, CaseSections  # noqa: E402
 
 TARGET = ROOT / "app" / "web" / "js" / "types.d.ts"

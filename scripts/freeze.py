@@ -45,15 +45,15 @@ from app.services import Services, build_services  # noqa: E402
 from app.session import commands  # noqa: E402
 from app.session import router as session_router  # noqa: E402
 from app.settings import Settings  # noqa: E402
-from app.steps.registry import routers as step_routers  # noqa: E402
 from app.store.models import CaseRow  # noqa: E402
+from app.tabs.registry import routers as tab_routers  # noqa: E402
 from vfix_engine.runtime.run import Run  # noqa: E402
 from vfix_engine.worlds import registry as worlds  # noqa: E402
 
 FROZEN = ROOT / "tests" / "data" / "frozen"
 OLD_HOME = ROOT / "tests" / "data" / "old_home" / "home.tar.xz"
 HEAD, PLAN = "Made-up head", "Through the tube"  # in that home
-Items = dict[str, Any]  # by name, such as 'GET /api/cases' or 'vfix case list --deleted'
+Items = dict[str, Any]  # by name, such as 'GET /api/v1/cases' or 'vfix case list --deleted'
 _WORDS = {"description", "title", "summary", "operationId", "tags"}  # of OpenAPI; read by people, or made of the code
 _MOST_DIFFERENCES = 40
 
@@ -61,7 +61,7 @@ _MOST_DIFFERENCES = 40
 def rest() -> Items:
     """Routes with their parameters, bodies and statuses, and the fields of every schema, as OpenAPI has them."""
     app = FastAPI()
-    for part in (page_router(), router, session_router, *step_routers()):
+    for part in (page_router(), router, session_router, *tab_routers()):
         app.include_router(part)
     document, items = app.openapi(), Items()
     for path, methods in document["paths"].items():

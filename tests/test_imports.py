@@ -64,15 +64,15 @@ APP_ROOMS = {
     "services": 9,
     "api": 10,
     "workspace": 10,
-    "steps": 11,
+    "tabs": 11,
     "session": 12,
     "gateway": 13,
     "main": 14,
     "commands": 15,
     "cli": 16,
 }
-STEP_ROOMS = {"": 0, "spec": 0, "base": 1, "registry": 2} | {
-    folder.name: 2 for folder in (ROOT / "app" / "steps").iterdir() if (folder / "step.py").is_file()
+TAB_ROOMS = {"": 0, "spec": 0, "base": 1, "drive_tab": 2, "registry": 3} | {
+    folder.name: 3 for folder in (ROOT / "app" / "tabs").iterdir() if (folder / "tab.py").is_file()
 }
 NOT_IN_THE_ENGINE = {
     "app", "benchmarks", "alembic", "fastapi", "pydantic", "sqlalchemy", "starlette", "uvicorn", "viser", "websockets",
@@ -92,7 +92,7 @@ PACKAGES = [
     ("vfix_engine.snake", SNAKE_ROOMS),
     ("vfix_engine.worlds", WORLD_ROOMS),
     ("app", APP_ROOMS),
-    ("app.steps", STEP_ROOMS),
+    ("app.tabs", TAB_ROOMS),
 ]
 
 

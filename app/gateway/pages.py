@@ -8,23 +8,23 @@ from typing import Any
 from fastapi import APIRouter, HTTPException, Request
 from starlette.responses import FileResponse, HTMLResponse
 
-from app.steps.registry import specs
+from app.tabs.registry import specs
 
 _MODULE = re.compile(r"[a-z][a-z0-9-]*\.js")  # no path, no hidden file, nothing but scripts
 WEB_DIR = Path(__file__).resolve().parent.parent / "web"
 
 
 def page_router() -> APIRouter:
-    """Routes / (the shell), /steps/ (the steps' panels) and /docs (the REST routes, without other hosts)."""
+    """Routes / (the shell), /tabs/ (the tabs' panels) and /docs (the REST routes, without other hosts)."""
     router = APIRouter(include_in_schema=False)
 
     @router.get("/")
     async def shell() -> FileResponse:
         return FileResponse(WEB_DIR / "index.html", media_type="text/html")
 
-    @router.get("/steps/{name}/{module}")
+    @router.get("/tabs/{name}/{module}")
     async def panel(name: str, module: str) -> FileResponse:
-        """A script of a step's folder: its panel, or a module beside it."""
+        """A script of a tab's folder: its panel, or a module beside it."""
         folder = next((spec.folder for spec in specs() if spec.name == name), None)
         if folder is None or _MODULE.fullmatch(module) is None or not (folder / module).is_file():
             raise HTTPException(404, "There is no such panel.")

@@ -24,8 +24,8 @@ class Length:
 Position = Annotated[list[float], Length(3)]
 
 
-class StepEntry(TypedDict):
-    """A step of the page: the label of its tab, and the address of the module that draws its panel."""
+class TabEntry(TypedDict):
+    """A tab of the page: the label of its tab, and the address of the module that draws its panel."""
 
     name: str
     label: str
@@ -37,7 +37,7 @@ class HelloMessage(TypedDict):
 
     type: Literal["hello"]
     version: int
-    steps: list[StepEntry]
+    steps: list[TabEntry]
 
 
 class StateMessage(TypedDict):

@@ -132,7 +132,7 @@ def _along(content: RegistrationContent, plan: Plan) -> ErrorAlongPath | None:
         return None
     try:
         path = SplinePath(np.array([point.position for point in plan.points]))
-    except PlanError:  # two points on one spot; the Plan step says so
+    except PlanError:  # two points on one spot; the Plan tab says so
         return None
     s = np.append(np.arange(0.0, path.length, STEP_MM), path.length)
     errors = _errors_at(content, np.asarray(path.position(s)))

@@ -1,4 +1,4 @@
-"""One client's session: its views and steps, and a thread of its own that answers its requests in order."""
+"""One client's session: its views and tabs, and a thread of its own that answers its requests in order."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from typing import Any, Literal
 import viser
 
 from app.kit.prompt_threads import PROMPT_THREADS
-from app.messages.client import Client, Role
+from app.messages.client import Client, ClientRole
 from app.messages.fields import Command
 from app.scene.dragging import DragEvent
 from app.scene.view import SceneEvents, SceneView
 from app.services import Services
-from app.session.commands import SetStep
+from app.session.commands import SetTab
 from app.session.inbox import Inbox
-from app.session.sections import SessionSections, StepSection
+from app.session.sections import SessionSections, TabSection
 from app.session.view_model import ViewModel
-from app.steps.base import Closable, Step
-from app.steps.registry import load, specs
+from app.tabs.base import Closable, Tab
+from app.tabs.registry import load, specs
 from app.workspace.case_view import ShownSurface
 from app.workspace.layers import Layer, LayerStack
 from app.workspace.workspace import Workspace
@@ -31,13 +31,13 @@ from vfix_engine.errors import VfixError
 
 Reply = Callable[[bool, Any], None]
 Note = Callable[[str, bool], None]
-FIRST_STEP = "plan"  # where a client begins that has a case open
+FIRST_TAB = "plan"  # where a client begins that has a case open
 SCENE_INTERVAL_S = 0.045  # between two pictures of what changes by itself: a browser draws some 20 a second
 _LOG = logging.getLogger(__name__)
 
 
 def make_shared(services: Services) -> dict[str, Closable | None]:
-    """What the clients of each step share, by the step's name."""
+    """What the clients of each tab share, by the tab's name."""
     return {spec.name: load(spec).make_shared(services) for spec in specs()}
 
 
@@ -66,30 +66,30 @@ class ClientSession:
         self.post = self._inbox.put  # may be called on any thread; what the page sends is offered
         self._layers: LayerStack | None = None
         self._drawn_at = 0.0
-        self._own: list[str] = []  # names of the active step's layers when everything was drawn
+        self._own: list[str] = []  # names of the active tab's layers when everything was drawn
         self._viewed: ShownSurface | None = None  # the surface that the camera was turned to
         self.workspace = Workspace(
             Client(client), services, executor, self.post, lambda words, error: self.note(words, error)
         )
-        self.steps: dict[str, Step] = {}
-        self._step_of: dict[type[Command], Step] = {}
+        self.tabs: dict[str, Tab] = {}
+        self._tab_of: dict[type[Command], Tab] = {}
         for spec in specs():
-            step = self.steps[spec.name] = load(spec)(self.workspace, shared[spec.name])
-            self._step_of |= dict.fromkeys(spec.commands, step)
-        self.active = self.steps.get(FIRST_STEP) or next(iter(self.steps.values()))
+            tab = self.tabs[spec.name] = load(spec)(self.workspace, shared[spec.name])
+            self._tab_of |= dict.fromkeys(spec.commands, tab)
+        self.active = self.tabs.get(FIRST_TAB) or next(iter(self.tabs.values()))
         self.active.active = True
-        self.workspace.camera.places = lambda: [place for step in self.steps.values() for place in step.places()]
+        self.workspace.camera.places = lambda: [place for tab in self.tabs.values() for place in tab.places()]
         self._thread = threading.Thread(target=self._run, name=f"session-{client[:6]}", daemon=True)
 
     # -- from other threads: queue only, but for what a hand does
 
     def start(self, wanted: Mapping[str, str]) -> None:
-        """Begin work; ``wanted`` names the case, plan and step to open, where the client remembers them."""
+        """Begin work; ``wanted`` names the case, plan and tab to open, where the client remembers them."""
         self._inbox.put(lambda: self._open_first(wanted))
         self._thread.start()
 
     def close(self) -> None:
-        """The thread ends after what waits already, and the steps with it."""
+        """The thread ends after what waits already, and the tabs with it."""
         self._inbox.close()
 
     def join(self, seconds: float) -> bool:
@@ -107,12 +107,12 @@ class ClientSession:
     @property
     def lively(self) -> bool:
         """Something that is shown changes by itself."""
-        return any(step.lively for step in self.steps.values())
+        return any(tab.lively for tab in self.tabs.values())
 
     def page_gone(self) -> None:
         """The client is not there any more: whatever its hand held is let go of."""
-        for step in self.steps.values():
-            self._guarded(step.release_now)
+        for tab in self.tabs.values():
+            self._guarded(tab.release_now)
         self.post(lambda: self._each("release"))
 
     def give_up(self, still_away: Callable[[], bool]) -> None:
@@ -127,7 +127,7 @@ class ClientSession:
         self.post(lambda: self._each("come_back"))
         self.post(self._look_again, "look again")
 
-    def greet(self, role: Role) -> None:
+    def greet(self, role: ClientRole) -> None:
         """The client has said what it is; one that was more before gives up what it held."""
         before, self.workspace.client = self.workspace.client, Client(self.client, role)
         if before.may_hold and not self.workspace.client.may_hold:
@@ -135,9 +135,9 @@ class ClientSession:
 
     def command(self, command: Command, reply: Reply | None = None) -> bool:
         """Answer a command; False when too many wait already. One with a reply gets it, whatever happens."""
-        step = self._step_of.get(type(command))
-        if command.urgent and step is not None:
-            self._answer_with(lambda: step.handle_now(command), reply)
+        tab = self._tab_of.get(type(command))
+        if command.urgent and tab is not None:
+            self._answer_with(lambda: tab.handle_now(command), reply)
             return True
         slot = command.stream() if reply is None else None  # a newer one does not answer for it
         return self._inbox.offer(lambda: self._answer_with(lambda: self._do(command), reply, self._publish), slot)
@@ -162,8 +162,8 @@ class ClientSession:
             self._guarded(request)
             if request != self._tick:
                 self._guarded(self._publish)
-        for step in self.steps.values():
-            self._guarded(step.close)
+        for tab in self.tabs.values():
+            self._guarded(tab.close)
 
     def _guarded(self, request: Callable[[], Any]) -> bool:
         """Whether it was done; the user is told why not."""
@@ -175,14 +175,14 @@ class ClientSession:
         return True
 
     def _each(self, name: Literal["release", "give_up", "abandon", "come_back"]) -> None:
-        """Of every step, whatever becomes of the others."""
-        for step in self.steps.values():
-            self._guarded(getattr(step, name))
+        """Of every tab, whatever becomes of the others."""
+        for tab in self.tabs.values():
+            self._guarded(getattr(tab, name))
 
     def _tick(self) -> None:
         everything = list[bool]()
-        for step in self.steps.values():
-            self._guarded(lambda step=step: everything.append(step.tick()))  # type: ignore[misc]
+        for tab in self.tabs.values():
+            self._guarded(lambda tab=tab: everything.append(tab.tick()))  # type: ignore[misc]
         if any(everything):
             self._publish()
         else:
@@ -196,9 +196,9 @@ class ClientSession:
     def _open_first(self, wanted: Mapping[str, str]) -> None:
         self.workspace.open_first(wanted.get("case"), wanted.get("plan"))
         if not self.active.available():
-            self._set_step(next(name for name, step in self.steps.items() if step.available()))
-        elif wanted.get("step") in self.steps:
-            self._set_step(wanted["step"])
+            self._set_tab(next(name for name, tab in self.tabs.items() if tab.available()))
+        elif wanted.get("step") in self.tabs:
+            self._set_tab(wanted["step"])
 
     def _answer_with(
         self, answer: Callable[[], Any], reply: Reply | None, show: Callable[[], None] = lambda: None
@@ -214,19 +214,19 @@ class ClientSession:
             reply(True, result)
 
     def _do(self, command: Command) -> Any:
-        if isinstance(command, SetStep):
-            return self._set_step(command.name)
-        step = self._step_of.get(type(command))
-        return self.workspace.handle(command) if step is None else step.handle(command)
+        if isinstance(command, SetTab):
+            return self._set_tab(command.name)
+        tab = self._tab_of.get(type(command))
+        return self.workspace.handle(command) if tab is None else tab.handle(command)
 
-    def _set_step(self, name: str) -> None:
-        step = self.steps[name]
-        if step is self.active:
+    def _set_tab(self, name: str) -> None:
+        tab = self.tabs[name]
+        if tab is self.active:
             return
         self.active.leave()
-        self.active.active, step.active = False, True
-        self.active = step
-        step.enter()
+        self.active.active, tab.active = False, True
+        self.active = tab
+        tab.enter()
 
     # -- the scene
 
@@ -249,41 +249,41 @@ class ClientSession:
     def _detach(self) -> None:
         self._layers = None
         self.workspace.camera.attach(None)
-        for step in self.steps.values():
-            self._guarded(step.release_now)
-            self._guarded(step.release)
+        for tab in self.tabs.values():
+            self._guarded(tab.release_now)
+            self._guarded(tab.release)
 
     # -- what the page and the scene show
 
-    def _active_last(self) -> list[Step]:
-        return [*(step for step in self.steps.values() if step is not self.active), self.active]
+    def _active_last(self) -> list[Tab]:
+        return [*(tab for tab in self.tabs.values() if tab is not self.active), self.active]
 
     def layers(self) -> dict[str, Layer[Any]]:
         """What the scene shows now, by name."""
         own = list[Layer[Any]]()
-        for step in self._active_last():
-            self._guarded(lambda step=step: own.extend(step.layers()))  # type: ignore[misc]
+        for tab in self._active_last():
+            self._guarded(lambda tab=tab: own.extend(tab.layers()))  # type: ignore[misc]
         return {layer.name: layer for layer in (*self.workspace.case.layers(), *own)}
 
     def _publish(self) -> None:
         """Everything, after a request."""
         fresh, self.workspace.stale = self.workspace.stale, False
         read = self._guarded(lambda: self.view_model.publish(self.workspace.case.sections(fresh)))
-        read = self._publish_steps(self._active_last(), fresh) and read
+        read = self._publish_tabs(self._active_last(), fresh) and read
         self._guarded(self._draw)
         self.view_model.commit()
         self.workspace.stale |= fresh and not read  # what could not be read is read anew next time
 
-    def _publish_steps(self, steps: Iterable[Step], fresh: bool) -> bool:
+    def _publish_tabs(self, tabs: Iterable[Tab], fresh: bool) -> bool:
         """Whether all could be read: one that cannot keeps no other one from being shown."""
         read = True
-        for step in steps:
-            read &= self._guarded(lambda step=step: self.view_model.publish(step.sections(fresh)))  # type: ignore[misc]
-        return self._guarded(lambda: self.view_model.publish({"step": self._step_section()})) and read
+        for tab in tabs:
+            read &= self._guarded(lambda tab=tab: self.view_model.publish(tab.sections(fresh)))  # type: ignore[misc]
+        return self._guarded(lambda: self.view_model.publish({"step": self._tab_section()})) and read
 
     def _publish_ticking(self) -> None:
-        """Between requests: only the steps whose sections and layers change by themselves."""
-        self._publish_steps([step for step in self._active_last() if step.ticks], fresh=False)
+        """Between requests: only the tabs whose sections and layers change by themselves."""
+        self._publish_tabs([tab for tab in self._active_last() if tab.ticks], fresh=False)
         now = time.monotonic()
         if self._layers is not None and self.active.ticks and now - self._drawn_at >= SCENE_INTERVAL_S:
             self._drawn_at = now
@@ -320,8 +320,8 @@ class ClientSession:
         self._own = [layer.name for layer in self.active.layers()]
         stack.draw(self.layers().values())
 
-    def _step_section(self) -> StepSection:
-        available = [name for name, step in self.steps.items() if step.available()]
+    def _tab_section(self) -> TabSection:
+        available = [name for name, tab in self.tabs.items() if tab.available()]
         warming = self._warming()
         spec = self.active.spec
         if warming:

@@ -19,7 +19,7 @@ from vfix_engine.errors import VfixError
 
 if TYPE_CHECKING:
     from app.session.client_session import ClientSession
-    from app.steps.base import Closable
+    from app.tabs.base import Closable
 
 _LOG = logging.getLogger(__name__)
 MAX_PAGES = 16  # open at a time, each with a scene
@@ -158,9 +158,9 @@ class ClientSessions:
 
         return ClientSession(client, self._services, self._made_shared(), self._executor, self._warming, scene)
 
-    def shared(self, step: str) -> Any:
-        """What the clients of a step share, for the step's own addresses; slow the first time."""
-        return self._made_shared()[step]
+    def shared(self, tab: str) -> Any:
+        """What the clients of a tab share, for the tab's own addresses; slow the first time."""
+        return self._made_shared()[tab]
 
     def _made_shared(self) -> dict[str, Closable | None]:
         from app.session.client_session import make_shared  # imported here, as above

@@ -9,24 +9,24 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, Field, TypeAdapter
 
 from app.messages.fields import Command, Identifier
-from app.steps import registry
+from app.tabs import registry
 from app.workspace import commands as workspace
 
 
-def _known_step(name: str) -> str:
+def _known_tab(name: str) -> str:
     if name not in [spec.name for spec in registry.specs()]:
         raise ValueError("there is no such step")
     return name
 
 
-class SetStep(Command):
+class SetTab(Command):
     type: Literal["step.set"]
-    name: Annotated[Identifier, AfterValidator(_known_step)]
+    name: Annotated[Identifier, AfterValidator(_known_tab)]
 
 
 def commands() -> tuple[type[Command], ...]:
-    """Every command: the session's own, those for what all steps share, and those of each step."""
-    return (SetStep, *workspace.COMMANDS, *(command for spec in registry.specs() for command in spec.commands))
+    """Every command: the session's own, those for what all tabs share, and those of each tab."""
+    return (SetTab, *workspace.COMMANDS, *(command for spec in registry.specs() for command in spec.commands))
 
 
 @functools.cache

@@ -22,7 +22,7 @@ from app.messages.sections import HelloMessage, NoteMessage, ReplyMessage, State
 from app.messages.version import VERSION
 from app.session.client_sessions import MAX_PAGES, ClientSessions, TabTaken, TooManyTabs
 from app.session.commands import parse_command
-from app.steps.registry import specs
+from app.tabs.registry import specs
 from vfix_engine.json_text import parse_json
 
 if TYPE_CHECKING:
@@ -148,13 +148,11 @@ class ClientOutbox:
 
 
 def hello() -> HelloMessage:
-    """The first message to a client: the version of the messages, and the steps with their panels."""
+    """The first message to a client: the version of the messages, and the tabs with their panels."""
     return {
         "type": "hello",
         "version": VERSION,
-        "steps": [
-            {"name": spec.name, "label": spec.label, "panel": f"/steps/{spec.name}/panel.js"} for spec in specs()
-        ],
+        "steps": [{"name": spec.name, "label": spec.label, "panel": f"/tabs/{spec.name}/panel.js"} for spec in specs()],
     }
 
 

@@ -1,15 +1,15 @@
-"""Sections that belong to no single step."""
+"""Sections that belong to no single tab."""
 
 from __future__ import annotations
 
 from typing import TypedDict
 
-from app.steps.spec import Input
+from app.tabs.spec import Input
 from app.workspace.sections import CameraSection, LabelView, SceneSection
 
 
-class StepSection(TypedDict):
-    """The step that is shown, what keys and clicks do in it, the steps that can be gone to, and what to do next."""
+class TabSection(TypedDict):
+    """The tab that is shown, what keys and clicks do in it, the tabs that can be gone to, and what to do next."""
 
     name: str
     input: Input
@@ -18,9 +18,9 @@ class StepSection(TypedDict):
 
 
 class SessionSections(TypedDict, total=False):
-    """The step, the scene with its labels, and the camera of a client."""
+    """The tab, the scene with its labels, and the camera of a client."""
 
-    step: StepSection
+    step: TabSection
     scene: SceneSection
     camera: CameraSection
     labels: list[LabelView]

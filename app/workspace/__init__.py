@@ -1,1 +1,1 @@
-"""What every step of the page shares: the case, its surface in the scene, camera and slices."""
+"""What every tab of the page shares: the case, its surface in the scene, camera and slices."""

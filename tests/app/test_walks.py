@@ -20,9 +20,9 @@ from app.plans.service import Plan
 from app.scene.drive import DriveNodes
 from app.services import Services
 from app.session.client_session import ClientSession, make_shared
-from app.steps.plan.step import PlanStep
-from app.steps.rehearse.preparation import prepare
-from app.steps.rehearse.step import RehearseStep
+from app.tabs.plan.tab import PlanTab
+from app.tabs.rehearse.preparation import prepare
+from app.tabs.rehearse.tab import RehearseTab
 from vfix_engine.control import HandCommand
 from vfix_engine.control.tasks import FollowPath
 from vfix_engine.pathway.tissue_motion import breathing
@@ -34,8 +34,8 @@ from vfix_engine.runtime.loop import ControlLoop
 from vfix_engine.runtime.mailbox import Mailbox
 from vfix_engine.runtime.outbox import Outbox
 from vfix_engine.runtime.priority import RealTimePriority
-from vfix_engine.worlds.rigid.realtime import RehearsalProcess
-from vfix_engine.worlds.rigid.rigid import RigidSystem
+from vfix_engine.runtime.process import ControlProcess
+from vfix_engine.worlds.rigid.snapshot import RigidSnapshot
 from vfix_engine.worlds.snake import LumenContours, SnakeSystemSpec
 
 TOLERANCE = 0.15  # of the documented numbers
@@ -73,7 +73,7 @@ class Browser:
         pass
 
 
-class HeardProcess(RehearsalProcess):
+class HeardProcess(ControlProcess[RigidSnapshot]):
     """A control process whose loop this test runs itself."""
 
     alive = True  # type: ignore[assignment]
@@ -120,8 +120,8 @@ def client(phantom_services: Services, plan: Plan) -> Iterator[tuple[ClientSessi
     session._attach(browser)  # type: ignore[arg-type]
     answer(session)
     yield session, browser
-    for step in session.steps.values():
-        step.close()
+    for tab in session.tabs.values():
+        tab.close()
     for one in shared.values():
         if one is not None:
             one.close()
@@ -137,8 +137,8 @@ def answer(session: ClientSession) -> None:
 
 def test_a_click_goes_from_the_mesh_to_the_store(client: tuple[ClientSession, Browser], plan: Plan) -> None:
     session, browser = client
-    step = session.steps["plan"]
-    assert isinstance(step, PlanStep)
+    tab = session.tabs["plan"]
+    assert isinstance(tab, PlanTab)
     assert session._layers is not None
     view, centre = session._layers.view, SimpleNamespace(screen_pos=(0.5, 0.5))
 
@@ -153,9 +153,9 @@ def test_a_click_goes_from_the_mesh_to_the_store(client: tuple[ClientSession, Br
 
     look_at(plan.points[2].position)
     click()  # the tree of the surface and the tool are loaded
-    step._cancel()
+    tab._cancel()
     first = functions_passed(click)
-    ghost = step._need().ghost
+    ghost = tab._need().ghost
     assert ghost is not None
     look_at(ghost.position)
     second = functions_passed(click)
@@ -166,29 +166,28 @@ def test_a_drag_of_the_grip_goes_to_the_joints_and_back(
     client: tuple[ClientSession, Browser], phantom_services: Services, plan: Plan
 ) -> None:
     session, _ = client
-    step = session.steps["rehearse"]
-    assert isinstance(step, RehearseStep)
-    drive = step.drive
+    tab = session.tabs["rehearse"]
+    assert isinstance(tab, RehearseTab)
+    drive = tab.drive
     assert drive is not None
     prepared = prepare(phantom_services, plan)
-    process = HeardProcess(prepared.spec, prepared.settings)
-    put_in_place(drive, process, plan)  # type: ignore[arg-type]
-    system = process._spec.build()
+    process = HeardProcess(prepared.spec)
+    system = prepared.spec.build()
     system.prepare()
-    drive._robot = system.controller.robot
+    put_in_place(drive, process, plan, system.controller.robot)
     out, into = Mailbox.attach(process._out.name), Mailbox.attach(process._in.name)
     ours, theirs = multiprocessing.Pipe()
     outbox = Outbox(theirs)
     loop = ControlLoop(Driver(system), out, into, theirs, outbox, RealTimePriority(False))
     loop._running = True
     try:
-        session._set_step("rehearse")
+        session._set_tab("rehearse")
         assert drive.lease.take(session.workspace.client)
         session._tick()
         assert session._layers is not None
         nodes = session._layers._drawn["rehearse.drive"][1]
         assert isinstance(nodes, DriveNodes)
-        before = step.now.snapshot
+        before = tab.now.snapshot
         assert before is not None
 
         path = system.scene.path
@@ -211,8 +210,8 @@ def test_a_drag_of_the_grip_goes_to_the_joints_and_back(
 
         drag("start", before.grip)
         passed = functions_passed(walk)
-        assert step.now.snapshot is not None
-        assert not np.allclose(step.now.snapshot.q, before.q)
+        assert tab.now.snapshot is not None
+        assert not np.allclose(tab.now.snapshot.q, before.q)
         check("A drag: from the grip to a joint and back to the picture", passed)
     finally:
         outbox.end()
@@ -226,7 +225,7 @@ def test_a_drag_of_the_grip_goes_to_the_joints_and_back(
 
 def test_a_control_step_goes_from_its_task_to_the_verdict(phantom_services: Services, plan: Plan) -> None:
     prepared = prepare(phantom_services, plan)
-    system = RigidSystem(prepared.spec.build(), prepared.settings)
+    system = prepared.spec.build()
     state, path = system.start(), system.scene.path
     assert path is not None
     assert state.nearest is not None

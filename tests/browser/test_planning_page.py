@@ -1,4 +1,4 @@
-"""The Plan step in a real browser: clicks, ghosts, drags, undo, slices, lock."""
+"""The Plan tab in a real browser: clicks, ghosts, drags, undo, slices, lock."""
 
 from __future__ import annotations
 

@@ -41,13 +41,13 @@ PATIENCE_MS = 1000.0 * PATIENCE_S
 DRIVEN_S = 400.0  # for a dry run on a busy machine, where fields are measured for the first time
 
 # The planner with one more line in its list of steps.
-WITH_STEPS = """
+WITH_TABS = """
 import sys
 from app import cli
-from app.steps import registry
+from app.tabs import registry
 
 end = sys.argv.index("--")
-registry.STEPS += sys.argv[1:end]
+registry.TABS += sys.argv[1:end]
 sys.exit(cli.main(sys.argv[end + 1 :]))
 """
 
@@ -300,10 +300,10 @@ class Rest:
 
     def copy_of_sample(self, name: str) -> str:
         wish = {"name": name, "copy_of": self.sample()["id"]}
-        return str(self.client.post("/api/cases/head-phantom/plans", json=wish).raise_for_status().json()["id"])
+        return str(self.client.post("/api/v1/cases/head-phantom/plans", json=wish).raise_for_status().json()["id"])
 
     def empty_plan(self, name: str) -> str:
-        made = self.client.post("/api/cases/head-phantom/plans", json={"name": name}).raise_for_status().json()
+        made = self.client.post("/api/v1/cases/head-phantom/plans", json={"name": name}).raise_for_status().json()
         return str(made["id"])
 
     def short_plan(self, name: str, points: int) -> str:
@@ -311,19 +311,19 @@ class Rest:
         plan_id = self.empty_plan(name)
         for point in self.sample()["points"][:points]:
             body = {"position": point["position"], "label": point["label"]}
-            self.client.post(f"/api/plans/{plan_id}/points", json=body).raise_for_status()
+            self.client.post(f"/api/v1/plans/{plan_id}/points", json=body).raise_for_status()
         return plan_id
 
     def delete_plans(self) -> None:
         """Take all plans but the sample off the list."""
-        plans = self.client.get("/api/plans", params={"case_id": "head-phantom"}).raise_for_status().json()
+        plans = self.client.get("/api/v1/plans", params={"case_id": "head-phantom"}).raise_for_status().json()
         for plan in plans:
             if plan["id"] != "head-phantom-sample":
-                self.client.patch(f"/api/plans/{plan['id']}", json={"locked": False})
-                self.client.delete(f"/api/plans/{plan['id']}").raise_for_status()
+                self.client.patch(f"/api/v1/plans/{plan['id']}", json={"locked": False})
+                self.client.delete(f"/api/v1/plans/{plan['id']}").raise_for_status()
 
     def plan(self, plan_id: str) -> Any:
-        return self.client.get(f"/api/plans/{plan_id}").raise_for_status().json()
+        return self.client.get(f"/api/v1/plans/{plan_id}").raise_for_status().json()
 
 
 def launch(playwright: Playwright) -> Browser:
@@ -336,16 +336,16 @@ def launch(playwright: Playwright) -> Browser:
 class Planner:
     """`vfix serve` in a process of its own, which a test may end and start again on the same port."""
 
-    def __init__(self, home: Path, steps: tuple[str, ...] = ()) -> None:
-        """steps: packages of steps beside the planner's own, which lie in this folder."""
-        self._home, self._steps = home, steps
+    def __init__(self, home: Path, tabs: tuple[str, ...] = ()) -> None:
+        """tabs: packages of tabs beside the planner's own, which lie in this folder."""
+        self._home, self._tabs = home, tabs
         self._port = 0
         self.start()
 
     def start(self, token: str = TOKEN) -> None:
         path = os.pathsep.join([str(ROOT), str(Path(__file__).parent)])
         environment = os.environ | {"VFIX_HOME": str(self._home), "VFIX_TOKEN": token, "PYTHONPATH": path}
-        program = ["-c", WITH_STEPS, *self._steps, "--"] if self._steps else ["-m", "app.cli"]
+        program = ["-c", WITH_TABS, *self._tabs, "--"] if self._tabs else ["-m", "app.cli"]
         command = [sys.executable, *program, "serve", "--no-browser", "--port", str(self._port)]
         self.process = subprocess.Popen(command, env=environment, cwd=ROOT, stdout=subprocess.PIPE, text=True)
         assert self.process.stdout is not None

@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { briefWords, pointerRows, robotRows, robotsTable, sentence } from "../../app/steps/register/calibration-words.js";
+import { briefWords, pointerRows, robotRows, robotsTable, sentence } from "../../app/tabs/register/calibration-words.js";
 
 const pointer = { residual_mm: 0.213, tip_error_mm: 0.0512, swing_deg: 33.4, poses: 60, measured_from: /** @type {const} */ ("tracker"), cautions: [] };
 const robot = { translation_residual_mm: 0.1, rotation_residual_deg: 0.05, poses: 1, measured_from: /** @type {const} */ ("simulated"), cautions: [] };

@@ -3,7 +3,7 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 import "./page.js";
 
-const { isSegmentation, leftOutWords, refusal, sorted, uploadWords } = await import("../../app/steps/patient/files-in.js");
+const { isSegmentation, leftOutWords, refusal, sorted, uploadWords } = await import("../../app/tabs/patient/files-in.js");
 
 /**
  * @param {...string} paths

@@ -1,7 +1,7 @@
 // Which target ‘Inspect’ begins with.
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { preselected } from "../../app/steps/rehearse/preselected.js";
+import { preselected } from "../../app/tabs/rehearse/preselected.js";
 
 const target = (id, ...position) => /** @type {any} */ ({ id, label: id, position });
 const cones = (state, found) => /** @type {any} */ ({ state, items: Object.entries(found).map(([id, cone_deg]) => ({ target: id, cone_deg, words: "" })) });

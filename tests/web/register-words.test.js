@@ -1,7 +1,7 @@
-// The Register step's words: what is known of a point, bars, orders.
+// The Register tab's words: what is known of a point, bars, orders.
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { barScale, barShare, canPractise, exportWords, fleWords, importedWords, isReal, listWords, orderWords, pairWords, practiceWords, refinementRows, roundedUp, rowWords, touchedWords } from "../../app/steps/register/words.js";
+import { barScale, barShare, canPractise, exportWords, fleWords, importedWords, isReal, listWords, orderWords, pairWords, practiceWords, refinementRows, roundedUp, rowWords, touchedWords } from "../../app/tabs/register/words.js";
 
 /** @param {object} fields */
 const pair = (fields) => /** @type {any} */ ({ in_image: [1, 2, 3], measured: [4, 5, 6], enabled: true, measured_from: "typed", weight: 1, residual_mm: 0.3, ...fields });

@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-const { pathKey, samePath } = await import("../../app/steps/plan/same-path.js");
+const { pathKey, samePath } = await import("../../app/tabs/plan/same-path.js");
 
 /** @param {...number[]} positions */
 const path = (...positions) => positions.map((position) => ({ position }));

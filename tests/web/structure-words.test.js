@@ -2,7 +2,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-const { madeOf, wayBack } = await import("../../app/steps/patient/structure-words.js");
+const { madeOf, wayBack } = await import("../../app/tabs/patient/structure-words.js");
 
 test("a structure comes back the way it came", () => {
   assert.match(wayBack("ct", false), /threshold.*‘Segment’/);

@@ -15,7 +15,7 @@ import { Theme } from "./theme.js";
 
 /** @import { Link } from "./connection.js" */
 /** @import { Panel } from "./panel.js" */
-/** @import { StepEntry, ViewModel } from "./types.js" */
+/** @import { TabEntry, ViewModel } from "./types.js" */
 
 class Page {
   constructor() {
@@ -37,10 +37,10 @@ class Page {
     this.focused = null;
     this.planned = false;
     this.anew = false; // something was refused or undone since the panel was last drawn: its controls may show it still
-    this.changedSteps = whenChanged();
+    this.changedTabs = whenChanged();
     this.changedTitle = whenChanged();
     this.changedPlace = whenChanged();
-    this.connection.on("hello", ({ steps }) => this.changedSteps([steps], () => this.offer(steps)));
+    this.connection.on("hello", ({ steps }) => this.changedTabs([steps], () => this.offer(steps)));
     this.connection.on("state", () => this.schedule());
     this.connection.on("link", (link) => this.link(link));
     for (const name of /** @type {("refused" | "anew")[]} */ (["refused", "anew"])) {
@@ -57,7 +57,7 @@ class Page {
 
   /**
    * A tab for each step of the planner, and its panel as soon as it is there.
-   * @param {StepEntry[]} steps
+   * @param {TabEntry[]} steps
    */
   offer(steps) {
     this.panels.clear();
@@ -66,7 +66,7 @@ class Page {
     for (const step of steps) this.load(step);
   }
 
-  /** @param {StepEntry} step */
+  /** @param {TabEntry} step */
   async load(step) {
     try {
       this.panels.set(step.name, await loadPanel(step, this));

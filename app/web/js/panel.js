@@ -2,7 +2,7 @@
 
 /** @import { Connection } from "./connection.js" */
 /** @import { Keys } from "./keys.js" */
-/** @import { StepEntry, ViewModel } from "./types.js" */
+/** @import { TabEntry, ViewModel } from "./types.js" */
 
 /**
  * What a panel may use of the page.
@@ -17,7 +17,7 @@
 
 /**
  * Load a step's panel from the planner. Throws where its module cannot be loaded or fails.
- * @param {StepEntry} step
+ * @param {TabEntry} step
  * @param {Parts} parts
  * @returns {Promise<Panel>}
  */

@@ -58,7 +58,7 @@ export class Slices extends EventTarget {
     this.frames = null;
     this.along = 0; // arc length of the view across the path, mm
     /** @type {number | null} */
-    this.shownTool = null; // arc length at which the Plan step shows the tool, mm
+    this.shownTool = null; // arc length at which the Plan tab shows the tool, mm
     this.outlined = true; // the cuts of the structures' surfaces are drawn
     this.outlinesAsked = ""; // the surfaces whose cuts the worker draws
     /** @type {Triple | undefined} the tip while a robot is shown */
@@ -262,7 +262,7 @@ export class Slices extends EventTarget {
    */
   addresses(state, axis) {
     const { window, level, planes } = state.slices;
-    const address = `/api/cases/${encodeURIComponent(state.case.id)}/slices/${axis}`
+    const address = `/api/v1/cases/${encodeURIComponent(state.case.id)}/slices/${axis}`
       + `?position_mm=${planes[axis].position.toFixed(3)}&window=${window}&level=${level}`;
     const fine = planes[axis].detail && state.case.detail;
     return fine ? [address, `${address}&volume=${encodeURIComponent(fine)}`] : [address];

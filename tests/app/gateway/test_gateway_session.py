@@ -139,7 +139,7 @@ def test_a_client_of_another_version_is_told_to_reload(pages: Planner, greeting:
     with page(pages, "page-of-old", greeting) as refused:
         hello = json.loads(refused.recv(timeout=60))
         assert (hello["type"], hello["version"]) == ("hello", VERSION)
-        assert hello["steps"][0]["panel"] == "/steps/patient/panel.js"
+        assert hello["steps"][0]["panel"] == "/tabs/patient/panel.js"
         ended = closing(refused)
         assert (ended.code, words in ended.reason) == (4426, True)
 

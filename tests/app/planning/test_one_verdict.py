@@ -28,8 +28,8 @@ from app.plans.model import Plan
 from app.plans.zones import PlanZone
 from app.registration.driven import DrivenRegistration
 from app.services import Services
-from app.steps.plan.dry_runs import Corridor, answered
-from app.steps.rehearse.driven import Planned
+from app.tabs.plan.dry_runs import Corridor, answered
+from app.tabs.rehearse.driven import Planned
 from vfix_engine.anatomy.surface_uncertainty import SurfaceUncertainty
 from vfix_engine.errors import StartRefused
 from vfix_engine.frames import ImageRegistration

@@ -18,7 +18,7 @@ from app.registration.document import FiducialPair, RegistrationContent
 from app.registration.driven import DrivenRegistration
 from app.registration.fit_report import refitted
 from app.services import Services
-from app.steps.rehearse.preparation import plan_key, prepare
+from app.tabs.rehearse.preparation import plan_key, prepare
 from vfix_engine.errors import PlanError, StartRefused
 from vfix_engine.frames import ImageRegistration
 from vfix_engine.registration import register_points
@@ -143,7 +143,7 @@ def test_what_is_driven_judged_and_written_is_of_one_reading(phantom_services: S
     read.append(first)  # the page has told which plan is driven by this reading; the robot is placed by the next one
     prepared = prepare(services, plan)
     assert read == [first, other]
-    assert prepared.plan_key == plan_key(plan, registered_key(other)) != plan_key(plan, registered_key(first))
+    assert prepared.made_of == plan_key(plan, registered_key(other)) != plan_key(plan, registered_key(first))
     assert prepared.recording is not None
     prepared.recording.keep()
 

@@ -19,8 +19,8 @@ from app.plans.instruments import Instruments
 from app.plans.service import PlanService
 from app.plans.shipped_head import SAMPLE_PLAN
 from app.services import Services
-from app.steps.plan.edited_plan import EditedPlan
 from app.store import Store
+from app.tabs.plan.edited_plan import EditedPlan
 from tests.engine.scenes import head_mesh
 from vfix_engine.errors import PlanError
 from vfix_engine.files.readers import read_volume

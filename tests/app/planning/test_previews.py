@@ -17,9 +17,9 @@ from app.planning.previews import Dragged, with_points
 from app.planning.rehearsal_options import NO_SWITCHES
 from app.scene.dragging import DragEvent
 from app.services import Services
-from app.steps.plan import commands as c
-from app.steps.plan.dry_runs import Corridor
-from app.steps.plan.live_previews import LivePreviews
+from app.tabs.plan import commands as c
+from app.tabs.plan.dry_runs import Corridor
+from app.tabs.plan.live_previews import LivePreviews
 from vfix_engine.errors import PlanError, StartRefused
 from vfix_engine.geometry.capsules import Segments
 from vfix_engine.robots import RobotModel, Tool

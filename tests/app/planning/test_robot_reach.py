@@ -10,7 +10,7 @@ import pytest
 from session_doubles import SAMPLE, open_sample
 
 from app.services import Services
-from app.steps.plan import commands as c
+from app.tabs.plan import commands as c
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import StartRefused
 from vfix_engine.geometry.path import SplinePath

@@ -14,7 +14,7 @@ from app.planning.region_meshes import NOTHING, region_mesh
 from app.plans.shapes import SHAPE_KINDS, anchor, check_shape, moved, solids
 from app.plans.zones import PlanZone
 from app.services import Services
-from app.steps.plan.region_words import DRAW_WORDS, zone_words
+from app.tabs.plan.region_words import DRAW_WORDS, zone_words
 
 FILE = Path(__file__).resolve().parents[2] / "web" / "region-shapes.json"
 EXAMPLES: dict[str, dict[str, Any]] = json.loads(FILE.read_text(encoding="utf-8"))

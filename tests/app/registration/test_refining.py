@@ -25,7 +25,7 @@ from app.registration.refining import Refining
 from app.registration.simulated_touch import simulated_pose
 from app.registration.target_errors import error_table, expected_errors
 from app.services import Services
-from app.steps.register.hints import register_hint
+from app.tabs.register.hints import register_hint
 from vfix_engine.anatomy.phantom import load_landmarks
 from vfix_engine.errors import FrameError, InputError
 from vfix_engine.frames import ImageRegistration

@@ -15,7 +15,7 @@ from app.kit.errors import NotFound
 from app.link.tracker import Collected
 from app.registration.service import Registering
 from app.services import Services
-from app.steps.register.step import RegisterStep
+from app.tabs.register.tab import RegisterTab
 from vfix_engine.errors import InputError
 from vfix_engine.registration import SimulatedTracker
 from vfix_engine.registration.tracker import TIP_MM
@@ -53,7 +53,7 @@ def tracked(phantom_services: Services, pointer: Pointer) -> Services:
 def test_a_point_is_measured_with_the_pointer(tracked: Services, pointer: Pointer) -> None:
     client = opened_client(tracked)
     made = client.post(f"{CASE}/registrations", json={"name": "Tracked"}).json()
-    path = f"/api/registrations/{made['id']}"
+    path = f"/api/v1/registrations/{made['id']}"
     pair = client.post(f"{path}/pairs", json={"in_image": [8.2, 4.9, 71.8]}).json()["pair"]
     answer = client.post(f"{path}/pairs/{pair}/measure", json={"seconds": 0.5}).json()
     (stored,) = answer["registration"]["pairs"]
@@ -79,17 +79,17 @@ def test_without_a_tracker_it_says_how_to_have_one(phantom_services: Services) -
 
 
 def test_the_page_is_told_when_the_pointer_goes_out_of_sight(tracked: Services, pointer: Pointer) -> None:
-    step: Any = RegisterStep(workspace_of(tracked))
-    step.active = True
-    assert step.sections(fresh=True)["pointer"] == {"state": "fresh", "words": "Stylus is tracked"}
-    assert step.tick()
-    assert not step.tick()
+    tab: Any = RegisterTab(workspace_of(tracked))
+    tab.active = True
+    assert tab.sections(fresh=True)["pointer"] == {"state": "fresh", "words": "Stylus is tracked"}
+    assert tab.tick()
+    assert not tab.tick()
     pointer.state = "stale"
-    assert step.tick()
-    assert step.sections(fresh=False)["pointer"]["state"] == "stale"
-    step.active = False
-    step.tick()
-    assert not step.tick()
+    assert tab.tick()
+    assert tab.sections(fresh=False)["pointer"]["state"] == "stale"
+    tab.active = False
+    tab.tick()
+    assert not tab.tick()
 
 
 def test_an_unknown_point_is_not_waited_for(tracked: Services, pointer: Pointer) -> None:
@@ -104,7 +104,7 @@ def test_the_tracked_pointer_is_calibrated_and_its_tip_measures(tracked: Service
     """A point is that of the tip from then on, and in the robot's base where the registration is to that."""
     client = opened_client(tracked)
     made = client.post(f"{CASE}/registrations", json={"name": "Tip", "to": "base"}).json()
-    path = f"/api/registrations/{made['id']}"
+    path = f"/api/v1/registrations/{made['id']}"
     pair = client.post(f"{path}/pairs", json={"in_image": [8.2, 4.9, 71.8]}).json()["pair"]
     assert client.post(f"{path}/pointer/track", json={"seconds": 60.0}).status_code == 422
     found = client.post(f"{path}/pointer/track", json={"seconds": 5.0}).json()["pointer"]

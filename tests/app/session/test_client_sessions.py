@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from session_doubles import CLIENT, HEAD, SAMPLE, Robot, Tabs, fail, other_case, put_in_place, rehearse_step, settle
+from session_doubles import CLIENT, HEAD, SAMPLE, Robot, Tabs, fail, other_case, put_in_place, rehearse_tab, settle
 
 from app.kit.prompt_threads import PROMPT_THREADS
 from app.scene.plan import PlanItem
@@ -18,8 +18,8 @@ from app.services import Services
 from app.session import client_sessions
 from app.session.client_session import ClientSession
 from app.session.client_sessions import ClientSessions, TooManyTabs
-from app.steps.rehearse.commands import HandCommand
 from app.store.errors import StorageError
+from app.tabs.rehearse.commands import HoldCommand
 from app.workspace.layers import Layer
 from app.workspace.plan_items import plan_items
 
@@ -57,7 +57,7 @@ def test_a_lost_connection_frees_the_handle_and_keeps_the_rehearsal(sessions: Cl
         settle(session)
 
     settle(session)
-    drive = rehearse_step(session).drive
+    drive = rehearse_tab(session).drive
     assert drive is not None
     drive.lease.take(CLIENT)
     sessions.disconnect("tab-one-0")
@@ -75,7 +75,7 @@ def test_a_lost_connection_frees_the_handle_and_keeps_the_rehearsal(sessions: Cl
     assert sessions.connect("tab-one-0", {}) is session
     settle(session)
     assert session._thread in PROMPT_THREADS.threads
-    drive = rehearse_step(session).drive
+    drive = rehearse_tab(session).drive
     assert drive is not None
     assert drive.watchers == {"tab-one-0"}
     sessions.disconnect("tab-one-0")
@@ -110,7 +110,7 @@ def test_a_page_that_comes_back_in_the_very_tick_is_waited_for_anew(
     sessions.beat(late)
     monkeypatch.undo()
     settle(session)
-    drive = rehearse_step(session).drive
+    drive = rehearse_tab(session).drive
     assert drive is not None
     assert drive.watchers == {"tab-one-0"}
     drive.lease.take(CLIENT)
@@ -207,7 +207,7 @@ def test_the_scene_shows_what_is_driven_while_it_is_driven(sessions: ClientSessi
     plan = services.plans.duplicate(SAMPLE)
     session = sessions.connect("tab-one-0", {"case": HEAD, "plan": plan.id})
     settle(session)
-    rehearse = rehearse_step(session)
+    rehearse = rehearse_tab(session)
     drive, robot = rehearse.drive, Robot()
     assert drive is not None
     put_in_place(drive, robot, plan)
@@ -234,7 +234,7 @@ def test_between_requests_only_the_layers_of_the_active_step_are_drawn(sessions:
     settle(session)
     drawn: list[tuple[str, list[str]]] = []
     robot = Layer[Any]("rehearse.drive", 0, lambda view: None, lambda nodes: None)
-    own, rehearse = [robot], rehearse_step(session)
+    own, rehearse = [robot], rehearse_tab(session)
     stack = SimpleNamespace(
         draw=lambda layers: drawn.append(("draw", [layer.name for layer in layers])),
         update=lambda layers: drawn.append(("update", [layer.name for layer in layers])),
@@ -266,14 +266,14 @@ def test_a_client_that_comes_back_with_less_gives_up_its_handle(sessions: Client
     session = sessions.connect("tab-one-0", {"plan": SAMPLE})
     session.greet("holds")
     settle(session)
-    drive = rehearse_step(session).drive
+    drive = rehearse_tab(session).drive
     assert drive is not None
-    session.command(HandCommand(type="rehearsal.take"))
+    session.command(HoldCommand(type="rehearsal.take"))
     assert drive.lease.holder == CLIENT
     session.greet("watches")
     settle(session)
     assert drive.lease.holder is None
-    session.command(HandCommand(type="rehearsal.take"))
+    session.command(HoldCommand(type="rehearsal.take"))
     assert drive.lease.holder is None
 
 

@@ -13,7 +13,7 @@ from app.session.commands import parse_command
 from app.session.inbox import MAX_WAITING, Inbox
 from app.session.router import to_text
 from app.session.view_model import ViewModel
-from app.steps.plan.commands import DragItem
+from app.tabs.plan.commands import DragItem
 
 
 @pytest.mark.parametrize(

@@ -8,14 +8,14 @@ from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import pytest
-from session_doubles import SAMPLE, Tabs, fail, rehearse_step, settle
+from session_doubles import SAMPLE, Tabs, fail, rehearse_tab, settle
 
 from app.kit.errors import JobCancelled
 from app.services import Services
 from app.session import client_sessions
 from app.session.client_session import ClientSession
 from app.session.client_sessions import ClientSessions, TabTaken, TooManyTabs
-from app.steps.rehearse.commands import HandCommand, SetMode
+from app.tabs.rehearse.commands import HoldCommand, SetMode
 from app.workspace.commands import SetCross
 from vfix_engine.errors import PlanError
 
@@ -46,7 +46,7 @@ def test_a_scene_that_comes_while_its_session_is_made_is_attached_once(
         settle(session)
         assert attached == [first]
         released = list[str]()
-        monkeypatch.setattr(session.steps["rehearse"], "release_now", lambda: released.append("hand"))
+        monkeypatch.setattr(session.tabs["rehearse"], "release_now", lambda: released.append("hand"))
         tabs.scenes[tab] = second = object()  # a scene that was loaded anew; that the first one went comes late
         tabs.come(tab, second)
         tabs.gone(tab)
@@ -107,10 +107,10 @@ def test_an_error_in_one_step_leaves_the_others_shown_and_is_tried_again(
     session, notes = sessions.connect("tab-one-0", {"plan": SAMPLE}), list[str]()
     settle(session)
     session.note = lambda words, error: notes.append(words)
-    names, fresh = list(session.steps), list[tuple[str, bool]]()
+    names, fresh = list(session.tabs), list[tuple[str, bool]]()
     for name in names:
-        step = session.steps[name]
-        monkeypatch.setattr(step, "sections", lambda again, name=name: fresh.append((name, again)) or {})
+        tab = session.tabs[name]
+        monkeypatch.setattr(tab, "sections", lambda again, name=name: fresh.append((name, again)) or {})
     first = session._active_last()[0]
     with monkeypatch.context() as broken:
         broken.setattr(first, "sections", lambda again: fail(RuntimeError("of Doe, John")))
@@ -135,12 +135,12 @@ def test_an_error_in_one_step_keeps_no_other_one_from_letting_go(
     """HAZ-11."""
     session, let_go = sessions.connect("tab-one-0", {"plan": SAMPLE}), list[str]()
     settle(session)
-    for name, step in session.steps.items():
+    for name, tab in session.tabs.items():
         for act in ("release_now", "release"):
-            monkeypatch.setattr(step, act, lambda name=name, act=act: let_go.append(f"{name} {act}") or fail(OSError()))
+            monkeypatch.setattr(tab, act, lambda name=name, act=act: let_go.append(f"{name} {act}") or fail(OSError()))
     sessions.disconnect("tab-one-0")
     settle(session)
-    assert sorted(let_go) == sorted(f"{name} {act}" for name in session.steps for act in ("release_now", "release"))
+    assert sorted(let_go) == sorted(f"{name} {act}" for name in session.tabs for act in ("release_now", "release"))
 
 
 @pytest.mark.parametrize("broken", ["handle", "publish", "urgent", "refused", "nothing"])
@@ -149,14 +149,14 @@ def test_every_command_that_asks_for_a_reply_gets_one(
 ) -> None:
     session, replies = sessions.connect("tab-one-0", {"plan": SAMPLE}), list[tuple[bool, Any]]()
     settle(session)
-    step = rehearse_step(session)
-    monkeypatch.setattr(step, "handle", lambda command: None)
+    tab = rehearse_tab(session)
+    monkeypatch.setattr(tab, "handle", lambda command: None)
     if broken == "publish":
         monkeypatch.setattr(session, "_publish", lambda: fail(RuntimeError("of Doe, John")))
     elif broken != "nothing":
         error = PlanError("open a plan first.") if broken == "refused" else RuntimeError("of Doe, John")
-        monkeypatch.setattr(step, "handle_now" if broken == "urgent" else "handle", lambda command: fail(error))
-    command = HandCommand(type="heartbeat", id=1) if broken == "urgent" else SetMode(type="rehearsal.mode", mode="free")
+        monkeypatch.setattr(tab, "handle_now" if broken == "urgent" else "handle", lambda command: fail(error))
+    command = HoldCommand(type="heartbeat", id=1) if broken == "urgent" else SetMode(type="rehearsal.mode", mode="free")
     assert session.command(command, lambda ok, result: replies.append((ok, result)))
     settle(session)
     failed = "That did not work; the planner's log says why."

@@ -10,7 +10,7 @@ S = TypeVar("S")
 SHARES = (1.0, 0.5, 0.25, 0.1)
 
 
-def largest_share(
+def largest_fraction(
     attempt: Callable[[S, float], tuple[S, bool]], state: S, part: Callable[[S], float]
 ) -> tuple[S, float]:
     """The state after the first of ``SHARES`` of a motion that is admissible, and that share; 0.0 where none is.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...arrays import Array
-from ...pathway.limits.backtracking import largest_share
+from ...pathway.limits.backtracking import largest_fraction
 from ...pathway.limits.limits import Configuration
 from ...snake.control.parameterised import ParameterisedControl
 from ...snake.control.tip_control import DistalContext, outwards, stops
@@ -122,7 +122,7 @@ def _go(
         joints = np.concatenate([pose.q[: 2 * drive.first], end.q])
         return now._replace(pose=pose._replace(q=joints, deviation=depth)), True
 
-    state, share = largest_share(attempt, state, refused_part)
+    state, share = largest_fraction(attempt, state, refused_part)
     if share > 0.0 and by_joints:
         state.control.steering = (0.0, 0.0)
         state = state._replace(by_joints=not state.straight)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ...pathway.limits.backtracking import largest_share
+from ...pathway.limits.backtracking import largest_fraction
 from ...snake.conform.conforming import blended
 from ...snake.conform.moved_off import moved_off
 from .constants import DriveConstants, Placed
@@ -54,7 +54,7 @@ def insert(drive: DriveConstants, state: SnakeState, wanted_mm: float, dt: float
             return now, False
         return moved_towards(drive, now, blended(now.pose.shape, ahead, part), dt)
 
-    state, share = largest_share(attempt, state, refused_part)
+    state, share = largest_fraction(attempt, state, refused_part)
     if share == 0.0:
         return state, backtracked(state, share)
     tissue = state.tissue

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...pathway.limits.backtracking import largest_share
+from ...pathway.limits.backtracking import largest_fraction
 from ...snake.conform.conforming import blended
 from .constants import DriveConstants
 from .distal import distal_context
@@ -77,7 +77,7 @@ def _to_goal(drive: DriveConstants, state: SnakeState, dt: float) -> tuple[Snake
         return state, REST
     due = min(dt / max(state.tissue.due - state.t + dt, dt), 1.0)  # of the way until the next look
     whole = due == 1.0 and speed_ratio(state, goal, dt) <= 1.0
-    state, share = largest_share(
+    state, share = largest_fraction(
         lambda now, share: moved_towards(drive, now, blended(now.pose.shape, goal, share * due), dt),
         state,
         refused_part,

@@ -1,0 +1,245 @@
+"""The control process of a drive: started in the background, heard, watched, and ended."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import logging
+import threading
+from collections import deque
+from collections.abc import Callable
+from concurrent.futures import Executor
+from functools import partial
+from typing import Any, Generic, TypeVar
+
+from app.drives.drive_record import ProcessStatus
+from app.drives.prepared_drive import PreparedDrive
+from app.drives.recorded_process import RecordedProcess
+from app.drives.settings_exchange import SettingsExchange
+from vfix_engine.error_places import error_places
+from vfix_engine.errors import ControlError, VfixError
+from vfix_engine.runtime.process import ControlProcess
+from vfix_engine.runtime.requests import Request, SetSettings
+from vfix_engine.runtime.ring import RowReader
+from vfix_engine.runtime.settings import WorldSettings
+from vfix_engine.runtime.snapshot import Snapshot
+
+P = TypeVar("P", bound=PreparedDrive[Any])
+T = TypeVar("T", bound=Snapshot)
+
+SILENT_S = 2.0  # a process that shows no new snapshot for so long hangs; one that rests shows several a second
+_ENDED = "The control process ended. Start the rehearsal again."
+_LOG = logging.getLogger(__name__)
+
+
+class DriveProcess(Generic[P, T]):
+    """At most one control process at a time, of any world, and what is known of it. Thread-safe.
+
+    P is the type of what it is started with, T that of its snapshots.
+    """
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._checking = threading.Lock()  # taken before _lock: one thread at a time hears what the process says
+        self._process: ControlProcess[T] | None = None
+        self._coming: ControlProcess[T] | None = None  # being started
+        self._prepared: P | None = None
+        self._state: ProcessStatus = "absent"
+        self._words = ""
+        self._made_of: object = None  # what it was prepared from
+        self._generation = 0
+        self._exchange: SettingsExchange | None = None  # None until there is a process
+        self._notes: list[str] = []  # of the process, until it is known whether they are about a setting
+        self._words_for_holder: deque[str] = deque(maxlen=8)
+        self._unrecorded = ""  # why this drive is not recorded, or not to its end
+        self._hand: str | None = None  # the client whose hand holds the grip
+        self._requested: Request | None = None
+
+    @property
+    def state(self) -> ProcessStatus:
+        with self._lock:
+            return self._state
+
+    def is_for(self, made_of: object) -> bool:
+        """Whether the robot that stands here, or comes, was prepared from this."""
+        with self._lock:
+            return self._made_of == made_of and self._state in ("starting", "ready", "silent")
+
+    def open(self, made_of: object, prepare: Callable[[], P], executor: Executor, words: str = "Starting …") -> None:
+        """Prepare the drive and start its process in the background; one that runs is closed first.
+
+        made_of: what it is prepared from, see :meth:`is_for`. words: what is going on meanwhile.
+        """
+        self.close()
+        with self._lock:
+            self._generation += 1
+            generation = self._generation
+            self._state, self._words, self._made_of = "starting", words, made_of
+            self._requested = None
+        executor.submit(self._start, generation, made_of, prepare)
+
+    def _start(self, generation: int, made_of: object, prepare: Callable[[], P]) -> None:
+        process: ControlProcess[T] | None = None
+        try:
+            prepared = prepare()
+            process = _process(prepared)
+            with self._lock:
+                if generation != self._generation:
+                    raise ControlError("the start is not wanted any more")
+                self._coming = process
+            process.start()
+            process.wait_ready()
+        except VfixError as error:
+            self._not_started(generation, process, str(error))
+            return
+        except Exception as error:
+            _LOG.error("a rehearsal could not be started: %s", error_places(error))
+            self._not_started(generation, process, "The rehearsal could not be started; the planner's log says why.")
+            return
+        with self._checking, self._lock:  # not while another process is being heard
+            if generation == self._generation:
+                self._process, self._coming, self._prepared = process, None, prepared
+                if prepared.made_of not in (None, made_of):  # it was changed before it was read
+                    self._made_of = prepared.made_of
+                self._exchange = SettingsExchange(prepared.settings)
+                self._notes.clear()
+                self._words_for_holder.clear()
+                self._state, self._words = "ready", ""
+                self._unrecorded = prepared.unrecorded
+                return
+        process.close()
+
+    def _not_started(self, generation: int, process: ControlProcess[T] | None, words: str) -> None:
+        if process is not None:
+            process.close()
+        with self._lock:
+            if generation == self._generation:
+                self._coming = None
+                self._state, self._words = "failed", words
+
+    def close(self) -> None:
+        """End the process, one that is only coming as well."""
+        self._end("absent", "")
+
+    def _end(self, state: ProcessStatus, words: str, only: ControlProcess[T] | None = None) -> None:
+        """only: end nothing unless this process is here; somebody else may have ended it, and another one comes."""
+        with self._lock:
+            if only is not None and self._process is not only:
+                return
+            self._generation += 1
+            self._hand = None
+            processes = [process for process in (self._process, self._coming) if process is not None]
+            self._process = self._coming = self._prepared = self._exchange = None
+            self._state, self._words, self._made_of = state, words, None
+            self._unrecorded = ""
+        for process in processes:
+            process.close()
+            for event in process.events():  # the rest of the run is written when the process has ended
+                if event.kind == "unrecorded":
+                    self._not_recorded(event.text, "It ended before its run was whole.")
+
+    def snapshot(self) -> T | None:
+        """The newest; None while there is no robot."""
+        process = self._live()
+        return None if process is None else process.snapshot()
+
+    def rows(self) -> RowReader | None:
+        """Every step's row from now on; None while there is no robot that can be driven."""
+        process = self._live()
+        try:
+            return None if process is None else process.rows()
+        except ControlError:
+            return None
+
+    def check(self) -> None:
+        """Hear what the process has said since the last call; notices when it has ended, and when it hangs.
+
+        Every window that watches calls this, each on a thread of its own.
+        """
+        with self._checking:
+            process = self._live()
+            if process is not None:
+                self._hear(process)
+
+    def _hear(self, process: ControlProcess[T]) -> None:
+        words = ""
+        for event in process.events():
+            if event.kind == "note":
+                self._notes.append(event.text)
+            elif event.kind == "settings":
+                self._settings_answered(process, event.text)
+            elif event.kind == "unrecorded":
+                with self._lock:
+                    self._unrecorded = self._unrecorded or event.text
+                self._not_recorded(event.text, "It can go on.")
+            elif event.kind == "failed":
+                words = words or event.text
+        with self._lock:
+            if self._exchange is None or not self._exchange.open:
+                self._words_for_holder.extend(self._notes)
+                self._notes.clear()
+        if words or not process.alive:
+            self._end("failed", words or _ENDED, only=process)
+        else:
+            self._watch(process)
+
+    def _not_recorded(self, reason: str, what_now: str) -> None:
+        _LOG.warning("the recording of a drive has ended before the drive; its window says why")
+        with self._lock:
+            self._words_for_holder.append(f"This drive is not recorded any more: {reason}. {what_now}")
+
+    def _watch(self, process: ControlProcess[T]) -> None:
+        """The age of the newest snapshot tells a process that hangs; one that wakes up again is shown again."""
+        silent = process.silence_s
+        with self._lock:
+            if self._process is process and self._state in ("ready", "silent"):
+                self._state, self._words = ("ready", "") if silent < SILENT_S else ("silent", _silence(silent))
+
+    def _settings_answered(self, process: ControlProcess[T], text: str) -> None:
+        """The answer to one change: what is in force now, the old settings where it was refused."""
+        snapshot = process.snapshot()
+        reason = self._notes[-1] if self._notes else ""
+        with self._lock:
+            exchange, prepared = self._exchange, self._prepared
+            if exchange is None or prepared is None:
+                return
+            in_force = exchange.in_force.from_dict(json.loads(text))
+            to_send = exchange.answer(in_force, reason, partial(prepared.refusal, snapshot=snapshot))
+            if exchange.refusal and self._notes:
+                self._notes.pop()  # it is said beside the slider
+        if to_send is not None:
+            with contextlib.suppress(ControlError):  # it has ended: said by the check that follows
+                self._send_settings(process, to_send)
+
+    def made_of_changed(self, before: object, after: object) -> None:
+        """What it was prepared from has changed in nothing but what this drive has already: it is still the same."""
+        with self._lock:
+            if self._made_of == before:
+                self._made_of = after
+
+    def _live(self) -> ControlProcess[T] | None:
+        with self._lock:
+            return self._process
+
+    def _send_settings(self, process: ControlProcess[T], settings: WorldSettings) -> None:
+        try:
+            process.apply(SetSettings(settings))
+        except ControlError:  # it was not sent: no answer will come
+            with self._lock:
+                if self._exchange is not None:
+                    self._exchange.forget()
+            raise
+
+
+def _process(prepared: PreparedDrive[T]) -> ControlProcess[T]:
+    """A process for a world, not started; with a recording where there is one."""
+    if prepared.recording is None:
+        return ControlProcess(prepared.spec)
+    return RecordedProcess(prepared.spec, prepared.recording)
+
+
+def _silence(seconds: float) -> str:
+    return (
+        f"The control process has not answered for {seconds:.0f} s: nobody knows where the robot is, "
+        "and what was shown last is old. End it, and start the rehearsal again."
+    )

@@ -1,0 +1,38 @@
+"""A control process whose run is kept when it has ended."""
+
+from __future__ import annotations
+
+import threading
+from typing import TypeVar
+
+from app.drives.recordings import Recording
+from app.kit.prompt_threads import PROMPT_THREADS
+from vfix_engine.runtime.process import ControlProcess
+from vfix_engine.runtime.snapshot import Snapshot
+from vfix_engine.runtime.system import SystemSpec
+
+T = TypeVar("T", bound=Snapshot)
+
+
+class RecordedProcess(ControlProcess[T]):
+    """A ControlProcess with a recording, which is handed over once, by whoever closes the process first."""
+
+    def __init__(self, spec: SystemSpec, recording: Recording) -> None:
+        super().__init__(spec, record=recording.folder)
+        self._recording = recording
+        self._one_keeper = threading.Lock()
+        self._kept = False
+
+    def start(self) -> None:
+        """Start it; what writes its run does not hold up the hand that drives it."""
+        super().start()
+        if self.recording_thread is not None:
+            PROMPT_THREADS.enrol(self.recording_thread)
+
+    def close(self) -> None:
+        """End the process, and hand its run over to be stored."""
+        super().close()
+        with self._one_keeper:
+            kept, self._kept = self._kept, True
+        if not kept:
+            self._recording.keep()

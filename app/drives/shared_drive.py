@@ -1,0 +1,154 @@
+"""A drive that clients share: one control process, and the lease of its handle."""
+
+from __future__ import annotations
+
+from typing import Any, TypeVar
+
+from app.drives.drive_process import DriveProcess
+from app.drives.drive_record import DriveRecord
+from app.drives.lease import Lease
+from app.drives.prepared_drive import PreparedDrive
+from app.kit.prompt_threads import PROMPT_THREADS
+from app.kit.values import Position
+from app.messages.client import Client
+from vfix_engine.runtime.process import ControlProcess
+from vfix_engine.runtime.requests import Request
+from vfix_engine.runtime.snapshot import Snapshot
+
+P = TypeVar("P", bound=PreparedDrive[Any])
+T = TypeVar("T", bound=Snapshot)
+
+
+class SharedDrive(DriveProcess[P, T]):
+    """One drive. What a client's role or the lease does not allow, its methods do not do. Thread-safe."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.lease = Lease()
+        self.watchers: set[str] = set()
+
+    def _held(self, client: Client) -> ControlProcess[T] | None:
+        return self._live() if self.lease.held_by(client) else None
+
+    def _instructed(self, client: Client) -> ControlProcess[T] | None:
+        return self._live() if self.lease.held_by(client) or client.role == "instructs" else None
+
+    def read(self, client: Client, take_words: bool = False) -> DriveRecord[P, T]:
+        """The drive as it is now; take_words: with what the process has said to the holder, which is said once."""
+        with self._lock:
+            process, holder = self._process, self.lease.holder
+            mine = holder is not None and holder.id == client.id
+            instructs = mine or client.role == "instructs"
+            words = tuple(self._words_for_holder) if mine and take_words else ()
+            if words:
+                self._words_for_holder.clear()
+            exchange = self._exchange
+            return DriveRecord(
+                state=self._state,
+                words=self._words,
+                snapshot=None if process is None else process.snapshot(),
+                prepared=self._prepared,
+                made_of=self._made_of,
+                requested=self._requested,
+                settings=None if exchange is None else exchange.in_force,
+                answered=0 if exchange is None else exchange.answered,
+                refusal="" if exchange is None else exchange.refusal,
+                holder=holder,
+                mine=mine,
+                hand_lost=mine and process is not None and process.hand_lost,
+                may_instruct=instructs,
+                may_prepare=instructs or (holder is None and client.may_hold),
+                words_for_holder=words,
+                accepted=exchange.accepted if mine and exchange is not None else {},
+                unrecorded=self._unrecorded,
+            )
+
+    # -- the hand; quick and from any thread
+
+    def set_grip(self, client: Client, position: Position, takes_hold: bool = True) -> None:
+        """The hand is at (3,) [mm]; a hand that only moves on and was let go of has to take hold again first."""
+        process = self._process  # one read, of which no lock makes more
+        if process is None or not (takes_hold or self._hand == client.id) or not self.lease.held_by(client):
+            return
+        self._hand = client.id
+        process.set_grip(position)
+        PROMPT_THREADS.hear()
+
+    def heartbeat(self, client: Client) -> None:
+        """The button or key is still down. It never takes hold: a hand that was lost has to press or to move."""
+        if (process := self._held(client)) is not None:
+            process.heartbeat()
+            PROMPT_THREADS.hear()
+
+    def release(self, client: Client) -> None:
+        """The hand lets go of everything, keys included; it is forgotten also when there is no process just now."""
+        if self._hand == client.id:
+            self._hand = None
+        if (process := self._held(client)) is not None:
+            process.release()
+
+    def release_grip(self, client: Client) -> None:
+        """The pointer is up; keys that are down go on when there was no hand on the grip."""
+        if self._hand == client.id:
+            self.release(client)
+
+    def axes(self, client: Client, camera_x: float, camera_y: float, insert: float, buttons: int = 0) -> None:
+        """Camera and insertion, from -1 to +1 of full speed, and the buttons held; they need heartbeats."""
+        if (process := self._held(client)) is not None:
+            process.axes(camera_x, camera_y, insert, buttons)
+            PROMPT_THREADS.hear()
+
+    def drive(self, client: Client, direction: int) -> None:
+        if (process := self._held(client)) is not None:
+            process.drive(direction)
+            PROMPT_THREADS.hear()
+
+    def twist(self, client: Client, direction: int) -> None:
+        if (process := self._held(client)) is not None:
+            process.twist(direction)
+            PROMPT_THREADS.hear()
+
+    # -- what the holder asks for
+
+    def run(self, client: Client) -> None:
+        if (process := self._held(client)) is not None:
+            process.run()
+
+    def halt(self) -> None:
+        """Whoever watches may stop the robot where it is; only the holder of the handle lets it go on."""
+        if (process := self._live()) is not None:
+            process.pause()
+
+    def pause(self, client: Client) -> None:
+        if (process := self._held(client)) is not None:
+            process.pause()
+
+    def reset(self, client: Client) -> None:
+        if (process := self._held(client)) is not None:
+            process.reset()
+
+    def apply(self, client: Client, request: Request) -> None:
+        """Send the process a request of its world; what it cannot do it says as a note."""
+        if (process := self._instructed(client)) is not None:
+            process.apply(request)
+            with self._lock:
+                self._requested = request
+
+    def change_settings(self, client: Client, values: dict[str, float]) -> None:
+        """Ask the process for other settings, clamped; raises InputError for an unknown name."""
+        process = self._instructed(client)
+        with self._lock:
+            settings = None if process is None or self._exchange is None else self._exchange.ask(values)
+        if process is not None and settings is not None:
+            self._send_settings(process, settings)
+
+    def leave(self, client: Client) -> None:
+        """The client is gone: whatever it held is let go of at once (HAZ-11)."""
+        self.release(client)
+        self.lease.let_go(client)
+
+    def kept(self, values: dict[str, float]) -> None:
+        """The document has kept these settings, or never will."""
+        with self._lock:
+            if self._exchange is not None:
+                self._exchange.kept(values)

@@ -1,1 +1,0 @@
-"""The steps of the page, a folder each; they do not know each other."""

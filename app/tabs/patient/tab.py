@@ -1,0 +1,79 @@
+"""Patient: which case is open, and which others there are."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from app.cases.service import Case
+from app.exchange.patient_images import holds_images
+from app.messages.fields import Command
+from app.tabs.base import Tab
+from app.tabs.patient import SPEC
+from app.tabs.patient import commands as c
+from app.tabs.patient.hints import patient_hint
+from app.tabs.patient.paint_commands import PAINT_COMMANDS
+from app.tabs.patient.painted import PaintedLabels
+from app.tabs.patient.sections import CaseEntry, PatientSections
+from app.tabs.patient.structures import Structures
+from app.workspace.layers import Layer
+from app.workspace.workspace import Workspace
+from vfix_engine.errors import InputError
+
+
+class PatientTab(Tab):
+    """Opens, renames, deletes and restores cases; new ones come in by REST."""
+
+    spec = SPEC
+
+    def __init__(self, workspace: Workspace, shared: Any = None) -> None:
+        super().__init__(workspace, shared)
+        self._cases: list[Case] = []
+        self._structures = Structures(workspace)
+        self._painted = PaintedLabels(workspace)
+
+    def handle(self, command: Command) -> None:
+        """Raises InputError where the open case is to be deleted."""
+        self.workspace.stale = True
+        cases, workspace = self.workspace.services.cases, self.workspace
+        if isinstance(command, PAINT_COMMANDS):
+            self._painted.handle(command)
+            return
+        match command:
+            case c.ShowStructures() | c.ChangeStructure() | c.DeleteStructure():
+                self._structures.handle(command)
+            case c.RenameCase():
+                cases.rename(command.case_id, command.name)
+            case c.CaseCommand(type="case.open"):
+                workspace.open_case(command.case_id)
+            case c.CaseCommand(type="case.restore"):
+                cases.restore(command.case_id)
+            case c.CaseCommand() if command.case_id == workspace.case.case_id:
+                raise InputError("the open head cannot be deleted; open another one first.")
+            case c.CaseCommand():
+                cases.delete(command.case_id)
+
+    def sections(self, fresh: bool) -> PatientSections:
+        if fresh or not self._cases:
+            self._cases = list(self.workspace.services.cases.list(include_deleted=True))
+        items: list[CaseEntry] = [
+            {
+                "id": case.id,
+                "name": case.name,
+                "created": str(case.created),
+                "deleted": case.deleted_at is not None,
+                "unreadable": case.unreadable,
+                "images": holds_images(case),
+            }
+            for case in self._cases
+        ]
+        return {
+            "cases": {"items": items},
+            "structures": self._structures.section(fresh),
+            "painted": self._painted.section(fresh),
+        }
+
+    def layers(self) -> list[Layer[Any]]:
+        return self._structures.layers()
+
+    def hint(self) -> str:
+        return patient_hint(self.workspace.case.case_id is not None, bool(self.workspace.case.loading))

@@ -1,0 +1,103 @@
+"""Clearance along the path: what the page plots of a dry run, and the tool at one place of it in the scene."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from app.kit.values import Position
+from app.planning.piercing import Pierced
+from app.planning.plan_evaluation import PlanEvaluation
+from app.scene.pierced import PiercedNodes
+from app.scene.tool_ghost import ToolGhost
+from app.tabs.plan.sections import ClearanceProfile, ObstacleCurve, PiercedView, VerdictView
+from app.workspace.layers import Layer
+from vfix_engine.arrays import Array
+
+
+def verdict_view(evaluation: PlanEvaluation) -> VerdictView:
+    """The page's view of a verdict."""
+    verdict, profile = evaluation.verdict, evaluation.profile
+    tissue = profile.tissue
+    curves: list[ObstacleCurve] = [
+        {
+            "name": one.name,
+            "margin_mm": round(one.margin_mm, 3),
+            "clearance_mm": np.round(one.clearance, 3).tolist(),
+        }
+        for one in verdict.obstacles
+    ]
+    plotted: ClearanceProfile = {
+        "s_mm": np.round(profile.s, 2).tolist(),
+        "curves": curves,
+        "tissue_mm": None if tissue is None else np.round(tissue.length, 1).tolist(),
+        "tissue_depth_mm": None if tissue is None else np.round(tissue.depth, 2).tolist(),
+        "registration_mm": None if profile.off_mm is None else np.round(profile.off_mm, 3).tolist(),
+        "sideways_mm": verdict.pierced.at(profile.s),
+    }
+    deep = verdict.level == "fits" and verdict.tissue_level == "deep" and verdict.tissue_s_mm is not None
+    pierced = verdict.reason in ("pierced", "wall") and verdict.pierced.s_mm is not None
+    show = (
+        verdict.pierced.s_mm
+        if pierced
+        else evaluation.reached_mm
+        if verdict.level == "blocked"
+        else verdict.tissue_s_mm
+        if deep
+        else verdict.s_mm
+    )
+    return {
+        "level": verdict.level,
+        "short": verdict.short,
+        "tissue_level": verdict.tissue_level,
+        "parts": [{"words": part.words, "s_mm": part.s_mm, "detail": part.detail} for part in verdict.parts],
+        "pierced": _pierced(verdict.pierced),
+        "show_mm": float(show or 0.0),
+        "nearest": verdict.nearest,
+        "nearest_curve": int(np.argmin([one.left_mm for one in verdict.obstacles])),
+        "nearest_mm": float(verdict.s_mm or 0.0),
+        "length_mm": round(evaluation.length_mm, 3),
+        "profile": plotted,
+    }
+
+
+def _pierced(found: Pierced) -> PiercedView | None:
+    ends = found.ends
+    return None if ends is None else {"begin": list(ends[0]), "end": list(ends[1])}
+
+
+def pierced_layer(evaluation: PlanEvaluation | None) -> Layer[Any]:
+    """The tissue that the tool of a dry run pierces, in the scene."""
+    ends = None if evaluation is None else evaluation.verdict.pierced.ends
+    return Layer("plan.pierced", ends, PiercedNodes, lambda nodes: nodes.show(ends))
+
+
+class ShownTool:
+    """Where along the path the tool is shown; nothing until somebody asks for it."""
+
+    def __init__(self) -> None:
+        self.s_mm: float | None = None
+
+    def clear(self) -> None:
+        self.s_mm = None
+
+    def at(self, evaluation: PlanEvaluation, s_mm: float) -> Position:
+        """Show the tool in the pose of the dry run nearest to an arc length; returns where its tip is then."""
+        row = _row(evaluation, s_mm)
+        self.s_mm = float(evaluation.run.s[row])
+        x, y, z = evaluation.run.tip[row].tolist()
+        return (x, y, z)
+
+    def layer(self, evaluation: PlanEvaluation | None) -> Layer[Any]:
+        """The tool in that pose."""
+        pose: tuple[Array, Array, Array] | None = None
+        if evaluation is not None and self.s_mm is not None:
+            row = _row(evaluation, self.s_mm)
+            run = evaluation.run
+            pose = run.segments_start[row], run.segments_end[row], evaluation.tool_radius
+        return Layer("plan.tool", (id(evaluation), self.s_mm), ToolGhost, lambda nodes: nodes.show(pose))
+
+
+def _row(evaluation: PlanEvaluation, s_mm: float) -> int:
+    return int(np.abs(evaluation.run.s - s_mm).argmin())

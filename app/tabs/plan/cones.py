@@ -1,0 +1,125 @@
+"""From where the targets of the open plan can be inspected: computed after the dry run, greyed until then."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from concurrent.futures import Executor
+from typing import Any
+
+from app.kit.values import Position
+from app.planning.rehearsal_options import Switches
+from app.plans.model import Plan
+from app.scene.cones import LENGTH_MM, ConeNodes, Surface
+from app.services import Services
+from app.tabs.plan.cone_section import ConeSection, ConeView
+from app.tabs.plan.dry_runs import Corridor
+from app.tabs.plan.edited_plan import EditedPlan
+from app.tabs.plan.latest import LatestQueue
+from app.tabs.plan.side_words import direction_words
+from app.workspace.layers import Layer
+from vfix_engine.errors import VfixError
+from vfix_engine.worlds.rigid.cone_surface import cone_surface, mean_direction
+from vfix_engine.worlds.rigid.inspection_cone import InspectionCone
+
+_LANE = "cones"
+Found = Mapping[str, tuple[Position, InspectionCone]]  # by the id of a target: where it was, and its cone
+
+
+class Cones:
+    """Asks for the cones of one client's plan, the newest wins. Owned by the session's thread."""
+
+    def __init__(
+        self,
+        services: Services,
+        executor: Executor,
+        done: Callable[[int, Found], None],
+        say: Callable[[str], object] = bool,
+    ) -> None:
+        """done: gets the ticket and the answer on another thread; hand both to :meth:`accept` on the owner's.
+
+        say: gets words for the user on another thread, where cones could not be computed.
+        """
+        self._say = say
+        self._services, self._lanes, self._done = services, LatestQueue(executor), done
+        self._ticket = 0
+        self._asked: Any = None
+        self._plan_id = ""
+        self._found: Found = {}
+        self._current = False
+
+    def refresh(self, edited: EditedPlan | None, stored: Corridor) -> None:
+        """Ask for the cones of the stored plan once its dry run is there, where they are others than before."""
+        plan = None if edited is None else edited.plan
+        if plan is None or plan.id != self._plan_id or not plan.targets:
+            self._ticket += 1
+            self._plan_id, self._found, self._current = "" if plan is None else plan.id, {}, False
+            self._asked = None
+        if plan is None or not plan.targets:
+            return
+        if stored.evaluation is None and stored.status != "computing":  # no path, or one that cannot be driven
+            self._found = {}
+        targets = tuple((target.id, target.position) for target in plan.targets)
+        asked = None if stored.evaluation is None else (stored.evaluation, targets)
+        if asked == self._asked:
+            return
+        self._ticket += 1
+        self._asked, self._current = asked, False
+        if asked is not None:
+            self._submit(plan, self._services.switches.of(plan.id).in_force)
+
+    def _submit(self, plan: Plan, switches: Switches) -> None:
+        ticket = self._ticket
+
+        def work() -> None:
+            if ticket != self._ticket:
+                return
+            try:
+                cones = self._services.planning.cones(plan, switches)
+            except VfixError:
+                cones = {}  # the dry run's own words say why
+            self._done(ticket, {t.id: (t.position, cones[t.id]) for t in plan.targets if t.id in cones})
+
+        def failed(words: str) -> None:
+            self._say(words)
+            self._done(ticket, {})
+
+        self._lanes.submit(_LANE, "The views of the targets could not be computed", work, failed)
+
+    def accept(self, ticket: int, found: Found) -> None:
+        """Show an answer, unless the plan has changed while it waited."""
+        if ticket == self._ticket:
+            self._found, self._current = found, True
+
+    def section(self, edited: EditedPlan | None) -> ConeSection:
+        """The page's section."""
+        if edited is None or not self._found:
+            return {"state": "none", "items": []}
+        items: list[ConeView] = [
+            {"target": target, "cone_deg": round(cone.cone_deg, 1), "words": cone_words(cone)}
+            for target, (_, cone) in self._found.items()
+        ]
+        return {"state": "waits" if self._is_old(edited) else "current", "items": items}
+
+    def layer(self, edited: EditedPlan | None) -> Layer[Any]:
+        """The cone of the selected target."""
+        known = None if edited is None or edited.selected is None else self._found.get(edited.selected)
+        old = edited is not None and self._is_old(edited)
+
+        def surface() -> Surface | None:
+            return None if known is None else cone_surface(known[1], known[0], LENGTH_MM)
+
+        key = None if known is None else (known[0], id(known[1]), old)
+        return Layer("plan.cone", key, ConeNodes, lambda nodes: nodes.show(surface(), old))
+
+    def _is_old(self, edited: EditedPlan) -> bool:
+        """Of another path or other targets than those that are shown."""
+        return not self._current or edited.dragging or edited.in_hand is not None
+
+
+def cone_words(cone: InspectionCone) -> str:
+    """From where a target can be seen, in words."""
+    if not len(cone.directions):
+        return "Cannot be seen: with its tip here, the tool is clear of bone in no direction."
+    x, y, z = mean_direction(cone).tolist()
+    middle = direction_words((x, y, z))
+    return f"Can be seen within a cone of {cone.cone_deg:.0f}°. In its middle: {middle[0].lower()}{middle[1:]}"

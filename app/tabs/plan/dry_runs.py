@@ -1,0 +1,225 @@
+"""What the tool makes of the path: the dry run of the controller, in the background, latest wins."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
+from typing import Any
+
+from app.cases.settings import settings_in_case
+from app.cases.structures import within_a_sentence
+from app.kit.errors import JobCancelled
+from app.planning.plan_evaluation import PlanEvaluation
+from app.planning.rehearsal_options import NO_SWITCHES, Switches
+from app.planning.verdict import Level, Verdict, refused
+from app.scene import palette
+from app.services import Services
+from app.tabs.plan.clearance import verdict_view
+from app.tabs.plan.latest import LatestQueue
+from app.tabs.plan.sections import CorridorSection, CorridorState, CorridorStatus, ScaleView, SoftTissueView
+from vfix_engine.arrays import Array
+from vfix_engine.errors import StartRefused, VfixError
+
+FAILED = "The dry run failed"
+
+STATE_WORDS: dict[CorridorState, str] = {
+    "none": "",
+    "current": "",
+    "waits": "Greyed: an earlier answer. The path is simulated anew …",
+    "drag": "Provisional, while you drag: the robot’s base is kept.",
+    "drag_waits": "Provisional, while you drag: greyed until it is judged …",
+}
+
+
+@dataclass(frozen=True)
+class Corridor:
+    """The state of the dry run of one plan.
+
+    status: 'none', 'computing', 'done' or 'failed'. refusal: the verdict of one that has failed since the tool does not
+    fit at the entry; else the verdict is that of the evaluation.
+    job: id of the one that computes it; '' before it has one.
+    cancelled: it failed because somebody cancelled it. warning: what the margin does not cover; '' where it covers all.
+    margin_mm: kept from bone, with what the case's surface may be off.
+    provisional: of a path that is not stored, while a hand drags it, with the robot's base kept.
+    before: the answer to an earlier place, which is shown greyed while this one is computed. remark: what a release
+    would do besides.
+    """
+
+    status: CorridorStatus = "none"
+    words: str = ""
+    caution: bool = False
+    completed: bool | None = None
+    evaluation: PlanEvaluation | None = None
+    margin_mm: float = 0.3
+    warning: str = ""
+    job: str = ""
+    cancelled: bool = False
+    provisional: bool = False
+    before: PlanEvaluation | None = None
+    remark: str = ""
+    refusal: Verdict | None = None
+
+    @property
+    def verdict(self) -> Verdict | None:
+        """The verdict on the path as it is shown; None while it is not known."""
+        return self.refusal if self.evaluation is None else self.evaluation.verdict
+
+    @property
+    def level(self) -> Level | None:
+        """The level of the verdict, 'unknown' where the dry run has failed; None while the path is judged."""
+        if self.verdict is not None:
+            return self.verdict.level
+        return "unknown" if self.status == "failed" else None
+
+    @property
+    def short(self) -> str:
+        """The verdict in a few words, the same in banner, panel and bar; '' while the path is judged."""
+        if self.verdict is None:
+            return f"Not known: {within_a_sentence(self.words).rstrip('.')}" if self.status == "failed" else ""
+        return f"{self.verdict.short} (provisional)" if self.provisional else self.verdict.short
+
+    @property
+    def pictured(self) -> PlanEvaluation | None:
+        """The answer, or while there is none the earlier one."""
+        return self.before if self.evaluation is None else self.evaluation
+
+    def samples(self) -> tuple[Array, Array] | None:
+        """Places (n, 3) along the path and the bone clearance (n,) of the whole tool there, as an export has them."""
+        return None if self.evaluation is None else (self.evaluation.positions, self.evaluation.clearance)
+
+    def view(self) -> CorridorSection:
+        """The page's section."""
+        verdict, tissue = self.verdict, None
+        least = None if verdict is None else verdict.least_clearance_mm
+        if self.evaluation is not None:
+            passed = self.evaluation.soft_tissue
+            tissue = SoftTissueView(length_mm=passed.length_mm, at_mm=passed.at_mm, complete=passed.complete)
+        scale: ScaleView | None = None
+        if self.status in ("computing", "done"):
+            scale = {
+                "lo": palette.CLEARANCE_LOW_MM,
+                "hi": palette.CLEARANCE_HIGH_MM,
+                "margin": self.margin_mm,
+                "colours": palette.scale_colours(),
+                "unknown": palette.hex_colour(palette.UNKNOWN) if self.completed is False else None,
+                "blocked": palette.hex_colour(palette.PIERCED),
+            }
+        return {
+            "status": self.status,
+            "words": self.words,
+            "level": self.level,
+            "short": self.short,
+            "caution": self.caution,
+            "completed": self.completed,
+            "min_clearance_mm": None if least is None else round(least, 3),
+            "nearest": "" if verdict is None else verdict.nearest,
+            "soft_tissue": tissue,
+            "warning": self.warning,
+            "scale": scale,
+            "job": self.job or None,
+            "cancelled": self.cancelled,
+            "verdict": None if self.pictured is None else verdict_view(self.pictured),
+            "shown_mm": None,
+            "state": self._state(),
+            "state_words": f"{self._state_words()} {self.remark}".strip(),
+        }
+
+    def _state_words(self) -> str:
+        found, state = self.evaluation, self._state()
+        if found is None or state != "current":
+            return STATE_WORDS[state]
+        if found.completed:
+            return "Simulated from entry to the end of the path."
+        return f"Simulated from the entry to {found.reached_mm:.0f} of {found.length_mm:.0f} mm."
+
+    def _state(self) -> CorridorState:
+        """What the shown verdict and plot are of."""
+        if self.status == "computing":
+            return "drag_waits" if self.provisional else "waits"
+        if self.evaluation is None:
+            return "drag" if self.provisional else "none"
+        return "drag" if self.provisional else "current"
+
+
+class DryRuns:
+    """Runs the newest plan dry; an answer to an older plan is dropped."""
+
+    def __init__(self, services: Services, executor: Executor, done: Callable[[int, Corridor], None]) -> None:
+        """done: gets the ticket and the answer on another thread; hand both to :meth:`accept` on the owner's."""
+        self._services, self._lanes, self._done = services, LatestQueue(executor), done
+        self._ticket = 0
+        self.current = Corridor()
+
+    def clear(self) -> None:
+        self._ticket += 1
+        self.current = Corridor()
+
+    def ask(
+        self, plan: Any, kept_mm: float, switches: Switches = NO_SWITCHES, before: PlanEvaluation | None = None
+    ) -> None:
+        """Start the dry run of a plan with two points or more; ``done`` is called from another thread.
+
+        kept_mm: from bone, in this case. switches: of the rehearsal, which hold the tool as they do in it.
+        before: what is shown greyed until the answer is there.
+        """
+        self._ticket += 1
+        ticket = self._ticket
+        waiting = Corridor("computing", "The tool is driven along the path …", margin_mm=kept_mm, before=before)
+        self.current = waiting
+
+        def work() -> None:
+            if ticket != self._ticket:
+                return  # this plan is not open any more
+
+            def began(job_id: str) -> None:
+                if ticket == self._ticket:
+                    self._done(ticket, replace(waiting, job=job_id))
+
+            answer = self._answer(plan, kept_mm, switches, began)
+            if ticket == self._ticket:
+                self._done(ticket, answer)
+
+        self._lanes.submit(plan.id, FAILED, work, lambda words: self._done(ticket, failed_run(words, kept_mm)))
+
+    def accept(self, ticket: int, corridor: Corridor) -> None:
+        """Show an answer, unless the plan has changed while it waited."""
+        if ticket == self._ticket:
+            self.current = corridor
+
+    def _answer(
+        self, plan: Any, kept_mm: float, switches: Switches = NO_SWITCHES, began: Callable[[str], object] = bool
+    ) -> Corridor:
+        try:
+            return answered(
+                self._services, plan, kept_mm, lambda: self._services.dry_runs.evaluate(plan, switches, began)
+            )
+        except JobCancelled:
+            words = "The dry run was cancelled: whether the tool fits is not known."
+            return Corridor("failed", words, caution=True, completed=False, margin_mm=kept_mm, cancelled=True)
+
+
+def failed_run(words: str, kept_mm: float, provisional: bool = False) -> Corridor:
+    """No answer, and why."""
+    return Corridor("failed", words, True, completed=False, margin_mm=kept_mm, provisional=provisional)
+
+
+def answered(services: Services, plan: Any, kept_mm: float, evaluate: Callable[[], PlanEvaluation]) -> Corridor:
+    """The evaluation of a plan with its words, or why there is none. Lets JobCancelled pass, and what is unexpected.
+
+    kept_mm: of an answer that has failed; one that has not says itself what was kept.
+    """
+    try:
+        evaluation = evaluate()
+        uncertainty = services.cases.get(plan.case_id).uncertainty
+        settings = settings_in_case(plan.settings, uncertainty)
+    except JobCancelled:
+        raise
+    except StartRefused as error:
+        verdict = refused(error).beside(plan)
+        return Corridor("failed", verdict.words, caution=True, completed=False, margin_mm=kept_mm, refusal=verdict)
+    except VfixError as error:
+        return failed_run(str(error), kept_mm)
+    words = evaluation.verdict.words
+    caution, warning = evaluation.verdict.level != "fits", uncertainty.warning(settings.margin_mm)
+    return Corridor("done", words, caution, evaluation.completed, evaluation, settings.kept_mm, warning)

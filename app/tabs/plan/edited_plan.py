@@ -1,0 +1,330 @@
+"""One plan as a client edits it: selection, ghost, drags and what a click adds; every edit goes through the editor."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from app.kit.values import Position
+from app.planning.previews import Dragged
+from app.planning.tissue_words import PLACE_WORDS
+from app.plans.model import PlanPoint, check_robot
+from app.plans.service import Plan
+from app.scene.plan import PlanItem
+from app.services import Services
+from app.tabs.plan.instruments import robot_view, tool_view
+from app.tabs.plan.paths import Paths
+from app.tabs.plan.regions import Regions
+from app.tabs.plan.second_volume import SecondVolumes
+from app.tabs.plan.sections import AddKind, PlanSection
+from app.tabs.plan.versions import Versions
+from app.workspace.plan_items import entries, plan_items, position_of
+from app.workspace.sections import ItemKind
+from vfix_engine.arrays import Array
+from vfix_engine.errors import PlanError, VfixError
+from vfix_engine.geometry.path import SplinePath
+
+MOVED_WORTH_SAYING_MM = 0.05  # by a click, which goes to the nearest free place
+DROP_MOVED_MM = 0.2  # by a drop, whose hand is less exact
+
+
+@dataclass(frozen=True)
+class Ghost:
+    """Where a click would add: the snapped place, how far it moved, and what it lies in where that is no air inside."""
+
+    kind: ItemKind
+    position: Position
+    moved_mm: float
+    words: str
+    lies_in: str = ""
+
+
+class EditedPlan:
+    """What one client does with one plan. Owned by the session's thread."""
+
+    def __init__(self, services: Services, plan_id: str) -> None:
+        self._services = services
+        self._editor = services.plans.editor(plan_id)
+        self._dragged: dict[str, Position] = {}
+        self.shaft_in_hand: tuple[str, Position] | None = None  # id of the point, and the direction under the hand
+        self._said: Any = None  # of robot and tool, when they were read
+        self.refresh()
+        self.case = services.cases.get(self.plan.case_id)
+        self.selected: str | None = None
+        self.add_mode: AddKind = "point"
+        self.insert_after: str | None = None
+        self.ghost: Ghost | None = None
+        self.regions = Regions(services, self._editor, lambda: self.plan, self._edit)
+        self.second_volume = SecondVolumes(services, self._editor, lambda: self.plan, self._edit)
+        self.versions = Versions(services, lambda: self.plan, self._edit)
+        self.paths = Paths(self._editor, lambda: self.plan, self._edit)
+        self._path: tuple[tuple[Position, ...], SplinePath | None] | None = None
+
+    # -- what there is
+
+    def refresh(self) -> None:
+        """Read the plan anew: other clients edit too."""
+        self._show(self._editor.plan)
+
+    def _show(self, plan: Plan) -> None:
+        self.plan = plan
+        if (said := (self.plan.robot, self.plan.tool, self.plan.tool_shape)) != self._said:
+            self._said = said
+            self._robot, self._tool = robot_view(self.plan, self._services.instruments), tool_view(self.plan)
+        known = {entry.id for entry in (*self.plan.points, *self.plan.targets)}
+        if self.shaft_in_hand is not None and self.shaft_in_hand[0] not in known:
+            self.shaft_in_hand = None
+        self._dragged = {item_id: place for item_id, place in self._dragged.items() if item_id in known}
+
+    def _edit(self, change: Callable[..., Plan | tuple[str, Plan]], *arguments: Any, **options: Any) -> None:
+        """Do an edit on the revision that is shown, and select what it adds.
+
+        When the plan has moved on, it is shown as it is stored, and the edit refused.
+        """
+        try:
+            made = change(*arguments, expected_revision=self.plan.revision, **options)
+        except VfixError:
+            self.refresh()
+            raise
+        if isinstance(made, tuple):
+            self.selected, made = made
+        self._show(made)
+
+    @property
+    def plan_id(self) -> str:
+        return self.plan.id
+
+    @property
+    def locked(self) -> bool:
+        return self.plan.locked
+
+    def items(self) -> list[PlanItem]:
+        """Points and targets, with a place under a dragging hand where there is one."""
+        return [replace(item, position=self._dragged.get(item.id, item.position)) for item in plan_items(self.plan)]
+
+    def points(self) -> list[Position]:
+        return [item.position for item in self.items() if item.kind == "point"]
+
+    @property
+    def dragging(self) -> bool:
+        """A hand is moving an item; the plan in the store is still the one before."""
+        return bool(self._dragged)
+
+    @property
+    def in_hand(self) -> Dragged | None:
+        """The path point that a hand is moving, or whose shaft it turns; None where it moves something else."""
+        if self.shaft_in_hand is not None:
+            return Dragged(self.shaft_in_hand[0], direction=self.shaft_in_hand[1])
+        moved = [(point.id, self._dragged[point.id]) for point in self.plan.points if point.id in self._dragged]
+        return Dragged(*moved[-1]) if moved else None
+
+    def path(self) -> SplinePath | None:
+        """The spline through the points, None while there is none."""
+        points = tuple(self.points())
+        if self._path is None or self._path[0] != points:
+            self._path = (points, _spline(points))
+        return self._path[1]
+
+    def view(self) -> PlanSection:
+        """The page's section."""
+        plan, items, path = self.plan, self.items(), self.path()
+        return {
+            "id": plan.id,
+            "revision": plan.revision,
+            "name": plan.name,
+            "frame": plan.frame,
+            "unit": plan.unit,
+            **entries(items),
+            "selected": self.selected,
+            "locked": plan.locked,
+            "can_undo": plan.can_undo,
+            "can_redo": plan.can_redo,
+            "add_mode": self.add_mode,
+            "degree": 0 if path is None else int(path.degree),
+            "length_mm": 0.0 if path is None else float(path.length),
+            "ghost": None
+            if self.ghost is None
+            else {
+                "kind": self.ghost.kind,
+                "position": list(self.ghost.position),
+                "words": f"{self.ghost.words} {self.ghost.lies_in}".strip(),
+            },
+            "robot": self._robot,
+            "tool": self._tool,
+        }
+
+    def kind_of(self, item_id: str) -> ItemKind:
+        """Raises PlanError when there is no such point or target."""
+        for item in self.items():
+            if item.id == item_id:
+                return "point" if item.kind == "point" else "target"
+        raise PlanError("that point is not in the plan any more.")
+
+    def place_of(self, item_id: str | None) -> Position | None:
+        """Where an item is shown; None where there is no such item."""
+        return next((item.position for item in self.items() if item.id == item_id), None)
+
+    # -- edits
+
+    def pick(self, position: Array) -> Position | None:
+        """A click at (3,): adds what fits there, else shows the ghost of it; returns its place, None where nothing is.
+
+        A target fits everywhere, a path point where it stays in the air inside the body: undo takes both back.
+        """
+        if self.regions.drawing is not None:
+            return self.regions.pick(position)
+        if self.add_mode == "none" or self.plan.locked:
+            return None
+        if self.add_mode == "target":
+            place = position_of(position)
+            self.ghost = None
+            self._edit(self._editor.added_target, place)
+            return place
+        fitted = self._services.planning.snap(self.case, position, self.plan)
+        moved = f"Moved {fitted.moved_mm:.1f} mm, clear of bone." if fitted.moved_mm > MOVED_WORTH_SAYING_MM else ""
+        words = moved or "Clear of bone here."
+        self.ghost = Ghost("point", fitted.position, fitted.moved_mm, words, PLACE_WORDS[fitted.lies_in])
+        if not moved and fitted.lies_in == "air_inside":
+            self.confirm()
+        return fitted.position
+
+    def preview(self) -> SplinePath | None:
+        """The spline as it would be with the ghost in it; None where it is no path point."""
+        if self.ghost is None or self.ghost.kind != "point":
+            return None
+        points = self.points()
+        known = [point.id for point in self.plan.points]
+        at = known.index(self.insert_after) + 1 if self.insert_after in known else len(points)
+        return _spline((*points[:at], self.ghost.position, *points[at:]))
+
+    def confirm(self) -> None:
+        ghost, self.ghost = self.ghost, None
+        if ghost is None:
+            return
+        if ghost.kind == "target":
+            self._edit(self._editor.added_target, ghost.position)
+            return
+        known = [point.id for point in self.plan.points]
+        after = self.insert_after if self.insert_after in known else None
+        self._edit(self._editor.added_point, ghost.position, after=after)
+        self.insert_after = None
+
+    def cancel(self) -> None:
+        self.ghost = None
+        self.insert_after = None
+        self.regions.cancel()
+        self.let_go()
+
+    def let_go(self) -> None:
+        """Whatever a hand was dragging is back where it is stored."""
+        self._dragged.clear()
+        self.shaft_in_hand = None
+        self.regions.let_go()
+
+    def insert_between(self, item_id: str) -> Position | None:
+        """A ghost half way along the path between a point and the next one."""
+        ids = [point.id for point in self.plan.points]
+        path = self.path()
+        if path is None or item_id not in ids or item_id == ids[-1]:
+            raise PlanError("a point can be inserted between two points only.")
+        self.cancel()  # where something is being drawn, this is no place of it
+        index = ids.index(item_id)
+        points = np.array(self.points())
+        ahead = [path.closest(points[i])[0] for i in (index, index + 1)]
+        middle = np.asarray(path.position(0.5 * (ahead[0] + ahead[1])))
+        self.add_mode, self.insert_after = "point", item_id
+        return self.pick(middle)
+
+    def drag(self, item_id: str, position: Position) -> None:
+        """The item follows the hand; nothing is stored yet."""
+        if not self.locked:
+            self.kind_of(item_id)
+            self.selected = item_id
+            self._dragged[item_id] = position
+
+    def drop(self, item_id: str) -> str:
+        """Store where the item was dragged to; returns words when it was moved off bone or lies outside the airway."""
+        position = self._dragged.pop(item_id, None)
+        if position is None or self.locked:
+            return ""
+        if self.kind_of(item_id) == "target":
+            self._edit(self._editor.move_target, item_id, position)
+            return ""
+        fitted = self._services.planning.snap(self.case, position, self.plan)
+        self._edit(self._editor.move_point, item_id, fitted.position)
+        moved = (
+            f"The point was moved {fitted.moved_mm:.1f} mm, clear of bone." if fitted.moved_mm > DROP_MOVED_MM else ""
+        )
+        # Without a CT nothing is known of any place: the ghost says so, a drop need not say it each time.
+        return f"{moved} {'' if fitted.lies_in == 'not_known' else PLACE_WORDS[fitted.lies_in]}".strip()
+
+    def delete(self, item_id: str) -> None:
+        self.let_go()
+        if self.kind_of(item_id) == "target":
+            self._edit(self._editor.delete_target, item_id)
+        else:
+            self._edit(self._editor.delete_point, item_id)
+        if self.selected == item_id:
+            self.selected = None
+
+    def rename(self, item_id: str, label: str) -> None:
+        self._edit(self._editor.rename_point, item_id, label)
+
+    def set_shaft(self, point_id: str, direction: Position | None, roll_deg: float | None) -> None:
+        """The shaft's direction and roll at a path point; None leaves them open."""
+        self._edit(self._editor.paths.set_shaft, point_id, direction, roll_deg)
+
+    def use_points(self, points: tuple[PlanPoint, ...]) -> None:
+        """Another way for the path, with the shaft's directions, as one edit."""
+        self.cancel()
+        self._edit(self._editor.set_points, points)
+        self.selected = None
+
+    def choose_robot(self, robot: dict[str, str]) -> None:
+        """Raises PlanError and RobotError with what is wrong with it."""
+        self._services.instruments.robot(check_robot(robot))
+        self._edit(self._editor.choose_robot, robot)
+
+    def choose_tool(self, name: str, shape: dict[str, float]) -> None:
+        """Raises RobotError for a shape that the tool cannot have."""
+        self._edit(self._editor.choose_tool, name, shape)
+
+    def take_targets(self, other: Plan) -> None:
+        """Add the targets of another plan. Raises PlanError."""
+        self._edit(self._editor.take_targets, other)
+
+    def set_locked(self, locked: bool) -> None:
+        self.cancel()
+        self._edit(self._editor.set_locked, locked)
+
+    def undo(self) -> str:
+        """Returns what it took back, or that there is nothing to undo: a key pressed once too often is no error."""
+        if not self._step(self._editor.undo, self.plan.can_undo):
+            return "There is nothing to undo."
+        return self.plan.told
+
+    def redo(self) -> str:
+        """Returns what it did again, or that there is nothing to redo."""
+        if not self._step(self._editor.redo, self.plan.can_redo):
+            return "There is nothing to redo."
+        return self.plan.told
+
+    def _step(self, act: Callable[..., Plan], possible: bool) -> bool:
+        """Whether there was something to do; a locked plan says why not."""
+        self.cancel()
+        if not possible and not self.locked:
+            return False
+        self._edit(act)
+        return True
+
+
+def _spline(points: tuple[Position, ...]) -> SplinePath | None:
+    if len(points) < 2:
+        return None
+    try:
+        return SplinePath(np.array(points))
+    except PlanError:
+        return None  # two points on one spot, while one is being dragged over the other

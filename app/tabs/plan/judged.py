@@ -1,0 +1,112 @@
+"""What is known of the open plan's path: the dry run of the stored one, and of the path as it is under a hand."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from app.cases.settings import settings_in_case
+from app.kit.values import Position
+from app.planning.placement import StoredPlacing
+from app.planning.plan_evaluation import PlanEvaluation
+from app.planning.verdict import said_besides
+from app.plans.model import Plan, drive_parts
+from app.tabs.plan.clearance import ShownTool
+from app.tabs.plan.cones import Cones
+from app.tabs.plan.dry_runs import Corridor, DryRuns
+from app.tabs.plan.edited_plan import EditedPlan
+from app.tabs.plan.live_previews import LivePreviews
+from app.workspace.workspace import Workspace
+from vfix_engine.errors import PlanError
+
+
+class Judged:
+    """Asks for the runs of one client's plan. Owned by the session's thread."""
+
+    def __init__(self, workspace: Workspace) -> None:
+        self._services = workspace.services
+        self.stored = DryRuns(
+            workspace.services,
+            workspace.executor,
+            lambda ticket, answer: workspace.post(lambda: self.stored.accept(ticket, answer)),
+        )
+        self.live = LivePreviews(
+            workspace.services,
+            workspace.executor,
+            lambda ticket, answer: workspace.post(lambda: self.live.accept(ticket, answer)),
+        )
+        self.cones = Cones(
+            workspace.services,
+            workspace.executor,
+            lambda ticket, answer: workspace.post(lambda: self.cones.accept(ticket, answer)),
+            lambda words: workspace.post(lambda: workspace.note(words, error=True)),
+        )
+        self.tool = ShownTool()
+        self._key: Any = None
+        self._way: Any = None  # plan and path that the runs are of
+        self._placing: tuple[Any, StoredPlacing] | None = None  # of the last dry run, with what it belongs to
+
+    def clear(self) -> None:
+        """No plan is open."""
+        self.stored.clear()
+        self.live.clear()
+        self._key = self._way = None
+
+    def again(self) -> None:
+        """The next refresh asks for a dry run of the stored path anew."""
+        self._key = None
+
+    def error_balls(self, plan: Plan) -> tuple[tuple[Position, float], ...]:
+        """Each target, and what it may be off by behind the plan's registration, 95 of 100 times at most; LPS mm."""
+        try:
+            registered = self._services.planning.registration(plan)
+        except PlanError:  # the dry run's words say why
+            return ()
+        places = [target.position for target in plan.targets]
+        off = None if registered is None else registered.off_mm(places)
+        return () if off is None else tuple(zip(places, off.tolist(), strict=True))
+
+    def shown(self, edited: EditedPlan | None) -> Corridor:
+        """The dry run of the points as they are shown: live while a hand drags one of the path."""
+        hand = None if edited is None else edited.in_hand
+        return self.stored.current if hand is None else self.live.current
+
+    def refresh(self, edited: EditedPlan | None) -> None:
+        """Ask for the runs of the path as it is stored and as it is under a hand, where they are others than before."""
+        if edited is None:
+            self.live.clear()
+        else:
+            self._refresh_stored(edited)
+            self._refresh_live(edited)
+        self.cones.refresh(edited, self.stored.current)
+
+    def _refresh_stored(self, edited: EditedPlan) -> None:
+        plan = edited.plan
+        switches = self._services.switches.of(plan.id).in_force
+        driven = repr(drive_parts(plan)), self._services.planning.registration_key(plan)
+        key = (plan.id, switches, *driven, *said_besides(plan))
+        if key == self._key:
+            return
+        before, self._key = self._before(plan), key
+        self.tool.clear()
+        if len(plan.points) < 2:
+            self.stored.clear()
+        else:
+            kept_mm = settings_in_case(plan.settings, edited.case.uncertainty).kept_mm
+            self.stored.ask(plan, kept_mm, switches, before)
+
+    def _before(self, plan: Plan) -> PlanEvaluation | None:
+        """What was shown of the same path before this change: of the hand that has let go, else of the stored one."""
+        way, self._way = self._way, (plan.id, plan.path_id)
+        return (self.live.current.pictured or self.stored.current.pictured) if way == self._way else None
+
+    def _refresh_live(self, edited: EditedPlan) -> None:
+        plan, current = edited.plan, self.stored.current
+        robot = [plan.id, plan.path_id, plan.robot.get("name"), plan.robot.get("urdf"), plan.tool, plan.tool_shape]
+        if current.evaluation is not None:
+            self._placing = robot, StoredPlacing(current.evaluation.base, current.evaluation.q_start)
+        hand = edited.in_hand
+        if hand is None or len(plan.points) < 2:
+            self.live.clear()
+            return
+        placing = self._placing[1] if self._placing is not None and self._placing[0] == robot else None
+        self.live.ask(plan, hand, current, placing, self._services.switches.of(plan.id).in_force)

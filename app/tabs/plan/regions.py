@@ -1,0 +1,318 @@
+"""Structures to spare and bone to be removed as a client edits them: drawn by clicks, selected, dragged, changed."""
+
+from __future__ import annotations
+
+import functools
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from app.kit.values import Position
+from app.messages.fields import Command
+from app.planning.region_meshes import region_mesh
+from app.plans.editor import PlanEditor
+from app.plans.service import Plan
+from app.plans.shapes import anchor, box_at, check_shape, moved, resized, size_of
+from app.plans.zones import COLOURS, PlanZone, RemovedBone
+from app.scene.dragging import DragEvent
+from app.scene.regions import DrawnRegion
+from app.services import Services
+from app.tabs.plan import region_commands as c
+from app.tabs.plan.region_sections import DrawingView, RegionsSection, RegionView, StructureChoice
+from app.tabs.plan.region_words import DRAW_WORDS, zone_words
+from vfix_engine.errors import InputError, PlanError
+
+HANDLE = "region:"  # before the id of a region, of the ball that it is dragged by
+REMOVED_COLOUR = "#d98880"
+_FREE = {"R": (-1, 0, 0), "L": (1, 0, 0), "A": (0, -1, 0), "P": (0, 1, 0), "S": (0, 0, 1), "I": (0, 0, -1)}
+_SIZES: dict[str, tuple[float, ...]] = {"box": (5.0, 5.0, 5.0)}
+
+Edit = Callable[[Callable[..., Plan]], None]
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """What the next clicks draw. places: of a chain so far."""
+
+    wish: c.DrawRegion
+    places: tuple[Position, ...] = ()
+
+    @property
+    def sizes(self) -> list[float]:
+        return list(self.wish.sizes_mm or _SIZES.get(self.wish.kind, (3.0,)))
+
+
+class Regions:
+    """What one client does with the regions of one plan. Owned by the session's thread."""
+
+    def __init__(self, services: Services, editor: PlanEditor, plan: Callable[[], Plan], edit: Edit) -> None:
+        """plan: as it is shown; edit: does an edit on the revision that is shown."""
+        self._services, self._editor, self._plan, self._do = services, editor, plan, edit
+        self._case_id = plan().case_id
+        self.selected: str | None = None
+        self.drawing: Drawing | None = None
+        self._dragged: tuple[str, Position] | None = None
+
+    # -- what there is
+
+    def _all(self) -> tuple[PlanZone | RemovedBone, ...]:
+        plan = self._plan()
+        return (*plan.zones, *plan.removed_bone)
+
+    def _find(self, region_id: str) -> PlanZone | RemovedBone:
+        for region in self._all():
+            if region.id == region_id:
+                return region
+        raise PlanError("that region is not in the plan any more.")
+
+    def view(self) -> RegionsSection:
+        """The page's section."""
+        known = {region.id for region in self._all()}
+        case = self._services.cases.get(self._case_id)
+        structures: list[StructureChoice] = [
+            {"id": item.id, "name": item.name} for item in case.structures if item.id != case.anatomy.id
+        ]
+        return {
+            "items": [self._entry(region) for region in self._all()],
+            "selected": self.selected if self.selected in known else None,
+            "drawing": self._drawing_view(),
+            "structures": structures,
+            "locked": self._plan().locked,
+        }
+
+    def _drawing_view(self) -> DrawingView | None:
+        if self.drawing is None:
+            return None
+        wish = self.drawing.wish
+        return {
+            "purpose": wish.purpose,
+            "kind": wish.kind,
+            "places": [list(place) for place in self.drawing.places],
+            "radius_mm": self.drawing.sizes[0],
+            "colour": self._next_colour(wish),
+            "words": DRAW_WORDS[wish.kind],
+        }
+
+    def _next_colour(self, wish: c.DrawRegion) -> str:
+        return REMOVED_COLOUR if wish.purpose == "remove" else COLOURS[len(self._plan().zones) % len(COLOURS)]
+
+    def _entry(self, region: PlanZone | RemovedBone) -> RegionView:
+        shape, place = self._shape(region), None
+        if (at := anchor(shape)) is not None:
+            place = list(at)
+        zone = region if isinstance(region, PlanZone) else None
+        return {
+            "id": region.id,
+            "purpose": "remove" if zone is None else "spare",
+            "name": region.name,
+            "kind": shape["kind"],
+            "sub": zone_words(region),
+            "sizes_mm": size_of(shape),
+            "place": place,
+            "shape": dict(shape),
+            "colour": REMOVED_COLOUR if zone is None else zone.colour,
+            "visible": zone is None or zone.visible,
+            "soft": zone is not None and zone.kind == "soft",
+            "margin_mm": None if zone is None else zone.margin_mm,
+            "stiffness_n_per_mm": None if zone is None else zone.stiffness_n_per_mm,
+            "max_depth_mm": None if zone is None else zone.max_depth_mm,
+        }
+
+    def _shape(self, region: PlanZone | RemovedBone) -> Mapping[str, Any]:
+        """The shape, under a dragging hand where there is one."""
+        if self._dragged is not None and self._dragged[0] == region.id:
+            return moved(region.shape, self._dragged[1])
+        return region.shape
+
+    # -- the scene
+
+    def handles(self) -> list[tuple[str, np.ndarray]]:
+        """Places of the balls that regions are taken by, with their ids in the scene."""
+        found = [(region, anchor(self._shape(region))) for region in self._all() if _is_visible(region)]
+        return [(HANDLE + region.id, np.array(at)) for region, at in found if at is not None]
+
+    def drawn(self) -> tuple[DrawnRegion, ...]:
+        """What the scene shows, the chain that is being drawn included."""
+        regions = [self._drawn(region) for region in self._all() if _is_visible(region)]
+        if (drawing := self.drawing) is not None and drawing.places:
+            shape = {"kind": "capsules", "points": [list(at) for at in drawing.places], "radius": drawing.sizes[0]}
+            removes, colour = drawing.wish.purpose == "remove", self._next_colour(drawing.wish)
+            regions.append(DrawnRegion("drawing", colour, removes, None, False, *self._mesh(shape)))
+        return tuple(regions)
+
+    def _drawn(self, region: PlanZone | RemovedBone) -> DrawnRegion:
+        shape = self._shape(region)
+        colour = region.colour if isinstance(region, PlanZone) else REMOVED_COLOUR
+        removed, chosen = isinstance(region, RemovedBone), region.id == self.selected
+        return DrawnRegion(region.id, colour, removed, anchor(shape), chosen, *self._mesh(shape))
+
+    def _mesh(self, shape: Mapping[str, Any]) -> tuple[str, Any]:
+        key = json.dumps([self._case_id, shape])
+        return key, functools.partial(region_mesh, self._services.cases, self._case_id, shape)
+
+    def select(self, item_id: str) -> bool:
+        """Select a region by its ball in the scene; False where that is none."""
+        if not item_id.startswith(HANDLE):
+            return False
+        self.selected = self._find(item_id.removeprefix(HANDLE)).id
+        return True
+
+    def dragged(self, drag: DragEvent) -> bool:
+        """A drag of a region's ball; False where it is of something else."""
+        if not drag.item_id.startswith(HANDLE):
+            return False
+        region = self._find(drag.item_id.removeprefix(HANDLE))
+        if self._plan().locked:
+            return True
+        self.selected, self._dragged = region.id, (region.id, drag.position)
+        if drag.phase == "end":
+            self._dragged = None
+            self._change_shape(region.id, self._placed(region.shape, drag.position))
+        return True
+
+    def pick(self, position: Sequence[float] | npt.NDArray[np.float64]) -> Position:
+        """A click while something is drawn: a region, or a place of a chain."""
+        if self.drawing is None:
+            raise PlanError("nothing is being drawn.")
+        x, y, z = (float(value) for value in position)
+        wish, places = self.drawing.wish, (*self.drawing.places, (x, y, z))
+        if wish.kind in ("capsules", "capsule"):
+            self.drawing = replace(self.drawing, places=places)
+            if wish.kind == "capsule" and len(places) == 2:
+                self._done()
+        else:
+            self._add(self._shape_at((x, y, z)))
+        return (x, y, z)
+
+    def _shape_at(self, at: Position) -> dict[str, Any]:
+        assert self.drawing is not None
+        wish, sizes = self.drawing.wish, self.drawing.sizes
+        if wish.kind == "box":
+            return box_at(at, sizes if len(sizes) == 3 else [sizes[0]] * 3)
+        if wish.kind == "half_space":
+            return {"kind": "half_space", "point": list(at), "normal": list(_FREE[wish.free_side])}
+        return self._placed({"kind": wish.kind, "centre": list(at), "radius": sizes[0]}, at)
+
+    def _placed(self, shape: Mapping[str, Any], at: Position) -> dict[str, Any]:
+        """The shape moved there; a patch goes to the nearest place of the surface that it is a part of."""
+        if shape["kind"] == "patch":
+            tree = self._services.cases.tree(self._services.cases.get(self._case_id))
+            x, y, z = tree.point_distance([at])[1][0].tolist()
+            at = (x, y, z)
+        return moved(shape, at)
+
+    # -- commands
+
+    def handle(self, command: Command) -> None:
+        """Answer a command of a region. Raises InputError with the reason where that cannot be done."""
+        match command:
+            case c.DrawRegion():
+                self._begin(command)
+            case c.RegionPlain(type="region.done"):
+                self._done()
+            case c.RegionPlain():
+                self.cancel()
+            case c.RegionOfStructure():
+                name = self._services.cases.get(self._case_id).structure(command.structure).name
+                self._edit_zone({"kind": "structure", "structure": command.structure}, name[:56])
+            case c.RegionCommand(type="region.select"):
+                self.selected = self._find(command.region_id).id
+            case c.RegionCommand():
+                self._delete(command.region_id)
+            case c.ChangeRegion():
+                self._change(command)
+
+    def cancel(self) -> None:
+        """What is half drawn or half dragged is taken back."""
+        self.drawing = None
+        self.let_go()
+
+    def let_go(self) -> None:
+        """What a hand was dragging is back where it is stored."""
+        self._dragged = None
+
+    def _begin(self, wish: c.DrawRegion) -> None:
+        if self._plan().locked:
+            raise PlanError("the plan is locked; unlock it to draw.")
+        if wish.purpose == "remove" and wish.kind not in ("sphere", "capsule", "box"):
+            raise PlanError("bone to be removed is a sphere, a capsule or a box.")
+        self.drawing = Drawing(wish)
+
+    def _done(self) -> None:
+        if self.drawing is None or not self.drawing.places:
+            raise PlanError("click at least one place first.")
+        places, sizes = [list(at) for at in self.drawing.places], self.drawing.sizes
+        if self.drawing.wish.kind == "capsule":
+            self._add({"kind": "capsule", "start": places[0], "end": places[-1], "radius": sizes[0]})
+        else:
+            self._add({"kind": "capsules", "points": places, "radius": sizes[0]})
+
+    def _add(self, shape: dict[str, Any]) -> None:
+        assert self.drawing is not None
+        removes, self.drawing = self.drawing.wish.purpose == "remove", None
+        if not removes:
+            self._edit_zone(shape)
+            return
+
+        def change(**options: Any) -> Plan:
+            self.selected, plan = self._editor.removed_bone.add(shape, **options)
+            return plan
+
+        self._do(change)
+
+    def _edit_zone(self, shape: dict[str, Any], name: str | None = None) -> None:
+        def change(**options: Any) -> Plan:
+            self.selected, plan = self._editor.zones.add(shape, name, **options)
+            return plan
+
+        self._do(change)
+
+    def _delete(self, region_id: str) -> None:
+        region = self._find(region_id)
+        edits = self._editor.zones if isinstance(region, PlanZone) else self._editor.removed_bone
+        self._do(lambda **options: edits.delete(region_id, **options))
+        if self.selected == region_id:
+            self.selected = None
+
+    def _change(self, command: c.ChangeRegion) -> None:
+        region = self._find(command.region_id)
+        fields = command.model_dump(
+            include={"name", "colour", "visible", "margin_mm", "stiffness_n_per_mm", "max_depth_mm"}, exclude_none=True
+        )
+        if command.soft is not None:
+            fields["kind"] = "soft" if command.soft else "hard"
+        if command.no_depth:
+            fields["max_depth_mm"] = None
+        shape: Mapping[str, Any] = region.shape
+        if command.sizes_mm is not None:
+            shape = resized(shape, command.sizes_mm)
+        if command.place is not None:
+            shape = self._placed(shape, command.place)
+        if command.turn:
+            shape = _turned(shape)
+        if shape is not region.shape:
+            fields["shape"] = check_shape(shape)
+        if not fields:
+            raise InputError("say what is to change of the region.")
+        edits = self._editor.zones if isinstance(region, PlanZone) else self._editor.removed_bone
+        self._do(lambda **options: edits.change(region.id, **options, **fields))
+
+    def _change_shape(self, region_id: str, shape: dict[str, Any]) -> None:
+        region = self._find(region_id)
+        edits = self._editor.zones if isinstance(region, PlanZone) else self._editor.removed_bone
+        self._do(lambda **options: edits.change(region_id, shape=shape, **options))
+
+
+def _turned(shape: Mapping[str, Any]) -> dict[str, Any]:
+    """The half-space on the other side of its plane. Raises PlanError for another shape."""
+    if shape["kind"] != "half_space":
+        raise PlanError("only a half-space has another side.")
+    return {**shape, "normal": [0.0 - value for value in shape["normal"]]}
+
+
+def _is_visible(region: PlanZone | RemovedBone) -> bool:
+    return not isinstance(region, PlanZone) or region.visible

@@ -1,0 +1,360 @@
+"""Plan: which plan is open, its points and targets, and what the tool makes of its path."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from app.kit.values import Position
+from app.messages.fields import Command
+from app.plans.service import Plan
+from app.scene.dragging import DragEvent
+from app.scene.error_balls import ErrorBalls
+from app.scene.plan import GhostNodes, PlanItem
+from app.scene.regions import DrawingNodes, RegionNodes
+from app.scene.view import ClickRay
+from app.tabs.base import Tab
+from app.tabs.plan import SPEC
+from app.tabs.plan import commands as c
+from app.tabs.plan.clearance import pierced_layer
+from app.tabs.plan.clearance_commands import HideTool, ShowTool
+from app.tabs.plan.dry_runs import Corridor
+from app.tabs.plan.edited_plan import EditedPlan, Ghost
+from app.tabs.plan.edits import Edits
+from app.tabs.plan.hands import Hands
+from app.tabs.plan.hints import plan_hint
+from app.tabs.plan.instruments import instruments_section
+from app.tabs.plan.judged import Judged
+from app.tabs.plan.region_words import DRAW_WORDS
+from app.tabs.plan.removed_bone import RemovedBoneCount
+from app.tabs.plan.sections import PlanEntry, PlanSections
+from app.tabs.plan.shafts import AIM_WORDS, Shafts
+from app.workspace.layers import Layer
+from app.workspace.plan_items import curve_layer, curve_points, curve_section, items_layer
+from app.workspace.workspace import Workspace
+from vfix_engine.arrays import Array
+from vfix_engine.errors import InputError, PlanError
+
+
+class PlanTab(Tab):
+    """Opens plans for all steps, and edits the open one."""
+
+    spec = SPEC
+
+    def __init__(self, workspace: Workspace, shared: Any = None) -> None:
+        super().__init__(workspace, shared)
+        self._services = workspace.services
+        self._edited: EditedPlan | None = None
+        self._case_id: str | None = None
+        self._plans: list[Any] = []
+        self._shafts = Shafts(workspace.services)
+        self._hands = Hands(workspace, self._shafts)
+        self._judged = Judged(workspace)
+        self._edits = Edits(workspace.case, self._shafts, self._judged.again)
+        self._removed = RemovedBoneCount(workspace)
+        workspace.plan.provide(lambda: self.plan)
+        workspace.on_case_opened(self._case_opened)
+
+    # -- opening
+
+    def available(self) -> bool:
+        return self.workspace.case.case_id is not None
+
+    def _case_opened(self, plan_id: str | None) -> None:
+        case_id = self.workspace.case.case_id
+        try:
+            if case_id is None:
+                self.close_plan()
+            else:
+                self.workspace.note(self.open(case_id, plan_id), error=True)
+        finally:
+            if self._edited is None:
+                self._services.live.opened(self.workspace.client.id, None)
+            self.workspace.plan.opened(again=True)
+
+    def open(self, case_id: str, plan_id: str | None) -> str:
+        """Open a plan of a case: the named one, else the newest that can be read, else a new one.
+
+        Returns why others could not be opened, '' where none was passed over.
+        """
+        self.close_plan()
+        self._case_id = case_id
+        ids = [plan.id for plan in self._services.plans.titles(case_id)]  # oldest first
+        ids.sort(key=lambda known: known == plan_id)  # stable: the wanted one is the last
+        unreadable: list[str] = []
+        for known in reversed(ids or [self._services.plans.create(case_id, "Plan 1").id]):
+            try:
+                self._load(known)
+                break
+            except InputError as error:
+                unreadable.append(str(error))
+        return " ".join(unreadable)
+
+    def close(self) -> None:
+        self._services.live.opened(self.workspace.client.id, None)
+
+    def close_plan(self) -> None:
+        self._case_id = self._edited = None
+        self._plans = []
+        self._judged.clear()
+        self._shafts.clear()
+
+    def _load(self, plan_id: str) -> None:
+        self._check_own(plan_id)
+        self._shafts.clear()
+        self._edited = EditedPlan(self._services, plan_id)
+        self._services.live.opened(self.workspace.client.id, plan_id)
+        points = self._edited.points()
+        self._judged.again()
+        if points:
+            self.workspace.case.go_to(points[len(points) // 2])
+
+    def _check_own(self, plan_id: str) -> None:
+        """Raise PlanError for a plan of another head: its points lie in other anatomy; and for a deleted one."""
+        plan = self._services.plans.get(plan_id)
+        if plan.case_id != self._case_id:
+            raise PlanError("that plan belongs to another head; open that head first.")
+        if plan.deleted_at is not None:
+            raise PlanError("that plan is deleted; restore it first.")
+
+    # -- what there is
+
+    @property
+    def plan_id(self) -> str | None:
+        return None if self._edited is None else self._edited.plan_id
+
+    @property
+    def plan(self) -> Plan | None:
+        return None if self._edited is None else self._edited.plan
+
+    def items(self) -> tuple[PlanItem, ...]:
+        return () if self._edited is None else tuple(self._edited.items())
+
+    def places(self) -> list[Position]:
+        return [item.position for item in self.items()]
+
+    def curve_key(self) -> Any:
+        """Changes when the spline or its colours do."""
+        return (tuple(self._edited.points()), self._shown_corridor()) if self._edited else None
+
+    def _shown_corridor(self) -> Corridor:
+        """The dry run of the points as they are shown: live while a hand drags one of the path."""
+        return self._judged.shown(self._edited)
+
+    def curve(self) -> tuple[Array | None, Array | None]:
+        """Places along the spline, and the clearance of the whole tool there where it is known."""
+        samples = self._shown_corridor().samples()
+        if samples is not None:
+            return samples
+        return curve_points(None if self._edited is None else self._edited.path()), None
+
+    # -- commands
+
+    def handle(self, command: Command) -> None:
+        """Answer a command; raises VfixError with the reason where that cannot be done."""
+        if isinstance(command, c.PlanCommand | c.NewPlan | c.RenamePlan):
+            self.workspace.stale = True
+            self.workspace.note(self._handle_plan(command), error=True)
+            self.workspace.plan.opened()
+        elif isinstance(command, ShowTool | HideTool):
+            self._show_tool(command)
+        elif isinstance(command, c.TakeTargets):
+            self._check_own(command.plan_id)
+            self._need().take_targets(self._services.plans.get(command.plan_id))
+        else:
+            self._handle_edit(command)
+
+    def _show_tool(self, command: ShowTool | HideTool) -> None:
+        evaluation = self._shown_corridor().evaluation
+        if isinstance(command, HideTool):
+            self._judged.tool.clear()
+        elif evaluation is None:
+            raise PlanError("the tool is shown once the dry run has ended.")
+        else:
+            self.workspace.case.go_to(self._judged.tool.at(evaluation, command.s_mm))
+
+    def _handle_edit(self, command: Command) -> None:
+        edited = self._need()
+        before = edited.selected
+        words = self._edits.do(edited, command)
+        chosen = isinstance(command, c.ItemCommand) and command.type == "item.select"  # again, perhaps
+        if edited.selected is not None and (chosen or edited.selected != before):
+            self.workspace.case.go_to(edited.place_of(edited.selected))
+        self.workspace.note(words)
+
+    def _handle_plan(self, command: c.PlanCommand | c.NewPlan | c.RenamePlan) -> str:
+        """Open, make, rename, duplicate, delete and restore plans; returns words for the user, often none."""
+        plans = self._services.plans
+        match command:
+            case c.NewPlan():
+                if self._case_id is None:
+                    raise PlanError("open a head first; a plan belongs to one.")
+                self._load(plans.create(self._case_id, command.name).id)
+            case c.RenamePlan():
+                plans.rename(command.plan_id, command.name)
+                if command.plan_id == self.plan_id:
+                    self._reload()
+            case c.PlanCommand(type="plan.open"):
+                self._load(command.plan_id)
+            case c.PlanCommand(type="plan.duplicate"):
+                self._check_own(command.plan_id)
+                self._load(plans.duplicate(command.plan_id).id)
+            case c.PlanCommand(type="plan.restore"):
+                plans.restore(command.plan_id)
+            case c.PlanCommand():
+                plans.delete(command.plan_id)
+                if command.plan_id == self.plan_id and self._case_id is not None:
+                    return self.open(self._case_id, None)
+        return ""
+
+    def _reload(self) -> None:
+        """Read the open plan again, keeping what is selected."""
+        old = self._need()
+        edited = EditedPlan(self._services, old.plan_id)
+        edited.selected, edited.add_mode = old.selected, old.add_mode
+        self._edited = edited
+
+    def _need(self) -> EditedPlan:
+        if self._edited is None:
+            raise PlanError("no plan is open.")
+        return self._edited
+
+    # -- the scene
+
+    def clicked(self, ray: ClickRay) -> None:
+        self._hands.clicked(self._need(), ray)
+
+    def dragged(self, drag: DragEvent) -> None:
+        self._hands.dragged(self._need(), drag)
+
+    def release(self) -> None:
+        """What a hand was dragging is where it was before."""
+        if self._edited is not None:
+            self._edited.let_go()
+
+    def enter(self) -> None:
+        self._cancel()
+
+    def leave(self) -> None:
+        self._cancel()
+
+    def _cancel(self) -> None:
+        """What was only half done is taken back."""
+        self._shafts.aiming = None
+        if self._edited is not None:
+            self._edited.cancel()
+
+    # -- what the scene shows
+
+    def layers(self) -> list[Layer[Any]]:
+        edited = self._edited
+        ghost: Ghost | None = None if edited is None else edited.ghost
+        selected = edited.selected if edited is not None and self.active else None
+        return [
+            items_layer(self.items(), selected, locked=self._is_still),
+            curve_layer(self.curve_key(), self.curve),
+            self._judged.tool.layer(self._shown_corridor().evaluation if self.active else None),
+            pierced_layer(self._shown_corridor().evaluation if self.active else None),
+            *self._region_layers(),
+            self._judged.cones.layer(self._edited if self.active else None),
+            self._error_layer(),
+            *self._shafts.layers(edited, self._is_still),
+            Layer(
+                "plan.ghost",
+                ghost,
+                GhostNodes,
+                lambda nodes: self._show_ghost(nodes, ghost),
+            ),
+        ]
+
+    @property
+    def _is_still(self) -> bool:
+        """Nothing of the plan can be dragged: it is locked, or the next press belongs to what is drawn or aimed at."""
+        edited = self._edited
+        if edited is None or edited.locked or not self.active:
+            return True
+        return edited.regions.drawing is not None or self._shafts.aiming is not None
+
+    def _error_layer(self) -> Layer[Any]:
+        """What the targets may be off by behind the plan's registration (95 %)."""
+        balls: tuple[tuple[Position, float], ...] = ()
+        if self._edited is not None and self.active and self._edited.plan.targets:
+            balls = self._judged.error_balls(self._edited.plan)
+        return Layer("plan.error", balls, ErrorBalls, lambda nodes: nodes.show(balls))
+
+    def _region_layers(self) -> list[Layer[Any]]:
+        edited = self._edited
+        drawn = () if edited is None else edited.regions.drawn()
+        drawing = None if edited is None else edited.regions.drawing
+        places, locked = () if drawing is None else drawing.places, self._is_still
+        return [
+            Layer("plan.regions", (drawn, locked), RegionNodes, lambda nodes: nodes.show(drawn, locked)),
+            Layer("plan.drawing", places, DrawingNodes, lambda nodes: nodes.show(places)),
+        ]
+
+    def _show_ghost(self, nodes: GhostNodes, ghost: Ghost | None) -> None:
+        if ghost is None or self._edited is None:
+            nodes.show(None)
+        else:
+            nodes.show(np.array(ghost.position), curve_points(self._edited.preview()))
+
+    # -- for the page
+
+    def hint(self) -> str:
+        edited = self._edited
+        if edited is None:
+            return "Open a head first." if self._case_id is None else "Choose a plan below, or make a new one."
+        plan, drawing = edited.plan, edited.regions.drawing
+        if drawing is not None:
+            return DRAW_WORDS[drawing.wish.kind]
+        if self._shafts.aiming is not None:
+            return AIM_WORDS
+        if plan.deleted_at is not None:
+            return "This plan was deleted elsewhere. Restore it from the list of plans, or open another one."
+        corridor = self._shown_corridor()
+        return plan_hint(
+            len(plan.points),
+            len(plan.targets),
+            edited.add_mode,
+            edited.ghost is not None,
+            edited.locked,
+            None if corridor.verdict is None else (corridor.verdict.level, corridor.verdict.reason),
+            corridor.short,
+        )
+
+    def sections(self, fresh: bool) -> PlanSections:
+        """fresh: read plan and list anew, which others may have changed.
+
+        Raises InputError when the open plan cannot be read any more; it is closed then.
+        """
+        if self._case_id is not None and (fresh or not self._plans):
+            self._plans = list(self._services.plans.titles(self._case_id, include_deleted=True))
+        if fresh and self._edited is not None:
+            try:
+                self._edited.refresh()
+                self._edited.versions.refresh()
+                self._edited.second_volume.refresh()
+            except InputError:
+                self._edited = None
+                self._judged.clear()
+                raise
+        self._judged.refresh(self._edited)
+        items: list[PlanEntry] = [
+            {"id": plan.id, "name": plan.name, "modified": str(plan.modified), "deleted": bool(plan.deleted_at)}
+            for plan in self._plans
+        ]
+        return {
+            "plans": {"items": items},
+            "instruments": instruments_section(),
+            "plan": None if self._edited is None else self._edited.view(),
+            "paths": None if self._edited is None else self._edited.paths.view(),
+            "versions": None if self._edited is None else self._edited.versions.view(),
+            "regions": None if self._edited is None else self._edited.regions.view(),
+            "second_volume": None if self._edited is None else self._edited.second_volume.view(),
+            "removed_bone": self._removed.section(self.plan),
+            "curve": curve_section(self.curve()[0]),
+            "corridor": {**self._shown_corridor().view(), "shown_mm": self._judged.tool.s_mm},
+            "shaft": self._shafts.section(self._edited),
+            "cones": self._judged.cones.section(self._edited),
+        }

@@ -1,0 +1,147 @@
+// Refining on a surface: points touched on bone, the refinement as a job, and what it says and does not say.
+import { fillOptions, group, h, whenChanged } from "/static/js/dom.js";
+import { folding } from "/static/js/folding.js";
+import { note } from "/static/js/dialogs.js";
+import { heldNumber, ownNumber } from "/static/js/fields.js";
+import { finished, post, remove, send, upload } from "/static/js/rest.js";
+import { field } from "./beads.js";
+import { RecordButton } from "./record.js";
+import { refinementRows, touchedWords } from "./words.js";
+
+/** @import { Connection } from "/static/js/connection.js" */
+/** @import { JobPublic, RegistrationSection, StructureEntry, TrackerView } from "/static/js/types.js" */
+
+const EVERY_MS = 250;
+const WHAT = "Points touched on bone, over edges and on several sides, are moved onto the bone of the CT. The registration has to be right within some millimetres before.";
+
+export class SurfaceGroup {
+  /** @param {Connection} connection */
+  constructor(connection) {
+    this.connection = connection;
+    this.changed = whenChanged();
+    this.busy = ""; // what goes on, in words
+    /** @type {RegistrationSection | undefined} */
+    this.registration = undefined;
+    /** @type {TrackerView | null} */
+    this.pointer = null;
+    this.structure = h("select", { id: "surface-structure" });
+    this.chooser = h("input", { type: "file", hidden: true, accept: ".csv", id: "surface-file", onchange: () => this.readTable() });
+    this.tableButton = h("button", { type: "button", id: "read-surface", title: "Columns x, y, z; lines '# unit=mm' and '# frame=patient' above", onclick: () => this.chooser.click() }, "From a table …");
+    this.touchButton = h("button", { type: "button", id: "touch-surface", title: "For practice: a simulated pointer touches places that it reaches from outside", onclick: () => this.touch() }, "Simulate");
+    this.record = new RecordButton("stroke-surface", "Start stroking with the pointer", (seconds) => this.stroked(seconds));
+    this.count = ownNumber("surface-count", 10, 2000, 10, 60);
+    this.noise = ownNumber("surface-noise", 0, 20, 0.1, 0.3);
+    this.keep = ownNumber("surface-keep", 50, 100, 5, 75);
+    this.options = h("details", { class: "folded" }, h("summary", {}, "Simulated pointer, share"), h("div", { class: "fields" },
+      field("Points that it touches", this.count), field("Error of one touch, mm rms", this.noise), field("Fit the nearest … %, the others are slips", this.keep)));
+    this.state = h("p", { class: "words", id: "surface-state", role: "status" });
+    this.refineButton = h("button", { type: "button", class: "wide", id: "refine-surface", onclick: () => this.refine() }, "Refine");
+    this.figures = h("dl", { class: "facts", id: "surface-figures" });
+    this.warning = h("p", { class: "words caution", id: "surface-warning" }, "That residual is not the accuracy: touched points slide along the surface, and the worst are left out. Judge by the measured points: they took no part.");
+    this.forgetButton = h("button", { type: "button", class: "wide", id: "forget-surface", onclick: () => this.forget() }, "Forget the touched points");
+    this.element = folding("refine", group("Refine on a surface", null, h("p", { class: "words" }, WHAT),
+      h("div", { class: "field" }, h("label", { class: "field-label", for: "surface-structure" }, "Touched structure"), this.structure),
+      this.record.element, h("div", { class: "buttons even" }, this.touchButton, this.tableButton), this.options, this.state,
+      this.refineButton, this.figures, this.warning, this.forgetButton, this.chooser), false);
+  }
+
+  /**
+   * @param {RegistrationSection} registration
+   * @param {StructureEntry[]} structures
+   * @param {TrackerView | null | undefined} pointer
+   */
+  update(registration, structures, pointer) {
+    const other = registration.id !== this.registration?.id;
+    this.registration = registration;
+    this.structures = structures;
+    this.pointer = pointer ?? null;
+    const { touched, fit, locked, anatomy } = registration;
+    this.changed([registration.id, touched, fit, locked, anatomy, structures.map(({ id, name }) => [id, name]), pointer, this.busy], () => this.render(registration, structures, other));
+  }
+
+  /**
+   * @param {RegistrationSection} registration
+   * @param {StructureEntry[]} structures
+   * @param {boolean} other it was not shown before
+   */
+  render({ touched, fit, locked, anatomy }, structures, other) {
+    const usable = ["fitted", "given", "refined"].includes(fit.state);
+    const free = !locked && !this.busy;
+    fillOptions(this.structure, [["", anatomy], ...structures.map(({ id, name }) => /** @type {[string, string]} */ ([id, name]))]);
+    if (other) this.structure.value = structures.some(({ id }) => id === touched?.structure) ? touched?.structure ?? "" : "";
+    const name = structures.find(({ id }) => id === touched?.structure)?.name ?? anatomy;
+    this.state.textContent = this.busy || touchedWords(touched, name, usable);
+    for (const control of [this.structure, this.touchButton, this.tableButton]) control.disabled = !free;
+    this.record.update(this.pointer, free);
+    this.refineButton.disabled = !free || !touched || !usable;
+    this.refineButton.classList.toggle("primary", Boolean(touched && usable && !touched.refinement));
+    this.refineButton.textContent = touched?.refinement ? "Refine again" : "Refine";
+    const rows = touched?.refinement && fit.state === "refined" ? refinementRows(touched, fit) : [];
+    this.figures.replaceChildren(...rows.flatMap(([term, words, title]) => [h("dt", { title }, term), h("dd", { class: "number" }, words)]));
+    this.warning.hidden = !rows.length;
+    this.forgetButton.hidden = !touched;
+    this.forgetButton.disabled = !free;
+  }
+
+  address() {
+    return `/api/v1/registrations/${encodeURIComponent(this.registration?.id ?? "")}/surface`;
+  }
+
+  /**
+   * Do something that takes a while, then look again; what it cannot do is told.
+   * @param {string} words
+   * @param {() => Promise<unknown>} work
+   */
+  async during(words, work) {
+    if (!this.registration) return;
+    this.busy = words;
+    this.again();
+    try {
+      await work();
+      await this.connection.request("registration.look");
+    } catch (error) {
+      note(/** @type {Error} */ (error).message, { error: true });
+    } finally {
+      this.busy = "";
+      this.again();
+    }
+  }
+
+  again() {
+    if (this.registration) this.update(this.registration, this.structures ?? [], this.pointer);
+  }
+
+  /** @param {JobPublic} job */
+  async watch(job) {
+    await finished(job, ({ stage }) => { this.busy = `${stage} …`; this.again(); }, EVERY_MS);
+  }
+
+  touch() {
+    const wish = { structure: this.structure.value || null, count: heldNumber(this.count), noise_mm: heldNumber(this.noise) };
+    return this.during("Touching the surface …", async () => this.watch(await post(`${this.address()}/touch`, wish)));
+  }
+
+  /** @param {number} seconds */
+  stroked(seconds) {
+    return this.during("Reading the pointer …", () => send(`${this.address()}/tracked`, { seconds, structure: this.structure.value || null }));
+  }
+
+  refine() {
+    const keep = (heldNumber(this.keep) ?? 75) / 100;
+    return this.during("Refining …", async () => this.watch(await post(`${this.address()}/refine`, { keep })));
+  }
+
+  forget() {
+    return this.during("", () => remove(this.address()));
+  }
+
+  readTable() {
+    const file = this.chooser.files?.[0];
+    this.chooser.value = "";
+    if (!file) return;
+    const form = new FormData();
+    form.append("file", file);
+    if (this.structure.value) form.append("structure", this.structure.value);
+    this.during("Reading the table …", () => upload(this.address(), form, () => {}));
+  }
+}

@@ -1,0 +1,268 @@
+"""Register: registrations of the open case, the beads and points of the open one, and the plan that uses it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from app.documents import DocumentTitle
+from app.kit.values import Position
+from app.messages.fields import Command
+from app.plans.service import Plan
+from app.registration.editor import StoredRegistration
+from app.scene.error_balls import ErrorBalls
+from app.scene.fiducials import FiducialNodes, FiducialShape
+from app.scene.view import ClickRay, SceneView
+from app.tabs.base import Tab
+from app.tabs.register import SPEC
+from app.tabs.register import commands as c
+from app.tabs.register.hints import register_hint
+from app.tabs.register.open_registration import OpenRegistration, newest
+from app.tabs.register.sections import FiducialMark, PlanUseSection, RegisterSections, RegistrationEntry, TrackerView
+from app.workspace.layers import Layer
+from app.workspace.plan_items import position_of
+from app.workspace.workspace import Workspace
+from vfix_engine.errors import InputError, VfixError
+
+
+class RegisterTab(Tab):
+    """Opens and edits registrations, and lets the open plan use one."""
+
+    spec = SPEC
+
+    def __init__(self, workspace: Workspace, shared: Any = None) -> None:
+        super().__init__(workspace, shared)
+        self._services = workspace.services
+        self._open: OpenRegistration | None = None
+        self._titles: list[DocumentTitle] = []
+        self._pointer_shown: TrackerView | None = None
+        self._told: tuple[Any, tuple[str, bool]] | None = None  # of the error in the open plan, with what it is of
+        workspace.on_case_opened(lambda plan_id: self._case_opened())
+        workspace.plan.on_opened(self._plan_opened)
+
+    # -- opening
+
+    def available(self) -> bool:
+        return self.workspace.case.case_id is not None
+
+    def _case_opened(self) -> None:
+        """The registration of the plan that is open, else the newest of the case."""
+        case_id = self.workspace.case.case_id
+        self._open = None if case_id is None else newest(self._services, case_id, self._wanted())
+        self._titles = []
+
+    def _plan_opened(self) -> None:
+        wanted, case_id = self._wanted(), self.workspace.case.case_id
+        if case_id is not None and wanted is not None and (self._open is None or self._open.id != wanted):
+            found = newest(self._services, case_id, wanted)
+            if found is not None and found.id == wanted:
+                self._open = found
+
+    def _wanted(self) -> str | None:
+        plan = self.workspace.plan.current
+        return None if plan is None else plan.registration
+
+    def _need(self) -> OpenRegistration:
+        if self._open is None:
+            raise InputError("no registration is open; begin one first.")
+        return self._open
+
+    # -- commands
+
+    def handle(self, command: Command) -> None:
+        """Answer a command; raises VfixError with the reason where that cannot be done."""
+        match command:
+            case c.RegistrationCommand() | c.NewRegistration() | c.RenameRegistration():
+                self.workspace.stale = True
+                self._manage(command)
+            case c.LookAgain():
+                self.workspace.stale = True
+            case c.UseRegistration():
+                self._use(command.used)
+            case c.PairCommand(type="pair.select"):
+                self._select(command.pair_id)
+            case c.ShowBead():
+                self._select(command.bead_id)
+            case _:
+                before = self._need().selected
+                self.workspace.note(self._need().do(command, self._cross()))
+                after = self._need().selected
+                if after is not None and after != before:
+                    self._select(after)
+
+    def _select(self, item_id: str) -> None:
+        opened = self._need()
+        place = opened.place_of(item_id)
+        opened.selected = item_id
+        self.workspace.case.go_to(place)
+
+    def _cross(self) -> Position | None:
+        slices = self.workspace.case.sections(fresh=False)["slices"]
+        return None if slices is None else position_of(slices["cross"])
+
+    def _manage(self, command: c.RegistrationCommand | c.NewRegistration | c.RenameRegistration) -> None:
+        stored, case_id = self._services.registrations, self.workspace.case.case_id
+        if case_id is None:
+            raise InputError("open a head first; a registration belongs to one.")
+        match command:
+            case c.NewRegistration():
+                name = command.name or self._next_name(case_id)
+                self._open = OpenRegistration(self._services, stored.create(case_id, name).id)
+            case c.RenameRegistration():
+                self._check_own(command.registration_id, case_id)
+                stored.rename(command.registration_id, command.name)
+                if self._open is not None and self._open.id == command.registration_id:
+                    self._open.refresh()
+            case c.RegistrationCommand(type="registration.open"):
+                self._check_own(command.registration_id, case_id)
+                self._open = OpenRegistration(self._services, command.registration_id)
+            case c.RegistrationCommand(type="registration.duplicate"):
+                self._check_own(command.registration_id, case_id)
+                self._open = OpenRegistration(self._services, stored.duplicate(command.registration_id).id)
+            case c.RegistrationCommand(type="registration.restore"):
+                self._check_own(command.registration_id, case_id, deleted=True)
+                stored.restore(command.registration_id)
+                if self._open is None:
+                    self._open = OpenRegistration(self._services, command.registration_id)
+            case c.RegistrationCommand():
+                self._check_own(command.registration_id, case_id)
+                stored.delete(command.registration_id)
+                if self._open is not None and self._open.id == command.registration_id:
+                    self._open = newest(self._services, case_id, None)
+
+    def _next_name(self, case_id: str) -> str:
+        taken = {title.name for title in self._services.registrations.titles(case_id, include_deleted=True)}
+        return next(name for n in range(1, len(taken) + 2) if (name := f"Registration {n}") not in taken)
+
+    def _check_own(self, registration_id: str, case_id: str, deleted: bool = False) -> None:
+        """Refuse a registration of another head, and one that is deleted unless that is what is asked for."""
+        title = self._services.registrations.title(registration_id)
+        if title.case_id != case_id:
+            raise InputError("that registration belongs to another head; open that head first.")
+        if title.deleted_at is not None and not deleted:
+            raise InputError("that registration is deleted; restore it first.")
+
+    def _use(self, used: bool) -> None:
+        plan = self.workspace.plan.current
+        if plan is None:
+            raise InputError("open a plan first; it is a plan that uses a registration.")
+        wanted = self._need().id if used else None
+        self._services.registering.use(plan.id, wanted, expected_revision=plan.revision)
+        self.workspace.stale = True
+
+    # -- the scene
+
+    def clicked(self, ray: ClickRay) -> None:
+        """The slices go where the click meets the head, so that a point can be added there."""
+        super().clicked(ray)
+        hit = self.workspace.case.hit(ray)
+        if hit is not None:
+            self.workspace.case.go_to(position_of(hit.position))
+
+    def layers(self) -> list[Layer[Any]]:
+        marks, case_id = self._marks(), self.workspace.case.case_id
+        shapes = tuple(
+            FiducialShape(
+                mark["id"],
+                mark["label"],
+                position_of(mark["position"]),
+                mark["state"],
+                mark["selected"],
+                None if mark["measured"] is None else position_of(mark["measured"]),
+            )
+            for mark in marks
+        )
+        opened = self._open if self.active else None
+        balls = () if opened is None else opened.error_balls(self.workspace.plan.current)
+        fiducials = Layer("register.fiducials", shapes, FiducialNodes, lambda nodes: nodes.show(shapes), case_id)
+        errors = Layer("register.error", balls, _error_balls, lambda nodes: nodes.show(balls), case_id)
+        return ([fiducials] if shapes else []) + ([errors] if balls else [])
+
+    def _marks(self) -> list[FiducialMark]:
+        return self._open.marks() if self.active and self._open is not None else []
+
+    # -- for the page
+
+    def hint(self) -> str:
+        opened, use = self._open, self._plan_use()
+        if opened is None:
+            return register_hint(None, None, False, blocked=_blocked(use))
+        content = opened.document.content
+        used = use is not None and use["here"] and use["state"] == "ready"
+        deleted = opened.document.deleted_at is not None
+        blocked = "" if use is None or use["here"] else _blocked(use)
+        return register_hint(content, self._services.registering.report(content), used, deleted, blocked)
+
+    def sections(self, fresh: bool) -> RegisterSections:
+        """fresh: read list and open registration anew, which others may have changed."""
+        case_id = self.workspace.case.case_id
+        if case_id is None:
+            self._open, self._titles = None, []
+        elif fresh or not self._titles:
+            self._titles = list(self._services.registrations.titles(case_id, include_deleted=True))
+        if fresh and self._open is not None:
+            try:
+                self._open.refresh()
+            except VfixError:
+                self._open = None
+                raise
+        items: list[RegistrationEntry] = [
+            {"id": one.id, "name": one.name, "modified": str(one.modified), "deleted": bool(one.deleted_at)}
+            for one in self._titles
+        ]
+        case = self.workspace.case.sections(fresh=False)["case"]
+        has_volume = case is not None and case["has_volume"]
+        opened = self._open
+        return {
+            "registrations": {"items": items},
+            "registration": None if opened is None else opened.view(self.workspace.plan.current, has_volume),
+            "plan_use": self._plan_use(),
+            "fiducials": {"items": self._marks()},
+            "pointer": self._pointer(),
+        }
+
+    def tick(self) -> bool:
+        """The pointer comes into sight and goes out of it while nobody asks for anything."""
+        before, self._pointer_shown = self._pointer_shown, self._pointer() if self.active else None
+        return before != self._pointer_shown
+
+    def _pointer(self) -> TrackerView | None:
+        standing = self._services.registering.tracker_state
+        return None if standing is None else {"state": standing.state, "words": standing.words}
+
+    def _plan_use(self) -> PlanUseSection | None:
+        plan = self.workspace.plan.current
+        if plan is None:
+            return None
+        used = self._services.registering.registration_of(plan)
+        document = used.document
+        ready = used.state == "ready" and document is not None
+        error_words, balls = self._error_of(plan, document) if ready and document is not None else ("", False)
+        return {
+            "plan": plan.id,
+            "registration": used.id,
+            "name": None if document is None else document.name,
+            "state": used.state,
+            "words": used.words,
+            "doubts": list(used.doubts),
+            "error_words": error_words,
+            "has_balls": balls,
+            "here": self._open is not None and used.id == self._open.id,
+            "locked": plan.locked,
+        }
+
+    def _error_of(self, plan: Plan, document: StoredRegistration) -> tuple[str, bool]:
+        """What error is to be expected, in words, and whether the plan's targets have balls of it."""
+        key = (plan.id, plan.revision, document.id, document.revision)
+        if self._told is None or self._told[0] != key:
+            table = self._services.registering.errors(document.content, plan)
+            self._told = key, (table.short, bool(table.targets))
+        return self._told[1]
+
+
+def _blocked(use: PlanUseSection | None) -> str:
+    """Why the open plan cannot use what it refers to; '' where it can, or refers to none."""
+    return "" if use is None or use["state"] in ("none", "ready") else use["words"]
+
+
+def _error_balls(view: SceneView) -> ErrorBalls:
+    return ErrorBalls(view, "register")

@@ -1,0 +1,126 @@
+// A path that a pointer has traced at the patient, brought through the open registration into the open plan.
+import { group, h, whenChanged } from "/static/js/dom.js";
+import { folding } from "/static/js/folding.js";
+import { note } from "/static/js/dialogs.js";
+import { heldNumber, ownNumber } from "/static/js/fields.js";
+import { send, upload } from "/static/js/rest.js";
+import { field } from "./beads.js";
+import { RecordButton } from "./record.js";
+
+/** @import { Connection } from "/static/js/connection.js" */
+/** @import { RegistrationSection, TracedPublic, TrackerView, ViewModel } from "/static/js/types.js" */
+
+const WHAT = "Lead a pointer's tip along the way into the head, from outside to inside: the way becomes a new path of the open plan. The others stay.";
+
+export class TraceGroup {
+  /** @param {Connection} connection */
+  constructor(connection) {
+    this.connection = connection;
+    this.changed = whenChanged();
+    this.busy = false;
+    this.told = ""; // of the last traced path, and of which plan, through which registration
+    this.toldOf = this.toldBy = "";
+    this.path = ""; // its id; once it is undone nothing is told of it any more
+    /** @type {ViewModel} */
+    this.view = connection.state;
+    this.record = new RecordButton("record-trace", "Start tracing with the pointer", (seconds) => this.during(() => send(this.address("/tracked"), { seconds, ...this.named() })));
+    this.chooser = h("input", { type: "file", hidden: true, accept: ".csv", id: "trace-file", onchange: () => this.readTable() });
+    this.tableButton = h("button", { type: "button", id: "read-trace", title: "Samples of the tip in their order: columns x, y, z; lines '# unit=mm' and '# frame=patient' above", onclick: () => this.chooser.click() }, "From a table …");
+    this.practiceButton = h("button", { type: "button", id: "trace-simulated", title: "A simulated pointer follows the chosen path, with an error", onclick: () => this.practise() }, "Simulate");
+    this.noise = ownNumber("trace-noise", 0, 20, 0.1, 0.3);
+    this.why = h("p", { class: "words caution", id: "trace-why" });
+    this.words = h("p", { class: "words", id: "trace-words", role: "status" });
+    this.element = folding("trace", group("Trace a path", null, h("p", { class: "words" }, WHAT), this.why, this.record.element,
+      h("div", { class: "buttons even" }, this.practiceButton, this.tableButton),
+      h("details", { class: "folded" }, h("summary", {}, "Simulated pointer"), h("div", { class: "fields" },
+        h("p", { class: "words" }, "For practice: it follows the chosen path of the plan, at the patient that the simulated touches were of."), field("Error of a sample, mm rms", this.noise))),
+      this.words, this.chooser), false);
+  }
+
+  /**
+   * @param {RegistrationSection} registration
+   * @param {ViewModel} view
+   */
+  update(registration, view) {
+    this.registration = registration;
+    this.view = view;
+    const { plan, pointer } = view;
+    this.changed([registration.id, registration.deleted, registration.fit.state, plan?.id, plan?.locked, pointer, this.busy, this.told, this.isThere(registration, view)], () => this.render(registration, view));
+  }
+
+  /**
+   * @param {RegistrationSection} registration
+   * @param {ViewModel} view
+   */
+  render(registration, view) {
+    const { plan, pointer } = view;
+    const why = whyNot(registration, plan);
+    this.why.textContent = why;
+    this.why.hidden = !why;
+    for (const button of [this.practiceButton, this.tableButton]) button.disabled = Boolean(why) || this.busy;
+    this.record.update(pointer ?? null, !why && !this.busy);
+    this.words.textContent = this.busy ? "Fitting the path …" : this.isThere(registration, view) ? this.told : "";
+  }
+
+  /**
+   * Whether the path that was told of last is one of the open plan, traced through the open registration.
+   * @param {RegistrationSection} registration
+   * @param {ViewModel} view
+   */
+  isThere({ id }, { plan, paths }) {
+    return id === this.toldBy && plan?.id === this.toldOf && Boolean(paths?.items.some((path) => path.id === this.path));
+  }
+
+  /** @param {string} end */
+  address(end) {
+    return `/api/v1/plans/${encodeURIComponent(this.view.plan?.id ?? "")}/traced${end}`;
+  }
+
+  named() {
+    return { registration: this.registration?.id ?? null };
+  }
+
+  /** @param {() => Promise<TracedPublic>} work */
+  async during(work) {
+    if (!this.registration) return;
+    const { id } = this.registration;
+    this.busy = true;
+    this.update(this.registration, this.view);
+    try {
+      const traced = await work();
+      [this.told, this.toldOf, this.toldBy, this.path] = [`${traced.words} Undo in Plan takes it back.`, traced.plan.id, id, traced.path];
+      await this.connection.request("registration.look");
+    } catch (error) {
+      note(/** @type {Error} */ (error).message, { error: true });
+    } finally {
+      this.busy = false;
+      this.update(this.registration, this.view);
+    }
+  }
+
+  practise() {
+    return this.during(() => send(this.address("/simulated"), { noise_mm: heldNumber(this.noise), ...this.named() }));
+  }
+
+  readTable() {
+    const file = this.chooser.files?.[0];
+    this.chooser.value = "";
+    if (!file || !this.registration) return;
+    const form = new FormData();
+    form.append("file", file);
+    form.append("registration", this.registration.id);
+    this.during(() => upload(this.address(""), form, () => {}));
+  }
+}
+
+/**
+ * Why no path can be traced into the open plan, in words; '' where one can.
+ * @param {RegistrationSection} registration
+ * @param {ViewModel["plan"]} plan
+ */
+function whyNot(registration, plan) {
+  if (!plan) return "Open a plan first: the traced path becomes one of its paths.";
+  if (plan.locked) return "The plan is locked; unlock it in Plan.";
+  if (registration.deleted || !["fitted", "given", "refined"].includes(registration.fit.state)) return "The points have to be fitted first: without a transform nobody knows where the path lies in the CT.";
+  return "";
+}

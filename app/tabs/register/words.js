@@ -1,0 +1,174 @@
+// What the panel of the Register tab says of points, errors and orders; nothing here touches the page.
+
+/** @import { CalibrationView, ErrorRow, FitView, OrderView, PairEntry, RegistrationPublic, TouchedView } from "/static/js/types.js" */
+
+const [HELD, WELL_HELD] = [0.02, 0.1]; // of stability: 45 points of 0.3 mm tell the least held motion to 0.55 and 0.25 mm
+const LEAST_SCALE_MM = 1; // a full bar: residuals below it do not look large
+/** @type {Record<PairEntry["measured_from"], string>} */
+const SOURCES = { typed: "typed", file: "from a table", simulated: "simulated touch", tracker: "from the tracker" };
+
+/**
+ * What is known of a point, in a few words.
+ * @param {PairEntry} pair
+ */
+export function pairWords(pair) {
+  if (!pair.in_image) return "measured, not in the image yet";
+  if (!pair.measured) return "not measured yet";
+  const weight = pair.weight === 1 ? "" : `, weight ${pair.weight}`;
+  return pair.enabled ? `${SOURCES[pair.measured_from]}${weight}` : `${SOURCES[pair.measured_from]}, left out`;
+}
+
+/**
+ * The residual that fills a bar, in mm.
+ * @param {PairEntry[]} pairs
+ */
+export function barScale(pairs) {
+  return Math.max(LEAST_SCALE_MM, ...pairs.map((pair) => pair.residual_mm ?? 0));
+}
+
+/**
+ * How much of a bar a residual fills, from 0 to 1.
+ * @param {number | null} residual
+ * @param {number} scale
+ */
+export function barShare(residual, scale) {
+  return residual === null ? 0 : Math.min(Math.max(residual / scale, 0), 1);
+}
+
+/**
+ * Whether a point was really measured: typed, read or tracked, not simulated.
+ * @param {PairEntry} pair
+ */
+export function isReal(pair) {
+  return Boolean(pair.measured) && pair.measured_from !== "simulated";
+}
+
+/**
+ * Whether a simulated pointer may touch points: nothing, or nothing but simulated touches, is there.
+ * @param {PairEntry[]} pairs
+ */
+export function canPractise(pairs) {
+  return pairs.some((pair) => pair.in_image) && !pairs.some(isReal);
+}
+
+/**
+ * What the list of points is for; the bars are told of where there are some.
+ * @param {PairEntry[]} pairs
+ */
+export function listWords(pairs) {
+  if (!pairs.length) return "Confirm beads above, or put the crosshair on a point and add it.";
+  const scale = barScale(pairs);
+  const bars = pairs.some((pair) => pair.residual_mm !== null)
+    ? ` The bar shows how far the two are apart under the fit, and is full at ${scale.toFixed(scale < 10 ? 1 : 0)} mm.` : "";
+  return `Each point is seen in the image and measured at the patient.${bars} Press a point for its coordinates.`;
+}
+
+/**
+ * Why points can no longer be touched by the simulated pointer, and what to do; '' where that is not the question.
+ * @param {PairEntry[]} pairs
+ */
+export function practiceWords(pairs) {
+  if (canPractise(pairs) || !pairs.some((pair) => pair.measured && pair.measured_from === "simulated")) return "";
+  const real = pairs.filter(isReal).map((pair) => `‘${pair.label || "Point"}’`);
+  const those = real.length === 1 ? `${real[0]} was` : `${real.join(", ")} were`;
+  return `${those} not measured by the simulated pointer, which does not write over that. To simulate again: choose the point and press ‘Forget measurement’, or press ‘Clear’ for all.`;
+}
+
+/**
+ * Where the error of a row is expected.
+ * @param {ErrorRow} row
+ */
+export function rowWords(row) {
+  if (row.s_mm === null) return row.label || "Target";
+  return `Worst along the path, at ${row.s_mm.toFixed(0)} mm`;
+}
+
+/**
+ * How exactly one point was measured, and who says so.
+ * @param {FitView} fit
+ */
+export function fleWords(fit) {
+  if (fit.fle_mm === null) return fit.state === "misfit" ? "not known: the points do not fit" : "not known yet";
+  const figure = `${fit.fle_mm.toFixed(2)} mm`;
+  return fit.fle_source === "stated" ? `${figure}, as stated` : `${figure}, estimated from the fit of ${fit.used} points`;
+}
+
+/**
+ * What an order changes, in a sentence.
+ * @param {OrderView} order
+ */
+export function orderWords({ moves }) {
+  const moved = moves.filter(({ stays }) => !stays).length;
+  if (!moved) return "As they are now";
+  const stay = moves.length - moved;
+  return `${moved === 1 ? "One point gets" : `${moved} points get`} another measured place${stay ? `, ${stay} ${stay === 1 ? "stays" : "stay"}` : ""}`;
+}
+
+/** @type {Record<TouchedView["measured_from"], string>} */
+const TOUCHED_FROM = { file: "from a table", simulated: "by the simulated pointer", tracker: "by the tracked pointer" };
+
+/**
+ * What was touched on a surface, and what can be done with it.
+ * @param {TouchedView | null} touched
+ * @param {string} structure its name
+ * @param {boolean} usable whether there is a transform to begin with
+ */
+export function touchedWords(touched, structure, usable) {
+  if (!touched) return usable ? "Nothing is touched yet." : "Fit the points above first; then touch the surface.";
+  const what = `${touched.count} points touched on ${structure}, ${TOUCHED_FROM[touched.measured_from]}.`;
+  if (!usable) return `${what} Fit the points above first.`;
+  return touched.refinement ? what : `${what} The registration is not refined on them yet.`;
+}
+
+/**
+ * What a refinement did: terms, figures and their titles; first what judges it.
+ * @param {TouchedView} touched
+ * @param {FitView} fit
+ * @returns {[string, string, string][]}
+ */
+export function refinementRows({ refinement, count }, fit) {
+  if (!refinement) return [];
+  const judged = fit.fre_mm === null ? "none to judge by" : `${fit.fre_mm.toFixed(2)} mm rms`;
+  return [
+    ["Measured points, which judge it", judged, "How far the points above are off under the refined transform, rms"],
+    ["Moved by up to", `${refinement.moved_mm.toFixed(2)} mm`, "Largest displacement of a touched point"],
+    ["Hold against sliding", `${refinement.stability.toFixed(2)} of 1, ${holdWords(refinement.stability)}`, "From 0 to 1: how much the surface resists the motion that it resists least; near 0 on a plane or a ball, where points slide"],
+    ["Residual", `${refinement.residual_mm.toFixed(2)} mm rms, ${refinement.kept} of ${count}`, "It is not the accuracy"],
+  ];
+}
+
+/**
+ * What the hold of a surface means: the error of the motion that is held least goes with one over its root.
+ * @param {number} stability
+ */
+function holdWords(stability) {
+  if (stability >= WELL_HELD) return "held well";
+  return stability >= HELD ? "held weakly: touch other sides too" : "may slide: touch edges and other sides";
+}
+
+/**
+ * A bound at the two digits that are shown: rounded up, so that 'below' stays true.
+ * @param {number} value
+ */
+export function roundedUp(value) {
+  return Math.ceil(value * 100 - 1e-9) / 100;
+}
+
+/**
+ * What a transform that goes out is for.
+ * @param {CalibrationView["to"]} to
+ */
+export function exportWords(to) {
+  const there = to === "base" ? "into the frame of the robot's base" : "onto the patient";
+  return `A transform moves the plan's points ${there}: the files of Plan, ‘Export and import’, hold them in the image's frame. The folder for 3D Slicer there has plan, head, transforms and points. The whole case as one file: Patient, ‘Save everything as one file …’.`;
+}
+
+/**
+ * What has to be known of a transform that came in.
+ * @param {RegistrationPublic} made
+ */
+export function importedWords({ name, to, fit, said }) {
+  const where = to === "base" ? "the robot's base" : "the patient";
+  const open = said?.to ? "" : ` The file does not say what it is to and counts as to ${where}; choose otherwise in ‘Pointer and robot’.`;
+  return `The transform was read as ‘${name}’, to ${where}.${open}${fit.simulated ? " Its file says that it is simulated: nothing here is of a real patient." : " Points that you add show how far each is off."}`;
+}

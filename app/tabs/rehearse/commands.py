@@ -1,0 +1,37 @@
+"""Commands of the Rehearse tab."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from app.drives import commands as drive
+from app.drives.commands import DriveCommand, HoldCommand, Push, SetDriveSettings
+from app.messages.fields import Command, Identifier
+
+__all__ = ["COMMANDS", "DriveCommand", "HoldCommand", "Push", "SetDriveSettings", "SetMode", "SetOptions"]
+
+
+class SetMode(Command):
+    type: Literal["rehearsal.mode"]
+    mode: Literal["path", "free", "inspect"]
+    target_id: Identifier | None = None
+
+
+class SetOptions(Command):
+    """Switches of the next start or reset.
+
+    centre_point, centre_mm: where the remote centre is, at a path point or at an arc length; neither: where the path
+    enters the head.
+    """
+
+    type: Literal["rehearsal.options"]
+    soft_tissue: bool
+    remote_centre: bool
+    speed_limit: bool
+    centre_point: Identifier | None = None
+    centre_mm: Annotated[float, Field(ge=0, le=1e4, allow_inf_nan=False)] | None = None
+
+
+COMMANDS: tuple[type[Command], ...] = (*drive.COMMANDS, SetMode, SetOptions)

@@ -1,0 +1,187 @@
+"""The rehearsal of the open plan: which shared drive it is, what the plan keeps of it, and what withdraws it."""
+
+from __future__ import annotations
+
+import logging
+
+from app.drives.drive_record import DriveRecord
+from app.drives.shared_drive import SharedDrive
+from app.drives.shared_drives import DriveKey, SharedDrives
+from app.kit.errors import PlanLocked
+from app.kit.values import Position
+from app.planning.rehearsal_options import NO_SWITCHES, Switches
+from app.plans.service import Plan
+from app.tabs.drive_tab import DriveTab
+from app.tabs.rehearse.driven import SoFar
+from app.tabs.rehearse.preparation import PlanKey, PreparedRehearsal, plan_key, prepare
+from app.workspace.workspace import Workspace
+from vfix_engine.anatomy.surface_uncertainty import SurfaceUncertainty
+from vfix_engine.errors import PlanError, VfixError
+from vfix_engine.worlds.rigid.snapshot import RigidSnapshot
+
+_LOG = logging.getLogger(__name__)
+
+RehearsalRecord = DriveRecord[PreparedRehearsal, RigidSnapshot]
+RehearsalDrive = SharedDrive[PreparedRehearsal, RigidSnapshot]
+RehearsalDrives = SharedDrives[PreparedRehearsal, RigidSnapshot]
+
+
+class RehearsalSession(DriveTab[PreparedRehearsal, RigidSnapshot]):
+    """A tab that drives the open plan. Owned by the session's thread; others read :attr:`drive` alone."""
+
+    def __init__(self, workspace: Workspace, shared: RehearsalDrives) -> None:
+        super().__init__(workspace, shared)
+        self._services = workspace.services
+        self._registered: tuple[object, str] | None = None  # plan and its registration's id, and that one's key
+        self._uncertainty: SurfaceUncertainty | None = None  # of the bone that the margin is kept to
+        self._has_ct = False
+        self.so_far = SoFar()
+        self._changed = False  # the plan is another one than what is driven
+        self._stopped_for = ""  # why the robot was paused at the last tick
+        self._unkept: dict[str, float] = {}  # settings that the plan could not keep when it was tried last
+        self._plan_edited = False  # the plan in the store has changed by what was done here
+        workspace.plan.on_opened(self._plan_opened)
+
+    @property
+    def _plan_id(self) -> str | None:
+        return None if self.key is None else self.key.document_id
+
+    @property
+    def wanted(self) -> Switches:
+        """The switches of the next start or reset."""
+        return NO_SWITCHES if self._plan_id is None else self._services.switches.of(self._plan_id)
+
+    # -- which drive
+
+    def _plan_opened(self) -> None:
+        """Go to the drive of the plan that is open now."""
+        plan = self.workspace.plan.current
+        self.go_to(None if plan is None else DriveKey(plan.case_id, plan.id))
+        if plan is not None:
+            case = self._services.cases.get(plan.case_id)
+            self._uncertainty, self._has_ct = case.uncertainty, bool(case.volumes)
+
+    def leave_drive(self) -> None:
+        super().leave_drive()
+        self._changed = False
+        self._unkept = {}
+
+    def made_of(self) -> PlanKey | None:
+        plan = self.workspace.plan.current
+        return None if plan is None else self._key(plan)
+
+    def open(self, drive: RehearsalDrive, words: str = "Placing the robot at the entry …") -> None:
+        """Place the robot for the plan and the switches as they are now."""
+        plan, switches = self.need_plan(), self.wanted.in_force
+        if len(plan.points) < 2:
+            raise PlanError("a rehearsal needs a path of two points at least.")
+        executor = self.workspace.executor
+        drive.open(self._key(plan), lambda: prepare(self._services, plan, switches), executor, words)
+
+    def need_plan(self) -> Plan:
+        """The open plan. Raises PlanError where there is none."""
+        plan = self.workspace.plan.current
+        if plan is None:
+            raise PlanError("open a plan first.")
+        return plan
+
+    def read(self, take_words: bool = False) -> RehearsalRecord:
+        """Read the drive; take_words: with what the process has said to the holder, which is said once."""
+        shown = self.now.snapshot
+        now = super().read(take_words)
+        if now.snapshot is not shown and self.active:
+            self.so_far.take(now.snapshot, None if now.prepared is None else now.prepared.planned)
+        return now
+
+    def places(self) -> list[Position]:
+        """The grip."""
+        if self.now.snapshot is None:
+            return []
+        x, y, z = (float(value) for value in self.now.snapshot.grip)
+        return [(x, y, z)]
+
+    @property
+    def driven(self) -> PreparedRehearsal | None:
+        """What is driven and shown, where that is not the plan as it is now."""
+        return self.now.prepared if self._changed and self.active else None
+
+    def _compare(self, now: RehearsalRecord) -> None:
+        """Look whether the robot was placed for the plan as it is now."""
+        plan = self.workspace.plan.current
+        self._changed = now.prepared is not None and not (plan is not None and now.is_for(self._key(plan)))
+
+    def _withdrawn(self, now: RehearsalRecord) -> str:
+        """Why the robot that stands here is not driven: the plan goes by another registration now, or by none that can
+        be used; '' where it goes by the one that the robot was placed by.
+        """
+        plan, placed = self.workspace.plan.current, now.made_of
+        if plan is None or now.state != "ready" or not isinstance(placed, PlanKey):
+            return ""
+        if placed.plan_id != plan.id or placed.registered == self._key(plan).registered:
+            return ""
+        try:
+            self._services.planning.registration(plan)
+        except PlanError as error:
+            return f"{error} The robot is not driven until then."
+        return "The plan goes by another registration than the robot was placed by. ‘Reset to entry’ places it anew."
+
+    def _stop_where_withdrawn(self, now: RehearsalRecord) -> str:
+        """The robot pauses where its registration has gone under it; returns words for the user, '' for none."""
+        words = self._withdrawn(now) if self._changed and now.snapshot is not None and now.snapshot.running else ""
+        if words and not self._stopped_for:  # read anew before somebody's robot is stopped
+            self._registered = None
+            words = self._withdrawn(now)
+        if words and self.drive is not None:
+            self.drive.halt()
+        said, self._stopped_for = self._stopped_for, words
+        return "" if words == said else words
+
+    def _key(self, plan: Plan) -> PlanKey:
+        """What a rehearsal of the plan depends on; its registration is read anew once something was stored."""
+        of = (plan.id, plan.registration)
+        if self._registered is None or self._registered[0] != of:
+            self._registered = of, self._services.planning.registration_key(plan)
+        return plan_key(plan, self._registered[1])
+
+    def give_up(self) -> None:
+        """The robot pauses where it is, the handle is free, and the plan keeps the settings that came into force."""
+        drive, accepted = self.drive, {} if self.drive is None else self.drive.read(self.client).accepted
+        try:
+            super().give_up()
+        finally:
+            if drive is not None and self._keep_settings(drive, accepted):  # last: it waits for the disk
+                _LOG.warning("a window that is gone had changed settings that its plan did not keep")
+
+    def come_back(self) -> None:
+        self._unkept = {}
+        super().come_back()
+
+    def hear(self) -> list[str]:
+        """Hear what the process has said, and let the plan keep what was changed; returns words for the user."""
+        words = super().hear()
+        if self.drive is not None and self.now.accepted != self._unkept:
+            words += self._keep_settings(self.drive, self.now.accepted)
+            self.read()  # it may be the rehearsal of the plan that was stored just now
+        return words
+
+    def _keep_settings(self, drive: RehearsalDrive, accepted: dict[str, float]) -> list[str]:
+        """The plan keeps the settings that came into force, unless it is locked; returns words where it does not.
+
+        Where the store refuses, it is tried again with the next change, or by the next window that has the handle.
+        """
+        self._unkept, words = {}, list[str]()
+        if not accepted or self._plan_id is None:
+            return words
+        try:
+            before = self._services.plans.get(self._plan_id)
+            after = self._services.plans.editor(self._plan_id).set_settings(accepted)
+        except PlanLocked:
+            words.append("The plan is locked: the changed settings hold for this rehearsal only.")
+        except VfixError as error:
+            self._unkept = accepted
+            return [f"The changed settings hold for this rehearsal only, the plan could not keep them: {error}"]
+        else:
+            drive.made_of_changed(self._key(before), self._key(after))
+            self._plan_edited = True
+        drive.kept(accepted)
+        return words

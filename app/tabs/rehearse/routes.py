@@ -1,0 +1,12 @@
+"""The poses of the rigid tool, see `app.drives.poses_route`."""
+
+from app.drives.poses import PoseColumns
+from app.drives.poses_route import poses_router
+
+router = poses_router(
+    "rehearse",
+    PoseColumns(
+        places=("tip", "grip", "virtual_point", "force"),
+        numbers=("tip_error_mm", "clearance_mm", "margin_mm", "progress_mm", "length_mm", "target_error_mm"),
+    ),
+)

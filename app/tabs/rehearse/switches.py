@@ -1,0 +1,219 @@
+"""The switches of a rehearsal as the page shows them, and where its remote centre can be."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from concurrent.futures import Executor
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from app.planning.head_tissue import MAX_DEPTH_MM, NOSTRIL_DEPTH_MM, STIFFNESS_N_PER_MM
+from app.planning.rehearsal_options import (
+    NO_CT,
+    SPEED_MM_PER_S,
+    TURN_RAD_PER_S,
+    Switches,
+)
+from app.planning.remote_centre import TOLERANCE_MM, PathPlace, centre_at, entry_mm, path_of, point_places
+from app.planning.verdict import NOSTRIL_MM
+from app.plans.service import Plan
+from app.services import Services
+from app.tabs.rehearse.sections import CentreChoice, CentreSection, OptionsSection, OptionView
+from app.workspace.background import in_background
+from vfix_engine.errors import VfixError
+from vfix_engine.geometry.path import SplinePath
+from vfix_engine.virtual_fixtures import RemoteCentre
+
+ENTRY, MM = "entry", "mm"  # of a place that is no path point
+_OF_ANOTHER = "Another window holds the handle."
+
+
+@dataclass(frozen=True)
+class _Known:
+    """What is known of a plan's path: where its points are, and its entry in mm, or why there is none; '' not yet."""
+
+    path: SplinePath
+    points: tuple[tuple[str, str, float], ...]  # id, label, arc length [mm]
+    has_ct: bool
+    entry: float | None = None
+    trouble: str = ""
+
+
+class CentrePlaces:
+    """The places that a plan's remote centre can be at. The CT is read in the background. Owned by one thread."""
+
+    def __init__(self, services: Services, executor: Executor, post: Callable[[Callable[[], None]], Any]) -> None:
+        """post: queues what is called onto the owner's thread."""
+        self._services, self._executor, self._post = services, executor, post
+        self._key: object = None
+        self.known: _Known | None = None  # of the plan that was looked at last
+        self._last: tuple[object, RemoteCentre | str] = (None, "")  # what was looked at last
+
+    def ask(self, plan: Plan | None) -> None:
+        """Look at a plan's path, where it is another one than before."""
+        points = () if plan is None else tuple((point.id, point.label, point.position) for point in plan.points)
+        key = (None if plan is None else plan.id, points)
+        if key == self._key:
+            return
+        self._key, self.known = key, None
+        if plan is None or len(points) < 2:
+            return
+        path = path_of(plan)
+        at = zip(plan.points, point_places(plan, path), strict=True)
+        has_ct = bool(self._services.cases.get(plan.case_id).volumes)
+        known = self.known = _Known(path, tuple((point.id, point.label, s) for point, s in at), has_ct)
+        self._find(key, plan, known)
+
+    def _find(self, key: object, plan: Plan, known: _Known) -> None:
+        def find() -> None:
+            try:
+                volume = self._services.cases.volume(self._services.cases.get(plan.case_id))
+                tell(entry_mm(plan, known.path, volume), "")
+            except VfixError as error:
+                tell(None, str(error))
+
+        def tell(entry: float | None, trouble: str) -> None:
+            found = _Known(known.path, known.points, known.has_ct, entry, trouble)
+            self._post(lambda: self._accept(key, found))
+
+        in_background(self._executor, "The entry was not found", find, lambda words: tell(None, words))
+
+    def _accept(self, key: object, found: _Known) -> None:
+        if key == self._key:
+            self.known = found
+
+    def at_mm(self, place: PathPlace) -> float | None:
+        """The arc length of a place; None where it is not known, or there is none."""
+        if self.known is None:
+            return None
+        if place.point is not None:
+            return next((s for point, _, s in self.known.points if point == place.point), None)
+        return self.known.entry if place.at_mm is None else min(place.at_mm, self.known.path.length)
+
+    def centre(self, place: PathPlace) -> RemoteCentre | None:
+        """The fixture at a place; None where it cannot be there."""
+        found = self._looked_at(self.at_mm(place))
+        return found if isinstance(found, RemoteCentre) else None
+
+    def _looked_at(self, at: float | None) -> RemoteCentre | str:
+        """The fixture at an arc length, or why it cannot be there; '' where the arc length is not known."""
+        if at is None or self.known is None:
+            return ""
+        key = (self.known.path, at)
+        if self._last[0] != key:
+            try:
+                self._last = key, centre_at(*key)
+            except VfixError as error:
+                self._last = key, str(error)
+        return self._last[1]
+
+    def section(self, place: PathPlace) -> CentreSection | None:
+        """For the page; None without a path."""
+        known = self.known
+        if known is None:
+            return None
+        at = self.at_mm(place)
+        points: list[CentreChoice] = [
+            {"value": point, "label": f"{number}: {label}, {s:.1f} mm"}
+            for number, (point, label, s) in enumerate(known.points, 1)
+        ]
+        return {
+            "choices": [{"value": ENTRY, "label": self._entry_words(known)}, *points],
+            "chosen": place.point or (ENTRY if place.at_mm is None else MM),
+            "at_mm": None if at is None else round(at, 1),
+            "length_mm": round(known.path.length, 1),
+            "trouble": self._trouble(known, place, at),
+        }
+
+    def _entry_words(self, known: _Known) -> str:
+        at = "" if known.entry is None else f", {known.entry:.1f} mm"
+        return f"Entry into the head{at}" if known.has_ct else f"First path point{at}"
+
+    def _trouble(self, known: _Known, place: PathPlace, at: float | None) -> str:
+        if at is None:
+            gone = "The path point of the remote centre is not there any more; choose another place."
+            return gone if place.point is not None else known.trouble
+        found = self._looked_at(at)
+        return found if isinstance(found, str) else ""
+
+
+def place_of(choice: str | None, at_mm: float | None) -> PathPlace:
+    """The place that the page has chosen: a path point, a place in mm, or the entry."""
+    return PathPlace(choice, at_mm if choice is None else None)
+
+
+def options_section(
+    wanted: Switches,
+    in_force: Switches | None,
+    centre: CentreSection | None,
+    has_ct: bool,
+    may_change: bool,
+) -> OptionsSection:
+    """Switches, what each does, and why one cannot be used.
+
+    in_force: of the robot that is in place; None where there is none. centre: None without a path.
+    """
+    refusals = {
+        "soft_tissue": "" if has_ct else NO_CT,
+        "remote_centre": "" if centre is not None else "The plan has no path yet.",
+        "speed_limit": "",
+    }
+    items: list[OptionView] = [
+        {
+            "name": name,
+            "label": label,
+            "words": _option_words(words, getattr(wanted, name), getattr(in_force or wanted, name)),
+            "on": getattr(wanted, name),
+            "refusal": refusals[name] or ("" if may_change else _OF_ANOTHER),
+        }
+        for name, (label, words) in _LABELS.items()
+    ]
+    changed = in_force is not None and in_force != wanted.in_force
+    return {
+        "items": items,
+        "centre": centre if wanted.remote_centre else None,
+        "words": "Changed: in force from ‘Start’ at the entry, or from ‘Reset to entry’." if changed else "",
+    }
+
+
+class _OptionWords(NamedTuple):
+    """acts: what the switch does; would: the same behind 'Turn on to'."""
+
+    acts: str
+    would: str
+
+
+def _option_words(words: _OptionWords, on: bool, acts: bool) -> str:
+    """What a switch does, or would do. on: as it is wanted; acts: in the robot that is in place."""
+    if on != acts:
+        return f"Not in force yet: {words.acts}" if on else f"Still in force: {words.acts}"
+    return f"{words.acts[:1].upper()}{words.acts[1:]}" if on else f"Off. Turn on to {words.would}"
+
+
+_LABELS: dict[str, tuple[str, _OptionWords]] = {
+    "soft_tissue": (
+        "Soft tissue",
+        _OptionWords(
+            f"skin and mucosa, as the CT shows them, yield with {STIFFNESS_N_PER_MM} N/mm and are hard from "
+            f"{MAX_DEPTH_MM:g} mm on, from {NOSTRIL_DEPTH_MM:g} mm within {NOSTRIL_MM:g} mm of the entry.",
+            "let skin and mucosa push back as the CT shows them.",
+        ),
+    ),
+    "remote_centre": (
+        "Remote centre",
+        _OptionWords(
+            f"once the tip is inside, the tool passes one place of the path within {TOLERANCE_MM:g} mm, "
+            "as it does in a nostril.",
+            f"make the tool pass one place of the path within {TOLERANCE_MM:g} mm, as it does in a nostril.",
+        ),
+    ),
+    "speed_limit": (
+        "Speed limits",
+        _OptionWords(
+            f"the tip moves no faster than {SPEED_MM_PER_S:g} mm/s and turns no faster than "
+            f"{math.degrees(TURN_RAD_PER_S):.0f}°/s.",
+            f"limit the tip to {SPEED_MM_PER_S:g} mm/s and {math.degrees(TURN_RAD_PER_S):.0f}°/s.",
+        ),
+    ),
+}

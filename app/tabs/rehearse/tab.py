@@ -1,0 +1,244 @@
+"""Rehearse: the shared drive of the open plan, whether this client holds its handle, and what it shows of it."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from app.messages.fields import Command
+from app.planning.rehearsal_options import NO_SWITCHES, Switches
+from app.scene.centre import CentreNodes
+from app.scene.drive import DriveNodes
+from app.tabs.drive_tab import NOT_HELD
+from app.tabs.rehearse import SPEC
+from app.tabs.rehearse import commands as c
+from app.tabs.rehearse.drive_session import RehearsalDrive, RehearsalDrives, RehearsalRecord, RehearsalSession
+from app.tabs.rehearse.hints import rehearse_hint
+from app.tabs.rehearse.sections import OptionsSection, RehearsalSection, RehearsalSections
+from app.tabs.rehearse.switches import CentrePlaces, options_section, place_of
+from app.tabs.rehearse.view import details_section, rehearsal_section, settings_section, tool_section
+from app.workspace.layers import Layer
+from app.workspace.plan_items import curve_layer, curve_section, entries, items_layer, plan_items
+from app.workspace.workspace import Workspace
+from vfix_engine.control import ControlSettings
+from vfix_engine.errors import ControlError, PlanError
+from vfix_engine.robots import PlacedRobot
+from vfix_engine.runtime.requests import SetTask
+from vfix_engine.worlds.rigid.snapshot import RigidSnapshot
+
+
+class RehearseTab(RehearsalSession):
+    """Owned by the session's thread; only :attr:`drive` is read from others."""
+
+    spec = SPEC
+    first_view = "nose"
+
+    def __init__(self, workspace: Workspace, shared: RehearsalDrives) -> None:
+        super().__init__(workspace, shared)
+        self._centre = CentrePlaces(workspace.services, workspace.executor, workspace.post)
+        self._shown_options: tuple[object, OptionsSection] | None = None  # with what it depends on
+        self._told_of: RigidSnapshot | None = None  # the pose that others were told last
+        self._told = NO_SWITCHES  # the switches as they were when everything was published last
+
+    def available(self) -> bool:
+        return self.workspace.plan.id is not None
+
+    # -- entering and leaving the step
+
+    def enter(self) -> None:
+        """Open the anatomy along the path, look at it, and put the robot at its entry where nobody else has it."""
+        plan = self.workspace.plan.current
+        self.workspace.case.open_up([] if plan is None else [item.position for item in plan_items(plan)])
+        self.workspace.camera.look_from("nose")
+        drive = self.drive
+        if drive is None or plan is None or len(plan.points) < 2 or drive.is_for(self._key(plan)):
+            return
+        if drive.lease.take(self.client):
+            self.open(drive)
+
+    # -- commands
+
+    def handle(self, command: Command) -> None:
+        """Raises PlanError where no plan is open, and ControlError where this client may not."""
+        if isinstance(command, c.SetOptions):
+            self._switch(command)
+        elif isinstance(command, c.SetMode):
+            self._set_mode(command)
+        else:
+            self.need_plan()
+            super().handle(command)
+
+    def _switch(self, command: c.SetOptions) -> None:
+        plan = self.need_plan()
+        if not self.read().may_prepare:
+            raise ControlError(NOT_HELD)
+        place = place_of(command.centre_point, command.centre_mm)
+        wanted = Switches(command.soft_tissue, command.remote_centre, command.speed_limit, place)
+        self._services.switches.turn(plan.id, wanted)
+
+    def _set_mode(self, command: c.SetMode) -> None:
+        """Another mode; the target is one of the robot that is there."""
+        drive = self.need_drive()
+        self.need_instructor()
+        if self.now.prepared is not None:
+            target = command.target_id
+            index = 0 if target is None else self.now.prepared.target_index(target)
+            drive.apply(self.client, SetTask(command.mode, index))
+
+    def start(self, drive: RehearsalDrive) -> None:
+        """Never by a registration that is not the plan's any more: at the entry the robot is placed anew, else it
+        stays there. What stands at the entry with other switches is placed anew, too.
+        """
+        self._registered = None  # read now, not when something was stored last
+        now = self.read()
+        at_entry = now.snapshot is None or now.snapshot.steps == 0
+        withdrawn = self._withdrawn(now)
+        if now.state == "ready" and at_entry and (withdrawn or not self._has_wanted(now)):
+            self._services.planning.registration(self.need_plan())
+            self.open(drive)
+            self._run_when_ready = True
+        elif withdrawn:
+            raise PlanError(withdrawn)
+        else:
+            super().start(drive)
+
+    def reset(self, drive: RehearsalDrive) -> None:
+        if self._has_wanted(self.read()):
+            super().reset(drive)
+        else:
+            self.open(drive)
+
+    def _has_wanted(self, now: RehearsalRecord) -> bool:
+        """Whether what stands here has the switches as they are wanted."""
+        return now.prepared is not None and now.prepared.switches == self.wanted.in_force
+
+    # -- each tick
+
+    def tick(self) -> bool:
+        """Read the newest snapshot, and tell the user what the control process has said."""
+        super().tick()
+        edited, self._plan_edited = self._plan_edited, False
+        self.workspace.stale |= edited
+        if self._services.live.wanted:
+            self._tell_tool(self.now)
+        drawn, told, self._told = self.driven, self._told, self.wanted
+        self._compare(self.now)
+        if words := self._stop_where_withdrawn(self.now):
+            self.workspace.note(words, error=True)
+        return edited or self.driven is not drawn or told != self._told
+
+    def _tell_tool(self, now: RehearsalRecord) -> None:
+        """Say where the tool is, for those who are connected to the planner; the client that drives says it."""
+        if now.mine and now.snapshot is not None and now.prepared is not None and now.snapshot is not self._told_of:
+            self._told_of = now.snapshot
+            pose = np.eye(4)
+            pose[:3, :3], pose[:3, 3] = now.prepared.robot.tip_pose(now.snapshot.q)
+            self._services.live.show_tool(pose)
+
+    def run_when_ready(self, drive: RehearsalDrive) -> None:
+        """A robot that came with other switches comes again; one whose registration has changed stays."""
+        if self.workspace.plan.current is not None and not self._has_wanted(self.now):
+            self.open(drive)
+            return
+        self._registered = None  # it may have changed while the robot came
+        if words := self._withdrawn(self.now):
+            self._run_when_ready = False
+            self.workspace.note(words, error=True)
+        else:
+            super().run_when_ready(drive)
+
+    # -- what the page and the scene show
+
+    def hint(self) -> str:
+        plan, now = self.workspace.plan.current, self.now
+        points, targets = (0, 0) if plan is None else (len(plan.points), len(plan.targets))
+        mode, phase = ("path", "") if now.snapshot is None else (now.snapshot.mode, now.snapshot.phase)
+        free = self.drive is not None and now.holder is None
+        ends = ""
+        # Another margin than that of the dry run has another verdict, which the panel tells.
+        if now.prepared is not None and now.prepared.planned is not None and not self._other_margin(now):
+            ends = now.prepared.planned.ends_words
+        blocked = self._withdrawn(now) if self._changed else ""
+        state, changed = now.shown_state, self._changed
+        return rehearse_hint(points, state, now.mine, free, mode, phase, targets, changed, ends, blocked)
+
+    def _other_margin(self, now: RehearsalRecord) -> bool:
+        """Whether the margin was changed since the drive was prepared."""
+        return now.prepared is not None and _settings(now).margin_mm != now.prepared.settings.margin_mm
+
+    def sections(self, fresh: bool) -> RehearsalSections:
+        if fresh:
+            self._registered = None
+        now = self.read()
+        self._compare(now)
+        driven = self.driven
+        sections: RehearsalSections = {
+            "rehearsal": self._rehearsal(now),
+            "driven": None if driven is None else entries(driven.items),
+            "details": details_section(now.snapshot),
+            "settings": settings_section(_settings(now), now.answered, now.refusal, self._uncertainty),
+            "options": self._options(now),
+            "tool": tool_section(now.snapshot),
+        }
+        if driven is not None:
+            sections["curve"] = curve_section(driven.curve)
+        return sections
+
+    def _rehearsal(self, now: RehearsalRecord) -> RehearsalSection:
+        section = rehearsal_section(now, self.before, self.so_far)
+        self.finish(section)
+        section["plan_changed"] = self._changed
+        return section
+
+    def _options(self, now: RehearsalRecord) -> OptionsSection:
+        """Built again when something that it depends on has changed."""
+        plan, wanted = self.workspace.plan.current, self.wanted
+        if self.active or wanted.remote_centre:
+            self._centre.ask(plan)
+        in_force = None if now.prepared is None else now.prepared.switches
+        depends_on = (plan and (plan.id, plan.revision), wanted, in_force, now.may_prepare, self._centre.known)
+        if self._shown_options is None or self._shown_options[0] != depends_on:
+            centre = None if plan is None or len(plan.points) < 2 else self._centre.section(wanted.centre)
+            section = options_section(wanted, in_force, centre, self._has_ct, now.may_prepare)
+            self._shown_options = depends_on, section
+        return self._shown_options[1]
+
+    def layers(self) -> list[Layer[Any]]:
+        """The robot while the step is active; points and curve of what is driven instead of the plan's."""
+        if not self.active:
+            return []
+        layers: list[Layer[Any]] = []
+        driven, now = self.driven, self.now
+        if driven is not None:
+            layers += [
+                items_layer(driven.items, None, locked=True),
+                curve_layer(id(driven), lambda: (driven.curve, None)),
+            ]
+        if now.snapshot is not None and now.prepared is not None:
+            layers.append(self._robot_layer(now.snapshot, now.prepared.robot, now.mine))
+        centre = self._centre.centre(self.wanted.centre) if self.wanted.remote_centre else None
+        if centre is not None and centre.into is not None:
+            point, into = centre.point, centre.into
+            key = (*point.tolist(), *into.tolist())
+            show = partial(CentreNodes.show, point=point, into=into, radius=centre.tolerance_mm)
+            layers.append(Layer("rehearse.centre", key, CentreNodes, show))
+        return layers
+
+    def _robot_layer(self, now: RigidSnapshot, robot: PlacedRobot, mine: bool) -> Layer[DriveNodes]:
+        hand = self._hand
+        key = (now.t, now.steps, now.mode, now.running, mine, tuple(now.force), hand)
+
+        def show(nodes: DriveNodes) -> None:
+            tool = (now.segments_start, now.segments_end, now.radius)
+            nodes.show(robot.link_placements(now.q), tool, now.grip, now.force, mine)
+            nodes.hand.show_sight(now.tip, now.virtual_point if now.mode == "inspect" else None)
+            nodes.hand.show_blocked(now.blocking_point if now.held or now.slowed else None)
+
+        return Layer("rehearse.drive", key, lambda view: DriveNodes(view, robot.robot.visuals), show, id(robot))
+
+
+def _settings(now: RehearsalRecord) -> ControlSettings:
+    """Those in force; those that a plan begins with where there is no robot."""
+    return now.settings if isinstance(now.settings, ControlSettings) else ControlSettings()

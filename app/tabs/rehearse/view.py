@@ -1,0 +1,141 @@
+"""A snapshot of the rehearsal as the page's sections."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import cast
+
+import numpy as np
+
+from app.drives import view as of_any_drive
+from app.drives.sections import DetailsSection
+from app.drives.view import drive_section, number, place
+from app.tabs.rehearse.drive_session import RehearsalRecord
+from app.tabs.rehearse.driven import FELT_N, SoFar
+from app.tabs.rehearse.sections import MotionView, RehearsalSection, SettingsSection, ToolSection
+from vfix_engine.anatomy.surface_uncertainty import SurfaceUncertainty
+from vfix_engine.control import ControlSettings
+from vfix_engine.runtime.requests import SetTask
+from vfix_engine.worlds.rigid.snapshot import RigidSnapshot
+
+# What a person at the page may turn; the rest stays as the plan says.
+SHOWN_SETTINGS = {
+    "margin_mm": (0.05, 2, (0.1, 1.5)),
+    "stiffness_n_per_mm": (0.05, 2, (0.05, 1.0)),
+    "force_cap_n": (0.5, 1, (0.5, 10.0)),
+    "gain_mm_per_s_per_n": (0.1, 1, (0.5, 5.0)),
+    "view_distance_mm": (1.0, 0, (5.0, 40.0)),
+}
+
+
+STOOD_MM = 1e-3  # a grip that moved less between two pictures stands
+_ACROSS = {  # by phase: why a force moves nothing although nothing is in the way
+    "follow": "The pull is across the path: it moves the tool neither forward nor back",
+    "done": "The pull is across the path: it moves the tool neither forward nor back",
+    "inspect_hold": "The pull is along the shaft: it does not turn the tool about the target",
+}
+_STANDS = "The pull points where the tool does not go in this mode"
+
+
+def rehearsal_section(
+    now: RehearsalRecord, before: RigidSnapshot | None = None, so_far: SoFar | None = None
+) -> RehearsalSection:
+    """Lengths in mm, force in N; numbers that do not exist are null. before: the snapshot shown before this one."""
+    snapshot, state = now.snapshot, now.shown_state
+    base = cast(RehearsalSection, {**drive_section(now), "target_id": _target_id(now)})
+    if snapshot is None or state not in ("ready", "running", "paused"):
+        return base
+    motion: MotionView = {
+        "mode": snapshot.mode,
+        "phase": snapshot.phase,
+        "held": snapshot.held,
+        "reason": snapshot.reason,
+        "holding": holding_words(snapshot, before, "" if so_far is None else so_far.held_last),
+        "so_far": "" if so_far is None else so_far.words,
+        "force_n": number(np.linalg.norm(snapshot.force), 3),
+        "tip_error_mm": number(snapshot.tip_error_mm, 4),
+        "clearance_mm": number(snapshot.clearance_mm, 3),
+        "clearance_capped": bool(snapshot.clearance_mm >= snapshot.threshold_mm),
+        "margin_mm": number(snapshot.margin_mm, 3),
+        "progress_mm": number(snapshot.progress_mm, 2),
+        "length_mm": number(snapshot.length_mm, 2),
+        "target_error_mm": number(snapshot.target_error_mm, 4),
+        "path_done": snapshot.phase == "done" or snapshot.mode == "inspect",
+        "tip": place(snapshot.tip),
+        "grip": place(snapshot.grip),
+        "virtual_point": place(snapshot.virtual_point),
+    }
+    return {**base, **motion}
+
+
+def holding_words(snapshot: RigidSnapshot, before: RigidSnapshot | None, held_last: str = "") -> str:
+    """What holds the tool, as a sentence; a tool that stands against a force is not free to move.
+
+    A constraint that acts without slowing the tool, such as bone that it slides along, is named as well.
+    held_last: what held it in the last push, which a hand that has let go may still want to know.
+    """
+    if snapshot.reason or snapshot.held:
+        return snapshot.reason or "held"
+    if held_last and float(np.linalg.norm(snapshot.force)) <= FELT_N:
+        return f"No push; held last by {held_last}"
+    driven = before is not None and snapshot.steps > before.steps
+    stands = before is not None and float(np.linalg.norm(snapshot.grip - before.grip)) < STOOD_MM
+    if driven and stands and float(np.linalg.norm(snapshot.force)) > FELT_N:
+        return _ACROSS.get(snapshot.phase, _STANDS)
+    if driven and snapshot.active:
+        return f"Nothing slows it; acting: {snapshot.active[0]}"
+    return "Nothing, the tool is free to move"
+
+
+def _target_id(now: RehearsalRecord) -> str | None:
+    """The target that is inspected, of those of the robot that is there."""
+    if now.snapshot is None or now.snapshot.mode != "inspect" or now.prepared is None:
+        return None
+    targets = [item.id for item in now.prepared.items if item.kind == "target"]
+    asked = now.requested
+    return targets[asked.target] if isinstance(asked, SetTask) and asked.target < len(targets) else None
+
+
+def details_section(snapshot: RigidSnapshot | None) -> DetailsSection:
+    """How the control loop is doing, with the rows of its program."""
+    found = of_any_drive.details_section(snapshot)
+    return found if snapshot is None else {**found, "rows": snapshot.rows}
+
+
+@lru_cache(maxsize=32)
+def settings_section(
+    settings: ControlSettings, answered: int, refusal: str = "", uncertainty: SurfaceUncertainty | None = None
+) -> SettingsSection:
+    """Sliders with range, unit and label; answered: counts changes, so that a refused one puts its slider back.
+
+    refusal: why the newest change was not taken. uncertainty: of the bone, which the margin in force may not cover.
+    """
+    warning = "" if uncertainty is None else uncertainty.warning(settings.margin_mm)
+    bounds, values = ControlSettings.bounds(), settings.to_dict()
+    return {
+        "answered": answered,
+        "words": refusal,
+        "warning": warning,
+        "fields": [
+            {
+                "name": name,
+                "label": bounds[name].label,
+                "unit": bounds[name].unit,
+                "lo": low,
+                "hi": high,
+                "step": step,
+                "digits": digits,
+                "value": round(values[name], 4),
+            }
+            for name, (step, digits, (low, high)) in SHOWN_SETTINGS.items()
+        ],
+    }
+
+
+def tool_section(snapshot: RigidSnapshot | None) -> ToolSection:
+    """The tool as it is drawn in the slices."""
+    if snapshot is None:
+        return {"segments": [], "radii_mm": []}
+    pairs = zip(snapshot.segments_start, snapshot.segments_end, strict=True)
+    segments = [[[round(float(v), 2) for v in end] for end in pair] for pair in pairs]
+    return {"segments": segments, "radii_mm": [round(float(radius), 3) for radius in snapshot.radius]}

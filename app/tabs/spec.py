@@ -1,0 +1,44 @@
+"""What the planner knows of a tab before a client opens it."""
+
+from __future__ import annotations
+
+import importlib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from app.messages.fields import Command
+
+Input = Literal["none", "edit", "drive"]
+
+
+@dataclass(frozen=True)
+class TabSpec:
+    """A tab of the page, declared as ``SPEC`` by the package that is its folder.
+
+    name: names the tab in commands and addresses; lower-case letters and digits.
+    label: on its tab. order: of the tabs, ascending.
+    package: dotted name of its folder, which is its ``__name__``. tab: the subclass of
+    ``Tab`` in its ``tab.py``.
+    commands: what its clients may send. sections: a TypedDict whose keys are the sections that it publishes.
+    input: what keys of the page and clicks in its slices do: nothing of the tab's own, edit the open plan, or drive
+    the robot, whose figures the status bar shows then.
+    has_routes: its ``routes.py`` has a ``router``, whose addresses lie below ``/api/v1/steps/NAME/``.
+    """
+
+    name: str
+    label: str
+    order: int
+    package: str
+    tab: str
+    commands: tuple[type[Command], ...] = ()
+    sections: type | None = None
+    input: Input = "none"
+    has_routes: bool = False
+
+    @property
+    def folder(self) -> Path:
+        """Where ``panel.js`` lies."""
+        file = importlib.import_module(self.package).__file__
+        assert file is not None
+        return Path(file).parent

@@ -1,0 +1,324 @@
+"""The Plan tab: which plan may be opened, what a drag leaves behind, whose dry run is shown."""
+
+from __future__ import annotations
+
+import re
+from types import SimpleNamespace
+
+import pytest
+from session_doubles import HEAD, SAMPLE, Later, fail, open_sample, other_case
+
+from app.cases.service import Case
+from app.documents import DocumentKind
+from app.kit.cache import Cache
+from app.kit.jobs import Job
+from app.planning.rehearsal_options import NO_SWITCHES, Switches
+from app.planning.remote_centre import PathPlace
+from app.scene import palette
+from app.services import Services
+from app.store.errors import StorageError
+from app.store.models import DocumentStateRow
+from app.tabs.plan import commands as c
+from app.tabs.plan.dry_runs import Corridor, DryRuns, failed_run
+from app.tabs.plan.edited_plan import EditedPlan
+from app.tabs.plan.hints import plan_hint
+from app.tabs.plan.version_commands import VersionCommand
+from vfix_engine.anatomy.surface_uncertainty import SurfaceUncertainty
+from vfix_engine.errors import InputError, PlanError
+
+
+def test_the_dry_run_of_an_older_plan_is_not_shown_for_a_newer_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The answer waits in the inbox behind the very edit that makes it old."""
+    waiting: list[tuple[int, Corridor]] = []
+    executor = Later()
+    runs = DryRuns(SimpleNamespace(), executor, lambda *answer: waiting.append(answer))  # type: ignore[arg-type]
+    monkeypatch.setattr(runs, "_answer", lambda plan, *rest: Corridor("done", plan.id, completed=True))
+    runs.ask(SimpleNamespace(id="old"), 0.3)
+    executor.work.pop()()
+    runs.ask(SimpleNamespace(id="new"), 0.3)
+    runs.accept(*waiting.pop())
+    assert runs.current.status == "computing"
+    executor.work.pop()()
+    runs.accept(*waiting.pop())
+    assert runs.current.words == "new"
+
+
+def test_a_dry_run_whose_case_cannot_be_read_has_failed(
+    phantom_services: Services, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    step, executor, ran = open_sample(phantom_services), Later(), list[Corridor]()
+    monkeypatch.setattr(phantom_services.cases, "get", lambda case_id: fail(StorageError("the disk is broken")))
+    monkeypatch.setattr(phantom_services.dry_runs, "evaluate", lambda *given: SimpleNamespace())
+    DryRuns(phantom_services, executor, lambda ticket, answer: ran.append(answer)).ask(step.plan, 0.3)
+    executor.work.pop()()
+    assert [(answer.status, answer.words) for answer in ran] == [("failed", "the disk is broken")]
+
+
+def test_the_pages_dry_run_is_the_one_that_others_ask_for(
+    phantom_services: Services, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One job drives the plan for the page and for REST; cancelled, the page says so."""
+    services = phantom_services
+    plan = services.plans.duplicate(SAMPLE, "Shared")
+    services.plans.editor(plan.id).set_settings({"margin_mm": 0.45})
+    plan = services.plans.get(plan.id)
+    job, executor, ran, wait = services.dry_runs.start(plan), Later(), list[Corridor](), services.jobs.wait
+
+    def cancelled_while_awaited(job_id: str) -> Job:
+        services.jobs.cancel(job_id)
+        return wait(job_id)
+
+    monkeypatch.setattr(services.jobs, "wait", cancelled_while_awaited)
+    DryRuns(services, executor, lambda ticket, answer: ran.append(answer)).ask(plan, 0.45)
+    executor.work.pop()()
+    began, ended = ran
+    assert (began.status, began.job) == ("computing", job.id)  # the page shows how far it is, and can cancel it
+    assert (ended.status, ended.cancelled, ended.view()["job"]) == ("failed", True, None)
+    assert ended.words == "The dry run was cancelled: whether the tool fits is not known."
+    assert [known.id for known in services.jobs.list(plan.case_id) if known.subject == "Shared"] == [job.id]
+    services.plans.delete(plan.id)
+
+
+def test_a_dry_run_is_made_again_when_somebody_asks_and_with_the_switches_of_the_rehearsal(
+    phantom_services: Services,
+) -> None:
+    plan = phantom_services.plans.duplicate(SAMPLE, "Again")
+    step, asked = open_sample(phantom_services, plan.id), list[Switches]()
+    step._judged.stored.ask = lambda plan, kept, switches, before: asked.append(switches)  # type: ignore[method-assign]
+    step._judged.again()
+    step.sections(True)
+    step.sections(True)
+    assert asked == [NO_SWITCHES]
+    step.handle(c.EditCommand(type="dry_run.again"))
+    step.sections(True)
+    phantom_services.switches.turn(plan.id, Switches(centre=PathPlace(at_mm=3.0)))
+    step.sections(True)  # where the remote centre would be is nothing while it is off
+    phantom_services.switches.turn(plan.id, Switches(speed_limit=True))
+    step.sections(True)
+    assert asked == [NO_SWITCHES, NO_SWITCHES, Switches(speed_limit=True)]
+    phantom_services.plans.delete(plan.id)
+
+
+def test_a_plan_of_another_head_or_a_deleted_one_is_not_opened(phantom_services: Services) -> None:
+    services = phantom_services
+    other = other_case(services)
+    foreign = services.plans.create(other.id, "Foreign")
+    gone = services.plans.create(HEAD, "Gone")
+    services.plans.delete(gone.id)
+    step = open_sample(services)
+    for plan_id, words in ((foreign.id, "another head"), (gone.id, "deleted")):
+        for kind in ("plan.open", "plan.duplicate"):
+            with pytest.raises(PlanError, match=words):
+                step.handle(c.PlanCommand(type=kind, plan_id=plan_id))  # type: ignore[arg-type]
+            assert step.plan_id == SAMPLE
+    services.cases.delete(other.id)
+
+
+def test_the_newest_plan_of_a_head_is_opened(phantom_services: Services) -> None:
+    newest = phantom_services.plans.create(HEAD, "Newest")
+    step = open_sample(phantom_services)
+    step.open(HEAD, None)
+    assert step.plan_id == newest.id
+    phantom_services.plans.delete(newest.id)
+
+
+@pytest.mark.parametrize("end", ["cancel", "let_go", "undo", "delete", "elsewhere"])
+def test_a_drag_that_never_ends_leaves_nothing_behind(phantom_services: Services, end: str) -> None:
+    plan = phantom_services.plans.duplicate(SAMPLE)
+    edited = EditedPlan(phantom_services, plan.id)
+    first, second = plan.points[0].id, plan.points[1].id
+    edited.rename(second, "Second")
+    edited.drag(first, (1.0, 2.0, 3.0))
+    assert edited.dragging
+    if end == "delete":
+        edited.delete(second)
+    elif end == "elsewhere":
+        phantom_services.plans.editor(plan.id).delete_point(first)
+        edited.refresh()
+    else:
+        getattr(edited, end)()
+    assert not edited.dragging
+    assert (1.0, 2.0, 3.0) not in edited.points()
+    phantom_services.plans.delete(plan.id)
+
+
+def test_the_path_is_coloured_with_what_an_export_says(phantom_services: Services) -> None:
+    step = open_sample(phantom_services)
+    evaluation = phantom_services.planning.evaluate(step.plan)
+    step._judged.stored.current = Corridor("done", evaluation=evaluation)
+    places, clearance = step.curve()
+    samples, _ = phantom_services.planning.curve(step.plan)
+    assert places is not None
+    assert clearance is not None
+    assert [tuple(place) for place in places.tolist()] == [sample.position for sample in samples]
+    assert clearance.min() == min(sample.clearance_mm for sample in samples if sample.clearance_mm is not None)
+
+
+def test_the_verdict_names_bone_soft_tissue_and_what_the_margin_leaves_open(phantom_services: Services) -> None:
+    step = open_sample(phantom_services)
+    ran: list[Corridor] = []
+    executor = Later()
+    corridor = DryRuns(phantom_services, executor, lambda ticket, answer: ran.append(answer))
+    for margin in (0.3, 0.4):
+        corridor.ask(step.plan, margin)
+        executor.work.pop()()
+    ran = [answer for answer in ran if answer.status == "done"]
+    assert re.fullmatch(
+        r"Fits\. 1\.\d\d mm to bone at \d+ mm \(margin 0\.38\)\. The shaft is nearest, and 0\.08 mm of the margin are "
+        r"there since the scan’s surface may be that far off\. Presses soft tissue along \d\d mm of the tool, "
+        r"\d\.\d mm deep at most \(at \d+ mm\); all of it at the nostril\. "
+        r"The path ends 8\.\d mm before the nearest target, ‘opening of the auditory tube left’\.",
+        ran[0].words,
+    )
+    assert ran[0].view()["soft_tissue"]["complete"] is True
+    assert [answer.warning for answer in ran] == ["", ""]  # what the surface may be off is kept as well
+    assert not ran[1].caution
+
+
+def test_a_clearance_within_what_the_scan_leaves_open_is_no_fit(
+    phantom_services: Services, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """4 mm slices leave two millimetres open: 1.4 mm from the surface may be bone."""
+    monkeypatch.setattr(Case, "uncertainty", SurfaceUncertainty(0.0, 4.0))
+    monkeypatch.setattr(phantom_services.planning, "_evaluations", Cache(1))  # those known are of the case as it is
+    step, executor = open_sample(phantom_services), Later()
+    ran: list[Corridor] = []
+    DryRuns(phantom_services, executor, lambda ticket, answer: ran.append(answer)).ask(step.plan, 0.3)
+    executor.work.pop()()
+    answer = ran[-1]
+    assert re.match(
+        r"Tight: bone may be nearer than the scan shows\. 1\.\d\d mm to bone at \d+ mm \(margin 0\.30\)\. "
+        r"The shaft is nearest\. Bone may lie 2\.00 mm off its surface\. ",
+        answer.words,
+    )
+    assert answer.caution
+    assert answer.completed
+    assert answer.evaluation is not None
+    assert (answer.evaluation.verdict.level, answer.evaluation.verdict.reason) == ("tight", "surface")
+
+
+def test_choosing_the_chosen_point_again_brings_the_slices_back_to_it(
+    phantom_services: Services, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    step = open_sample(phantom_services)
+    point, went = step.items()[2], list[object]()
+    monkeypatch.setattr(step.workspace.case, "go_to", went.append)
+    for number in (1, 2):
+        step.handle(c.ItemCommand(type="item.select", item_id=point.id))
+        assert went == number * [point.position]
+
+
+def test_the_list_of_plans_does_not_read_what_they_contain(
+    phantom_services: Services, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    step = open_sample(phantom_services)
+    read: list[str] = []
+    monkeypatch.setattr(DocumentKind, "content", lambda *_: read.append("content"))
+    step._plans = list(phantom_services.plans.titles(HEAD))
+    assert read == []
+    assert SAMPLE in [title.id for title in step._plans]
+
+
+def test_a_plan_that_cannot_be_read_does_not_keep_its_head_closed(phantom_services: Services) -> None:
+    """The newest plan that can be read is opened, and the reason is said; one that goes bad while open is closed."""
+    services = phantom_services
+    good, bad = services.plans.duplicate(SAMPLE, "Good"), services.plans.duplicate(SAMPLE, "Bad")
+    step = open_sample(services)
+    step.handle(c.PlanCommand(type="plan.open", plan_id=bad.id))
+    with services.store.writing() as session:
+        state = session.get(DocumentStateRow, (bad.id, 0))
+        assert state is not None
+        state.content = {**state.content, "points": "none"}
+    with pytest.raises(InputError, match="'Bad' cannot be read"):
+        step.sections(fresh=True)
+    step.sections(fresh=True)
+    assert step.plan_id is None
+    assert "'Bad' cannot be read" in step.open(HEAD, None)
+    assert step.plan_id == good.id
+    assert step.open(HEAD, SAMPLE) == ""
+    for plan in (good, bad):
+        services.plans.delete(plan.id)
+
+
+def test_undo_pressed_once_too_often_is_no_error(phantom_services: Services) -> None:
+    plan = phantom_services.plans.duplicate(SAMPLE)
+    edited = EditedPlan(phantom_services, plan.id)
+    assert (edited.undo(), edited.redo()) == ("There is nothing to undo.", "There is nothing to redo.")
+    phantom_services.plans.delete(plan.id)
+
+
+def test_undo_says_what_it_took_back(phantom_services: Services) -> None:
+    plan = phantom_services.plans.duplicate(SAMPLE)
+    edited = EditedPlan(phantom_services, plan.id)
+    was = plan.points[0].label
+    edited.rename(plan.points[0].id, "Entry")
+    way = f"Path ‘{plan.path.name}’: point ‘Entry’: renamed from ‘{was}’."
+    assert (edited.undo(), edited.redo()) == (f"Undone: {way}", f"Redone: {way}")
+    edited.delete(plan.targets[0].id)
+    assert edited.undo() == f"Undone: Target ‘{plan.targets[0].label}’ is gone."
+    phantom_services.plans.delete(plan.id)
+
+
+def test_the_hint_says_whether_the_tool_was_stopped_or_not_driven_at_all() -> None:
+    held, clear = ("blocked", "held"), ("fits", "clear")
+    for mode in ("point", "target"):  # a click that is waited for does not hide that the path is blocked
+        hint = plan_hint(3, 0, mode, False, False, held, "Blocked")  # type: ignore[arg-type]
+        assert hint == "Blocked. Move points where the path turns grey, or choose another tool or robot."
+    failed = failed_run("The dry run failed: the disk is broken.", 0.3)
+    said = "Not known: the dry run failed: the disk is broken"
+    assert (failed.short, failed.view()["short"], failed.view()["level"]) == (said, said, "unknown")
+    assert plan_hint(3, 1, "point", False, False, None, failed.short) == f"{said}."
+    assert (Corridor("computing").short, Corridor("computing").level) == ("", None)
+    hint = plan_hint(3, 0, "target", False, False, clear, "Fits")  # type: ignore[arg-type]
+    assert hint.startswith("Fits. Click what is to be inspected")
+    assert plan_hint(3, 1, "target", False, False, clear, "Fits") == "Fits. Go to Rehearse."  # type: ignore[arg-type]
+    hint = plan_hint(3, 1, "point", False, True, held, "Blocked")  # type: ignore[arg-type]
+    assert hint.startswith("Blocked. The points are locked.")
+
+
+def test_the_scale_names_the_colour_of_what_the_tool_does_not_reach() -> None:
+    def unknown(completed: bool) -> str | None:
+        scale = Corridor("done", completed=completed).view()["scale"]
+        assert scale is not None
+        assert scale["blocked"] == palette.hex_colour(palette.PIERCED)
+        return scale["unknown"]
+
+    assert unknown(True) is None
+    assert unknown(False) == palette.hex_colour(palette.UNKNOWN)
+
+
+def test_a_version_that_differs_in_settings_alone_is_not_gone_back_to(phantom_services: Services) -> None:
+    """Settings are no step of the history: going back would leave them."""
+    plan = phantom_services.plans.duplicate(SAMPLE, "Versions")
+    version = phantom_services.versions.save(plan.id, "Before")
+    phantom_services.plans.editor(plan.id).set_settings({"margin_mm": 0.5})
+    step = open_sample(phantom_services, plan.id)
+    step.handle(VersionCommand(type="version.compare", version_id=version.id))
+    view = step.sections(True)["versions"]
+    assert (len(view["changes"]), view["differs"]) == (1, False)
+    phantom_services.plans.editor(plan.id).delete_point(plan.points[1].id)
+    assert step.sections(True)["versions"]["differs"] is True
+    phantom_services.plans.delete(plan.id)
+
+
+def test_the_plan_that_was_opened_last_is_known_to_the_link(phantom_services: Services) -> None:
+    live = phantom_services.live
+    live.opened("another page", "its plan")
+    step = open_sample(phantom_services)
+    assert live.plan_id == step.plan_id == SAMPLE
+    step.close()
+    assert live.plan_id == "its plan"
+    live.opened("another page", None)
+    assert live.plan_id is None
+
+
+def test_a_page_without_a_head_leaves_the_plan_of_another_page_to_the_link(phantom_services: Services) -> None:
+    live = phantom_services.live
+    live.opened("another page", "its plan")
+    phantom_services.cases.delete(HEAD)
+    try:
+        assert open_sample(phantom_services).plan_id is None
+        assert live.plan_id == "its plan"
+    finally:
+        phantom_services.cases.restore(HEAD)
+        live.opened("another page", None)

@@ -1,0 +1,237 @@
+"""The Rehearse tab: what is driven, who may drive it, and what the plan keeps of it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from session_doubles import CLIENT, SAMPLE, Heard, Robot, fail, put_in_place, workspace_of
+
+from app.cases.model import Case
+from app.drives.drive_record import DriveRecord
+from app.drives.shared_drives import SharedDrives
+from app.messages.client import Client
+from app.plans.instruments import plan_tool
+from app.plans.service import Plan
+from app.services import Services
+from app.store.errors import StorageError
+from app.tabs.rehearse import commands as c
+from app.tabs.rehearse.drive_session import RehearsalDrive
+from app.tabs.rehearse.preparation import plan_key, prepare
+from app.tabs.rehearse.tab import RehearseTab
+from vfix_engine.errors import ControlError
+from vfix_engine.runtime.requests import SetTask
+
+OTHER = Client("tab-two-0", "holds")
+
+
+def _tab(services: Services, plan: Plan, heard: Heard | None = None) -> RehearseTab:
+    """The active step of a client that has a plan open; the plan is always as the store has it."""
+    workspace = workspace_of(services, heard)
+    tab = RehearseTab(workspace, SharedDrives())
+    workspace.plan.provide(lambda: services.plans.get(plan.id))
+    workspace.plan.opened()
+    tab.active = True
+    return tab
+
+
+def _accepted(drive: RehearsalDrive) -> None:
+    """A margin has come into force, which the plan has not kept yet."""
+    assert drive._exchange is not None
+    drive._exchange._accepted = {"margin_mm": 0.5}
+
+
+def _act(tab: RehearseTab, name: str) -> None:
+    tab.handle(c.DriveCommand(type=f"rehearsal.{name}"))  # type: ignore[arg-type]
+
+
+@pytest.fixture
+def rehearsing(phantom_services: Services) -> Iterator[tuple[RehearseTab, Plan]]:
+    """The step with a copy of the sample open; its starts wait to be done."""
+    plan = phantom_services.plans.duplicate(SAMPLE)
+    yield _tab(phantom_services, plan), plan
+    phantom_services.plans.delete(plan.id)
+
+
+def _in_place(tab: RehearseTab, plan: Plan) -> Robot:
+    """Put a robot in place for a plan."""
+    drive, robot = tab.drive, Robot()
+    assert drive is not None
+    put_in_place(drive, robot, plan)
+    return robot
+
+
+@pytest.mark.parametrize("locked", [False, True])
+def test_settings_in_force_are_kept_in_the_plan(phantom_services: Services, locked: bool) -> None:
+    """The next dry run, the export and the next rehearsal use them; the robot that stands stays where it is."""
+    services = phantom_services
+    plan = services.plans.duplicate(SAMPLE)
+    services.plans.editor(plan.id).set_locked(locked)
+    plan = services.plans.get(plan.id)
+    heard = Heard()
+    tab = _tab(services, plan, heard)
+    drive = tab.drive
+    assert drive is not None
+    put_in_place(drive, Robot(), plan)
+    drive.lease.take(CLIENT)
+    _accepted(drive)
+    everything = tab.tick()
+    after = services.plans.get(plan.id)
+    assert drive.is_for(plan_key(after))
+    if locked:
+        assert "this rehearsal only" in heard.words[0]
+        assert dict(after.settings) == dict(plan.settings)
+    else:
+        assert heard.words == []
+        assert after.settings["margin_mm"] == 0.5
+        assert everything
+    services.plans.editor(plan.id).set_locked(False)
+    services.plans.delete(plan.id)
+
+
+def test_a_disk_that_refuses_keeps_no_robot_running_and_no_setting_is_forgotten(
+    rehearsing: tuple[RehearseTab, Plan], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """HAZ-11: the robot pauses and the handle is free first; the plan keeps the setting when the disk lets it."""
+    tab, plan = rehearsing
+    robot, plans = _in_place(tab, plan), tab._services.plans
+    drive = tab.drive
+    assert drive is not None
+    drive.lease.take(CLIENT)
+    _accepted(drive)
+    with monkeypatch.context() as full:
+        full.setattr(plans, "editor", lambda plan_id: fail(StorageError("the disk is full")))
+        words = tab.hear()
+        assert [said.endswith("the plan could not keep them: the disk is full") for said in words] == [True]
+        assert tab.hear() == [], "it is said once"
+        tab.give_up()
+    assert robot.told[-2:] == ["pause", "release"]
+    assert drive.lease.holder is None
+    tab.come_back()
+    drive.lease.take(CLIENT)
+    assert tab.hear() == []
+    assert plans.get(plan.id).settings["margin_mm"] == 0.5
+
+
+def test_a_rehearsal_goes_on_along_what_it_was_placed_for_and_says_that_the_plan_has_changed(
+    phantom_services: Services, rehearsing: tuple[RehearseTab, Plan]
+) -> None:
+    """Start and Continue drive what is drawn, targets are those of the robot; Reset takes the plan as it is now."""
+    tab, plan = rehearsing
+    robot, editor = _in_place(tab, plan), phantom_services.plans.editor(plan.id)
+
+    def show() -> tuple[Any, Any]:
+        sections = tab.sections(fresh=False)
+        return sections["rehearsal"], sections["driven"]
+
+    shown, driven = show()
+    assert (shown["plan_changed"], driven) == (False, None)
+    editor.rename_point(plan.targets[0].id, "Another name")
+    assert show()[1] is None, "a name is not driven"
+    first, second = plan.targets[:2]
+    editor.delete_target(first.id)
+    shown, driven = show()
+    assert shown["plan_changed"]
+    assert [target["id"] for target in driven["targets"]] == [target.id for target in plan.targets]
+    _act(tab, "start")
+    assert robot.told == ["run"]
+    tab.handle(c.SetMode(type="rehearsal.mode", mode="inspect", target_id=second.id))
+    assert tab.drive is not None
+    assert tab.read().requested == SetTask("inspect", 1)
+    _act(tab, "reset")
+    assert not robot.alive
+    assert tab.drive.is_for(plan_key(editor.plan))
+
+
+def test_start_while_the_robot_is_being_placed_is_not_forgotten(rehearsing: tuple[RehearseTab, Plan]) -> None:
+    tab, plan = rehearsing
+    tab.enter()
+    assert tab.read().shown_state == "starting"
+    _act(tab, "start")
+    robot = _in_place(tab, plan)
+    tab.tick()
+    assert robot.told == ["run"]
+
+
+@pytest.mark.parametrize("name", ["start", "reset", "end"])
+def test_a_watcher_is_told_that_it_only_watches(rehearsing: tuple[RehearseTab, Plan], name: str) -> None:
+    """HAZ-12: nothing of the holder's robot is moved or ended, and no 'ok' says that it was."""
+    tab, plan = rehearsing
+    robot = _in_place(tab, plan)
+    assert tab.drive is not None
+    tab.drive.lease.take(OTHER)
+    with pytest.raises(ControlError, match="only the window that holds the handle"):
+        _act(tab, name)
+    for command in (
+        c.SetMode(type="rehearsal.mode", mode="free"),
+        c.SetDriveSettings(type="rehearsal.settings", values={"margin_mm": 1.0}),
+    ):
+        with pytest.raises(ControlError, match="only the window that holds the handle"):
+            tab.handle(command)
+    assert robot.alive
+    assert robot.told == []
+
+
+def test_whoever_watches_may_pause_the_robot(rehearsing: tuple[RehearseTab, Plan]) -> None:
+    """HAZ-12: a colleague who sees something may stop it; leaving Rehearse stops nobody else's robot."""
+    tab, plan = rehearsing
+    robot = _in_place(tab, plan)
+    assert tab.drive is not None
+    tab.drive.lease.take(OTHER)
+    tab.leave()
+    assert robot.told == []
+    _act(tab, "pause")
+    assert robot.told == ["pause"]
+    assert tab.drive.lease.held_by(OTHER)
+
+
+def test_a_process_that_hangs_is_ended_by_hand(rehearsing: tuple[RehearseTab, Plan]) -> None:
+    tab, plan = rehearsing
+    robot = _in_place(tab, plan)
+    assert tab.drive is not None
+    tab.drive._state = "silent"
+    tab.read()
+    assert "does not answer" in tab.hint()
+    _act(tab, "end")
+    assert (robot.alive, tab.read().shown_state) == (False, "absent")
+
+
+def test_what_is_driven_has_the_names_of_the_cases_structures(
+    phantom_services: Services, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Case, "structure_words", lambda case, structure_id: "Skull base")
+    scene = prepare(phantom_services, phantom_services.plans.get(SAMPLE)).spec.scene
+    assert scene.structure_names == {"bone": "skull base"}
+
+
+def test_those_who_are_connected_hear_where_the_tool_is(rehearsing: tuple[RehearseTab, Plan]) -> None:
+    """From the client that drives alone, each snapshot once, and only where somebody listens."""
+    tab, plan = rehearsing
+    services = tab.workspace.services
+    evaluation = services.planning.evaluate(plan)
+    robot = services.instruments.robot(plan.robot).placed(evaluation.base, plan_tool(plan))
+    row = len(evaluation.run.q) // 2
+    snapshot: Any = SimpleNamespace(q=evaluation.run.q[row])
+    prepared: Any = SimpleNamespace(robot=robot)
+    before = services.live.tool[0]
+    tab._tell_tool(DriveRecord(snapshot=snapshot, prepared=prepared, mine=False))
+    assert services.live.tool[0] == before
+    for _ in range(2):
+        tab._tell_tool(DriveRecord(snapshot=snapshot, prepared=prepared, mine=True))
+    told, pose = services.live.tool
+    assert told == before + 1
+    assert pose is not None
+    np.testing.assert_allclose(pose[:3, 3], evaluation.run.tip[row], atol=1e-9)
+    np.testing.assert_allclose(pose[:3, :3].T @ pose[:3, :3], np.eye(3), atol=1e-9)
+    shaft = evaluation.run.segments_start[row, -1] - evaluation.run.segments_end[row, -1]
+    np.testing.assert_allclose(-pose[:3, 1], shaft / np.linalg.norm(shaft), atol=1e-9)
+    calls: list[Any] = []
+    tab._tell_tool = calls.append  # type: ignore[method-assign]
+    tab.tick()
+    services.live.wanted = True
+    tab.tick()
+    services.live.wanted = False
+    assert len(calls) == 1
