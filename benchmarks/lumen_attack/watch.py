@@ -134,8 +134,8 @@ class Watch:
         tally.steps += 1
         tally.held += state.outcome == "held"
         tally.shrunk += state.outcome == "shrunk"
-        tally.refused_commands += self._drive.refused_commands - self._refused
-        self._refused = self._drive.refused_commands
+        tally.refused_commands += self._drive.state.refused_commands - self._refused
+        self._refused = self._drive.state.refused_commands
         if not (
             np.isfinite(state.q).all() and np.isfinite(state.base).all() and np.isfinite(state.deviation.depth).all()
         ):
