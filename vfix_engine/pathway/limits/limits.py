@@ -64,6 +64,23 @@ class Configuration:
         )
 
 
+class LinksAt(NamedTuple):
+    """Links before a motion, and what they are held to.
+
+    packed: the pathway of this moment; looked at once, or every time where it may be written to.
+    windows: (L, 2) segments that each link is measured against; pose: with the joints of this snake; the base is taken
+        to be a rigid transform.
+    bound: (L,) mm, at least 0, infinity: not limited; None: the certificate's own.
+    known: (L,) mm, how deep the links are known to be; None: as deep as they are measured.
+    """
+
+    packed: PackedPathway
+    windows: IntArray
+    pose: Configuration
+    bound: Array | None = None
+    known: Array | None = None
+
+
 class MotionVerdict(NamedTuple):
     """What the certificate says of one motion."""
 
@@ -104,32 +121,19 @@ class HardLimits:
         shape[LOW : LOW + 3], shape[HIGH : HIGH + 3] = points.min(axis=0), points.max(axis=0)
         self._shape = shape
 
-    def certify(
-        self,
-        packed: PackedPathway,
-        windows: IntArray,
-        before: Configuration,
-        after: Configuration,
-        bound: Array | None = None,
-        known: Array | None = None,
-    ) -> MotionVerdict:
-        """Whether the motion from one pose to the other keeps every link within its bound throughout.
+    def certify(self, state: LinksAt, motion: Configuration) -> MotionVerdict:
+        """Whether the motion to a pose keeps every link within its bound and every joint within its range throughout.
 
         Joints go linearly, the base's origin in a straight line, its axes by one turn. A link that is beyond its bound
         at the start, because the pathway moved, may go nowhere deeper than it is; one that is, because it is measured
         against other segments now or for the first time, goes nowhere where ``known`` says what it was before.
 
-        Args:
-            packed: the pathway of this moment; looked at once, or every time where it may be written to.
-            before, after: with the joints of this snake; the base is taken to be a rigid transform.
-            windows: (L, 2) segments that each link is measured against.
-            bound: (L,) in place of the set ones, mm, at least 0; infinity: not limited.
-            known: (L,) mm, how deep the links are known to be at the start; None: as deep as they are measured.
-
         Raises:
             InputError: arrays of other shapes or kinds, windows that are empty or not in the pathway, bounds below 0
                 or not numbers, a pathway with non-finite values. Non-finite configurations are refused instead.
         """
+        packed, windows, before, bound, known = state
+        after = motion
         links = self.snake.links
         limit = self.bound if bound is None else bound
         windows, limit = self._checked(packed, windows, before, after, limit)

@@ -137,7 +137,9 @@ class _Seen:
 
 def planned(drive: SnakeDrive) -> tuple[LookPlanner, tuple[SidePath, ...]]:
     """Ways to look to every side from where the robot is."""
-    planner = LookPlanner(drive.distal_context(), drive.distal_limits, math.radians(drive.settings.look_aim_deg))
+    planner = LookPlanner(
+        drive.distal_context(), drive.distal_limits, math.radians(drive.settings.look_aim_deg), drive.constants.first
+    )
     return planner, planner.plan()
 
 
