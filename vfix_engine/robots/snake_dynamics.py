@@ -1,7 +1,7 @@
 """Inverse dynamics of a snake through Pinocchio.
 
-This file alone is in SI units (kg, m, s, N·m): with mm, s and N the unit of mass would be a tonne. Lengths become
-metres where the Pinocchio model is made.
+Only this module uses SI units (kg, m, s, N·m): with mm, s and N the unit of mass would be a tonne. Lengths are
+converted to metres where the Pinocchio model is built.
 """
 
 from __future__ import annotations
@@ -117,7 +117,7 @@ def accelerated(
 ) -> tuple[Array, Array]:
     """Joint velocities (n,) in rad/s and accelerations (n,) in rad/s² of a bending Q(r, ϑ, t) (Kwok 2013, eq. (30)).
 
-    The second line of (30) lacks the terms Q_rr ṙ² + 2 Q_rϑ ṙϑ̇ + Q_ϑϑ ϑ̇² of second order in the rates. They are as
+    The second line of (30) lacks the second-order terms Q_rr ṙ² + 2 Q_rϑ ṙϑ̇ + Q_ϑϑ ϑ̇² in the rates. They are as
     large as the others and are included here.
 
     Args:

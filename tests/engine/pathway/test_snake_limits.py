@@ -10,7 +10,7 @@ from lumen_shapes import arc, straight
 
 from vfix_engine.errors import InputError
 from vfix_engine.pathway.limits.limits import MOTION_TOLERANCE_MM, Configuration, HardLimits, LinksAt
-from vfix_engine.pathway.limits.limits_kernel import _acceleration_bounds, _turn_between, lipschitz_to_depth
+from vfix_engine.pathway.limits.limits_kernel import _accelerations, _turn_between, lipschitz_to_depth
 from vfix_engine.pathway.limits.limits_vertices import _growth
 from vfix_engine.pathway.packed import INSCRIBED_RADIUS, PackedPathway
 from vfix_engine.pathway.query.clearance import lipschitz_constant
@@ -333,7 +333,7 @@ def test_the_bow_bounds_the_second_derivative() -> None:
         turn, acceleration_bound = np.empty(3), np.empty(5)
         _turn_between(one.base, two.base, turn)
         np.testing.assert_allclose(turn, [0.0, 0.0, angle], atol=1e-12)
-        assert _acceleration_bounds(one.q, two.q, turn, shape, acceleration_bound)
+        assert _accelerations(one.q, two.q, turn, shape, acceleration_bound)
         frames = [SNAKE.frames(*(lambda p: (p.q, p.base))(between(one, two, x)))[1:] for x in (0.49, 0.5, 0.51)]
         for link in range(5):
             own = vertices.points[vertices.start[link] : vertices.start[link + 1]]

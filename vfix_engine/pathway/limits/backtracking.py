@@ -1,4 +1,4 @@
-"""How far a refused motion is shortened: one ladder of shares for every step of the snake."""
+"""Backtracking: the fractions to which a refused motion of the snake is shortened, common to all steps."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ SHARES = (1.0, 0.5, 0.25, 0.1)
 def largest_fraction(
     attempt: Callable[[S, float], tuple[S, bool]], state: S, part: Callable[[S], float]
 ) -> tuple[S, float]:
-    """The state after the first of ``SHARES`` of a motion that is admissible, and that share; 0.0 where none is.
+    """Return the state after the first of ``SHARES`` that is admissible, and that share; 0.0 if none is.
 
     Args:
-        attempt: of a share of the motion: the state after it, and whether it was admissible.
-        part: of the motion that a state refused last, the part beyond which a shorter one would be refused too, 1 where
-            that is unknown; smaller shares are not tried.
+        attempt: for a share of the motion, the state after it and whether it was admissible.
+        part: for a state that refused a motion, the fraction of the motion beyond which a shorter one would be refused
+            too, 1 if unknown; smaller shares are not tested.
     """
     most = 1.0
     for share in SHARES:
