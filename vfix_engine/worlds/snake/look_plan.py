@@ -82,7 +82,7 @@ class LookPlanner:
         context: DistalContext,
         limits: Certificate[LinksAt, Configuration, MotionVerdict],
         aim: float,
-        first: int = 0,
+        first: int,
     ) -> None:
         self.context, self.aim, self._first = context, aim, first
         self._limits = limits
