@@ -28,7 +28,8 @@ class SetTab(Command):
 
 def commands() -> tuple[type[Command], ...]:
     """Every command: the session's own, those for what all tabs share, and those of each tab."""
-    return (SetTab, *workspace.COMMANDS, *(command for spec in registry.specs() for command in spec.commands))
+    of_tabs = [command for spec in registry.specs() for command in spec.commands]
+    return (SetTab, *workspace.COMMANDS, *dict.fromkeys(of_tabs))
 
 
 @functools.cache

@@ -49,8 +49,14 @@ class Tab:
 
     # -- entering and leaving
 
+    @property
+    def offered(self) -> bool:
+        """Whether the tab is for cases of the kind that is open; all are where none is."""
+        kind = self.workspace.case.kind
+        return not self.spec.kinds or kind is None or kind in self.spec.kinds
+
     def available(self) -> bool:
-        """Whether the tab can be opened."""
+        """Whether the tab can be opened, where it is offered."""
         return True
 
     def enter(self) -> None:

@@ -5,9 +5,12 @@ from __future__ import annotations
 import importlib
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from app.messages.fields import Command
+
+if TYPE_CHECKING:  # slow to load, and the address needs none of it
+    from app.cases.structures import CaseKind
 
 Input = Literal["none", "edit", "drive"]
 
@@ -25,6 +28,7 @@ class TabSpec:
     the robot, whose figures the status bar shows then.
     documents: kinds of documents whose operations it does itself, since one may be open in it; those of other kinds
     are done in the store.
+    kinds: of cases that it is for; empty: for any, and shown without one, too.
     has_routes: its ``routes.py`` has a ``router``, whose addresses lie below ``/api/v1/steps/NAME/``.
     """
 
@@ -38,6 +42,7 @@ class TabSpec:
     input: Input = "none"
     has_routes: bool = False
     documents: tuple[str, ...] = ()
+    kinds: tuple[CaseKind, ...] = ()
 
     @property
     def folder(self) -> Path:

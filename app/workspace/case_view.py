@@ -12,7 +12,7 @@ import numpy as np
 from app.cases.model import Overlay
 from app.cases.segments import OUTLINE_COLOUR
 from app.cases.service import Case
-from app.cases.structures import Structure
+from app.cases.structures import CaseKind, Structure
 from app.exchange.patient_images import holds_images
 from app.kit.errors import NotFound
 from app.kit.values import Position
@@ -27,7 +27,6 @@ from app.workspace.layers import Layer
 from app.workspace.sections import CaseSection, CaseSections
 from app.workspace.slice_view import Greys, SliceView
 from vfix_engine.arrays import Array
-from vfix_engine.errors import InputError
 from vfix_engine.files.volume import Volume
 from vfix_engine.geometry.mesh import TriangleMesh
 
@@ -106,7 +105,7 @@ class CaseView:
         for name in DISPLAY_ORDER:
             if name in meshes:
                 return meshes[name]
-        raise InputError("this head has no bone surface to show.")
+        return self._services.cases.case_surface(case_id)
 
     def _loaded(
         self, ticket: int, mesh: TriangleMesh, picker: BonePicker, volume: Volume | None, detail: Volume | None
@@ -212,6 +211,11 @@ class CaseView:
         return min((hit for hit in hits if hit is not None), key=lambda hit: hit.distance_mm, default=None)
 
     # -- for the page
+
+    @property
+    def kind(self) -> CaseKind | None:
+        """What is driven in the open case; None where none is open."""
+        return None if self._case is None else self._case.kind
 
     @property
     def deleted(self) -> bool:

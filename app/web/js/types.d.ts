@@ -1,11 +1,16 @@
 // Made by scripts/declarations.py from the server's types; do not edit.
 
-/** The tab that is shown, what keys and clicks do in it, the tabs that can be gone to, and what to do next. */
+/**
+ * The tab that is shown, what keys and clicks do in it, the tabs that can be gone to, and what to do next.
+ *
+ * offered: the tabs that are for cases of the open kind; a page shows no other.
+ */
 export interface TabSection {
   name: string;
   input: "none" | "edit" | "drive";
   available: string[];
   hint: string;
+  offered: string[];
 }
 
 /** Whether the three-dimensional scene shows the head; words: what it waits for. */
