@@ -20,10 +20,9 @@ class Onlooker:
     INTERVAL_S = 0.1  # two states of the page are so far apart at most
 
     def __init__(self, base: str, token: str, plan_id: str) -> None:
-        address = base.replace("http", "ws") + "/session?tab=onlooker-0000&case=head-phantom&step=rehearse"
-        self._socket = connect(
-            f"{address}&plan={plan_id}", additional_headers={"Authorization": f"Bearer {token}"}, max_size=None
-        )
+        query = f"tab=onlooker-{plan_id}&case=head-phantom&step=rehearse&plan={plan_id}"  # a session stays at its plan
+        address = f"{base.replace('http', 'ws')}/session?{query}"
+        self._socket = connect(address, additional_headers={"Authorization": f"Bearer {token}"}, max_size=None)
         self._socket.send(json.dumps({"type": "hello", "version": VERSION, "role": "watches"}))
         self._moves: list[float] = []
         self.progress_mm = 0.0
