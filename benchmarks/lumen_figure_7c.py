@@ -68,9 +68,9 @@ def weighted(problem: BendProblem) -> float:
 
 def ask(problem: BendProblem, m: float, q_c: float) -> tuple[float, float, float]:
     """Return z_eff/z_max, max (D_i − b_i) in mm, and the motion of the tip along +x in mm, of the bend to e+ (10)."""
-    q = problem.snake.clamp(problem.q_rest + bend_angles(m, q_c, problem.snake.links, odd=False))
-    tip = problem.snake.tip(q - problem.q_rest, np.eye(4))[:3, 3]
-    excess = float((problem.deviations(q - problem.q_rest) - problem.bound).max())
+    q = problem.snake.clamp(problem.q_nominal + bend_angles(m, q_c, problem.snake.links, odd=False))
+    tip = problem.snake.tip(q - problem.q_nominal, np.eye(4))[:3, 3]
+    excess = float((problem.deviations(q - problem.q_nominal) - problem.bound).max())
     return float(tip[2]) / problem.snake.reach_mm(), excess, float(tip[0])
 
 

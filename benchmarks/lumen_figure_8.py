@@ -96,10 +96,10 @@ def _draw_contours(axes: Axes, view: _View) -> None:
 def _draw_bends(axes: Axes, view: _View, problem: BendProblem, bends: Sequence[DistalBend]) -> None:
     """Draw rest, then the links of each bend with their width, the farthest from the viewer first."""
     wide: dict[str, Any] = {"linewidth": 2.0 * problem.snake.radius_mm * _PER_MM * 72.0, "solid_capstyle": "round"}
-    rest = view.place(problem.snake.frames(problem.q_rest, problem.base)[:, :3, 3])
+    rest = view.place(problem.snake.frames(problem.q_nominal, problem.base)[:, :3, 3])
     axes.plot(*rest.T, color="#c9d0d6", alpha=0.45, **wide)
     axes.plot(*rest.T, "--", color="#98a2ac", linewidth=1.0)
-    placed = [problem.snake.frames(problem.q_rest + bend.delta, problem.base)[:, :3, 3] for bend in bends]
+    placed = [problem.snake.frames(problem.q_nominal + bend.delta, problem.base)[:, :3, 3] for bend in bends]
     shown = [k for k in range(len(bends)) if _rank(view, bends[k]) < 2]
     for k in sorted(range(len(bends)), key=lambda k: (k in shown, -float(placed[k].mean(axis=0) @ view.away))):
         places, colour = view.place(placed[k]), _COLOURS[_rank(view, bends[k])]

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.coal_peer import turning_z_to
 from vfix_engine.arrays import Array, IntArray
 from vfix_engine.geometry.capsules import Segments
 from vfix_engine.geometry.mesh import TriangleMesh
@@ -148,7 +149,7 @@ def capsule(coal: ModuleType, start: Array, end: Array, radius: float) -> tuple[
     length = float(np.linalg.norm(end - start))
     if length == 0.0:
         return coal.Sphere(radius), coal.Transform3s(np.eye(3), start)
-    turn = _turning_z_to((end - start) / length)
+    turn = turning_z_to((end - start) / length)
     return coal.Capsule(radius, length), coal.Transform3s(turn, (start + end) / 2)
 
 
@@ -157,11 +158,3 @@ def ends(segments: Segments) -> Array:
     out = np.empty((2 * len(segments), 3))
     out[0::2], out[1::2] = segments.start, segments.end
     return out
-
-
-def _turning_z_to(direction: Array) -> Array:
-    """Return a rotation (3, 3) whose third column is ``direction``."""
-    helper = np.eye(3)[int(np.abs(direction).argmin())]
-    x = np.cross(helper, direction)
-    x /= np.linalg.norm(x)
-    return np.column_stack([x, np.cross(direction, x), direction])
