@@ -67,9 +67,9 @@ def test_only_what_can_be_spared_may_fail() -> None:
         raise OSError("no room")
 
     optional = WarmUp((WarmUpStep("one", fail, optional=True), WarmUpStep("two", lambda: None)))
-    spared.start()
-    assert spared.wait(60)
-    assert spared.status.ready
+    optional.start()
+    assert optional.wait(60)
+    assert optional.status.ready
     broken = WarmUp((WarmUpStep("one", fail), WarmUpStep("two", lambda: None)))
     broken.start()
     assert broken.wait(60)
