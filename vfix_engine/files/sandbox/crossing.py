@@ -25,7 +25,7 @@ _MODULE_OF = {
     "SurfaceReport": "vfix_engine.anatomy.bone",
     "Dropped": "vfix_engine.anatomy.surface",
     "LabelSurface": "vfix_engine.anatomy.labels.surfaces",
-    "Place": "vfix_engine.anatomy.labels.reading",
+    "AnatomyPlace": "vfix_engine.anatomy.labels.reading",
     "Segmentation": "vfix_engine.anatomy.labels.reading",
     "Volume": "vfix_engine.files.volume",
 }
