@@ -25,8 +25,8 @@ from app.exchange.resolve import (
     resolve_zones,
 )
 from app.extras import has_app
+from app.planning.bone_removal import tree_without_removed_bone
 from app.planning.distance_fields import plan_tissue, plan_ways
-from app.planning.openings import opened_tree
 from app.planning.piercing import PiercedReport, pierced_by_poses
 from app.planning.placement import standing_base, stored_placing
 from app.planning.rehearsal_options import NO_SWITCHES, Switches, standing
@@ -241,7 +241,7 @@ def build_scene(
     scan = None if switches == NO_SWITCHES else case.scan()
     stands = standing(switches, plan, scan, lambda: plan_tissue(case.scans, plan) if case.scans else None)
     fixtures, shaft = (*zones.soft_zones, *stands.fixtures), shaft_of(plan, path)
-    tree, _ = opened_tree(case.tree, case.scan() if plan.removed_bone else None, plan)
+    tree, _ = tree_without_removed_bone(case.tree, case.scan() if plan.removed_bone else None, plan)
     # A placing was made for one robot, tool and margin among what there was; another of them asks for another placing.
     others = (args.robot, args.tool_frame, args.tool, args.margin, args.zones, stands.words or None)
     stored = stored_placing(plan.robot) if registration is None else None

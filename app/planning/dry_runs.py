@@ -1,4 +1,4 @@
-"""Dry runs of plans as jobs: one at a time per case, and one for all who ask for the same."""
+"""Dry runs of plans as jobs: one at a time per case; equal requests share one job."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from app.registration.driven import AS_STORED, AsStored, Through
 
 
 class DryRunJobs:
-    """Starts dry runs; may be used from any thread."""
+    """Starts dry runs. Thread-safe."""
 
     def __init__(self, jobs: Jobs, planning: Planning) -> None:
         self._jobs, self._planning = jobs, planning
 
     def start(self, plan: Plan, switches: Switches = NO_SWITCHES, through: Through = AS_STORED) -> Job:
-        """Drive a plan as a job, whose result is the plan's id; the job that drives it already, where there is one.
+        """Start the dry run of a plan as a job, or return the job that runs the same; its result is the plan's id.
 
-        switches: of the rehearsal, which hold the tool in the run as well. through: as in `Planning.evaluate`.
+        switches: options of the rehearsal, whose fixtures also act in the dry run. through: as in `Planning.evaluate`.
         """
 
         def work(progress: Progress) -> str:
@@ -39,12 +39,13 @@ class DryRunJobs:
         began: Callable[[str], object] = bool,
         through: Through = AS_STORED,
     ) -> PlanEvaluation:
-        """The answer, awaited. Raises what the run fails with, JobCancelled where somebody cancels it.
+        """Wait for the dry run of a plan and return its evaluation.
 
-        began: gets the id of the job that is waited for, where there is one. through: as in `Planning.evaluate`.
+        began: called with the id of the job, if one has to be awaited. through: as in `Planning.evaluate`.
+        Raises the error of the run, or JobCancelled if the job is cancelled.
         """
         if isinstance(through, AsStored):
-            through = self._planning.registration(plan)  # once: what is waited for is what is handed back
+            through = self._planning.registration(plan)  # read once: the job and the answer use the same registration
         if not self._planning.is_evaluated(plan, switches, through):
             job_id = self.start(plan, switches, through).id
             began(job_id)

@@ -216,7 +216,7 @@ def answered(services: Services, plan: Any, kept_mm: float, evaluate: Callable[[
     except JobCancelled:
         raise
     except StartRefused as error:
-        verdict = refused(error).beside(plan)
+        verdict = refused(error).with_remarks(plan)
         return Corridor("failed", verdict.words, caution=True, completed=False, margin_mm=kept_mm, refusal=verdict)
     except VfixError as error:
         return failed_run(str(error), kept_mm)

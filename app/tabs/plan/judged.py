@@ -8,7 +8,7 @@ from app.cases.settings import settings_in_case
 from app.kit.values import Position
 from app.planning.placement import StoredPlacing
 from app.planning.plan_evaluation import PlanEvaluation
-from app.planning.verdict import said_besides
+from app.planning.verdict import plan_remarks
 from app.plans.model import Plan, drive_parts
 from app.tabs.plan.clearance import ShownTool
 from app.tabs.plan.cones import Cones
@@ -83,7 +83,7 @@ class Judged:
         plan = edited.plan
         switches = self._services.switches.of(plan.id).in_force
         driven = repr(drive_parts(plan)), self._services.planning.registration_key(plan)
-        key = (plan.id, switches, *driven, *said_besides(plan))
+        key = (plan.id, switches, *driven, *plan_remarks(plan))
         if key == self._key:
             return
         before, self._key = self._before(plan), key

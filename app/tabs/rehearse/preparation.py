@@ -100,7 +100,7 @@ def prepare(services: Services, plan: Plan, switches: Switches = NO_SWITCHES) ->
     refuse_where_centre_stops(services, plan, switches, found)
     refuse_where_tissue_stops(services, plan, switches, found)
     scene = _scene(services, plan, case, found)
-    tissue = None if found.profile.tissue is None else services.fields.of_plan(plan).tissue
+    tissue = None if found.profile.tissue is None else services.distance_fields.of_plan(plan).tissue
     measure_by = partial(_sideways, services, plan)
     recording, unrecorded = services.recordings.attempt(plan.case_id, plan.id, plan.name, measure_by)
     return PreparedRehearsal(

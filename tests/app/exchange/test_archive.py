@@ -1,4 +1,4 @@
-"""Archives: a case comes back with everything in it, and nothing is left of an archive that is refused."""
+"""Archives: a case is restored with everything in it, and a refused archive leaves nothing behind."""
 
 import argparse
 import asyncio
@@ -30,6 +30,8 @@ from app.commands import case_archive
 from app.exchange.archive import ArchiveWriter
 from app.exchange.archive import checking as module
 from app.gateway.error_answers import install_error_answers
+from app.imaging.label_operations import SPEC as LABELS
+from app.imaging.label_operations import DrawStroke
 from app.kit import zip_directory
 from app.kit.errors import JobCancelled, TooLarge
 from app.plans.model import PlanContent, PlanPoint
@@ -39,7 +41,6 @@ from app.services import Services, build_services
 from app.settings import Settings
 from app.store.errors import StorageError
 from app.store.models import DocumentStateRow
-from vfix_engine.anatomy.labels.painting import Stroke
 from vfix_engine.errors import InputError
 from vfix_engine.files.volume import Volume
 from vfix_engine.geometry.mesh import TriangleMesh
@@ -93,7 +94,7 @@ def head(services: Services) -> Case:
     editor.use_registration(registration.id)
     editor.set_locked(True)
     label = services.labels.create(case.id, "Tumour")
-    services.labels.stroke(label.id, Stroke("paint", "ball", 2.0, ((4.0, 4.0, 4.0),), (0.0, 0.0, 1.0)))
+    DrawStroke(radius_mm=2.0, points=((4.0, 4.0, 4.0),)).run(LABELS.context(services), label.id)
     return services.cases.get(case.id)
 
 

@@ -1,4 +1,4 @@
-"""Paths under a hand: judged as the stored path is, with the robot's base kept, and nothing stored."""
+"""Previews of dragged points: evaluated as the stored path, with the robot's base unchanged, and nothing stored."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from session_doubles import SAMPLE, Later, open_sample
 
 from app.cases.settings import settings_in_case
 from app.kit.errors import JobCancelled
-from app.planning.drive import PROSPECT_STEP_MM
+from app.planning.drive import PREVIEW_STEP_MM
 from app.planning.placement import StoredPlacing
 from app.planning.plan_evaluation import PlanEvaluation
 from app.planning.previews import Dragged, with_points
@@ -74,7 +74,7 @@ def test_an_entry_that_is_dragged_takes_the_robot_along_with_its_base_kept(
     found = phantom_services.previews.of(plan, hand, placing, nobody).evaluation
     assert np.array_equal(found.base, stored.base)
     assert np.linalg.norm(found.run.tip[0] - found.positions[0]) < 1e-3  # it begins there
-    assert PROSPECT_STEP_MM == 0.2
+    assert PREVIEW_STEP_MM == 0.2
 
 
 def test_a_shaft_that_is_turned_is_driven_in_that_direction(phantom_services: Services, stored: PlanEvaluation) -> None:

@@ -33,7 +33,7 @@ ALL = Switches(soft_tissue=True, remote_centre=True, speed_limit=True)
 
 def stands(services: Services, switches: Switches, plan: Plan) -> Standing:
     case = services.cases.get(plan.case_id)
-    return standing(switches, plan, services.cases.volume(case), lambda: services.fields.of_plan(plan).tissue)
+    return standing(switches, plan, services.cases.volume(case), lambda: services.distance_fields.of_plan(plan).tissue)
 
 
 def test_each_switch_is_a_fixture_of_the_plan(phantom_services: Services) -> None:
@@ -44,7 +44,7 @@ def test_each_switch_is_a_fixture_of_the_plan(phantom_services: Services) -> Non
     assert isinstance(centre, RemoteCentre)
     assert isinstance(limits, CartesianLimits)
     assert found.centre is centre
-    tissue = phantom_services.fields.of_plan(plan).tissue
+    tissue = phantom_services.distance_fields.of_plan(plan).tissue
     assert tissue is not None
     places = path_of(plan).position(np.linspace(0.0, path_of(plan).length, 50))
     known = tissue.at(places)
