@@ -42,7 +42,7 @@ class Services:
         from app.planning.evaluation import Planning
         from app.planning.path_evaluations import PathEvaluations
         from app.planning.previews import Previews
-        from app.planning.rehearsal_options import SwitchBoard
+        from app.planning.rehearsal_options import OptionsByPlan
         from app.planning.removed_volumes import RemovedVolumeService
         from app.planning.suggestions import Suggestions
         from app.plans.instruments import Instruments
@@ -86,10 +86,10 @@ class Services:
         )
         self.dry_runs = DryRunJobs(jobs, planning)
         self.previews = Previews(cases, planning)
-        self.switches = switches = SwitchBoard()
+        self.rehearsal_options = options = OptionsByPlan()
         self.removed_volumes = RemovedVolumeService(cases)
-        self.path_evaluations = PathEvaluations(planning, self.dry_runs, self.removed_volumes, switches)
-        self.suggestions = Suggestions(jobs, cases, instruments, distance_fields, planning, switches)
+        self.path_evaluations = PathEvaluations(planning, self.dry_runs, self.removed_volumes, options)
+        self.suggestions = Suggestions(jobs, cases, instruments, distance_fields, planning, options)
         self.runs = runs = RunService(store)
         self.recordings = Recordings(jobs, runs)
 

@@ -23,7 +23,7 @@ from app.planning.piercing import pierced_along
 from app.planning.placement import StoredPlacing, placed_robot
 from app.planning.plan_evaluation import PlanEvaluation, samples_of
 from app.planning.protected_structures import check_enforceable, engine_zones, with_surface_errors, within_margin
-from app.planning.rehearsal_options import NO_SWITCHES, Switches, standing
+from app.planning.rehearsal_options import NO_OPTIONS, RehearsalOptions, standing
 from app.planning.remote_centre import path_of
 from app.planning.shaft import shaft_of
 from app.planning.verdict import Profile, profile_of, verdict_of
@@ -116,20 +116,20 @@ class Planning:
         self,
         plan: Plan,
         progress: ProgressCallback = no_progress,
-        switches: Switches = NO_SWITCHES,
+        options: RehearsalOptions = NO_OPTIONS,
         through: Through = AS_STORED,
     ) -> PlanEvaluation:
         """Evaluate a plan by a dry run: spline, bone clearance of the whole tool, soft tissue passed, and placing.
 
         progress: called with the stage in words and the fraction done before each step of the run; an exception that
             it raises ends the run.
-        switches: options of the rehearsal; their fixtures act in the dry run as in the drive.
+        options: options of the rehearsal; their fixtures act in the dry run as in the drive.
         through: the registration if it was read before, so that several results are based on the same one.
         Raises PlanError for fewer than two points, and StartRefused if the tool does not fit at the entry.
         """
         registered = self._read(plan, through)  # read once: the result is cached under the registration it used
-        key = self._content_key(plan, switches, registered_key(registered))
-        found = self._evaluations.get(key, lambda: self._evaluate(plan, progress, switches, registered))
+        key = self._content_key(plan, options, registered_key(registered))
+        found = self._evaluations.get(key, lambda: self._evaluate(plan, progress, options, registered))
         return found.with_remarks(plan)
 
     def bone(self, plan: Plan) -> PlanBone:
@@ -175,23 +175,23 @@ class Planning:
     def _read(self, plan: Plan, through: Through) -> DrivenRegistration | None:
         return self.registration(plan) if isinstance(through, AsStored) else through
 
-    def content_key(self, plan: Plan, switches: Switches = NO_SWITCHES, through: Through = AS_STORED) -> str:
+    def content_key(self, plan: Plan, options: RehearsalOptions = NO_OPTIONS, through: Through = AS_STORED) -> str:
         """Return a key that is equal for plans with the same dry run."""
         key = self.registration_key(plan) if isinstance(through, AsStored) else registered_key(through)
-        return self._content_key(plan, switches, key)
+        return self._content_key(plan, options, key)
 
-    def _content_key(self, plan: Plan, switches: Switches, registered: str) -> str:
+    def _content_key(self, plan: Plan, options: RehearsalOptions, registered: str) -> str:
         case_hash = self._cases.get(plan.case_id).content_hash
         # The remote centre refers to a path point by id, so the ids matter only then.
-        on, ids = asdict(switches.in_force), [point.id for point in plan.points] if switches.centre.point else []
+        on, ids = asdict(options.in_force), [point.id for point in plan.points] if options.centre.point else []
         return json.dumps([plan.case_id, case_hash, *drive_parts(plan), on, ids, registered])
 
-    def is_evaluated(self, plan: Plan, switches: Switches = NO_SWITCHES, through: Through = AS_STORED) -> bool:
+    def is_evaluated(self, plan: Plan, options: RehearsalOptions = NO_OPTIONS, through: Through = AS_STORED) -> bool:
         """Whether the evaluation of a plan is cached."""
-        return self._evaluations.has(self.content_key(plan, switches, through))
+        return self._evaluations.has(self.content_key(plan, options, through))
 
     def cones(
-        self, plan: Plan, switches: Switches = NO_SWITCHES, through: Through = AS_STORED
+        self, plan: Plan, options: RehearsalOptions = NO_OPTIONS, through: Through = AS_STORED
     ) -> Mapping[str, InspectionCone]:
         """Return, by the id of each target, the directions from which the tool can inspect it.
 
@@ -199,13 +199,13 @@ class Planning:
         """
         targets = [(target.id, target.position) for target in plan.targets]
         registered = self._read(plan, through)
-        key = json.dumps([self.content_key(plan, switches, registered), targets])
-        return self._cones.get(key, lambda: self._all_cones(plan, switches, registered))
+        key = json.dumps([self.content_key(plan, options, registered), targets])
+        return self._cones.get(key, lambda: self._all_cones(plan, options, registered))
 
     def _all_cones(
-        self, plan: Plan, switches: Switches, registered: DrivenRegistration | None
+        self, plan: Plan, options: RehearsalOptions, registered: DrivenRegistration | None
     ) -> Mapping[str, InspectionCone]:
-        evaluation, tool = self.evaluate(plan, switches=switches, through=registered), plan_tool(plan)
+        evaluation, tool = self.evaluate(plan, options=options, through=registered), plan_tool(plan)
         case = self._cases.get(plan.case_id)
         tree, kept = self._openings.bone(case, plan).tree, settings_in_case(plan.settings, case.uncertainty).kept_mm
         placed = self._instruments.robot(plan.robot).placed(evaluation.base, tool)
@@ -242,20 +242,20 @@ class Planning:
         plan: Plan,
         placing: StoredPlacing,
         progress: ProgressCallback = no_progress,
-        switches: Switches = NO_SWITCHES,
+        options: RehearsalOptions = NO_OPTIONS,
     ) -> PlanEvaluation:
         """Evaluate a plan that is not stored yet, in coarser steps and with the robot's base unchanged.
 
         placing: of the robot for the stored path. The robot is not placed again, and the result is not cached.
         Raises as `evaluate`, and StartRefused if the robot does not reach the entry from where it stands.
         """
-        return self._evaluate(plan, progress, switches, self.registration(plan), placing).with_remarks(plan)
+        return self._evaluate(plan, progress, options, self.registration(plan), placing).with_remarks(plan)
 
     def _evaluate(
         self,
         plan: Plan,
         progress: ProgressCallback,
-        switches: Switches,
+        options: RehearsalOptions,
         registered: DrivenRegistration | None,
         kept: StoredPlacing | None = None,
     ) -> PlanEvaluation:
@@ -277,7 +277,7 @@ class Planning:
         def tissue() -> DistanceField | None:
             return self._distance_fields.of_plan(plan, lambda stage, fraction: report_progress(stage, 0.0)).tissue
 
-        stands, zones = standing(switches, plan, volume, tissue), self.zones(plan)
+        stands, zones = standing(options, plan, volume, tissue), self.zones(plan)
         drive = Drive(
             tree, robot, tool, path, zones.zones, (*zones.soft_zones, *stands.fixtures), names, shaft_of(plan, path)
         )

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from app.planning.dry_runs import DryRunJobs
 from app.planning.evaluation import Planning
 from app.planning.piercing import NOT_KNOWN, PiercedReport
-from app.planning.rehearsal_options import SwitchBoard, Switches
+from app.planning.rehearsal_options import OptionsByPlan, RehearsalOptions
 from app.planning.removed_volumes import RemovedVolumes, RemovedVolumeService
 from app.planning.soft_depths import SoftDepth
 from app.planning.verdict import Level, Reason, TissueLevel, Verdict, refused
@@ -88,9 +88,9 @@ class PathEvaluations:
     """Evaluates paths of plans, stored or not, as they would be driven now. Thread-safe."""
 
     def __init__(
-        self, planning: Planning, dry_runs: DryRunJobs, removed: RemovedVolumeService, switches: SwitchBoard
+        self, planning: Planning, dry_runs: DryRunJobs, removed: RemovedVolumeService, options: OptionsByPlan
     ) -> None:
-        self._planning, self._dry_runs, self._removed, self._switches = planning, dry_runs, removed, switches
+        self._planning, self._dry_runs, self._removed, self._options = planning, dry_runs, removed, options
 
     def of_plan(self, plan: Plan, path: str | None = None) -> PlanReport:
         """Return the evaluation of a plan.
@@ -103,22 +103,22 @@ class PathEvaluations:
             raise PlanError(
                 f"the path {chosen.path.name!r:.80} has fewer than two points; there is nothing to evaluate."
             )
-        switches = self._switches.of(plan.id).in_force
-        own = self._of_path(chosen, switches if chosen.path_id == plan.path_id else switches.along(chosen))
+        options = self._options.of(plan.id).in_force
+        own = self._of_path(chosen, options if chosen.path_id == plan.path_id else options.along(chosen))
         removed = self._removed.of_plan(plan)
         if path is not None:
             return PlanReport(plan.id, plan.name, plan.case_id, own, (own,), removed=removed)
         others = {one.id: plan.along(one.id) for one in plan.paths if len(one.points) > 1 and one.id != plan.path_id}
-        reports = (own if one.id == plan.path_id else self._of_path(others[one.id], switches.along(others[one.id]))
+        reports = (own if one.id == plan.path_id else self._of_path(others[one.id], options.along(others[one.id]))
                    for one in plan.paths if one.id == plan.path_id or one.id in others)  # fmt: skip
         return PlanReport(plan.id, plan.name, plan.case_id, own, tuple(reports), removed=removed)
 
-    def _of_path(self, plan: Plan, switches: Switches) -> PathEvaluation:
+    def _of_path(self, plan: Plan, options: RehearsalOptions) -> PathEvaluation:
         try:
-            evaluation = self._dry_runs.evaluate(plan, switches)
+            evaluation = self._dry_runs.evaluate(plan, options)
         except StartRefused as error:
             return _report(plan, refused(error).with_remarks(plan), None, ())
-        cones = self._planning.cones(plan, switches, evaluation.registered)
+        cones = self._planning.cones(plan, options, evaluation.registered)
         targets = tuple(TargetReport(t.id, t.label, round(cones[t.id].cone_deg, 1)) for t in plan.targets)
         return _report(plan, evaluation.verdict, evaluation, targets)
 

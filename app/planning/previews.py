@@ -10,7 +10,7 @@ from app.kit.values import Position
 from app.planning.evaluation import Planning
 from app.planning.placement import StoredPlacing
 from app.planning.plan_evaluation import PlanEvaluation
-from app.planning.rehearsal_options import NO_SWITCHES, Switches
+from app.planning.rehearsal_options import NO_OPTIONS, RehearsalOptions
 from app.plans.model import Plan, without_placing
 from app.plans.points import PlanPoint
 from vfix_engine.progress import ProgressCallback
@@ -49,7 +49,7 @@ class Previews:
         dragged: Dragged,
         placing: StoredPlacing,
         progress: ProgressCallback,
-        switches: Switches = NO_SWITCHES,
+        options: RehearsalOptions = NO_OPTIONS,
     ) -> Preview:
         """Evaluate the path with the point where a release would put it.
 
@@ -66,7 +66,7 @@ class Previews:
             else point
             for point in plan.points
         ]
-        return Preview(self._planning.preview(with_points(plan, points), placing, progress, switches), moved_mm)
+        return Preview(self._planning.preview(with_points(plan, points), placing, progress, options), moved_mm)
 
 
 def with_points(plan: Plan, points: Sequence[PlanPoint]) -> Plan:

@@ -21,7 +21,7 @@ NO_CT = "This head has no CT: nobody knows where its soft tissue is."
 
 
 @dataclass(frozen=True)
-class Switches:
+class RehearsalOptions:
     """The options that are on. centre: where the remote centre is."""
 
     soft_tissue: bool = False
@@ -30,17 +30,17 @@ class Switches:
     centre: PathPlace = ENTRY
 
     @property
-    def in_force(self) -> Switches:
+    def in_force(self) -> RehearsalOptions:
         """The options without those that have no effect, so that equal drives compare equal."""
-        return self if self.remote_centre else Switches(self.soft_tissue, False, self.speed_limit)
+        return self if self.remote_centre else RehearsalOptions(self.soft_tissue, False, self.speed_limit)
 
-    def along(self, plan: Plan) -> Switches:
+    def along(self, plan: Plan) -> RehearsalOptions:
         """Return the options for another path: a remote centre at a point that it does not have moves to its entry."""
         here = self.centre.point is None or self.centre.point in [point.id for point in plan.points]
         return self if here else replace(self, centre=ENTRY)
 
 
-NO_SWITCHES = Switches()
+NO_OPTIONS = RehearsalOptions()
 
 
 @dataclass(frozen=True)
@@ -57,25 +57,25 @@ class Standing:
 
 
 def standing(
-    switches: Switches, plan: Plan, volume: Volume | None, tissue: Callable[[], DistanceField | None]
+    options: RehearsalOptions, plan: Plan, volume: Volume | None, tissue: Callable[[], DistanceField | None]
 ) -> Standing:
     """Return the fixtures of the options along a plan's path.
 
     volume: the CT, or None. tissue: computes the distance field of its skin, mucosa and bone around the plan.
     Raises PlanError with the reason if an option cannot be used.
     """
-    if switches.in_force == NO_SWITCHES:
+    if options.in_force == NO_OPTIONS:
         return Standing()
     path = path_of(plan)
     fixtures, words = list[Fixture](), list[str]()
-    if switches.soft_tissue:
+    if options.soft_tissue:
         fixtures.append(tissue_region(_tissue(volume, tissue), path))
         words.append(tissue_words())
-    if switches.remote_centre:
-        at = place_mm(switches.centre, plan, path, volume)
+    if options.remote_centre:
+        at = place_mm(options.centre, plan, path, volume)
         fixtures.append(centre_at(path, at))
         words.append(f"the remote centre at {at:.1f} mm")
-    if switches.speed_limit:
+    if options.speed_limit:
         fixtures.append(CartesianLimits(speed_mm_per_s=SPEED_MM_PER_S, turn_rad_per_s=TURN_RAD_PER_S))
         words.append("speed limits")
     listed = " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
@@ -92,19 +92,19 @@ def _tissue(volume: Volume | None, make: Callable[[], DistanceField | None]) -> 
     return field
 
 
-class SwitchBoard:
+class OptionsByPlan:
     """The options of each plan's rehearsal, kept until the process ends. Thread-safe."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
-        self._of: dict[str, Switches] = {}
+        self._of: dict[str, RehearsalOptions] = {}
 
-    def of(self, plan_id: str) -> Switches:
+    def of(self, plan_id: str) -> RehearsalOptions:
         """Return the options of a plan; all off until one is set."""
         with self._lock:
-            return self._of.get(plan_id, NO_SWITCHES)
+            return self._of.get(plan_id, NO_OPTIONS)
 
-    def turn(self, plan_id: str, switches: Switches) -> None:
+    def choose(self, plan_id: str, options: RehearsalOptions) -> None:
         """Set all options of a plan."""
         with self._lock:
-            self._of[plan_id] = switches
+            self._of[plan_id] = options

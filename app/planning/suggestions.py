@@ -21,7 +21,7 @@ from app.planning.distance_fields import DistanceFields
 from app.planning.evaluation import Planning
 from app.planning.piercing import sideways_of
 from app.planning.previews import with_points
-from app.planning.rehearsal_options import SwitchBoard
+from app.planning.rehearsal_options import OptionsByPlan
 from app.planning.remote_centre import path_of
 from app.planning.shaft import shaft_of
 from app.planning.suggestion_ends import check_ends
@@ -138,10 +138,10 @@ class Suggestions:
         instruments: Instruments,
         distance_fields: DistanceFields,
         planning: Planning,
-        switches: SwitchBoard,
+        options: OptionsByPlan,
     ) -> None:
         self._jobs, self._cases, self._instruments = jobs, cases, instruments
-        self._distance_fields, self._planning, self._switches = distance_fields, planning, switches
+        self._distance_fields, self._planning, self._options = distance_fields, planning, options
         self._paths: Cache[str, SuggestedPaths] = Cache(_KEPT)
         self._tables: Cache[str, ToolTable] = Cache(_KEPT)
 
@@ -214,7 +214,7 @@ class Suggestions:
         led = with_points(plan, suggested_points(one))
         try:
             evaluating = partial(_evaluation_progress, progress)
-            return self._planning.evaluate(led, evaluating, self._switches.of(plan.id).in_force.along(led)).verdict
+            return self._planning.evaluate(led, evaluating, self._options.of(plan.id).in_force.along(led)).verdict
         except StartRefused as error:
             return refused(error).with_remarks(led)
 

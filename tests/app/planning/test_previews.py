@@ -14,7 +14,7 @@ from app.planning.drive import PREVIEW_STEP_MM
 from app.planning.placement import StoredPlacing
 from app.planning.plan_evaluation import PlanEvaluation
 from app.planning.previews import Dragged, with_points
-from app.planning.rehearsal_options import NO_SWITCHES
+from app.planning.rehearsal_options import NO_OPTIONS
 from app.scene.dragging import DragEvent
 from app.services import Services
 from app.tabs.plan import commands as c
@@ -128,7 +128,7 @@ def test_the_newest_place_alone_is_judged_and_what_is_old_is_greyed(
     placing, point = StoredPlacing(stored.base, stored.q_start), plan.points[1]
     x, y, z = point.position
     for step in range(4):
-        live.ask(plan, Dragged(point.id, (x, y, z + 0.1 * step)), known, placing, NO_SWITCHES)
+        live.ask(plan, Dragged(point.id, (x, y, z + 0.1 * step)), known, placing, NO_OPTIONS)
     view = live.current.view()
     assert (view["status"], view["state"], view["min_clearance_mm"]) == ("computing", "drag_waits", None)
     assert view["verdict"] is not None  # greyed, of the stored path
@@ -144,11 +144,11 @@ def test_the_newest_place_alone_is_judged_and_what_is_old_is_greyed(
     view = live.current.view()
     assert (view["status"], view["state"]) == ("done", "drag")
     assert "rovisional" in view["state_words"]
-    live.ask(plan, Dragged(point.id, (x, y, z + 1.0)), known, placing, NO_SWITCHES)
+    live.ask(plan, Dragged(point.id, (x, y, z + 1.0)), known, placing, NO_OPTIONS)
     assert live.current.before is not stored, "the last place of the hand is what is greyed"
     live.accept(*ran[1])
     assert live.current.status == "computing", "an answer to an older place stays grey"
-    live.ask(plan, Dragged(plan.points[2].id, (x, y, z + 1.0)), known, placing, NO_SWITCHES)
+    live.ask(plan, Dragged(plan.points[2].id, (x, y, z + 1.0)), known, placing, NO_OPTIONS)
     kept = live.current.before
     live.accept(*ran[0])
     assert live.current.before is kept, "an answer to a drag of another point is dropped"

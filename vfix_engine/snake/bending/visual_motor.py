@@ -88,8 +88,8 @@ class VisualMotor:
         right, down = self._wanted(wanted)
         hermite, snake = self.hermite, self.snake
         u, v = steer(
-            hermite.angles, hermite.coefficients, hermite.q_nominal, snake.q_max, snake.length_mm, snake.camera_offset_mm,
-            hermite.r_max, float(state[0]), float(state[1]), right, down,
+            hermite.angles, hermite.coefficients, hermite.q_nominal, snake.q_max, snake.length_mm,
+            snake.camera_offset_mm, hermite.r_max, float(state[0]), float(state[1]), right, down,
         )  # fmt: skip
         return BendDirection(u, v)
 
