@@ -1,4 +1,4 @@
-"""Commands of regions, shafts, suggestions, versions and second volumes with bad bodies: refused, and nothing lost."""
+"""Commands of cases, regions, shafts, suggestions, versions and second volumes with bad bodies: all are refused."""
 
 import json
 from typing import Any
@@ -10,6 +10,13 @@ from app.session.commands import InvalidMessage, parse_command
 TRANSFORM = [1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0]
 LAID = {"case_id": "head-phantom", "transform": TRANSFORM, "opacity": 0.5, "window": 400.0, "level": 40.0}
 GOOD: dict[str, dict[str, Any]] = {
+    "case.open": {"case_id": "head-phantom"},
+    "case.rename": {"case_id": "head-phantom", "name": "Case"},
+    "case.delete": {"case_id": "head-phantom"},
+    "case.restore": {"case_id": "head-phantom"},
+    "structure.show": {"structure_id": "structure-1", "shown": True},
+    "structure.change": {"structure_id": "structure-1", "name": "Structure", "colour": "#00ff00"},
+    "structure.delete": {"structure_id": "structure-1"},
     "region.draw": {"purpose": "spare", "kind": "sphere", "sizes_mm": [3.0]},
     "region.change": {"region_id": "zone-1", "margin_mm": 1.0, "place": [1.0, 2.0, 3.0], "sizes_mm": [3.0]},
     "region.delete": {"region_id": "zone-1"},
