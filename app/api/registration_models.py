@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import asdict
 from typing import Annotated, Any, Literal
 
+import msgspec
 from pydantic import BaseModel, Field
 
 from app.api.calibration_models import PointerTipPublic, RobotToTrackerPublic
@@ -16,11 +17,9 @@ from app.registration.document import MadeFrom, MeasuredFrom
 from app.registration.editor import StoredRegistration
 from app.registration.fit_report import FitReport, FitState, FleSource, report_of
 from app.registration.point_order import OrderAnswer
-from app.registration.said_by_file import said_to_json
 from app.registration.service import LONGEST_S, MEASURE_S, PlanRegistration, UseState
 from app.registration.simulated_touch import DEFAULT_NOISE_MM
 from app.registration.target_errors import ErrorTable
-from app.registration.touched_surface import surface_to_json
 from vfix_engine.frames import RegisteredTo
 from vfix_engine.registration.beads import THRESHOLD_HU
 
@@ -164,8 +163,8 @@ class RegistrationPublic(BaseModel):
             for bead in content.beads
         ]
         search = None if content.search is None else asdict(content.search)
-        parts = {"pairs": pairs, "beads": beads, "search": search, "surface": surface_to_json(content.surface),
-                 "said": said_to_json(content.said), "schema": document.schema}  # fmt: skip
+        parts = {"pairs": pairs, "beads": beads, "search": search, "surface": msgspec.to_builtins(content.surface),
+                 "said": msgspec.to_builtins(content.said), "schema": document.schema}  # fmt: skip
         tools = {"pointer": PointerTipPublic.of(content.pointer), "robot": RobotToTrackerPublic.of(content.robot)}
         return cls.model_validate({**values, **parts, **tools, "fit": FitPublic.of(report)})
 
