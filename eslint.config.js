@@ -34,7 +34,7 @@ export default [
   { linterOptions: { reportUnusedDisableDirectives: "error" } },
   js.configs.recommended,
   { rules: RULES },
-  { files: ["app/**/*.js"], languageOptions: { globals: globals.browser } },
+  { files: ["app/**/*.js", "tests/browser/**/*.js"], languageOptions: { globals: globals.browser } },
   { files: ["app/web/js/link-worker.js", "app/web/js/slices/slice-worker.js"], languageOptions: { globals: globals.worker } },
   { files: ["tests/web/**/*.js", "*.js"], languageOptions: { globals: globals.node } },
 ];

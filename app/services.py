@@ -37,13 +37,13 @@ class Services:
         from app.kit.admission import AdmissionQueue
         from app.kit.jobs import Jobs
         from app.live import LiveBoard
-        from app.planning.distance_fields import Fields
+        from app.planning.distance_fields import DistanceFields
         from app.planning.dry_runs import DryRunJobs
         from app.planning.evaluation import Planning
+        from app.planning.path_evaluations import PathEvaluations
         from app.planning.previews import Previews
-        from app.planning.rehearsal_options import SwitchBoard
-        from app.planning.removed_bone import RemovedVolumeService
-        from app.planning.reports import PathReports
+        from app.planning.rehearsal_options import OptionsByPlan
+        from app.planning.removed_volumes import RemovedVolumeService
         from app.planning.suggestions import Suggestions
         from app.plans.instruments import Instruments
         from app.plans.service import PlanService
@@ -80,16 +80,16 @@ class Services:
         self.refining = Refining(cases, registering, jobs, tracker)
         self.tracing = Tracing(cases, plans, registering, tracker)
 
-        self.fields = fields = Fields(cases)
+        self.distance_fields = distance_fields = DistanceFields(cases)
         self.planning = planning = Planning(
-            cases, instruments, fields, lambda plan: driven_registration(registering.registration_of(plan))
+            cases, instruments, distance_fields, lambda plan: driven_registration(registering.registration_of(plan))
         )
         self.dry_runs = DryRunJobs(jobs, planning)
         self.previews = Previews(cases, planning)
-        self.switches = switches = SwitchBoard()
+        self.rehearsal_options = options = OptionsByPlan()
         self.removed_volumes = RemovedVolumeService(cases)
-        self.path_reports = PathReports(planning, self.dry_runs, self.removed_volumes, switches)
-        self.suggestions = Suggestions(jobs, cases, instruments, fields, planning, switches)
+        self.path_evaluations = PathEvaluations(planning, self.dry_runs, self.removed_volumes, options)
+        self.suggestions = Suggestions(jobs, cases, instruments, distance_fields, planning, options)
         self.runs = runs = RunService(store)
         self.recordings = Recordings(jobs, runs)
 

@@ -1,6 +1,6 @@
-"""Distances of segments and triangles by numpy alone, every triangle in turn: shares no line with the engine's kernels.
+"""Distances between segments and triangles by numpy alone, over all triangles, independent of the engine's kernels.
 
-A triangle is left out only where the ball around its centroid is certainly too far.
+A triangle is skipped only if the ball around its centroid is certainly too far away.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ def segment_triangles(p: Array, q: Array, triangles: Array) -> Array:
 
 
 def _inside(points: Array, a: Array, b: Array, c: Array, normal: Array) -> NDArray[np.bool_]:
-    """Whether points (n, 3) in the planes of triangles lie in them."""
+    """Return whether points (n, 3) in the planes of triangles lie in the triangles."""
     sides = [np.einsum("ij,ij->i", np.cross(w - v, points - v), normal) for v, w in ((a, b), (b, c), (c, a))]
     return np.asarray(np.all(np.array(sides) >= 0.0, axis=0))
 
@@ -68,7 +68,7 @@ def _point_segment(points: Array, p: Array, q: Array) -> Array:
 
 
 def _segment_segment(p: Array, q: Array, a: Array, b: Array) -> Array:
-    """Distances (n,) of one segment p q to segments a b, (n, 3): crossing of the lines, else an end of one of them."""
+    """Return distances (n,) of a segment p q to segments a b (n, 3), at the crossing of the lines or at an end."""
     d, e, r = q - p, b - a, p - a
     dd, ee = float(d @ d), np.einsum("ij,ij->i", e, e)
     de, dr, er = e @ d, r @ d, np.einsum("ij,ij->i", e, r)

@@ -1,4 +1,4 @@
-"""The heads that are measured on: the shipped phantom and, where its data are, a real head; or files of your own."""
+"""The heads of the benchmarks: the shipped phantom and, if its data are available, a real head; or a user's files."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ ROBOT, TOOL = "steady_hand", "bent_30"
 
 @dataclass(frozen=True, eq=False)
 class BenchCase:
-    """A surface and a corridor through it, LPS mm."""
+    """A surface and a path through it, LPS mm."""
 
     name: str
     mesh: TriangleMesh
@@ -42,48 +42,48 @@ class BenchCase:
 
 @dataclass(frozen=True)
 class Cases:
-    """What was found, and why the rest was not: a sentence by name."""
+    """The cases found, and a sentence by name for each that is missing."""
 
     found: tuple[BenchCase, ...]
     missing: dict[str, str]
 
     def measure(self, one: Callable[[BenchCase], dict[str, Any]]) -> dict[str, Any]:
-        """`cases`: the result of each by name, None where its data are missing; `missing`: why."""
+        """Return `cases`, the result of each by name or None if its data are missing, and `missing`, the reasons."""
         results: dict[str, Any] = {case.name: one(case) for case in self.found}
         return {"cases": results | dict.fromkeys(self.missing), "missing": self.missing}
 
 
 @dataclass(frozen=True, eq=False)
 class Driven:
-    """A case with the robot placed in it and the poses that the controller takes along the corridor."""
+    """A case with the robot placed in it and the poses of the controller along the path."""
 
     scene: Scene
     run: DryRun
 
     def joints(self, count: int) -> np.ndarray:
-        """``count`` poses (count, n) evenly along the way that was reached."""
+        """Return joints (count, n) of poses spread evenly over the reached part of the path."""
         picked = np.linspace(0, len(self.run.q) - 1, count).round().astype(int)
         return np.asarray(self.run.q[picked])
 
     def segments(self, count: int) -> list[Segments]:
-        """The tool in each of ``count`` poses evenly along the way."""
+        """Return the tool in each of ``count`` poses spread evenly over the reached part of the path."""
         robot, tool = self.scene.placed_robot(), self.scene.tool
         tips = [robot.tip(q) for q in self.joints(count)]
         return [tool.segments(tip.rotation, tip.position) for tip in tips]
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The options that choose the cases."""
+    """Add the options that choose the cases."""
     parser.add_argument("--case", choices=(*NAMES, "all"), default="all", help="the head to measure on")
     parser.add_argument("--surface", type=Path, metavar="FILE", help="measure on this surface instead, with --path")
     parser.add_argument("--path", type=Path, metavar="FILE", help="a plan or Markups file with the corridor")
 
 
 def find_cases(args: argparse.Namespace) -> Cases:
-    """The cases that the options ask for.
+    """Return the cases chosen by the options.
 
     Raises:
-        BenchmarkRefused: only one of --surface and --path is given, or the one case that was asked for is missing.
+        BenchmarkRefused: only one of --surface and --path is given, or the only chosen case is missing.
         InputError: a file cannot be used.
     """
     if (args.surface is None) != (args.path is None):
@@ -104,13 +104,13 @@ def find_cases(args: argparse.Namespace) -> Cases:
 
 
 def phantom() -> BenchCase:
-    """The head that travels with vfix."""
+    """Return the head phantom shipped with vfix."""
     corridor = np.array([point.position for point in load_landmarks().corridor])
     return BenchCase("phantom", load_bone_surface(), SplinePath(corridor))
 
 
 def real_head() -> BenchCase | str:
-    """The real head, or why it is not there. Its data are no part of vfix; VFIX_TRIAL_DATA says where they are."""
+    """Return the real head, or why it is missing. Its data are not part of vfix; VFIX_TRIAL_DATA names their folder."""
     folder = Path(os.environ.get("VFIX_TRIAL_DATA", DEFAULT_TRIAL_DATA)) / "head_ct"
     surface, corridor = folder / "nose_sinus_bone_lps_mm.ply", folder / "corridor.mrk.json"
     if not (surface.is_file() and corridor.is_file()):
@@ -119,9 +119,9 @@ def real_head() -> BenchCase | str:
 
 
 def drive(case: BenchCase, settings: ControlSettings | None = None) -> Driven:
-    """Place the robot as the planner does and drive the corridor, so that the poses are those of a rehearsal.
+    """Place the robot as the planner does and drive along the path, so that the poses are those of a rehearsal.
 
-    Raises StartRefused when the tool does not fit at the entry.
+    Raises StartRefused if the tool does not fit at the entry.
     """
     settings = settings or ControlSettings()
     tree, robot, tool = ProximityTree(case.mesh), RobotModel.load(ROBOT), Tool.load(TOOL)

@@ -15,11 +15,11 @@ from benchmarks.report import BenchmarkRefused, machine, need
 
 SUMMARY = "attack the certificate: adversarial steps, every accepted motion measured again"
 
-Job = tuple[str, int, int, int]  # scene, seed, steps, replays for coal
+Job = tuple[str, int, int, int]  # scene, seed, steps, number of replays measured by coal
 
 DEFAULT_STEPS = 100_000
-COAL_SHARE = 0.12  # of all steps: their poses are measured by coal as well
-COAL_REPLAYS = 1000  # finer replays that coal looks at, at a million steps
+COAL_SHARE = 0.12  # fraction of all steps whose poses are also measured by coal
+COAL_REPLAYS = 1000  # finer replays measured by coal in a million steps
 SUMMED = (
     "steps", "violations", "held", "moved", "nan", "remeasured", "replayed", "replay_hits", "replay_remeasured",
     "emergencies", "limits_judged", "limit_violations", "beyond_limits", "disagreements",
@@ -28,7 +28,7 @@ SUMMED = (
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The options of the attack."""
+    """Add the options of the attack."""
     parser.add_argument("--steps", type=int, default=DEFAULT_STEPS, metavar="N", help="control steps over all scenes")
     parser.add_argument("--seed", type=int, default=0, metavar="S", help="same seed, same trajectories")
     parser.add_argument("--jobs", type=int, default=2, metavar="J", help="processes; the result is the same")
@@ -36,7 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> dict[str, Any]:
-    """The attack's figures.
+    """Run the attack and return its figures.
 
     Raises:
         BenchmarkRefused: coal is not installed, or an option makes no sense.
@@ -57,7 +57,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
 
 
 def summary(scenes: list[dict[str, Any]], seconds: float) -> dict[str, Any]:
-    """All scenes together; steps of a scene whose data are missing are not made up elsewhere."""
+    """Return the figures of all scenes together; steps of a scene with missing data are not replaced by others."""
     fought = [scene for scene in scenes if "skipped" not in scene]
     total: dict[str, Any] = {name: sum(scene[name] for scene in fought) for name in SUMMED}
     digest = hashlib.sha256("".join(scene["hash"] for scene in fought).encode())

@@ -1,12 +1,12 @@
-"""coal, the collision library that the engine's proximity queries are compared with, set up as fast as it goes.
+"""coal, the collision library that the engine's proximity queries are compared with, configured for speed.
 
-One `BVHModelOBBRSS` answers both kinds of query, as our tree does: times, building and memory are compared with it. A
-`BVHModelOBB` beside it is faster in `collide`, but has no `distance` (it prints "OBB distance not implemented"): with
-both, coal would take half as much memory and time to build again; ratios to it are told as well.
-Capsules, transforms, requests and results are made once, outside of what is timed.
+One `BVHModelOBBRSS` answers both kinds of query, as the engine's tree does: query times, build time and memory are
+compared with it. A `BVHModelOBB` is faster in `collide`, but has no `distance` (it prints "OBB distance not
+implemented"): with both, coal would need half as much memory and build time again; ratios to it are reported as well.
+Capsules, transforms, requests and results are created once, outside of the timed part.
 
-Traps: `collide` with `security_margin` finds all triangles within the margin, but only as many as
-`num_max_contacts`; a contact's positive `penetration_depth` is a gap; `distance` in penetration is not the deepest.
+Pitfalls: `collide` with `security_margin` finds all triangles within the margin, but at most `num_max_contacts`; a
+positive `penetration_depth` of a contact is a gap; in penetration `distance` is not the greatest depth.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ MOST_CONTACTS = 1_000_000
 
 
 def build(coal: ModuleType, mesh: TriangleMesh, kind: str = "BVHModelOBBRSS") -> tuple[Any, float]:
-    """A bounding-volume model of the mesh and the seconds that it took."""
+    """Return a bounding-volume model of the mesh and its build time in s."""
     vertices, faces = np.ascontiguousarray(mesh.vertices), mesh.faces.astype(np.int64)
     begin = time.perf_counter()
     model = getattr(coal, kind)()
@@ -39,7 +39,7 @@ def build(coal: ModuleType, mesh: TriangleMesh, kind: str = "BVHModelOBBRSS") ->
 
 @dataclass(frozen=True, eq=False)
 class CoalTool:
-    """The tool's capsules with their places."""
+    """The capsules of the tool with their transforms."""
 
     parts: list[tuple[Any, Any]]
 
@@ -57,11 +57,11 @@ class CoalPeer:
 
     @property
     def nbytes(self) -> int:
-        """Memory of the model that answers both kinds of query, in bytes."""
+        """Return the memory of the model that answers both kinds of query, in bytes."""
         return int(self.model.memUsage(0))
 
     def tool(self, segments: Segments) -> CoalTool:
-        """The tool as coal's capsules; one without length is a ball."""
+        """Return the tool as capsules of coal; one without length is a ball."""
         coal, parts = self._coal, []
         for start, end, radius in zip(segments.start, segments.end, segments.radius, strict=True):
             length = float(np.linalg.norm(end - start))
@@ -71,13 +71,13 @@ class CoalPeer:
         return CoalTool(parts)
 
     def margin_request(self, threshold: float) -> Any:
-        """A request for all triangles within ``threshold`` mm."""
+        """Return a request for all triangles within ``threshold`` mm."""
         request = self._coal.CollisionRequest(self._coal.CollisionRequestFlag.CONTACT, MOST_CONTACTS)
         request.security_margin = threshold
         return request
 
     def collide(self, tool: CoalTool, request: Any, model: Any) -> int:
-        """How many pairs of a capsule and a triangle are within the request's margin."""
+        """Return the number of pairs of a capsule and a triangle within the request's margin."""
         found = 0
         for body, place in tool.parts:
             self._contacts.clear()
@@ -86,7 +86,7 @@ class CoalPeer:
         return found
 
     def pairs(self, tool: CoalTool, request: Any) -> dict[tuple[int, int], float]:
-        """Distance of each pair within the margin, by segment and triangle; of those in contact not the exact depth."""
+        """Return the distance of each pair within the margin by segment and triangle; in contact it is not exact."""
         found = {}
         for s, (body, place) in enumerate(tool.parts):
             self._contacts.clear()
@@ -96,7 +96,7 @@ class CoalPeer:
         return found
 
     def distance(self, tool: CoalTool) -> float:
-        """Smallest distance of the whole tool; not positive means contact."""
+        """Return the least distance of the whole tool; zero or negative in contact."""
         least = np.inf
         for body, place in tool.parts:
             self._result.clear()
@@ -105,7 +105,7 @@ class CoalPeer:
 
 
 def turning_z_to(direction: Array) -> Array:
-    """A rotation (3, 3) whose third column is ``direction``, a unit vector."""
+    """Return a rotation (3, 3) whose third column is ``direction``, a unit vector."""
     helper = np.eye(3)[int(np.abs(direction).argmin())]
     x = np.cross(helper, direction)
     x /= np.linalg.norm(x)

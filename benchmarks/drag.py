@@ -1,7 +1,7 @@
-"""What a dragged path point is told: seconds from its new place to the verdict and the plot of the path as it would be.
+"""Previews of a dragged path point: seconds from its new position to the verdict and the plot of the resulting path.
 
-The middle point of a stored plan is moved on a small circle, the robot's base kept, as a hand does it on the page. Each
-place is judged as the page judges it while the hand drags, and some of them once more in the steps of the dry run.
+The middle point of a stored plan is moved on a small circle with the robot's base unchanged, as when it is dragged on
+the page. Each position is evaluated as by the page during a drag, and some of them also with the steps of the dry run.
 """
 
 from __future__ import annotations
@@ -25,17 +25,17 @@ if TYPE_CHECKING:
 SUMMARY = "the verdict while a path point is dragged"
 AIMED_S = 0.3
 _RADIUS_MM = 1.0  # of the circle
-_JUDGED = 4  # places that are driven in the steps of the dry run as well
+_JUDGED = 4  # positions that are also driven with the steps of the dry run
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Which plan, and how many places."""
+    """Add the options: which plan, and how many positions."""
     parser.add_argument("plan", metavar="PLAN", help="id or name of a stored plan")
     parser.add_argument("--places", type=int, default=20, help="of the dragged point (default 20)")
 
 
 def run(args: argparse.Namespace) -> dict[str, Any]:
-    """Seconds for each place, and how far the least clearance is from that of the dry run with the same base.
+    """Return the seconds per position, and the error of the least clearance against the dry run with the same base.
 
     Raises:
         BenchmarkRefused: the plan has no path, or the number makes no sense.
@@ -64,7 +64,7 @@ def _measured(services: Services, plan: Plan, count: int) -> dict[str, Any]:
     placed_s = time.perf_counter() - begin
     placing = StoredPlacing(stored.base, stored.q_start)
     places = [_moved(plan, 2.0 * np.pi * turn / count) for turn in range(count)]
-    planning.preview(places[0], placing)  # what the first one of a session makes stays
+    planning.preview(places[0], placing)  # fills the caches that the first preview of a session fills
     seconds, least = [], []
     for moved in places:
         begin = time.perf_counter()
@@ -84,7 +84,7 @@ def _measured(services: Services, plan: Plan, count: int) -> dict[str, Any]:
 
 
 def _moved(plan: Plan, angle: float) -> Plan:
-    """The plan with the middle point of its path on a circle around where it is stored."""
+    """Return the plan with the middle point of its path on a circle around its stored position."""
     from app.planning.previews import with_points  # not in an installation of the engine alone
 
     middle = len(plan.points) // 2
@@ -95,6 +95,6 @@ def _moved(plan: Plan, angle: float) -> Plan:
 
 
 def _with_base(plan: Plan, placing: StoredPlacing) -> Plan:
-    """The plan with its robot placed there."""
+    """Return the plan with a placing of its robot."""
     robot = {**plan.robot, "base": placing.base.reshape(-1).tolist(), "q_start": placing.q_start.tolist()}
     return replace(plan, robot=robot)

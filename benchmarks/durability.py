@@ -1,4 +1,4 @@
-"""`vfix bench durability`: kills a planner that writes, again and again, and looks at what is left (HAZ-24)."""
+"""`vfix bench durability`: repeatedly kills a planner while it writes, and checks what is stored (HAZ-24)."""
 
 from __future__ import annotations
 
@@ -34,22 +34,22 @@ if TYPE_CHECKING:
 
 SUMMARY = "kill -9 a planner that writes: edits acknowledged, edits lost, and the database's own check"
 MAX_KILLS = 100_000
-_MOST_POINTS = 40  # of the plan that is edited
-_MOST_EDITS = 200  # of one writer; fewer than a plan's history holds
-_LONGEST_S = 0.05  # from a writer's beginning, or from one of its edits, to its end
-# After how many edits a writer is killed, and at most what share of that time later: at first while it opens.
+_MOST_POINTS = 40  # of the edited plan
+_MOST_EDITS = 200  # of one writer; fewer than the capacity of a plan's history
+_LONGEST_S = 0.05  # longest time from the start of a writer, or from one of its edits, until it is killed
+# After how many edits a writer is killed, and at most which fraction of that time later: 0 is while it opens the store.
 _MOMENTS = ((0, 0.1), (0, 1.0), (1, 1.0), (5, 1.0))
-_ANY = ""  # a digest that every content has
+_ANY = ""  # a digest that matches every content
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """How often, and from which random numbers."""
+    """Add the options: the number of kills, and the seed."""
     parser.add_argument("--kills", type=int, default=100, metavar="N", help="writers that are killed (default 100)")
     parser.add_argument("--seed", type=int, default=0, metavar="S", help="of the edits and of the moments of killing")
 
 
 def run(args: argparse.Namespace) -> dict[str, Any]:
-    """The figures of `--kills` kills in a home of its own.
+    """Return the figures of `--kills` kills in a separate home.
 
     Raises:
         BenchmarkRefused: the system has no SIGKILL and fork, or the number makes no sense.
@@ -65,9 +65,9 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
 
 
 def campaign(kills: int, seed: int, early: bool = False) -> dict[str, Any]:
-    """Run `_fight` in a process of its own, which has one thread and can therefore be copied for each writer.
+    """Run `_fight` in a separate process, which has one thread and can therefore be forked for each writer.
 
-    early: writers acknowledge an edit before it is stored, as they must not: to see that this would be found.
+    early: writers acknowledge an edit before it is stored, which is an error that the campaign has to find.
     """
     with tempfile.TemporaryDirectory(prefix="vfix-durability-") as folder:
         command = [sys.executable, "-m", "benchmarks.durability", folder, str(kills), str(seed), str(int(early))]
@@ -80,7 +80,7 @@ def campaign(kills: int, seed: int, early: bool = False) -> dict[str, Any]:
 
 @dataclass
 class _Tally:
-    """What was found so far."""
+    """The findings so far."""
 
     kills: int = 0
     kills_before_an_edit: int = 0
@@ -101,7 +101,7 @@ def _fight(settings: Settings, kills: int, seed: int, early: bool) -> dict[str, 
         bone = TriangleMesh(corners, np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]))
         case = CaseService(store).create("Killed", frame=CaseFrame("LPS", assumed=False), surfaces={"bone": bone})
         plan = PlanService(store).create(case.id, "Killed").id
-    gc.freeze()  # a writer that collected garbage would copy all that it shares with this process
+    gc.freeze()  # garbage collection in a writer would copy all memory shared with this process
     tally, stored = _Tally(), 0
     for _ in range(kills):
         acknowledged, status = _writer_that_is_killed(settings, plan, chance, early)
@@ -122,9 +122,10 @@ def _fight(settings: Settings, kills: int, seed: int, early: bool) -> dict[str, 
 
 
 def _look(settings: Settings, plan: str, acknowledged: dict[int, str], before: int, tally: _Tally) -> int:
-    """What is there once nobody has the database open any more; returns the number of the newest state.
+    """Check the closed database; return the number of the newest state.
 
-    acknowledged: digest of the content by the number of the state that an edit made; before: the newest one until then.
+    acknowledged: digests of the contents by the number of the state that an edit made. before: number of the newest
+    state before the writer started.
     """
     with closing(sqlite3.connect(settings.database_path)) as database:  # repairs what the kill left
         for check, good in (("integrity_check", [("ok",)]), ("foreign_key_check", [])):
@@ -149,7 +150,10 @@ def _look(settings: Settings, plan: str, acknowledged: dict[int, str], before: i
 def _writer_that_is_killed(
     settings: Settings, plan: str, chance: random.Random, early: bool
 ) -> tuple[dict[int, str], int]:
-    """Start a writer and kill it at some moment, while it opens the store too; what it acknowledged, and its status."""
+    """Start a writer and kill it at a random time, also while it opens the store.
+
+    Returns the edits that it acknowledged and its exit status.
+    """
     ours, theirs = os.pipe()
     after, share = chance.choice(_MOMENTS)
     seed, patience = chance.random(), share * _LONGEST_S * chance.random()
@@ -170,7 +174,7 @@ def _writer_that_is_killed(
 
 
 def _write(settings: Settings, plan: str, chance: random.Random, pipe: int, early: bool) -> NoReturn:
-    """Edit a plan, and say after each edit which state it made."""
+    """Edit a plan, and report after each edit which state it made."""
     from app.plans.service import PlanService
     from app.store import Store
 
@@ -185,13 +189,13 @@ def _write(settings: Settings, plan: str, chance: random.Random, pipe: int, earl
             content = _edited(editor, chance)
             if not early:
                 os.write(pipe, f"{number} {_digest(_state(content))}\n".encode())
-        time.sleep(60.0)  # its end is on the way
+        time.sleep(60.0)  # until it is killed
     finally:
         os._exit(1)
 
 
 def _edited(editor: PlanEditor, chance: random.Random) -> PlanContent:
-    """The plan after one edit of some kind."""
+    """Make one random edit and return the plan's content after it."""
     place = (chance.uniform(-99, 99), chance.uniform(-99, 99), chance.uniform(-99, 99))
     points = [point.id for point in editor.plan.points]
     kinds: list[Callable[[], Any]] = [lambda: editor.added_point(place)[1]]
@@ -204,7 +208,7 @@ def _edited(editor: PlanEditor, chance: random.Random) -> PlanContent:
 
 
 def _state(content: PlanContent) -> dict[str, Any]:
-    """What a state of the history holds: all but the settings."""
+    """Return the content of a state of the history: everything except the settings."""
     return {name: value for name, value in content_to_json(content).items() if name != "settings"}
 
 

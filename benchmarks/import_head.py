@@ -1,4 +1,4 @@
-"""Import of a large CT: until its bone can be seen and clicked, in time and memory."""
+"""Import of a large CT: time and memory until its bone is visible and can be clicked."""
 
 from __future__ import annotations
 
@@ -25,21 +25,21 @@ from vfix_engine.files.volume import Volume
 SUMMARY = "the import of a large CT, until bone can be seen and clicked"
 SHAPE = (400, 512, 512)  # voxels along k, j, i
 NOISE_HU = 20.0
-SECONDS, MIB = 30.0, 3072.0  # aimed at on two cores
+SECONDS, MIB = 30.0, 3072.0  # targets on two cores
 _ROOT = Path(__file__).resolve().parents[1]
 _INSIDE = "--inside"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """What is imported."""
+    """Add the options: what is imported."""
     parser.add_argument("--ct", type=Path, help="CT that is resampled to 512 x 512 x 400 (else the head phantom)")
 
 
 def run(args: argparse.Namespace) -> dict[str, Any]:
-    """Seconds and MiB of an import as the planner makes it, in a process and a data folder of its own.
+    """Return seconds and MiB of an import by the planner, in a separate process and data folder.
 
-    `seconds` counts from the file to the picture and the tree that a click is looked up in. `peak_mib` is the largest
-    resident memory of the planner's process and of its largest worker, added; not every moment has both.
+    `seconds` is the time from the file to the displayed surface and the tree used for clicks. `peak_mib` is the sum of
+    the peak resident memory of the planner's process and of its largest worker, which need not occur at the same time.
 
     Raises:
         BenchmarkRefused: the CT cannot be read, or the import fails.
@@ -68,7 +68,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
 
 
 def _resampled(source: Volume) -> Volume:
-    """The CT on a grid of `SHAPE` over the same box, linear between the voxels, with seeded noise."""
+    """Return the CT linearly interpolated to a grid of `SHAPE` over the same box, with seeded noise."""
     from scipy import ndimage  # imported here: slow to load
 
     random = np.random.default_rng(1)
@@ -85,7 +85,7 @@ def _resampled(source: Volume) -> Volume:
 
 
 def _write(file: Path, volume: Volume) -> None:
-    """As MetaImage, uncompressed."""
+    """Write the volume as uncompressed MetaImage."""
     words: dict[str, npt.NDArray[Any]] = {
         "Offset": volume.origin, "TransformMatrix": volume.direction.T.ravel(), "ElementSpacing": volume.spacing,
         "DimSize": np.array(SHAPE[::-1]),
@@ -110,7 +110,7 @@ def _measured(file: Path, home: Path) -> dict[str, Any]:
 
 
 def _inside(file: Path) -> dict[str, Any]:
-    """The import itself, in the process that is measured."""
+    """Run the import in the measured process."""
     from app.imaging.importing import ImportRequest
     from app.services import build_services
     from app.settings import Settings
@@ -145,7 +145,7 @@ def _peak_mib(*, of_children: bool) -> float:
     except ImportError as error:
         raise report.BenchmarkRefused("the memory of a process is not told on this system") from error
     who = resource.RUSAGE_CHILDREN if of_children else resource.RUSAGE_SELF
-    of_a_mib = 1 << 20 if sys.platform == "darwin" else 1 << 10  # it is told in bytes there, in KiB elsewhere
+    of_a_mib = 1 << 20 if sys.platform == "darwin" else 1 << 10  # reported in bytes there, in KiB elsewhere
     return resource.getrusage(who).ru_maxrss / of_a_mib
 
 

@@ -1,4 +1,4 @@
-"""Scenes of an attack, each in a process of its own."""
+"""Scenes of an attack, each in a separate process."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Job = TypeVar("Job")
 
 
 def each_scene(attack: Callable[[Job], dict[str, Any]], jobs: Sequence[Job], count: int) -> list[dict[str, Any]]:
-    """The findings of every job, in ``count`` processes; their order is that of the jobs. Told on stderr one by one."""
+    """Run jobs in ``count`` processes and return their findings in order; each is reported on stderr when it ends."""
     if count == 1:
         return [attack(job) for job in jobs]
     done = []
@@ -27,6 +27,6 @@ def each_scene(attack: Callable[[Job], dict[str, Any]], jobs: Sequence[Job], cou
 
 
 def _quiet() -> None:
-    """What a solver's library prints goes to stderr: stdout is the result's alone; that it gave up is its answer."""
+    """Redirect the output of solver libraries to stderr, since stdout is for the result only."""
     os.dup2(2, 1)
     warnings.filterwarnings("ignore", module="qpsolvers")

@@ -1,8 +1,8 @@
-"""The proximity query of Kwok 2013, eq. 1-9: the engine's against the same as printed, compiled and in numpy.
+"""The proximity query of Kwok 2013, eq. 1-9: the engine's against the printed algorithm, compiled and in numpy.
 
-A pose differs from the one before by a fraction of a degree in every joint, and all candidates take the same ones.
-Each is called five times in a row, as a control loop asks about nearly the same pose again and again; the slow ones,
-which a moment more does not matter to, once. What is timed is the engine's Python function with all its checks.
+Successive poses differ by a fraction of a degree in every joint, and are the same for all candidates. Each candidate
+is called five times in a row, as a control loop asks about nearly the same pose repeatedly; slow candidates are called
+once. The time is that of the engine's Python function with all its checks.
 """
 
 from __future__ import annotations
@@ -28,22 +28,22 @@ from vfix_engine.robots.snake_surface import LinkVertices
 Ask = Callable[[Array], object]
 
 SUMMARY = "the query of a snake in its lumen against the paper's, compiled as printed and in numpy"
-MIXED = 0.2  # of the vertices are outside
-NARROW_MM = 3.0  # a lumen half as wide as the snake: all vertices deviate, and nearly alike
-SMALL = 500  # vertices, asked for many poses at once
-BATCH, BATCH_STIR = 200, np.radians(3.0)  # poses of one call, as different as an optimiser's
+MIXED = 0.2  # fraction of the vertices outside
+NARROW_MM = 3.0  # radius of a lumen half as wide as the snake: all vertices deviate by nearly the same amount
+SMALL = 500  # vertices of the batch query
+BATCH, BATCH_STIR = 200, np.radians(3.0)  # poses of one call, which differ as those of an optimiser
 BURST = 5
-POSES = 15  # of one share of vertices outside
+POSES = 15  # for each fraction of vertices outside
 AGREE_MM = 1e-9
 MOST_US, MOST_SMALL_US = 1000.0, 30.0  # of a query: of 14,800 vertices, inside and mixed; of 500 in a batch
 LEAST_RATIOS = {"vs_literal": 9.0, "vs_numpy": 150.0}  # of 14,800 vertices, in every scene
 COUNTS = (500, 1000, 2000, 5000, JUDGED, 50_000)  # vertices of fig. 7a
-ATTACK_STEPS = 2000  # of the adversary that both controls meet
-SHARES = (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)  # of the vertices inside, fig. 7b
+ATTACK_STEPS = 2000  # of the adversary that both controls are tested with
+SHARES = (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)  # fractions of the vertices inside, fig. 7b
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """How many vertices and rounds, which sweeps, where the plots go."""
+    """Add the options: numbers of vertices and rounds, sweeps, folder of the plots."""
     parser.add_argument("--vertices", type=int, default=JUDGED, help=f"vertices of the snake (default {JUDGED:,})")
     parser.add_argument("--rounds", type=int, default=15, help="timings of each candidate (default 15, at least 3)")
     parser.add_argument("--threads", type=int, default=None, help="threads of the sweeps at most (default: all cores)")
@@ -55,10 +55,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> dict[str, Any]:
-    """Times, ratios, sweeps, and whether all agree; or what an attack found.
+    """Return times, ratios, sweeps, and whether all candidates agree; or the findings of an attack.
 
     Raises:
-        BenchmarkRefused: an option makes no sense, or what it needs is not there: matplotlib for plots, a GPU.
+        BenchmarkRefused: an option makes no sense, or matplotlib (for plots) or a GPU is missing.
     """
     if args.attack is not None:
         return lumen_attack.attack(args)
@@ -117,9 +117,9 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
 
 
 def _sweeps(args: argparse.Namespace, scene: Scene, shifts: dict[float, float], threads: list[int]) -> dict[str, Any]:
-    """Fig. 7a, by the number of vertices, and fig. 7b, by the share of them inside; None where they are left out.
+    """Return fig. 7a, by the number of vertices, and fig. 7b, by the fraction of them inside; None if left out.
 
-    shifts: of the snake in mm, by that share.
+    shifts: shift of the snake in mm by that fraction.
     """
     if args.no_sweeps:
         return {"vertices_sweep": None, "inside_sweep": None}
@@ -133,10 +133,10 @@ def _sweeps(args: argparse.Namespace, scene: Scene, shifts: dict[float, float], 
 
 
 def meets(ours: dict[str, float], small: float, least: dict[str, float], count: int, correct: bool) -> dict[str, Any]:
-    """Which of the targets are met. Most are of 14,800 vertices, and None where another number was asked for.
+    """Return which targets are met. Most are for 14,800 vertices, and None for another number.
 
     Args:
-        ours: µs by scene; small: µs of one of the batch's poses; least: the least ratio of all scenes to each peer.
+        ours: µs by scene. small: µs of one pose of the batch. least: least ratio over all scenes by peer.
     """
     judged: dict[str, bool] = {f"{scene}_within_1_ms": ours[scene] <= MOST_US for scene in ("inside", "mixed")}
     judged |= {f"{at_least:g}_times_{name}": least[name] >= at_least for name, at_least in LEAST_RATIOS.items()}
@@ -145,20 +145,20 @@ def meets(ours: dict[str, float], small: float, least: dict[str, float], count: 
 
 
 def _draw(folder: Path, sweeps: dict[str, Any], count: int, gpu: dict[str, Any] | None) -> list[str]:
-    """Kwok 2013, fig. 7a to 7c and 8; the files."""
+    """Draw Kwok 2013, fig. 7a to 7c and 8, and return the paths of the files."""
     from benchmarks import lumen_bends, lumen_plots, plots
 
     return plots.save(lumen_plots.sweeps_drawn(sweeps, count, gpu) | lumen_bends.bends_drawn(), folder)
 
 
 def _ratios(times: dict[str, float]) -> dict[str, float]:
-    """The peers' times over ours: for d_l of every link, and for δ_i of every vertex, which they find as well."""
+    """Return the peers' times over the engine's: for d_l of every link, and for δ_i of every vertex."""
     asked = {f"vs_{peer}": times[peer] / times["ours"] for peer in ("literal", "numpy")}
     return asked | {f"every_vertex_vs_{peer}": times[peer] / times["every_vertex"] for peer in ("literal", "numpy")}
 
 
 def _thread_counts(args: argparse.Namespace) -> list[int]:
-    """2, 4, 8, … up to the number of cores, or of threads that were asked for, and that number itself."""
+    """Return 2, 4, 8, … up to the number of cores or of requested threads, and that number itself."""
     cores = int(report.machine().cores)
     most = cores if args.threads is None else args.threads
     if not 1 <= most <= (os.cpu_count() or 1):
@@ -167,7 +167,7 @@ def _thread_counts(args: argparse.Namespace) -> list[int]:
 
 
 class _Case:
-    """The snake with so many vertices at one place, and everybody who can ask about it."""
+    """The snake with a number of vertices at one place, and all candidates that answer the query."""
 
     def __init__(self, scene: Scene, count: int, shift_mm: float, rounds: int):
         self._scene, self._rounds = scene, rounds
@@ -179,7 +179,7 @@ class _Case:
         self._gap = np.empty(count)
 
     def times(self, threaded: dict[str, ThreadedQuery] | None = None) -> dict[str, float]:
-        """Median µs of each candidate."""
+        """Return the median µs of each candidate."""
         query, packed, window = self._query, self._scene.packed, self._scene.window
         candidates: dict[str, Ask] = {
             "ours": lambda pose: query.deviations(packed, pose, window),
@@ -193,7 +193,7 @@ class _Case:
         return {name: 1e6 * float(np.median(each)) for name, each in seconds.items()}
 
     def row(self, thread_counts: list[int]) -> dict[str, float]:
-        """One row of a sweep."""
+        """Return one row of a sweep."""
         asked = {
             f"{n}_threads": ThreadedQuery(self._vertices, self._scene.packed, self._scene.window, n)
             for n in thread_counts
@@ -208,7 +208,7 @@ class _Case:
         return row | {f"{name}_us": value for name, value in times.items()} | {"max_abs_diff": apart}
 
     def apart(self) -> float:
-        """The largest difference in mm of any two answers, of links and of vertices."""
+        """Return the largest difference in mm between any two answers, of links and of vertices."""
         query, packed, window = self._query, self._scene.packed, self._scene.window
         apart = 0.0
         for pose in self._poses:
@@ -220,7 +220,7 @@ class _Case:
         return apart
 
     def outside_percent(self) -> float:
-        """How many of the vertices deviate."""
+        """Return the percentage of the vertices that deviate."""
         return 100.0 * self._scene.share_outside(self._query, self._poses)
 
     def _literal(self, pose: Array) -> Array:
@@ -233,7 +233,7 @@ class _Case:
 
 
 class _Batch:
-    """500 vertices in 200 poses with one call, which is how an optimiser asks. µs are of one pose."""
+    """A query of 500 vertices in 200 poses with one call, as by an optimiser. Times are µs per pose."""
 
     def __init__(self, scene: Scene, shift_mm: float, rounds: int):
         vertices, packed = scene.vertices(SMALL), scene.packed
@@ -251,7 +251,7 @@ class _Batch:
 
 
 def in_turn(candidates: dict[str, Ask], poses: Array, rounds: int, bursts: dict[str, int]) -> dict[str, list[float]]:
-    """Seconds of every call, the candidates in turn with poses of their own; the first calls are not counted."""
+    """Return the seconds of every call of candidates called in turn, each with own poses, without the first calls."""
     seconds: dict[str, list[float]] = {name: [] for name in candidates}
     for ask in candidates.values():
         ask(poses[0])

@@ -1,9 +1,9 @@
 """Kwok 2013, fig. 7(c) and fig. 8, as pictures and numbers: `python -m benchmarks.lumen_bends FOLDER`.
 
-Fig. 7(c): cost over (m, q_c), where the pathway lets the links be, what can be grown into from rest, and the bend that
-is found. Fig. 8: control bends in a body cavity of 13 contours with 28 polar radii each, four with the base inclined by
-25° and eight with it upright. With each bend go its evaluations, its time and its gaps to a search everywhere: for what
-can be grown into, and for anything within the bounds.
+Fig. 7(c): the cost over (m, q_c), the region that the pathway allows, the part of it that is reachable from rest, and
+the bend that is found. Fig. 8: control bends in a body cavity of 13 contours with 28 polar radii each, four with the
+base inclined by 25° and eight with it upright. For each bend the number of evaluations, the time, and the gaps to an
+exhaustive search are given: over the reachable bends, and over all bends within the bounds.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ ROUNDS, GRID = 15, 101
 
 
 def in_a_tube(snake: SnakeModel, query: Query) -> BendProblem:
-    """Five links straight in a tube of 30 mm radius; bounds of 8 mm, of 4 mm for the last link."""
+    """Return a problem of five straight links in a tube of 30 mm radius; bounds of 8 mm, 4 mm for the last link."""
     centre = np.column_stack([np.zeros((31, 2)), np.linspace(0.0, 300.0, 31)])
     pathway, base = Pathway(centre, np.full(31, 30.0), count=31), np.eye(4)
     base[2, 3] = 60.0
@@ -40,9 +40,10 @@ def in_a_tube(snake: SnakeModel, query: Query) -> BendProblem:
 
 
 def in_a_cavity(snake: SnakeModel, query: Query, inclined: float = INCLINED) -> BendProblem:
-    """The body cavity, entered at its lower end, the base turned about x by so many rad; bounds of 3 mm, the tip 1 mm.
+    """Return a problem in the body cavity, entered at its lower end; bounds of 3 mm, 1 mm for the tip.
 
-    Inclined, the base stands near the ridge and leans away from it; upright it stands on the axis.
+    inclined: rotation of the base about x in rad. Inclined, the base is near the ridge and leans away from it; upright
+    it is on the axis.
     """
     packed, base = body_cavity().packed(), np.eye(4)
     base[1:3, 1:3] = [[math.cos(inclined), -math.sin(inclined)], [math.sin(inclined), math.cos(inclined)]]
@@ -52,7 +53,7 @@ def in_a_cavity(snake: SnakeModel, query: Query, inclined: float = INCLINED) -> 
 
 
 def bends_drawn() -> dict[str, Figure]:
-    """``lumen_cost.svg`` and ``lumen_bends.svg``, by these names."""
+    """Return the figures ``lumen_cost.svg`` and ``lumen_bends.svg`` by these names."""
     tube, cavity, upright = _problems().values()
     return {
         "lumen_cost.svg": figure_7c(tube),
@@ -85,7 +86,7 @@ def _problems() -> dict[str, BendProblem]:
 
 
 def _milliseconds(problem: BendProblem, count: int) -> float:
-    """Median processor time of all the bends together."""
+    """Return the median processor time of all bends together in ms."""
     spent = []
     for _ in range(ROUNDS):
         begin = time.process_time()

@@ -1,4 +1,4 @@
-"""What is built on the query: the search for control bends, and the two controls on the same commands."""
+"""Benchmarks of what uses the query: the search for control bends, and both controls with the same commands."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ BOUND_MM, LAST_BOUND_MM = 8.0, 4.0
 
 
 def measure(scene: Scene, rounds: int, attack_steps: int) -> dict[str, Any]:
-    """``bends``: ms of the search for 4 and for 8 control bends; ``controls``: both controls, side by side."""
+    """Return ``bends``, ms of the search for 4 and for 8 control bends, and ``controls``, figures of both controls."""
     return {"bends": bends(scene, rounds), "controls": compare_controls(attack_steps=attack_steps)}
 
 
 def bends(scene: Scene, rounds: int) -> dict[str, Any]:
-    """Median ms of the search for 4 and 8 control bends in the scene's lumen, and what it took and found."""
+    """Return median ms, evaluations and results of the search for 4 and 8 control bends in the scene's lumen."""
     bound = np.full(LINKS, BOUND_MM)
     bound[-1] = LAST_BOUND_MM
     problem = BendProblem(
@@ -31,7 +31,7 @@ def bends(scene: Scene, rounds: int) -> dict[str, Any]:
     told: dict[str, Any] = {"vertices": VERTICES, "bound_mm": {"body": BOUND_MM, "last": LAST_BOUND_MM}}
     counts: tuple[Literal[4, 8], ...] = (4, 8)
     for count in counts:
-        found = control_bends(problem, count)  # not counted: it compiles what is not compiled yet
+        found = control_bends(problem, count)  # not timed: it compiles missing kernels
         seconds = []
         for _ in range(rounds):
             begin = time.perf_counter()

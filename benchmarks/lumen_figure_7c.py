@@ -1,8 +1,9 @@
-"""Kwok 2013, fig. 7(c): what bending costs and where the pathway lets it, over the two parameters of a planar bend.
+"""Kwok 2013, fig. 7(c): the cost of bending and the bends allowed by the pathway, over the parameters of a planar bend.
 
-Within the bounds lies a band a few degrees wide, too thin to be seen over (m, q_c). So there is a second panel over m
-and q_c less a multiple of m, the mean angle of the joints weighted by how far each one moves the tip: rays from rest
-stay straight lines in it, and the tip goes the wanted way where it is positive, as long as joints do not saturate.
+The allowed region is a band a few degrees wide, too thin to be visible over (m, q_c). A second panel therefore shows m
+and q_c minus a multiple of m, which is the mean angle of the joints weighted by how far each one moves the tip: rays
+from rest stay straight lines in it, and the tip moves in the wanted direction where it is positive, as long as joints
+do not saturate.
 """
 
 from __future__ import annotations
@@ -27,14 +28,14 @@ _LEVELS = np.round(np.arange(-0.3, 0.95, 0.1), 1)  # of z_eff/z_max, from bent b
 _BEYOND = LinearSegmentedColormap.from_list("beyond a bound", ["#76808a", "#f7f8f9"])  # from −0.4 to 1
 _WITHIN = LinearSegmentedColormap.from_list("within the bounds", ["#8498b5", "#eff5fb"])
 _GROWN = LinearSegmentedColormap.from_list("grown into", ["#08306b", "#deebf7"])
-_RAYS, _CLOSER = 240, 30  # all about, and on either side of the bend that is found
-_ROUND = 0.3  # [rad] below the line through rest, where the tip may still go the wanted way
-_STEPS, _HALVINGS = 160, 12  # along a ray, and of the step that leaves the bounds
+_RAYS, _CLOSER = 240, 30  # rays in all directions, and on either side of the found bend
+_ROUND = 0.3  # [rad] below the line through rest, where the tip may still move in the wanted direction
+_STEPS, _HALVINGS = 160, 12  # steps along a ray, and bisections of the step that leaves the bounds
 _REACH = (0.5, math.radians(30.0))  # of rays, in m and in the weighted mean
 
 
 class Asked(NamedTuple):
-    """(14) and (17) on a grid: z_eff/z_max, max (D_i − b_i) in mm and the tip's way to the wanted side in mm (a, b)."""
+    """Eq. 14 and 17 on a grid (a, b): z_eff/z_max, max (D_i − b_i) and the tip's motion to the wanted side in mm."""
 
     cost: Array
     excess: Array
@@ -42,7 +43,7 @@ class Asked(NamedTuple):
 
 
 class _Panel(NamedTuple):
-    """A part of the plane: m in rad, q_c − ``shear``·m in rad, and where it is drawn."""
+    """A part of the plane: m in rad, q_c − ``shear``·m in rad, and its axes."""
 
     m: Array
     up: Array
@@ -50,33 +51,34 @@ class _Panel(NamedTuple):
     axes: Axes
 
     def place(self, corners: Array) -> Array:
-        """Where bends (n, 2), (m, q_c), are drawn."""
+        """Return the positions at which bends (n, 2), (m, q_c), are drawn."""
         return np.column_stack([corners[:, 0], np.degrees(corners[:, 1] - self.shear * corners[:, 0])])
 
     def region(self, *edges: Array) -> Path:
-        """What lies within closed edges (n, 2), (m, q_c)."""
+        """Return the region inside closed edges (n, 2), (m, q_c)."""
         return Path.make_compound_path(*(Path(self.place(corners), closed=True) for corners in map(_closed, edges)))
 
 
 def weighted(problem: BendProblem) -> float:
-    """k such that q_c − k m is the joints' mean, each weighted by the links that it carries: what moves the tip."""
+    """Return k such that q_c − k m is the mean of the joints weighted by the links that each carries."""
     links = problem.snake.links
     carried = np.arange(links, 0, -1)
     return float(carried @ np.arange(2 * links - 2, -1, -2) / carried.sum())
 
 
 def ask(problem: BendProblem, m: float, q_c: float) -> tuple[float, float, float]:
-    """z_eff/z_max, max (D_i − b_i) in mm, and the tip's way along +x in mm of the bend to e+ (10)."""
-    q = problem.snake.clamp(problem.q_rest + bend_angles(m, q_c, problem.snake.links, odd=False))
-    tip = problem.snake.tip(q - problem.q_rest, np.eye(4))[:3, 3]
-    excess = float((problem.deviations(q - problem.q_rest) - problem.bound).max())
+    """Return z_eff/z_max, max (D_i − b_i) in mm, and the motion of the tip along +x in mm, of the bend to e+ (10)."""
+    q = problem.snake.clamp(problem.q_nominal + bend_angles(m, q_c, problem.snake.links, odd=False))
+    tip = problem.snake.tip(q - problem.q_nominal, np.eye(4))[:3, 3]
+    excess = float((problem.deviations(q - problem.q_nominal) - problem.bound).max())
     return float(tip[2]) / problem.snake.reach_mm(), excess, float(tip[0])
 
 
 def growable(problem: BendProblem, bend: DistalBend) -> Array:
-    """Where rays of (m, q_c) from rest first leave the bounds (n, 2): the corners of what can be grown into.
+    """Return where rays of (m, q_c) from rest first leave the bounds (n, 2): the corners of the reachable region.
 
-    Rays go all about, as far as the tip goes the wanted way, and ever closer to the bend's own, which is one of them.
+    Rays go in all directions in which the tip moves in the wanted direction, and more densely near that of the bend,
+    which is one of them.
     """
     shear = weighted(problem)
     m, q_c = bend.parameters
@@ -103,7 +105,7 @@ def growable(problem: BendProblem, bend: DistalBend) -> Array:
 
 
 def figure_7c(problem: BendProblem, grid: int = 101) -> Figure:
-    """The whole plane as in the paper, and the band in it that keeps the bounds; ``grid`` of the search everywhere."""
+    """Draw the whole plane as in the paper, and the band within the bounds; ``grid``: of the exhaustive search."""
     bend, best = optimise_primary(problem, "e+"), search_globally(problem, "e+", grid).anywhere
     grown = np.vstack([[0.0, 0.0], growable(problem, bend)])
     limits = ", ".join(f"{b:g}" for b in problem.bound)
@@ -145,9 +147,9 @@ def _asked(problem: BendProblem, panel: _Panel) -> Asked:
 
 
 def _draw(panel: _Panel, asked: Asked, kept: list[Array], grown: Array) -> None:
-    """The cost in bands, grey, and blue where the bounds are kept: pale what cannot be grown into."""
+    """Draw the cost in bands, grey beyond the bounds, blue within them, and pale blue where it is not reachable."""
     axes, place = panel.axes, (panel.m, np.degrees(panel.up))
-    axes.set_rasterization_zorder(1)  # the bands are pixels: as outlines they are ten times as long
+    axes.set_rasterization_zorder(1)  # the bands are rasterised, since outlines take ten times the space
     within, reach = panel.region(*kept), panel.region(grown)
     for order, (colours, clip) in enumerate(((_BEYOND, None), (_WITHIN, within), (_GROWN, reach))):
         bands = axes.contourf(*place, asked.cost.T, _LEVELS, cmap=colours, extend="both", zorder=0.3 * order)
@@ -161,7 +163,7 @@ def _draw(panel: _Panel, asked: Asked, kept: list[Array], grown: Array) -> None:
 
 
 def _edges(panel: _Panel, values: Array) -> list[Array]:
-    """The edges (n, 2) of where values on the panel's grid are at most 0, as (m, q_c)."""
+    """Return the edges (n, 2), (m, q_c), of the region where values on the panel's grid are at most 0."""
     around = np.pad(values, 1, constant_values=float(np.abs(values).max()) + 1e6)
     edges = []
     for corners in find_contours(around, 0.0):
@@ -173,7 +175,7 @@ def _edges(panel: _Panel, values: Array) -> list[Array]:
 
 
 def _write(panel: _Panel, bend: DistalBend, best: DistalBend) -> None:
-    """The bend that is found, rest, the best within the bounds, and what the regions are."""
+    """Mark the found bend, rest, and the best bend within the bounds, and label the regions."""
     axes = panel.axes
     found, other = panel.place(np.array([bend.parameters, best.parameters]))
     look: dict[str, Any] = {"textcoords": "offset points", "bbox": HALO, "verticalalignment": "center", "zorder": 6}
@@ -188,7 +190,7 @@ def _write(panel: _Panel, bend: DistalBend, best: DistalBend) -> None:
 
 
 def _add_key(figure: Figure) -> None:
-    """The scale of z_eff/z_max, grey beyond the bounds and blue within, and what pale blue is."""
+    """Add the scale of z_eff/z_max, grey beyond the bounds and blue within, and the meaning of pale blue."""
     left, (grey, blue) = 0.86, (colours(np.linspace(0.0, 1.0, 14)) for colours in (_BEYOND, _GROWN))
     axes = figure.add_axes((left, 0.34, 0.035, 0.41))
     scale = np.stack([grey, blue], axis=1)

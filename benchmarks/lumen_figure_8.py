@@ -19,24 +19,24 @@ from vfix_engine.snake.bending.optimise import DistalBend
 _WIDTH, _HEIGHT = 9.0, 10.9  # [in]
 _MM = np.array([250.0, 290.0])  # that a view shows
 _PER_MM = 3.7 / _MM[1]  # [in/mm]
-_NEAR, _FAR = "#8f9aa5", "#d7dde2"  # halves of a contour, this side of its centre and beyond
-_COLOURS = ("#0b4f9c", "#6aa3d9", "#b9c2cb")  # bends in the plane of the picture, those between, those across it
+_NEAR, _FAR = "#8f9aa5", "#d7dde2"  # near and far half of a contour
+_COLOURS = ("#0b4f9c", "#6aa3d9", "#b9c2cb")  # bends in the plane of the picture, oblique to it, perpendicular to it
 _LABELS = (_COLOURS[0], "#3f7cb5")
 _X, _Y, _Z = np.eye(3)
 
 
 class _View(NamedTuple):
-    """Which axes of the patient go to the right, up and away from the eye, and the lowest value that is shown, mm."""
+    """The patient axes that point to the right, up and away from the viewer, and the lowest shown value in mm."""
 
     name: str
     right: Array
     up: Array
     away: Array
     low: float
-    names: tuple[str, str]  # of the axes to the right and up
+    names: tuple[str, str]  # names of the axes to the right and up
 
     def place(self, points: Array) -> Array:
-        """Where points (n, 3) are drawn (n, 2), mm."""
+        """Return the positions (n, 2) in mm at which points (n, 3) are drawn."""
         return np.column_stack([points @ self.right, points @ self.up])
 
 
@@ -46,7 +46,7 @@ _ABOVE = _View("from above", _X, _Y, -_Z, -0.5 * float(_MM[1]), ("x", "y"))
 
 
 def figure_8(four: tuple[BendProblem, Sequence[DistalBend]], eight: tuple[BendProblem, Sequence[DistalBend]]) -> Figure:
-    """Either case from two sides, each bend with its angle ϑ at the tip and its cost in a line below."""
+    """Draw both cases from two sides, each bend with its angle ϑ at the tip and its cost in a line below."""
     bound = four[0].bound
     figure = empty_figure(
         _WIDTH,
@@ -79,7 +79,7 @@ def figure_8(four: tuple[BendProblem, Sequence[DistalBend]], eight: tuple[BendPr
 
 
 def _draw_contours(axes: Axes, view: _View) -> None:
-    """The cavity's rims: the half beyond the centre pale, the half this side of it darker."""
+    """Draw the contours of the cavity, with the far half pale and the near half darker."""
     found = body_cavity().contours()
     psi = 2.0 * np.pi * np.arange(ANGLES + 1) / ANGLES
     second = np.cross(found.tangent, found.first)
@@ -94,12 +94,12 @@ def _draw_contours(axes: Axes, view: _View) -> None:
 
 
 def _draw_bends(axes: Axes, view: _View, problem: BendProblem, bends: Sequence[DistalBend]) -> None:
-    """Rest, then the links of each bend as wide as they are, the farthest from the eye first."""
+    """Draw rest, then the links of each bend with their width, the farthest from the viewer first."""
     wide: dict[str, Any] = {"linewidth": 2.0 * problem.snake.radius_mm * _PER_MM * 72.0, "solid_capstyle": "round"}
-    rest = view.place(problem.snake.frames(problem.q_rest, problem.base)[:, :3, 3])
+    rest = view.place(problem.snake.frames(problem.q_nominal, problem.base)[:, :3, 3])
     axes.plot(*rest.T, color="#c9d0d6", alpha=0.45, **wide)
     axes.plot(*rest.T, "--", color="#98a2ac", linewidth=1.0)
-    placed = [problem.snake.frames(problem.q_rest + bend.delta, problem.base)[:, :3, 3] for bend in bends]
+    placed = [problem.snake.frames(problem.q_nominal + bend.delta, problem.base)[:, :3, 3] for bend in bends]
     shown = [k for k in range(len(bends)) if _rank(view, bends[k]) < 2]
     for k in sorted(range(len(bends)), key=lambda k: (k in shown, -float(placed[k].mean(axis=0) @ view.away))):
         places, colour = view.place(placed[k]), _COLOURS[_rank(view, bends[k])]
@@ -119,7 +119,7 @@ def _draw_bends(axes: Axes, view: _View, problem: BendProblem, bends: Sequence[D
 
 
 def _label(axes: Axes, view: _View, ends: Sequence[tuple[Array, DistalBend]]) -> None:
-    """ϑ ahead of each tip, lower where another one is already."""
+    """Write ϑ ahead of each tip, lower if another label is already there."""
     taken: list[Array] = []
     for (before, tip), bend in ends:
         at = tip + 16.0 * (tip - before) / max(float(np.linalg.norm(tip - before)), 1e-9)
@@ -132,7 +132,7 @@ def _label(axes: Axes, view: _View, ends: Sequence[tuple[Array, DistalBend]]) ->
 
 
 def _rank(view: _View, bend: DistalBend) -> int:
-    """0: a bend along an axis that is seen, 1: one between two axes, 2: one that is seen edge-on."""
+    """Return 0 for a bend in the plane of the picture, 1 for an oblique one, 2 for one seen edge-on."""
     quarter = bend.angle / (0.5 * math.pi)
     if abs(quarter - round(quarter)) > 1e-6:
         return 1

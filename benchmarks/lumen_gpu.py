@@ -1,4 +1,4 @@
-"""The query on a GPU, where there is one: transfers, launches and checks included."""
+"""The query on a GPU, if available, including transfers, launches and checks."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from vfix_engine.robots.snake_surface import LinkVertices
 
 COUNTS = (500, 1000, 2000, 5000, JUDGED, 50_000, 1_000_000)
 NAMED = (500, JUDGED, 1_000_000)
-POSES = 15  # of one timing, one after the other
+POSES = 15  # of one timing, in sequence
 
 
 def need_gpu() -> None:
-    """Raises BenchmarkRefused where no GPU can be used."""
+    """Raise BenchmarkRefused if no GPU can be used."""
     if not gpu.available():
         raise report.BenchmarkRefused("no GPU can be used here: it takes a driver and pip install 'vfix[gpu]'")
 
 
 def measure(scene: Scene, shift_mm: float, rounds: int) -> dict[str, Any] | None:
-    """Times in µs and rates in kHz by number of vertices, and how far the answers are apart; None without a GPU."""
+    """Return times in µs and rates in kHz by number of vertices, and the largest error; None without a GPU."""
     if not gpu.available():
         return None
     rows = [sweep_row(scene, count, shift_mm, rounds) for count in COUNTS]
@@ -41,7 +41,7 @@ def measure(scene: Scene, shift_mm: float, rounds: int) -> dict[str, Any] | None
 
 
 def sweep_row(scene: Scene, count: int, shift_mm: float, rounds: int) -> dict[str, Any]:
-    """µs of a query whose vertices stay on the GPU, and of one that sends them, as in the paper; held against loops."""
+    """Return µs of a query with vertices on the GPU, and of one that sends them as in the paper, checked by loops."""
     vertices, poses = scene.vertices(count), scene.poses(shift_mm, POSES)
     query, packed, window = gpu.GpuQuery(vertices), scene.packed, scene.window
     placed = [_placed(vertices, pose) for pose in poses]
@@ -60,7 +60,7 @@ def sweep_row(scene: Scene, count: int, shift_mm: float, rounds: int) -> dict[st
 
 
 def _placed(vertices: LinkVertices, frames: Array) -> Array:
-    """The vertices in the patient frame (V, 3)."""
+    """Return the vertices (V, 3) in the patient frame."""
     link = np.repeat(np.arange(len(frames)), np.diff(vertices.start))
     placed: Array = np.einsum("vij,vj->vi", frames[link, :, :3], vertices.points) + frames[link, :, 3]
     return placed

@@ -1,9 +1,9 @@
-"""The query of Kwok 2013 as it is printed, eq. 1-9, twice: as loops for numba and with numpy on whole arrays.
+"""The query of Kwok 2013, eq. 1-9 as printed, in two versions: as loops for numba, and by numpy on whole arrays.
 
-Neither leaves anything out and neither shares a line with the engine: cross products, the projection of eq. 4 and its
-signed areas are those of the paper, with the signs that its print has lost. Both decide eq. 5 as the engine does: a
-point counts as inside up to 1e-10 mm beyond an edge's line, since with 0 a point between two segments is outside of
-both by rounding. Contours are circles.
+Both are complete and share no code with the engine: cross products, the projection of eq. 4 and its signed areas are
+those of the paper, with the signs missing in print restored. Both decide eq. 5 as the engine does: a point counts as
+inside up to 1e-10 mm beyond the line of an edge, since with 0 a point between two segments is outside of both by
+rounding. Contours are circles.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ import numpy as np
 
 from vfix_engine.arrays import Array, IntArray
 
-EDGE = 1e-10  # [mm] so far beyond an edge's line is inside
-AXIS = 1e-9  # [mm] nearer to the axis, eq. 1 has no plane
-AT_ONCE = 512  # vertices of an array operation
+EDGE = 1e-10  # [mm] a point up to this far beyond the line of an edge is inside
+AXIS = 1e-9  # [mm] nearer to the axis, eq. 1 defines no plane
+AT_ONCE = 512  # vertices per array operation
 
 
 @numba.njit(error_model="numpy", cache=True)
 def section_as_printed(x: float, y: float, z: float, rows: Array, radius: Array, j: int) -> float:
-    """δ_j in mm of one point from segment ``j``: eq. 1-7."""
+    """Return δ_j in mm of one point from segment ``j``: eq. 1-7."""
     a0, a1, a2 = rows[j, 0] - x, rows[j, 1] - y, rows[j, 2] - z  # P_j − x
     b0, b1, b2 = rows[j, 3] - x, rows[j, 4] - y, rows[j, 5] - z  # P_{j+1} − x
     n0, n1, n2 = a1 * b2 - a2 * b1, a2 * b0 - a0 * b2, a0 * b1 - a1 * b0  # eq. 1
@@ -46,7 +46,7 @@ def section_as_printed(x: float, y: float, z: float, rows: Array, radius: Array,
     s = radius[j + 1] / sqrt(r0 * r0 + r1 * r1 + r2 * r2)
     d0, d1, d2 = b0 + s * r0, b1 + s * r1, b2 + s * r2  # v3 − x
 
-    # Eq. 4: the coordinate in which the normal is largest is dropped.
+    # Eq. 4: drops the coordinate in which the normal is largest.
     k0, k1, k2 = abs(n0), abs(n1), abs(n2)
     if k0 >= k1 and k0 >= k2:
         scale = k0 / norm
@@ -81,7 +81,7 @@ def section_as_printed(x: float, y: float, z: float, rows: Array, radius: Array,
 def literal_query(
     points: Array, start: IntArray, frames: Array, rows: Array, radius: Array, first: int, last: int, gap: Array
 ) -> Array:
-    """d_l of eq. 9 (L,) of one pose by three plain loops; δ_i of eq. 8 into ``gap`` (V,)."""
+    """Return d_l of eq. 9 (L,) of one pose by three plain loops; δ_i of eq. 8 is written to ``gap`` (V,)."""
     depth = np.zeros(len(start) - 1)
     for link in range(len(start) - 1):
         f = frames[link]
@@ -101,18 +101,22 @@ def literal_query(
 class NumpyQuery:
     """Eq. 1-9 with numpy: one array operation for many vertices and all segments at once.
 
-    The vertices are taken 512 at a time: what lies between two operations then stays in the caches, which makes it
-    twice as fast as all at once.
+    It takes 512 vertices at a time, so that intermediate results stay in the caches, which is twice as fast as all at
+    once.
     """
 
     def __init__(self, points: Array, start: IntArray, rows: Array, radius: Array):
-        """Vertices (V, 3) in their links' frames, ``start`` (L + 1,); rows of the segments, radii of the contours."""
+        """Prepare the query.
+
+        points (V, 3): vertices in the frames of their links. start (L + 1,): first vertex of each link. rows: rows of
+        the segments. radius: radii of the contours.
+        """
         self._points, self._start, self._radius = points, start, radius
         self._link = np.repeat(np.arange(len(start) - 1), np.diff(start))
         self._rows = rows
 
     def deviations(self, frames: Array) -> tuple[Array, Array]:
-        """d_l (L,) and δ_i (V,) in mm of one pose (L, 3, 4)."""
+        """Return d_l (L,) and δ_i (V,) in mm of one pose (L, 3, 4)."""
         turned = np.einsum("vij,vj->vi", frames[self._link, :, :3], self._points)
         places = np.ascontiguousarray((turned + frames[self._link, :, 3]).T)[:, :, None]  # (3, V, 1)
         rows, gap = self._rows.T[:, None, :], np.empty(len(self._points))
@@ -122,7 +126,7 @@ class NumpyQuery:
 
 
 def _sections(x: Array, row: Array, radius: Array) -> Array:
-    """δ_j in mm (V, S) of all points (3, V, 1) from all segments (ROW, 1, S): eq. 1-7."""
+    """Return δ_j (V, S) in mm of all points (3, V, 1) from all segments (ROW, 1, S): eq. 1-7."""
     a, b = row[0:3] - x, row[3:6] - x
     normal = _cross(a, b)  # eq. 1
     squared = _dot(normal, normal)

@@ -15,7 +15,7 @@ _LITERAL, _NUMPY, _GPU, _EVERY = "#b45f14", "#69737c", "#24815a", "#6a51a3"
 
 
 def sweeps_drawn(sweeps: dict[str, Any], count: int, gpu: dict[str, Any] | None) -> dict[str, Figure]:
-    """``lumen_vertices.svg`` and ``lumen_inside.svg``, by these names; ``count`` vertices in the second."""
+    """Return the figures ``lumen_vertices.svg`` and ``lumen_inside.svg`` by name; the second has ``count`` vertices."""
     vertices, inside = sweeps["vertices_sweep"], sweeps["inside_sweep"]
     counts = [row["vertices"] for row in vertices]
     by_count = _drawn(

@@ -1,8 +1,8 @@
-"""The scene that the lumen's query is measured in: five links in a lumen that bends, more or less of them outside.
+"""The scene of the lumen query's benchmark: five links in a curved lumen, a chosen fraction of their vertices outside.
 
 The lumen is that of Kwok 2013, section IV.A: twenty segments, here of 10 mm and with a radius of 12 mm, on an arc of a
-circle. The snake follows the arc. It is shifted across the plane of the arc until the wanted share of its vertices
-lies outside: as the sections of the arc have no preferred direction there, every share can be had.
+circle. The snake follows the arc. It is shifted perpendicular to the plane of the arc until the wanted fraction of its
+vertices is outside: since the sections of the arc have no preferred direction there, every fraction is possible.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ from vfix_engine.robots.snake_surface import LinkVertices
 
 LINKS, SEGMENTS = 5, 20
 RADIUS_MM, SEGMENT_MM, BEND_MM = 12.0, 10.0, 150.0
-BEFORE_MM = 25.0  # of the lumen lie before the snake's base
-JUDGED = 14_800  # vertices by which a share is found: as many as the paper's largest robot has
-STIR = np.radians(0.2)  # [rad] the joints of two poses of one share differ by about that
+BEFORE_MM = 25.0  # length of the lumen before the snake's base
+JUDGED = 14_800  # vertices by which a fraction is determined: those of the paper's largest robot
+STIR = np.radians(0.2)  # [rad] approximate difference of the joints of two poses with the same fraction
 
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """A snake, a pathway and the window of it that is asked about: all of it."""
+    """A snake, a pathway, and the queried window of it, which is the whole pathway."""
 
     snake: SnakeModel
     packed: PackedPathway
@@ -35,7 +35,7 @@ class Scene:
 
     @classmethod
     def made(cls, radius_mm: float = RADIUS_MM) -> Scene:
-        """The scene of the benchmark, in a lumen of that radius."""
+        """Return the scene of the benchmark in a lumen of that radius in mm."""
         angle = np.linspace(0.0, SEGMENTS * SEGMENT_MM / BEND_MM, SEGMENTS + 1)
         centre = BEND_MM * np.column_stack([1.0 - np.cos(angle), np.zeros_like(angle), np.sin(angle)])
         tangent = np.column_stack([np.sin(angle), np.zeros_like(angle), np.cos(angle)])
@@ -44,18 +44,18 @@ class Scene:
         return cls(SnakeModel(LINKS), pathway.packed(), (0, SEGMENTS))
 
     def vertices(self, count: int) -> LinkVertices:
-        """``count`` vertices on the snake's surface."""
+        """Return ``count`` vertices on the snake's surface."""
         return self.snake.vertices(count)
 
     def poses(self, shift_mm: float, count: int, stir: float = STIR, seed: int = 0) -> Array:
-        """``count`` poses as frames (count, L, 3, 4), shifted out of the arc's plane, each with joints of its own."""
+        """Return ``count`` poses with different joints as frames (count, L, 3, 4), shifted out of the arc's plane."""
         random = np.random.default_rng(seed)
         base, q = self.base(shift_mm), self.rest()
         frames = [self.snake.frames(q + stir * random.standard_normal(len(q)), base)[1:, :3] for _ in range(count)]
         return np.ascontiguousarray(frames)
 
     def base(self, shift_mm: float = 0.0) -> Array:
-        """transform_base_to_patient (4, 4): on the arc, with its tangent, shifted out of its plane."""
+        """Return transform_base_to_patient (4, 4): on the arc along its tangent, shifted out of its plane in mm."""
         turn = BEFORE_MM / BEND_MM
         base = np.eye(4)
         base[:3, :3] = [[np.cos(turn), 0.0, np.sin(turn)], [0.0, 1.0, 0.0], [-np.sin(turn), 0.0, np.cos(turn)]]
@@ -63,19 +63,19 @@ class Scene:
         return base
 
     def rest(self) -> Array:
-        """Joints (2L,) in rad with which the snake follows the arc."""
+        """Return joints (2L,) in rad with which the snake follows the arc."""
         q = np.zeros(2 * LINKS)
         q[1::2] = 2.0 * np.arcsin(0.5 * self.snake.length_mm / BEND_MM)  # as chords of a circle turn
         q[1] *= 0.5  # the first, from the tangent
         return q
 
     def share_outside(self, query: Query, poses: Array) -> float:
-        """Share of the query's vertices that deviate, over all the poses."""
+        """Return the fraction of the query's vertices that deviate, over all poses."""
         outside = [query.every_vertex(self.packed, pose, self.window)[0] > 0.0 for pose in poses]
         return float(np.mean(outside))
 
     def shift_for(self, share: float) -> float:
-        """Shift in mm at which that share of the vertices is outside; none for 0."""
+        """Return the shift in mm at which a fraction ``share`` of the vertices is outside; 0 for 0."""
         if not 0.0 < share < 1.0:
             return 3.0 * RADIUS_MM * share
         query, near, far = Query(self.vertices(JUDGED)), 0.0, 3.0 * RADIUS_MM

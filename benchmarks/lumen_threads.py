@@ -1,6 +1,6 @@
-"""The engine's query of one pose on several threads: each has a share of every link's vertices.
+"""The engine's query of one pose on several threads, each with a part of every link's vertices.
 
-The engine itself asks on one thread. Its kernel is compiled once more here, so that it lets other threads run.
+The engine itself uses one thread. Its kernel is compiled again here, without the GIL.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _released: Callable[..., None] = numba.njit(error_model="numpy", nogil=True, cac
 
 
 class ThreadedQuery:
-    """Deviations of a snake's links, found by ``threads`` threads at once. To be closed."""
+    """Deviations of a snake's links, computed by ``threads`` threads in parallel. Has to be closed."""
 
     def __init__(self, vertices: LinkVertices, packed: PackedPathway, window: tuple[int, int], threads: int):
         links = len(vertices.start) - 1
@@ -39,7 +39,7 @@ class ThreadedQuery:
         self._pool.shutdown()
 
     def deviations(self, frames: Array) -> Array:
-        """d_l in mm (L,) of one pose (L, 3, 4)."""
+        """Return d_l (L,) in mm of one pose (L, 3, 4)."""
         waiting = [self._pool.submit(self._ask, part, frames) for part in self._parts[1:]]
         depth = self._ask(self._parts[0], frames)
         for one in waiting:
@@ -52,7 +52,7 @@ class ThreadedQuery:
 
 
 class _Part:
-    """What one thread asks about, and its own memory."""
+    """The vertices of one thread, and its own memory."""
 
     def __init__(self, vertices: LinkVertices, links: int):
         self.blocks = Query(vertices).blocks
@@ -61,7 +61,7 @@ class _Part:
 
 
 def _shares(vertices: LinkVertices, threads: int) -> list[LinkVertices]:
-    """Every link's vertices in as many runs as there are threads; they are in order along the link."""
+    """Split every link's vertices, which are ordered along the link, into one contiguous run per thread."""
     of_link = [
         np.array_split(vertices.points[first:last], threads)
         for first, last in zip(vertices.start[:-1], vertices.start[1:], strict=True)

@@ -1,7 +1,7 @@
-"""`vfix bench piercing`: suggested ways in a head, and whether one of them pierces tissue, judged by brute force.
+"""`vfix bench piercing`: suggested paths in a head, and whether one of them pierces tissue, checked by brute force.
 
-From each entry to its targets, moved by up to 2 mm, ways are looked for with each tool until there are as many as asked
-for; each of their poses, 8 mm apart, is judged out of the voxels by another code (`piercing_judge`). None may pierce.
+From each entry to its targets, moved by up to 2 mm, paths are searched with each tool until the requested number is
+found. Their poses, 8 mm apart, are checked in the voxels by independent code (`piercing_judge`). None may pierce.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from vfix_engine.suggestion import Alternative, Room, SearchSpace, suggest_path
 SUMMARY = "suggested ways in a head: none pierces skin or a wall, judged out of the voxels by another code"
 TOOLS = ("straight_pointer", "bent_30", "endoscope_0")
 SLACK_MM = 0.75  # both codes have grids of 0.5 mm
-EVERY_MM = 8.0  # between poses that are judged
+EVERY_MM = 8.0  # between the checked poses
 _MOVED_MM, _AROUND_MM = 2.0, 30.0
 
 
@@ -47,7 +47,7 @@ class Head(NamedTuple):
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Which head, and how many ways."""
+    """Add the options: which head, and how many paths."""
     parser.add_argument("--ways", type=int, default=100, metavar="N", help="ways to look at (default 100)")
     parser.add_argument("--seed", type=int, default=0, metavar="S", help="of the moved ends")
     parser.add_argument("--head", type=Path, metavar="FILE", help="a CT; by default the head phantom")
@@ -57,7 +57,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> dict[str, Any]:
-    """Counts of ways and of those that pierce.
+    """Return the numbers of paths and of those that pierce.
 
     Raises:
         BenchmarkRefused: a number or an argument makes no sense.
@@ -87,7 +87,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
 
 
 def phantom() -> Head:
-    """The head phantom with both nostrils, and targets on the side of each that a rigid tool reaches."""
+    """Return the head phantom with both nostrils as entries, and for each the targets that a rigid tool reaches."""
     known = load_landmarks()
     entry, targets = (np.array([point.position for point in part]) for part in (known.corridor[:1], known.corridor[4:]))
     mirrored = np.array([-1.0, 1.0, 1.0])
@@ -102,7 +102,7 @@ def _given(args: argparse.Namespace) -> Head:
 def suggested(
     head: Head, random: np.random.Generator, tools: Sequence[str] = TOOLS
 ) -> Iterator[tuple[tuple[Alternative, ...], Array]]:
-    """Alternatives of one search after another, without an end, and the entry of each."""
+    """Yield the alternatives and the entry of one search after another, endlessly."""
     ends = np.concatenate([head.entries, head.targets.reshape(-1, 3)])
     focus = np.stack([ends.min(axis=0) - _AROUND_MM, ends.max(axis=0) + _AROUND_MM])
     bone, tissue = (solid_of_volumes([head.volume], level, focus) for level in (BONE_HU, TISSUE_HU))
@@ -122,7 +122,7 @@ def suggested(
 
 
 def pierced_by(volume: Volume, one: Alternative, entry: Array, every_mm: float = EVERY_MM) -> list[Array]:
-    """Where the poses of an alternative pierce tissue, by brute force."""
+    """Return where the poses of an alternative pierce tissue, by brute force."""
     rows = np.unique(np.rint(one.run.s / every_mm), return_index=True)[1]
     found = list[Array]()
     for row in np.union1d(rows, [len(one.run.s) - 1]):

@@ -1,7 +1,7 @@
-"""Whether a tool pierces tissue, by brute force out of the voxels: the judge of `vfix bench piercing`.
+"""Brute-force check of the voxels whether a tool pierces tissue, for `vfix bench piercing`.
 
-It has nothing of the engine but the voxels and where they lie: scipy interpolates them, air is thresholded and measured
-on a grid of its own around each run of tissue, and connected by labels.
+It uses only the voxels and their positions from the engine: scipy interpolates them, air is thresholded and measured on
+a separate grid around each run of tissue, and connected by labels.
 """
 
 from __future__ import annotations
@@ -14,15 +14,16 @@ from vfix_engine.files.volume import Volume
 
 AIR_HU = -300.0
 STEP_MM, SAMPLE_MM = 0.5, 0.2
-BALL_MM = 1.0  # half of the width of air that counts as a way
+BALL_MM = 1.0  # half the width of air that counts as a passage
 GIVES_MM, GIVES_AT_ENTRY_MM, ENTRY_MM = 5.0, 8.0, 20.0
 _BESIDE_MM = 15.0  # of the axis on both sides of the tissue
 
 
 def pierced_runs(volume: Volume, start: Array, end: Array, entry: Array, slack_mm: float = 0.0) -> list[Array]:
-    """Middles (3,) of the runs of tissue that the axis segments (S, 3) of a pose pierce.
+    """Return the centres (3,) of the runs of tissue that the axis segments (S, 3) of a pose pierce, LPS mm.
 
-    entry: (3,) where the path begins. slack_mm: added to what tissue gives; two codes with grids of 0.5 mm differ.
+    entry (3,): start of the path. slack_mm: added to how far tissue yields, since two codes with grids of 0.5 mm
+    differ.
     """
     axis = _axis(start, end)
     tissue = _hu(volume, axis) > AIR_HU
@@ -43,7 +44,7 @@ def pierced_runs(volume: Volume, start: Array, end: Array, entry: Array, slack_m
 
 
 def _hu(volume: Volume, places: Array) -> Array:
-    """Hounsfield units (n,) at places (n, 3), trilinear, of air beyond the scan."""
+    """Return Hounsfield units (n,) at places (n, 3) by trilinear interpolation; those of air beyond the scan."""
     from scipy import ndimage  # as above
 
     index = (places - volume.origin) @ volume.direction / volume.spacing
@@ -54,13 +55,13 @@ def _hu(volume: Volume, places: Array) -> Array:
 def _axis(start: Array, end: Array) -> Array:
     parts = [
         a + np.linspace(0.0, 1.0, max(2, int(np.linalg.norm(b - a) / SAMPLE_MM)))[:, None] * (b - a)
-        for a, b in zip(end, start, strict=True)  # from the tip on; a segment ends at its front
+        for a, b in zip(end, start, strict=True)  # from the tip; a segment ends at its front
     ]
     return np.concatenate(parts)
 
 
 def _round(volume: Volume, axis: Array, first: int, last: int, entry: Array, slack_mm: float) -> bool:
-    """Whether air leads from one side of a run of tissue to the other within what the tissue beside it gives."""
+    """Return whether air connects both sides of a run of tissue within the distance that adjacent tissue yields."""
     from scipy import ndimage  # imported where it is used: slow to load
     from scipy.spatial import cKDTree
 

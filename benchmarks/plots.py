@@ -1,4 +1,4 @@
-"""How the figures of the benchmarks look: by matplotlib, as SVG files that are equal byte by byte for equal values."""
+"""Style of the benchmarks' figures: by matplotlib, as SVG files that are byte-identical for equal values."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ _STYLE: dict[Any, Any] = {
     "grid.color": GRID,
     "xtick.color": SOFT,
     "ytick.color": SOFT,
-    "svg.fonttype": "none",  # words stay words
+    "svg.fonttype": "none",  # text stays text
     "svg.hashsalt": "vfix",
 }
 _APART = 0.045  # of the height of the axes, between two names
 
 
 def empty_figure(width: float, height: float, left: float, title: str, below: str) -> Figure:
-    """A figure of so many inches with a title and a line below it, from ``left`` inches on."""
+    """Return a figure with a title and a line below it. width, height, left: in inches; left: start of the texts."""
     matplotlib.rcParams.update(_STYLE)
     figure = Figure(figsize=(width, height), dpi=200)
     figure.text(left / width, 1.0 - 0.33 / height, title, fontsize=13.5, fontweight="bold")
@@ -38,7 +38,7 @@ def empty_figure(width: float, height: float, left: float, title: str, below: st
 
 
 def save(figures: dict[str, Figure], folder: Path) -> list[str]:
-    """Write figures by their file names into the folder; their paths."""
+    """Write figures by their file names into the folder, and return their paths."""
     folder.mkdir(parents=True, exist_ok=True)
     for name, figure in figures.items():
         figure.savefig(folder / name, metadata={"Date": None})
@@ -46,7 +46,7 @@ def save(figures: dict[str, Figure], folder: Path) -> list[str]:
 
 
 def name_lines(axes: Axes) -> None:
-    """Each line's label beside its last point, moved apart where they would lie over each other."""
+    """Write each line's label next to its last point, moved apart if they would overlap."""
     lines = [line for line in axes.get_lines() if not str(line.get_label()).startswith("_")]
     to_axes = axes.transData + axes.transAxes.inverted()
     ends = [float(to_axes.transform(line.get_xydata()[-1])[1]) for line in lines]  # type: ignore[index]
@@ -57,8 +57,8 @@ def name_lines(axes: Axes) -> None:
 
 
 def spread(wanted: Sequence[float], apart: float) -> list[float]:
-    """Places in ascending order, at least ``apart`` from each other and as near to the wanted ones as that allows."""
-    groups: list[list[float]] = []  # the wanted places of names that touch, each as if it were the group's first
+    """Return ascending positions at least ``apart`` from each other, as near to the wanted ones as possible."""
+    groups: list[list[float]] = []  # wanted positions of touching labels, each converted to that of the group's first
     for at in wanted:
         groups.append([at])
         while len(groups) > 1 and _first(groups[-1]) - _first(groups[-2]) < apart * len(groups[-2]):

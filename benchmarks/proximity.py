@@ -1,7 +1,7 @@
-"""Proximity queries of the engine against coal's: interleaved, along the corridor, and each answer checked.
+"""Proximity queries of the engine against those of coal, interleaved along a path, with every answer checked.
 
-Poses are those of the robot driving the corridor in which bone is within the threshold: elsewhere the answer is empty.
-Ratios are of medians over the poses, each pose's time being the median of its rounds.
+The poses are those of a drive along the path in which bone is within the threshold, since elsewhere the answer is
+empty. Ratios are of medians over the poses; the time of a pose is the median of its rounds.
 """
 
 from __future__ import annotations
@@ -23,15 +23,15 @@ from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.proximity.proximity import ProximityTree
 
 SUMMARY = "pairs and closest pair against coal's collide and distance"
-COHERENT_MM = 0.75  # how far the tool may move while a candidate list holds
+COHERENT_MM = 0.75  # how far the tool may move while a candidate list is valid
 LEAST_POSES = 24
-BURST = 5  # calls in a row: a query follows one of nearly the same pose, not one that has emptied the caches
+BURST = 5  # calls in a row: in control a query follows one of nearly the same pose, with warm caches
 AGREE_MM = 1e-6  # coal's tolerance
 SMALL, MIDDLE = 10_000, 125_000  # triangles of the scaling table; the middle one is split into 4 and into 16
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Which heads, how many poses and rounds, and how near counts."""
+    """Add the options: heads, numbers of poses and rounds, and threshold."""
     cases.add_arguments(parser)
     parser.add_argument("--poses", type=int, default=32, help="poses along the corridor (default 32, at least 24)")
     parser.add_argument("--rounds", type=int, default=15, help="timings of each query and pose (default 15)")
@@ -42,7 +42,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> dict[str, Any]:
-    """Times, ratios, memory and whether all was right.
+    """Return times, ratios, memory, and whether all answers were correct.
 
     Raises:
         BenchmarkRefused: coal is not installed, an option makes no sense, or bone is never within the threshold.
@@ -69,13 +69,13 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
 
 
 def _worst(ratios: list[dict[str, float]]) -> dict[str, float]:
-    """Of each ratio the one that speaks least for the engine."""
+    """Return the worst value of each ratio for the engine."""
     less_is_better = ("build_vs_coal", "memory_vs_coal")
     return {name: (max if name in less_is_better else min)(each[name] for each in ratios) for name in ratios[0]}
 
 
 def _poses(case: cases.BenchCase, count: int, threshold: float) -> list[Segments]:
-    """``count`` poses along the corridor in which bone is within the threshold."""
+    """Return ``count`` poses along the path in which bone is within the threshold in mm."""
     tree = ProximityTree(case.mesh)
     near = [pose for pose in cases.drive(case).segments(10 * count) if tree.clearance(pose) <= threshold]
     if len(near) < count:
@@ -122,7 +122,7 @@ def _measure(coal: Any, case: cases.BenchCase, poses: list[Segments], rounds: in
 def _times(
     tree: ProximityTree, peer: CoalPeer, poses: list[Segments], rounds: int, threshold: float
 ) -> dict[str, float]:
-    """Median over the poses of each query's median time in µs."""
+    """Return the median over the poses of each query's median time in µs."""
     request = peer.margin_request(threshold)
     medians: dict[str, list[float]] = {}
     for pose in poses:
@@ -134,7 +134,7 @@ def _times(
 
 
 def _in_turn(queries: dict[str, Callable[[], object]], rounds: int) -> dict[str, list[float]]:
-    """Seconds of every call, the queries in turn, each ``BURST`` times in a row as a control loop asks them."""
+    """Return the seconds of every call of queries called in turn, ``BURST`` times in a row as in a control loop."""
     seconds: dict[str, list[float]] = {name: [] for name in queries}
     for call in queries.values():
         call()
@@ -164,14 +164,14 @@ def _queries(
 
 
 class _Check:
-    """Every answer of one pose against brute force and against coal."""
+    """Checks every answer of one pose against brute force and coal."""
 
     def __init__(self, tree: ProximityTree, peer: CoalPeer, triangles: Array, threshold: float):
         self._tree, self._peer, self._brute, self._threshold = tree, peer, BruteForce(triangles), threshold
         self._scale = 1.0 + float(np.abs(triangles).max())
 
     def faults(self, pose: Segments) -> list[str]:
-        """What is wrong in this pose, in words."""
+        """Return descriptions of what is wrong in this pose."""
         eps, threshold, tree = 1e-9 * self._scale, self._threshold, self._tree
         truth: dict[tuple[int, int], float] = {}
         least = np.inf
@@ -219,7 +219,7 @@ class _Check:
 
 
 def _scaling(coal: Any, mesh: TriangleMesh, poses: list[Segments], args: argparse.Namespace) -> list[dict[str, Any]]:
-    """The same poses in the same head at 10,000 to 2,000,000 triangles."""
+    """Measure the same poses in the same head at 10,000 to 2,000,000 triangles."""
     table = []
     for surface in _surfaces(mesh):
         begin = time.perf_counter()
@@ -241,7 +241,7 @@ def _scaling(coal: Any, mesh: TriangleMesh, poses: list[Segments], args: argpars
 
 
 def _surfaces(mesh: TriangleMesh) -> list[TriangleMesh]:
-    """About 10,000, 40,000, 125,000, 500,000 and 2,000,000 triangles of the same surface."""
+    """Return the same surface with about 10,000, 40,000, 125,000, 500,000 and 2,000,000 triangles."""
     small = [_thinned(mesh, count) for count in (SMALL, 4 * SMALL, MIDDLE)]
     finer = _split(small[-1])
     return [*small, finer, _split(finer)]
@@ -257,7 +257,7 @@ def _thinned(mesh: TriangleMesh, count: int) -> TriangleMesh:
 
 
 def _split(mesh: TriangleMesh) -> TriangleMesh:
-    """Each triangle into four at the middles of its edges."""
+    """Split each triangle into four at the midpoints of its edges."""
     a, b, c = mesh.triangles[:, 0], mesh.triangles[:, 1], mesh.triangles[:, 2]
     ab, bc, ca = (a + b) / 2, (b + c) / 2, (c + a) / 2
     corners = np.concatenate([np.stack(each, axis=1) for each in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))])

@@ -1,9 +1,10 @@
-"""`vfix bench registration`: registrations with known noise against the expected errors, and what explains the papers'.
+"""`vfix bench registration`: registrations with known noise against predicted errors, and the papers' errors explained.
 
-Five beads of the head phantom are measured again and again with normal noise, fitted, and compared with the truth: the
-rms FRE and the rms TRE at the phantom's targets have to be within 3 % of their predictions, and 95 % of the errors in
-the predicted balls, within 1 % or four standard deviations of such a count. The localisation error behind the papers'
-0.425 and 0.473 mm depends on how they averaged, which they do not tell; each reading is computed by the same trials.
+Five beads of the head phantom are repeatedly measured with normal noise, fitted, and compared with the truth: the rms
+FRE and the rms TRE at the phantom's targets have to be within 3 % of their predictions, and 95 % of the errors inside
+the predicted balls, within 1 % or four standard deviations of such a count. The localisation error that gives the
+papers' 0.425 and 0.473 mm depends on how they averaged, which they do not state; each interpretation is computed from
+the same trials.
 """
 
 from __future__ import annotations
@@ -22,21 +23,21 @@ from vfix_engine.registration import expected_fre_mm, register_points
 from vfix_engine.registration.rigid_fit import residual_lengths, rigid_fits
 
 SUMMARY = "registration by five beads: measured errors against the expected ones, and the papers' residuals explained"
-PAPERS_MM = {"li_2004": 0.425, "li_2007": 0.473}  # residual errors that they give for five beads
+PAPERS_MM = {"li_2004": 0.425, "li_2007": 0.473}  # residual errors stated for five beads
 _SIGMA_MM = 0.3
 _WITHIN, _IN_BALL_WITHIN = 0.03, 0.01
-_FEWEST, _MOST = 5_000, 1_000_000  # the rms of 5,000 errors varies by 0.6 %, a fifth of what is allowed
+_FEWEST, _MOST = 5_000, 1_000_000  # the rms of 5,000 errors varies by 0.6 %, a fifth of the tolerance
 _AT_ONCE = 50_000
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """How many registrations, and from which random numbers."""
+    """Add the options: the number of registrations, and the seed."""
     parser.add_argument("--trials", type=int, default=20_000, metavar="N", help="registrations (default 20,000)")
     parser.add_argument("--seed", type=int, default=0, metavar="S", help="of the noise")
 
 
 def run(args: argparse.Namespace) -> dict[str, Any]:
-    """Measured errors over predicted ones, and σ per axis by paper and reading.
+    """Return measured over predicted errors, and σ per axis by paper and interpretation.
 
     Raises:
         BenchmarkRefused: the number of trials or the seed makes no sense.
@@ -83,7 +84,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
 
 
 def _explained(paper: str, residual: float, reading: str, per_sigma: float, tre: Array) -> dict[str, Any]:
-    """A row: the noise that gives a paper's residual in one reading, and the error to expect at the targets."""
+    """Return the noise that gives a paper's residual in one interpretation, and the expected error at the targets."""
     sigma = residual / per_sigma
     return {
         "paper": paper,
@@ -97,7 +98,7 @@ def _explained(paper: str, residual: float, reading: str, per_sigma: float, tre:
 
 
 def _trials(beads: Array, targets: Array, count: int, random: np.random.Generator) -> tuple[Array, Array]:
-    """Residuals (count, beads) and errors at the targets (count, targets) in mm, of fits to noisy beads."""
+    """Return residuals (count, beads) and errors at the targets (count, targets) in mm of fits to noisy beads."""
     residuals, errors = [], []
     for begin in range(0, count, _AT_ONCE):
         number = min(_AT_ONCE, count - begin)

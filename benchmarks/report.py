@@ -1,4 +1,4 @@
-"""What every result carries besides its figures: versions and hardware; and how figures are taken."""
+"""Common parts of the benchmarks: versions and hardware in every result, and timing."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ from vfix_engine.errors import VfixError
 
 
 class BenchmarkRefused(VfixError):
-    """A benchmark cannot be run here; the message says what to do about it."""
+    """A benchmark cannot be run here; the message states what to do."""
 
 
 @dataclass(frozen=True)
 class Machine:
-    """Versions and hardware that the figures hold for; None where a package is not installed.
+    """Versions and hardware of a measurement; None for a package that is not installed.
 
-    cores: that this process may use. load: jobs that ran or waited when it began, over the last minute; more than
-    the benchmark's own one means that other work shares the machine. None where the system does not tell.
+    cores: number of cores that this process may use. load: load average of the last minute at the start; more than the
+    benchmark's own 1 means that other work shares the machine. None if the system does not report it.
     """
 
     vfix: str
@@ -47,12 +47,12 @@ class Machine:
     load: float | None
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain values for JSON."""
+        """Return JSON values."""
         return asdict(self)
 
 
 def machine() -> Machine:
-    """This machine, now."""
+    """Return the current state of this machine."""
     return Machine(
         vfix=__version__,
         python=platform.python_version(),
@@ -70,10 +70,10 @@ def machine() -> Machine:
 
 
 def need(module: str, words: str = "this benchmark compares with") -> ModuleType:
-    """A module of the extra `test`; ``words``: what it is needed for, before its name.
+    """Import a module of the extra `test`. words: its purpose, for the message before its name.
 
     Raises:
-        BenchmarkRefused: it is not installed; the message says how to install it.
+        BenchmarkRefused: it is not installed; the message states how to install it.
     """
     try:
         return importlib.import_module(module)
@@ -82,9 +82,9 @@ def need(module: str, words: str = "this benchmark compares with") -> ModuleType
 
 
 def interleaved(candidates: Mapping[str, Callable[[], object]], rounds: int) -> dict[str, np.ndarray]:
-    """Seconds (rounds,) of each candidate, called in turn, so that a slow moment of the machine strikes all alike.
+    """Return the seconds (rounds,) of each candidate, called in turn, so that a slow phase affects all of them equally.
 
-    One round beforehand is not counted: it fills caches and compiles what is not compiled yet.
+    A first round is not timed: it fills caches and compiles missing kernels.
     """
     seconds = {name: np.zeros(rounds) for name in candidates}
     for call in candidates.values():
@@ -98,7 +98,7 @@ def interleaved(candidates: Mapping[str, Callable[[], object]], rounds: int) -> 
 
 
 def spread_us(seconds: Sequence[float] | np.ndarray) -> dict[str, float]:
-    """Median and 99th percentile in µs."""
+    """Return median and 99th percentile in µs."""
     values = 1e6 * np.asarray(seconds, dtype=float)
     return {"median_us": float(np.median(values)), "p99_us": float(np.percentile(values, 99))}
 

@@ -24,14 +24,14 @@ WARM_S = 3.0
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """How often it is started again."""
+    """Add the options: the number of later starts."""
     parser.add_argument("--starts", type=int, default=5, help="later starts (default 5)")
 
 
 def run(args: argparse.Namespace) -> dict[str, Any]:
-    """Seconds from the command to its address, to an answer there, and to the last kernel, with folders of its own.
+    """Return seconds from the command to its address, to a response there, and to the last kernel, in separate folders.
 
-    `compiled_s` is when the page is whole; what only the snake needs comes after it, until `snake_compiled_s`.
+    At `compiled_s` all kernels of the page are compiled, at `snake_compiled_s` those that only the snake needs.
 
     Raises:
         BenchmarkRefused: the planner does not start here, or the number makes no sense.
@@ -69,7 +69,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
 
 
 def _start(folder: Path, until_compiled: bool = False, linger_s: float = 0.0) -> dict[str, Any]:
-    """One start and its end."""
+    """Start the planner once and end it."""
     began = time.perf_counter()
     own = {"VFIX_HOME": str(folder / "home"), "VFIX_CACHE": str(folder / "cache"), "NUMBA_CACHE_DIR": ""}
     with planner(own) as (address, process):
@@ -86,7 +86,7 @@ def _start(folder: Path, until_compiled: bool = False, linger_s: float = 0.0) ->
 
 
 def _await(folder: Path, done: str, process: subprocess.Popen[str]) -> None:
-    """Until the planner has compiled the kernels that this file stands for."""
+    """Wait until the planner has compiled the kernels that this file marks."""
     began = time.perf_counter()
     while not list(folder.glob(f"cache/kernels/*/{done}")):
         if process.poll() is not None or time.perf_counter() - began > GIVE_UP_S:
@@ -95,19 +95,19 @@ def _await(folder: Path, done: str, process: subprocess.Popen[str]) -> None:
 
 
 def _ask(address: str) -> None:
-    """Returns when the page is there; the address hands out a cookie and sends its visitor on."""
+    """Wait for the page; the address sets a cookie and redirects."""
     browser = urllib.request.build_opener(urllib.request.HTTPCookieProcessor())
     with browser.open(address, timeout=GIVE_UP_S) as answer:
         answer.read()
 
 
 def _kept(folder: Path) -> set[str]:
-    """Every kernel for every types it was compiled for, in whichever folder."""
+    """Return every compiled kernel with the types it was compiled for, in any folder."""
     return {str(file.relative_to(folder)) for file in folder.glob("cache/kernels/*/*.nbc")}
 
 
 def _seconds_of_children() -> float | None:
-    """Processor time of all that has been started here and has ended; None where the system does not tell."""
+    """Return the processor time of all ended child processes; None if the system does not report it."""
     if sys.platform == "win32":
         return None
     import resource

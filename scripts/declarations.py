@@ -3,9 +3,9 @@
     .venv/bin/python scripts/declarations.py
 
 `app/web/js/types.d.ts` declares the sections of the view model, the commands, the messages and the REST models that the
-page reads. Run it after a change of a step's sections.py or commands.py, of those that all steps share (app/views,
-app/session, app/messages) or of the models below, and commit what it writes; a test compares the file with what this
-script gives.
+page reads. Run it after changing the sections.py or commands.py of a tab, those shared by all tabs (app/workspace,
+app/session, app/messages), or the models below, and commit the result; a test compares the file with the output of this
+script.
 """
 
 import inspect
@@ -70,21 +70,24 @@ class Declarations:
 
     @property
     def text(self) -> str:
-        """All of them, an empty line between two."""
+        """Return all interfaces, separated by empty lines."""
         return "\n".join(self._texts.values())
 
     def name_of(self, record: type) -> str:
-        """Declare a TypedDict or a model, and whatever it refers to, once. Raises TypeError for two of one name."""
+        """Declare a TypedDict or model and all types that it refers to, once, and return its name.
+
+        Raises TypeError for two types of the same name.
+        """
         name = record.__name__
         if self._known.setdefault(name, record) is not record:
             raise TypeError(f"{record} and {self._known[name]} would have one name on the page; rename one of them.")
         if name not in self._texts:
-            self._texts[name] = ""  # its place; what it refers to follows and may refer to it
+            self._texts[name] = ""  # reserves its place; types that it refers to follow and may refer to it
             self._texts[name] = f"{comment(record)}export interface {name} {self.body(fields_of(record))}\n"
         return name
 
     def body(self, fields: "dict[str, tuple[Any, bool]]", indent: str = "  ") -> str:
-        """`{ … }` of fields by name: each its type and whether it is always there."""
+        """Return `{ … }` for fields by name, each with its type and whether it is required."""
         if not fields:
             return "{}"
         lines = [
@@ -93,7 +96,7 @@ class Declarations:
         return "{\n" + "".join(lines) + indent[2:] + "}"
 
     def of(self, kind: Any) -> str:
-        """The TypeScript type of a Python type. Raises TypeError for one that has none."""
+        """Return the TypeScript type of a Python type. Raises TypeError if there is none."""
         if kind in PLAIN:
             return PLAIN[kind]
         if typing.is_typeddict(kind) or (inspect.isclass(kind) and issubclass(kind, BaseModel)):
@@ -120,12 +123,12 @@ class Declarations:
 
 
 def fields_of(record: type) -> "dict[str, tuple[Any, bool]]":
-    """Type of every field of a TypedDict or model by the name that it has in JSON, and whether it is always there."""
+    """Return the type of every field of a TypedDict or model by its JSON name, and whether it is required."""
     hints = typing.get_type_hints(record, include_extras=True)
     if typing.is_typeddict(record):
         always = record.__required_keys__
         return {name: (_bare(hints[name]), name in always) for name in hints}
-    # A model that is read has every field; one that is sent may leave out what has a default.
+    # A received model has every field; a sent one may omit fields with defaults.
     read = record.__name__.endswith(("Public", "Words"))
     fields = record.model_fields
     return {field.alias or name: (hints[name], read or field.is_required()) for name, field in fields.items()}
@@ -136,7 +139,7 @@ def _bare(kind: Any) -> Any:
 
 
 def comment(record: type) -> str:
-    """The docstring as it stands."""
+    """Return the docstring as a comment."""
     lines = inspect.cleandoc(record.__doc__ or "").splitlines()
     if not lines or record.__doc__ == BaseModel.__doc__:
         return ""
@@ -146,7 +149,7 @@ def comment(record: type) -> str:
 
 
 def command_fields() -> "dict[str, dict[str, tuple[Any, bool]]]":
-    """Fields of every command by its type, without `type` and `id`."""
+    """Return the fields of every command by its type, without `type` and `id`."""
     found = {}
     for model in commands.commands():
         fields = fields_of(model)
@@ -159,7 +162,7 @@ def command_fields() -> "dict[str, dict[str, tuple[Any, bool]]]":
 
 
 def declarations() -> str:
-    """The whole file."""
+    """Return the whole file."""
     made = Declarations()
     state: dict[str, list[str]] = {}
     groups = (SessionSections, CaseSections, *(spec.sections for spec in specs() if spec.sections is not None))
@@ -196,7 +199,7 @@ export interface StateMessage {
 
 export type Message = HelloMessage | StateMessage | ReplyMessage | NoteMessage;
 """
-# A command whose fields may all be left out is sent by its name alone.
+# A command without required fields is sent by its name alone.
 CALLS = """\
 export type CommandType = keyof Commands;
 export type Fields<T extends CommandType> = {} extends Commands[T] ? [fields?: Commands[T]] : [fields: Commands[T]];

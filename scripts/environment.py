@@ -1,6 +1,6 @@
-"""The private environment of a checkout: `.venv`, made and filled by start.py and test.py. Standard library only.
+"""The private environment of a checkout, `.venv`, created and filled by start.py and test.py. Standard library only.
 
-A stamp in `.venv` holds the hash of everything that decides what is installed; while it fits, nothing is done.
+A stamp in `.venv` contains the hash of everything that determines what is installed; while it matches, nothing is done.
 """
 
 import hashlib
@@ -21,13 +21,13 @@ NEEDED_DISK_BYTES = 4 * 2**30
 
 
 class SetUpFailed(Exception):
-    """The environment could not be made; the message says why and what to do."""
+    """The environment could not be created; the message states why and what to do."""
 
 
 def use_new_enough_python() -> None:
-    """Start the calling script again under a newer Python when this one is too old.
+    """Restart the calling script with a newer Python if this one is too old.
 
-    Raises SetUpFailed when the machine has none.
+    Raises SetUpFailed if the machine has none.
     """
     if sys.version_info >= NEEDED_PYTHON:
         return
@@ -40,15 +40,15 @@ def use_new_enough_python() -> None:
 
 
 def python_of_venv() -> Path:
-    """The environment's own Python."""
+    """Return the path of the environment's Python."""
     return VENV / ("Scripts/python.exe" if sys.platform == "win32" else "bin/python")
 
 
 def ensure_environment(with_tests: bool) -> Path:
-    """Make `.venv` what the lock files say, if it is not; returns its Python. Raises SetUpFailed."""
+    """Bring `.venv` to the state of the lock files, if it differs, and return its Python. Raises SetUpFailed."""
     lock = TEST_LOCK if with_tests else LOCK
     wanted = _fingerprint(lock)
-    # What the tests need includes what the planner needs, so their environment serves both.
+    # The requirements of the tests include those of the planner, so their environment serves both.
     enough = {wanted, _fingerprint(TEST_LOCK)}
     if python_of_venv().is_file() and PAGE_LIBRARIES.is_dir() and _read_stamp() in enough:
         return python_of_venv()
@@ -80,7 +80,10 @@ def _read_stamp() -> str:
 
 
 def _runs(python: Path) -> bool:
-    """Whether the environment's Python starts, has pip and is of this version (it breaks when the system's goes)."""
+    """Return whether the environment's Python starts, has pip and is of this version.
+
+    It does not start if the system's Python that it refers to was removed.
+    """
     if not python.is_file():
         return False
     check = "import pip, sys; print(sys.version_info[:2])"
@@ -115,12 +118,12 @@ def _check_disk() -> None:
 
 
 def run_in_environment(python: Path, *arguments: str, less_urgent: int = 0) -> int:
-    """Run the environment's Python in the checkout; returns its exit status.
+    """Run the environment's Python in the checkout and return its exit status.
 
-    less_urgent: by how many steps it and all that it starts give way to others, where the system has such steps.
+    less_urgent: increase of the nice value of the process and its children, where the system supports it.
     """
     environment = {**os.environ, "PYTHONUTF8": "1"}
-    environment.pop("PYTHONDONTWRITEBYTECODE", None)  # each of hundreds of processes would compile the sources anew
+    environment.pop("PYTHONDONTWRITEBYTECODE", None)  # each of hundreds of processes would compile the sources again
     process = subprocess.Popen([str(python), *arguments], cwd=ROOT, env=environment)
     if less_urgent and hasattr(os, "setpriority"):
         with suppress(ProcessLookupError):  # it has ended already
@@ -129,4 +132,4 @@ def run_in_environment(python: Path, *arguments: str, less_urgent: int = 0) -> i
         try:
             return process.wait()
         except KeyboardInterrupt:
-            pass  # the child has been interrupted as well and ends in its own way
+            pass  # the child is interrupted as well and ends by itself

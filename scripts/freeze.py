@@ -1,14 +1,14 @@
-"""Write down what must stay as it is while the code is rearranged, as data that a test compares.
+"""Write snapshots of the interfaces that a refactoring must not change, as data for a test.
 
     .venv/bin/python scripts/freeze.py
 
-`tests/data/frozen` has a JSON file for each interface, sorted, one line an item: the REST interface, the messages of
-the page in both directions, the verbs of the command line, the keys of what they print with `--json`, and what is
-stored of each kind of document, of runs and in archives. `tests/app/test_frozen.py` compares them with the code. Run
-this after a change that is meant to alter one of them, and commit the difference with the change.
+`tests/data/frozen` contains a sorted JSON file for each interface, one line per item: the REST interface, the messages
+of the page in both directions, the verbs of the command line, the keys that they print with `--json`, and what is
+stored for each kind of document, for runs and in archives. `tests/app/test_frozen.py` compares them with the code. Run
+this after an intended change of one of them, and commit the difference with the change.
 
-Words that only people read, descriptions of REST and docstrings of messages, are left out; the help of the command
-line is not. Help is written option by option, since its layout differs between versions of Python.
+Descriptions of REST and docstrings of messages are left out; the help of the command line is included, option by
+option, since its layout differs between versions of Python.
 """
 
 import argparse
@@ -55,12 +55,12 @@ FROZEN = ROOT / "tests" / "data" / "frozen"
 OLD_HOME = ROOT / "tests" / "data" / "old_home" / "home.tar.xz"
 HEAD, PLAN = "Made-up head", "Through the tube"  # in that home
 Items = dict[str, Any]  # by name, such as 'GET /api/v1/cases' or 'vfix case list --deleted'
-_WORDS = {"description", "title", "summary", "operationId", "tags"}  # of OpenAPI; read by people, or made of the code
+_WORDS = {"description", "title", "summary", "operationId", "tags"}  # of OpenAPI: texts, or derived from the code
 _MOST_DIFFERENCES = 40
 
 
 def rest() -> Items:
-    """Routes with their parameters, bodies and statuses, and the fields of every schema, as OpenAPI has them."""
+    """Return routes with parameters, bodies and statuses, and the fields of every schema, from OpenAPI."""
     app = FastAPI()
     for part in (page_router(), router, session_router, *tab_routers()):
         app.include_router(part)
@@ -74,7 +74,7 @@ def rest() -> Items:
 
 
 def messages() -> Items:
-    """Fields of the commands that the page sends, with their bounds, and of the sections and messages that it gets."""
+    """Return fields of the commands that the page sends, with bounds, and of the sections and messages it receives."""
     items = Items()
     for model in commands.commands():
         schema = TypeAdapter(model).json_schema()
@@ -103,7 +103,7 @@ def messages() -> Items:
 
 
 def verbs() -> Items:
-    """Every verb with its arguments and their help."""
+    """Return every verb with its arguments and their help."""
     items = Items()
     for verb in cli.VERBS:
         parser, _ = cli._build_parser(verb.name)
@@ -114,7 +114,7 @@ def verbs() -> Items:
 
 
 def printed(home: Path) -> Items:
-    """Keys and types of what verbs that only read print with `--json`, from a home of an earlier version."""
+    """Return keys and types of the `--json` output of read-only verbs, from a home of an earlier version."""
     lines: tuple[tuple[str, ...], ...] = (
         ("case", "list", "--deleted"),
         ("case", "show", HEAD),
@@ -139,7 +139,7 @@ def printed(home: Path) -> Items:
 
 
 def stored(services: Services) -> Items:
-    """Keys and types of what is stored: documents and cases as they are written now, runs, and archives."""
+    """Return keys and types of what is stored: documents and cases as currently written, runs, and archives."""
     items = Items()
     every: tuple[Documents[Any], ...] = (
         services.plans.documents,
@@ -165,7 +165,7 @@ def stored(services: Services) -> Items:
 
 
 def _archive(services: Services) -> Items:
-    """Entries of an archive with their keys."""
+    """Return the entries of an archive with their keys."""
     items, target = Items(), io.BytesIO()
     case = next(one for one in services.cases.list() if one.name == HEAD)
     services.archive_writer.write(case.id, target, with_runs=True)
@@ -179,7 +179,7 @@ def _archive(services: Services) -> Items:
 
 
 def shape(value: Any, at: str = "") -> dict[str, str]:
-    """Types by path, such as 'cases[].name': 'string'; what differs from entry to entry is told together."""
+    """Return types by path, such as 'cases[].name': 'string'; types of different entries of a list are combined."""
     if isinstance(value, Mapping):
         found: dict[str, str] = {} if value else {at or ".": "{}"}
         for key, inner in value.items():
@@ -196,14 +196,14 @@ def shape(value: Any, at: str = "") -> dict[str, str]:
 
 
 def laid_out(folder: Path) -> Path:
-    """The data folder of an earlier version, unpacked into a folder."""
+    """Unpack the data folder of an earlier version into a folder and return its path."""
     with tarfile.open(OLD_HOME) as archive:
         archive.extractall(folder, filter="data")
     return folder / "home"
 
 
 def everything(folder: Path) -> dict[str, Items]:
-    """Each file of `tests/data/frozen` by its name, as the code has it now. folder: that may be written into."""
+    """Return the current content of each file of `tests/data/frozen` by name. folder: a folder for temporary files."""
     home = laid_out(folder)
     keys = printed(home)
     services = build_services(Settings(home=home, port=0))
@@ -214,13 +214,13 @@ def everything(folder: Path) -> dict[str, Items]:
 
 
 def text_of(items: Items) -> str:
-    """Sorted JSON, one line an item."""
+    """Return sorted JSON with one line per item."""
     lines = (f"{json.dumps(key)}: {json.dumps(value, sort_keys=True)}" for key, value in sorted(items.items()))
     return "{\n" + ",\n".join(lines) + "\n}\n"
 
 
 def differences(frozen: Items, now: Items) -> list[str]:
-    """In lines, by item: gone, new, or what it was and is."""
+    """Return lines with the differences by item: removed, added, or the old and new value."""
     lines = [f"gone: {key}" for key in sorted(frozen.keys() - now.keys())]
     lines += [f"new: {key}: {json.dumps(now[key])}" for key in sorted(now.keys() - frozen.keys())]
     for key in sorted(frozen.keys() & now.keys()):
@@ -230,7 +230,7 @@ def differences(frozen: Items, now: Items) -> list[str]:
 
 
 def _changed(at: str, then: Any, now: Any) -> list[str]:
-    """Where two values differ, as deep as both are objects."""
+    """Return where two values differ, recursively for objects."""
     if then == now:
         return []
     if isinstance(then, dict) and isinstance(now, dict):
@@ -243,9 +243,9 @@ def _changed(at: str, then: Any, now: Any) -> list[str]:
 
 
 def _without_words(value: Any, inside: bool = False) -> Any:
-    """Without what only people read, and alike where libraries write the same differently.
+    """Remove descriptive texts from a value, and normalise what libraries write differently.
 
-    inside: the keys are names of fields, not of OpenAPI.
+    inside: the keys are names of fields, not keywords of OpenAPI.
     """
     if isinstance(value, dict):
         kept = {key: inner for key, inner in value.items() if inside or key not in _WORDS}
@@ -261,7 +261,7 @@ def _without_words(value: Any, inside: bool = False) -> Any:
 
 
 def _route(route: Any) -> Any:
-    """Parameters by place and name, the body, and the statuses by what is answered."""
+    """Return the parameters of a route by place and name, its body, and its statuses with their responses."""
     parameters = {f"{one['in']} {one['name']}": one for one in route.get("parameters", [])}
     for one in parameters.values():
         del one["in"], one["name"]
@@ -277,7 +277,7 @@ def _route(route: Any) -> Any:
 
 
 def _schema(name: str, schema: Any) -> Items:
-    """A schema, and an item for each of its fields."""
+    """Return a schema, and an item for each of its fields."""
     plain = _without_words(schema)
     fields = plain.pop("properties", {})
     return {name: plain} | {f"{name}.{field}": kind for field, kind in fields.items()}
@@ -312,13 +312,13 @@ def _merge(items: Items, before: str, value: Any) -> None:
 
 
 def _together(found: dict[str, Any], more: Mapping[str, str]) -> None:
-    """Add types by path; a path that has another type already has both."""
+    """Add types by path; a path with another type gets both."""
     for key, kind in more.items():
         found[key] = " | ".join(sorted({*kind.split(" | "), *found.get(key, kind).split(" | ")}))
 
 
 def _declarations() -> types.ModuleType:
-    """The script beside this one, which knows every type of the page."""
+    """Import declarations.py, which knows every type of the page."""
     specification = importlib.util.spec_from_file_location("declarations", ROOT / "scripts" / "declarations.py")
     assert specification is not None
     assert specification.loader is not None

@@ -1,9 +1,9 @@
-"""Make the lock files anew from pyproject.toml: exact versions and hashes for every platform.
+"""Regenerate the lock files from pyproject.toml: exact versions and hashes for every platform.
 
     python3 scripts/lock.py
 
-Run it with uv on the search path, after a change of the dependencies; commit what it writes.
-`requirements.lock` is what start.py installs, `requirements-test.lock` adds the test tools at the same versions.
+Run it with uv on the search path after changing the dependencies, and commit the result.
+`requirements.lock` is what start.py installs; `requirements-test.lock` adds the test tools with the same versions.
 """
 
 import subprocess

@@ -1,4 +1,4 @@
-"""Make the synthetic head that is shipped under assets/head_phantom: CT volumes, surfaces, landmarks.
+"""Generate the synthetic head shipped under assets/head_phantom: CT volumes, surfaces, landmarks.
 
     python scripts/make_head_phantom.py --out DIR
 
@@ -32,7 +32,7 @@ SKIN_SPACING = 1.2
 
 
 def main() -> None:
-    """Make everything and say what was made."""
+    """Generate all files and print what was made."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--out", type=Path, required=True, help="folder to write to")
     out: Path = parser.parse_args().out

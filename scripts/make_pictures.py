@@ -1,11 +1,11 @@
-"""Make the pictures of the docs: the page as it is, in real Chromium, on the shipped head.
+"""Make the pictures of the docs: the real page in Chromium, with the shipped head.
 
     python scripts/make_pictures.py [--out DIR]
 
 Needs the test tools (`python3 scripts/test.py --setup-only`) and a browser, as the browser tests do. The head is
-registered as docs/registration_tutorial.md tells, then written as a folder of DICOM slices and planned on as
-docs/planning_tutorial.md tells, by the names that they tell; a name that is not on the page ends the script with an
-error. 3D Slicer's libraries draw what is exported for it. Takes some minutes.
+registered as described in docs/registration_tutorial.md, then written as a folder of DICOM slices and used for a plan
+as described in docs/planning_tutorial.md, with the names in these texts; a name that is not on the page ends the script
+with an error. The libraries of 3D Slicer draw what is exported for it. Takes some minutes.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ SIZE = {"width": 1440, "height": 900}
 
 
 def main() -> None:
-    """Start a planner on a fresh home, go through everything, stop it."""
+    """Start a planner with an empty home, make all pictures, and stop it."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--out", type=Path, default=ROOT / "docs" / "images", help="folder to write to")
     album = Album(parser.parse_args().out)
@@ -56,7 +56,7 @@ def main() -> None:
 
 
 def walk(page: NamedPage, client: httpx.Client, folder: Path, work: Path) -> None:
-    """Every picture in turn; `folder` holds the slices, `work` takes what is exported."""
+    """Make every picture in turn. folder: contains the slices. work: receives exported files."""
     page.press("Hide")  # the first steps of a newcomer
     sample_plan.planned(page)
     registration.find_the_beads(page)

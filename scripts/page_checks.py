@@ -17,7 +17,7 @@ UNIT_TESTS = "tests/web/*.test.js"
 
 
 def ensure_page_tools(python: Path) -> Path:
-    """Install what the checks need, if it is not there; returns Node.js. Raises SetUpFailed."""
+    """Install the tools of the checks if they are missing, and return Node.js. Raises SetUpFailed."""
     node, npm = find_node(python)
     wanted = _fingerprint(node)
     stamp = MODULES / "vfix-stamp"
@@ -31,7 +31,7 @@ def ensure_page_tools(python: Path) -> Path:
 
 
 def run_page_checks(node: Path, report: Path) -> "dict[str, int]":
-    """Exit status of each check by its name; report: where the unit tests write their JUnit results."""
+    """Run the checks and return the exit status of each by its name. report: file for the unit tests' JUnit results."""
     installed = {"typescript": "bin/tsc", "eslint": "bin/eslint.js"}
     scripts = {name: str(MODULES / name / script) for name, script in installed.items()}
     reporters = ("--test-reporter=dot", "--test-reporter-destination=stdout")

@@ -1,4 +1,4 @@
-"""Start the planner: make its private environment when there is none yet, then serve the page.
+"""Start the planner: create its private environment if there is none yet, then serve the page.
 
     python3 scripts/start.py                 set up, start, open the browser
     python3 scripts/start.py --setup-only    set up and stop
@@ -14,7 +14,7 @@ from environment import SetUpFailed, ensure_environment, run_in_environment, use
 
 
 def main(arguments: "list[str]") -> int:
-    """Set up, then serve; returns the exit status."""
+    """Set up and serve; return the exit status."""
     if "-h" in arguments or "--help" in arguments:
         print(__doc__)
         return 0

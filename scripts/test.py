@@ -1,10 +1,10 @@
-"""Run every check and every test, those in a real browser included.
+"""Run every check and every test, including those in a real browser.
 
     python3 scripts/test.py                  everything
     python3 scripts/test.py tests/geometry   further arguments go to pytest
 
-Makes the private environment with the test tools and Node.js, finds Chrome, Chromium or Edge (VFIX_BROWSER names one)
-or installs Chromium the way the machine allows. Needs Python 3.11 or newer and nothing else.
+Creates the private environment with the test tools and Node.js, finds Chrome, Chromium or Edge (VFIX_BROWSER names one)
+or installs Chromium in the way that the machine supports. Needs Python 3.11 or newer and nothing else.
 """
 
 import os
@@ -27,12 +27,12 @@ CHECKS = (
     ("format", ("-m", "ruff", "format", "--check", ".")),
     ("types", ("-m", "mypy")),
 )
-# The kernels as a first start compiles them, on two cores; a test that needs others compiles those itself. With all
-# tests, one of them is such a start and hands on what it has compiled: then this finds all done.
+# Compiles the kernels of a first start on two cores; a test that needs others compiles them itself. When all tests run,
+# one of them is such a start and keeps its compiled kernels, so that nothing is left to compile here.
 PREPARATION = ("-c", "from vfix_engine.worlds.rigid.preparation import prepare; prepare()")
-# The tests, in runs of which two are made at once; the first two begin first, one after the other. A run leaves out
-# what another one names. The page and what has a clock of its own wait more than they compute and go first; the
-# others, which only compute, give way to them: the longest first, so that both cores are busy until the end.
+# The tests, in runs of which two run at a time; the first two begin first, one after the other. A run excludes paths
+# that another run names. Runs of the page and of real-time processes wait more than they compute and go first; the
+# others only compute and have a lower priority, the longest first, so that both cores are busy until the end.
 FIRST_START = "a first start"
 IN_TIME = "the page and what runs in real time"
 RUNS = {
@@ -57,15 +57,15 @@ RUNS = {
     "docs, scripts and the wheel": ("tests",),
 }
 WORKERS = 2
-LESS_URGENT = 10  # of the 19 steps by which a process can give way to others
-SLOWEST = 10  # files of tests that are told
-LASTED: "dict[str, float]" = {}  # seconds that each part took, by its name
+LESS_URGENT = 10  # increase of the nice value, at most 19
+SLOWEST = 10  # number of test files listed as the slowest
+LASTED: "dict[str, float]" = {}  # duration of each part in s by its name
 
 Result = TypeVar("Result")
 
 
 def main(arguments: "list[str]") -> int:
-    """Set up, check, test; returns the first status that is not 0."""
+    """Set up, check and test; return the first status that is not 0."""
     if "-h" in arguments or "--help" in arguments:
         print(__doc__)
         return 0
@@ -98,13 +98,16 @@ def main(arguments: "list[str]") -> int:
 
 
 def run_checks(python: Path, node: Path, reports: Path) -> "dict[str, int]":
-    """Status of each check by its name: those of the Python code, then those of the page."""
+    """Run the checks of the Python code, then those of the page; return the status of each by its name."""
     statuses = {name: run_in_environment(python, *command) for name, command in CHECKS}
     return statuses | run_page_checks(node, reports / "page.xml")
 
 
 def run_everything(python: Path, node: Path, reports: Path) -> "dict[str, int]":
-    """Status of each check and each run of tests by its name, two at a time; each run writes its JUnit results."""
+    """Run all checks and test runs, two at a time; return the status of each by its name.
+
+    Each run writes its JUnit results to `reports`.
+    """
 
     def run(name: str) -> int:
         arguments = ("-m", "pytest", "-q", f"--junitxml={reports / name}.xml", *paths_of(name))
@@ -115,14 +118,14 @@ def run_everything(python: Path, node: Path, reports: Path) -> "dict[str, int]":
 
     with ThreadPoolExecutor(WORKERS) as threads:
         checks = threads.submit(timed, "checks", run_checks, python, node, reports)
-        statuses = {f"tests of {FIRST_START}": run(FIRST_START)}  # beside the checks; all others need its kernels
+        statuses = {f"tests of {FIRST_START}": run(FIRST_START)}  # parallel to the checks; all others need its kernels
         statuses["preparation"] = timed("preparation", run_in_environment, python, *PREPARATION)
         runs = {name: threads.submit(run, name) for name in RUNS if name != FIRST_START}
         return statuses | checks.result() | {f"tests of {name}": run.result() for name, run in runs.items()}
 
 
 def paths_of(name: str) -> "list[str]":
-    """What a run hands to pytest: its own paths, without what other runs name below them."""
+    """Return a run's arguments for pytest: its own paths, without paths below them that other runs name."""
     own = [Path(path) for path in RUNS[name]]
     others = [Path(path) for other, paths in RUNS.items() if other != name for path in paths]
     left_out = [path for path in others if any(one in path.parents for one in own)]
@@ -130,7 +133,7 @@ def paths_of(name: str) -> "list[str]":
 
 
 def timed(name: str, work: "Callable[..., Result]", *words: "Any", **options: "Any") -> "Result":
-    """What ``work`` returns; how long it took is told at the end."""
+    """Call ``work`` and return its result; its duration is reported at the end."""
     began = time.monotonic()
     try:
         return work(*words, **options)
@@ -139,7 +142,7 @@ def timed(name: str, work: "Callable[..., Result]", *words: "Any", **options: "A
 
 
 def durations(reports: "list[Path]") -> "list[str]":
-    """What took how long: each part of the whole, then the slowest files of tests, by their JUnit reports."""
+    """Return lines with the duration of each part, then of the slowest test files, from their JUnit reports."""
     files: dict[str, float] = {}
     for report in reports:
         for case in ElementTree.parse(report).getroot().iter("testcase"):
@@ -151,14 +154,14 @@ def durations(reports: "list[Path]") -> "list[str]":
 
 
 def counts(reports: "list[Path]") -> str:
-    """'N passed, N failed, N skipped' of all JUnit reports together; a test that could not begin has failed."""
+    """Return 'N passed, N failed, N skipped' of all JUnit reports; a test whose set-up failed counts as failed."""
     total = dict.fromkeys(("tests", "failures", "errors", "skipped"), 0)
     for report in reports:
         root = ElementTree.parse(report).getroot()
         for suite in root.iter("testsuite"):
             for name in total:
                 total[name] += int(suite.get(name, 0))
-        for case in root.findall("testcase"):  # those of Node.js stand in no suite
+        for case in root.findall("testcase"):  # tests of Node.js are not in a suite
             total["tests"] += 1
             total["failures"] += case.find("failure") is not None
             total["skipped"] += case.find("skipped") is not None
@@ -167,7 +170,7 @@ def counts(reports: "list[Path]") -> str:
 
 
 def ensure_browser(python: Path) -> str:
-    """Path of a browser for the tests, installed if need be. Raises SetUpFailed."""
+    """Return the path of a browser for the tests, installed if necessary. Raises SetUpFailed."""
     sys.path.insert(0, str(ROOT))
     from app.browsers import find_browser
 
@@ -192,8 +195,8 @@ def ensure_browser(python: Path) -> str:
 
 
 def _starts(browser: str) -> bool:
-    """Whether it says its version; a placeholder that only points to another installer does not."""
-    if sys.platform == "win32":  # there `--version` opens a window
+    """Return whether a browser prints its version, unlike a placeholder that only refers to another installer."""
+    if sys.platform == "win32":  # where `--version` opens a window
         return True
     try:
         return subprocess.run([browser, "--version"], capture_output=True, timeout=60, check=False).returncode == 0
@@ -212,7 +215,7 @@ def _install_with_apt() -> None:
 
 
 def _install_with_playwright(python: Path) -> "str | None":
-    """Playwright's own Chromium, with the system's libraries where they may be installed."""
+    """Install Playwright's Chromium, with the system's libraries if possible; return its path, or None on failure."""
     command = [str(python), "-m", "playwright", "install", *(["--with-deps"] if _may_use_apt() else []), "chromium"]
     subprocess.run(command, check=False)
     ask = "from playwright.sync_api import sync_playwright as s\nwith s() as p: print(p.chromium.executable_path)"

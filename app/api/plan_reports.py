@@ -120,5 +120,5 @@ def report(
     plan_id: Identifier, services: ServicesDep, path: Annotated[str | None, Query(max_length=200)] = None
 ) -> PlanReportPublic:
     """Verdict on a plan's paths, or on the named one; takes seconds the first time."""
-    made = services.path_reports.of_plan(services.plans.get(plan_id), path)
+    made = services.path_evaluations.of_plan(services.plans.get(plan_id), path)
     return PlanReportPublic.model_validate(made, from_attributes=True)

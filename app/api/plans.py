@@ -201,14 +201,16 @@ def snap(case_id: Identifier, wish: SnapWish, services: ServicesDep) -> SnapPubl
 @router.post("/plans/{plan_id}/evaluation", status_code=202)
 def start_evaluation(plan_id: Identifier, services: ServicesDep) -> JobPublic:
     """Start a dry run of the plan as a job; afterwards the evaluation is available at once."""
-    return JobPublic.of(services.dry_runs.start(services.plans.get(plan_id), services.switches.of(plan_id).in_force))
+    return JobPublic.of(
+        services.dry_runs.start(services.plans.get(plan_id), services.rehearsal_options.of(plan_id).in_force)
+    )
 
 
 @router.get("/plans/{plan_id}/evaluation")
 def evaluate(plan_id: Identifier, services: ServicesDep) -> EvaluationPublic:
     """Dry run of the plan; takes seconds the first time."""
     plan = services.plans.get(plan_id)
-    result = services.dry_runs.evaluate(plan, services.switches.of(plan_id).in_force)
+    result = services.dry_runs.evaluate(plan, services.rehearsal_options.of(plan_id).in_force)
     clearance = [None if math.isnan(value) else value for value in result.clearance.tolist()]
     return EvaluationPublic(
         revision=plan.revision,

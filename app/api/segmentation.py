@@ -7,7 +7,7 @@ from pydantic import Field
 
 from app.api.dependencies import ERRORS, Identifier, Number, ServicesDep, Wish
 from app.api.jobs import JobPublic
-from app.imaging.segmenting import SegmentWish, wish_of
+from app.imaging.segmenting import StructureRequest, structure_request
 from app.kit.names import MAX_NAME
 from app.plans.model import NOTICE
 from vfix_engine.anatomy.islands import Islands
@@ -36,7 +36,7 @@ class IslandsWish(Wish):
     def request(self) -> SegmentRequest:
         """What the service takes. Raises InputError without a preset or a band."""
         crop, low, high = self.crop_mm, self.low_hu, self.high_hu
-        return wish_of("Islands", self.preset, low, high, crop, self.largest, self.least_mm3, 0.0).request
+        return structure_request("Islands", self.preset, low, high, crop, self.largest, self.least_mm3, 0.0).request
 
 
 class SegmentCreate(IslandsWish):
@@ -45,9 +45,9 @@ class SegmentCreate(IslandsWish):
     name: Annotated[str, Field(min_length=1, max_length=MAX_NAME)]
     smooth_mm: Annotated[Number, Field(ge=0.0)] = 0.0
 
-    def wish(self) -> SegmentWish:
+    def wish(self) -> StructureRequest:
         """What the service takes. Raises InputError without a preset or a band."""
-        return wish_of(
+        return structure_request(
             self.name,
             self.preset,
             self.low_hu,

@@ -31,10 +31,10 @@ class ToolPosesPublic(BaseModel):
 def tool_poses(plan_id: Identifier, services: ServicesDep) -> ToolPosesPublic:
     """Poses of the tool in the plan's dry run, which must have been made: `POST /api/v1/plans/{plan_id}/evaluation`."""
     plan = services.plans.get(plan_id)
-    switches = services.switches.of(plan_id).in_force
-    if not services.planning.is_evaluated(plan, switches):
+    options = services.rehearsal_options.of(plan_id).in_force
+    if not services.planning.is_evaluated(plan, options):
         raise NotFound("this plan has no dry run yet as it is now; ask for its evaluation first.")
-    stations = list(services.planning.evaluate(plan, switches=switches).run.stations())
+    stations = list(services.planning.evaluate(plan, options=options).run.stations())
     return ToolPosesPublic(
         s_mm=[round(s, 3) for s, _, _ in stations],
         segments=[

@@ -8,7 +8,7 @@ import sys
 
 from app.cases.model import Case
 from app.commands import case_structures
-from app.imaging.segmenting import wish_of
+from app.imaging.segmenting import structure_request
 from app.kit.values import Position
 from app.services import Services
 from vfix_engine.anatomy.segmentation import PRESETS
@@ -35,7 +35,7 @@ def add_parser(actions: argparse._SubParsersAction[argparse.ArgumentParser]) -> 
 
 def run(args: argparse.Namespace, services: Services, case: Case) -> int:
     """Segment and print the structure. Raises VfixError, which becomes exit status 2."""
-    wish = wish_of(
+    wanted = structure_request(
         args.name or "Preview",
         args.preset,
         args.low,
@@ -46,12 +46,12 @@ def run(args: argparse.Namespace, services: Services, case: Case) -> int:
         args.smooth_mm,
     )
     if args.preview:
-        found = services.islands.full(case.id, wish.request)
+        found = services.islands.full(case.id, wanted.request)
         told = {"islands": found.islands, "left_out": found.left_out, "volume_mm3": found.volume_mm3}
         words = f"{found.islands:,} islands, {found.left_out:,} left out, {found.volume_mm3 / 1000.0:.1f} ml are kept"
         print(json.dumps({"case": case.id, **told}) if args.json else words)
         return 0
-    structure = services.segmenting.run(case.id, wish, _show)
+    structure = services.segmenting.run(case.id, wanted, _show)
     case = services.cases.get(case.id)
     if args.json:
         print(json.dumps({"case": case.id, "structure": case_structures.summary(case, structure)}))

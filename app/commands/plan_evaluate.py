@@ -10,7 +10,7 @@ from typing import Any
 
 from app.exchange.plan_files import read_plan
 from app.exchange.resolve import find, is_file, read_bytes, resolve_case, resolve_plan
-from app.planning.reports import PathReport, PlanReport
+from app.planning.path_evaluations import PathEvaluation, PlanReport
 from app.plans.service import Plan
 from app.services import Services
 from vfix_engine.errors import InputError
@@ -26,7 +26,7 @@ def add_parser(actions: argparse._SubParsersAction[argparse.ArgumentParser]) -> 
 
 def run(services: Services, args: argparse.Namespace) -> None:
     """Print the report. Raises VfixError, which becomes exit status 2."""
-    report = services.path_reports.of_plan(_plan(services, args), args.path)
+    report = services.path_evaluations.of_plan(_plan(services, args), args.path)
     print(json.dumps(as_json(report)) if args.json else "\n".join(_lines(report)))
 
 
@@ -71,7 +71,7 @@ def _lines(report: PlanReport) -> list[str]:
     return [*lines, *filter(None, [report.removed.words, report.notice])]
 
 
-def _target_lines(path: PathReport) -> list[str]:
+def _target_lines(path: PathEvaluation) -> list[str]:
     return [
         f"    {target.label}: inspected within a cone of {target.cone_deg:.0f}°"
         if target.cone_deg

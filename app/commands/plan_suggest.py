@@ -14,7 +14,7 @@ from app.exchange.plan_files import to_native_json
 from app.exchange.resolve import find
 from app.kit.names import check_name
 from app.kit.values import Position, check_position
-from app.planning.suggestions import WORTH_TELLING_MM, described, described_none, draft, none_in_words, with_alternative
+from app.planning.suggestions import REPORTED_GAP_MM, described, described_none, draft, none_in_words, with_alternative
 from app.plans.instruments import shaped_tool
 from app.plans.model import DEFAULT_TOOL, PlanContent, PlanPoint, new_point_id
 from app.services import Services
@@ -98,7 +98,7 @@ def _words(row: dict[str, Any]) -> str:
 def _ends(one: dict[str, Any]) -> str:
     """Where an alternative ends before its target."""
     away = one["short_of_target_mm"]
-    return f" Ends {away:.1f} mm before the target." if away > WORTH_TELLING_MM else ""
+    return f" Ends {away:.1f} mm before the target." if away > REPORTED_GAP_MM else ""
 
 
 def _place(text: str) -> Position:

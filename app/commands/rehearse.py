@@ -25,11 +25,11 @@ from app.exchange.resolve import (
     resolve_zones,
 )
 from app.extras import has_app
+from app.planning.bone_removal import tree_without_removed_bone
 from app.planning.distance_fields import plan_tissue, plan_ways
-from app.planning.openings import opened_tree
 from app.planning.piercing import PiercedReport, pierced_by_poses
 from app.planning.placement import standing_base, stored_placing
-from app.planning.rehearsal_options import NO_SWITCHES, Switches, standing
+from app.planning.rehearsal_options import NO_OPTIONS, RehearsalOptions, standing
 from app.planning.remote_centre import ENTRY, PathPlace
 from app.planning.shaft import shaft_of
 from app.plans.imported_places import path_notes, target_notes
@@ -218,7 +218,7 @@ def build_scene(
     instruments: Instruments | None = None,
     registration: ImageRegistration | None = None,
 ) -> tuple[Scene, ControlSettings, str, str]:
-    """Scene and settings of a plan, why its placing does not arrive, and what its switches stand for, in words.
+    """Scene and settings of a plan, why its placing does not arrive, and what its options stand for, in words.
 
     A plan without a robot placing gets one; behind a registration that says where the robot stands, its joints alone.
     """
@@ -237,11 +237,11 @@ def build_scene(
         targets, names = np.zeros((0, 3)), ()
     zones = _zones(plan, case, args.zones)
     prepare_engine()  # everything that was given has been read
-    switches = _switches(plan, args)
-    scan = None if switches == NO_SWITCHES else case.scan()
-    stands = standing(switches, plan, scan, lambda: plan_tissue(case.scans, plan) if case.scans else None)
+    options = _options(plan, args)
+    scan = None if options == NO_OPTIONS else case.scan()
+    stands = standing(options, plan, scan, lambda: plan_tissue(case.scans, plan) if case.scans else None)
     fixtures, shaft = (*zones.soft_zones, *stands.fixtures), shaft_of(plan, path)
-    tree, _ = opened_tree(case.tree, case.scan() if plan.removed_bone else None, plan)
+    tree, _ = tree_without_removed_bone(case.tree, case.scan() if plan.removed_bone else None, plan)
     # A placing was made for one robot, tool and margin among what there was; another of them asks for another placing.
     others = (args.robot, args.tool_frame, args.tool, args.margin, args.zones, stands.words or None)
     stored = stored_placing(plan.robot) if registration is None else None
@@ -267,8 +267,8 @@ def _zones(plan: Plan, case: ResolvedCase, file: Path | None) -> ZoneSet:
     return ZoneSet((*own.zones, *more.zones), (*own.soft_zones, *more.soft_zones))
 
 
-def _switches(plan: Plan, args: argparse.Namespace) -> Switches:
-    """The switches that are asked for. Raises InputError for a place that the plan does not have."""
+def _options(plan: Plan, args: argparse.Namespace) -> RehearsalOptions:
+    """The options that are asked for. Raises InputError for a place that the plan does not have."""
     place = ENTRY
     if args.remote_centre not in (None, "entry"):
         named = [point.id for point in plan.points if args.remote_centre in (point.id, point.label)]
@@ -281,7 +281,7 @@ def _switches(plan: Plan, args: argparse.Namespace) -> Switches:
             ) from None
         if place.at_mm is not None and not 0.0 <= place.at_mm < math.inf:
             raise InputError("--remote-centre takes mm from the start of the path, from 0 on")
-    return Switches(args.soft_tissue, args.remote_centre is not None, args.speed_limit, place)
+    return RehearsalOptions(args.soft_tissue, args.remote_centre is not None, args.speed_limit, place)
 
 
 def _robot(plan: Plan, args: argparse.Namespace, instruments: Instruments | None) -> RobotModel:

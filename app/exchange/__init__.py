@@ -1,1 +1,1 @@
-"""Exchange: plans, points, tables and whole cases to files of other programs and back."""
+"""Exchange: export and import of plans, points, tables and whole cases as files."""

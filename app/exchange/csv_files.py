@@ -1,6 +1,6 @@
-"""Plans as a table: comment lines that name plan, frame and unit, then one row per point.
+"""Plans as CSV tables: comment lines with the plan's name, frame and unit, then one row per point.
 
-Labels that a spreadsheet would run as a formula are written behind an apostrophe, which is taken off again.
+Labels that a spreadsheet would run as a formula are prefixed with an apostrophe, which is removed when read.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ _FORMULA = tuple("=+-@'\t")
 
 
 def to_csv(plan: Plan) -> str:
-    """Path points and targets in LPS mm, every digit kept."""
+    """Write path points and targets in LPS mm without rounding."""
     out = io.StringIO()
     out.write(f"# {NOTICE}\n# schema={_SCHEMA}\n# name={json.dumps(plan.name)}\n")
     out.write(f"# case_hash={plan.case_hash}\n# frame={plan.frame}\n# unit={plan.unit}\n")
@@ -48,9 +48,9 @@ def to_csv(plan: Plan) -> str:
 
 
 def from_csv(text: str, default_name: str = "Imported plan", frame: str | None = None) -> PlanFile:
-    """Path and targets of a table with the columns label, x, y, z and, where there are targets, kind.
+    """Read path and targets from a table with the columns label, x, y, z and, if it has targets, kind.
 
-    Raises PlanError, and FrameError when neither the file nor `frame` names the frame or when the unit is not named.
+    Raises PlanError, and FrameError if neither the file nor `frame` names the frame, or if the unit is not named.
     """
     check_last_line(text)
     lines = text.splitlines()
@@ -58,7 +58,7 @@ def from_csv(text: str, default_name: str = "Imported plan", frame: str | None =
     system = known_frame(header.get("frame"), frame)
     if "unit" not in header and "frame" in header:
         raise FrameError("the table does not name its unit; add a line '# unit=mm'.", ("unit",))
-    scale = mm_per_unit(header.get("unit", "mm"))  # without any header, a user who names the frame means mm
+    scale = mm_per_unit(header.get("unit", "mm"))  # without a header the unit is assumed to be mm, and noted
     content: dict[str, list[PlanPoint]] = {kind: [] for kind in _KINDS}
     rows = list(table_rows(lines, ("x", "y", "z")))
     for number, row in rows:
@@ -76,7 +76,7 @@ def from_csv(text: str, default_name: str = "Imported plan", frame: str | None =
 
 
 def _name(text: str | None) -> Any:
-    """The plan's name: JSON as we write it, or bare text of a table that somebody typed."""
+    """Read the plan's name: JSON as `to_csv` writes it, or plain text of a table written by hand."""
     if text is None:
         return None
     try:
@@ -91,7 +91,7 @@ def _point(row: Mapping[str, str], frame: str, scale: float) -> PlanPoint:
 
 
 def shielded(label: str) -> str:
-    """A label as a table writes it, so that no spreadsheet runs it as a formula."""
+    """Return a label escaped so that no spreadsheet runs it as a formula."""
     return f"'{label}" if label.startswith(_FORMULA) else label
 
 

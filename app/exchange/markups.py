@@ -1,4 +1,4 @@
-"""3D Slicer's Markups: `.mrk.json` of schema v1.0.3 written and read, `.fcsv` of versions 4.6 and later read."""
+"""Markups of 3D Slicer: `.mrk.json` of schema v1.0.3 is written and read, `.fcsv` of versions 4.6 and later is read."""
 
 from __future__ import annotations
 
@@ -35,21 +35,21 @@ MARKUPS_SCHEMA = (
     "markups-schema-v1.0.3.json#"
 )
 _FCSV_VERSION = "Markups fiducial file version"
-_TURN_OFF = 0.01  # of the length of a quaternion from 1: three decimals of each number
-PointsAs = Literal["path", "targets"]  # what a list of points without a curve is
+_TURN_OFF = 0.01  # tolerance of the length of a quaternion, whose components have three decimals
+PointsAs = Literal["path", "targets"]  # meaning of a point list without a curve
 _TARGETS, _DENSE, _UNREACHED = " targets", " resampled", " not reached"
-# What every control point of an added curve says of itself; a name is the user's, and no mark.
+# Descriptions that mark each control point of an added curve; names may be changed by the user.
 _DENSE_MARK, _UNREACHED_MARK = f"{NOTICE}. Path as driven.", f"{NOTICE}. Path not reached."
-# Columns of a control point's axes: to the patient's right, anterior and superior, as Slicer writes them.
+# Axes of a control point as columns: to the patient's right, anterior and superior, as Slicer writes them.
 _ORIENTATION = [-1.0, -0.0, -0.0, -0.0, -1.0, -0.0, 0.0, 0.0, 1.0]
 
 
 def to_markups(plan: Plan, curve: Sequence[CurveSample] = (), remark: str = "") -> str:
-    """Control points as a curve, the path as driven as a resampled curve with clearances, targets as a point list.
+    """Write control points as a curve, the driven path as a resampled curve with clearances, targets as a point list.
 
-    Structures to spare and bone to be removed follow as lines and regions of interest.
+    Protected structures and bone to be removed follow as lines and regions of interest.
     curve: samples of the path; those with a clearance carry it as a measurement per control point.
-    remark: why there are no clearances, where there are none.
+    remark: why clearances are missing, if they are.
     """
     markups = [markup_node("Curve", plan.name, plan.points)]
     reached = [sample for sample in curve if sample.clearance_mm is not None]
@@ -63,7 +63,7 @@ def to_markups(plan: Plan, curve: Sequence[CurveSample] = (), remark: str = "") 
             _measurement("arc length", "Length of the path up to the control point", [s.s_mm for s in reached]),
         ]
     if beyond:
-        # The last place that was reached belongs to both, so that the curves meet.
+        # The last reached place belongs to both, so that the curves meet.
         markups.append(_dense(plan.name + _UNREACHED, reached[-1:] + beyond, _UNREACHED_MARK))
     markups.append(markup_node("Fiducial", plan.name + _TARGETS, plan.targets))
     for markup in markups:
@@ -75,19 +75,20 @@ def to_markups(plan: Plan, curve: Sequence[CurveSample] = (), remark: str = "") 
 def from_markups(
     text: str, default_name: str = "Imported plan", frame: str | None = None, points_as: PointsAs | None = None
 ) -> PlanFile:
-    """Path and targets of a Markups file, in LPS mm.
+    """Read path and targets from a Markups file, in LPS mm.
 
-    The path is the one curve that an export did not add; beside a curve a point list holds targets.
-    `frame` is what the user says where the file names none, `points_as` what a point list without a curve is.
+    The path is the one curve that was not added by an export; in a file with a curve a point list holds targets.
+    frame: used if the file names none. points_as: meaning of a point list without a curve.
 
-    Raises PlanError, FrameError when nobody names the frame, and PointsUnclear when nobody says what the points are.
+    Raises PlanError, FrameError if neither the file nor `frame` names the frame, and PointsUnclear if `points_as` is
+    needed and missing.
     """
     markups = parse_json_object(text).get("markups")
     if not isinstance(markups, list) or not markups or not all(isinstance(m, dict) for m in markups):
         raise PlanError("the file holds no list of markups.")
     curves = [m for m in markups if m.get("type") == "Curve" and not _is_added(m)]
     lists = [m for m in markups if m.get("type") == "Fiducial"]
-    # Beside a curve of any kind a list is of targets, and must never be driven.
+    # In a file with a curve of any kind, a list holds targets and must never be driven.
     if len(lists) == 1 and not any(m.get("type") in ("Curve", "ClosedCurve") for m in markups):
         listed = _listed(_points(lists[0], frame), lists[0].get("name") or default_name, points_as)
         return replace(listed, notes=_unit_notes(lists))
@@ -104,7 +105,7 @@ def from_markups(
 
 
 def markups_points(text: str, frame: str | None = None) -> tuple[PlanPoint, ...]:
-    """Every point of every point list of a file, in LPS mm: targets that stand alone."""
+    """Read every point of every point list of a file as targets, in LPS mm. Raises PlanError, FrameError."""
     markups = parse_json_object(text).get("markups")
     lists = (
         [m for m in markups if isinstance(m, dict) and m.get("type") == "Fiducial"] if isinstance(markups, list) else []
@@ -116,7 +117,10 @@ def markups_points(text: str, frame: str | None = None) -> tuple[PlanPoint, ...]
 
 
 def _listed(points: tuple[PlanPoint, ...], name: Any, points_as: PointsAs | None) -> PlanFile:
-    """A plan of a list of points alone. To take targets for a path would drive the tool from one to the next."""
+    """Return a plan with a list of points alone.
+
+    Raises PointsUnclear without `points_as`: targets taken for a path would drive the tool from one to the next.
+    """
     if points_as is None:
         raise PointsUnclear(
             f"the file holds one list of {len(points)} points and no curve; say whether they are a path or targets."
@@ -128,9 +132,9 @@ def _listed(points: tuple[PlanPoint, ...], name: Any, points_as: PointsAs | None
 def from_fcsv(
     text: str, default_name: str = "Imported plan", frame: str | None = None, points_as: PointsAs | None = None
 ) -> PlanFile:
-    """The point list of an `.fcsv` file as a path or as targets, in LPS mm.
+    """Read the point list of an `.fcsv` file as a path or as targets, in LPS mm.
 
-    Raises PlanError, FrameError, and PointsUnclear as `from_markups` does.
+    Raises PlanError, FrameError and PointsUnclear as `from_markups`.
     """
     check_last_line(text)
     lines = text.splitlines()
@@ -153,7 +157,7 @@ def _fcsv_points(columns: list[str], lines: Sequence[tuple[int, str]], frame: st
             rows.extend((at, row) for row in csv.reader([line], strict=True))
         except csv.Error as error:
             raise PlanError(f"line {at} of the point list: it is damaged: {error}.") from None
-    # An empty last column may be left out, by all rows.
+    # All rows may omit an empty last column.
     if columns[-1] not in ("x", "y", "z", "label") and all(len(row) == len(columns) - 1 for _, row in rows):
         columns = columns[:-1]
     for at, row in rows:
@@ -165,7 +169,7 @@ def _fcsv_points(columns: list[str], lines: Sequence[tuple[int, str]], frame: st
 
 
 def _check_in_place(values: Mapping[str, str]) -> None:
-    """Refuse cells that a decimal comma has moved by one, where a last column that was left out makes up for it."""
+    """Raise PlanError for cells shifted by a decimal comma, which an omitted last column would hide."""
     turn = [values[name] for name in ("ow", "ox", "oy", "oz") if name in values]
     flags = [name for name in ("vis", "sel", "lock") if values.get(name, "").strip()]
     wrong = [name for name in flags if values[name].strip() not in ("0", "1", "0.0", "1.0")]
@@ -180,7 +184,7 @@ def _check_in_place(values: Mapping[str, str]) -> None:
 
 
 def number_text(text: str) -> float:
-    """A number out of a table's cell. Raises PlanError."""
+    """Parse a number of a table's cell. Raises PlanError."""
     try:
         return number(cell_number(text), "a coordinate")
     except ValueError:
@@ -189,9 +193,9 @@ def number_text(text: str) -> float:
 
 
 def markup_node(kind: str, name: str, points: Sequence[PlanPoint], mark: str = NOTICE) -> dict[str, Any]:
-    """A node of a kind of Markups ('Curve', 'Fiducial', 'Line', 'Plane') with its control points, LPS mm.
+    """Return a Markups node ('Curve', 'Fiducial', 'Line' or 'Plane') with its control points, LPS mm.
 
-    mark: what each of them says of itself.
+    mark: description of each control point.
     """
     return {
         "type": kind,
@@ -243,15 +247,15 @@ def _measurement(name: str, description: str, values: Sequence[float | None]) ->
 
 
 def _is_added(markup: dict[str, Any]) -> bool:
-    """Whether a curve is one of those an export adds: each of its control points says so."""
+    """Return whether a curve was added by an export: each of its control points is marked so."""
     items = markup.get("controlPoints")
     if not isinstance(items, list) or not items:
         return False
     return all(isinstance(item, dict) and item.get("description") in (_DENSE_MARK, _UNREACHED_MARK) for item in items)
 
 
-def _points(markup: dict[str, Any], given: str | None) -> tuple[PlanPoint, ...]:
-    frame = known_frame(markup.get("coordinateSystem"), given)
+def _points(markup: dict[str, Any], default_frame: str | None) -> tuple[PlanPoint, ...]:
+    frame = known_frame(markup.get("coordinateSystem"), default_frame)
     scale = mm_per_unit(markup.get("coordinateUnits", "mm"))  # the schema's default is mm
     items = markup.get("controlPoints", [])
     if not isinstance(items, list):
@@ -264,7 +268,7 @@ def _points(markup: dict[str, Any], given: str | None) -> tuple[PlanPoint, ...]:
 
 
 def _unit_notes(markups: Sequence[Mapping[str, Any]]) -> tuple[str, ...]:
-    """What is told of markups that do not name the unit of their points, which the schema lets them leave out."""
+    """Return a note for markups that do not name the unit of their points, which is optional in the schema."""
     silent = any(markup.get("controlPoints") and "coordinateUnits" not in markup for markup in markups)
     return (UNIT_ASSUMED,) if silent else ()
 

@@ -1,4 +1,4 @@
-"""Images identify their patient, by the face if by nothing else: exports hold them only on request (HAZ-34)."""
+"""Images identify their patient, if only by the face; exports contain them only on request (HAZ-34)."""
 
 from __future__ import annotations
 
@@ -6,16 +6,16 @@ from app.cases.model import HEAD_PHANTOM, Case
 from vfix_engine.errors import InputError
 
 WARNING = "A CT or MR of a head can identify its patient: a face can be drawn from it. Exports that hold it ask first."
-WITH_IMAGES = "confirms that the patient's images are exported"  # what the option of REST means
+WITH_IMAGES = "confirms that the patient's images are exported"  # description of the option of REST
 
 
 def holds_images(case: Case) -> bool:
-    """Whether an export with all volumes of a case can identify somebody; the synthetic head cannot."""
+    """Return whether an export with all volumes of a case can identify a patient; the synthetic head cannot."""
     return case.id != HEAD_PHANTOM and bool(case.volumes or case.overlays)
 
 
 def check_images(case: Case, confirmed: bool, how: str) -> None:
-    """Refuse an export with voxels that was not confirmed. how: the option that confirms it. Raises InputError."""
+    """Raise InputError for an export with voxels that was not confirmed. how: the option that confirms it."""
     if holds_images(case) and not confirmed:
         raise InputError(
             "this export holds the head's images, which can identify the patient: a face can be drawn from them. "

@@ -1,6 +1,6 @@
-"""Plans in and out of files: the project's own JSON, 3D Slicer's Markups, and a table.
+"""Export and import of plans as files: the JSON of vfix, Markups of 3D Slicer, and CSV tables.
 
-Every export says that it is not for clinical use (HAZ-35), and replaces an older file whole or not at all (HAZ-25).
+Every export states that it is not for clinical use (HAZ-35), and replaces an older file atomically (HAZ-25).
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ MEDIA_TYPES: dict[PlanFormat, str] = {"json": "application/json", "mrk.json": "a
 
 
 def to_native_json(plan: Plan, urdf: bytes | None = None) -> str:
-    """Everything of a plan, as versioned JSON. urdf: that of its robot, where that is one of one's own."""
+    """Write a complete plan as versioned JSON. urdf: the URDF of its robot, if it is a user's own."""
     carried = {} if urdf is None else {"urdf": urdf.decode("utf-8")}
     return to_json_text(
         {
@@ -74,7 +74,7 @@ def to_native_json(plan: Plan, urdf: bytes | None = None) -> str:
 
 
 def from_native_json(text: str, default_name: str = "Imported plan") -> PlanFile:
-    """The inverse of `to_native_json`. Raises PlanError, or FrameError for a frame or unit that is not LPS mm."""
+    """Read the JSON of `to_native_json`. Raises PlanError, or FrameError for a frame or unit other than LPS and mm."""
     data = parse_json_object(text)
     if data.get("schema") != SCHEMA:
         raise PlanError(f"the file's schema is {str(data.get('schema'))!r:.60}; {SCHEMA!r} can be read.")
@@ -91,7 +91,7 @@ def from_native_json(text: str, default_name: str = "Imported plan") -> PlanFile
 
 
 def _carried_urdf(text: Any, key: str | None) -> bytes | None:
-    """The URDF that a file carries for the robot which names this hash. Raises PlanError where it is another one."""
+    """Return the URDF in a file for the robot with this hash. Raises PlanError if it is not the one of the hash."""
     if text is None:
         return None
     if not isinstance(text, str) or key is None:
@@ -105,21 +105,21 @@ def _carried_urdf(text: Any, key: str | None) -> bytes | None:
 def export_text(
     plan: Plan, form: PlanFormat, curve: Sequence[CurveSample] = (), remark: str = "", urdf: bytes | None = None
 ) -> str:
-    """A plan in one of the formats; the curve and the remark are for Markups, the robot's URDF is for JSON."""
+    """Write a plan in one of the formats. curve, remark: for Markups. urdf: the robot's URDF, for JSON."""
     if form == "mrk.json":
         return to_markups(plan, curve, remark)
     return to_csv(plan) if form == "csv" else to_native_json(plan, urdf)
 
 
 def write_export(path: Path, text: str) -> None:
-    """Write an export whole or not at all. Raises StorageError."""
-    from app.store import write_atomically  # reading a plan does without the store
+    """Write an export atomically. Raises StorageError."""
+    from app.store import write_atomically  # imported here: reading a plan needs no store
 
     write_atomically(path, text.encode("utf-8"))
 
 
 def format_of(file_name: str) -> PlanFormat:
-    """The format that a file name's end asks for. Raises PlanError."""
+    """Return the format of a file name's suffix. Raises PlanError."""
     lower = file_name.lower()
     for form in ("mrk.json", "json", "csv"):
         if lower.endswith(f".{form}"):
@@ -128,10 +128,10 @@ def format_of(file_name: str) -> PlanFormat:
 
 
 def read_plan(file_name: str, data: bytes, frame: str | None = None, points_as: PointsAs | None = None) -> PlanFile:
-    """A plan out of a file of any readable format; what has no name takes the file's.
+    """Read a plan from a file of any supported format; a plan without a name gets that of the file.
 
-    frame: what the user says where the file names none. points_as: what a list of points without a curve is.
-    Raises InputError or one of its kinds, PointsUnclear where such a list is read and nobody says.
+    frame: used if the file names none. points_as: meaning of a point list without a curve.
+    Raises InputError or a subclass of it, PointsUnclear for such a list without `points_as`.
     """
     text, stem = decode(data), default_name(file_name)
     if file_name.lower().endswith(".fcsv"):
@@ -148,7 +148,7 @@ def read_plan(file_name: str, data: bytes, frame: str | None = None, points_as: 
 
 
 def read_targets(file_name: str, data: bytes, frame: str | None = None) -> tuple[PlanPoint, ...]:
-    """Targets of a file: the point lists of Markups, and otherwise a plan's targets, or its points if it has none."""
+    """Read targets from a file: the point lists of Markups, or the targets of a plan, or its points if it has none."""
     text = decode(data)
     if file_name.lower().endswith(".json") and "markups" in parse_json_object(text):
         return markups_points(text, frame)
@@ -157,7 +157,7 @@ def read_targets(file_name: str, data: bytes, frame: str | None = None) -> tuple
 
 
 def default_name(file_name: str) -> str:
-    """A plan's name out of a file's: without folders, endings and characters that a name may not have."""
+    """Return a plan's name from a file name, without folders, suffixes and characters not allowed in names."""
     stem = Path(file_name.replace("\\", "/")).name
     for ending in (".mrk.json", ".json", ".fcsv", ".csv"):
         if stem.lower().endswith(ending):

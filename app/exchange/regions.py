@@ -1,7 +1,7 @@
-"""Structures to spare and bone to be removed as nodes of 3D Slicer's Markups, which a reader of plans passes over.
+"""Protected structures and bone to be removed as Markups nodes of 3D Slicer, which are ignored when a plan is read.
 
-A box is a region of interest. Everything else is drawn as lines: a capsule is its axis, a sphere and a patch lead from
-the centre to the border, a half-space from its plane 10 mm to the free side. Labels of the case are no markups.
+A box is a region of interest. Other shapes are lines: a capsule is its axis; for a sphere or patch the line leads from
+the centre to the border, for a half-space from its plane 10 mm to the free side. Labels of the case are not exported.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ AxisEnds = tuple[tuple[float, ...], tuple[float, ...]]
 
 
 def region_markups(plan: Plan) -> list[dict[str, Any]]:
-    """Nodes of the plan's regions, LPS mm."""
+    """Return the nodes of the plan's protected structures and bone to be removed, LPS mm."""
     regions: list[tuple[PlanZone | RemovedBone, str]] = [(zone, _zone_words(zone)) for zone in plan.zones]
     regions += [(region, "Bone to be removed") for region in plan.removed_bone]
     return [markup for region, words in regions for markup in _nodes(region.name, region.shape, words)]

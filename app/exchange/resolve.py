@@ -1,6 +1,6 @@
-"""Cases and plans as a person names them on a command line: an id, a name, or a file.
+"""Lookup of cases and plans named on a command line by id, name or file.
 
-Files are read without a store, so that an installation of the engine alone can work on them.
+Files are read without a store, so that an installation of the engine alone can use them.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from app.exchange.plan_files import read_plan, read_targets
 from app.extras import need_app
 from app.kit.errors import NotFound, OtherCase
 from app.kit.text_tables import MAX_TEXT, decode, parse_json_object
-from app.planning.zone_sets import with_errors, zone_set
+from app.planning.protected_structures import engine_zones, with_surface_errors
 from app.plans.model import Plan, PlanPoint
 from vfix_engine.anatomy.head_import import ControlHead, HeadRequest, control_head, is_head
 from vfix_engine.anatomy.surface_uncertainty import SurfaceUncertainty
@@ -46,7 +46,7 @@ _Item = TypeVar("_Item", bound=_Named)
 
 
 class ResolvingServices(Protocol):
-    """The part of the services that is needed here."""
+    """The services used for the lookup."""
 
     @property
     def cases(self) -> CaseService: ...
@@ -62,12 +62,12 @@ class ResolvingServices(Protocol):
 class ResolvedCase:
     """A head to work in.
 
-    id: of the stored case, or None for a file; hash: of its content; grow: makes its tree; scan: reads its CT, None
-    where there is no CT; uncertainty: how far bone may lie off the surface; notes: what is doubtful about the file, in
-    sentences.
-    structures: surfaces of its structures by id; structure_names: their names within a sentence, by id.
-    structure_errors: of those to spare, how far their surface may be off, in mm.
-    more_scans: all its CTs, where there may be several.
+    id: of the stored case, None for a file. hash: hash of its content. grow: builds its proximity tree. scan: reads its
+    CT, returns None without one. uncertainty: how far bone may lie off the surface. notes: remarks on assumptions
+    about the file, in sentences.
+    structures: surfaces of its structures by id. structure_names: their names within a sentence, by id.
+    structure_errors: surface errors in mm of the structures that can be protected, by id.
+    more_scans: reads all of its CTs, if there may be several.
     """
 
     id: str | None
@@ -85,18 +85,18 @@ class ResolvedCase:
 
     @property
     def scans(self) -> tuple[Volume, ...]:
-        """All its CTs, the widest first."""
+        """All CTs of the head, the widest first."""
         scan = self.scan()
         return self.more_scans() or (() if scan is None else (scan,))
 
     @cached_property
     def tree(self) -> ProximityTree:
-        """Made when it is asked for: the first one of an installation has to be compiled."""
+        """The proximity tree, built on first access: the first one of an installation has to be compiled."""
         return self.grow()
 
 
 class _Meshes(Mapping[str, TriangleMesh]):
-    """The surfaces of a case's structures by id, each read when it is asked for: there may be hundreds."""
+    """The surfaces of a case's structures by id, each read on access, since there may be hundreds."""
 
     def __init__(self, cases: CaseService, case: Case) -> None:
         self._cases, self._case = cases, case
@@ -114,12 +114,13 @@ class _Meshes(Mapping[str, TriangleMesh]):
 
 
 def resolve_case(services: ResolvingServices | None, text: str, request: HeadRequest | None = None) -> ResolvedCase:
-    """A stored case by id or name, or the head in the surface or CT at a path, checked as an import checks it.
+    """Return a stored case by id or name, or the head in a surface or CT file, with the checks of an import.
 
-    services: None where there is no store; then only files are found.
-    request: the file with what the user says of it; without it, LPS mm is taken where the file does not say, and noted.
+    services: None without a store; then only files are found.
+    request: the file with frame, unit and series stated by the user; without it, LPS mm is assumed for a file that does
+        not state them, and noted.
 
-    Raises NotFound, InputError for a file that cannot be used or a word that names a case and a file, or AppMissing.
+    Raises NotFound, InputError for a file that cannot be used or a name of both a case and a file, or AppMissing.
     """
     path = Path(text)
     asked = request or HeadRequest(path, assume=True)
@@ -151,7 +152,10 @@ def _case_of_file(path: Path, head: ControlHead) -> ResolvedCase:
 
 
 def _is_path(stored: Sequence[_Named], text: str, what: str, exists: bool) -> bool:
-    """Whether a word means the path of that name. An id is never one; raises InputError for a name that is both."""
+    """Return whether a word refers to the path of that name; an id never does.
+
+    Raises InputError if the word is both the name of a stored item and a path.
+    """
     if not exists or any(item.id == text for item in stored):
         return False
     ids = [item.id for item in stored if item.name == text]
@@ -164,7 +168,7 @@ def _is_path(stored: Sequence[_Named], text: str, what: str, exists: bool) -> bo
 
 
 def resolve_plan(services: ResolvingServices | None, case: ResolvedCase, text: str) -> Plan:
-    """A stored plan of the case by id or name, or the plan at a path; that one is not stored.
+    """Return a stored plan of the case by id or name, or the plan in a file, which is not stored.
 
     services: as in `resolve_case`.
 
@@ -206,28 +210,34 @@ def _plan_of_file(case: ResolvedCase, path: Path) -> Plan:
 
 
 def resolve_targets(path: Path) -> tuple[PlanPoint, ...]:
-    """Targets of a Markups, plan or table file, in LPS mm. Raises InputError."""
+    """Read targets from a Markups, plan or table file, in LPS mm. Raises InputError."""
     return read_targets(path.name, read_bytes(path))
 
 
 def resolve_zones(path: Path, case: ResolvedCase) -> ZoneSet:
-    """No-fly zones and soft zones of a file, in LPS mm; patches are parts of a case's structures. Raises InputError."""
+    """Read hard and soft zones from a file, in LPS mm; patches refer to structures of the case. Raises InputError."""
     return zones_from_dict(parse_json_object(decode(read_bytes(path), "the file of zones")), case.mesh, case.structures)
 
 
 def resolve_plan_zones(plan: Plan, case: ResolvedCase) -> ZoneSet:
-    """The structures to spare of a plan, in LPS mm. Raises PlanError, which names the one that cannot be kept."""
+    """Return the zones of a plan's protected structures, in LPS mm.
+
+    Raises PlanError, which names the structure that cannot be protected.
+    """
 
     def surface(structure_id: str) -> TriangleMesh:
         if structure_id not in case.structures:
             raise NotFound(f"the case has no structure {structure_id!r:.60}; it has {', '.join(case.structures)}.")
         return case.structures[structure_id]
 
-    return zone_set(with_errors(plan.zones, case.structure_errors), surface)
+    return engine_zones(with_surface_errors(plan.zones, case.structure_errors), surface)
 
 
 def find(items: Sequence[_Item], text: str, what: str) -> _Item:
-    """The item whose id, or else whose name, is `text`. Raises NotFound, or InputError when several are called so."""
+    """Return the item with this id, or otherwise with this name.
+
+    Raises NotFound, or InputError if several have the name.
+    """
     matching = [item for item in items if item.id == text] or [item for item in items if item.name == text]
     if not matching:
         known = ", ".join(f"{item.id} ({item.name})" for item in items[:10]) or "none"
@@ -239,7 +249,10 @@ def find(items: Sequence[_Item], text: str, what: str) -> _Item:
 
 
 def read_bytes(path: Path) -> bytes:
-    """The bytes of a small file. Raises InputError when it cannot be read or is larger than a plan can be."""
+    """Return the first `MAX_TEXT` + 1 bytes of a file, so that a file too large for a plan is recognised.
+
+    Raises InputError if it cannot be read.
+    """
     try:
         with path.open("rb") as file:
             return file.read(MAX_TEXT + 1)
@@ -248,7 +261,7 @@ def read_bytes(path: Path) -> bytes:
 
 
 def is_file(path: Path) -> bool:
-    """Whether a file is there; what cannot be the name of one is none."""
+    """Return whether a file exists; False for text that cannot be a file name."""
     try:
         return path.is_file()
     except (OSError, ValueError):  # too long, or with a null character

@@ -1,6 +1,6 @@
-"""A plan in the frame of the robot's base, for a robot's own program: as JSON or as a table; written, never read.
+"""Export of a plan in the frame of the robot's base, for the robot's own program, as JSON or CSV; never read back.
 
-`vfix_engine.frames` composes the placement of the base and the registration of the image; nothing here does.
+The transforms of the base's placement and the image's registration are composed in `vfix_engine.frames` only.
 """
 
 from __future__ import annotations
@@ -29,17 +29,18 @@ from vfix_engine.frames import ImageRegistration, transform_image_to_base
 from vfix_engine.geometry.shaft_directions import roll_of, rolled_frame
 
 JSON_SCHEMA, TABLE_SCHEMA = "vfix-plan-in-base/1", "vfix-plan-in-base-table/1"
-_STRAIGHT = 1e-6  # sine of the bend of a tool that has none
+_STRAIGHT = 1e-6  # sine of the bend below which a tool counts as straight
 _COLUMNS = ("kind", "label", "s_mm", "x", "y", "z", "shaft_x", "shaft_y", "shaft_z", "roll_deg")
 
 
 @dataclass(frozen=True)
 class BasePoint:
-    """A place in the base's frame, mm; direction: from the tip towards the tail of the shaft, of length 1, or None.
+    """A place in the base frame, in mm.
 
-    kind: 'point' and 'target' of the plan, 'driven' of its dry run. s_mm: arc length along the path of a driven one.
-    roll_deg: of a bent tool about the direction, right-handed; 0 where it bends towards z of the place's own frame, see
-    `vfix_engine.geometry.shaft_directions.rolled_frame`; None where it is left open, and of a straight tool's pose.
+    kind: 'point' or 'target' of the plan, 'driven' for a pose of its dry run. s_mm: arc length of a driven pose.
+    direction: unit vector from the tip towards the tail of the shaft, or None. roll_deg: roll of a bent tool about the
+    direction, right-handed; 0 if it bends towards z of the place's own frame, see
+    `vfix_engine.geometry.shaft_directions.rolled_frame`; None if it is not planned, and for poses of a straight tool.
     """
 
     kind: Literal["point", "target", "driven"]
@@ -51,17 +52,17 @@ class BasePoint:
 
 
 class BaseExport:
-    """Plans in their robot's frame; a call may take seconds and may run in any thread."""
+    """Exports plans in their robot's frame. A call may take seconds and may run in any thread."""
 
     def __init__(self, planning: Planning, registrations: Documents[RegistrationContent]) -> None:
         self._planning, self._registrations = planning, registrations
 
     def text(self, plan: Plan, form: str, registration: str | None = None) -> str:
-        """The plan's points and targets, and the path as driven with the shaft's directions, as a file.
+        """Return the plan's points and targets, and the driven path with the shaft's directions, as text of a file.
 
-        registration: id or name of the one of the image, instead of that of the plan; where there is neither, image and
-            patient are one frame, as in a simulation.
-        Raises PlanError where the robot is not placed, the registration cannot be used or for another form, and
+        registration: id or name of the image's registration, instead of the plan's; without either, image and patient
+            share a frame, as in a simulation.
+        Raises PlanError if the robot is not placed, the registration cannot be used or the form is unknown, and
         NotFound for an unknown registration.
         """
         if form not in ("json", "csv"):
@@ -85,7 +86,7 @@ class BaseExport:
         raise NotFound(f"there is no registration {name!r:.80} of this plan's head; there are: {known}.")
 
     def _driven(self, plan: Plan, used: DrivenRegistration | None) -> tuple[list[BasePoint], str]:
-        """Poses of the dry run every half millimetre, in the image; a remark where it does not arrive."""
+        """Return the poses of the dry run every 0.5 mm in the image frame, and a remark if it does not complete."""
         if len(plan.points) < 2:
             return [], "The plan has no path."
         try:
@@ -94,7 +95,7 @@ class BaseExport:
             return [], f"The path is not driven: {error}"
         found = []
         for s, back, front in evaluation.run.stations():
-            along = back[-1] - front[-1]  # of the last part, the shaft
+            along = back[-1] - front[-1]  # along the last part, which is the shaft
             direction = tuple((along / np.linalg.norm(along)).tolist())
             found.append(BasePoint("driven", "", tuple(front[0].tolist()), direction, _roll_deg(front, back), s))
         if evaluation.completed:
@@ -116,7 +117,7 @@ def _planned(plan: Plan) -> list[BasePoint]:
 
 
 def _transform(plan: Plan, registration: ImageRegistration | None) -> Array:
-    """transform_image_to_base (4, 4). Raises PlanError where nobody knows where the base is."""
+    """Return transform_image_to_base (4, 4), mm. Raises PlanError if the pose of the base is not known."""
     placed = plan.robot.get("base")
     if placed is None and (registration is None or registration.to != "base"):
         raise PlanError(
@@ -139,7 +140,10 @@ def _moved(point: BasePoint, transform: Array) -> BasePoint:
 
 
 def _roll_deg(front: Array, back: Array) -> float | None:
-    """The roll of a pose in its own frame; front, back: starts and ends (S, 3) of the tool's parts, from the tip on."""
+    """Return the roll of a pose in its own frame in degrees; None for a straight tool.
+
+    front, back: starts and ends (S, 3) of the tool's parts, ordered from the tip.
+    """
     shaft = front[-1] - back[-1]  # towards the tip
     shaft /= np.linalg.norm(shaft)
     bent = front[0] - back[0]
@@ -151,7 +155,10 @@ def _roll_deg(front: Array, back: Array) -> float | None:
 
 
 def _head(plan: Plan, transform: Array, registration: DrivenRegistration | None, remark: str) -> dict[str, Any]:
-    """What the file says of itself. The residual tells how well pairs fit, not how far a target is off."""
+    """Return the metadata of the file.
+
+    The residual `fre_mm` states how well the pairs fit, not the error at a target.
+    """
     named: dict[str, Any] | None = None
     if registration is not None:
         content = registration.content

@@ -34,7 +34,7 @@ def login_url(settings: Settings) -> str:
 
 
 def with_port(host: str, port: int) -> str:
-    """A Host header with another port, or with a port where it has none."""
+    """Return a Host header with its port replaced, or added if it has none."""
     name, colon, old = host.rpartition(":")
     return f"{name if colon and old.isdigit() else host}:{port}"
 

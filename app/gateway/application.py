@@ -1,4 +1,4 @@
-"""The ASGI application: the guard around the page, the scene and the routers it is given."""
+"""The ASGI application: the guard around the page, the scene and the routers."""
 
 import contextlib
 from collections.abc import AsyncIterator, Sequence
@@ -28,7 +28,7 @@ class GatewayServices(Protocol):
 
 
 class Link(Protocol):
-    """A server beside the page's."""
+    """A further server, which runs as long as the application."""
 
     def start(self) -> int: ...
 
@@ -66,9 +66,9 @@ def build_application(
     routers: Sequence[APIRouter],
     link: Link | None = None,
 ) -> FastAPI:
-    """Application whose `state` holds settings, services, scene_server and warmup; it closes them at its end.
+    """Return the application; its `state` holds settings, services, scene_server and warmup, closed at its shutdown.
 
-    link: a further server, which begins and ends with the application.
+    link: a further server, started and closed with the application.
     """
     app = GuardedApplication(settings, _lifespan(services, scene_server, warm_up, link))
     app.state.services = services
@@ -86,7 +86,7 @@ def _lifespan(
 ) -> Lifespan[FastAPI]:
     @asynccontextmanager
     async def lifespan(_: FastAPI) -> AsyncIterator[None]:
-        with contextlib.ExitStack() as at_end:  # each is ended, whatever becomes of the others, the store last
+        with contextlib.ExitStack() as at_end:  # closes each even if another fails, and the store last
             at_end.callback(services.close)
             at_end.callback(scene_server.stop)
             if link is not None:

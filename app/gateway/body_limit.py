@@ -1,4 +1,4 @@
-"""Limit of request bodies, counted while they arrive; a route may set a larger one."""
+"""Limit of the size of request bodies, counted while they arrive; a route may set a larger one."""
 
 import asyncio
 import contextlib
@@ -7,9 +7,9 @@ from typing import Any
 from fastapi import HTTPException
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-# The longest honest JSON is about 2 KiB. JSON is parsed on the event loop, where a megabyte of it can take a second.
+# The longest legitimate JSON is about 2 KiB. JSON is parsed on the event loop, where a megabyte can take a second.
 MAX_BODY_BYTES = 64 << 10
-# Many clients send a whole body before they read. One whose body is not read gets a reset instead of the answer.
+# Many clients send the whole body before they read, and get a reset instead of the response if it is not read.
 DRAIN_BYTES = 64 << 20
 DRAIN_S = 5.0
 _WORDS = f"the request's body is larger than {MAX_BODY_BYTES >> 10} KiB, which is the most that is taken."
@@ -17,13 +17,13 @@ _CLOSE = (b"connection", b"close")
 
 
 class BodyLimit:
-    """Refuses bodies of more than MAX_BODY_BYTES, claimed or received, with 413.
+    """Middleware that refuses bodies of more than MAX_BODY_BYTES, announced or received, with 413.
 
     A route with a larger limit sets `request.state.max_body_bytes` before it reads, and `too_large`, the message.
 
-    Where an answer is ready before the body has been read, up to DRAIN_BYTES of the rest are read first and dropped,
-    for DRAIN_S at most; then the answer goes out, and the connection is closed. A client that claims more is answered
-    at once, since it cannot be heard to the end anyway.
+    If a response is ready before the body has been read, up to DRAIN_BYTES of the rest are read and dropped first, for
+    at most DRAIN_S; then the response is sent and the connection closed. A client that announces more is answered
+    immediately, since reading its body to the end would take too long.
     """
 
     def __init__(self, app: ASGIApp) -> None:
@@ -54,18 +54,18 @@ class _Body:
         self._claimed = int(headers.get(b"content-length", 0))
         self._read = 0
         self._ended = not self._claimed and b"transfer-encoding" not in headers
-        self._told_to_send = b"expect" not in headers
+        self._continue_sent = b"expect" not in headers
 
     async def receive(self) -> Message:
-        """The next part. Raises HTTPException for what is too large."""
-        self._check(self._claimed)  # before anything is read, and before a client is told to send it
+        """Return the next part of the body. Raises HTTPException if it is too large."""
+        self._check(self._claimed)  # before anything is read, and before '100 Continue' asks the client to send it
         message = await self._next()
         self._check(self._read)
         return message
 
     async def drained(self) -> bool:
-        """Read what has not been read; False where all was, or where the rest is not read."""
-        if self._ended or not self._told_to_send or self._claimed - self._read > DRAIN_BYTES:
+        """Read and drop the rest of the body; return whether something was read and the body has ended."""
+        if self._ended or not self._continue_sent or self._claimed - self._read > DRAIN_BYTES:
             return False
         most = self._read + DRAIN_BYTES
         with contextlib.suppress(TimeoutError):
@@ -75,7 +75,7 @@ class _Body:
         return self._ended
 
     async def _next(self) -> Message:
-        self._told_to_send = True
+        self._continue_sent = True
         message = await self._receive()
         self._read += len(message.get("body", b""))
         self._ended = not message.get("more_body", False)

@@ -1,8 +1,8 @@
-"""Limits of unauthenticated connections: their number, their waiting time, and their lines in the log.
+"""Limits of unauthenticated connections: their number, their waiting time, and their log lines.
 
-A connection waits while none of its requests is being answered: before its first head, between two requests, and while
-the body of an answered one still arrives. Each has HEAD_DEADLINE_S for a complete head. Beyond MAX_WAITING the one that
-has waited longest is closed: honest clients send their request at once.
+A connection waits while none of its requests is being answered: before its first request head, between two requests,
+and while the body of an answered request still arrives. A head must be complete within HEAD_DEADLINE_S. If more than
+MAX_WAITING connections wait, the one that has waited longest is closed: legitimate clients send a request immediately.
 """
 
 import asyncio
@@ -27,15 +27,15 @@ _NOISY_LOGGERS = ("asyncio", "uvicorn.error", "websockets.server", "app.link.ser
 
 
 class BoundedHttp(H11Protocol):
-    """uvicorn's HTTP/1.1 with a deadline for each head; uvicorn's own time-out restarts with every byte."""
+    """uvicorn's HTTP/1.1 with a deadline for each request head; uvicorn's own timeout restarts with every byte."""
 
     waiting_since: asyncio.TimerHandle | None = None
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         assert isinstance(transport, asyncio.Transport)
-        # asyncio does this only for sockets that were made with the protocol's number. Without it a small message waits
-        # for the receipt of the one before, which a browser puts off by up to 40 ms.
-        with contextlib.suppress(OSError):  # it is closed already
+        # asyncio sets this only for sockets created with an explicit protocol number. Without it a small message waits
+        # for the acknowledgement of the previous one, which a browser delays by up to 40 ms.
+        with contextlib.suppress(OSError):  # the socket may already be closed
             transport.get_extra_info("socket").setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         super().connection_made(transport)
         self._note_waiting()
@@ -61,7 +61,8 @@ class BoundedHttp(H11Protocol):
 
     def _note_waiting(self) -> None:
         answering = self.cycle is not None and not self.cycle.response_complete
-        if answering or self.transport.is_closing() or self.transport.get_protocol() is not self:  # else a WebSocket
+        is_websocket = self.transport.get_protocol() is not self
+        if answering or self.transport.is_closing() or is_websocket:
             self._stop_waiting()
         elif self.waiting_since is None:
             self.waiting_since = self.loop.call_later(HEAD_DEADLINE_S, self._give_up)
@@ -77,7 +78,7 @@ class BoundedHttp(H11Protocol):
 
 
 class BoundedWebSocket(ServerConnection):
-    """The same for the scene's inner server, which closes a connection without a handshake after 10 s by itself."""
+    """The same bound for the scene's inner server, which itself closes a connection without a handshake after 10 s."""
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         super().connection_made(transport)
@@ -87,7 +88,7 @@ class BoundedWebSocket(ServerConnection):
 
 
 class Discreet(logging.Filter):
-    """What a library logs of an error: where it was, never what it said, which may hold a name (HAZ-33)."""
+    """Logs the location of an error of a library, never its message, which may contain a patient's name (HAZ-33)."""
 
     def filter(self, record: logging.LogRecord) -> bool:
         error = record.exc_info[1] if record.exc_info else None
@@ -98,14 +99,14 @@ class Discreet(logging.Filter):
 
 
 class FewLines(logging.Filter):
-    """Passes _SAME_LINES records of one kind a minute; the next one has the number of those left out."""
+    """Passes _SAME_LINES records of one kind per minute; the next one states how many were dropped."""
 
     def __init__(self) -> None:
         super().__init__()
         self._seen: dict[Any, tuple[float, int]] = {}
 
     def filter(self, record: logging.LogRecord) -> bool:
-        kind = str(record.msg)[:60]  # asyncio puts the socket's number into some messages, behind what happened
+        kind = str(record.msg)[:60]  # the start of the message; asyncio appends the socket's number to some
         since, count = self._seen.get(kind, (0.0, 0))
         now = monotonic()
         if now - since >= 60.0:
@@ -119,7 +120,7 @@ class FewLines(logging.Filter):
 
 
 def quieten_log() -> None:
-    """Keep unauthenticated clients from filling the disk with log lines, and libraries from logging what errors say."""
+    """Keep unauthenticated clients from filling the disk with log lines, and libraries from logging error messages."""
     for name in _NOISY_LOGGERS:
         logger = logging.getLogger(name)
         for kind in (FewLines, Discreet):

@@ -16,7 +16,7 @@ from vfix_engine.error_places import error_places
 from vfix_engine.errors import VfixError
 
 _RETRY = {503: {"Retry-After": "5"}}
-_MOST_DETAILS, _MOST_CHARACTERS = 20, 200  # an answer is not as long as whatever was sent
+_MOST_DETAILS, _MOST_CHARACTERS = 20, 200  # bounds of a response, independent of the length of the request
 _LOG = logging.getLogger(__name__)
 
 
@@ -32,7 +32,7 @@ async def _refused(request: Request, error: Exception) -> JSONResponse:
     assert isinstance(error, VfixError)
     status = status_of(error)
     if isinstance(error, DocumentConflict) and "if-match" in request.headers:
-        status = 412  # the condition was HTTP's own
+        status = 412  # the request stated the revision by If-Match
     body = error_body(error_code(error), str(error), error_details(error))
     return JSONResponse(body, status, headers=_RETRY.get(status))
 

@@ -2,9 +2,10 @@
 
 Order of the checks, each with its status:
 1. Host must be exactly one of the planner's, else 403 (DNS rebinding).
-2. An Origin, when there is one, must be exactly the page's, else 403; 'null' is not.
+2. An Origin, if there is one, must be exactly the page's, else 403; 'null' is refused too.
 3. A browser request from another site or another port of this machine (`Sec-Fetch-Site`) gets 403, unless the user
-   navigates to the page itself: cookies do not depend on ports, so a GET from there has ours and needs no Origin.
+   navigates to the page itself: cookies do not depend on ports, so a GET from there carries the planner's cookie and
+   needs no Origin.
 4. The token must be present as a cookie, as `Authorization: Bearer`, or once as `/?token=`, else 401.
 5. A browser's WebSocket or changing request (known by its cookie) must carry an Origin, else 403.
 """
@@ -102,7 +103,7 @@ class Guard:
 
     @staticmethod
     def _check_site(scope: Scope, headers: Headers) -> AccessRefusal | None:
-        """Check `Sec-Fetch-Site`; other clients and browsers before 2023 lack it, 'none' is a typed address."""
+        """Check `Sec-Fetch-Site`; browsers before 2023 and other clients do not send it, 'none' is a typed address."""
         sites = headers.getlist("sec-fetch-site")
         if not sites or sites in (["same-origin"], ["none"]):
             return None

@@ -15,12 +15,12 @@ def _policy(*directives: str) -> str:
 
 
 def _sockets(host: str | None) -> str:
-    """The planner's WebSockets by name, since not every browser includes them in 'self'."""
+    """Return the source of the planner's WebSockets, since not every browser includes them in 'self'."""
     return "" if host is None else f" ws://{host}"
 
 
 def page_policy(host: str | None) -> str:
-    """Content security policy of our pages: scripts from our own files only, no inline script, no other host."""
+    """Content security policy of the planner's pages: its own script files only, no inline script, no other host."""
     return _policy(
         "default-src 'self'",
         "script-src 'self'",
@@ -50,7 +50,10 @@ def scene_policy(host: str | None) -> str:
 
 
 def secure(headers: MutableHeaders, path: str, host: str | None) -> None:
-    """Set the headers of one response to `host` (None: not one of ours); a route's caching headers stay."""
+    """Set the security headers of one response; a route's caching headers stay.
+
+    host: the Host header of the request, None if it is not an accepted one.
+    """
     is_scene = path.startswith("/scene/")
     headers["Content-Security-Policy"] = scene_policy(host) if is_scene else page_policy(host)
     headers["X-Content-Type-Options"] = "nosniff"

@@ -1,7 +1,7 @@
 """Admission check of the scene's server, which listens on loopback, where every local user can connect.
 
-viser 1.1.1 starts a `websockets` server without a hook for admission, so the `serve` that it calls is wrapped while it
-starts. A test ties this work-around to the pinned version.
+viser 1.1.1 starts a `websockets` server and has no hook for admission, so the `serve` function that it calls is wrapped
+while it starts. A test ties this workaround to the pinned version.
 """
 
 import contextlib
@@ -21,9 +21,9 @@ Admit = Callable[[ServerConnection, Request], http.HTTPStatus | None]
 
 @contextlib.contextmanager
 def locked_servers(admit: Admit) -> Iterator[None]:
-    """In this context every `websockets` server that starts calls `admit` first; a status it returns is the response.
+    """Make every `websockets` server started in this context call `admit` first; a returned status is the response.
 
-    Raises RuntimeError on exit when no server was started through the wrapped call: it would be open to all.
+    Raises RuntimeError on exit if no server was started through the wrapped call, since it would be open to all.
     """
     original = websockets_server.serve
     started = 0

@@ -1,4 +1,4 @@
-"""The page's shell, its static files, and the documentation of the REST routes."""
+"""Routes of the page: its HTML shell, the scripts of the tabs, and the documentation of the REST routes."""
 
 import html
 import re
@@ -24,7 +24,7 @@ def page_router() -> APIRouter:
 
     @router.get("/tabs/{name}/{module}")
     async def panel(name: str, module: str) -> FileResponse:
-        """A script of a tab's folder: its panel, or a module beside it."""
+        """Return a script of a tab's folder: its panel, or a module that it imports."""
         folder = next((spec.folder for spec in specs() if spec.name == name), None)
         if folder is None or _MODULE.fullmatch(module) is None or not (folder / module).is_file():
             raise HTTPException(404, "There is no such panel.")

@@ -1,7 +1,7 @@
 """Relay of the scene's WebSocket between a browser tab and viser, without storage.
 
-Each side waits for the other, so a slow browser delays its own picture only: viser then keeps the newest value of every
-property and drops the rest. A browser is read at the relay's pace at most; one that keeps sending more is
+Backpressure passes in both directions, so a slow browser delays only its own picture: viser then keeps the newest value
+of every property and drops the rest. Messages of a browser are rate-limited; one that keeps sending more is
 disconnected.
 """
 
@@ -21,7 +21,7 @@ from app.gateway.scene_server import SUBPROTOCOL, SceneServer, TabRefused
 
 MAX_PER_SECOND = 100  # messages of one scene; a camera and a drag send 20 each
 BURST = 100
-FLOOD_S = 5.0  # somebody who sends more than that for so long does not mean it
+FLOOD_S = 5.0  # a browser that exceeds the rate for this long is disconnected
 RETRY_AFTER_S = 15
 _POLICY_VIOLATION = 1008
 _GOING_AWAY = 1001
@@ -34,14 +34,14 @@ _REASONS = {
 
 
 class Pace:
-    """At most `rate` a second on average, and `burst` at once."""
+    """Rate limit: at most `rate` messages per second on average, and `burst` at once."""
 
     def __init__(self, rate: float, burst: int) -> None:
         self._interval, self._slack = 1.0 / rate, burst / rate
         self._due = 0.0
 
     def wait_s(self, now: float) -> float:
-        """How long to wait after the message that has just passed, at the time `now` [s]."""
+        """Return the time to wait in s after the message that passed at the time `now` in s."""
         self._due = max(self._due, now - self._slack) + self._interval
         return max(0.0, self._due - now)
 
@@ -75,12 +75,12 @@ async def _relay(websocket: WebSocket, scene_server: SceneServer) -> None:
         again = {"Retry-After": str(RETRY_AFTER_S)} if refusal.status == 503 else None
         await websocket.send_denial_response(JSONResponse(body, refusal.status, again))
         return
-    with contextlib.suppress(RuntimeError, WebSocketDisconnect):  # the browser was first
+    with contextlib.suppress(RuntimeError, WebSocketDisconnect):  # the browser may have closed it already
         await websocket.close(code, _REASONS[code])
 
 
 async def _run_both_ways(websocket: WebSocket, upstream: ClientConnection) -> int:
-    """Relay until one side ends; returns the close code for the browser."""
+    """Relay until one side ends; return the close code for the browser."""
     ways = [
         asyncio.create_task(_from_browser(websocket, upstream)),
         asyncio.create_task(_from_viser(websocket, upstream)),

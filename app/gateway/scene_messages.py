@@ -1,7 +1,7 @@
-"""The messages that a scene may send: camera, click and drag, each in exactly viser's form.
+"""The messages that a scene may send: camera, click and drag, each exactly as viser defines it.
 
 All other messages of viser's client are refused: uploads, browser storage, the public share tunnel, values of controls,
-rendered pictures. The names of types and fields are viser's; a test ties them to the pinned version.
+rendered pictures. Classes and fields are named as in viser; a test ties them to the pinned version.
 """
 
 from typing import Annotated, Literal
@@ -14,7 +14,7 @@ _Word = Annotated[str, msgspec.Meta(max_length=200)]
 
 
 class _Message(msgspec.Struct, tag_field="type", tag=True, forbid_unknown_fields=True):
-    """A message in one map, whose 'type' is the name of its class."""
+    """A message encoded as one map, whose 'type' is the name of its class."""
 
 
 class ViewerCameraMessage(_Message):
@@ -55,7 +55,7 @@ _DECODER = msgspec.msgpack.Decoder(ViewerCameraMessage | ScenePointerMessage | S
 
 
 def is_allowed(data: bytes) -> bool:
-    """Whether a browser's frame is exactly one of these messages."""
+    """Return whether a WebSocket frame of a browser is exactly one of the allowed messages."""
     try:
         _DECODER.decode(data)
     except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError):

@@ -1,16 +1,16 @@
-"""viser's client for the page: the canvas only, connected to our relay."""
+"""viser's client for the page: only its canvas, connected to the relay."""
 
 import functools
 from pathlib import Path
 
 import viser
 
-# What lets the page reach the canvas, and the scene a busy planner; both have to be there before viser's script.
+# Scripts that expose the canvas to the page and reconnect to a busy planner; both must run before viser's script.
 _BEFORE = ("announce.js", "patience.js")
 _FOLDER = Path(__file__).resolve().parent.parent / "web" / "js" / "scene-layer"
 
-# The client reads its server from `?websocket=`, and looks for a lost server only while its document has the
-# focus, which a frame often has not.
+# The client reads its server from `?websocket=`, and reconnects only while its document has the focus, which an iframe
+# often does not have.
 _SCRIPT = """
 (() => {
   const given = new URLSearchParams(location.search);
@@ -23,7 +23,7 @@ _SCRIPT = """
 })();
 """
 
-# viser's panel, floating, docked or as a narrow screen's sheet, and its notices are not part of our page.
+# Hides viser's panel (floating, docked, or as a sheet on a narrow screen) and its notifications.
 _STYLE = """
 html, body { overscroll-behavior: none; }
 [data-floating-window], [data-dock-region], .mantine-Paper-root, .mantine-Notifications-root {
@@ -34,7 +34,7 @@ html, body { overscroll-behavior: none; }
 
 @functools.cache
 def scene_page() -> str:
-    """viser's single-file client with our scripts and style ahead of its own."""
+    """Return viser's single-file client with the scripts and style of vfix before its own."""
     page = (Path(viser.__file__).parent / "client" / "build" / "index.html").read_text(encoding="utf-8")
     before, script_tag, after = page.partition("<script")
     if not script_tag:

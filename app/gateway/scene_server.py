@@ -43,7 +43,7 @@ class TabRefused(Exception):
 
 
 class _PrivateViser(viser.ViserServer):
-    """viser without its public share tunnel: a client can ask for one with a single message, button or not."""
+    """viser without its public share tunnel, which a client could request by a single message even without a button."""
 
     def request_share_url(self, verbose: bool = True) -> str | None:
         _LOG.warning("a request to share the scene publicly was refused")
@@ -56,9 +56,9 @@ class _PrivateViser(viser.ViserServer):
 class SceneServer:
     """Starts viser, admits only the relay, and maps browser tabs to viser clients.
 
-    A tab is a random word that the page chooses at each load. One connection at a time uses it; another one with the
-    same word is refused while the first exists.
-    Callbacks run one after another on a separate thread, a tab's connection before its end.
+    A tab is identified by a random word that the page chooses at each load. One connection at a time uses it; another
+    one with the same word is refused while the first exists.
+    Callbacks run one after another on a separate thread; that of a tab's connection runs before that of its end.
     """
 
     def __init__(self) -> None:
@@ -69,7 +69,7 @@ class SceneServer:
         self._connected_callbacks: list[TabConnected] = []
         self._gone_callbacks: list[TabGone] = []
         self._dispatcher = ThreadPoolExecutor(max_workers=1, thread_name_prefix="scene-tabs")
-        # viser prints its inner address, which is of use to nobody and would spoil a command's output.
+        # viser prints its inner address, which would mix with the output of a command.
         with locked_servers(self._admit), contextlib.redirect_stdout(io.StringIO()):
             self.viser: viser.ViserServer = _PrivateViser(host="127.0.0.1", port=0, verbose=False)
         self.viser.gui.configure_theme(show_logo=False, show_share_button=False, control_layout="floating")
@@ -83,17 +83,17 @@ class SceneServer:
         return self.viser.get_port()
 
     def client_for(self, tab: str) -> viser.ClientHandle | None:
-        """viser's client of a browser tab, or None while it has none."""
+        """Return viser's client of a browser tab, or None while it has none."""
         with self._lock:
             return self._clients.get(tab)
 
     def tabs(self) -> dict[str, viser.ClientHandle]:
-        """Every tab that has a scene now."""
+        """Return every tab that has a scene now."""
         with self._lock:
             return dict(self._clients)
 
     def on_tab_connected(self, callback: TabConnected) -> None:
-        """Call `callback(tab, client)` when a tab's scene is ready; it starts empty, so fill it then."""
+        """Call `callback(tab, client)` when a tab's scene is ready; the scene is empty and has to be filled."""
         self._connected_callbacks.append(callback)
 
     def on_tab_gone(self, callback: TabGone) -> None:
@@ -102,7 +102,7 @@ class SceneServer:
 
     @contextlib.asynccontextmanager
     async def connection(self, tab: str) -> AsyncIterator[ClientConnection]:
-        """The relay's connection to viser on behalf of a tab; raises TabRefused."""
+        """Open the relay's connection to viser for a tab. Raises TabRefused."""
         self._claim(tab)
         try:
             async with connect(
@@ -148,7 +148,7 @@ class SceneServer:
         return None
 
     def _tab_of(self, client: viser.ClientHandle) -> str:
-        # viser keeps the handshake of each live connection; a test holds this private name to the pinned version.
+        # viser keeps the handshake of each live connection; a test ties this private name to the pinned version.
         request = self.viser._websock_server._live_connections[client.client_id].request
         if request is None:
             raise RuntimeError(f"viser's client {client.client_id} has no handshake.")

@@ -1,4 +1,4 @@
-"""The server of the public port: uvicorn with bounded connections, which ends running work when it shuts down."""
+"""The server of the public port: uvicorn with bounded connections, which cancels running work when it shuts down."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from fastapi import FastAPI
 
 from app.gateway.connections import HEAD_DEADLINE_S, MAX_MESSAGE_BYTES, BoundedHttp, quieten_log
 
-GRACE_S = 2  # for the answers that are due when the planner is told to end
+GRACE_S = 2  # for pending responses when the planner shuts down
 
 
 class PlannerServer(uvicorn.Server):
@@ -22,12 +22,12 @@ class PlannerServer(uvicorn.Server):
                 http=BoundedHttp,
                 ws_max_size=MAX_MESSAGE_BYTES,
                 ws_per_message_deflate=False,
-                # Clients drop a connection that was idle for 5 s. That is uvicorn's own time too, so that a request in
-                # that very instant would be reset. BoundedHttp closes it later.
+                # Clients drop a connection after 5 s of idle time. uvicorn's default is the same, so that a request at
+                # that moment would be reset; BoundedHttp closes the connection later.
                 timeout_keep_alive=int(2 * HEAD_DEADLINE_S),
-                backlog=128,  # asyncio takes so many at a time, and logs each that it cannot take
+                backlog=128,  # asyncio accepts this many at a time, and logs each that it cannot accept
                 log_level="warning",
-                access_log=False,  # it would write the token of the address down
+                access_log=False,  # it would record the token in the address
                 server_header=False,
                 proxy_headers=False,
                 timeout_graceful_shutdown=GRACE_S,
@@ -37,6 +37,6 @@ class PlannerServer(uvicorn.Server):
         self._services = app.state.services
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
-        """uvicorn calls this once it is to end."""
+        """Cancel running work, then shut down; called by uvicorn."""
         self._services.end()
         await super().shutdown(sockets)

@@ -1,4 +1,4 @@
-"""Background work that makes the first click fast, while the page already opens."""
+"""Background work at start-up that makes the first click fast, while the page already opens."""
 
 import logging
 import threading
@@ -15,7 +15,7 @@ _LOG = logging.getLogger(__name__)
 class WarmUpStep:
     """A piece of work and the text shown while it runs, which may include its progress.
 
-    needed: evaluated when its turn comes. spare: when it fails, the next step begins without it.
+    needed: evaluated when its turn comes. spare: optional; if it fails, the next step begins all the same.
     """
 
     text: str | Callable[[], str]
@@ -36,8 +36,8 @@ class WarmUpStatus:
 class WarmUp:
     """Runs its steps once, in order, on a thread; `status` is thread-safe.
 
-    later: steps that begin when everything is ready and that nobody waits for; one that fails is told in the log.
-    ends: what a step raises because the planner ends, which is no failure; no other step begins then.
+    later: steps that begin when everything is ready and that nothing waits for; failures are logged.
+    ends: exceptions that a step raises because the planner shuts down, which is no failure; no other step begins then.
     """
 
     def __init__(
@@ -53,7 +53,7 @@ class WarmUp:
 
     @property
     def status(self) -> WarmUpStatus:
-        """The present status."""
+        """The current status."""
         text = self._text
         return WarmUpStatus(text if isinstance(text, str) else text(), self._ready, self._failed)
 

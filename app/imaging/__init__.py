@@ -1,1 +1,1 @@
-"""Imaging: files imported to cases, bone segmented, labels painted."""
+"""Imaging: import of files as cases, segmentation of CTs, painted labels."""

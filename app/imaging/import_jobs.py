@@ -1,6 +1,6 @@
-"""Imports as jobs; a file that leaves something open is kept, so that the answer alone repeats the import.
+"""Imports as jobs. The file of an import that needs more information is kept, so that it need not be uploaded again.
 
-That is its frame or unit, which of several series is meant, or the case of a segmentation.
+The missing information is the frame or unit, the choice between several series, or the case of a segmentation.
 """
 
 from __future__ import annotations
@@ -17,25 +17,25 @@ from vfix_engine.errors import InputError
 
 Request = ImportRequest | SegmentationRequest | OverlayRequest
 
-KEPT = 2  # files that wait for an answer; each may take gigabytes
+KEPT = 2  # files kept until their question is answered; each may take gigabytes
 
 
 @dataclass(frozen=True)
 class _Started:
-    """What a job was started with; remove: deletes its file."""
+    """A started import. remove: deletes its file."""
 
     request: Request
     remove: Callable[[], None]
-    case_id: str | None = None  # that a segmentation or a second volume is imported into
-    before: _Started | None = None  # the start that left a question open, which this one answers
-    question: list[InputError] = field(default_factory=list)  # what it left open, once that is known
-    asks: threading.Event = field(default_factory=threading.Event)  # it has ended, and its file is kept for an answer
+    case_id: str | None = None  # the case that a segmentation or a second volume is imported into
+    before: _Started | None = None  # the earlier start whose question this one answers
+    question: list[InputError] = field(default_factory=list)  # the error that states the missing information, if any
+    asks: threading.Event = field(default_factory=threading.Event)  # it ended with a question, and its file is kept
     ended: threading.Event = field(default_factory=threading.Event)
 
 
 @dataclass(frozen=True)
 class Answer:
-    """What a file leaves open. series: number of one of several, from 1; into: the case of a segmentation."""
+    """Information missing in a file. series: number of the series, from 1. into: id of the case of a segmentation."""
 
     frame: str | None = None
     unit: str | None = None
@@ -44,7 +44,7 @@ class Answer:
 
 
 class ImportJobs:
-    """Starts imports; may be used from any thread."""
+    """Starts imports. Thread-safe."""
 
     def __init__(self, jobs: Jobs, importing: ImportService) -> None:
         self._jobs, self._importing = jobs, importing
@@ -52,19 +52,19 @@ class ImportJobs:
         self._started: dict[str, _Started] = {}  # oldest first
 
     def start(self, request: ImportRequest, remove: Callable[[], None]) -> Job:
-        """Import a head as a job; `remove` is called once the file is not needed any more."""
+        """Import a head as a job. remove: called once the file is no longer needed."""
         return self._start(_Started(request, remove))
 
     def start_structures(self, case_id: str, request: SegmentationRequest, remove: Callable[[], None]) -> Job:
-        """Import a segmentation into a case as a job, whose result is the case; `remove` as in `start`."""
+        """Import a segmentation into a case as a job, whose result is the id of the case. remove: as in `start`."""
         return self._start(_Started(request, remove, case_id))
 
     def start_overlay(self, case_id: str, request: OverlayRequest, remove: Callable[[], None]) -> Job:
-        """Lay a volume over a case as a job, whose result is the case; `remove` as in `start`."""
+        """Import an overlay volume into a case as a job, whose result is the id of the case. remove: as in `start`."""
         return self._start(_Started(request, remove, case_id))
 
     def _run(self, started: _Started, progress: Progress) -> str:
-        """Import; returns the id of the new case, or of that which the structures are added to."""
+        """Import and return the id of the new case, or of the case that structures or an overlay are added to."""
         request, cancellation = started.request, self._importing.cancellation()
         progress.on_cancel(cancellation.cancel)
         if isinstance(request, ImportRequest):
@@ -81,7 +81,7 @@ class ImportJobs:
             try:
                 return self._run(started, progress)
             except InputError as error:
-                progress.check()  # then the file is not what is wrong
+                progress.check()  # raises if the job was cancelled, in which case the error is not due to the file
                 asked = _question(error, started.before)
                 if asked is not None:
                     started.question.append(asked)
@@ -105,36 +105,39 @@ class ImportJobs:
         self._forget_old()
         return job
 
-    def answer(self, job_id: str, given: Answer) -> Job:
-        """Repeat an import with what was missing. Raises NotFound or InputError; the file is kept then."""
+    def answer(self, job_id: str, answer: Answer) -> Job:
+        """Repeat an import with the missing information.
+
+        Raises NotFound or InputError; the file is kept in these cases.
+        """
         started = self._look(job_id)
         if isinstance(started.question[0], AnswerUnusable) and started.before is not None:
-            started = started.before  # its answer is taken back with it
+            started = started.before  # repeat from before the unusable answer
         request = started.request
-        answered = replace(request, frame=given.frame or request.frame, unit=given.unit or request.unit)
+        answered = replace(request, frame=answer.frame or request.frame, unit=answer.unit or request.unit)
         case_id = started.case_id
-        if given.series is not None:
+        if answer.series is not None:
             if isinstance(answered, SegmentationRequest):
                 raise InputError("a series is chosen of a head, and this is a segmentation.")
-            answered = replace(answered, series=given.series)
-        if given.into is not None and isinstance(answered, OverlayRequest):
+            answered = replace(answered, series=answer.series)
+        if answer.into is not None and isinstance(answered, OverlayRequest):
             raise InputError("a second volume is laid over the head that it was sent to.")
-        if given.into is not None:
-            self._importing.check_case(given.into)
-            answered, case_id = _as_segmentation(answered), given.into
+        if answer.into is not None:
+            self._importing.check_case(answer.into)
+            answered, case_id = _as_segmentation(answered), answer.into
         if not isinstance(answered, ImportRequest) and case_id is None:
             raise InputError("this is a segmentation; say the case that it is imported into.")
         self._take(job_id)
         if getattr(self._jobs.get(job_id).error, "series", ()):
-            self._jobs.forget(job_id)  # it quotes descriptions of the file
+            self._jobs.forget(job_id)  # its error quotes series descriptions of the file
         return self._start(_Started(answered, started.remove, case_id, started))
 
     def discard(self, job_id: str) -> None:
-        """Delete the file of an import that waits for an answer. Raises NotFound or InputError."""
+        """Delete the file of an import that needs an answer. Raises NotFound or InputError."""
         self._take(job_id).remove()
 
     def forget(self, job_id: str) -> None:
-        """Take a job that has ended off the list, with the file that may be kept for it. Raises NotFound."""
+        """Remove a finished job from the list, and its file if one is kept. Raises NotFound."""
         with self._lock:
             started = self._started.get(job_id)
             waits = started is not None and started.asks.is_set() and started.ended.is_set()
@@ -160,7 +163,7 @@ class ImportJobs:
         return started
 
     def _forget_old(self) -> None:
-        """Of the imports that have ended, keep the newest ones that wait for an answer."""
+        """Drop finished imports except for the newest ones that need an answer."""
         with self._lock:
             waiting = [job_id for job_id, started in self._started.items() if started.asks.is_set()]
             done = [job_id for job_id, started in self._started.items() if started.ended.is_set()]
@@ -171,7 +174,7 @@ class ImportJobs:
 
 
 def _question(error: InputError, before: _Started | None) -> InputError | None:
-    """The error that asks for something: a new question, or the former one after an answer that could not be used."""
+    """Return the error that asks for information: a new question, or the earlier one after an unusable answer."""
     if getattr(error, "missing", ()):
         return error
     if before is None or not before.question:
@@ -188,7 +191,7 @@ def _as_segmentation(request: Request) -> SegmentationRequest:
 
 
 def _subject(request: Request) -> str:
-    """What the work is called: the name to be, or what it is; '' for a name that the import refuses."""
+    """Return the name of the job: the requested name, or the kind of import; '' for a name that is not allowed."""
     if isinstance(request, SegmentationRequest):
         return "Segmentation"
     try:

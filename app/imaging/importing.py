@@ -1,4 +1,4 @@
-"""Imports: a new case out of a CT or a surface, and structures of a case out of a segmentation."""
+"""Imports: a new case from a CT or a surface, and structures or overlay volumes of an existing case."""
 
 from __future__ import annotations
 
@@ -33,10 +33,10 @@ DISPLAY = "display"
 
 @dataclass(frozen=True, kw_only=True)
 class ImportRequest(HeadRequest):
-    """What to make a case of.
+    """A file to import as a case.
 
-    name: of the case; None takes a plain one, or with use_description the series description of the file, where it has
-    one (HAZ-33). names: a table that names labels, kept for a file that turns out to be a segmentation.
+    name: of the case; None for a generic one, or with use_description for the series description of the file, if it has
+    one (HAZ-33). names: a table of label names, kept for the case that the file is a segmentation.
     """
 
     name: str | None = None
@@ -45,30 +45,30 @@ class ImportRequest(HeadRequest):
 
     @property
     def wanted(self) -> WantedName:
-        """The name to be."""
+        """The requested name."""
         return WantedName(self.name, self.use_description, "case")
 
     @property
     def sort(self) -> Sort:
-        """What a head out of this file is called where nobody names it."""
+        """Generic name of a head from this file."""
         return "Surface" if is_mesh(self.path) else "CT"
 
 
 @dataclass(frozen=True, kw_only=True)
 class OverlayRequest(HeadRequest):
-    """What to lay over a case. name, use_description: of the volume, as in `ImportRequest`."""
+    """A file to import as an overlay volume. name, use_description: of the volume, as in `ImportRequest`."""
 
     name: str | None = None
     use_description: bool = False
 
     @property
     def wanted(self) -> WantedName:
-        """The name to be."""
+        """The requested name."""
         return WantedName(self.name, self.use_description, "volume")
 
 
 class ImportService:
-    """Makes cases; a call takes seconds and may run in any thread."""
+    """Imports files. A call takes seconds and may run in any thread."""
 
     def __init__(self, cases: CaseService) -> None:
         self._cases = cases
@@ -76,26 +76,26 @@ class ImportService:
         self._cancellation = Cancellation()
 
     def cancel(self) -> None:
-        """End every import that runs, and take no other one; it fails unless it is being stored already."""
+        """Cancel all running imports that are not being stored yet, and refuse new ones."""
         self._cancellation.cancel()
 
     def cancellation(self) -> Cancellation:
-        """What ends one import, for `run`."""
+        """Return an object that cancels one import, for `run`."""
         return Cancellation(within=self._cancellation)
 
     def run(
         self, request: ImportRequest, progress: ProgressCallback = no_progress, cancellation: Cancellation | None = None
     ) -> Case:
-        """Import and store.
+        """Import a file and store the case.
 
         cancellation: ends the worker of this import from another thread.
-        Raises FrameError, naming what is missing, when the file does not say its frame or unit and neither does the
-        request; another InputError when the file cannot be used.
+        Raises FrameError, which names what is missing, if neither the file nor the request states the frame or unit,
+        and another InputError if the file cannot be used.
         """
         request.wanted.check()
         ends = cancellation or self._cancellation
         with self._storage_errors():
-            folder = self._cases.scratch.open()  # for what the worker decodes
+            folder = self._cases.scratch.open()  # for the decoded data of the worker
             head = read_head(request, progress, cancellation=ends, folder=folder)
             part = _part(progress, 0.3, 0.95)
             bone = extract_bone(head, part, cancellation=ends, folder=folder)
@@ -110,7 +110,7 @@ class ImportService:
         )
 
     def check_case(self, case_id: str) -> None:
-        """Raises NotFound where there is no such case."""
+        """Raise NotFound if there is no such case."""
         self._cases.get(case_id)
 
     def add_structures(
@@ -120,9 +120,9 @@ class ImportService:
         progress: ProgressCallback = no_progress,
         cancellation: Cancellation | None = None,
     ) -> tuple[Structure, ...]:
-        """Import a segmentation into a case; returns the new structures.
+        """Import a segmentation into a case and return the new structures.
 
-        Raises NotFound, FrameError as `run` does, and another InputError when the file cannot be used.
+        Raises NotFound, FrameError as `run`, and another InputError if the file cannot be used.
         """
         ends = cancellation or self._cancellation
         with self._storage_errors():
@@ -141,9 +141,9 @@ class ImportService:
         progress: ProgressCallback = no_progress,
         cancellation: Cancellation | None = None,
     ) -> Overlay:
-        """Import a volume that is laid over a case: DICOM of CT or MR, or an image file.
+        """Import an overlay volume into a case: DICOM of CT or MR, or an image file.
 
-        Raises NotFound, FrameError as `run` does, and another InputError when the file cannot be used.
+        Raises NotFound, FrameError as `run`, and another InputError if the file cannot be used.
         """
         request.wanted.check()
         ends = cancellation or self._cancellation
@@ -155,7 +155,7 @@ class ImportService:
             return self._overlays.add(case_id, request.wanted, found, notes)
 
     def control_head(self, request: HeadRequest) -> ControlHead:
-        """The head that a case made of the file would be driven in; nothing is stored."""
+        """Return the head as a case of this file would use it for control; nothing is stored."""
         with self._storage_errors():
             return control_head(request, cancellation=self._cancellation, folder=self._cases.scratch.open())
 
@@ -168,5 +168,5 @@ class ImportService:
 
 
 def _part(progress: ProgressCallback, start: float, end: float) -> ProgressCallback:
-    """Progress of a part of the whole."""
+    """Return a callback that maps the progress of a part to the range start to end of the whole."""
     return lambda stage, fraction: progress(stage, start + (end - start) * fraction)

@@ -1,4 +1,4 @@
-"""What of a threshold is kept, while it is chosen: islands at half resolution at once, in full as a job."""
+"""Previews of the islands of a threshold while it is chosen: at half resolution immediately, in full as a job."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _KEPT = 3  # full results; the page shows the newest
 
 
 class IslandPreviews:
-    """Islands of the widest CT of cases; nothing is stored. May be used from any thread."""
+    """Islands in the widest CT of a case; nothing is stored. Thread-safe."""
 
     def __init__(self, cases: CaseService, jobs: Jobs) -> None:
         self._cases, self._jobs = cases, jobs
@@ -32,15 +32,21 @@ class IslandPreviews:
         self._lock = threading.Lock()
 
     def half(self, case_id: str, request: SegmentRequest) -> Islands:
-        """At half resolution, in a tenth of a second. Raises NotFound, InputError without a CT, and ImageError."""
+        """Return the islands at half resolution, in about 0.1 s.
+
+        Raises NotFound, InputError without a CT, and ImageError.
+        """
         return self._found(case_id, request, HALF)
 
     def full(self, case_id: str, request: SegmentRequest) -> Islands:
-        """At full resolution. Raises as `half`."""
+        """Return the islands at full resolution. Raises as `half`."""
         return self._found(case_id, request, 1)
 
     def start(self, case_id: str, request: SegmentRequest) -> Job:
-        """At full resolution, as a job, whose result is what `result` takes. Raises NotFound and InputError."""
+        """Find the islands at full resolution as a job; its result is a key for `result`.
+
+        Raises NotFound and InputError.
+        """
         name = self._cases.get(case_id).name
         self._volume(case_id)
 
@@ -56,7 +62,7 @@ class IslandPreviews:
         return self._jobs.submit(work, kind="islands", lane=f"islands {case_id}", case_id=case_id, subject=name)
 
     def result(self, key: str) -> Islands:
-        """What a job found; the newest few are kept. Raises NotFound."""
+        """Return the islands of a job; only the newest few are kept. Raises NotFound."""
         with self._lock:
             if key not in self._full:
                 raise NotFound("these islands are not kept any more; ask for them again.")

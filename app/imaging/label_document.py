@@ -1,4 +1,4 @@
-"""Painted labels as documents: where they begin, and the strokes since."""
+"""Painted labels as documents: an initial mask, and the strokes drawn on it."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from app.documents import struct_kind
 from app.operations.fields import Colour, Position, whole
 from vfix_engine.anatomy.labels.painting import LEAST_RADIUS_MM, MOST_POINTS, MOST_RADIUS_MM, Stroke
 
-# A state holds the strokes since its start, so what a stroke stores is bounded by these.
+# Each history entry stores all strokes since the initial mask, so these bound its size.
 MOST_STROKES = 40
 MOST_STORED_POINTS = 4000
-FIRST_COLOUR = "#e0409a"  # apart from outlines of bone and the tint of a threshold
+FIRST_COLOUR = "#e0409a"  # distinct from outlines of bone and the tint of a threshold
 
 Radius = Annotated[float, Meta(ge=LEAST_RADIUS_MM, le=MOST_RADIUS_MM)]  # [mm]
 Points = Annotated[tuple[Position, ...], Meta(min_length=1, max_length=MOST_POINTS)]
@@ -37,15 +37,15 @@ class LabelStroke(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     @property
     def stroke(self) -> Stroke:
-        """What the engine draws. Raises ImageError."""
+        """The stroke of the engine. Raises ImageError if it is invalid."""
         return Stroke(self.mode, self.brush, self.radius_mm, self.points, self.normal)
 
 
 class PaintedLabel(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A label on the grid of one of its case's volumes.
+    """A label on the grid of a volume of its case.
 
-    volume: name of that volume. start: 'sha256:' and the hash of the stored mask that the strokes are drawn upon, ''
-    where they begin with nothing. strokes: in their order.
+    volume: name of that volume. start: 'sha256:' and the hash of the stored mask that the strokes are drawn on, '' for
+    an empty one. strokes: in the order in which they are drawn.
     """
 
     volume: Annotated[str, Meta(max_length=64)]
@@ -55,7 +55,7 @@ class PaintedLabel(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     @property
     def key(self) -> str:
-        """What its voxels depend on, as a hash: two contents of one key have the same voxels."""
+        """Hash of everything that its voxels depend on: contents with equal keys have the same voxels."""
         data = msgspec.to_builtins(msgspec.structs.replace(self, colour=""))
         return hashlib.sha256(json.dumps(data, sort_keys=True).encode()).hexdigest()
 

@@ -1,4 +1,4 @@
-"""Painted labels of cases: strokes on the slices with undo, their voxels, files, and the structures made of them."""
+"""Painted labels of cases: strokes on the slices with undo, their voxels, exported files, and structures from them."""
 
 from __future__ import annotations
 
@@ -34,12 +34,12 @@ from vfix_engine.files.volume import Volume
 from vfix_engine.progress import ProgressCallback, no_progress
 
 PaintedDocument = Document[PaintedLabel]
-_VALUE = 1  # of the label in files
-_BORDER_FROM = 0.3  # of the work on a surface: before it strokes are drawn
+_VALUE = 1  # value of the label's voxels in files
+_BORDER_FROM = 0.3  # fraction of the work on a surface that draws the strokes
 
 
 class PaintedLabels:
-    """Painted labels, by id; may be used from any thread. Every change is durable before it returns."""
+    """Painted labels by id. Thread-safe. Every change is durable before its method returns."""
 
     def __init__(self, store: Store, cases: CaseService, jobs: Jobs) -> None:
         self.documents = Documents(store, LABEL)
@@ -55,10 +55,10 @@ class PaintedLabels:
         volume: str | None = None,
         structure_id: str | None = None,
     ) -> PaintedDocument:
-        """A new label of a case, empty, or with the voxels inside a structure.
+        """Create a label of a case, empty or with the voxels inside a structure.
 
-        volume: name of the case's volume whose grid it has, the one of the finest voxels without a name.
-        Raises NotFound, and InputError for a case without a CT, or a structure that is open or beyond that volume.
+        volume: name of the case's volume whose grid it uses; by default the one with the finest voxels.
+        Raises NotFound, and InputError for a case without a CT, or a structure that is open or outside of that volume.
         """
         case = self._cases.get(case_id)
         info = _grid_of(case, volume)
@@ -78,18 +78,18 @@ class PaintedLabels:
         return self.documents.create(case_id, name, PaintedLabel(info.name, colour, start, ()))
 
     def case_of(self, document: PaintedDocument) -> Case:
-        """The case of a label. Raises NotFound."""
+        """Return the case of a label. Raises NotFound."""
         return self._cases.get(document.case_id)
 
     def check_reach(self, label_id: str, stroke: LabelStroke) -> None:
-        """Raises InputError for a stroke that reaches no voxel of a label's grid."""
+        """Raise InputError for a stroke that reaches no voxel of a label's grid."""
         document = self.documents.get(label_id)
         grid = self._volume(self.case_of(document), document.content.volume)
         if not reaches(grid.hu.shape, grid.transform_index_to_lps, stroke.stroke):
             raise InputError("the stroke is beyond the scan: it reaches no voxel.")
 
     def with_stroke(self, case_id: str, content: PaintedLabel, stroke: LabelStroke) -> PaintedLabel:
-        """A label with one stroke more; where it has many, those of before are kept as a stored mask."""
+        """Return a label with one more stroke; if it has many, the earlier ones are replaced by a stored mask."""
         points = sum(len(each.points) for each in content.strokes) + len(stroke.points)
         if len(content.strokes) < MOST_STROKES and points <= MOST_STORED_POINTS:
             return replace(content, strokes=(*content.strokes, stroke))
@@ -97,32 +97,32 @@ class PaintedLabels:
         return replace(content, start=self._store_mask(mask), strokes=(stroke,))
 
     def mask(self, case: Case, content: PaintedLabel) -> BoolArray:
-        """Voxels (K, J, I) of a label, read-only. Raises NotFound and StorageError."""
+        """Return the voxels (K, J, I) of a label, read-only. Raises NotFound and StorageError."""
         return self._masks.get(_key(case, content), lambda: self._drawn(case, content))
 
     def label(self, document: PaintedDocument, progress: ProgressCallback | None = None) -> CroppedLabel:
-        """A document's label as the engine has it, on the whole grid. progress: may raise to end the drawing."""
+        """Return the label of a document on the whole grid. progress: may raise to cancel the drawing."""
         case, content = self._cases.get(document.case_id), document.content
         grid = self._volume(case, content.volume)
         if progress is None or self._masks.has(_key(case, content)):
             mask = self.mask(case, content)
-        else:  # not the cache's: others who wait for the same mask are not to end with this one
+        else:  # not through the cache: a cancellation would also fail other callers that wait for the same mask
             mask = self._drawn(case, content, progress)
         first = np.zeros(3, dtype=np.int64)
         return CroppedLabel(_VALUE, document.name, document.content.colour, mask, first, grid.transform_index_to_lps)
 
     def file(self, label_id: str, form: str) -> bytes:
-        """A label as a file, 'seg.nrrd' or 'nii.gz'. Raises ImageError for an empty one."""
+        """Return a label as the content of a file, 'seg.nrrd' or 'nii.gz'. Raises ImageError for an empty one."""
         return label_file(self.label(self.documents.get(label_id)), form)
 
     def structure(self, case: Case, document: PaintedDocument) -> tuple[Structure | None, bool]:
-        """The structure that was made of a label, and whether the label has changed since."""
+        """Return the structure made from a label, or None, and whether the label has changed since."""
         own = _structure_id(document.id)
         found = next((item for item in case.structures if item.id == own), None)
         return found, found is not None and found.provenance.made_of != document.content.key
 
     def start(self, label_id: str) -> Job:
-        """Make the surface of a label as a job, whose result is the id of the structure."""
+        """Make a structure from a label as a job, whose result is the id of the structure."""
         document = self._to_use(label_id)
 
         def work(progress: Progress) -> str:
@@ -133,9 +133,9 @@ class PaintedLabels:
         )
 
     def run(self, label_id: str, progress: ProgressCallback = no_progress) -> Structure:
-        """Make the surface of a label a structure of its case, or give the one it has that surface.
+        """Make a structure of the case from the surface of a label, or update the one made before.
 
-        Raises NotFound, and InputError for a label without voxels, or where the case has too many structures.
+        Raises NotFound, and InputError for a label without voxels or a case with too many structures.
         """
         document = self._to_use(label_id)
         label = self.label(document, progress)
@@ -145,7 +145,7 @@ class PaintedLabels:
         found = surface_of(_cropped(label))
         progress("Storing the structure", 0.9)
         own, voxel = _structure_id(document.id), float(found.voxel_mm.max())
-        name = f"{own}-{secrets.token_hex(3)}"  # a surface never changes under its name: caches go by it
+        name = f"{own}-{secrets.token_hex(3)}"  # new for each surface, since caches use the name as a key
         info = self._cases.files.put_surface(name, found.mesh)
         note = f"Painted on a grid of {voxel:g} mm, {found.volume_ml:.2f} ml: its border is known to half a voxel."
         made = Structure(
@@ -161,12 +161,12 @@ class PaintedLabels:
         return made
 
     def _to_use(self, label_id: str) -> PaintedDocument:
-        """A label of which a surface can be made. Raises NotFound and InputError."""
+        """Return a label that a structure can be made from. Raises NotFound and InputError."""
         document = self.documents.get(label_id)
         if document.deleted_at:
             raise InputError("the painted label is deleted; restore it first.")
-        spared = self._cases.get(document.case_id).spared
-        if len(spared) >= MAX_STRUCTURES and _structure_id(document.id) not in [item.id for item in spared]:
+        others = self._cases.get(document.case_id).spared
+        if len(others) >= MAX_STRUCTURES and _structure_id(document.id) not in [item.id for item in others]:
             raise InputError(f"a case may have {MAX_STRUCTURES} structures beside its anatomy; delete some first.")
         return document
 
@@ -176,7 +176,7 @@ class PaintedLabels:
         return volume
 
     def _drawn(self, case: Case, content: PaintedLabel, progress: ProgressCallback = no_progress) -> BoolArray:
-        """The voxels: all strokes on what the label begins with, or the last one on what was there before it."""
+        """Draw the voxels: the last stroke on the cached mask before it, or else all strokes on the initial mask."""
         grid, strokes = self._volume(case, content.volume), content.strokes
         before = replace(content, strokes=strokes[:-1])
         if strokes and self._masks.has(_key(case, before)):
@@ -198,7 +198,7 @@ class PaintedLabels:
         return mask
 
     def _store_mask(self, mask: BoolArray) -> str:
-        """Store a mask packed and compressed; returns where."""
+        """Store a mask packed and compressed; return its source."""
         bits, shape = np.packbits(mask), np.array(mask.shape)
         key: str = self._files.put_with(lambda file: np.savez_compressed(file, bits=bits, shape=shape))
         return STORED + key
@@ -238,7 +238,7 @@ def _structure_id(label_id: str) -> str:
 
 
 def _cropped(label: CroppedLabel) -> CroppedLabel:
-    """The label in the box of its voxels."""
+    """Return the label cropped to the bounding box of its voxels."""
     from scipy.ndimage import find_objects  # imported here: slow to load
 
     (box,) = find_objects(label.mask.astype(np.uint8))
@@ -247,7 +247,7 @@ def _cropped(label: CroppedLabel) -> CroppedLabel:
 
 
 def _with(content: CaseContent, made: Structure, info: SurfaceInfo) -> CaseContent:
-    """The content with a structure that is new, or in the place of the one with its id: its name and colour stay."""
+    """Return the content with a structure added or replaced by id; the name and colour of a replaced one stay."""
     old = next((item for item in content.structures if item.id == made.id), None)
     if old is None:
         return dataclasses.replace(content, surfaces=(*content.surfaces, info), structures=(*content.structures, made))

@@ -1,4 +1,4 @@
-"""Segmentation of a case's CT: a structure of the case out of a band of Hounsfield units, as a job."""
+"""Segmentation of a case's CT: a structure from a band of Hounsfield units, as a job."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from vfix_engine.errors import InputError
 from vfix_engine.files.volume import BONE_HU
 from vfix_engine.progress import ProgressCallback, no_progress
 
-# By preset, and for a threshold of one's own.
+# Colours by preset; OWN_COLOUR is for a threshold chosen by the user.
 COLOURS = {
     "bone": "#e3d9c6",
     "thin_bone": "#e69f00",
@@ -35,70 +35,73 @@ OWN_COLOUR = "#009e73"
 
 
 @dataclass(frozen=True)
-class SegmentWish:
-    """What to segment, and what the new structure is called and drawn in."""
+class StructureRequest:
+    """A segmentation request with the name and colour '#rrggbb' of the new structure."""
 
     request: SegmentRequest
     name: str
     colour: str = OWN_COLOUR
 
 
-def wish_of(
+def structure_request(
     name: str, preset: str | None, low: float | None, high: float | None, crop: tuple[Position, Position] | None,
     largest: bool, least_mm3: float | None, smooth_mm: float,
-) -> SegmentWish:  # fmt: skip
-    """A preset, whose ends low and high replace, or a band of both. Raises InputError or ImageError."""
+) -> StructureRequest:  # fmt: skip
+    """Return the request for a preset, or for the band from low to high in HU.
+
+    low, high: with a preset they replace the ends of its band. Raises InputError or ImageError.
+    """
     if preset is None and (low is None or high is None):
         raise InputError("give a preset, or both ends of the threshold in HU.")
     base = Band(0.0, 0.0) if preset is None else PRESETS[preset]
     band = replace(base, low_hu=base.low_hu if low is None else low, high_hu=base.high_hu if high is None else high)
     colour = OWN_COLOUR if preset is None else COLOURS[preset]
-    return SegmentWish(SegmentRequest(band, crop, largest, least_mm3, smooth_mm), name, colour)
+    return StructureRequest(SegmentRequest(band, crop, largest, least_mm3, smooth_mm), name, colour)
 
 
 class Segmenting:
-    """Makes structures out of the CT of cases; may be used from any thread."""
+    """Makes structures from the CT of cases. Thread-safe."""
 
     def __init__(self, cases: CaseService, jobs: Jobs) -> None:
         self._cases, self._jobs = cases, jobs
 
-    def start(self, case_id: str, wish: SegmentWish) -> Job:
+    def start(self, case_id: str, wanted: StructureRequest) -> Job:
         """Segment as a job, whose result is the id of the new structure.
 
-        Raises NotFound, and InputError for a case without a CT, with too many structures, or for the name.
+        Raises NotFound, and InputError for a case without a CT or with too many structures, or for an invalid name.
         """
-        self._check(case_id, wish)
+        self._check(case_id, wanted)
 
         def work(progress: Progress) -> str:
-            return self.run(case_id, wish, progress).id
+            return self.run(case_id, wanted, progress).id
 
-        return self._jobs.submit(work, kind="segmentation", lane="import", case_id=case_id, subject=wish.name)
+        return self._jobs.submit(work, kind="segmentation", lane="import", case_id=case_id, subject=wanted.name)
 
-    def run(self, case_id: str, wish: SegmentWish, progress: ProgressCallback = no_progress) -> Structure:
-        """Segment and store. Raises as `start`, and ImageError where nothing is found."""
-        self._check(case_id, wish)
+    def run(self, case_id: str, wanted: StructureRequest, progress: ProgressCallback = no_progress) -> Structure:
+        """Segment and store the structure. Raises as `start`, and ImageError if nothing is found."""
+        self._check(case_id, wanted)
         volumes = self._cases.volumes(self._cases.get(case_id))
-        found = segment(volumes[0], wish.request, progress)
+        found = segment(volumes[0], wanted.request, progress)
         progress("Storing the structure", 1.0)
-        return self._stored(case_id, wish, found)
+        return self._stored(case_id, wanted, found)
 
-    def _check(self, case_id: str, wish: SegmentWish) -> None:
-        check_name(wish.name, "structure's name")
+    def _check(self, case_id: str, wanted: StructureRequest) -> None:
+        check_name(wanted.name, "structure's name")
         case = self._cases.get(case_id)
         if not case.volumes:
             raise InputError("this case was made of a surface; only a CT can be segmented.")
         if len(case.spared) >= MAX_STRUCTURES:
             raise InputError(f"a case may have {MAX_STRUCTURES} structures beside its anatomy; delete some first.")
 
-    def _stored(self, case_id: str, wish: SegmentWish, found: Segmented) -> Structure:
+    def _stored(self, case_id: str, wanted: StructureRequest, found: Segmented) -> Structure:
         structure_id = f"structure-{secrets.token_hex(4)}"
         report = SurfaceReport(0.0, 0.0, Dropped(), 0.0, 0, found.smoothed_mm, found.resampled_mm)
         info = self._cases.files.put_surface(structure_id, found.mesh, report)
-        band = wish.request.band
+        band = wanted.request.band
         threshold = band.high_hu if band.inside_body else band.low_hu
         structure = Structure(
-            structure_id, wish.name, "spare", structure_id, info.source, Provenance("ct", threshold), report.error_mm,
-            is_closed(found.mesh), colour=wish.colour, notes=_notes(wish.request, found),
+            structure_id, wanted.name, "spare", structure_id, info.source, Provenance("ct", threshold), report.error_mm,
+            is_closed(found.mesh), colour=wanted.colour, notes=_notes(wanted.request, found),
         )  # fmt: skip
 
         def added(content: CaseContent, _: Session) -> CaseContent:
@@ -109,7 +112,7 @@ class Segmenting:
 
 
 def band_words(band: Band) -> str:
-    """The ends of a band, of which one may be open: 'from 120 HU on', 'up to 119 HU', 'from -300 to 119 HU'."""
+    """Describe a band, which may be open at an end: 'from 120 HU on', 'up to 119 HU', 'from -300 to 119 HU'."""
     below, above = band.low_hu <= LOWEST_HU, band.high_hu >= HIGHEST_HU
     if below and above:
         return "of every HU"
@@ -119,7 +122,7 @@ def band_words(band: Band) -> str:
 
 
 def _notes(request: SegmentRequest, found: Segmented) -> tuple[str, ...]:
-    """What was chosen, left out and smoothed, in sentences."""
+    """Describe the chosen band, and what was left out, smoothed and resampled, in sentences."""
     band = request.band
     where = " within the body" if band.inside_body else ""
     notes = [f"Voxels {band_words(band)}{where}, {found.volume_mm3 / 1000.0:.1f} ml."]

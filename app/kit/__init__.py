@@ -1,1 +1,1 @@
-"""What every room uses: errors, names, values, text tables, caches, jobs, queues."""
+"""Utilities of the application: errors, names, values, text tables, caches, jobs, queues."""

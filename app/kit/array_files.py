@@ -1,4 +1,4 @@
-"""Stored arrays: NumPy's zips without pickle (HAZ-22), whose every size is compared before anything is allocated."""
+"""Stored arrays: NumPy archives (.npz) without pickle (HAZ-22); every size is checked before memory is allocated."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from vfix_engine.errors import InputError
 
 MAX_ARRAYS = 32  # in one file; a volume has six
 _MAX_HEADER = 4096  # [characters] of one array
-_MOST_PACKED = 1032  # to 1: no deflated data unpack to more
+_MOST_PACKED = 1032  # highest compression ratio of deflate
 _ARRAY = re.compile(r"([a-z_]{1,32})\.npy")
 _PLAIN = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 _KINDS = "biuf"
@@ -31,18 +31,18 @@ _OF_ZIP = (zipfile.BadZipFile, EOFError, NotImplementedError, RuntimeError, OSEr
 
 
 class ArraysUnusable(InputError):
-    """A file of arrays is none, is damaged, or is not what it says."""
+    """A file is no NumPy archive, is damaged, or contradicts its own headers."""
 
 
 def is_zip(path: Path) -> bool:
-    """Whether a file begins as a zip, as NumPy's reader of arrays looks. Raises OSError."""
+    """Return whether a file begins like a zip, which is how NumPy recognises archives. Raises OSError."""
     with path.open("rb") as file:
         return file.read(2) == b"PK"
 
 
 def check_arrays(path: Path, most_bytes: int) -> None:
-    """Examine a file of arrays without reading what they hold. Raises ArraysUnusable, TooLarge and OSError."""
-    with _opened(path) as packed:
+    """Check the headers and sizes of a file of arrays. Raises ArraysUnusable, TooLarge and OSError."""
+    with _open(path) as packed:
         infos = _checked(packed, path)
         total = sum(info.file_size for info in infos.values())
         if total > most_bytes:
@@ -52,12 +52,12 @@ def check_arrays(path: Path, most_bytes: int) -> None:
 
 
 def read_arrays(path: Path) -> dict[str, Any]:
-    """Every array by its name. Raises ArraysUnusable, TooLarge and OSError."""
-    with _opened(path) as packed:
+    """Read all arrays of a file by name. Raises ArraysUnusable, TooLarge and OSError."""
+    with _open(path) as packed:
         return {name: _read(packed, info, whole=True) for name, info in _checked(packed, path).items()}
 
 
-def _opened(path: Path) -> zipfile.ZipFile:
+def _open(path: Path) -> zipfile.ZipFile:
     if not is_zip(path):
         raise ArraysUnusable("a file of arrays is no NumPy archive (.npz).")
     try:
@@ -68,7 +68,7 @@ def _opened(path: Path) -> zipfile.ZipFile:
 
 
 def _checked(packed: zipfile.ZipFile, path: Path) -> Mapping[str, zipfile.ZipInfo]:
-    """The entries by the names of their arrays, each of a size that its packed data can have."""
+    """Return the entries by the names of their arrays, after checking their sizes against their packed data."""
     infos: dict[str, zipfile.ZipInfo] = {}
     for info in packed.infolist():
         named = _ARRAY.fullmatch(info.filename)
@@ -86,7 +86,7 @@ def _checked(packed: zipfile.ZipFile, path: Path) -> Mapping[str, zipfile.ZipInf
 
 
 def _read(packed: zipfile.ZipFile, info: zipfile.ZipInfo, *, whole: bool) -> Any:
-    """An array; None where only its header is examined."""
+    """Read an array; with whole=False check only its header and return None."""
     try:
         with packed.open(info) as entry:
             try:
@@ -111,7 +111,7 @@ def _read(packed: zipfile.ZipFile, info: zipfile.ZipInfo, *, whole: bool) -> Any
 
 
 def _bytes(entry: Any, length: int) -> bytearray:
-    """All of an entry, into one piece of memory; its checksum is compared at its end."""
+    """Read all of an entry into one buffer; zipfile verifies its checksum at the end."""
     found, at = bytearray(length), 0
     with memoryview(found) as view:
         while at < length:

@@ -1,4 +1,4 @@
-"""A small cache of things that are slow to make: one thread makes, the others wait."""
+"""A small cache of values that are slow to compute: one thread computes a value, the others wait for it."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ _Value = TypeVar("_Value")
 
 
 class Cache(Generic[Key, _Value]):
-    """The `size` most recently used values, by key. A value that could not be made is not kept.
+    """The `size` most recently used values, by key. Errors are not cached. Thread-safe.
 
-    A cancellation is that of its caller alone: where the one who makes is cancelled, another one who waits makes.
+    A cancellation affects only its own caller: if the computing caller is cancelled, a waiting one computes the value.
     """
 
     def __init__(self, size: int) -> None:
@@ -26,13 +26,16 @@ class Cache(Generic[Key, _Value]):
         self._entries: OrderedDict[Key, Future[_Value]] = OrderedDict()
 
     def has(self, key: Key) -> bool:
-        """Whether the value of `key` is there, so that `get` does not wait for it."""
+        """Return whether the value of `key` is available, so that `get` returns immediately."""
         with self._lock:
             entry = self._entries.get(key)
         return entry is not None and entry.done() and entry.exception() is None
 
     def get(self, key: Key, make: Callable[[], _Value]) -> _Value:
-        """The value of `key`, made by this call if it is the first. Raises what `make` raises, whoever called it."""
+        """Return the value of `key`, computed by `make` if it is missing.
+
+        Raises the error of `make`, also if another caller's `make` computes the value.
+        """
         while True:
             entry, mine = self._entry(key)
             if mine:
@@ -45,7 +48,7 @@ class Cache(Generic[Key, _Value]):
                 raise error
 
     def _entry(self, key: Key) -> tuple[Future[_Value], bool]:
-        """The entry of a key, and whether it is new: then this caller makes its value."""
+        """Return the entry of a key, and whether it is new, in which case this caller computes its value."""
         with self._lock:
             entry = self._entries.get(key)
             mine = entry is None

@@ -1,4 +1,4 @@
-"""What the services refuse beyond a wrong input: something that is not there, or that changed in between."""
+"""Errors of the application: missing items, conflicting changes, limits, and cancelled work."""
 
 from typing import Any
 
@@ -20,9 +20,9 @@ class PointsUnclear(PlanError):
 
 
 class AnswerUnusable(InputError):
-    """An import that was repeated with an answer failed; the file is kept, and the question is open again.
+    """An import that was repeated with an answer failed; the file is kept, and the question can be answered again.
 
-    missing, series: those of the question.
+    missing, series: as in the error that asked the question.
     """
 
     def __init__(self, message: str, missing: tuple[str, ...], series: tuple[dict[str, Any], ...] = ()) -> None:
@@ -31,7 +31,7 @@ class AnswerUnusable(InputError):
 
 
 class DocumentConflict(InputError):
-    """The document was changed by somebody else since it was read."""
+    """The document was changed by another client since it was read."""
 
 
 class DocumentLocked(InputError):
@@ -39,7 +39,7 @@ class DocumentLocked(InputError):
 
 
 class PlanConflict(PlanError, DocumentConflict):
-    """The plan was changed by somebody else since it was read."""
+    """The plan was changed by another client since it was read."""
 
 
 class PlanLocked(PlanError, DocumentLocked):
@@ -47,22 +47,22 @@ class PlanLocked(PlanError, DocumentLocked):
 
 
 class OtherCase(PlanError):
-    """The plan was made for another head; whoever knows that says so."""
+    """The plan was made for another head, and this was not confirmed."""
 
 
 class JobCancelled(VfixError):
-    """Somebody cancelled the job."""
+    """The job was cancelled."""
 
     def __init__(self) -> None:
         super().__init__("The work was cancelled.")
 
 
 class TooMany(VfixError):
-    """So many ask for the same heavy work that one more is turned away; later there is room."""
+    """Too many requests for the same heavy work; try again later."""
 
 
 class PlannerEnds(VfixError):
-    """The planner is being ended and finishes nothing that takes long."""
+    """The planner is shutting down and does not finish long work."""
 
     def __init__(self) -> None:
         super().__init__("The planner ends and takes no further work.")

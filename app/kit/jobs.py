@@ -1,4 +1,4 @@
-"""Work that takes longer than a request: started, watched, cancelled, listed, and remembered for a while."""
+"""Jobs: work that takes longer than a request, with progress, cancellation and a list of recent jobs."""
 
 from __future__ import annotations
 
@@ -23,19 +23,19 @@ JobKind = Literal[
 JobState = Literal["queued", "running", "done", "failed", "cancelled"]
 ENDED: frozenset[JobState] = frozenset({"done", "failed", "cancelled"})
 
-THREADS = 2  # for each of the two sorts of work
-PROMPT: frozenset[JobKind] = frozenset({"dry_run", "run"})  # somebody looks at what it is about, and waits
+THREADS = 2  # of each of the two thread pools
+PROMPT: frozenset[JobKind] = frozenset({"dry_run", "run"})  # kinds whose results a user waits for
 _KEPT = 100
 _LOG = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True)
 class Job:
-    """How far a job is.
+    """State of a job.
 
-    kind: what is done. case_id: of the case that it works on, None where it makes one. subject: what a person calls
-    the work, such as a file's name. stage: what it does now, in words; fraction: 0 … 1 of the whole.
-    result: id of what was made. error: why it failed, or was cancelled.
+    kind: kind of work. case_id: id of the case that it works on, None if it creates one. subject: display name of the
+    work, such as a file's name. stage: description of the current stage. fraction: progress of the whole, 0 to 1.
+    result: id of what was made. error: why it failed or was cancelled.
     """
 
     id: str
@@ -51,39 +51,39 @@ class Job:
 
 
 class Progress:
-    """What the work of a job reports to: called with the stage in words and the fraction of the whole that is done.
+    """Progress callback of a job's work: called with the stage in words and the fraction of the whole that is done.
 
-    It raises JobCancelled where the job was cancelled, so work that reports often ends soon.
+    A call raises JobCancelled if the job was cancelled, so work that reports often ends soon.
     """
 
-    def __init__(self, tell: Callable[[str, float], None]) -> None:
-        self._tell = tell
-        self._told: tuple[str, float] | None = None
+    def __init__(self, report: Callable[[str, float], None]) -> None:
+        self._report = report
+        self._reported: tuple[str, float] | None = None
         self._cancelled = threading.Event()
         self._on_cancel: Callable[[], None] = lambda: None
         self._lock = threading.Lock()
 
     def __call__(self, stage: str, fraction: float) -> None:
         self.check()
-        if self._told != (stage, fraction):  # a run may report at every step
-            self._told = (stage, fraction)
-            self._tell(stage, fraction)
+        if self._reported != (stage, fraction):  # a run may report at every step
+            self._reported = (stage, fraction)
+            self._report(stage, fraction)
 
     def check(self) -> None:
-        """Raises JobCancelled once the job was cancelled."""
+        """Raise JobCancelled if the job was cancelled."""
         if self._cancelled.is_set():
             raise JobCancelled
 
     def on_cancel(self, act: Callable[[], None]) -> None:
-        """What ends the work from another thread when the job is cancelled; it is called at once where that was."""
+        """Set a callback that ends the work from another thread on cancellation; called now if already cancelled."""
         with self._lock:
             self._on_cancel = act
-            late = self._cancelled.is_set()
-        if late:
+            already_cancelled = self._cancelled.is_set()
+        if already_cancelled:
             act()
 
     def cancel(self) -> None:
-        """The job is to end."""
+        """Cancel the job."""
         with self._lock:
             self._cancelled.set()
             act = self._on_cancel
@@ -95,7 +95,7 @@ Work = Callable[[Progress], str]
 
 @dataclass(frozen=True)
 class _Entry:
-    """A job that has not ended; done: set when nothing of it runs any more."""
+    """A job that has not ended. done: set when none of its work runs any more."""
 
     work: Work
     clean_up: Callable[[], None]
@@ -106,17 +106,17 @@ class _Entry:
 
 
 class Jobs:
-    """Jobs of one lane run one after another; may be used from any thread.
+    """Runs jobs; those of one lane run one after another. Thread-safe.
 
-    Of those that somebody waits for, `PROMPT`, two run at a time, and two of all others beside them: no import or
-    suggestion, which may take minutes, keeps a dry run waiting.
+    Two jobs of the `PROMPT` kinds run at a time, and two others besides them, so that an import or a path search,
+    which may take minutes, does not delay a dry run.
     """
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._jobs: OrderedDict[str, Job] = OrderedDict()  # oldest first
         self._entries: dict[str, _Entry] = {}
-        self._lanes: dict[str, deque[str]] = {}  # what waits in a lane that is busy
+        self._lanes: dict[str, deque[str]] = {}  # ids of waiting jobs by lane; a lane exists while it is busy
         self._closed = False
         self._prompt = ThreadPoolExecutor(THREADS, thread_name_prefix="vfix-prompt-job")
         self._others = ThreadPoolExecutor(THREADS, thread_name_prefix="vfix-job")
@@ -132,20 +132,21 @@ class Jobs:
         subject: str = "",
         same: str = "",
     ) -> Job:
-        """Queue a piece of work that reports progress and returns the id of what it made.
+        """Queue work that reports progress and returns the id of what it made.
 
-        clean_up: called when the work has ended, and also when it is never begun.
-        lane: of the jobs of one lane one runs at a time, in their order: imports, which may take a gigabyte each, or
-            the dry runs of one case.
-        same: equal for jobs that make the same. Whoever asks for what waits or runs already gets that job, and
-            `clean_up` is called at once; '' is like no other.
+        clean_up: called when the work has ended, and also if it never begins.
+        lane: jobs of one lane run one at a time, in order, such as imports, which may take a gigabyte each, or the dry
+            runs of one case.
+        same: equal for jobs with the same result. If such a job waits or runs already, it is returned, and `clean_up`
+            is called immediately; '' equals no other job.
+        Raises PlannerEnds after `close`.
         """
         job = Job(f"job-{secrets.token_hex(6)}", kind, case_id, subject)
-        entry = _Entry(work, clean_up, Progress(lambda *progress: self._tell(job.id, *progress)), lane, same)
+        entry = _Entry(work, clean_up, Progress(lambda *progress: self._report(job.id, *progress)), lane, same)
         with self._lock:
             closed = self._closed
-            goes_on = (job_id for job_id, other in self._entries.items() if same and other.same == same)
-            known = self._jobs.get(next(goes_on, ""))
+            equal = (job_id for job_id, other in self._entries.items() if same and other.same == same)
+            known = self._jobs.get(next(equal, ""))
             if not closed and known is None:
                 self._jobs[job.id], self._entries[job.id] = job, entry
                 self._forget_old()
@@ -161,17 +162,17 @@ class Jobs:
         return known or job
 
     def get(self, job_id: str) -> Job:
-        """How far a job is. Raises NotFound."""
+        """Return the state of a job. Raises NotFound."""
         with self._lock:
             return self._find(job_id)
 
     def list(self, case_id: str | None = None) -> tuple[Job, ...]:
-        """The jobs that are remembered, of a case or all, oldest first: what runs and waits, and what ended lately."""
+        """Return the known jobs of a case or all, oldest first: waiting, running and recently ended ones."""
         with self._lock:
             return tuple(job for job in self._jobs.values() if case_id in (None, job.case_id))
 
     def wait(self, job_id: str, seconds: float | None = None) -> Job:
-        """The job when it has ended, or as it is after so many seconds. Raises NotFound."""
+        """Wait until a job has ended, at most the given time in s, and return its state. Raises NotFound."""
         with self._lock:
             self._find(job_id)
             entry = self._entries.get(job_id)
@@ -180,9 +181,9 @@ class Jobs:
         return self.get(job_id)
 
     def cancel(self, job_id: str) -> Job:
-        """End a job that waits or runs; one that is past being ended goes on, and one that has ended stays as it is.
+        """Cancel a waiting or running job; one that can no longer be cancelled continues, and an ended one stays so.
 
-        A job that runs is still reported as running until its work has ended. Raises NotFound.
+        A running job is reported as running until its work has ended. Raises NotFound.
         """
         with self._lock:
             job, entry = self._find(job_id), self._entries.get(job_id)
@@ -197,13 +198,13 @@ class Jobs:
         return self.get(job_id)
 
     def forget(self, job_id: str) -> None:
-        """Take a job that has ended off the list. Raises NotFound, and leaves one that has not ended."""
+        """Remove a job from the list if it has ended. Raises NotFound."""
         with self._lock:
             if self._find(job_id).state in ENDED:
                 del self._jobs[job_id]
 
     def close(self) -> None:
-        """Start no further job, and wait for those that run."""
+        """Cancel waiting jobs, start no further ones, and wait for the running ones."""
         with self._lock:
             self._closed = True
             waiting = [job_id for lane in self._lanes.values() for job_id in lane]
@@ -226,14 +227,14 @@ class Jobs:
             cancelled = isinstance(error, JobCancelled)
             self._end(job_id, entry, state="cancelled" if cancelled else "failed", error=error)
         except Exception as error:
-            # Neither the log nor the answer may quote what was in the file (HAZ-33).
+            # Neither the log nor the response may quote the content of a file (HAZ-33).
             _LOG.error("a job met an unexpected %s", error_places(error))
             self._end(job_id, entry, state="failed", error=VfixError("The planner met an unexpected error."))
         finally:
             self._next(entry.lane)
 
     def _next(self, lane: str) -> None:
-        """Start what waits in a lane."""
+        """Start the next waiting job of a lane."""
         with self._lock:
             if not self._lanes[lane]:
                 del self._lanes[lane]
@@ -243,7 +244,7 @@ class Jobs:
             if not self._closed:
                 self._begin(job_id, entry)
                 return
-        self._end(job_id, entry, state="cancelled", error=JobCancelled())  # between the planner's end and its asking
+        self._end(job_id, entry, state="cancelled", error=JobCancelled())  # `close` has begun, but not cancelled it yet
         self._next(lane)
 
     def _end(self, job_id: str, entry: _Entry, *, state: JobState, **changes: object) -> None:
@@ -255,7 +256,7 @@ class Jobs:
                 self._entries.pop(job_id, None)
             entry.done.set()
 
-    def _tell(self, job_id: str, stage: str, fraction: float) -> None:
+    def _report(self, job_id: str, stage: str, fraction: float) -> None:
         self._set(job_id, stage=stage, fraction=min(max(fraction, 0.0), 1.0))
 
     def _set(self, job_id: str, **changes: object) -> None:
@@ -269,7 +270,7 @@ class Jobs:
         return self._jobs[job_id]
 
     def _forget_old(self) -> None:
-        """Of the jobs that have ended, remember the newest."""
+        """Drop the oldest ended jobs."""
         ended = [job_id for job_id, job in self._jobs.items() if job.state in ENDED]
         for job_id in ended[: max(0, len(self._jobs) - _KEPT)]:
             del self._jobs[job_id]

@@ -1,4 +1,4 @@
-"""Names that people give: kept as typed, never read as markup, free of characters that hide or break something."""
+"""Checks of names typed by users: kept as typed, without control, invisible or reordering characters."""
 
 import re
 import unicodedata
@@ -9,13 +9,13 @@ from vfix_engine.errors import InputError
 MAX_NAME = 120  # [characters]
 # Controls, lone surrogates, line and paragraph separators.
 _REFUSED_CATEGORIES = frozenset({"Cc", "Cs", "Zl", "Zp"})
-# Characters that reorder the text around them: a name must not look like another one.
+# Characters that reorder the surrounding text, by which a name could look like another one.
 _REORDERING = frozenset("\u061c\u200e\u200f\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069")
 
 
-# Letters and a sign that are blank, and therefore no name by themselves.
+# Letters and a symbol that are blank, and therefore no name by themselves.
 _BLANK = frozenset("\u115f\u1160\u3164\uffa0\u2800")
-# Marks that have no shape of their own: joiners, vowels that are not drawn, and selectors of variants.
+# Marks without a glyph: joiners, vowels that are not drawn, and variation selectors.
 _SELECTORS = (
     ("\u034f", "\u034f"), ("\u17b4", "\u17b5"), ("\u180b", "\u180f"), ("\ufe00", "\ufe0f"),
     ("\U000e0100", "\U000e01ef"),
@@ -23,17 +23,20 @@ _SELECTORS = (
 
 
 def check_name(text: object, what: str) -> str:
-    """The name as it was given. Raises InputError when nobody sees it, it is too long or holds a refused character."""
+    """Check a name and return it unchanged.
+
+    Raises InputError if it is invisible, too long or contains a refused character.
+    """
     return _without_noncharacters(check_stored_name(text, what), what)
 
 
 def check_label(text: object, what: str) -> str:
-    """Like `check_name`, but it may be empty: other programs write points without a label."""
+    """Check a label as `check_name`, but allow an empty one, since other programs write points without labels."""
     return _without_noncharacters(_seen_or_empty(check_stored_label(text, what), what), what)
 
 
 def check_stored_name(text: object, what: str) -> str:
-    """Like `check_name`, with the non-characters of Unicode: what was stored with such a name stays readable."""
+    """Check a name as `check_name`, but allow Unicode noncharacters, so that stored items with them stay readable."""
     name = check_stored_label(text, what)
     if not _is_seen(name):
         raise InputError(f"the {what} is empty or invisible; give it a name of letters, digits or signs.")
@@ -41,9 +44,9 @@ def check_stored_name(text: object, what: str) -> str:
 
 
 def unused_name(name: str, taken: Collection[str], *, last: bool = False) -> str:
-    """The name of what comes in: where one of these has it, with a number that is larger than those behind it.
+    """Return the name, with a number larger than all numbers already appended to it if it is taken.
 
-    last: also where only such numbers are left of it, so that what came last has the largest.
+    last: also append a number if only numbered names are taken, so that the newest item has the largest number.
     """
     short = name[: MAX_NAME - 8]
     found = [re.fullmatch(re.escape(short) + r" ([1-9]\d{0,5})", one, re.ASCII) for one in taken]
@@ -63,20 +66,20 @@ def _seen_or_empty(label: str, what: str) -> str:
 
 
 def _without_noncharacters(text: str, what: str) -> str:
-    """Refuse what Unicode keeps for programs, such as U+FFFE: XML cannot hold it, and nobody can type it."""
+    """Raise InputError for Unicode noncharacters such as U+FFFE, which are not allowed in XML and cannot be typed."""
     if any(0xFDD0 <= ord(c) <= 0xFDEF or ord(c) & 0xFFFE == 0xFFFE for c in text):
         raise InputError(f"the {what} holds a character that is none; use letters, digits and signs.")
     return text
 
 
 def as_seen(text: str) -> str:
-    """What people see of a name: two that are equal so look the same, whatever characters hide in them."""
+    """Return the visible form of a name: names with equal forms look the same, whatever characters they contain."""
     shown = unicodedata.normalize("NFC", "".join(c for c in text if not _is_hidden(c)))
     return " ".join(shown.split())
 
 
 def _is_hidden(c: str) -> bool:
-    """Whether nothing is drawn of a character: it joins, parts or changes its neighbours, or is blank."""
+    """Return whether a character has no glyph: it joins, separates or modifies its neighbours, or is blank."""
     return unicodedata.category(c) == "Cf" or c in _BLANK or any(low <= c <= high for low, high in _SELECTORS)
 
 
@@ -85,7 +88,7 @@ def _is_seen(text: str) -> bool:
 
 
 def check_stored_label(text: object, what: str) -> str:
-    """Like `check_stored_name`, but it may be empty or invisible: plans with such a label stay readable."""
+    """Check a label as `check_stored_name`, but allow empty and invisible ones, so that stored plans stay readable."""
     if not isinstance(text, str):
         raise InputError(f"the {what} must be text.")
     if len(text) > MAX_NAME:
@@ -96,7 +99,11 @@ def check_stored_label(text: object, what: str) -> str:
 
 
 def check_text(text: object, what: str, most: int) -> str:
-    """Text of several lines, as it was given. Raises InputError where it is too long or holds a refused character."""
+    """Check a text of several lines and return it unchanged.
+
+    what: its name in plural, for messages. most: allowed number of characters.
+    Raises InputError if it is too long or contains a refused character.
+    """
     if not isinstance(text, str):
         raise InputError(f"the {what} must be text.")
     if len(text) > most:

@@ -1,8 +1,8 @@
-"""Threads that hear a held hand: they have a real-time priority while it drives, where the system allows it.
+"""Real-time priority, where the system allows it, for the threads that receive the hand's commands during a drive.
 
-On a busy machine an ordinary thread waits up to half a second for a core, and a hand whose heartbeat is heard so late
-is lost (HAZ-11). Whoever hears the hand also waits for the interpreter's lock: a thread that often works meanwhile has
-the same priority, or it would keep the lock while it waits for a core itself. Threads that compute for long have none.
+On a busy machine an ordinary thread waits up to 0.5 s for a core, and a hand whose heartbeat arrives so late counts as
+lost (HAZ-11). A receiving thread also waits for the interpreter lock (GIL): a thread that often runs meanwhile needs
+the same priority, or it would hold the lock while it waits for a core itself. Threads with long computations get none.
 """
 
 from __future__ import annotations
@@ -17,11 +17,14 @@ from collections.abc import Callable
 
 from vfix_engine.runtime.priority import schedule_thread
 
-LINGER_S = 1.0  # after the last sign of a hand; keys that are tapped do not change priorities each time
+LINGER_S = 1.0  # after the last command of a hand, so that tapped keys do not change the priorities each time
 
 
 class PromptThreads:
-    """Thread-safe. On one core no thread is prompt: it would delay the control process, which has that priority too."""
+    """The threads of this process with real-time priority during a drive. Thread-safe.
+
+    On a machine with one core no thread gets it, since it would delay the control process, which has that priority too.
+    """
 
     def __init__(
         self,
@@ -29,7 +32,7 @@ class PromptThreads:
         now: Callable[[], float] = time.monotonic,
         cores: int | None = None,
     ) -> None:
-        """cores: of this machine, counted where it is None."""
+        """Create an empty set. cores: number of cores of this machine, counted if None."""
         self._schedule, self._now = schedule, now
         self._allowed = (_cores() if cores is None else cores) > 1
         self._lock = threading.Lock()
@@ -39,12 +42,12 @@ class PromptThreads:
 
     @property
     def threads(self) -> frozenset[threading.Thread]:
-        """Those that are prompt while a hand drives."""
+        """The threads that get real-time priority while a hand drives."""
         with self._lock:
             return frozenset(thread for thread in self._threads if thread.is_alive())
 
     def enrol(self, thread: threading.Thread | None = None) -> None:
-        """A thread, the calling one by default, hears a hand or often works while others do."""
+        """Add a thread, by default the calling one, that receives a hand's commands or often runs meanwhile."""
         thread = thread or threading.current_thread()
         self.rest()
         with self._lock:
@@ -53,14 +56,14 @@ class PromptThreads:
                 self._put(thread, True)
 
     def hear(self) -> None:
-        """A sign of a hand that drives."""
+        """Note a command of a hand that drives, and raise the priorities."""
         self._until = self._now() + LINGER_S
         if self._allowed and not self._prompt:
             with self._lock:
                 self._change(True)
 
     def rest(self) -> None:
-        """Ordinary priorities again once no hand was heard of for a while; called by the planner's clock."""
+        """Restore ordinary priorities if no hand has sent a command for a while; called periodically."""
         if self._prompt and self._now() >= self._until:
             with self._lock:
                 self._change(False)
@@ -74,10 +77,13 @@ class PromptThreads:
     def _put(self, thread: threading.Thread, prompt: bool) -> None:
         if not thread.is_alive() or thread.native_id is None:
             return
-        with contextlib.suppress(ProcessLookupError):  # it has ended just now
+        with contextlib.suppress(ProcessLookupError):  # the thread has just ended
             try:
                 self._schedule(prompt, thread.native_id)
-            except (PermissionError, NotImplementedError):  # the control process tells why: it asks for the same
+            except (
+                PermissionError,
+                NotImplementedError,
+            ):  # the control process reports the reason
                 self._allowed = self._prompt = False
 
 
@@ -85,4 +91,4 @@ def _cores() -> int:
     return len(os.sched_getaffinity(0)) if sys.platform == "linux" else os.cpu_count() or 1
 
 
-PROMPT_THREADS = PromptThreads()  # of this process, as its threads are
+PROMPT_THREADS = PromptThreads()  # of this process

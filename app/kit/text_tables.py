@@ -1,4 +1,4 @@
-"""Texts of files: tables of comma-separated values, JSON, and the frame and unit that they name."""
+"""Parsing of text files: tables of separated values, JSON, and the frame and unit that they state."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ from vfix_engine.json_text import parse_json
 
 MAX_TEXT = 16 << 20  # [byte] of a plan's file
 UNIT_ASSUMED = "The file does not name its unit; mm was assumed."
-_SEPARATORS = ",;\t"  # of a table's cells
-# 3D Slicer wrote its enumeration before it wrote the names (HAZ-14).
+_SEPARATORS = ",;\t"  # of the cells of a table
+# Earlier versions of 3D Slicer wrote the numbers of its enumeration instead of names (HAZ-14).
 _FRAMES = {"LPS": "LPS", "RAS": "RAS", "0": "RAS", "1": "LPS"}
 _NUMBER = re.compile(r"\s*[-+]?\d*\.?\d+\.?(?:[eE][-+]?\d+)?\s*")
 _TEXT_COLUMNS = frozenset(("kind", "label", "desc", "associatednodeid"))
 
 
 def decode(data: bytes, what: str = "the file of the plan") -> str:
-    """UTF-8 text of a file; what: it is, for the message. Raises PlanError or TooLarge."""
+    """Decode the UTF-8 text of a file. what: the file, for messages. Raises PlanError or TooLarge."""
     if len(data) > MAX_TEXT:
         raise TooLarge(f"{what} has {len(data):,} bytes; {MAX_TEXT:,} are allowed.")
     try:
@@ -38,7 +38,7 @@ def decode(data: bytes, what: str = "the file of the plan") -> str:
 
 
 def parse_json_object(text: str) -> dict[str, Any]:
-    """A JSON object without NaN and infinity. Raises PlanError or TooLarge."""
+    """Parse a JSON object without NaN and infinity. Raises PlanError or TooLarge."""
     if len(text) > MAX_TEXT:
         raise TooLarge(f"the plan's JSON has {len(text):,} characters; {MAX_TEXT:,} are allowed.")
     try:
@@ -54,39 +54,40 @@ def to_json_text(data: dict[str, Any]) -> str:
     return json.dumps(data, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 
-def known_frame(named: Any, given: str | None) -> str:
-    """Frame of a file, out of what it names and what the user says.
+def known_frame(named: Any, stated: str | None) -> str:
+    """Return the frame of a file, 'LPS' or 'RAS'.
 
-    Raises FrameError when nobody names one, when both do and differ, or for an unknown word.
+    named: the frame named in the file. stated: the frame stated by the user.
+    Raises FrameError if neither names one, if both do and differ, or for an unknown frame.
     """
-    if given is not None and given not in ("LPS", "RAS"):
-        raise FrameError(f"the frame {given!r:.20} is not known; say LPS or RAS.")
+    if stated is not None and stated not in ("LPS", "RAS"):
+        raise FrameError(f"the frame {stated!r:.20} is not known; say LPS or RAS.")
     if named is None or named == "":
-        if given is None:
+        if stated is None:
             raise FrameError("the file does not name its frame (LPS or RAS); say which.", ("frame",))
-        return given
+        return stated
     frame = _FRAMES.get(str(named))
     if frame is None:
         raise FrameError(f"the file's frame {str(named)!r:.20} is not known; it must be LPS or RAS.")
-    if given not in (None, frame):
-        raise FrameError(f"the file names the frame {frame}, not {given}.")
+    if stated not in (None, frame):
+        raise FrameError(f"the file names the frame {frame}, not {stated}.")
     return frame
 
 
 def mm_per_unit(unit: Any) -> float:
-    """Millimetres per unit of a file that names one, or a list of them, one for each axis.
+    """Return the length in mm of a unit named in a file, or of a list of units, one for each axis.
 
-    Raises FrameError for an unknown word, and for a list whose units differ.
+    Raises FrameError for an unknown unit, and for a list whose units differ.
     """
     words = re.split(r"[\s,;]+", unit.strip()) if isinstance(unit, str) else unit
     return MM_PER_UNIT[named_unit_of(words if isinstance(words, list) else [words])]
 
 
 def table_header(lines: Sequence[str], keys: Iterable[str], above: int) -> dict[str, str]:
-    """What the comment lines `# key=value` say under these keys, whose case does not matter; others are remarks.
+    """Return the values of comment lines `# key=value` for these keys, ignoring their case; other lines are remarks.
 
-    above: how many rows come before the first point, such as that of the columns' names.
-    Raises PlanError for a key that is given twice with different values, or below the first point.
+    above: number of rows before the first point, such as the row of column names.
+    Raises PlanError for a key with two different values, or below the first point.
     """
     known, rows = {key.lower(): key for key in keys}, 0
     header: dict[str, str] = {}
@@ -106,11 +107,11 @@ def table_header(lines: Sequence[str], keys: Iterable[str], above: int) -> dict[
 
 
 def table_rows(lines: Sequence[str], columns: Iterable[str]) -> Iterator[tuple[int, dict[str, str]]]:
-    """The rows below the one that names the columns, each with the number of its line, one after the other.
+    """Yield the rows below the row of column names, each with its line number.
 
-    Cells are separated by what separates the names of the columns: a comma, a semicolon or a tab.
-    Raises PlanError where that row lacks one of these columns or has one twice, and for a row that is damaged or does
-    not have a cell for each column.
+    Cells have the same separator as the column names: a comma, a semicolon or a tab.
+    Raises PlanError if one of the columns is missing or occurs twice, and for a row that is damaged or does not have
+    one cell per column.
     """
     kept = [(number, line) for number, line in enumerate(lines, 1) if line.strip() and not line.startswith("#")]
     separator = max(_SEPARATORS, key=kept[0][1].count) if kept else ","
@@ -133,35 +134,37 @@ def table_rows(lines: Sequence[str], columns: Iterable[str]) -> Iterator[tuple[i
 
 
 def check_cells(cells: Sequence[str], columns: Sequence[str], separator: str = ",") -> None:
-    """Refuse a row that does not have a cell for each column: its values would be taken for those of others.
+    """Raise PlanError for a row without one cell per column, whose values would be read as those of other columns.
 
-    Raises PlanError, which says whether it looks like decimal commas or like a comma in a label.
+    The message states whether the cause seems to be decimal commas or a comma in a label.
     """
     if len(cells) == len(columns):
         return
-    told = f"it has {len(cells)} cells for {len(columns)} columns"
+    found = f"it has {len(cells)} cells for {len(columns)} columns"
     if len(cells) < len(columns):
-        raise PlanError(f"{told}: one is missing, or the row is cut off.")
+        raise PlanError(f"{found}: one is missing, or the row is cut off.")
     numbers = [cell for cell in cells if _NUMBER.fullmatch(cell)]
     of_numbers = sum(column.strip().lower() not in _TEXT_COLUMNS for column in columns)
     with_points = any("." in cell for cell in numbers)
     if separator == "," and not with_points and len(numbers) > of_numbers:
-        raise PlanError(f"{told}, as where decimal commas begin new cells; write numbers with a point and not a comma.")
+        raise PlanError(
+            f"{found}, as where decimal commas begin new cells; write numbers with a point and not a comma."
+        )
     if any(column.strip().lower() in _TEXT_COLUMNS for column in columns):
         sign = {",": "comma", ";": "semicolon"}.get(separator, "tab")
-        raise PlanError(f"{told}, as where a {sign} in a label begins a new cell; put the label in quotes.")
-    raise PlanError(f"{told}; take out what is too many.")
+        raise PlanError(f"{found}, as where a {sign} in a label begins a new cell; put the label in quotes.")
+    raise PlanError(f"{found}; take out what is too many.")
 
 
 def cell_number(text: str) -> float:
-    """A number out of a table's cell. Raises ValueError for what Python alone takes for one, such as '1_0'."""
+    """Parse a number of a table's cell. Raises ValueError, also for text that only Python accepts, such as '1_0'."""
     if "_" in text or not text.isascii():
         raise ValueError("no number")
     return float(text)
 
 
 def check_last_line(text: str) -> None:
-    """Refuse a text that is cut off within a line, which may still make sense: its last number has lost digits."""
+    """Raise PlanError for a text cut off within a line, which may still be valid with a number that lost digits."""
     if text and not text.endswith(("\n", "\r")):
         raise PlanError(
             "the last line of the file does not end in a line break, so that its last value may be incomplete. "
@@ -170,18 +173,18 @@ def check_last_line(text: str) -> None:
 
 
 def to_lps(position: Sequence[Any], frame: str, scale: float = 1.0) -> Position:
-    """A position of a file as LPS mm; scale: millimetres per unit of the file. Raises PlanError."""
+    """Convert a position of a file to LPS mm. scale: mm per unit of the file. Raises PlanError."""
     if len(position) > 3:
         raise PlanError(f"a position has {len(position)} numbers, not three; decimal commas have to be points.")
     signs = RAS_TO_LPS.tolist() if frame == "RAS" else (1.0, 1.0, 1.0)
     placed = check_position([checked_number(x, "a coordinate") * scale for x in position])
-    # A zero stays a zero: -0.0 would be written differently and read as a change.
+    # Adding 0.0 turns -0.0 into 0.0, which would otherwise be written differently and read as a change.
     return check_position([sign * x + 0.0 for sign, x in zip(signs, placed, strict=True)])
 
 
 @contextmanager
 def fault_at(where: str) -> Iterator[None]:
-    """An error in there says where it is: a line, a control point."""
+    """Prefix errors raised in this context with their location, such as a line or a control point."""
     try:
         yield
     except InputError as error:

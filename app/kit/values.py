@@ -1,4 +1,4 @@
-"""Values as they come in: numbers, positions and identifiers, checked."""
+"""Checks of input values: numbers, positions and identifiers."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ Position = tuple[float, float, float]
 
 
 def new_id(letter: str) -> str:
-    """An identifier that nothing else of a plan has."""
+    """Return a new random identifier."""
     return f"{letter}-{secrets.token_hex(5)}"
 
 
 def check_position(position: Iterable[Any]) -> Position:
-    """Three finite coordinates within reach of a patient (HAZ-05). Raises PlanError."""
+    """Return three finite coordinates in a plausible range (HAZ-05). Raises PlanError."""
     values = tuple(position)
     if len(values) != 3:
         raise PlanError("a position needs three numbers, in LPS mm.")
@@ -31,7 +31,7 @@ def check_position(position: Iterable[Any]) -> Position:
 
 
 def number(value: Any, what: str) -> float:
-    """A finite float out of a JSON or array number. Raises PlanError."""
+    """Convert a JSON or array number to a finite float. Raises PlanError."""
     if isinstance(value, (bool, str, bytes)):
         raise PlanError(f"{what} must be a number.")
     try:
@@ -44,7 +44,7 @@ def number(value: Any, what: str) -> float:
 
 
 def check_id(value: Any, what: str) -> str:
-    """An identifier out of a file. Raises PlanError."""
+    """Check an identifier of a file and return it. Raises PlanError."""
     if not isinstance(value, str) or not 0 < len(value) <= 64 or not all(c.isalnum() or c in "_-." for c in value):
         raise PlanError(f"{what}'s identifier may hold up to 64 letters, digits, '_', '-' and '.'.")
     return value

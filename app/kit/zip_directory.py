@@ -1,8 +1,8 @@
-"""The list of entries at the end of a zip, measured before Python's reader takes it into memory.
+"""Check of the central directory of a zip before Python's reader loads it into memory.
 
-A zip may have end records of several kinds, at places that readers choose differently; here there is one reading, that
-of a zip as `zipfile` writes it: the list, the larger end record of ZIP64 and its locator where one number needs them,
-and the end record, without a comment and with nothing between (APPNOTE 4.3.14-16).
+A zip may have several end records, and readers differ in which one they use. Only the layout that `zipfile` writes is
+accepted: the central directory, the ZIP64 end record and its locator if a number requires them, and the end record,
+without a comment and without gaps (APPNOTE 4.3.14-16).
 """
 
 from __future__ import annotations
@@ -14,14 +14,14 @@ from zipfile import BadZipFile
 
 from app.kit.errors import TooLarge
 
-ENTRY_BYTES = 256  # of an entry in the list: its name of at most 145 characters, and what is said of it
+ENTRY_BYTES = 256  # of an entry in the directory: its name of at most 145 characters, and its metadata
 _END, _LOCATOR, _LARGE = struct.Struct("<4s4H2LH"), struct.Struct("<4sLQL"), struct.Struct("<4sQ2H2L4Q")
 
 
 def check_directory(path: Path, most_entries: int) -> None:
-    """Refuse a list that would fill the memory before its entries are counted, and one that is not the only one.
+    """Check that a zip has one central directory, small enough to be loaded before its entries are counted.
 
-    Raises BadZipFile for what is no zip, or none of that form, TooLarge and OSError.
+    Raises BadZipFile for a file that is no zip or has another layout, TooLarge and OSError.
     """
     with path.open("rb") as file:
         length = file.seek(0, os.SEEK_END)

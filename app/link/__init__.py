@@ -1,6 +1,6 @@
-"""OpenIGTLink: messages, a server that several clients listen to, and a client of a tracking server.
+"""OpenIGTLink: messages, a server for several clients, and a client of a tracking server.
 
-Nothing here knows plans or cases; `app.live` does.
+This package is independent of plans and cases, which `app.live` handles.
 """
 
 from app.link.messages import LinkFault, LinkMessage, ListPoint, PointList, Text, Transform

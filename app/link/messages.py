@@ -1,8 +1,8 @@
-"""Messages of OpenIGTLink, versions 1 to 3: TRANSFORM, POINT and STRING packed and unpacked, poses of tools unpacked.
+"""Messages of OpenIGTLink, versions 1 to 3: TRANSFORM, POINT and STRING are packed and unpacked, tool poses unpacked.
 
-Source: http://openigtlink.org/protocols/v2_header.html and the pages beside it, https://openigtlink.org/developers/spec
-for the extended header. The checksum is CRC-64/ECMA-182, not reflected, beginning with 0. Numbers are big-endian;
-lengths in mm; matrices and positions are float32.
+Source: http://openigtlink.org/protocols/v2_header.html and its sibling pages, https://openigtlink.org/developers/spec
+for the extended header. The checksum is CRC-64/ECMA-182, not reflected, with initial value 0. Numbers are
+big-endian; lengths are in mm; matrices and positions are float32.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ _HEADER = struct.Struct(">H12s20sIIQQ")
 _EXTENDED = struct.Struct(">HHII")
 _MATRIX = struct.Struct(">12f")
 _POINT = struct.Struct(">64s32s4B4f20s")
-_POSITION = struct.Struct(">3f4f")  # and a unit quaternion x, y, z, w
-_TOOL = struct.Struct(">20s2x48s")  # of TDATA, with a matrix as that of TRANSFORM
-_QUATERNION_TOOL = struct.Struct(">20s2x28s")  # of QTDATA, as a POSITION
+_POSITION = struct.Struct(">3f4f")  # position and unit quaternion x, y, z, w
+_TOOL = struct.Struct(">20s2x48s")  # of TDATA, with a matrix as in TRANSFORM
+_QUATERNION_TOOL = struct.Struct(">20s2x28s")  # of QTDATA, with a pose as in POSITION
 _UTF8 = 106  # IANA's number of the character set
 _VERSIONS = (1, 2, 3)
-_UNIT = 1e-3  # how far a quaternion's length may be from 1
+_UNIT = 1e-3  # tolerance of the length of a quaternion
 
 
 class LinkFault(InputError):
@@ -40,7 +40,7 @@ class LinkFault(InputError):
 
 @dataclass(frozen=True)
 class Header:
-    """What precedes a body of `size` bytes. time_s: since 1970, 0 where the sender gives none."""
+    """The header of a body of `size` bytes. time_s: seconds since 1970, 0 if the sender states none."""
 
     version: int
     kind: str
@@ -52,7 +52,7 @@ class Header:
 
 @dataclass(frozen=True, eq=False)
 class Transform:
-    """A named matrix (4, 4). metadata: what the sender says of it, such as a tracker's status."""
+    """A named matrix (4, 4), in mm. metadata: metadata of the sender, such as a tracker's status."""
 
     name: str
     matrix: Array
@@ -90,7 +90,7 @@ class Text:
 
 @dataclass(frozen=True)
 class ToolPoses:
-    """Poses of tools, each under its own name, in one message of a tracking server."""
+    """Named poses of several tools in one message of a tracking server."""
 
     name: str
     poses: tuple[Transform, ...]
@@ -100,9 +100,9 @@ LinkMessage = Transform | PointList | Text
 
 
 def pack(message: LinkMessage) -> bytes:
-    """Header of version 1 and body.
+    """Return a message with a header of version 1.
 
-    Raises LinkFault for a name that is no ASCII text of up to 20 characters, and for a number beyond single precision.
+    Raises LinkFault for a name that is not ASCII text of 1 to 20 characters, and for a number beyond single precision.
     """
     try:
         kind, body = _packed(message)
@@ -118,7 +118,7 @@ def pack(message: LinkMessage) -> bytes:
 
 
 def parse_header(data: bytes) -> Header:
-    """The header of 58 bytes. Raises LinkFault where it is none."""
+    """Read a header of 58 bytes. Raises LinkFault if it is invalid."""
     version, kind, name, whole, fraction, size, crc = _HEADER.unpack(data)
     if version not in _VERSIONS:
         raise LinkFault("what came is no OpenIGTLink message of version 1 to 3.")
@@ -126,13 +126,13 @@ def parse_header(data: bytes) -> Header:
 
 
 class WrongChecksum(LinkFault):
-    """A message was damaged on its way, or its sender makes no checksums."""
+    """A message was damaged in transit, or its sender does not compute checksums."""
 
 
 def unpack(header: Header, body: bytes) -> LinkMessage | ToolPoses | None:
-    """The message of a header and its body; None for a kind that is not read.
+    """Return the message of a header and its body; None for an unsupported kind.
 
-    Raises LinkFault for a body that is damaged.
+    Raises LinkFault for a damaged body.
     """
     if len(body) != header.size or crc64.ecma_182(body) != header.crc:
         raise WrongChecksum(
@@ -161,7 +161,7 @@ def unpack(header: Header, body: bytes) -> LinkMessage | ToolPoses | None:
 
 
 def cut_name(name: str, most: int = MAX_POINT_NAME - 1) -> str:
-    """A name that fits into a field of so many bytes of UTF-8, cut between characters."""
+    """Return a name cut between characters to fit into `most` bytes of UTF-8."""
     return name.encode("utf-8")[:most].decode("utf-8", "ignore")
 
 
@@ -188,7 +188,7 @@ def _matrix(content: bytes) -> Array:
 
 
 def _posed(content: bytes) -> Array:
-    """The matrix (4, 4) of a place and a quaternion."""
+    """Return the matrix (4, 4) of a position and a quaternion."""
     *place, x, y, z, w = _POSITION.unpack(content)
     length = math.sqrt(x * x + y * y + z * z + w * w)
     if not (np.isfinite(place).all() and abs(length - 1.0) <= _UNIT):
@@ -212,7 +212,7 @@ def _points(content: bytes) -> tuple[ListPoint, ...]:
 
 
 def _without_extension(body: bytes) -> tuple[bytes, dict[str, str]]:
-    """Content and metadata of a body with the extended header of version 3."""
+    """Return content and metadata of a body with the extended header of version 3."""
     if len(body) < _EXTENDED.size:
         raise LinkFault("a message's extended header is cut off.")
     header_bytes, index_bytes, metadata_bytes, _ = _EXTENDED.unpack_from(body)
@@ -223,7 +223,7 @@ def _without_extension(body: bytes) -> tuple[bytes, dict[str, str]]:
 
 
 def _metadata(data: bytes, index_bytes: int) -> dict[str, str]:
-    """Keys and values; {} where there are none or they are damaged, since the content is told apart from them."""
+    """Return metadata by key; {} if it is missing or damaged, which does not affect the content."""
     try:
         (count,) = struct.unpack_from(">H", data)
         sizes = [struct.unpack_from(">HHI", data, 2 + 8 * at) for at in range(count)]

@@ -1,10 +1,11 @@
-"""A server of OpenIGTLink on a thread of its own: what is told goes to every client, what they send to one listener.
+"""A server of OpenIGTLink on its own thread: messages are broadcast to all clients, and received by one listener.
 
-Bounded everywhere, since any user of this machine may connect: clients, the size of a body before it is read, the time
-that a message takes to arrive or to be taken. Of a name only the newest message waits for a client that is slow.
+All resources are bounded, since any user of this machine may connect: the number of clients, the size of a body before
+it is read, the time that a message takes to arrive or to be sent. For a slow client only the newest message of each
+name is queued.
 
-A client may be silent for as long as it wants, as one that only listens is. So nobody can hold every place: where all
-are taken, the client whose last whole message is longest ago gives way to a new one.
+A client may be silent for any time, as one that only listens is. To prevent clients from holding all places, a new
+client replaces the one whose last complete message is oldest if all places are taken.
 """
 
 from __future__ import annotations
@@ -22,35 +23,38 @@ from vfix_engine.errors import InputError, VfixError
 _LOG = logging.getLogger(__name__)
 
 MAX_CLIENTS = 8
-MAX_BODY_BYTES = 256 << 10  # of points there are 300 at most, 136 bytes each
+MAX_BODY_BYTES = 256 << 10  # a list has at most 300 points of 136 bytes
 ARRIVAL_S = 5.0  # for a message to arrive, from the first byte of its header to the last of its body
-SLOW_S = 2.0  # a client that takes nothing for so long is dropped
-_QUEUE_BYTES = 64 << 10  # that wait in the system for one client
+SLOW_S = 2.0  # a client that receives nothing for this long is dropped
+_QUEUE_BYTES = 64 << 10  # limit of the write buffer of one client
 STATUS = "Status"  # name of the text that answers a message
 
 Listener = Callable[[LinkMessage], str]
 
 
 class LinkServer:
-    """Sends to and hears several clients; thread-safe.
+    """Sends messages to several clients and receives theirs. Thread-safe.
 
-    heard: called on a thread of its own with each message of a client; the words that it returns are sent back as the
-        text 'Status'. Raises VfixError, whose words are sent back as well. greeting: what a new client is sent first.
+    on_message: called on another thread with each message of a client; the text that it returns, or the message of a
+        VfixError that it raises, is sent back as the text 'Status'. greeting: returns the first messages for a new
+        client.
     """
 
-    def __init__(self, host: str, port: int, heard: Listener, greeting: Callable[[], Iterable[LinkMessage]]) -> None:
+    def __init__(
+        self, host: str, port: int, on_message: Listener, greeting: Callable[[], Iterable[LinkMessage]]
+    ) -> None:
         self._host, self._port = host, port
-        self._heard, self._greeting = heard, greeting
+        self._on_message, self._greeting = on_message, greeting
         self._loop = asyncio.new_event_loop()
         self._thread = threading.Thread(target=self._run, name="openigtlink", daemon=True)
-        self._clients: dict[_Client, None] = {}  # the one that has been silent longest first
+        self._clients: dict[_Client, None] = {}  # ordered by their last message, the oldest first
         self._serving: dict[asyncio.Task[None], asyncio.StreamWriter] = {}
         self._server: asyncio.Server | None = None
         self._started = threading.Event()
         self._refusal: OSError | None = None
 
     def start(self) -> int:
-        """Listen; returns the port. Raises InputError where the address cannot be had."""
+        """Start to listen and return the port. Raises InputError if the address is not available."""
         self._thread.start()
         self._started.wait()
         if self._refusal is not None:
@@ -64,17 +68,17 @@ class LinkServer:
 
     @property
     def clients(self) -> int:
-        """How many are connected."""
+        """Number of connected clients."""
         return len(self._clients)
 
-    def tell(self, messages: Iterable[LinkMessage]) -> None:
-        """Send to every client; never waits."""
+    def broadcast(self, messages: Iterable[LinkMessage]) -> None:
+        """Send messages to every client, without waiting."""
         packed = [(type(message).__name__ + message.name, pack(message)) for message in messages]
         with contextlib.suppress(RuntimeError):  # the loop has been closed
-            self._loop.call_soon_threadsafe(self._tell, packed)
+            self._loop.call_soon_threadsafe(self._enqueue, packed)
 
     def close(self) -> None:
-        """Let go of every client and of the port."""
+        """Disconnect every client and close the port."""
         if self._thread.is_alive():
             with contextlib.suppress(RuntimeError):
                 self._loop.call_soon_threadsafe(self._loop.stop)
@@ -92,32 +96,32 @@ class LinkServer:
             return
         self._started.set()
         self._loop.run_forever()
-        self._loop.run_until_complete(self._let_go())
+        self._loop.run_until_complete(self._disconnect())
         self._loop.run_until_complete(self._loop.shutdown_default_executor())
         self._loop.close()
 
-    async def _let_go(self) -> None:
-        """End everything: a client whose task has not begun yet has a socket as well."""
+    async def _disconnect(self) -> None:
+        """Close all connections, including those whose task has not begun yet."""
         assert self._server is not None
         self._server.close()
-        await asyncio.sleep(0)  # connections that were accepted begin
+        await asyncio.sleep(0)  # lets accepted connections begin
         for writer in self._serving.values():
             writer.transport.abort()
         tasks = asyncio.all_tasks(self._loop) - {asyncio.current_task()}
         for task in tasks:
             task.cancel()
         await asyncio.gather(*tasks, return_exceptions=True)
-        await asyncio.sleep(0)  # transports that were aborted close their sockets
+        await asyncio.sleep(0)  # lets aborted transports close their sockets
 
-    def _tell(self, packed: Iterable[tuple[str, bytes]]) -> None:
+    def _enqueue(self, packed: Iterable[tuple[str, bytes]]) -> None:
         for client in self._clients:
             for key, data in packed:
                 client.put(key, data)
 
     def _begin(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        """Serve a client in a task of our own, whose end is looked at whatever it is."""
+        """Serve a client in an own task, so that its errors are logged."""
         task = self._loop.create_task(self._serve(reader, writer))
-        self._serving[task] = writer  # the loop itself keeps weak references only
+        self._serving[task] = writer  # the loop keeps only weak references to tasks
         task.add_done_callback(self._ended)
 
     def _ended(self, task: asyncio.Task[None]) -> None:
@@ -131,18 +135,18 @@ class LinkServer:
         client = _Client(writer)
         self._clients[client] = None
         sending = self._loop.create_task(client.send())
-        hearing = self._loop.create_task(self._hear(reader, client))
+        receiving = self._loop.create_task(self._receive(reader, client))
         try:
             for message in await self._loop.run_in_executor(None, self._greeting_of, client):
                 client.put(type(message).__name__ + message.name, pack(message))
-            await asyncio.wait((sending, hearing), return_when=asyncio.FIRST_COMPLETED)
+            await asyncio.wait((sending, receiving), return_when=asyncio.FIRST_COMPLETED)
         finally:
             self._clients.pop(client, None)
-            for task in (sending, hearing):
+            for task in (sending, receiving):
                 task.cancel()
-            for done in await asyncio.gather(sending, hearing, return_exceptions=True):
+            for done in await asyncio.gather(sending, receiving, return_exceptions=True):
                 if isinstance(done, LinkFault):
-                    _LOG.warning("OpenIGTLink: a client was dropped: %s", done)  # which quotes nothing that came
+                    _LOG.warning("OpenIGTLink: a client was dropped: %s", done)  # it quotes nothing that was received
                 elif isinstance(done, Exception):
                     _LOG.error("OpenIGTLink: a client was dropped: %s", error_places(done))
             await _closed(writer)
@@ -154,11 +158,11 @@ class LinkServer:
         _LOG.warning("OpenIGTLink: %d clients are connected; the one silent longest gave way to a new one", MAX_CLIENTS)
 
     def _greeting_of(self, client: _Client) -> list[LinkMessage]:
-        """Off the loop's thread; nothing for a client that has given way while others were greeted."""
+        """Return the first messages for a client, on a worker thread; none for one that was replaced meanwhile."""
         return list(self._greeting()) if client in self._clients else []
 
-    async def _hear(self, reader: asyncio.StreamReader, client: _Client) -> None:
-        """Read one message after the other; the next one is read once this one is dealt with. Raises LinkFault."""
+    async def _receive(self, reader: asyncio.StreamReader, client: _Client) -> None:
+        """Read messages one after another, each after the previous one is handled. Raises LinkFault."""
         while True:
             try:
                 first = await reader.readexactly(1)
@@ -168,23 +172,23 @@ class LinkServer:
                 return
             except TimeoutError:
                 raise LinkFault(f"a message did not arrive within {ARRIVAL_S:g} s.") from None
-            if client in self._clients:  # it comes last now
+            if client in self._clients:  # move it to the end
                 self._clients[client] = self._clients.pop(client)
             try:
-                words = await self._loop.run_in_executor(None, self._dealt, header, body)
+                words = await self._loop.run_in_executor(None, self._handle, header, body)
             except VfixError as error:
                 words = str(error)
             if words:
                 client.put("Text" + STATUS, pack(Text(STATUS, words)))
 
-    def _dealt(self, header: Header, body: bytes) -> str:
-        """Off the loop's thread: the checksum of a large body takes tens of milliseconds."""
+    def _handle(self, header: Header, body: bytes) -> str:
+        """Unpack and handle a message on a worker thread: the checksum of a large body takes tens of milliseconds."""
         message = unpack(header, body)
-        return "" if message is None or isinstance(message, ToolPoses) else self._heard(message)
+        return "" if message is None or isinstance(message, ToolPoses) else self._on_message(message)
 
 
 class _Client:
-    """What waits for one client: of each name the newest message."""
+    """The queue of one client: the newest message of each name."""
 
     def __init__(self, writer: asyncio.StreamWriter) -> None:
         self._writer = writer
@@ -193,13 +197,13 @@ class _Client:
         writer.transport.set_write_buffer_limits(high=_QUEUE_BYTES)
 
     def put(self, key: str, data: bytes) -> None:
-        """Queue a message instead of an older one of its name; on the loop's thread."""
-        self._waiting.pop(key, None)  # so that it comes last
+        """Queue a message, replacing an older one of its name; on the loop's thread."""
+        self._waiting.pop(key, None)  # moves it to the end
         self._waiting[key] = data
         self._some.set()
 
     async def send(self) -> None:
-        """Send what waits, for ever. Raises LinkFault where the client takes nothing."""
+        """Send queued messages until the connection ends. Raises LinkFault if the client receives nothing."""
         with contextlib.suppress(ConnectionError):
             while True:
                 await self._some.wait()
@@ -212,12 +216,12 @@ class _Client:
                 self._some.clear()
 
     def leave(self) -> None:
-        """End the connection, which ends whoever waits for it."""
+        """End the connection, which also ends its tasks."""
         self._writer.transport.abort()
 
 
 async def _arrived(first: bytes, reader: asyncio.StreamReader) -> tuple[Header, bytes]:
-    """The message that begins with a byte, whole. Raises LinkFault for one that is none, or too large."""
+    """Read the rest of a message after its first byte. Raises LinkFault if it is invalid or too large."""
     header = parse_header(first + await reader.readexactly(HEADER_BYTES - 1))
     if header.size > MAX_BODY_BYTES:
         raise LinkFault(f"a body of {header.size:,} bytes was announced; {MAX_BODY_BYTES:,} are taken.")
@@ -225,6 +229,6 @@ async def _arrived(first: bytes, reader: asyncio.StreamReader) -> tuple[Header, 
 
 
 async def _closed(writer: asyncio.StreamWriter) -> None:
-    writer.transport.abort()  # what a client does not take is not waited for
+    writer.transport.abort()  # does not wait until the client has received everything
     with contextlib.suppress(OSError):
         await writer.wait_closed()

@@ -1,4 +1,4 @@
-"""A client of a tracking server that speaks OpenIGTLink, such as PLUS: the pose of one tracked tool."""
+"""A client of an OpenIGTLink tracking server such as PLUS: the pose of one tracked tool."""
 
 from __future__ import annotations
 
@@ -29,36 +29,36 @@ from vfix_engine.arrays import Array
 TrackerState = Literal["connecting", "waiting", "fresh", "stale"]
 
 STALE_S = 0.5
-MAX_BODY_BYTES = 64 << 20  # of messages that are passed over, such as images of a tracking server
-_READ_BYTES = 1 << 16  # of a body that is read at all
+MAX_BODY_BYTES = 64 << 20  # of messages that are skipped, such as images of a tracking server
+_READ_BYTES = 1 << 16  # of messages that are read
 _RETRY_S = 1.0
 _CONNECT_S = 2.0
-_KEPT = 20_000  # poses that `poses` looks back at
-_FEWEST = 5  # poses of which a place is averaged
-_UNSEEN_MM = 5.0  # that a tool may move while it is out of sight in a recording
-_OF_TOOLS = ("TDATA", "QTDATA")  # kinds of messages that hold the poses of several tools, each under its own name
+_KEPT = 20_000  # poses kept for `recorded`
+_FEWEST = 5  # least number of poses for an average
+_UNSEEN_MM = 5.0  # how far a tool may move while it is out of sight in a recording
+_OF_TOOLS = ("TDATA", "QTDATA")  # kinds of messages with the named poses of several tools
 _OF_A_TOOL = ("TRANSFORM", "POSITION", "QTRANS")
-_RIGID = 1e-4  # of RᵀR − I: float32, and a tracker's own rounding
+_RIGID = 1e-4  # bound of RᵀR − I, for float32 and the rounding of a tracker
 
 
 @dataclass(frozen=True, eq=False)
 class Pose:
-    """transform (4, 4): from the tool to the tracker's frame, mm. received_s: on the clock `time.monotonic`."""
+    """A pose. transform (4, 4): from the tool to the tracker's frame, mm. received_s: time of `time.monotonic`."""
 
     transform: Array
     received_s: float
 
     @property
     def position(self) -> Array:
-        """Place (3,) of the tool's origin in the tracker's frame, mm."""
+        """Position (3,) of the tool's origin in the tracker's frame, mm."""
         return self.transform[:3, 3]
 
 
 @dataclass(frozen=True, eq=False)
 class Collected:
-    """A place that was averaged: position (3,) mm; spread_mm: root mean square distance from it of `count` poses.
+    """A position averaged over `count` poses.
 
-    largest_mm: the largest such distance.
+    position (3,): mean, mm. spread_mm: root mean square distance from it. largest_mm: largest distance from it.
     """
 
     position: Array
@@ -68,10 +68,10 @@ class Collected:
 
 
 class TrackerClient:
-    """Listens to a tracking server for the transform of a name; connects again whenever the connection is lost.
+    """Receives the transform of one name from a tracking server; reconnects whenever the connection is lost.
 
-    The frame of the poses is that of the server's transform, unchanged: 'StylusTipToReference' of PLUS is the tip in
-    the reference's frame. Thread-safe.
+    The poses have the frame of the server's transform: 'StylusTipToReference' of PLUS is the tip in the frame of the
+    reference. Thread-safe.
     """
 
     def __init__(self, host: str, port: int, name: str) -> None:
@@ -80,15 +80,15 @@ class TrackerClient:
         self._poses: deque[Pose] = deque(maxlen=_KEPT)
         self._connected = False
         self._trouble = ""
-        self._wrong_checksums = 0  # of messages with poses, since the connection was made
-        self._unread = ""  # why a message of the tool's name could not be read, since then
-        self._lost_s = -np.inf  # when the connection was lost last
+        self._wrong_checksums = 0  # messages with poses and a wrong checksum since the connection was made
+        self._unread = ""  # why a message of the tool's name could not be read since then
+        self._lost_s = -np.inf  # time at which the connection was last lost
         self._socket: socket.socket | None = None
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._run, name="tracker", daemon=True)
 
     def start(self) -> None:
-        """Begin to listen."""
+        """Start to connect and receive."""
         self._thread.start()
 
     def close(self) -> None:
@@ -103,7 +103,7 @@ class TrackerClient:
             self._thread.join(_CONNECT_S + 1.0)
 
     def latest(self) -> Pose | None:
-        """The newest pose, however old; None before the first one."""
+        """Return the newest pose, of any age; None before the first one."""
         with self._lock:
             return self._poses[-1] if self._poses else None
 
@@ -115,7 +115,10 @@ class TrackerClient:
 
     @property
     def state(self) -> TrackerState:
-        """'fresh' where a pose came within half a second, 'stale' where one came before that."""
+        """'fresh' if a pose arrived within the last 0.5 s, 'stale' if the newest is older.
+
+        'connecting' without a connection, 'waiting' before the first pose.
+        """
         age = self.age_s
         if age is not None and age <= STALE_S:
             return "fresh"
@@ -125,7 +128,7 @@ class TrackerClient:
 
     @property
     def words(self) -> str:
-        """The state for people."""
+        """Description of the state for the user."""
         match self.state:
             case "fresh":
                 return f"{self.name} is tracked"
@@ -137,7 +140,7 @@ class TrackerClient:
 
     @property
     def _why_unread(self) -> str:
-        """What came instead of poses that can be used, as the end of a sentence; '' for nothing."""
+        """What arrives instead of usable poses, as the end of a sentence; '' if nothing does."""
         if self._wrong_checksums:
             return (
                 f": {self._wrong_checksums:,} poses arrive with a wrong checksum and are not used; let the server make "
@@ -146,9 +149,9 @@ class TrackerClient:
         return self._unread and f": {self._unread}"
 
     def collect(self, seconds: float, point: ArrayLike = (0.0, 0.0, 0.0)) -> Collected:
-        """Average the place of a point (3,) of the tool's frame over the next seconds.
+        """Average the position of a point (3,) in the tool's frame, mm, over the next seconds.
 
-        Raises LinkFault where the tool is not tracked meanwhile.
+        Raises LinkFault if the tool is not tracked all the time.
         """
         begin, found = self._next(seconds)
         if self.state != "fresh" or _longest_gap_s(found, begin) > STALE_S:
@@ -160,14 +163,14 @@ class TrackerClient:
         return Collected(mean, float(np.sqrt((off**2).mean())), float(off.max()), len(poses))
 
     def poses(self, seconds: float) -> Array:
-        """The tool's poses (n, 4, 4) over the next seconds, of a tool that may go out of sight, as when it is swung.
+        """Return the poses (n, 4, 4) of the next seconds; the tool may go out of sight, as when it is swung.
 
-        Raises LinkFault where there are too few.
+        Raises LinkFault if there are too few.
         """
         return self._enough(*self._next(seconds), seconds)
 
     def _next(self, seconds: float) -> tuple[float, list[Pose]]:
-        """Wait for some seconds; when they began, and the poses that came."""
+        """Wait for some seconds; return when they began, and the poses that arrived."""
         begin = time.monotonic()
         end = begin + seconds
         with self._lock:
@@ -184,17 +187,18 @@ class TrackerClient:
         return np.array([pose.transform for pose in found])
 
     def _why_unseen(self, begin: float) -> str:
-        """Why poses are missing since then, and what to do, as the beginning of a sentence."""
-        if self._lost_s >= begin and self.state == "fresh":  # it is back, which says nothing of why they are missing
+        """Describe why poses are missing since a time, and what to do, as the beginning of a sentence."""
+        if self._lost_s >= begin and self.state == "fresh":  # reconnected meanwhile, so the state is no reason
             return f"The connection to {self.host}, port {self.port} was lost meanwhile; hold the tool still,"
         words = f"{self.name} was out of sight meanwhile" if self.state == "fresh" else self.words
         return f"{words}; hold the tool where the tracker sees it,"
 
     def recorded(self, seconds: float, point: ArrayLike = (0.0, 0.0, 0.0)) -> list[Pose]:
-        """The poses of the last seconds, oldest first; point: (3,) of the tool's frame, whose way is of interest.
+        """Return the poses of the last seconds, oldest first.
 
-        Raises LinkFault where there are too few or more than are kept, or the tool was out of sight at the beginning,
-        at the end, or while the point moved.
+        point: (3,) in the tool's frame, mm, whose motion is recorded.
+        Raises LinkFault if there are too few poses or more than are kept, or the tool was out of sight at the
+        beginning, at the end, or while the point moved.
         """
         of_tool = np.asarray(point, dtype=np.float64)
         end = time.monotonic()
@@ -257,18 +261,18 @@ class TrackerClient:
                     while left > 0 and (passed := len(stream.read(min(left, _READ_BYTES)))):
                         left -= passed
                     continue
-                self._hear(header, stream.read(header.size))
+                self._receive(header, stream.read(header.size))
 
     def _is_read(self, header: Header) -> bool:
-        """Whether a message may hold a pose of the tool; of one under its name that does not, the kind is kept."""
+        """Return whether a message may contain a pose of the tool; record the kind of one with its name that cannot."""
         if header.size > _READ_BYTES:
             return False
         if header.name == self.name and header.kind not in (*_OF_A_TOOL, *_OF_TOOLS):
             self._unread = f"it arrives as {header.kind}, which is not read; let the server send TRANSFORM"
         return header.kind in _OF_TOOLS or (header.name == self.name and header.kind in _OF_A_TOOL)
 
-    def _hear(self, header: Header, body: bytes) -> None:
-        """Take the pose of a message; one that is damaged is passed over and counted, as one that is not rigid is."""
+    def _receive(self, header: Header, body: bytes) -> None:
+        """Take the pose of a message; a damaged one is skipped, and its reason or number recorded."""
         try:
             message = unpack(header, body)
         except WrongChecksum:
@@ -282,8 +286,8 @@ class TrackerClient:
                 self._take(one)
 
     def _take(self, message: Transform) -> None:
-        """Keep a pose that is one: of a tool that is out of sight some servers send what they last saw, marked so."""
-        if np.array_equal(message.matrix, np.eye(4)):  # no tool is exactly there: so it is sent without a status
+        """Keep a valid pose; some servers send the last pose of a tool that is out of sight, marked by its status."""
+        if np.array_equal(message.matrix, np.eye(4)):  # servers without a status send the identity for an unseen tool
             self._unread = "it arrives as the identity, as of a tool that is out of sight"
             return
         status = [text for key, text in message.metadata.items() if key.endswith("Status")]
@@ -297,7 +301,7 @@ class TrackerClient:
 
 
 def _keep_alive(opened: socket.socket) -> None:
-    """Let the system notice within some seconds that the other side is gone without a word, as by a pulled cable."""
+    """Enable TCP keep-alive, so that a silently lost peer, as by a pulled cable, is noticed within some seconds."""
     opened.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
     for option, seconds in (("TCP_KEEPIDLE", 3), ("TCP_KEEPINTVL", 2), ("TCP_KEEPCNT", 3)):
         if hasattr(socket, option):

@@ -1,4 +1,4 @@
-"""The live link to 3D Slicer and others by OpenIGTLink: the open plan out, proposals in."""
+"""The live link to 3D Slicer and other programs by OpenIGTLink: sends the open plan and receives proposals."""
 
 from app.live.board import LiveBoard
 from app.live.link import LiveLink

@@ -1,8 +1,8 @@
-"""What others send becomes a proposal: nothing that is open changes before somebody at the page takes it over.
+"""Received messages become proposals: the open plan does not change before a user accepts them on the page.
 
-Points named 'Path' or 'Targets' become a version of the open plan, which the page compares with it in words and goes
-over to by one edit that undo takes back. A transform named 'Registration' becomes a registration of its own to the
-patient, and one named 'RegistrationToBase' one to the robot's base.
+Points named 'Path' or 'Targets' become a version of the open plan, which the page compares with it and switches to by
+one edit that can be undone. A transform named 'Registration' becomes a new registration to the patient, and one named
+'RegistrationToBase' a new registration to the robot's base.
 """
 
 from __future__ import annotations
@@ -30,10 +30,10 @@ from app.plans.versions import PlanVersions
 from app.registration.document import RegistrationContent, check_registration
 from vfix_engine.errors import PlanError, VfixError
 
-SETTLED_S = 1.0  # a hand that drags a point sends on; its proposal is made once it rests
+SETTLED_S = 1.0  # a dragged point is sent continuously; its proposal is made after a pause of this length
 FROM = "From 3D Slicer"
 NO_REGISTRATION = "The identity as a registration says that there is none; nothing was stored."
-MAX_REGISTRATIONS = 20  # of a case that came so
+MAX_REGISTRATIONS = 20  # received registrations of a case
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class _Waiting:
 
 
 class Intake:
-    """Checks what arrives, and makes proposals of it once it rests; thread-safe."""
+    """Checks received messages, and makes proposals of them after a pause. Thread-safe."""
 
     def __init__(
         self,
@@ -58,10 +58,10 @@ class Intake:
         self._lock = threading.Lock()
         self._waiting: dict[str, _Waiting] = {}
 
-    def hear(self, message: LinkMessage) -> str:
-        """Take a message; '' where its proposal is to come, or it is none of ours.
+    def receive(self, message: LinkMessage) -> str:
+        """Take a message; return a text for the sender, '' if its proposal follows or the message is not for vfix.
 
-        Raises VfixError with the reason where it is refused.
+        Raises VfixError with the reason if it is refused.
         """
         wanted = isinstance(message, PointList) and message.name in (PATH, TARGETS)
         wanted |= isinstance(message, Transform) and message.name in REGISTRATIONS.values()
@@ -69,7 +69,7 @@ class Intake:
             return ""
         plan = self._open_plan()
         if isinstance(message, PointList):
-            _proposed(plan, message)  # refused at once where it cannot be
+            _proposed(plan, message)  # raises for invalid points
         elif same_transform(rigid(message.matrix), np.eye(4)):
             return NO_REGISTRATION
         else:
@@ -79,13 +79,14 @@ class Intake:
         return ""
 
     def settle(self) -> list[str]:
-        """Make the proposals of what rests by now; returns what to tell those who sent them."""
+        """Make the proposals that are due, and return the texts for their senders."""
         with self._lock:
             now = time.monotonic()
             due = [self._waiting.pop(name) for name, one in list(self._waiting.items()) if one.due <= now]
-        return [words for one in due if (words := self._told(one.message, one.plan_id))]
+        return [words for one in due if (words := self._propose(one.message, one.plan_id))]
 
-    def _told(self, message: PointList | Transform, plan_id: str) -> str:
+    def _propose(self, message: PointList | Transform, plan_id: str) -> str:
+        """Make the proposal of a message; return a text for its sender, '' if it changes nothing."""
         try:
             plan = self._open_plan()
             if plan.id != plan_id:
@@ -136,16 +137,16 @@ class Intake:
 
 
 def _registered(message: Transform) -> RegistrationContent:
-    """Raises LinkFault where the matrix is not rigid."""
+    """Return the registration of a received transform. Raises LinkFault if the matrix is not rigid."""
     transform = registration_to_ras(rigid(message.matrix))
     to = next(to for to, name in REGISTRATIONS.items() if name == message.name)
     return RegistrationContent(to, tuple(transform.ravel().tolist()), made_from="given")
 
 
 def _proposed(plan: Plan, message: PointList) -> PlanContent | None:
-    """The plan's content with the points that were sent; None where they are where the plan has them.
+    """Return the plan's content with the received points; None if they equal those of the plan.
 
-    Raises LinkFault and PlanError where they cannot be a plan's.
+    Raises LinkFault and PlanError if they are not allowed in a plan.
     """
     of_path = message.name == PATH
     own = plan.points if of_path else plan.targets
@@ -159,9 +160,9 @@ def _proposed(plan: Plan, message: PointList) -> PlanContent | None:
 
 
 def _point(sent: ListPoint, at: int, own: Sequence[PlanPoint]) -> PlanPoint:
-    """The plan's own point of the same place in the list and label, moved there; else a new one.
+    """Return the plan's point with the same index and label, moved to the received position, or else a new point.
 
-    One that has moved no more than float32 rounds stays where the plan has it, to the last bit.
+    A point that differs by no more than the rounding of float32 keeps its exact position.
     """
     label, position = check_label(sent.name, "label"), check_position(to_ras(sent.position))
     known = own[at] if at < len(own) and cut_name(own[at].label) == label else None

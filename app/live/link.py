@@ -1,4 +1,4 @@
-"""The live link: tells of the open plan and the rehearsed tool, and takes proposals."""
+"""The live link: sends the open plan and the pose of the rehearsed tool, and receives proposals."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ from vfix_engine.errors import VfixError
 
 _LOG = logging.getLogger(__name__)
 _TICK_S = 1.0 / 60.0  # between poses of the tool
-_LOOK_EVERY = 15  # ticks between looks at the plan
+_LOOK_EVERY = 15  # ticks between checks of the plan
 
 
 class LinkServices(Protocol):
-    """The part of the services that is needed here."""
+    """The services used by the live link."""
 
     @property
     def live(self) -> LiveBoard: ...
@@ -42,26 +42,26 @@ class LinkServices(Protocol):
 
 
 class LiveLink:
-    """An OpenIGTLink server that tells of the open plan when it changes and of the tool while it is rehearsed."""
+    """An OpenIGTLink server that sends the open plan when it changes, and the tool's pose during a rehearsal."""
 
     def __init__(self, address: LinkAddress, services: LinkServices) -> None:
         self._board, self._plans, self._registrations = services.live, services.plans, services.registrations
         self._intake = Intake(services.live, services.plans, services.versions, services.registrations)
-        self._server = LinkServer(address.host, address.port, self._intake.hear, self._greeting)
+        self._server = LinkServer(address.host, address.port, self._intake.receive, self._greeting)
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._run, name="live-link", daemon=True)
         self._known: object = None
         self._poses = 0
 
     def start(self) -> int:
-        """Listen; returns the port. Raises InputError where the address cannot be had."""
+        """Start to listen and return the port. Raises InputError if the address is not available."""
         port = self._server.start()
         self._board.wanted = True
         self._thread.start()
         return port
 
     def close(self) -> None:
-        """Let go of every client and of the port."""
+        """Disconnect every client and close the port."""
         self._board.wanted = False
         self._ended.set()
         if self._thread.is_alive():
@@ -72,41 +72,41 @@ class LiveLink:
         tick = 0
         while not self._ended.wait(_TICK_S):
             tick += 1
-            for due, do in ((True, self._tell_tool), (tick % _LOOK_EVERY == 0, self._look)):
+            for due, do in ((True, self._send_tool), (tick % _LOOK_EVERY == 0, self._check)):
                 try:
                     if due:
                         do()
-                except Exception as error:  # the link must not end with one pose, or one plan that cannot be read
-                    _LOG.error("the live link stumbled: %s", error_places(error))
+                except Exception as error:  # one invalid pose or unreadable plan must not end the link
+                    _LOG.error("the live link met an error: %s", error_places(error))
 
-    def _tell_tool(self) -> None:
+    def _send_tool(self) -> None:
         poses, transform = self._board.tool
         if poses != self._poses and transform is not None:
             self._poses = poses
-            self._server.tell([Transform(TOOL, pose_to_ras(transform))])
+            self._server.broadcast([Transform(TOOL, pose_to_ras(transform))])
 
-    def _look(self) -> None:
-        """Tell of the plan where it, or a registration of its head, has changed; make the proposals that are due."""
+    def _check(self) -> None:
+        """Send the plan if it or a registration of its head has changed, and make the proposals that are due."""
         words = self._intake.settle()
         if words:
-            self._server.tell([Text(STATUS, " ".join(words))])
+            self._server.broadcast([Text(STATUS, " ".join(words))])
         if not self._server.clients:
             self._known = None
             return
         now = self._state()
         if now != self._known:
             self._known = now
-            self._server.tell(self._now())
+            self._server.broadcast(self._messages())
 
     def _greeting(self) -> list[LinkMessage]:
-        """What a new client is told; the look after it need not tell the first one the same again."""
-        state, messages = self._state(), self._now()  # in this order: what changes in between is told once more
+        """Return the messages for a new client; for the first client the next check need not send them again."""
+        state, messages = self._state(), self._messages()  # in this order: a change in between is sent again
         if self._known is None:
             self._known = state
         return messages
 
     def _state(self) -> object:
-        """Equal as long as everything that is told of the open plan is the same."""
+        """Return a value that changes whenever the messages of the open plan change."""
         if (plan_id := self._board.plan_id) is None:
             return "no plan"
         try:
@@ -115,8 +115,8 @@ class LiveLink:
         except VfixError as error:
             return str(error)
 
-    def _now(self) -> list[LinkMessage]:
-        """Everything that is told of the open plan."""
+    def _messages(self) -> list[LinkMessage]:
+        """Return the messages of the open plan."""
         plan_id = self._board.plan_id
         if plan_id is None:
             return [Text(PLAN, "No plan is open."), *no_registration()]

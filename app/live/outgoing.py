@@ -1,4 +1,4 @@
-"""What is told of a plan: its path and its targets, and the registration of its image."""
+"""Messages of a plan: its path and targets, and the registration of its image."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _PATH_COLOUR, _TARGET_COLOUR = (109, 179, 242, 255), (229, 143, 208, 255)
 
 
 def plan_messages(plan: Plan) -> list[LinkMessage]:
-    """Path points and targets in Slicer's scene, and as a text which plan that is."""
+    """Return path points and targets in Slicer's scene, and a text that names the plan."""
     words = f"{plan.name}, revision {plan.revision}{', locked' if plan.locked else ''}. {NOTICE}."
     if plan.registration is None:
         words += " It uses no registration."
@@ -37,9 +37,9 @@ def plan_messages(plan: Plan) -> list[LinkMessage]:
 
 
 def registration_messages(plan: Plan, registrations: Sequence[Document[RegistrationContent]]) -> list[Transform]:
-    """The registration that the plan goes by, under the name of what it leads to; the identity under the other one.
+    """Return the registration of the plan under the name of its target frame, and the identity under the other name.
 
-    The identity under both where there is none, or it is not made or does not fit.
+    Both are the identity if the plan has no registration or it is not usable.
     """
     used = [one for one in registrations if one.id == plan.registration and not one.unreadable]
     if not used or not report_of(used[0].content).usable:
@@ -50,7 +50,7 @@ def registration_messages(plan: Plan, registrations: Sequence[Document[Registrat
 
 
 def no_registration() -> list[Transform]:
-    """Takes back what was told before: OpenIGTLink has no word for that, and the identity moves nothing in Slicer."""
+    """Return identities, which withdraw a registration: OpenIGTLink has no such message, and they move nothing."""
     return [_transform(to, np.eye(4)) for to in REGISTRATIONS]
 
 

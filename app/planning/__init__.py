@@ -1,1 +1,1 @@
-"""Planning: a plan evaluated in its head: dry run, clearance, verdict, previews, suggestions."""
+"""Planning: evaluation of a plan in its head (dry run, clearance, verdict, previews, suggested paths)."""

@@ -1,4 +1,4 @@
-"""Distance fields of a case: bone and soft tissue with an inside, fine around what is planned and coarse elsewhere."""
+"""Signed distance fields of bone and soft tissue of a case: fine around the plan, coarse elsewhere."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from app.kit.cache import Cache
-from app.planning.openings import regions_of
+from app.planning.bone_removal import removal_solids
 from app.plans.model import Plan
 from vfix_engine.anatomy.piercing import Ways
 from vfix_engine.anatomy.room_air import RoomAir, room_air
@@ -25,9 +25,9 @@ from vfix_engine.proximity.fields.opened_field import opened_field
 if TYPE_CHECKING:  # a drive of files alone needs no store
     from app.cases.service import Case, CaseService
 
-AROUND_MM = 30.0  # the fine box reaches at least this far from the places that are planned
-_BOX_MM = 15.0  # corners of the fine box are multiples of this: a dragged point rarely needs another box
-OUTSIDE_MM = 60.0  # how far around a surface without a CT distances are known
+AROUND_MM = 30.0  # the fine grid reaches at least this far from the planned places
+_BOX_MM = 15.0  # corners of the fine grid are multiples of this, so that a dragged point rarely needs a new grid
+OUTSIDE_MM = 60.0  # without a CT: distances are known up to this far around the surface
 
 Bounds = tuple[tuple[float, float, float], tuple[float, float, float]]
 Solid = Literal["bone", "tissue"]
@@ -36,10 +36,10 @@ _THRESHOLD_HU: dict[Solid, float] = {"bone": BONE_HU, "tissue": TISSUE_HU}
 _STAGES: dict[Solid, str] = {"bone": "Measuring distances to bone", "tissue": "Measuring distances to soft tissue"}
 
 
-class CaseFields:
-    """The fields of one case around some places, each made by the first call that asks for it.
+class CaseDistanceFields:
+    """The distance fields of one case around some places; each is computed on first access.
 
-    Signed distances in mm, positive outside; NaN where the scan ends.
+    Signed distances in mm, positive outside; NaN beyond the end of the scan.
     """
 
     def __init__(self, make: Callable[[Solid], DistanceField | None]) -> None:
@@ -47,14 +47,14 @@ class CaseFields:
 
     @property
     def bone(self) -> DistanceField:
-        """What is denser than 250 HU in the CT, or the inside of the bone surface of a case without one."""
+        """Distance to bone: denser than 250 HU in the CT, or the inside of the bone surface in a case without one."""
         field = self._make("bone")
         assert field is not None
         return field
 
     @property
     def tissue(self) -> DistanceField | None:
-        """Skin, mucosa and bone, above -300 HU; None without a CT."""
+        """Distance to skin, mucosa and bone, above -300 HU; None without a CT."""
         return self._make("tissue")
 
 
@@ -62,13 +62,16 @@ Sources = tuple[str, ...]
 
 
 def _sources(case: Case) -> Sources:
-    """What the fields of a case are made of, by the files that hold it; a hash that came with a case is not trusted."""
+    """Return the stored files that the fields of a case are computed from, as a cache key.
+
+    A content hash that was imported with a case is not trusted as a key.
+    """
     volumes = tuple(one.source for one in case.volumes)
     return volumes or tuple(one.source for one in case.surfaces if one.name == case.anatomy.surface)
 
 
-class Fields:
-    """The distance fields of cases; may be used from any thread."""
+class DistanceFields:
+    """Distance fields of cases, cached. Thread-safe."""
 
     def __init__(self, cases: CaseService) -> None:
         self._cases = cases
@@ -76,11 +79,11 @@ class Fields:
         self._fine: Cache[tuple[Sources, Solid, Bounds], DistanceField] = Cache(8)
         self._air: Cache[Sources, RoomAir] = Cache(4)
 
-    def around(self, case: Case, places: npt.ArrayLike, tell: ProgressCallback = no_progress) -> CaseFields:
-        """The fields of a case, with a grid of 0.5 mm for at least 30 mm around places (n, 3) in LPS mm.
+    def around(self, case: Case, places: npt.ArrayLike, progress: ProgressCallback = no_progress) -> CaseDistanceFields:
+        """Return the fields of a case, with a 0.5 mm grid for at least 30 mm around places (n, 3) in LPS mm.
 
-        tell: gets the stage in words before what takes seconds, and may raise to end it.
-        A field raises InputError where no place lies in the case's CT or near its surface.
+        progress: called with the stage in words before a computation that takes seconds; may raise to cancel it.
+        Access to a field raises InputError if no place lies in the case's CT or near its surface.
         """
         box = _box(places)
 
@@ -89,25 +92,25 @@ class Fields:
                 return None
             key = (_sources(case), solid, box)
             if not self._fine.has(key):
-                tell(_STAGES[solid], 0.0)
+                progress(_STAGES[solid], 0.0)
             return self._fine.get(key, lambda: self._refined(case, solid, box))
 
-        return CaseFields(make)
+        return CaseDistanceFields(make)
 
-    def of_plan(self, plan: Plan, tell: ProgressCallback = no_progress) -> CaseFields:
-        """The fields of a plan's case around the points of its path and its targets, without what the plan removes."""
+    def of_plan(self, plan: Plan, progress: ProgressCallback = no_progress) -> CaseDistanceFields:
+        """Return the fields around the path points and targets of a plan, after its bone removal."""
         places = [point.position for point in plan.points] + [target.position for target in plan.targets]
-        found, removed = self.around(self._cases.get(plan.case_id), places, tell), regions_of(plan)
+        found, removed = self.around(self._cases.get(plan.case_id), places, progress), removal_solids(plan)
 
         @cache
         def make(solid: Solid) -> DistanceField | None:
             field = found.bone if solid == "bone" else found.tissue
             return None if field is None else opened_field(field, removed)
 
-        return CaseFields(make)
+        return CaseDistanceFields(make)
 
     def air(self, case: Case) -> RoomAir:
-        """The air of the room in a case's CT, which it has to have."""
+        """Return the air of the room in the CT of a case, which must have one."""
         return self._air.get(
             _sources(case), lambda: room_air(self._coarse_field(case, "tissue"), self._cases.volumes(case))
         )
@@ -130,16 +133,16 @@ class Fields:
 
 
 def plan_tissue(volumes: Sequence[Volume], plan: Plan) -> DistanceField:
-    """The soft tissue of a plan's head without what the plan removes, as `Fields.of_plan` has it, of scans alone.
+    """Return the field of a plan's soft tissue after bone removal, as `DistanceFields.of_plan`, from scans alone.
 
-    volumes: of one head, the widest first. Raises InputError as `Fields.around`.
+    volumes: scans of one head, the widest first. Raises InputError as `DistanceFields.around`.
     """
     places = [point.position for point in plan.points] + [target.position for target in plan.targets]
-    return opened_field(solid_of_volumes(volumes, TISSUE_HU, np.array(_box(places))), regions_of(plan))
+    return opened_field(solid_of_volumes(volumes, TISSUE_HU, np.array(_box(places))), removal_solids(plan))
 
 
 def plan_ways(volumes: Sequence[Volume], plan: Plan) -> Ways | None:
-    """What looks for ways round tissue in a head of scans alone; None without one, or where none shows the path."""
+    """Return the search for airways around tissue for a head given by scans; None if no scan shows the path."""
     if not volumes:
         return None
     try:

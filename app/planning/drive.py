@@ -1,4 +1,4 @@
-"""The dry run of a path, from the placing that plan, registration or hand give, or else from the best one found."""
+"""The dry run of a path, from the stored, registered or previewed placing of the robot, or else the best one found."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ from vfix_engine.worlds.rigid.dry_run import STEP_MM, dry_run
 from vfix_engine.worlds.rigid.placing import Placing, place_robot, started_at
 from vfix_engine.worlds.rigid.scene import Scene
 
-PROSPECT_STEP_MM = 0.2  # of the dry run while a hand drags; the least clearance is within some 0.03 mm
+PREVIEW_STEP_MM = 0.2  # step of the dry run while a point is dragged; the least clearance is within about 0.03 mm
 
 
 @dataclass(frozen=True, eq=False)
 class Drive:
-    """What a path is driven with and among, in the image's frame; the fields are those of `Scene`."""
+    """Tool, robot and surroundings of a dry run in the image frame; the attributes are those of `Scene`."""
 
     tree: ProximityTree
     robot: RobotModel
@@ -40,40 +40,41 @@ class Drive:
         self,
         planned: Mapping[str, Any],
         settings: ControlSettings,
-        tell: ProgressCallback,
+        progress: ProgressCallback,
         registration: ImageRegistration | None = None,
         kept: StoredPlacing | None = None,
     ) -> Placing:
-        """The dry run, and the placing that it began with.
+        """Drive the tool along the path; return the dry run with the placing that it started from.
 
-        planned: the plan's robot, which may hold a placing. registration: of the image to what the robot stands in.
-        kept: the placing of the path as it was, under a hand; the base stays, and the steps are coarser.
-        Raises StartRefused where the tool does not fit at the entry, or the robot does not reach it.
+        planned: the plan's robot, which may hold a placing. registration: from the image to the patient or to the
+        robot's base. kept: the placing of the stored path while a point is dragged; the base stays and the steps are
+        coarser.
+        Raises StartRefused if the tool does not fit at the entry or the robot does not reach it.
         """
         base = None if registration is None else standing_base(planned, registration)
         stored = stored_placing(planned) if registration is None else None
         if stored is not None:
-            return self._from(stored, settings, STEP_MM if kept is None else PROSPECT_STEP_MM, tell)
+            return self._from(stored, settings, STEP_MM if kept is None else PREVIEW_STEP_MM, progress)
         if kept is not None:
             q_start = started_at(self.robot.placed(kept.base, self.tool), kept.q_start, self.path, self.shaft)
-            return self._from(StoredPlacing(kept.base, q_start), settings, PROSPECT_STEP_MM, tell)
+            return self._from(StoredPlacing(kept.base, q_start), settings, PREVIEW_STEP_MM, progress)
+        placing_stage = partial(_report, progress, "Placing the robot and driving the path")
         return place_robot(
             self.tree, self.robot, self.tool, self.path, settings, self.zones, self.fixtures,
-            structure_names=self.structure_names, tell=partial(_tell, tell, "Placing the robot and driving the path"),
-            shaft=self.shaft, base=base,
+            structure_names=self.structure_names, tell=placing_stage, shaft=self.shaft, base=base,
         )  # fmt: skip
 
     def _from(
-        self, placing: StoredPlacing, settings: ControlSettings, step_mm: float, tell: ProgressCallback
+        self, placing: StoredPlacing, settings: ControlSettings, step_mm: float, progress: ProgressCallback
     ) -> Placing:
         scene = Scene(
             self.tree, self.robot, self.tool, *placing, self.path, zones=self.zones, fixtures=self.fixtures,
             structure_names=self.structure_names, shaft=self.shaft,
         )  # fmt: skip
         return Placing(
-            *placing, dry_run(scene, settings, tell=partial(_tell, tell, "Driving the path"), step_mm=step_mm)
+            *placing, dry_run(scene, settings, tell=partial(_report, progress, "Driving the path"), step_mm=step_mm)
         )
 
 
-def _tell(tell: ProgressCallback, stage: str, share: float) -> None:
-    tell(stage, 0.95 * share)
+def _report(progress: ProgressCallback, stage: str, fraction: float) -> None:
+    progress(stage, 0.95 * fraction)

@@ -1,4 +1,4 @@
-"""The soft tissue of a head as what holds a tool: skin and mucosa of the CT, deeper at the nostril than behind it."""
+"""The soft tissue of a head as a soft fixture: skin and mucosa of the CT, deeper at the nostril than behind it."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ STIFFNESS_N_PER_MM = 0.5  # assumed
 MAX_DEPTH_MM = 5.0  # of the tool's surface below that of skin or mucosa: assumed
 NOSTRIL_DEPTH_MM = 8.0  # within 20 mm of the entry, where vestibule and rim of the nose give way: assumed
 _AROUND_MM = 40.0  # how far around the fine grid the coarse one is kept
-_LOWEST_MM, _HIGHEST_MM = -25.0, 12.0  # distances beyond are not told apart: no tool is so thick
+_LOWEST_MM, _HIGHEST_MM = -25.0, 12.0  # distances are clipped to this range: no tool is that thick
 
 
 def tissue_region(field: DistanceField, path: SplinePath) -> SoftRegion:
-    """The region of a plan's soft tissue along its path. field: skin, mucosa and bone, negative inside.
+    """Return the soft region of a plan's tissue along its path.
 
-    Raises PlanError where the field knows nothing of the path.
+    field: distance to skin, mucosa and bone in mm, negative inside. Raises PlanError if it does not cover the path.
     """
     places = path.position(np.linspace(0.0, path.length, 200))
     if np.isnan(field.at(places)).all():
@@ -33,7 +33,7 @@ def tissue_region(field: DistanceField, path: SplinePath) -> SoftRegion:
 
 
 def tissue_words() -> str:
-    """What holds the tool, in words."""
+    """Return a description of the soft tissue fixture."""
     return f"soft tissue at most {MAX_DEPTH_MM:g} mm deep, {NOSTRIL_DEPTH_MM:g} mm at the nostril"
 
 

@@ -1,4 +1,4 @@
-"""What the tool of a dry run keeps from, each by a margin of its own, and how far it stays from it along the path."""
+"""Obstacles of a dry run, each with its margin and the clearance of the tool to it along the path."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from app.planning.zone_sets import whole_name
+from app.planning.protected_structures import structure_name
 from vfix_engine.arrays import Array, IndexArray
 from vfix_engine.geometry.capsules import Segments
 from vfix_engine.geometry.shape_distance import signed_distance
@@ -20,10 +20,10 @@ from vfix_engine.worlds.rigid.dry_run import STATION_MM, DryRun
 
 @dataclass(frozen=True, eq=False)
 class Obstacle:
-    """The anatomy, or a hard structure to spare; lengths in mm.
+    """The anatomy, or a hard protected structure; lengths in mm.
 
-    clearance (n,): of the whole tool to it, one for each pose of a profile. row: of the dry run, where that is least.
-    zones: of the engine, which a chain has several of; none for the anatomy.
+    clearance (n,): from the whole tool to it, for each pose of a profile. row: of the dry run with the least clearance.
+    zones: the engine's zones of the structure, several for a chain of capsules; empty for the anatomy.
     """
 
     name: str
@@ -39,21 +39,21 @@ class Obstacle:
 
     @property
     def left_mm(self) -> float:
-        """Of the least clearance, above the margin."""
+        """The least clearance minus the margin."""
         return self.least_mm - self.margin_mm
 
 
 def structures_of(
     run: DryRun, rows: IndexArray, group: IndexArray, tool: Tool, zones: Sequence[Zone]
 ) -> tuple[Obstacle, ...]:
-    """The hard structures to spare, in the order of their zones; a chain of capsules is one.
+    """Return the hard protected structures as obstacles, in the order of their zones; a chain of capsules is one.
 
-    rows (n,): of the run, a station apart. group (m,): of each of its poses, the station that it belongs to.
+    rows (n,): rows of the run, one per station. group (m,): station index of each pose of the run.
     The clearance is measured at every station, and in every pose around the least one and at the end.
     """
     chains: dict[tuple[str, float], list[Zone]] = {}
     for zone in zones:
-        chains.setdefault((whole_name(zone.name), zone.margin_mm), []).append(zone)
+        chains.setdefault((structure_name(zone.name), zone.margin_mm), []).append(zone)
     found = list[Obstacle]()
     for (name, margin_mm), chain in chains.items():
         clearance = _clearance(chain, run, rows, tool.radius)
@@ -66,7 +66,7 @@ def structures_of(
 
 
 def nearest_part(obstacle: Obstacle, run: DryRun, tool: Tool) -> int:
-    """The part of the tool that is nearest to a structure to spare, in the pose of the least clearance."""
+    """Return the index of the tool part nearest to a protected structure in the pose of the least clearance."""
     start, end = run.segments_start[[obstacle.row]], run.segments_end[[obstacle.row]]
     each = [
         min(_zone_clearance(zone, start[:, [part]], end[:, [part]], tool.radius[[part]])[0] for zone in obstacle.zones)
@@ -82,7 +82,10 @@ def _clearance(zones: Sequence[Zone], run: DryRun, rows: IndexArray, radius: Arr
 
 
 def _zone_clearance(zone: Zone, start: Array, end: Array, radius: Array) -> Array:
-    """Clearance (n,) of the tool to a zone; to a shape from samples of its axis, at most 0.03 mm too large."""
+    """Return the clearance (n,) in mm of the tool to a zone.
+
+    For a shape it is measured at samples of the tool's axis, and is at most 0.03 mm too large.
+    """
     solid = zone.solid
     if isinstance(solid, SHAPES):
         points, _, segment = axis_samples(start, end)

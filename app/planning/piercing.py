@@ -1,4 +1,4 @@
-"""Whether a planned tool pierces skin or a wall between two airs, in words; the engine measures it."""
+"""Whether a planned tool pierces skin or a wall between two air spaces; measured by the engine, described here."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ from vfix_engine.worlds.rigid.dry_run import STATION_MM, DryRun
 
 PiercedState = Literal["none", "room", "wall", "unknown"]
 
-_MIDDLE_MM = 3.0  # nearer to the middle of the head than that is told as the middle
-_LEVEL_MM = 0.5  # a smaller height is told as level with the nostril
+_MIDDLE_MM = 3.0  # places nearer to the middle of the head are described as in the middle
+_LEVEL_MM = 0.5  # a smaller height difference is described as level with the entry
 
 
 @dataclass(frozen=True, eq=False)
 class Pierced:
-    """What of the body a tool pierces; lengths in mm, places (3,) in LPS.
+    """The tissue that a tool pierces; lengths in mm, positions (3,) in LPS.
 
-    state: 'room' that it pierces tissue with the room's air at one end, 'wall' one between two airs of the body;
-    'unknown' that the scan does not tell. sideways_mm: how far round the worst tissue the nearest air leads, inf beyond
-    15 mm, and gives_mm what tissue gives there; None where the tool passes none, or nothing is known. begin, end: of
-    that tissue on the tool's axis, from outside to inside; s_mm: of the tip there. s, along_mm (m,): the same along the
-    path, NaN where it is not known.
+    state: 'room' if it pierces tissue with the room's air at one end, 'wall' for a wall between two air spaces of the
+    body, 'unknown' if the scan does not show it. sideways_mm: sideways distance of the nearest air around the worst
+    tissue, inf beyond 15 mm; gives_mm: how far tissue yields there. Both None if the tool passes no tissue or nothing
+    is known. begin, end: ends of that tissue on the tool's axis, from outside to inside. s_mm: arc length of the tip
+    there. s, along_mm (m,): the sideways distance along the path, NaN where it is not known.
     """
 
     state: PiercedState
@@ -43,7 +43,7 @@ class Pierced:
     along_mm: Array | None = None
 
     def at(self, s: Array) -> list[float] | None:
-        """`along_mm` at arc lengths (n,): of the pose judged last before each; 15 mm where farther or unknown."""
+        """Return `along_mm` at arc lengths (n,), of the last measured pose before each; 15 mm if farther or unknown."""
         if self.s is None or self.along_mm is None or not len(self.s) or np.isnan(self.along_mm).all():
             return None
         rows = np.maximum(np.searchsorted(self.s, s + 1e-9, side="right") - 1, 0)
@@ -52,14 +52,14 @@ class Pierced:
 
     @property
     def ends(self) -> tuple[Position, Position] | None:
-        """Both ends of the tissue that is pierced; None where none is."""
+        """Both ends of the pierced tissue; None if none is pierced."""
         if self.state not in ("room", "wall") or self.begin is None or self.end is None:
             return None
         return self.begin, self.end
 
     @property
     def words(self) -> str:
-        """A sentence, '' where nothing is pierced."""
+        """A sentence, '' if nothing is pierced."""
         if self.state == "unknown":
             return "Whether the tool pierces tissue is not known: no scan shows it from the room's air on."
         if self.state == "none" or self.sideways_mm is None:
@@ -72,14 +72,14 @@ NOT_KNOWN = Pierced("unknown")
 
 
 def way_words(sideways_mm: float) -> str:
-    """How far air leads round tissue, within a sentence."""
+    """Return how far sideways air leads around tissue, as part of a sentence."""
     if not np.isfinite(sideways_mm):
         return "no air leads round it within 15 mm"
     return f"air leads round it {sideways_mm:.1f} mm beside the tool"
 
 
 def short_way(sideways_mm: float | None) -> str:
-    """The same in a few words, as a figure among others; None where it is not known."""
+    """Return how far sideways air leads around tissue in a few words. sideways_mm: None if it is not known."""
     if sideways_mm is None:
         return "air round tissue not known"
     return (
@@ -87,19 +87,23 @@ def short_way(sideways_mm: float | None) -> str:
     )
 
 
-def pierced_along(ways: Ways | None, run: DryRun, go_on: ProgressCallback) -> Pierced:
-    """What a dry run pierces. ways: of its head, None without a CT or where none of it shows the path."""
+def pierced_along(ways: Ways | None, run: DryRun, progress: ProgressCallback) -> Pierced:
+    """Return what a dry run pierces. ways: search in its head, None if no CT shows the path."""
     if ways is None:
         return NOT_KNOWN
     rows = np.union1d(np.unique(np.rint(run.s / STATION_MM), return_index=True)[1], [len(run.s) - 1])
     found = piercing_of(
-        ways, run.segments_start, run.segments_end, rows.tolist(), lambda: go_on("Looking for ways round tissue", 0.97)
+        ways,
+        run.segments_start,
+        run.segments_end,
+        rows.tolist(),
+        lambda: progress("Looking for ways round tissue", 0.97),
     )
     return _pierced(found, run.s, ways)
 
 
 def pierced_by_poses(ways: Ways | None, poses: Sequence[tuple[float, Array, Array]]) -> Pierced:
-    """What a drive pierces. poses: the arc length of the tip, and starts and ends (S, 3) of the tool's axis."""
+    """Return what a drive pierces. poses: arc length of the tip, starts and ends (S, 3) of the tool's segments."""
     if ways is None or not poses:
         return NOT_KNOWN
     s, start, end = (np.array(values) for values in zip(*poses, strict=True))
@@ -107,9 +111,11 @@ def pierced_by_poses(ways: Ways | None, poses: Sequence[tuple[float, Array, Arra
 
 
 def pierced_by_steps(ways: Ways, s: Array, start: Array, end: Array) -> tuple[Pierced, Array]:
-    """What a drive pierces, of every step: arc lengths s (n,) of the tip, and starts and ends (n, S, 3) of the axis.
+    """Return what a drive pierces, measured at every step.
 
-    Returns that, and for each step (n,) how far air leads round what the tool passes, as `PiercingWatch.sideways_mm`.
+    s (n,): arc length of the tip. start, end (n, S, 3): ends of the tool's segments.
+    Also returns, for each step (n,), how far sideways air leads around the passed tissue, as
+    `PiercingWatch.sideways_mm`.
     """
     column = SidewaysColumn(ways)
     sideways = np.array([column.add(*ends) for ends in zip(start, end, strict=True)])
@@ -131,16 +137,16 @@ def _pierced(found: Piercing, s: Array, ways: Ways) -> Pierced:
 
 
 def sideways_of(found: Piercing | None) -> float | None:
-    """How far sideways air leads round the worst tissue of a drive; None where not known, or beyond 15 mm."""
+    """Return how far sideways air leads around the worst tissue of a drive; None if not known or beyond 15 mm."""
     if found is None or not found.known:
         return None
-    told = 0.0 if found.worst is None else found.worst.sideways_mm
-    return told if told is not None and np.isfinite(told) else None
+    sideways = 0.0 if found.worst is None else found.worst.sideways_mm
+    return sideways if sideways is not None and np.isfinite(sideways) else None
 
 
 @dataclass(frozen=True)
 class PiercedReport:
-    """What a report tells of `Pierced`: its values, sideways_mm being None where no air leads round within 15 mm."""
+    """The values of `Pierced` in a report; sideways_mm is None if no air leads around within 15 mm."""
 
     state: PiercedState
     sideways_mm: float | None
@@ -157,7 +163,7 @@ class PiercedReport:
 
 
 def place_words(run: TissueRun, ways: Ways) -> str:
-    """Where tissue begins that a tool passes: its side of the patient, its height above the path's entry, its place."""
+    """Describe where passed tissue begins: side of the patient, height above the path's entry, and position."""
     x, y, z = run.begin if run.outside == "room" or run.inside != "room" else run.end
     beside = x - ways.middle_mm
     side = "in the middle" if abs(beside) < _MIDDLE_MM else "on the left" if beside > 0.0 else "on the right"

@@ -1,4 +1,4 @@
-"""The placing of a plan's robot in the image, as a scene takes it."""
+"""The placing of a plan's robot in the image frame."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ class StoredPlacing(NamedTuple):
 
 
 def stored_placing(robot: Mapping[str, Any]) -> StoredPlacing | None:
-    """The placing that a plan holds for its robot, where image and patient are one frame, as in a simulation.
+    """Return the placing that a plan holds for its robot, if image and patient share a frame, as in a simulation.
 
-    None where it holds none and the robot is to be placed.
+    None if it holds none, so that the robot has to be placed.
     """
     if robot.get("base") is None:
         return None
@@ -30,9 +30,9 @@ def stored_placing(robot: Mapping[str, Any]) -> StoredPlacing | None:
 
 
 def standing_base(robot: Mapping[str, Any], registration: ImageRegistration) -> Array | None:
-    """transform_base_to_image (4, 4) of a robot beside a registered patient, mm; None where it is to be placed.
+    """Return transform_base_to_image (4, 4), mm, of a robot at a registered patient; None if it has to be placed.
 
-    A registration to the base says it alone; one to the patient needs the placement that the plan holds.
+    A registration to the base defines it alone; a registration to the patient needs the placement held by the plan.
     """
     if registration.to == "patient" and robot.get("base") is None:
         return None
@@ -43,13 +43,13 @@ def standing_base(robot: Mapping[str, Any], registration: ImageRegistration) -> 
 def placed_robot(
     robot: Mapping[str, Any], base: Array, q_start: Array, registration: ImageRegistration | None
 ) -> dict[str, Any]:
-    """A plan's robot that holds a placing; base (4, 4): transform_base_to_image, mm, of a robot beside the patient.
+    """Return a plan's robot with a placing. base (4, 4): transform_base_to_image, mm.
 
-    Raises PlanError where the registration is to the base: it says already where the robot stands.
+    Raises PlanError for a registration to the base, which already defines where the robot stands.
     """
     if registration is not None and registration.to == "base":
         raise PlanError("the plan's registration is to the robot's base and says where it stands; no placing is kept.")
-    # The way back of the registration takes the place of the registration: from the base on, to the patient.
+    # The inverse registration continues the transform from the image to the patient.
     onward = None if registration is None else ImageRegistration(inverse(registration.transform))
     placement = transform_base_to_image(base, onward)
     return {**robot, "base": placement.ravel().tolist(), "q_start": q_start.tolist()}

@@ -1,4 +1,4 @@
-"""What a dry run makes of a plan's path: the answer that page, REST, command line and exports share."""
+"""The evaluation of a plan's path by a dry run, shared by page, REST, command line and exports."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ SPACING_MM = 0.5  # between samples of the spline
 class PlanEvaluation:
     """A plan as the controller would drive it; lengths in mm, positions in LPS.
 
-    run: along the path. soft_tissue: what the tool passes besides.
-    base (4, 4) transform_base_to_image and q_start: the placement that was driven.
-    standing: the fixtures that the options of the rehearsal stood for. zones: the plan's structures to spare.
-    profile: clearance and soft tissue along the path; verdict: what both mean, with words.
-    tool_radius (S,): of the tool's segments.
-    removed_mm3: volume of the bone that the plan removes first; the run is in what is left.
-    registered: the registration that it goes by.
+    run: the dry run along the path. soft_tissue: the soft tissue that the tool passes.
+    base (4, 4) transform_base_to_image and q_start (n,): the placing that was driven.
+    standing: the fixtures of the rehearsal options. zones: the plan's protected structures.
+    profile: clearance and soft tissue along the path. verdict: their assessment, with words.
+    tool_radius (S,): radii of the tool's segments.
+    removed_mm3: volume of the bone that the plan removes first; the run is among the bone that is left.
+    registered: the registration that was used, None if image and patient share a frame.
     """
 
     path: SplinePath
@@ -55,39 +55,39 @@ class PlanEvaluation:
 
     @property
     def reason(self) -> str:
-        """What held the tool where the end was not reached."""
+        """What stopped the tool if the end was not reached."""
         return self.run.reason
 
     @property
     def reached_mm(self) -> float:
-        """How far along the path the tip got."""
+        """Arc length that the tip reached."""
         return self.run.reached_mm
 
     @property
     def length_mm(self) -> float:
-        """Of the path."""
+        """Length of the path."""
         return self.path.length
 
     @property
     def degree(self) -> int:
-        """Of the spline."""
+        """Degree of the spline."""
         return self.path.degree
 
     @cached_property
     def s(self) -> Array:
-        """Arc length (n,) of samples of the spline."""
+        """Arc lengths (n,) of the samples of the spline."""
         return stations(self.path)
 
     @cached_property
     def positions(self) -> Array:
-        """Of the samples (n, 3)."""
+        """Positions (n, 3) of the samples."""
         return self.path.position(self.s)
 
     @cached_property
     def clearance(self) -> Array:
-        """Bone clearance (n,) of the whole tool when its tip is at a sample; NaN where it did not get.
+        """Bone clearance (n,) of the whole tool with its tip at each sample; NaN at samples that it did not reach.
 
-        The least of a neighbourhood, not an interpolation: a narrow place between two samples must be seen.
+        The least value of a neighbourhood, not an interpolation, so that a narrow place between two samples shows.
         """
         s, run = self.s, self.run
         half = 0.5 * (s[1] - s[0])
@@ -108,34 +108,34 @@ class PlanEvaluation:
 
     @property
     def placement(self) -> Array | None:
-        """transform_base_to_patient (4, 4), mm; None where the image is registered to the base alone."""
+        """transform_base_to_patient (4, 4), mm; None if the image is registered to the base only."""
         if self.registered is None:
             return self.base
         return None if self.registered.image.to == "base" else placement_of(self.base, self.registered.image)
 
     @property
     def tightest_mm(self) -> float:
-        """Where the tip is along the path in the pose of the least bone clearance."""
+        """Arc length of the tip in the pose of the least bone clearance."""
         return float(self.run.s[self.run.clearance.argmin()])
 
     def samples(self) -> tuple[CurveSample, ...]:
-        """The samples for an export."""
+        """Return the samples for an export."""
         rows = zip(self.s.tolist(), self.positions.tolist(), self.clearance.tolist(), strict=True)
         return tuple(CurveSample(s, (p[0], p[1], p[2]), None if np.isnan(c) else c) for s, p, c in rows)
 
-    def beside(self, plan: Plan) -> PlanEvaluation:
-        """The same with what the plan says besides in its verdict, on which its drive does not depend."""
-        verdict = self.verdict.beside(plan)
+    def with_remarks(self, plan: Plan) -> PlanEvaluation:
+        """Return the evaluation with the plan's remarks in its verdict, on which the dry run does not depend."""
+        verdict = self.verdict.with_remarks(plan)
         return self if verdict is self.verdict else replace(self, verdict=verdict)
 
 
 def samples_of(path: SplinePath) -> tuple[CurveSample, ...]:
-    """Samples of a path that was not driven, without clearances."""
+    """Return samples of a path that was not driven, without clearances."""
     s = stations(path)
     rows = zip(s.tolist(), path.position(s).tolist(), strict=True)
     return tuple(CurveSample(at, (p[0], p[1], p[2]), None) for at, p in rows)
 
 
 def stations(path: SplinePath) -> Array:
-    """Arc lengths (n,) of samples of a path, at most ``SPACING_MM`` apart."""
+    """Return arc lengths (n,) of samples of a path, at most ``SPACING_MM`` apart."""
     return np.linspace(0.0, path.length, max(2, int(np.ceil(path.length / SPACING_MM)) + 1))

@@ -1,4 +1,4 @@
-"""Plans as they would be: what a hand drags is judged before it is stored, with the robot's base kept."""
+"""Previews: evaluations of a plan while a point is dragged, before it is stored, with the robot's base unchanged."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from app.kit.values import Position
 from app.planning.evaluation import Planning
 from app.planning.placement import StoredPlacing
 from app.planning.plan_evaluation import PlanEvaluation
-from app.planning.rehearsal_options import NO_SWITCHES, Switches
+from app.planning.rehearsal_options import NO_OPTIONS, RehearsalOptions
 from app.plans.model import Plan, without_placing
 from app.plans.points import PlanPoint
 from vfix_engine.progress import ProgressCallback
@@ -18,10 +18,10 @@ from vfix_engine.progress import ProgressCallback
 
 @dataclass(frozen=True)
 class Dragged:
-    """A path point under a hand.
+    """A path point that is being dragged.
 
-    position: where the hand is, LPS mm; a release puts the point at the nearest place clear of bone. None: it stays.
-    direction: of the shaft, from the tip towards the tail; None: as the plan has it.
+    position: position of the pointer, LPS mm; on release the point is put at the nearest place clear of bone. None: the
+    point stays. direction: unit vector of the shaft, from the tip towards the tail; None: as in the plan.
     """
 
     point_id: str
@@ -31,14 +31,14 @@ class Dragged:
 
 @dataclass(frozen=True, eq=False)
 class Preview:
-    """The evaluation of the path as it would be, and how far a release would move the point off bone in mm."""
+    """The evaluation of the dragged path, and how far a release would move the point away from bone, in mm."""
 
     evaluation: PlanEvaluation
     moved_mm: float = 0.0
 
 
 class Previews:
-    """Judges plans under a hand; may be used from any thread."""
+    """Evaluates plans while a point is dragged. Thread-safe."""
 
     def __init__(self, cases: CaseService, planning: Planning) -> None:
         self._cases, self._planning = cases, planning
@@ -49,12 +49,12 @@ class Previews:
         dragged: Dragged,
         placing: StoredPlacing,
         progress: ProgressCallback,
-        switches: Switches = NO_SWITCHES,
+        options: RehearsalOptions = NO_OPTIONS,
     ) -> Preview:
-        """The path with the point where a release would put it, simulated as the stored one is.
+        """Evaluate the path with the point where a release would put it.
 
-        placing: of the robot along the stored path, whose base is kept. progress: as of `Planning.evaluate`.
-        Raises PlanError where no place near the hand is clear of bone, and as `Planning.preview`.
+        placing: of the robot for the stored path; its base stays. progress: as in `Planning.evaluate`.
+        Raises PlanError if no place near the pointer is clear of bone, and as `Planning.preview`.
         """
         position, moved_mm = dragged.position, 0.0
         if position is not None:
@@ -66,9 +66,9 @@ class Previews:
             else point
             for point in plan.points
         ]
-        return Preview(self._planning.preview(with_points(plan, points), placing, progress, switches), moved_mm)
+        return Preview(self._planning.preview(with_points(plan, points), placing, progress, options), moved_mm)
 
 
 def with_points(plan: Plan, points: Sequence[PlanPoint]) -> Plan:
-    """The plan with another way for the chosen path, not stored; its robot has no placing for that."""
+    """Return the plan with other points for the chosen path, not stored, and without a placing of the robot."""
     return replace(plan, points=tuple(points), robot=without_placing(plan.robot))

@@ -1,4 +1,4 @@
-"""Where the remote centre of a rehearsal is: a place along the plan's path, by default where it enters the head."""
+"""The remote centre of a rehearsal: a place along the plan's path, by default where it enters the head."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from vfix_engine.files.volume import Volume
 from vfix_engine.geometry.path import SplinePath
 from vfix_engine.virtual_fixtures import RemoteCentre
 
-TOLERANCE_MM = 3.0  # of the tool's axis about the centre: assumed, it is less than a nostril's half width
-STEP_MM = 0.5  # between the places of the path that are looked at
-STAYS_MM = 3.0  # a path that is inside for less than this has touched the head, not entered it
+TOLERANCE_MM = 3.0  # of the tool's axis about the centre: assumed, less than half the width of a nostril
+STEP_MM = 0.5  # between the examined places of the path
+STAYS_MM = 3.0  # a path that is inside for less than this touches the head, but does not enter it
 _INSIDE = ("air_inside", "soft_tissue")
-_KNOWN: Cache[str, float] = Cache(32)  # where paths enter their heads
+_KNOWN: Cache[str, float] = Cache(32)  # arc lengths at which paths enter their heads
 
 
 @dataclass(frozen=True)
 class PathPlace:
-    """Which place of the path is meant: a path point by its id, or an arc length in mm; neither: the entry."""
+    """A place of the path: a path point by its id, or an arc length in mm; with neither, the entry."""
 
     point: str | None = None
     at_mm: float | None = None
@@ -34,22 +34,22 @@ ENTRY = PathPlace()
 
 
 def path_of(plan: Plan) -> SplinePath:
-    """The path of a plan. Raises PlanError for fewer than two points."""
+    """Return the path of a plan. Raises PlanError for fewer than two points."""
     if len(plan.points) < 2:
         raise PlanError("a path needs at least two points.")
     return SplinePath(np.array([point.position for point in plan.points], dtype=np.float64))
 
 
 def point_places(plan: Plan, path: SplinePath) -> list[float]:
-    """Arc length of each path point in mm."""
+    """Return the arc length of each path point in mm."""
     return [float(path.closest(np.array(point.position, dtype=np.float64))[0]) for point in plan.points]
 
 
 def entry_mm(plan: Plan, path: SplinePath, volume: Volume | None) -> float:
-    """Where the path enters the head, in mm from its start: the first place that the CT shows inside, and that stays.
+    """Return the arc length in mm where the path enters the head: the first place in the CT from which it stays inside.
 
-    Without a CT it is the first path point, which is where the tool goes in.
-    Raises PlanError where the path stays outside of what the CT shows.
+    Without a CT it is 0, the first path point.
+    Raises PlanError if the path does not enter the head in the CT.
     """
     if volume is None:
         return 0.0
@@ -68,7 +68,10 @@ def _entry_in(path: SplinePath, volume: Volume) -> float:
 
 
 def place_mm(place: PathPlace, plan: Plan, path: SplinePath, volume: Volume | None) -> float:
-    """The arc length in mm of a place; one beyond the end of the path is its end. Raises PlanError."""
+    """Return the arc length in mm of a place, at most the length of the path.
+
+    Raises PlanError if the path point does not exist, and as `entry_mm`.
+    """
     if place.point is not None:
         ids = [point.id for point in plan.points]
         if place.point not in ids:
@@ -80,10 +83,11 @@ def place_mm(place: PathPlace, plan: Plan, path: SplinePath, volume: Volume | No
 
 
 def centre_at(path: SplinePath, s: float) -> RemoteCentre:
-    """The fixture at arc length s: the tool goes in half way between the path there and the way to its end.
+    """Return the fixture at arc length s in mm.
 
-    Without the soft rows, since a pull towards the middle would keep the tip off its path.
-    Raises PlanError where the path does not stay beyond the centre.
+    Its direction is half way between the tangent there and the direction to the end of the path. It has no soft rows,
+    since a pull towards the middle would keep the tip off its path.
+    Raises PlanError if the path does not stay beyond the centre.
     """
     point = np.asarray(path.position(s))
     beyond = np.arange(s + STEP_MM, path.length, STEP_MM)

@@ -1,6 +1,7 @@
-"""How far air leads round the tissue that a driven tool passes: measured for each step of a run once it is written.
+"""How far sideways air leads around the tissue that a driven tool passes, measured for each step of a recorded run.
 
-A drive's process has no CT, and a step no time for it; the rows of the run say where the tool was.
+It is measured after the drive, since the control process has no CT and a step no time for it; the rows of the run
+contain the poses of the tool.
 """
 
 from __future__ import annotations
@@ -21,15 +22,15 @@ from vfix_engine.runtime.run import MANIFEST, SIDEWAYS, TICKS
 
 
 def measure_sideways(ways: Ways | None) -> Callable[[Path], dict[str, Any] | None] | None:
-    """:func:`add_sideways` with these ways; None where there are none, of a head without a CT."""
+    """Return :func:`add_sideways` with these ways; None without them, for a head without a CT."""
     return None if ways is None else partial(add_sideways, ways=ways)
 
 
 def add_sideways(folder: Path, ways: Ways) -> dict[str, Any] | None:
-    """Write `sideways.f64` into a run's folder; returns what the tool pierced, as `PiercedReport` has it.
+    """Write `sideways.f64` into a run's folder and return what the tool pierced, as the values of `PiercedReport`.
 
-    None, and no file, of a run whose rows hold no rigid tool, or that has none. Raises InputError for one that cannot
-    be read.
+    Returns None and writes no file for a run without rows of a rigid tool. Raises InputError for a run that cannot be
+    read.
     """
     try:
         names = [name for name, _ in json.loads((folder / MANIFEST).read_text(encoding="utf-8"))["columns"]]

@@ -1,4 +1,4 @@
-"""How deep the tool of a dry run goes into each soft structure to spare of a plan."""
+"""Depth of the tool of a dry run in each soft protected structure of a plan."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 
-from app.planning.zone_sets import whole_name
+from app.planning.protected_structures import structure_name
 from vfix_engine.arrays import Array, IndexArray
 from vfix_engine.geometry.capsules import Segments
 from vfix_engine.geometry.shape_distance import signed_distance
@@ -21,10 +21,10 @@ from vfix_engine.worlds.rigid.dry_run import STATION_MM, DryRun
 
 @dataclass(frozen=True)
 class SoftDepth:
-    """A soft structure to spare that the tool touches.
+    """A soft protected structure that the tool touches.
 
-    depth_mm: the greatest depth of the tool below the border of the structure's layer, which its margin sets, as its
-    greatest depth is counted. s_mm: arc length of the tip there.
+    depth_mm: greatest depth of the tool below the border of the structure's layer, whose thickness is its margin; its
+    maximum depth counts from the same border. s_mm: arc length of the tip there.
     """
 
     name: str
@@ -35,9 +35,9 @@ class SoftDepth:
 def soft_depths(
     run: DryRun, rows: IndexArray, tool: Tool, soft: Sequence[SoftZone | SoftRegion]
 ) -> tuple[SoftDepth, ...]:
-    """The soft structures that the tool touches, the deepest touched first; a chain is one structure.
+    """Return the soft structures that the tool touches, the deepest first; a chain is one structure.
 
-    rows (n,): of the run that are looked at, about a station apart; around the deepest every pose is.
+    rows (n,): rows of the run to examine, about a station apart; around the deepest one every pose is examined.
     """
     deepest: dict[str, SoftDepth] = {}
     rows = np.union1d(rows, [len(run.s) - 1])
@@ -45,7 +45,7 @@ def soft_depths(
         coarse = int(rows[_depths(zone, run, rows, tool.radius).argmax()])
         around = np.flatnonzero(np.abs(run.s - run.s[coarse]) <= STATION_MM)
         depths = _depths(zone, run, around, tool.radius)
-        best, name = int(depths.argmax()), whole_name(zone.name)
+        best, name = int(depths.argmax()), structure_name(zone.name)
         depth = float(depths[best])
         if depth > (deepest[name].depth_mm if name in deepest else 0.0):
             deepest[name] = SoftDepth(name, depth, float(run.s[around[best]]))
@@ -53,10 +53,10 @@ def soft_depths(
 
 
 def _depths(zone: SoftZone | SoftRegion, run: DryRun, rows: IndexArray, radius: Array) -> Array:
-    """Depth (n,) of the tool in a zone in poses of the run, mm; not above 0 where it does not touch it.
+    """Return the depth (n,) in mm of the tool in a zone in poses of the run; at most 0 where it does not touch it.
 
     A surface is measured exactly, a shape at samples of the tool's axis, at most 0.03 mm too shallow, and a solid by
-    its field of distances.
+    its distance field.
     """
     start, end = run.segments_start[rows], run.segments_end[rows]
     if isinstance(zone, SoftRegion):
@@ -71,7 +71,7 @@ def _depths(zone: SoftZone | SoftRegion, run: DryRun, rows: IndexArray, radius: 
 
 
 def _deepest(start: Array, end: Array, radius: Array, distance: Callable[[Array], Array]) -> Array:
-    """How deep (n,) the tool's surface is in a solid; -inf where nothing is known of it."""
+    """Return the depth (n,) of the tool's surface in a solid; -inf where its distance is not known."""
     points, _, segment = axis_samples(start, end)
     away = distance(points.reshape(-1, 3)).reshape(points.shape[:2])
     depth: Array = np.where(np.isnan(away), -np.inf, radius[segment] - away).max(axis=1)

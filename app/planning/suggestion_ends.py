@@ -1,4 +1,4 @@
-"""Entry and target of a path that is looked for, checked before anything is measured; LPS mm."""
+"""Checks of the entry and target of a path search before it starts; LPS mm."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from app.planning.distance_fields import OUTSIDE_MM
 from vfix_engine.errors import PlanError
 from vfix_engine.suggestion import LONGEST_MM
 
-NEAREST_MM = 2.0  # a path between nearer ends is none
+NEAREST_MM = 2.0  # least distance between the ends of a path
 
 
 def check_ends(case: Case, entry: Position, target: Position) -> None:
-    """Raises PlanError for ends in one place, too far apart, or where nothing is known of the head."""
+    """Raise PlanError for ends too near to each other, too far apart, or outside of what is known of the head."""
     for what, place in (("entry", entry), ("target", target)):
         _check_known(case, what, place)
     apart = float(np.linalg.norm(np.subtract(target, entry)))

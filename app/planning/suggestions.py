@@ -1,4 +1,4 @@
-"""Suggested paths and tables of tools: the engine's search in the head of a case, as jobs."""
+"""Suggested paths and tool comparisons: the engine's search in the head of a case, as jobs."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from app.kit.cache import Cache
 from app.kit.errors import NotFound, PlanConflict
 from app.kit.jobs import Job, JobKind, Jobs, Progress
 from app.kit.values import Position, check_position
-from app.planning.distance_fields import Fields
+from app.planning.distance_fields import DistanceFields
 from app.planning.evaluation import Planning
 from app.planning.piercing import sideways_of
 from app.planning.previews import with_points
-from app.planning.rehearsal_options import SwitchBoard
+from app.planning.rehearsal_options import OptionsByPlan
 from app.planning.remote_centre import path_of
 from app.planning.shaft import shaft_of
 from app.planning.suggestion_ends import check_ends
@@ -47,20 +47,19 @@ from vfix_engine.suggestion import (
 )
 from vfix_engine.worlds.rigid import preparation
 
-WORTH_TELLING_MM = 0.5  # a path that ends farther than this from its target says so
-_KEPT = 16  # answers that are remembered
-_FIELDS_SHARE = 0.05  # of a job, where its fields are measured
-_JUDGED_SHARE = 0.95  # from where on what was found is judged
-_ORDER: dict[Level, int] = {"fits": 0, "tight": 1, "unknown": 2}  # what is suggested, the best first
+REPORTED_GAP_MM = 0.5  # a path that ends farther than this from its target is reported
+_KEPT = 16  # cached results
+_FIELDS_FRACTION = 0.05  # fraction of a job that computes the distance fields
+_EVALUATION_FRACTION = 0.95  # fraction of a job after which the found paths are evaluated
+_ORDER: dict[Level, int] = {"fits": 0, "tight": 1, "unknown": 2}  # levels that are suggested, the best first
 
 
 @dataclass(frozen=True, eq=False)
 class SuggestedPaths:
-    """What was found from an entry to a target; both in LPS mm.
+    """Paths found from an entry to a target, both in LPS mm.
 
-    tool: its name; tool_shape: its shape where it is not as shipped. kept_mm: the clearance to bone that was kept, the
-    margin and what thinning may have moved the surface by. verdicts: on each alternative, as the plan has it that is
-    led along it.
+    tool: name of the tool. tool_shape: its shape if it is not as shipped. kept_mm: the clearance kept from bone, which
+    is the margin plus the error of the surface from thinning. verdicts: the verdict on the plan along each alternative.
     """
 
     id: str
@@ -74,7 +73,10 @@ class SuggestedPaths:
     verdicts: tuple[Verdict, ...] = ()
 
     def points_of(self, plan_id: str, alternative: int) -> tuple[PlanPoint, ...]:
-        """The points of an alternative, counted from 0. Raises PlanError for another plan, NotFound for no such one."""
+        """Return the points of an alternative (index from 0).
+
+        Raises PlanError for another plan, and NotFound if there is no such alternative.
+        """
         if self.plan_id != plan_id:
             raise PlanError("that suggestion was made for another plan; look for a path anew.")
         if alternative >= len(self.found.alternatives):
@@ -82,7 +84,7 @@ class SuggestedPaths:
         return suggested_points(self.found.alternatives[alternative])
 
     def check_tool(self, plan: Plan) -> None:
-        """Raises PlanConflict for a plan that has another tool now: it may not fit where this one was driven."""
+        """Raise PlanConflict if the plan has another tool or shape now, which may not fit along these paths."""
         if self.tool != plan_tool(plan).name:
             raise PlanConflict(
                 f"that suggestion was made for the tool {self.tool!r}, and the plan has {plan.tool!r} now; look for a "
@@ -94,11 +96,12 @@ class SuggestedPaths:
 
 @dataclass(frozen=True)
 class ToolRow:
-    """How a tool does along the path of a plan; lengths in mm.
+    """The dry run of one tool along the path of a plan; lengths in mm.
 
-    reaches: it gets to the end; reason: what holds it where it does not. as_planned: with the directions of the plan,
-    else with the best that were found. least_clearance_mm and reached_mm: None where it does not fit at the entry.
-    tissue_mm, tissue_depth_mm: None without a CT. pierces: it goes through skin or a wall, and is told not to reach.
+    reaches: the tool gets to the end. reason: what stops it if it does not. as_planned: driven with the shaft
+    directions of the plan, otherwise with the best ones found. least_clearance_mm, reached_mm: None if the tool does
+    not fit at the entry. tissue_mm, tissue_depth_mm: None without a CT. pierces: the tool goes through skin or a wall;
+    reaches is False then.
     """
 
     tool: str
@@ -117,7 +120,7 @@ class ToolRow:
 
 @dataclass(frozen=True)
 class ToolTable:
-    """Every shipped tool along the path of a plan, as the plan was at a revision."""
+    """The dry runs of every shipped tool along the path of a plan at a revision."""
 
     id: str
     plan_id: str
@@ -126,27 +129,27 @@ class ToolTable:
 
 
 class Suggestions:
-    """Looks for paths and tools; may be used from any thread."""
+    """Searches paths and compares tools. Thread-safe."""
 
     def __init__(
         self,
         jobs: Jobs,
         cases: CaseService,
         instruments: Instruments,
-        fields: Fields,
+        distance_fields: DistanceFields,
         planning: Planning,
-        switches: SwitchBoard,
+        options: OptionsByPlan,
     ) -> None:
         self._jobs, self._cases, self._instruments = jobs, cases, instruments
-        self._fields, self._planning, self._switches = fields, planning, switches
+        self._distance_fields, self._planning, self._options = distance_fields, planning, options
         self._paths: Cache[str, SuggestedPaths] = Cache(_KEPT)
         self._tables: Cache[str, ToolTable] = Cache(_KEPT)
 
     def start(self, plan: Plan, entry: Sequence[float] | None = None, target: Sequence[float] | None = None) -> Job:
-        """Look for paths with a plan's tool as a job; its result is the id that `paths` takes.
+        """Search paths for a plan's tool as a job; its result is an id for `paths`.
 
-        entry: by default the first path point; target: by default the first target. Raises PlanError without them,
-        and as `check_ends`.
+        entry: LPS mm, by default the first path point. target: LPS mm, by default the first target.
+        Raises PlanError without them, and as `check_ends`.
         """
         ends = entry_and_target(plan, entry, target)
         check_ends(self._cases.get(plan.case_id), *ends)
@@ -158,7 +161,7 @@ class Suggestions:
         return self._submit(work, "suggestion", plan, ends)
 
     def start_tools(self, plan: Plan) -> Job:
-        """Drive every shipped tool along a plan's path as a job; its result is the id that `table` takes."""
+        """Drive every shipped tool along a plan's path as a job; its result is an id for `table`."""
         path_of(plan)
 
         def work(progress: Progress) -> str:
@@ -168,65 +171,65 @@ class Suggestions:
         return self._submit(work, "tools", plan, ())
 
     def paths(self, suggestion_id: str) -> SuggestedPaths:
-        """What a job has found. Raises NotFound for one that is not remembered."""
+        """Return the result of a search job. Raises NotFound if it is no longer cached."""
         return _kept(self._paths, suggestion_id, "suggestion")
 
     def table(self, table_id: str) -> ToolTable:
-        """What a job has measured. Raises NotFound for one that is not remembered."""
+        """Return the result of a tool comparison job. Raises NotFound if it is no longer cached."""
         return _kept(self._tables, table_id, "table of tools")
 
-    def look(self, plan: Plan, entry: Position, target: Position, tell: ProgressCallback) -> SuggestedPaths:
-        """Paths from an entry to a target, for the tool, robot and settings of a plan, among its structures to spare.
+    def look(self, plan: Plan, entry: Position, target: Position, progress: ProgressCallback) -> SuggestedPaths:
+        """Search paths from an entry to a target with the tool, robot, settings and protected structures of a plan.
 
-        Each is judged as the plan is that is led along it; what is blocked or pierces a wall is left out, and of the
-        others those that fit are the first, in the order of the search.
-        Raises InputError where entry or target cannot be used, before anything is measured where that is known.
+        Each path is evaluated as a plan along it. Paths that are blocked or pierce a wall are dropped; of the others
+        those that fit come first, otherwise in the order of the search.
+        Raises InputError if entry or target cannot be used, before the search if possible.
         """
         check_ends(self._cases.get(plan.case_id), entry, target)
-        around, settings = self._around(plan, [entry, target], tell), self._settings(plan)
+        around, settings = self._around(plan, [entry, target], progress), self._settings(plan)
         robot, tool = self._instruments.robot(plan.robot), plan_tool(plan)
-        found = suggest_path(around, robot, tool, entry, target, settings, partial(_search_share, tell))
-        found, verdicts = self._judged(plan, found, target, tell)
+        found = suggest_path(around, robot, tool, entry, target, settings, partial(_search_progress, progress))
+        found, verdicts = self._evaluated(plan, found, target, progress)
         return SuggestedPaths(
             new_point_id(), plan.id, entry, target, tool.name, settings.kept_mm, found, plan.tool_shape, verdicts
         )
 
-    def _judged(
-        self, plan: Plan, found: Suggestion, target: Position, tell: ProgressCallback
+    def _evaluated(
+        self, plan: Plan, found: Suggestion, target: Position, progress: ProgressCallback
     ) -> tuple[Suggestion, tuple[Verdict, ...]]:
-        """What was found without what is blocked or pierces a wall, the best verdicts first, and these."""
-        judged = [(one, self._verdict(plan, one, tell)) for one in found.alternatives]
-        passing = [pair for pair in judged if pair[1].level in _ORDER]
+        """Return the alternatives that are neither blocked nor pierce a wall, the best first, with their verdicts."""
+        evaluated = [(one, self._verdict(plan, one, progress)) for one in found.alternatives]
+        passing = [pair for pair in evaluated if pair[1].level in _ORDER]
         passing.sort(key=lambda pair: _ORDER[pair[1].level])
-        if judged and not passing:
-            one, verdict = judged[0]
+        if evaluated and not passing:
+            one, verdict = evaluated[0]
             end = one.run.tip[-1]
             gap = float(np.linalg.norm(end - target))
             reason = f"every way that was found is blocked or pierces a wall. {verdict.words}".rstrip(".")
-            return Suggestion((), NoWay(end, gap, reason, f"{len(judged)} ways")), ()
+            return Suggestion((), NoWay(end, gap, reason, f"{len(evaluated)} ways")), ()
         return Suggestion(tuple(one for one, _ in passing), found.none), tuple(verdict for _, verdict in passing)
 
-    def _verdict(self, plan: Plan, one: Alternative, tell: ProgressCallback) -> Verdict:
-        """The verdict on a plan that is led along an alternative."""
+    def _verdict(self, plan: Plan, one: Alternative, progress: ProgressCallback) -> Verdict:
+        """Return the verdict on the plan along an alternative."""
         led = with_points(plan, suggested_points(one))
         try:
-            judging = partial(_judging_share, tell)
-            return self._planning.evaluate(led, judging, self._switches.of(plan.id).in_force.along(led)).verdict
+            evaluating = partial(_evaluation_progress, progress)
+            return self._planning.evaluate(led, evaluating, self._options.of(plan.id).in_force.along(led)).verdict
         except StartRefused as error:
-            return refused(error).beside(led)
+            return refused(error).with_remarks(led)
 
-    def tools(self, plan: Plan, tell: ProgressCallback) -> ToolTable:
-        """Every shipped tool along the path of a plan."""
+    def tools(self, plan: Plan, progress: ProgressCallback) -> ToolTable:
+        """Drive every shipped tool along the path of a plan."""
         points = [point.position for point in plan.points]
         path = path_of(plan)
-        around, settings = self._around(plan, points, tell), self._settings(plan)
+        around, settings = self._around(plan, points, progress), self._settings(plan)
         robot, shaft, rows = self._instruments.robot(plan.robot), shaft_of(plan, path), list[ToolRow]()
         every = [plan_tool(plan) if tool.name == plan.tool else tool for tool in shipped_tools()]
         for number, tool in enumerate(every):
-            share = _FIELDS_SHARE + (1.0 - _FIELDS_SHARE) * number / len(every)
+            fraction = _FIELDS_FRACTION + (1.0 - _FIELDS_FRACTION) * number / len(every)
 
-            def step(stage: str, _: float, at: float = share, title: str = tool.title) -> None:
-                tell(f"Driving {title}", at)
+            def step(stage: str, _: float, at: float = fraction, title: str = tool.title) -> None:
+                progress(f"Driving {title}", at)
 
             planned = shaft is not None and tool.name == plan.tool
             if planned and shaft is not None:
@@ -246,24 +249,27 @@ class Suggestions:
         same = f"{kind} {plan.id} {plan.revision} {tuple(ends)}"
         return self._jobs.submit(work, kind=kind, lane=lane, case_id=plan.case_id, subject=plan.name, same=same)
 
-    def _around(self, plan: Plan, places: Sequence[Position], tell: ProgressCallback) -> SearchSpace:
-        """Bone, soft tissue and structures to spare around places."""
-        preparation.wait(lambda: tell("Preparing the engine", 0.0))
+    def _around(self, plan: Plan, places: Sequence[Position], progress: ProgressCallback) -> SearchSpace:
+        """Return bone, soft tissue and protected structures around places."""
+        preparation.wait(lambda: progress("Preparing the engine", 0.0))
         case = self._cases.get(plan.case_id)
 
-        def measuring(stage: str, share: float) -> None:
-            tell(stage, _FIELDS_SHARE * share)
+        def measuring(stage: str, fraction: float) -> None:
+            progress(stage, _FIELDS_FRACTION * fraction)
 
-        fields, zones = self._fields.around(case, np.array(places), measuring), self._planning.zones(plan)
+        distance_fields, zones = (
+            self._distance_fields.around(case, np.array(places), measuring),
+            self._planning.zones(plan),
+        )
         bone = self._planning.bone(plan)
-        tissue = None if fields.tissue is None else opened_field(fields.tissue, bone.regions)
-        room = Room(opened_field(fields.bone, bone.regions), tissue)
-        ways = None if tissue is None else Ways(tissue, self._fields.air(case), places[0])
+        tissue = None if distance_fields.tissue is None else opened_field(distance_fields.tissue, bone.regions)
+        room = Room(opened_field(distance_fields.bone, bone.regions), tissue)
+        ways = None if tissue is None else Ways(tissue, self._distance_fields.air(case), places[0])
         return SearchSpace(bone.tree, room, zones.zones, zones.soft_zones, case.structure_names(), ways)
 
 
 def draft(case: Case, content: PlanContent, name: str = "") -> Plan:
-    """A plan of a case that is not stored."""
+    """Return a plan of a case that is not stored."""
     now = utc_now()
     return Plan(
         id="", name=name, case_id=case.id, case_hash=case.content_hash, **vars(content), created=now, modified=now
@@ -273,7 +279,10 @@ def draft(case: Case, content: PlanContent, name: str = "") -> Plan:
 def entry_and_target(
     plan: Plan, entry: Sequence[float] | None, target: Sequence[float] | None
 ) -> tuple[Position, Position]:
-    """Both ends of a path to look for, by default the first path point and the first target. Raises PlanError."""
+    """Return both ends of a path search, by default the first path point and the first target.
+
+    Raises PlanError if an end is missing.
+    """
     if entry is None and not plan.points:
         raise PlanError("a suggestion needs an entry: click into a nostril, or give 'entry'.")
     if target is None and not plan.targets:
@@ -283,7 +292,7 @@ def entry_and_target(
 
 
 def suggested_points(one: Alternative) -> tuple[PlanPoint, ...]:
-    """The points of an alternative as a plan has them, with the shaft's direction and roll."""
+    """Return the points of an alternative as path points, with the shaft's direction and roll."""
     rolls = [None] * len(one.points) if one.rolls is None else [math.degrees(roll) for roll in one.rolls]
     rows = zip(one.points.tolist(), one.directions.tolist(), rolls, strict=True)
     return tuple(
@@ -293,12 +302,12 @@ def suggested_points(one: Alternative) -> tuple[PlanPoint, ...]:
 
 
 def with_alternative(content: PlanContent, one: Alternative) -> PlanContent:
-    """The content with the chosen path led along an alternative; its tool stays."""
+    """Return the content with the chosen path replaced by an alternative; the tool stays."""
     return content.with_points(suggested_points(one))
 
 
 def described(looked: SuggestedPaths) -> list[dict[str, Any]]:
-    """The alternatives of what was looked for, for a client: lengths in mm, positions in LPS."""
+    """Return the alternatives as JSON values: lengths in mm, positions in LPS."""
     pairs = zip(looked.found.alternatives, looked.verdicts, strict=True)
     return [_described(one, verdict, looked) for one, verdict in pairs]
 
@@ -327,16 +336,16 @@ def _described(one: Alternative, verdict: Verdict, looked: SuggestedPaths) -> di
     }
 
 
-def _search_share(tell: ProgressCallback, stage: str, share: float) -> None:
-    tell(stage, _JUDGED_SHARE * share)
+def _search_progress(progress: ProgressCallback, stage: str, fraction: float) -> None:
+    progress(stage, _EVALUATION_FRACTION * fraction)
 
 
-def _judging_share(tell: ProgressCallback, stage: str, share: float) -> None:
-    tell("Judging the ways", _JUDGED_SHARE)
+def _evaluation_progress(progress: ProgressCallback, stage: str, fraction: float) -> None:
+    progress("Judging the ways", _EVALUATION_FRACTION)
 
 
 def described_none(none: NoWay | None) -> dict[str, Any] | None:
-    """Why there is no path, for a client."""
+    """Return why there is no path as JSON values."""
     if none is None:
         return None
     ends = [float(x) for x in none.ends_at]
@@ -344,7 +353,7 @@ def described_none(none: NoWay | None) -> dict[str, Any] | None:
 
 
 def none_in_words(none: NoWay) -> str:
-    """Why there is no path, as text."""
+    """Return why there is no path as text."""
     return (
         f"No way found: {none.reason}. It ends {none.gap_mm:.1f} mm from the target. Looked through: {none.searched}. "
         "Bone that is to be opened, a thinner tool or another entry may make one."

@@ -1,4 +1,4 @@
-"""What is said of a place: what it lies in."""
+"""Sentences on what a place lies in."""
 
 from __future__ import annotations
 

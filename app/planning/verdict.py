@@ -1,6 +1,6 @@
 """The verdict on a path: whether the tool fits among bone, what soft tissue it presses, and where.
 
-It is made once, in `Planning`; page, REST and command line tell the same value.
+It is computed once, in `Planning`; page, REST and command line report the same value.
 """
 
 from __future__ import annotations
@@ -50,9 +50,9 @@ Reason = Literal[
 ]  # fmt: skip
 TissueLevel = Literal["none", "pressed", "deep", "unknown"]
 
-NOSTRIL_MM = 20.0  # of the entry: vestibule and rim of the nose, which give way further than mucosa
-DEEP_MM = 3.0  # of soft tissue, assumed: what is deeper is told as deep
-_NONE_SPARED = ZoneSet()
+NOSTRIL_MM = 20.0  # from the entry: vestibule and rim of the nose, which yield further than mucosa
+DEEP_MM = 3.0  # in soft tissue, assumed: a greater depth is reported as deep
+_NONE_PROTECTED = ZoneSet()
 
 IN_SHORT: dict[Reason, str] = {
     "clear": "Fits",
@@ -67,7 +67,7 @@ IN_SHORT: dict[Reason, str] = {
     "refused": "Blocked at the entry",
     "pierced": "Blocked: the tool pierces skin",
     "wall": "Pierces a wall between two airs of the body",
-}  # the head of the verdict, with the reason that decided its level: every place that tells a verdict begins with it
+}  # the head of the verdict by the reason that decided its level; every text of a verdict starts with it
 
 
 _NOTHING_STATED = Stated()
@@ -77,12 +77,12 @@ _NOTHING_STATED = Stated()
 class Profile:
     """The dry run at one pose for every 0.5 mm of the path; lengths in mm.
 
-    s (n,): of the tip. clearance (n,): of the whole tool to bone. rows (n,): of the dry run.
-    structures: the hard structures to spare, with the clearance of the whole tool to each. soft: the soft ones that it
-    touches.
+    s (n,): arc length of the tip. clearance (n,): from the whole tool to bone. rows (n,): rows of the dry run.
+    structures: the hard protected structures, with the clearance of the whole tool to each. soft: the soft ones that
+    the tool touches.
     tissue: the tool in soft tissue; None without a CT.
-    off_mm (n,): what the registration is off by at the tip, 95 of 100 times at most; None without a registration, or
-    where that is not known. off_unknown: there is a registration, and its error is not known.
+    off_mm (n,): 95 % bound of the registration error at the tip; None without a registration, or if it is not known.
+    off_unknown: there is a registration whose error is not known.
     """
 
     s: Array
@@ -95,31 +95,30 @@ class Profile:
     off_unknown: bool = False
 
     def obstacles(self, run: DryRun, anatomy: str, margin_mm: float) -> tuple[Obstacle, ...]:
-        """The anatomy with its name and margin, and the structures to spare."""
+        """Return the anatomy with its name and margin, and the hard protected structures."""
         return (Obstacle(anatomy, margin_mm, self.clearance, int(run.clearance.argmin())), *self.structures)
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """What a dry run says of a path; lengths in mm.
+    """The verdict on a dry run of a path; lengths in mm.
 
-    level: from bone and reach: 'tight' is within 0.2 mm of the margin, or nearer than the registration's error (95 %)
-    or than the scan tells where bone is,
-    'unknown' that the scan ends beside the tool, that nothing is known of the registration's error, or that the entry
-    lies on the other side than the path says; 'blocked' that bone holds the tool or that it pierces tissue from the
-    room's air, 'pierces' a wall within the body.
-    nearest: what leaves least above its margin, bone or a structure to spare; least_clearance_mm: the least clearance
-    to it, margin_mm: its margin; part: name of the part of the tool there, s_mm: of the tip there. None and '' where
-    the tool does not fit at the entry.
-    tissue_mm: largest length of the tool whose surface is in soft tissue, nostril_mm the share of it within 20 mm of
-    the entry; tissue_depth_mm: the greatest depth, and tissue_s_mm of the tip there. None without a CT.
-    body: the verdict in words, without its head. soft: the soft structures to spare that the tool touches, the deepest
-    touched first.
-    doubt: where the registration leaves it open whether the tool is clear, at the worst such place; None elsewhere.
-    pierced: what of skin and walls the tool goes through.
-    reason: what decided the level; 'spent' fits, though the registration's error leaves less than the margin.
-    side_caution: a sentence where the entry lies on the other side than the path says, which the words end with.
-    obstacles: bone and each hard structure to spare, with the clearance along the path.
+    level: 'fits'; 'tight' if the clearance is within 0.2 mm of the margin, less than the registration error (95 %), or
+    less than the uncertainty of the bone surface in the scan; 'unknown' if the scan ends beside the tool, the
+    registration error is not known, or the entry lies on the other side than the path states; 'blocked' if bone stops
+    the tool or the tool pierces tissue from the room's air; 'pierces' if it pierces a wall inside the body.
+    nearest: bone or the protected structure with the least clearance above its margin. least_clearance_mm: the least
+    clearance to it. margin_mm: its margin. part: name of the nearest part of the tool. s_mm: arc length of the tip
+    there. None and '' if the tool does not fit at the entry.
+    tissue_mm: largest length of the tool whose surface is in soft tissue; nostril_mm: the part of it within 20 mm of
+    the entry. tissue_depth_mm: the greatest depth; tissue_s_mm: arc length of the tip there. None without a CT.
+    body: the verdict in words, without its head. soft: the soft protected structures that the tool touches, the
+    deepest first.
+    doubt: the worst place where the registration error exceeds the clearance; None if there is none.
+    pierced: the skin and walls that the tool goes through.
+    reason: what decided the level; 'spent' fits, though the registration error leaves less than the margin.
+    side_caution: a sentence if the entry lies on the other side than the path states, also at the end of the words.
+    obstacles: bone and each hard protected structure, with the clearance along the path.
     """
 
     level: Level
@@ -143,7 +142,7 @@ class Verdict:
 
     @property
     def short(self) -> str:
-        """The verdict in a few words, with its reason: what all of its texts begin with."""
+        """The verdict in a few words, with its reason; every text of the verdict starts with it."""
         return IN_SHORT[self.reason]
 
     @property
@@ -151,20 +150,20 @@ class Verdict:
         """The verdict in words."""
         return (VerdictPhrase(f"{self.short}."), *self.body)
 
-    def beside(self, plan: Plan) -> Verdict:
-        """The verdict on the same drive with what a plan says besides: the side of its entry, and its targets.
+    def with_remarks(self, plan: Plan) -> Verdict:
+        """Return the verdict with the remarks on a plan: the side of its entry, and its targets.
 
-        Neither is a part of the drive, so that changing one does not drive the path anew.
+        Neither affects the dry run, so that changing them does not repeat it.
         """
-        caution, ends = said_besides(plan)
+        caution, ends = plan_remarks(plan)
         if not caution and not ends:
             return self
         reason: Reason = "side" if caution and self.level not in ("blocked", "pierces") else self.reason
-        told = (
+        added = (
             *((VerdictPhrase(f" {ends}", detail=True),) if ends else ()),
             *((VerdictPhrase(f" {caution}"),) if caution else ()),
         )
-        return replace(self, level=_LEVELS[reason], reason=reason, body=(*self.body, *told), side_caution=caution)
+        return replace(self, level=_LEVELS[reason], reason=reason, body=(*self.body, *added), side_caution=caution)
 
     @property
     def words(self) -> str:
@@ -172,9 +171,11 @@ class Verdict:
         return "".join(part.words for part in self.parts)
 
 
-def said_besides(plan: Plan) -> tuple[str, str]:
-    """Sentences on a path that its drive does not depend on: that it enters on another side than it says, '' where it
-    does not, and how far before a target it ends, '' without one.
+def plan_remarks(plan: Plan) -> tuple[str, str]:
+    """Return sentences on a path that do not depend on its dry run.
+
+    The first states that it enters on another side than it states, the second how far before a target it ends; ''
+    if they do not apply.
     """
     return side_caution(plan.path), ends_words(plan.points, plan.targets)
 
@@ -184,13 +185,13 @@ def profile_of(
     tool: Tool,
     path: SplinePath,
     tissue: DistanceField | None,
-    spared: ZoneSet = _NONE_SPARED,
+    protected: ZoneSet = _NONE_PROTECTED,
     off_mm: Callable[[Array], Array | None] | None = None,
 ) -> Profile:
-    """The dry run at one pose for every 0.5 mm; each with the least bone clearance of the poses around it.
+    """Return the dry run at one pose for every 0.5 mm, each with the least bone clearance of the poses around it.
 
-    off_mm: of the registration that the path is driven through: what it may be off by (n,) at places (n, 3) of the
-    image, 95 of 100 times at most, or None where that is not known.
+    off_mm: returns the 95 % bound (n,) of the registration error at places (n, 3) of the image in mm, or None if it
+    is not known.
     """
     stations = np.rint(run.s / STATION_MM)
     _, rows, group = np.unique(stations, return_index=True, return_inverse=True)
@@ -199,8 +200,8 @@ def profile_of(
     start, end, pressed = run.segments_start[rows], run.segments_end[rows], None
     if tissue is not None:
         pressed = tool_depth(tissue, start, end, tool.radius, path.position(0.0), NOSTRIL_MM)
-    structures = structures_of(run, rows, group, tool, spared.zones)
-    soft = soft_depths(run, rows, tool, spared.soft_zones)
+    structures = structures_of(run, rows, group, tool, protected.zones)
+    soft = soft_depths(run, rows, tool, protected.soft_zones)
     off = None if off_mm is None else off_mm(run.tip[rows])
     unknown = off_mm is not None and off is None
     return Profile(run.s[rows], least, rows, pressed, structures, soft, off, unknown)
@@ -217,9 +218,9 @@ def verdict_of(
     pierced: Pierced = NOT_KNOWN,
     stated: Stated = _NOTHING_STATED,
 ) -> Verdict:
-    """The verdict on a dry run.
+    """Return the verdict on a dry run.
 
-    margin_mm: kept from bone. complete: the scan holds all of the tissue beside the tool.
+    margin_mm: margin kept from bone. complete: whether the scan shows all of the tissue beside the tool.
     """
     obstacles = profile.obstacles(run, case.structure_names()[case.anatomy.id], margin_mm)
     bone, nearest = obstacles[0], min(obstacles, key=lambda one: one.left_mm)
@@ -252,7 +253,7 @@ def verdict_of(
 
 
 def refused(error: StartRefused) -> Verdict:
-    """The verdict where the tool does not fit at the entry, or the robot does not reach it."""
+    """Return the verdict if the tool does not fit at the entry or the robot does not reach it."""
     words = str(error)
     return Verdict(
         "blocked", "unknown", None, "", "", None, None, None, None, None,
@@ -270,7 +271,7 @@ _LEVELS: dict[Reason, Level] = {
 def _reason(
     run: DryRun, profile: Profile, worst: Doubt | None, surface: bool, near: bool, complete: bool, pierced: Pierced
 ) -> Reason:
-    """What decides the level, the gravest first; the side of the entry is weighed by `Verdict.beside`."""
+    """Return what decides the level, the most severe first; `Verdict.with_remarks` handles the side of the entry."""
     found: tuple[tuple[bool, Reason], ...] = (
         (pierced.state == "room", "pierced"),
         (not run.completed, "held"),
@@ -286,9 +287,9 @@ def _reason(
 
 
 def _worst(profile: Profile, obstacles: Sequence[Obstacle]) -> Doubt | None:
-    """Where the registration's error leaves least of a clearance; None where it is not known or there is none.
+    """Return where the registration error leaves least of a clearance; None if the error is not known or absent.
 
-    A place where it exceeds the clearance goes before one where it leaves less than the margin.
+    A place where the error exceeds the clearance precedes one where it leaves less than the margin.
     """
     if profile.off_mm is None:
         return None
@@ -301,7 +302,7 @@ def _worst(profile: Profile, obstacles: Sequence[Obstacle]) -> Doubt | None:
 
 
 def _part_of(nearest: Obstacle, run: DryRun, tool: Tool, tree: ProximityTree) -> str:
-    """Name of the part of the tool that is nearest to an obstacle where the clearance to it is least."""
+    """Return the name of the tool part nearest to an obstacle at the least clearance to it."""
     if nearest.zones:
         return tool.segment_names[nearest_part(nearest, run, tool)]
     segments = Segments(run.segments_start[nearest.row], run.segments_end[nearest.row], tool.radius)
@@ -309,7 +310,7 @@ def _part_of(nearest: Obstacle, run: DryRun, tool: Tool, tree: ProximityTree) ->
 
 
 def tissue_level(length: float | None, depth: float | None, complete: bool) -> TissueLevel:
-    """How a tool presses soft tissue that it is in along a length and to a depth in mm, None where not known."""
+    """Return how a tool presses soft tissue. length, depth: of the tool in tissue in mm, None if not known."""
     if length is None or depth is None:
         return "unknown"
     if depth > DEEP_MM:

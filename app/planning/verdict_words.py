@@ -1,4 +1,4 @@
-"""The verdict on a path in words: sentences, and the places along the path that they are about."""
+"""The words of a verdict: sentences, and the places along the path that they refer to."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from app.planning.piercing import Pierced
 from app.planning.soft_depths import SoftDepth
 from vfix_engine.worlds.rigid.dry_run import DryRun
 
-SHORT_MM = 0.5  # a shorter length is not told in figures
-_WORTH_DEPTH_MM = 0.05  # a smaller depth in a soft structure is not told in words
-_WORTH_SAYING_MM = 0.005  # of a margin, in hundredths of a mm
+SHORT_MM = 0.5  # a shorter length is not reported in figures
+_REPORTED_DEPTH_MM = 0.05  # a smaller depth in a soft structure is not reported
+_REPORTED_MARGIN_MM = 0.005  # a smaller addition to a margin is not reported, since margins have two decimals
 
 
 class VerdictPhrase(NamedTuple):
-    """A piece of a sentence, and the arc length of the tip that it is about, None where it is about no place.
+    """A part of a sentence, and the arc length of the tip that it refers to, None if it refers to no place.
 
     detail: the page shows it on request only.
     """
@@ -27,14 +27,18 @@ class VerdictPhrase(NamedTuple):
 
 
 class Stated(NamedTuple):
-    """What a plan has besides its path: the standing fixtures of its drive in words, and the bone that it removes."""
+    """Conditions of a dry run that its verdict states: the fixtures of the rehearsal options, and the removed bone."""
 
     standing: str = ""
     removed_mm3: float = 0.0
 
 
 class Doubt(NamedTuple):
-    """Where the registration leaves least: its error, clearance and margin in mm, what is near, and s_mm of the tip."""
+    """Where the registration error leaves least clearance.
+
+    off_mm: registration error (95 %). clearance_mm, margin_mm: to and of the nearest obstacle, named by nearest. s_mm:
+    arc length of the tip there.
+    """
 
     off_mm: float
     clearance_mm: float
@@ -44,12 +48,12 @@ class Doubt(NamedTuple):
 
     @property
     def left_mm(self) -> float:
-        """Of the clearance, where the registration is off by that much; negative where it may touch."""
+        """The clearance minus the registration error; negative where the tool may touch."""
         return self.clearance_mm - self.off_mm
 
 
 def held_parts(run: DryRun) -> tuple[VerdictPhrase, ...]:
-    """Where a run ends before its path does, and what holds the tool there."""
+    """Describe where a run stops before the end of its path, and what stops the tool there."""
     if run.completed:
         return ()
     at = VerdictPhrase(f"at {run.reached_mm:.0f} of {run.length_mm:.0f} mm", run.reached_mm)
@@ -57,9 +61,12 @@ def held_parts(run: DryRun) -> tuple[VerdictPhrase, ...]:
 
 
 def nearest_parts(nearest: Obstacle, s_mm: float, part: str, added_mm: float) -> tuple[VerdictPhrase, ...]:
-    """What leaves least above its margin. added_mm: of the margin, for what thinning may have moved the surface."""
+    """Describe the obstacle with the least clearance above its margin.
+
+    added_mm: the part of the margin that covers the error of the thinned surface.
+    """
     scan = f", and {added_mm:.2f} mm of the margin are there since the scan’s surface may be that far off"
-    more = scan if added_mm >= _WORTH_SAYING_MM else ""
+    more = scan if added_mm >= _REPORTED_MARGIN_MM else ""
     return (
         VerdictPhrase(f" {nearest.least_mm:.2f} mm to {nearest.name} "),
         VerdictPhrase(f"at {s_mm:.0f} mm", s_mm),
@@ -68,12 +75,12 @@ def nearest_parts(nearest: Obstacle, s_mm: float, part: str, added_mm: float) ->
     )
 
 
-def surface_parts(bone: Obstacle, run: DryRun, off_mm: float, told: bool) -> tuple[VerdictPhrase, ...]:
-    """Where bone may be nearer than its surface. told: its least clearance is in the words already."""
+def surface_parts(bone: Obstacle, run: DryRun, off_mm: float, reported: bool) -> tuple[VerdictPhrase, ...]:
+    """Describe where bone may be nearer than its surface. reported: its least clearance is already in the words."""
     if bone.least_mm > off_mm:
         return ()
     off = f"{off_mm:.2f} mm off its surface."
-    if told:
+    if reported:
         return (VerdictPhrase(f" {bone.name[:1].upper()}{bone.name[1:]} may lie {off}"),)
     s_mm = float(run.s[bone.row])
     at = VerdictPhrase(f"at {s_mm:.0f} mm", s_mm)
@@ -81,7 +88,7 @@ def surface_parts(bone: Obstacle, run: DryRun, off_mm: float, told: bool) -> tup
 
 
 def stated_parts(stated: Stated) -> tuple[VerdictPhrase, ...]:
-    """With what the tool was driven, and what is removed before."""
+    """Describe the fixtures that the tool was driven with, and the bone that is removed before."""
     standing = (VerdictPhrase(f" Simulated with {stated.standing}."),) if stated.standing else ()
     removed = (
         (VerdictPhrase(f" {stated.removed_mm3:.0f} mm³ of bone are removed first."),) if stated.removed_mm3 else ()
@@ -90,7 +97,7 @@ def stated_parts(stated: Stated) -> tuple[VerdictPhrase, ...]:
 
 
 def pierced_parts(pierced: Pierced, before: bool) -> tuple[VerdictPhrase, ...]:
-    """What is pierced, said before all else; that it is not known, after it."""
+    """Describe what is pierced: before all other sentences if something is, after them if it is not known."""
     if not pierced.words or before != (pierced.state in ("room", "wall")):
         return ()
     if not before:
@@ -121,12 +128,12 @@ def doubt_parts(worst: Doubt | None, unknown: bool) -> tuple[VerdictPhrase, ...]
 
 
 def soft_parts(soft: Sequence[SoftDepth]) -> tuple[VerdictPhrase, ...]:
-    told = [one for one in soft if one.depth_mm >= _WORTH_DEPTH_MM]
+    deep = [one for one in soft if one.depth_mm >= _REPORTED_DEPTH_MM]
     parts = list[VerdictPhrase]()
-    for first, one in zip([True] + [False] * len(told), told, strict=False):
+    for first, one in zip([True] + [False] * len(deep), deep, strict=False):
         parts.append(VerdictPhrase(f"{' Goes ' if first else ', '}{one.depth_mm:.1f} mm deep into {one.name} ("))
         parts += [VerdictPhrase(f"at {one.s_mm:.0f} mm", one.s_mm), VerdictPhrase(")")]
-    return (*parts, VerdictPhrase(".")) if told else ()
+    return (*parts, VerdictPhrase(".")) if deep else ()
 
 
 def tissue_parts(
@@ -137,8 +144,8 @@ def tissue_parts(
     beyond = "" if complete else " The scan ends in tissue beside the tool; what lies there is not known."
     if length < SHORT_MM:
         return (VerdictPhrase(f" Presses no soft tissue.{beyond}"),)
-    share = "all" if at_nostril > length - SHORT_MM else f"{at_nostril:.0f} mm"
-    nostril = f"; {share} of it at the nostril" if at_nostril >= SHORT_MM else ""
+    part = "all" if at_nostril > length - SHORT_MM else f"{at_nostril:.0f} mm"
+    nostril = f"; {part} of it at the nostril" if at_nostril >= SHORT_MM else ""
     at_least = "" if complete else "at least "
     return (
         VerdictPhrase(

@@ -1,4 +1,4 @@
-"""The head: bone with opacity and cut-away, CT planes, the letters of the directions."""
+"""The head: bone with opacity and cut-away, CT planes, and the letters of the anatomical directions."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 LETTER_GAP_MM = 14.0
 LETTER_RISE = 0.5
-AIR_GREY = 60  # darker than this is air: it lets the path and the tool behind it shine through
+AIR_GREY = 60  # darker pixels are air, drawn translucent so that the path and the tool behind show
 AIR_ALPHA = 110
 _LETTERS = {"R": (-1, 0, 0), "L": (1, 0, 0), "A": (0, -1, 0), "P": (0, 1, 0), "I": (0, 0, -1), "S": (0, 0, 1)}
 
@@ -39,7 +39,7 @@ class Look:
 
 @dataclass(frozen=True)
 class SlicePicture:
-    """A CT slice for the scene: grey picture and the place of its pixel centres."""
+    """A CT slice for the scene: a grey image and the transform of its pixel centres."""
 
     axis: str
     image: npt.NDArray[np.uint8]  # (h, w)
@@ -47,7 +47,7 @@ class SlicePicture:
 
 
 class BoneNode:
-    """The bone's surface as one mesh; a cut gives it another geometry, the opacity only another property."""
+    """The bone's surface as one mesh; a cut replaces its geometry, the opacity is only a property."""
 
     def __init__(self, scene: viser.SceneApi, mesh: TriangleMesh) -> None:
         self._surface = trimesh.Trimesh(vertices=mesh.vertices, faces=mesh.faces, process=False, validate=False)
@@ -80,7 +80,7 @@ class BoneNode:
     def _cut(self, cut: Cut, cut_at: float) -> trimesh.Trimesh:
         if cut == "whole":
             return self._surface
-        # the half that is named is taken away
+        # the named half is removed
         normal = [-1.0, 0.0, 0.0] if cut == "left" else [1.0, 0.0, 0.0]
         vertices, faces, _ = trimesh.intersections.slice_faces_plane(
             self._surface.vertices, self._surface.faces, normal, [cut_at, 0.0, 0.0]
@@ -129,7 +129,7 @@ class SliceNodes:
         u, v = affine[:3, 0], affine[:3, 1]
         centre = affine[:3, :3] @ np.array([(columns - 1) / 2.0, (rows - 1) / 2.0, 0.0]) + affine[:3, 3]
         x, y = u / np.linalg.norm(u), v / np.linalg.norm(v)
-        # viser's image lies in its x-y plane, x to the right of the picture and y down it
+        # viser's image lies in its x-y plane, with x to the right and y down
         rotation = np.stack([x, y, np.cross(x, y)], axis=-1)
         wxyz = trimesh.transformations.quaternion_from_matrix(rotation)
         image = np.repeat(picture.image[:, :, None], 4, axis=2)
@@ -163,7 +163,7 @@ class LetterNodes:
 
     def __init__(self, labels: SceneLabels, bounds: Array) -> None:
         centre, half = bounds.mean(axis=0), (bounds[1] - bounds[0]) / 2.0
-        rise = np.array([0.0, 0.0, LETTER_RISE * half[2]])  # the middle of the face is where one works
+        rise = np.array([0.0, 0.0, LETTER_RISE * half[2]])  # keeps the letters away from the middle of the face
         self._nodes = [
             labels.add(
                 f"/head/letter_{letter}",

@@ -10,9 +10,9 @@ import numpy.typing as npt
 from vfix_engine.arrays import Array
 
 FIELD_OF_VIEW = np.deg2rad(28.0)  # narrow, so that sizes hardly change with depth
-FILL = 1.12  # how much larger than the head the view is
+FILL = 1.12  # size of the view relative to the head
 
-# Direction from the head to the camera in LPS. The top view leans back by a hair: up is anterior then.
+# Direction from the head to the camera in LPS. The superior view is slightly tilted, so that up is anterior.
 DIRECTIONS: dict[str, tuple[float, float, float]] = {
     "anterior": (0.0, -1.0, 0.0),
     "left": (1.0, 0.0, 0.0),
@@ -25,14 +25,14 @@ DIRECTIONS: dict[str, tuple[float, float, float]] = {
 
 @dataclass(frozen=True)
 class CameraPose:
-    """Camera position and the place it looks at, LPS mm."""
+    """Camera position and the point it looks at, LPS mm."""
 
     position: Array
     look_at: Array
 
 
 def standard_view(name: str, centre: Array, radius_mm: float) -> CameraPose:
-    """The view that shows a ball of ``radius_mm`` around ``centre``."""
+    """Return the camera pose of a view of a ball of ``radius_mm`` around ``centre``."""
     direction = np.array(DIRECTIONS[name])
     direction /= np.linalg.norm(direction)
     distance = FILL * radius_mm / np.sin(FIELD_OF_VIEW / 2.0)
@@ -41,7 +41,7 @@ def standard_view(name: str, centre: Array, radius_mm: float) -> CameraPose:
 
 @dataclass(frozen=True)
 class Lens:
-    """What the browser's camera sees: pose (OpenCV axes), vertical field of view [rad], canvas [px]."""
+    """The browser's camera: pose (OpenCV axes), vertical field of view in rad, canvas size in pixels."""
 
     rotation_camera_to_lps: Array
     position: Array
@@ -56,18 +56,21 @@ class Lens:
 
     @property
     def mm_per_pixel(self) -> float:
-        """Size of a canvas pixel at the place looked at."""
+        """Size of a canvas pixel at the point that the camera looks at."""
         return float(np.linalg.norm(self.look_at - self.position)) / self.focal_px
 
     def ray(self, screen_x: float, screen_y: float) -> tuple[Array, Array]:
-        """Origin and unit direction through a place on the canvas, in parts of its size from the upper left."""
-        up = 2.0 * np.tan(0.5 * self.field_of_view)  # height of the picture at unit distance
+        """Return origin and unit direction of the ray through a canvas position.
+
+        screen_x, screen_y: fractions of the canvas size, from the upper left.
+        """
+        up = 2.0 * np.tan(0.5 * self.field_of_view)  # height of the image at unit distance
         across = up * self.width / self.height
         direction = self.rotation_camera_to_lps @ np.array([(screen_x - 0.5) * across, (screen_y - 0.5) * up, 1.0])
         return self.position.copy(), direction / np.linalg.norm(direction)
 
     def project(self, points: npt.ArrayLike) -> Array:
-        """(n, 2) places on the canvas, in parts of its size; NaN behind the camera."""
+        """Return canvas positions (n, 2) of points (n, 3) as fractions of its size; NaN behind the camera."""
         seen = (np.atleast_2d(np.asarray(points, dtype=np.float64)) - self.position) @ self.rotation_camera_to_lps
         depth = np.where(seen[:, 2] > 0.0, seen[:, 2], np.nan)
         return np.stack(

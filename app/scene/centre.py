@@ -14,7 +14,7 @@ _NAME_OFF_MM = 2.0  # beyond the ring
 
 
 class CentreNodes:
-    """A ring of the tolerance's radius across the direction in which the tool goes in."""
+    """A ring with the radius of the tolerance, perpendicular to the direction in which the tool enters."""
 
     def __init__(self, view: SceneView) -> None:
         self._view = view
@@ -25,7 +25,7 @@ class CentreNodes:
         )
 
     def show(self, point: Array, into: Array, radius: float) -> None:
-        """point, into: (3,) LPS [mm] and a unit vector."""
+        """Draw the centre. point (3,): LPS mm. into (3,): unit vector of the entering tool. radius: mm."""
         angles = np.linspace(0.0, 2.0 * np.pi, _CORNERS + 1)
         round_it = np.column_stack([np.cos(angles), np.sin(angles)])
         ring = point + radius * round_it @ across(into)

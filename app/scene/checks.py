@@ -1,4 +1,4 @@
-"""What a browser says about the scene is checked before anything is made of it (HAZ-05)."""
+"""Checks of values that a browser reports about the scene (HAZ-05)."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ import numpy as np
 
 from vfix_engine.arrays import Array
 
-MAX_MM = 1e4  # no head, and no camera that sees one, is so far away
+MAX_MM = 1e4  # beyond any head and any camera that sees one
 
 
 def finite_position(values: Any) -> Array | None:
-    """A place (3,) in LPS mm within ±MAX_MM; None for anything else."""
+    """Return a position (3,) in LPS mm within ±MAX_MM; None for anything else."""
     return finite_numbers(values, 3, MAX_MM)
 
 
 def finite_numbers(values: Any, count: int, at_most: float = np.inf) -> Array | None:
-    """That many finite numbers (count,) within ±at_most; None for anything else."""
+    """Return finite numbers (count,) within ±at_most; None for anything else."""
     try:
         found = np.array(values, dtype=np.float64)
     except (TypeError, ValueError, OverflowError):

@@ -1,4 +1,4 @@
-"""The directions from which a target can be inspected, as a quiet translucent cone on it."""
+"""The directions from which a target can be inspected, as a translucent cone at the target."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class ConeNodes:
         self._nodes: list[Any] = []
 
     def show(self, surface: Surface | None, old: bool) -> None:
-        """surface: of `cone_surface`, its apex first, LPS mm. old: of an earlier path, which is grey."""
+        """Draw a cone. surface: from `cone_surface`, apex first, LPS mm. old: of an earlier path, drawn grey."""
         self.remove()
         if surface is None or not len(surface[1]):
             return
@@ -58,7 +58,7 @@ class ConeNodes:
 
 
 def cone_edges(vertices: Array, faces: npt.NDArray[np.intp]) -> npt.NDArray[np.float32]:
-    """The rim of a cone, and some lines from its apex to it: segments (n, 2, 3)."""
+    """Return the rim of a cone, and some lines from its apex to it, as segments (n, 2, 3)."""
     rim = faces[(faces == 0).any(axis=1)]
     rim = rim[rim != 0].reshape(-1, 2)
     some = np.unique(rim[:: max(1, -(-len(rim) // _GENERATORS)), 0])

@@ -1,4 +1,4 @@
-"""What a hand drags in the scene: in the plane of the view, with the place under the pointer kept."""
+"""Dragging in the scene: in the plane of the view, with the grabbed point kept under the pointer."""
 
 from __future__ import annotations
 
@@ -25,17 +25,17 @@ class DragEvent:
 
 
 class Draggable:
-    """A node that tells of its drags while it is not locked; it is at first."""
+    """A node that reports its drags unless it is locked, which it is initially."""
 
     def __init__(self, node: Any, item_id: str, position: Position, on_drag: Callable[[DragEvent], object]) -> None:
-        """item_id: of the events. position: of the item, LPS [mm]; the node stands there or beside it."""
+        """Wrap a node. item_id: for the events. position: of the item, LPS mm; the node is at or near it."""
         self.node, self._id, self._on_drag = node, item_id, on_drag
         self.position = position
         self._offset = np.zeros(3)
         self._locked = True
 
     def lock(self, locked: bool) -> None:
-        """Whether it cannot be dragged."""
+        """Set whether dragging is disabled."""
         if locked == self._locked:
             return
         self._locked = locked
@@ -45,7 +45,7 @@ class Draggable:
             self.node.on_drag("left")(self.dragged)
 
     async def dragged(self, event: viser.SceneNodeDragEvent[Any]) -> None:
-        """Tell of a drag; places that are not finite are left out, but a drag always ends."""
+        """Report a drag; invalid positions are ignored, but the end of a drag is always reported."""
         end = finite_position(event.end_position)
         if event.phase == "start" and end is not None:
             self._offset = np.array(self.position) - end
@@ -57,7 +57,7 @@ class Draggable:
 
 
 class DragBall:
-    """A ball in the accent colour that is dragged."""
+    """A draggable ball in the accent colour."""
 
     def __init__(
         self,
@@ -68,7 +68,7 @@ class DragBall:
         position: Position,
         on_drag: Callable[[DragEvent], object],
     ) -> None:
-        """name: of the node. item_id: of the events. position: LPS mm."""
+        """Add the ball. name: of the node. item_id: for the events. position: LPS mm."""
         self._node: Any = scene.add_icosphere(
             name, radius_mm, color=palette.ACCENT, cast_shadow=False, receive_shadow=False
         )
@@ -77,7 +77,7 @@ class DragBall:
         self._selected = False
 
     def show(self, position: Position, locked: bool, selected: bool = False) -> None:
-        """Where it is, whether it can be dragged, and whether it is marked."""
+        """Set its position in LPS mm, whether dragging is disabled, and whether it is highlighted."""
         self._node.position = np.array(position)
         self._drag.position = position
         if selected != self._selected:

@@ -1,6 +1,6 @@
-"""What targets may be off by behind a registration, as translucent balls about them.
+"""Error bounds of targets due to the registration, as translucent balls around them.
 
-Targets lie within the head: each ball has a ring, which is seen through bone as the path is.
+Targets lie inside the head, so each ball has a ring, which shows through bone as the path does.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ class ErrorBalls:
     """One ball for each target, or none."""
 
     def __init__(self, view: SceneView, owner: str = "plan") -> None:
-        """owner: the step that shows them; two of them have nodes of their own."""
+        """Create no balls yet. owner: name of the tab that shows them, each of which has its own nodes."""
         self._scene, self._owner = view.scene, owner
         self._nodes: list[Any] = []
         self._rings = Lines(view, f"/{owner}/error/rings", palette.ERROR_RING, RING_MM)
 
     def show(self, balls: Sequence[tuple[Position, float]]) -> None:
-        """balls: centre, LPS mm, and radius in mm."""
+        """Draw these balls and no others. balls: centre in LPS mm and radius in mm of each."""
         self._clear()
         rings = [joined(ring(np.array(centre), radius)) for centre, radius in balls]
         self._rings.show(np.concatenate(rings) if rings else np.empty((0, 2, 3)))

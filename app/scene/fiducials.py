@@ -1,6 +1,6 @@
-"""Beads and points of a registration in the scene: balls in the colour of what is said of them, with their labels.
+"""Beads and points of a registration in the scene: balls coloured by their state, with labels.
 
-Where a point was measured, brought into the image, is a cross that is joined to its ball: between them is the residual.
+The measured position of a point, transformed to the image, is a cross joined to its ball by a line: the residual.
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 
 RADIUS_MM = 2.6
 REJECTED_MM = 1.4
-CROSS_MM = 3.2  # half the length of its lines: they look out of the ball
-CROSS_PX = 2.0  # their thickness; lines in mm would be seen through bone, where their ball and its label are not
+CROSS_MM = 3.2  # half the length of its lines, which extend beyond the ball
+CROSS_PX = 2.0  # their thickness in pixels, since lines in mm would show through bone, unlike their ball and label
 COLOURS = {
     "found": palette.FOUND_BEAD,
     "confirmed": palette.FIDUCIAL,
@@ -30,7 +30,7 @@ COLOURS = {
 
 @dataclass(frozen=True)
 class FiducialShape:
-    """A ball as it is drawn, LPS mm. state: a key of COLOURS. measured: where it was measured, in the image."""
+    """A ball as it is drawn, LPS mm. state: a key of COLOURS. measured: measured position in the image, or None."""
 
     id: str
     label: str

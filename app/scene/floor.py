@@ -1,4 +1,4 @@
-"""What a robot stands on: a patch of floor that fades out, with the shadow of the base on it."""
+"""The floor under a robot: a patch that fades out, with the shadow of the base."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from vfix_engine.arrays import Array
 from vfix_engine.robots import Visual
 
 PIXELS = 192
-SPREAD = 3.2  # how much wider than the base the floor is
+SPREAD = 3.2  # width of the floor relative to the base
 FLOOR_GREY, FLOOR_ALPHA = 128.0, 0.34
 SHADOW_ALPHA = 0.72
 SHADOW_REACH = 1.5  # where the shadow ends, in half widths of the base
@@ -23,7 +23,7 @@ BELOW_MM = 0.5
 
 @functools.lru_cache(maxsize=1)
 def floor_picture() -> npt.NDArray[np.uint8]:
-    """(PIXELS, PIXELS, 4): grey floor that fades to nothing at the rim, darkest in the middle."""
+    """Return an image (PIXELS, PIXELS, 4) of a grey floor that fades out at the rim and is darkest in the middle."""
     axis = (np.arange(PIXELS) + 0.5) / PIXELS * 2.0 - 1.0
     away = np.hypot(*np.meshgrid(axis, axis))  # 1 at the rim
     floor = FLOOR_ALPHA * np.clip(1.0 - away, 0.0, 1.0) ** 0.8
@@ -35,7 +35,10 @@ def floor_picture() -> npt.NDArray[np.uint8]:
 
 
 def footprint(visuals: Sequence[Visual]) -> tuple[Array, float] | None:
-    """Middle of the underside (3,) of what the base draws, and its width, mm, in the base's frame; None of nothing."""
+    """Return the centre (3,) of the underside of the base's visuals and their width, in mm in the base frame.
+
+    None if the base has no visuals other than meshes.
+    """
     corners = [_corners(visual) for visual in visuals if visual.link == 0 and visual.kind != "mesh"]
     if not corners:
         return None
@@ -57,7 +60,7 @@ def _corners(visual: Visual) -> Array:
 
 
 class FloorNodes:
-    """The floor under a robot's base; none where the base draws nothing of itself."""
+    """The floor under a robot's base; nothing if `footprint` is None."""
 
     def __init__(self, scene: viser.SceneApi, visuals: Sequence[Visual]) -> None:
         self._node: viser.ImageHandle | None = None
@@ -71,7 +74,7 @@ class FloorNodes:
         )
 
     def place(self, base: Array) -> None:
-        """base: transform_base_to_patient (4, 4), mm."""
+        """Move the floor under the base. base: transform_base_to_patient (4, 4), mm."""
         if self._node is None:
             return
         self._node.position = base[:3, :3] @ self._middle + base[:3, 3]

@@ -1,4 +1,4 @@
-"""The grip, the spring to the hand, the force arrow, the virtual point and the place that blocks."""
+"""The grip, the spring to the hand, the force arrow, the virtual point and the blocking place."""
 
 from __future__ import annotations
 
@@ -21,19 +21,19 @@ LABEL_RISE_MM = 9.0
 
 @dataclass(frozen=True)
 class GripDrag:
-    """The hand on the grip: phase 'start', 'update' or 'end', and where the hand is, LPS [mm]."""
+    """A drag of the grip: phase 'start', 'update' or 'end', and the position of the hand, LPS mm."""
 
     phase: str
     position: tuple[float, float, float]
 
 
 class HandNodes:
-    """What the user takes hold of. The ball follows the hand while it is dragged, else the tool."""
+    """The grip that the user drags, and its forces. The ball follows the hand during a drag, otherwise the tool."""
 
     def __init__(self, scene: viser.SceneApi, labels: SceneLabels, on_drag: Callable[[GripDrag], object]) -> None:
         self._on_drag = on_drag
         self._grip_at = np.zeros(3)
-        self._hand: Array | None = None  # where the hand is, set on viser's loop and read on the session's thread
+        self._hand: Array | None = None  # position of the hand, set on viser's loop and read on the session's thread
         self._offset = np.zeros(3)
         self._mine = False
         self._ball = scene.add_icosphere(
@@ -60,7 +60,10 @@ class HandNodes:
         )
 
     def show(self, grip: Array, force: Array, mine: bool) -> None:
-        """Grip point on the tool (3,), force of the hand (3,) [N], whether this tab holds the handle."""
+        """Draw the grip.
+
+        grip (3,): grip point on the tool, LPS mm. force (3,): force of the hand, N. mine: this tab controls the drive.
+        """
         self._grip_at = grip
         if mine != self._mine:
             self._mine = mine
@@ -82,11 +85,11 @@ class HandNodes:
         size = float(np.linalg.norm(force))
         self._arrow.visible = size > 0.02
         if size > 0.02:
-            start = ball + GRIP_RADIUS_MM * force / size  # from the ball's surface, so that it is seen
+            start = ball + GRIP_RADIUS_MM * force / size  # at the ball's surface, so that it is visible
             self._arrow.points = np.array([[start, start + ARROW_MM_PER_N * force]], dtype=np.float32)
 
     def show_sight(self, tip: Array, view_point: Array | None) -> None:
-        """The virtual point ahead of the tip while a target is inspected."""
+        """Draw the virtual point ahead of the tip while a target is inspected; None hides it. Both (3,), LPS mm."""
         self._view_point.visible = self._sight.visible = view_point is not None
         if view_point is not None:
             self._view_point.position = view_point
@@ -105,7 +108,7 @@ class HandNodes:
         if position is None:
             if event.phase != "end":
                 return
-            position = self._grip_at  # a hand lets go wherever it is said to be
+            position = self._grip_at  # the end of a drag counts even with an invalid position
         self._hand = None if event.phase == "end" else position
         self._on_drag(GripDrag(event.phase, (float(position[0]), float(position[1]), float(position[2]))))
 

@@ -1,4 +1,4 @@
-"""Words at places of the scene: written by the page over its frame, or by viser where the page does not."""
+"""Text labels of the scene: drawn by the page over the scene's frame, or otherwise by viser."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from vfix_engine.arrays import Array
 
 
 class SceneLabel:
-    """Words at a place, LPS [mm].
+    """A text at a position in LPS mm.
 
-    kind: how the page draws them ('letter', 'item', 'bead', 'bead chosen', 'grip', 'centre').
+    kind: style on the page ('letter', 'item', 'bead', 'bead chosen', 'grip', 'centre').
     """
 
     def __init__(self, node: viser.LabelHandle, kind: str, text: str, visible: bool, owner: SceneLabels) -> None:
@@ -51,7 +51,7 @@ class SceneLabel:
         self.refresh()
 
     def refresh(self) -> None:
-        """Show viser's own glyphs, or leave the words to the page."""
+        """Show viser's text, or hide it if the page draws the labels."""
         shown = self._visible and not self._owner.by_page
         if self._node.visible != shown:
             self._node.visible = shown
@@ -62,7 +62,7 @@ class SceneLabel:
 
 
 class SceneLabels:
-    """All labels of one client's scene. by_page: the page writes them; viser's glyphs are hidden then."""
+    """All labels of one client's scene. by_page: the page draws them, and viser's texts are hidden."""
 
     def __init__(self, scene: viser.SceneApi) -> None:
         self._add: Callable[..., viser.LabelHandle] = scene.add_label
@@ -78,7 +78,7 @@ class SceneLabels:
         visible: bool = True,
         **options: Any,
     ) -> SceneLabel:
-        """A label of that name; options are viser's, for its own glyphs."""
+        """Add a label. options: options of viser for its own text."""
         shown = visible and not self.by_page
         label = SceneLabel(self._add(name, text, visible=shown, **options), kind, text, visible, self)
         label.position = np.asarray(position)
@@ -94,5 +94,5 @@ class SceneLabels:
             label.refresh()
 
     def shown(self) -> list[SceneLabel]:
-        """Those that are to be read now, in the order in which they were made."""
+        """Return the visible labels in the order of their creation."""
         return [label for label in self._known.values() if label.visible]

@@ -1,4 +1,4 @@
-"""The light on the head: soft from all sides, a key from the left front above, so that bone reads as relief."""
+"""Lights of the head: soft ambient light, and a key light from the upper left front that shows the relief of bone."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ _LIGHTS = (
 
 
 def add_lights(scene: viser.SceneApi) -> None:
-    """Replace the viewer's own lights; no shadows, they cost frames and hide the nasal cavity."""
+    """Replace the viewer's lights; without shadows, which reduce the frame rate and hide the nasal cavity."""
     scene.configure_default_lights(False, False)
-    scene.configure_environment_map(None)  # the viewer's own picture of a room lights everything evenly
+    scene.configure_environment_map(None)  # the viewer's default environment lights everything evenly
     scene.add_light_ambient("/light/ambient", color=(255, 250, 244), intensity=0.42)
     for name, direction, colour, intensity in _LIGHTS:
         towards = np.array(direction)

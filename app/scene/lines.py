@@ -1,4 +1,4 @@
-"""Line segments of the scene, which the page shows faintly through bone too, and rings made of them."""
+"""Line segments of the scene, which the page also shows faintly through bone, and rings made of them."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ _CORNERS = 40  # of a ring
 
 
 class Lines:
-    """Line segments that are made with the first ones and hidden without any."""
+    """A node of line segments, created with the first segments and hidden if there are none."""
 
     def __init__(self, view: SceneView, name: str, colour: tuple[int, int, int], thickness: float) -> None:
-        """thickness: in mm."""
+        """Create no node yet. thickness: mm."""
         self._scene, self._name, self._colour, self._thickness = view.scene, name, colour, thickness
         self._node: viser.LineSegmentsHandle | None = None
 
     def show(self, segments: Array) -> None:
-        """segments: (n, 2, 3), LPS mm."""
+        """Draw these segments. segments: (n, 2, 3), LPS mm."""
         if not len(segments):
             if self._node is not None:
                 self._node.visible = False
@@ -44,12 +44,12 @@ class Lines:
 
 
 def ring(centre: Array, radius_mm: float) -> Array:
-    """(n, 3) corners of two circles around a place, upright and level: one of them is always seen open."""
+    """Return corners (n, 3) of a vertical and a horizontal circle, one of which is visible from every side."""
     angles = np.linspace(0.0, 2.0 * np.pi, _CORNERS + 1)
     zero, cosine, sine = np.zeros_like(angles), radius_mm * np.cos(angles), radius_mm * np.sin(angles)
     return np.vstack([centre + np.column_stack([cosine, zero, sine]), centre + np.column_stack([cosine, sine, zero])])
 
 
 def joined(corners: Array) -> Array:
-    """(n - 1, 2, 3) segments from each corner to the next one."""
+    """Return segments (n - 1, 2, 3) from each corner (n, 3) to the next one."""
     return np.stack([corners[:-1], corners[1:]], axis=1)

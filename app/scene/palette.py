@@ -9,8 +9,8 @@ BONE = (226, 216, 198)
 ACCENT = (109, 179, 242)
 SELECTED = (255, 255, 255)
 TARGET = (229, 143, 208)
-ERROR_RING = (176, 38, 134)  # the targets', darker: it is seen faintly, over bone
-UNKNOWN = (84, 92, 106)  # far from every colour of the scale, its pale middle too
+ERROR_RING = (176, 38, 134)  # darker than targets, since it shows faintly over bone
+UNKNOWN = (84, 92, 106)  # distinct from every colour of the scale, including its pale middle
 TOOL = (206, 212, 220)
 ROBOT = (92, 104, 120)
 GRIP = (109, 179, 242)
@@ -32,21 +32,21 @@ _SCALE = np.array([[int(code[i : i + 2], 16) for i in (1, 3, 5)] for code in _SC
 
 
 def scale_colours() -> list[str]:
-    """The stops of the scale for the legend, evenly spaced from low to high."""
+    """Return the stops of the scale for the legend, evenly spaced from low to high."""
     return list(_SCALE_HEX)
 
 
 def hex_colour(rgb: tuple[int, int, int]) -> str:
-    """A colour as the page writes it."""
+    """Return a colour as '#rrggbb'."""
     return "#{:02x}{:02x}{:02x}".format(*rgb)
 
 
 def clearance_colours(clearance_mm: npt.ArrayLike) -> npt.NDArray[np.uint8]:
-    """(n, 3) colours of (n,) clearances [mm]; unknown (NaN) is grey."""
+    """Return colours (n, 3) of clearances (n,) in mm; unknown ones (NaN) are grey."""
     values = np.asarray(clearance_mm, dtype=np.float64)
-    share = np.clip((values - CLEARANCE_LOW_MM) / (CLEARANCE_HIGH_MM - CLEARANCE_LOW_MM), 0.0, 1.0)
+    fraction = np.clip((values - CLEARANCE_LOW_MM) / (CLEARANCE_HIGH_MM - CLEARANCE_LOW_MM), 0.0, 1.0)
     known = np.isfinite(values)
     stops = np.linspace(0.0, 1.0, len(_SCALE))
-    colours = np.stack([np.interp(np.where(known, share, 0.0), stops, _SCALE[:, i]) for i in range(3)], axis=-1)
+    colours = np.stack([np.interp(np.where(known, fraction, 0.0), stops, _SCALE[:, i]) for i in range(3)], axis=-1)
     colours[~known] = UNKNOWN
     return np.rint(colours).astype(np.uint8)

@@ -1,4 +1,4 @@
-"""What lies under a click: bone (as shown, with the half that is cut away gone), CT planes, points."""
+"""Picking: what a click hits among the shown bone (without the half that is cut away), CT planes and points."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ Cut = Literal["whole", "left", "right"]
 
 @dataclass(frozen=True)
 class Hit:
-    """The nearest thing on a ray. kind: 'bone', 'slice' or 'item'; item_id only for 'item'."""
+    """The nearest hit of a ray, LPS mm. kind: 'bone', 'slice' or 'item'; item_id only for 'item'."""
 
     kind: Literal["bone", "slice", "item"]
     position: Array
@@ -28,7 +28,7 @@ class Hit:
 
 @dataclass(frozen=True)
 class Plane:
-    """A CT slice in the scene: the axis it is normal to, where, and the rectangle it fills."""
+    """A CT slice in the scene: the axis of its normal, its position on that axis in LPS mm, and its extent."""
 
     axis: int
     position: float
@@ -36,7 +36,7 @@ class Plane:
 
 
 def is_shown(points: Array, cut: Cut, cut_at: float) -> npt.NDArray[np.bool_]:
-    """Which of (n, 3) places belong to the part of the head that is shown."""
+    """Return for points (n, 3) whether they are in the shown part of the head."""
     if cut == "left":
         return np.asarray(points[:, 0] <= cut_at)
     if cut == "right":
@@ -45,7 +45,7 @@ def is_shown(points: Array, cut: Cut, cut_at: float) -> npt.NDArray[np.bool_]:
 
 
 class BonePicker:
-    """Rays against a surface, through Embree."""
+    """Intersects rays with a surface by Embree."""
 
     def __init__(self, mesh: TriangleMesh) -> None:
         surface = trimesh.Trimesh(vertices=mesh.vertices, faces=mesh.faces, process=False, validate=False)
@@ -78,7 +78,7 @@ def hit_plane(origin: Array, direction: Array, plane: Plane) -> Hit | None:
 
 
 def hit_items(origin: Array, direction: Array, items: list[tuple[str, Array]], radius_mm: float) -> Hit | None:
-    """The nearest ball of ``radius_mm`` around an item that the ray meets."""
+    """Return the nearest item whose ball of ``radius_mm`` is hit by the ray, or None."""
     best: Hit | None = None
     for item_id, centre in items:
         along = float((centre - origin) @ direction)

@@ -1,4 +1,4 @@
-"""What a planned tool pierces, in red: the tissue on its axis, drawn through everything."""
+"""The tissue that a planned tool pierces: a red line on its axis, visible through everything."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from app.kit.values import Position
 from app.scene import palette
 from app.scene.view import SceneView
 
-THICKNESS_MM = 3.0  # more than most tools: it is seen around them
+THICKNESS_MM = 3.0  # thicker than most tools, so that it is visible around them
 
 
 class PiercedNodes:
-    """A line from where the tissue begins to where it ends, or nothing."""
+    """A line from the beginning to the end of the tissue, or nothing."""
 
     def __init__(self, view: SceneView) -> None:
         self._scene = view.scene
         self._line: viser.LineSegmentsHandle | None = None
 
     def show(self, ends: tuple[Position, Position] | None) -> None:
-        """Both ends in LPS mm; None where nothing is pierced."""
+        """Draw the line between both ends in LPS mm; None if nothing is pierced."""
         if ends is None:
             if self._line is not None:
                 self._line.visible = False

@@ -24,7 +24,7 @@ TARGET_RADIUS_MM = 1.6
 CURVE_THICKNESS_MM = 0.7
 GHOST_RADIUS_MM = 2.2
 GHOST_THICKNESS_MM = 0.45
-PROSPECT_THICKNESS_MM = 0.35
+PREVIEW_THICKNESS_MM = 0.35
 
 
 @dataclass(frozen=True)
@@ -98,7 +98,7 @@ class ItemNodes:
         self._items: dict[str, ItemNode] = {}
 
     def show(self, items: Iterable[PlanItem], selected: str | None, locked: bool) -> None:
-        """selected: the id of the item that is marked; locked: none can be dragged."""
+        """Draw these items and no others. selected: id of the highlighted item. locked: dragging is disabled."""
         known = {item.id: item for item in items}
         with self._view.atomic():
             for item_id in [drawn for drawn in self._items if drawn not in known]:
@@ -123,7 +123,7 @@ class CurveNodes:
         self._curve: viser.LineSegmentsHandle | None = None
 
     def show(self, points: Array | None, clearance_mm: Array | None) -> None:
-        """The spline through (n, 3) places; (n,) clearances colour it, grey while they are not known."""
+        """Draw the spline through points (n, 3), LPS mm, coloured by clearances (n,) in mm; grey without them."""
         if points is None or len(points) < 2:
             if self._curve is not None:
                 self._curve.visible = False
@@ -147,16 +147,16 @@ class CurveNodes:
 
 
 class GhostNodes:
-    """Where a click would add something: a ring in the accent colour, and the path as it would be."""
+    """Preview of a click: a ring in the accent colour where it would add a point, and the resulting path."""
 
     def __init__(self, view: SceneView) -> None:
         self._view = view
         self._lines: dict[str, viser.LineSegmentsHandle] = {}
 
     def show(self, position: Array | None, path: Array | None = None) -> None:
-        """position (3,); path (n, 3): the spline with the new point, None where it is no path point."""
+        """Draw the preview. position (3,): LPS mm. path (n, 3): spline with the new point, None for no path point."""
         self._line("ring", None if position is None else ring(position, GHOST_RADIUS_MM), GHOST_THICKNESS_MM)
-        self._line("path", None if position is None else path, PROSPECT_THICKNESS_MM)
+        self._line("path", None if position is None else path, PREVIEW_THICKNESS_MM)
 
     def _line(self, name: str, places: Array | None, thickness: float) -> None:
         line = self._lines.get(name)

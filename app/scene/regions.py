@@ -1,4 +1,4 @@
-"""Structures to spare and bone to be removed in the scene: translucent in their colour, and as a net."""
+"""Protected structures and bone to be removed in the scene: translucent surfaces, and wireframes."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ PLACE_THICKNESS_MM = 0.4
 
 @dataclass(frozen=True)
 class DrawnRegion:
-    """A region as it is drawn.
+    """A protected structure or bone to be removed as it is drawn.
 
-    removed: bone that is to be removed, which is a net. handle: the place of the ball that it is dragged by, LPS mm,
-    None where it has none. key: of its mesh; mesh: makes vertices and faces, LPS mm.
+    removed: whether it is bone to be removed, drawn as a wireframe. handle: position of the ball that it is dragged by,
+    LPS mm, or None. key: identifies its mesh. mesh: returns vertices and faces, LPS mm.
     """
 
     id: str
@@ -95,7 +95,7 @@ class RegionNodes:
         self._nodes: dict[str, RegionNode] = {}
 
     def show(self, regions: Iterable[DrawnRegion], locked: bool) -> None:
-        """locked: none can be dragged."""
+        """Draw these regions and no others. locked: dragging is disabled."""
         known = {region.id: region for region in regions}
         with self._view.atomic():
             for region_id in [drawn for drawn in self._nodes if drawn not in known]:
@@ -111,13 +111,13 @@ class RegionNodes:
 
 
 class DrawingNodes:
-    """The places that were clicked of what is being drawn: rings, joined in order, which are seen through bone."""
+    """The clicked places of a shape that is being drawn: rings, joined in order, which show through bone."""
 
     def __init__(self, view: SceneView) -> None:
         self._lines = Lines(view, "/plan/drawing", palette.SELECTED, PLACE_THICKNESS_MM)
 
     def show(self, places: Sequence[Position]) -> None:
-        """places: LPS mm, in the order of the clicks."""
+        """Draw these places. places: LPS mm, in the order of the clicks."""
         chain = joined(np.array(places, dtype=np.float64).reshape(-1, 3))
         rings = [joined(ring(np.array(place), PLACE_RADIUS_MM)) for place in places]
         self._lines.show(np.concatenate([chain, *rings]))

@@ -15,7 +15,7 @@ from vfix_engine.robots import Visual
 
 
 class RobotNodes:
-    """Boxes, cylinders and balls that follow the links; what a robot draws by a mesh file is left out."""
+    """Boxes, cylinders and balls that follow the links; visuals that are mesh files are omitted."""
 
     def __init__(self, scene: viser.SceneApi, visuals: Sequence[Visual]) -> None:
         self._visuals = tuple(visual for visual in visuals if visual.kind != "mesh")
@@ -39,7 +39,7 @@ class RobotNodes:
         )
 
     def place(self, link_placements: Array) -> None:
-        """Move every part to its link, (n, 4, 4) in the patient frame."""
+        """Move every part to its link. link_placements (n, 4, 4): from links to the patient, mm."""
         for visual, node in zip(self._visuals, self._nodes, strict=True):
             placement = link_placements[visual.link]
             node.position = placement[:3, :3] @ np.array(visual.position) + placement[:3, 3]
@@ -58,7 +58,7 @@ class ToolNodes:
         self._nodes: list[tuple[float, float, viser.MeshHandle]] = []
 
     def place(self, start: Array, end: Array, radius: Array) -> None:
-        """(S, 3) ends of the axes and (S,) radii, LPS mm."""
+        """Move the capsules. start, end (S, 3): ends of their axes, LPS mm. radius (S,): mm."""
         lengths = np.linalg.norm(end - start, axis=1)
         while len(self._nodes) > len(start):
             self._nodes.pop()[2].remove()

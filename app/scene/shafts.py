@@ -1,4 +1,4 @@
-"""The shaft's planned directions in the scene: quiet lines at the path points, and a suggested path as a preview."""
+"""The planned directions of the shaft in the scene: lines at the path points, and the preview of a suggested path."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ if TYPE_CHECKING:
     from app.scene.view import SceneView
 
 
-HANDLE = "shaft:"  # before the id of a path point, of the ball that its shaft is turned by
+HANDLE = "shaft:"  # prefix of the item id of the ball that turns the shaft of a path point
 LINE_MM = 30.0  # of a direction, from the point towards the tail
 BALL_MM = 0.9
-RING_MM = 1.8  # around that ball, which bone may hide
+RING_MM = 1.8  # radius of the ring around that ball, which bone may hide
 THICKNESS_MM = 0.35
 SUGGESTED_THICKNESS_MM = 1.0
 
 
 @dataclass(frozen=True)
 class ShaftHandle:
-    """A planned direction as it is drawn, from a path point towards the tail; LPS mm, the direction of length 1."""
+    """A planned direction as it is drawn, from a path point in LPS mm towards the tail; direction is a unit vector."""
 
     point_id: str
     position: tuple[float, float, float]
@@ -36,15 +36,15 @@ class ShaftHandle:
 
     @property
     def end(self) -> tuple[float, float, float]:
-        """Where the ball is that it is dragged by."""
+        """Position of the ball that it is dragged by, LPS mm."""
         x, y, z = (p + LINE_MM * d for p, d in zip(self.position, self.direction, strict=True))
         return (x, y, z)
 
 
 class ShaftNodes:
-    """A line at each point that has a direction, from the tip towards the tail; at the selected one a ball turns it.
+    """A line at each point with a direction, from the tip towards the tail; the selected one is turned by a ball.
 
-    The ball has a ring, since lines are seen through bone and balls are not.
+    The ball has a ring, since lines show through bone and balls do not.
     """
 
     def __init__(self, view: SceneView) -> None:
@@ -54,7 +54,7 @@ class ShaftNodes:
         self._balls: dict[str, DragBall] = {}
 
     def show(self, handles: Sequence[ShaftHandle], locked: bool) -> None:
-        """locked: none can be dragged."""
+        """Draw these directions and no others. locked: dragging is disabled."""
         self._lines.show(np.array([(one.position, one.end) for one in handles]).reshape(-1, 2, 3))
         with self._view.atomic():
             chosen = [one for one in handles if one.selected]
@@ -77,14 +77,17 @@ class ShaftNodes:
 
 
 class SuggestedNodes:
-    """A suggested path and its directions, before it is used."""
+    """The preview of a suggested path and its directions."""
 
     def __init__(self, view: SceneView) -> None:
         self._curve = Lines(view, "/plan/suggested", palette.ACCENT, SUGGESTED_THICKNESS_MM)
         self._shafts = Lines(view, "/plan/suggested_shafts", palette.ACCENT, THICKNESS_MM)
 
     def show(self, curve: Array, places: Array, directions: Array) -> None:
-        """curve: (m, 3) places along the path, none of them hides it; places, directions: (n, 3) of its points."""
+        """Draw a suggestion.
+
+        curve (m, 3): positions along the path, empty to hide it. places, directions (n, 3): of its points. LPS mm.
+        """
         self._curve.show(np.stack([curve[:-1], curve[1:]], axis=1) if len(curve) else np.zeros((0, 2, 3)))
         self._shafts.show(_rays(places, directions))
 

@@ -1,4 +1,4 @@
-"""Small meshes for the scene, made once: capsule, ball, diamond, arrow."""
+"""Small cached meshes for the scene."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ ShapeMesh = tuple[npt.NDArray[np.float64], npt.NDArray[np.int64]]
 
 @functools.lru_cache(maxsize=64)
 def capsule(radius: float, length: float) -> ShapeMesh:
-    """Capsule whose axis runs from the origin to (0, 0, length)."""
+    """Return a capsule whose axis runs from the origin to (0, 0, length)."""
     mesh = trimesh.creation.capsule(height=length, radius=radius, count=[24, 12])
     vertices = np.asarray(mesh.vertices)
     middle = 0.5 * (vertices[:, 2].min() + vertices[:, 2].max())
@@ -24,7 +24,7 @@ def capsule(radius: float, length: float) -> ShapeMesh:
 
 @functools.lru_cache(maxsize=8)
 def diamond(radius: float) -> ShapeMesh:
-    """Octahedron: how targets differ from points, also without colour."""
+    """Return an octahedron, by which targets differ from points also without colour."""
     vertices = radius * np.array(
         [[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], dtype=np.float64
     )
@@ -33,5 +33,5 @@ def diamond(radius: float) -> ShapeMesh:
 
 
 def quaternion(rotation: Array) -> Array:
-    """(4,) w, x, y, z of a (3, 3) rotation."""
+    """Return the quaternion (4,) w, x, y, z of a rotation (3, 3)."""
     return np.asarray(trimesh.transformations.quaternion_from_matrix(rotation), dtype=np.float64)

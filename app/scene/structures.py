@@ -1,4 +1,4 @@
-"""Imported structures of a case: a coloured surface each."""
+"""Imported structures of a case in the scene: one coloured surface each."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class StructureShape:
-    """A structure as it is drawn. colour: '#rrggbb'; a structure that is hidden keeps its nodes."""
+    """A structure as it is drawn. colour: '#rrggbb'. shown: visible; a hidden structure keeps its nodes."""
 
     id: str
     colour: str
@@ -34,7 +34,7 @@ class StructureNodes:
         self._colours: dict[str, str] = {}
 
     def show(self, shapes: Sequence[StructureShape]) -> None:
-        """Draw these and no others."""
+        """Draw these structures and no others."""
         for gone in self._nodes.keys() - {shape.id for shape in shapes}:
             self._nodes.pop(gone).remove()
             self._colours.pop(gone)

@@ -1,4 +1,4 @@
-"""The tool at one place of a planned path: translucent, so that what it touches shows through."""
+"""The tool at one position of a planned path: translucent, so that what it touches shows through."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class ToolGhost:
         self._tool = ToolNodes(view.scene, "/plan/tool", OPACITY)
 
     def show(self, pose: tuple[Array, Array, Array] | None) -> None:
-        """Starts (S, 3), ends (S, 3) and radii (S,) of the capsules, LPS mm; None for no tool."""
+        """Draw the tool. pose: starts (S, 3), ends (S, 3) and radii (S,) of the capsules, LPS mm; None for no tool."""
         empty = np.zeros((0, 3))
         with self._view.atomic():
             self._tool.place(*(pose or (empty, empty, np.zeros(0))))

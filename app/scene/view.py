@@ -1,4 +1,4 @@
-"""One client's scene: layers draw into it, clicks and drags go out as plain events."""
+"""The scene of one client: layers draw into it, and clicks and drags are reported as events."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class ClickRay:
 
 @dataclass(frozen=True)
 class SceneEvents:
-    """What the scene reports; each is called on viser's threads and must only queue."""
+    """Callbacks of the scene; they are called on viser's threads and must only queue the event."""
 
     clicked: Callable[[ClickRay], object]
     item_dragged: Callable[[DragEvent], object]
@@ -41,12 +41,12 @@ class SceneEvents:
 
 
 class SceneView:
-    """One viser client: its scene, its camera and its events. Not thread-safe: one session's thread calls it.
+    """One viser client: its scene, its camera and its events. Not thread-safe: use it on one session's thread.
 
-    labels: words at places, which the page may write itself.
-    lens: the camera as the browser reported it last; None until it has, or where that was no camera.
-    atomic(): a context; what is changed within reaches the browser as one. It holds all other messages back, so compute
-    nothing in it. flush(): send what has changed now instead of with the next window of 1/60 s.
+    labels: text labels, which the page may draw itself.
+    lens: the camera last reported by the browser; None before the first report, or if that was invalid.
+    atomic(): context in which changes reach the browser together. It holds back all other messages, so it should
+    contain no computation. flush(): sends changes now instead of at the end of the current window of 1/60 s.
     """
 
     def __init__(self, client: viser.ClientHandle, events: SceneEvents) -> None:
@@ -56,7 +56,7 @@ class SceneView:
         client.gui.configure_theme(dark_mode=True, show_logo=False, show_share_button=False)
         self.scene.set_up_direction("+z")
         add_lights(self.scene)
-        # viser takes coroutines here too, and keeps their order; its annotation does not say so
+        # viser accepts coroutines too and keeps their order, though its annotation does not state it
         self.scene.on_click()(cast(Callable[[viser.SceneClickEvent], None], self._clicked))
         client.camera.on_update(self._camera_updated)
         self.lens = read_lens(client.camera) if client.camera._state.update_timestamp else None
@@ -82,13 +82,13 @@ class SceneView:
         place = finite_numbers(event.screen_pos, 2)
         if lens is None or lens.width <= 0 or lens.height <= 0 or place is None or np.abs(place - 0.5).max() > 0.5:
             return
-        # viser reports the pixel's far corner; its centre lies half a pixel before
+        # viser reports the far corner of the pixel; its centre is half a pixel before
         x, y = place[0] - 0.5 / lens.width, place[1] - 0.5 / lens.height
         self.events.clicked(ClickRay(*lens.ray(x, y)))
 
 
 def read_lens(handle: viser.CameraHandle) -> Lens | None:
-    """The camera as the browser reported it; None when that is no camera."""
+    """Return the camera reported by the browser; None if its values are invalid."""
     wxyz, size = finite_numbers(handle.wxyz, 4), finite_numbers([handle.image_width, handle.image_height], 2)
     position, look_at = finite_position(handle.position), finite_position(handle.look_at)
     fov = finite_numbers([handle.fov], 1)

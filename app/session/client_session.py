@@ -283,7 +283,8 @@ class ClientSession:
     # -- what the page and the scene show
 
     def _active_last(self) -> list[Tab]:
-        return [*(tab for tab in self.tabs.values() if tab is not self.active), self.active]
+        """Of sections and layers with one name the last counts: before the active tab those for the open case do."""
+        return sorted(self.tabs.values(), key=lambda tab: (tab is self.active, tab.offered))
 
     def layers(self) -> dict[str, Layer[Any]]:
         """What the scene shows now, by name."""

@@ -16,7 +16,7 @@ from sqlalchemy import Connection, Engine, create_engine, event
 from sqlalchemy.orm import Session
 
 from app.settings import Settings
-from app.store.errors import DATABASE_ERRORS, StorageError, StoreBusy, StoreUnusable, told
+from app.store.errors import DATABASE_ERRORS, StorageError, StoreBusy, StoreUnusable, storage_error
 from app.store.files import FileStore
 from app.store.private import private_file, private_folder, private_if_there
 from app.store.read_only_copy import ReadOnlyCopy
@@ -24,13 +24,13 @@ from app.store.schema import bring_up, is_newest
 from app.store.scratch import Scratch
 
 _LOG = logging.getLogger(__name__)
-BUSY_SECONDS = 5.0  # how long a writer waits for another one, of this process or of another of the same home
+BUSY_SECONDS = 5.0  # how long a writer waits for another one, in this or another process with the same data folder
 
 
 class Store:
     """Database and files of one data folder; thread-safe, and usable by several processes at once.
 
-    scratch: folder for temporary data; drives: the same for the recordings of drives that go on.
+    scratch: folder for temporary data. drives: the same for the recordings of drives in progress.
     """
 
     def __init__(self, settings: Settings) -> None:
@@ -40,29 +40,29 @@ class Store:
         """
         self._home, self._database = settings.home, settings.database_path
         self.files, self.scratch = FileStore(settings.files_dir), Scratch(settings.temporary_dir)
-        self.run_files = FileStore(settings.runs_dir)  # apart: they are deleted, those of cases never
+        self.run_files = FileStore(settings.runs_dir)  # separate, since files of runs are deleted, those of cases not
         self.drives = Scratch(settings.drives_dir)
         self._elsewhere: tuple[Scratch, tempfile.TemporaryDirectory[str]] | None = None
         self._one_writer = threading.Lock()
         self._copy: ReadOnlyCopy | None = None
         self._refusal: StorageError | None = None
-        self._watch: Any = None  # a connection of its own, opened by the first who watches
+        self._watch: Any = None  # a separate connection, opened by the first call of `data_version`
         try:
-            self._engine = self._opened(settings)
+            self._engine = self._open(settings)
         except (StoreUnusable, StoreBusy):
             raise
         except StorageError as error:
             self._engine = self._read_only(settings, error)
 
-    def _opened(self, settings: Settings) -> Engine:
+    def _open(self, settings: Settings) -> Engine:
         try:
             private_folder(settings.home)
             _keep_private(settings.database_path)
-            engine = _open(settings.database_path)
+            engine = _create_engine(settings.database_path)
             try:
                 bring_up(engine, settings)
             except BaseException:
-                engine.dispose()  # the last connection that is closed removes SQLite's own files beside a refused one
+                engine.dispose()  # closing the last connection removes SQLite's auxiliary files of a refused database
                 raise
             return engine
         except OSError as error:
@@ -71,10 +71,10 @@ class Store:
                 "name another one in VFIX_HOME."
             ) from error
         except DATABASE_ERRORS as error:
-            raise told(error, self._home) from error
+            raise storage_error(error, self._home) from error
 
     def _read_only(self, settings: Settings, refusal: StorageError) -> Engine:
-        """Open the database for reading. Raises `refusal` when it cannot be read either."""
+        """Open the database for reading. Raises `refusal` if it cannot be read either."""
         try:
             copy = ReadOnlyCopy(settings.database_path)
             if not is_newest(copy.engine):
@@ -87,22 +87,22 @@ class Store:
 
     @contextmanager
     def reading(self) -> Iterator[Session]:
-        """A read-only session of one consistent state, which does not wait for writers. Raises StorageError."""
+        """Open a read-only session of one consistent state, which does not wait for writers. Raises StorageError."""
         try:
             with Session(self._engine, expire_on_commit=False) as session:
                 yield session
         except DATABASE_ERRORS as error:
-            raise told(error, self._home) from error
+            raise storage_error(error, self._home) from error
 
     @contextmanager
     def writing(self) -> Iterator[Session]:
-        """The only writing session; committed durably at the end of the block, rolled back when it raises.
+        """Open the only writing session; committed durably at the end of the block, rolled back if it raises.
 
-        Raises StorageError when the commit fails, and StoreBusy when another writer does not end.
+        Raises StorageError if the commit fails, and StoreBusy if another writer does not end in time.
         """
         if self._refusal is not None:
             raise type(self._refusal)(str(self._refusal))
-        # Threads of this process take turns here: those that wait in the database would each hold a connection.
+        # Threads of this process wait here, since each thread that waits in the database would hold a connection.
         if not self._one_writer.acquire(timeout=BUSY_SECONDS):
             raise StoreBusy("the database is busy with other changes; try again in a moment.")
         try:
@@ -111,7 +111,7 @@ class Store:
                 yield session
                 session.commit()
         except DATABASE_ERRORS as error:
-            raise told(error, self._home) from error
+            raise storage_error(error, self._home) from error
         finally:
             self._one_writer.release()
 
@@ -127,9 +127,9 @@ class Store:
 
     @property
     def exports(self) -> Scratch:
-        """Folder for temporary data of what is only read: the system's where the data folder takes nothing.
+        """Folder for temporary files of exports: that of the system if the data folder is not writable.
 
-        Raises StorageError where the system's takes nothing either.
+        Raises StorageError if that of the system is not writable either.
         """
         if self.writable:
             return self.scratch
@@ -153,26 +153,26 @@ class Store:
                 shutil.rmtree(left, ignore_errors=True) if left.is_dir() else left.unlink(missing_ok=True)
 
     def data_version(self) -> int:
-        """A number that every commit of this or another process changes. For use by one thread.
+        """Return a number that changes with every commit of this or another process. For use by one thread.
 
-        Raises StorageError when the database is not readable.
+        Raises StorageError if the database is not readable.
         """
         try:
             if self._watch is None:
                 self._watch = self._engine.raw_connection()
             return int(self._watch.execute("PRAGMA data_version").fetchone()[0])
         except DATABASE_ERRORS as error:
-            raise told(error, self._home) from error
+            raise storage_error(error, self._home) from error
 
     def copies(self, holding: str) -> list[Path]:
-        """Copies of the database from before an upgrade, complete or not, that hold a text such as a case's id."""
+        """Return copies of the database made before upgrades, complete or not, that contain a text such as an id."""
         found = sorted(self._database.parent.glob(f"{self._database.stem}-*{self._database.suffix}*"))
         return [path for path in found if path.is_file() and holding.encode() in path.read_bytes()]
 
     def scrub(self) -> None:
-        """Rebuild the database without its free pages, and empty its log: what was deleted is in neither any more.
+        """Rebuild the database without free pages and empty its log, so that neither contains deleted data.
 
-        Raises StoreBusy where another planner reads or writes all the time, and StorageError.
+        Raises StoreBusy if another planner keeps using the database, and StorageError.
         """
         if self._refusal is not None:
             raise type(self._refusal)(str(self._refusal))
@@ -181,7 +181,7 @@ class Store:
                 connection.cursor().execute("VACUUM")
                 busy = connection.cursor().execute("PRAGMA wal_checkpoint(TRUNCATE)").fetchone()[0]
         except DATABASE_ERRORS as error:
-            raise told(error, self._home) from error
+            raise storage_error(error, self._home) from error
         if busy:
             raise StoreBusy("another planner uses the database; end it, and try again.")
 
@@ -202,14 +202,14 @@ class Store:
 
 
 def _keep_private(database: Path) -> None:
-    """Restrict the rights of the database and of SQLite's files; later files inherit those of the database."""
+    """Restrict the permissions of the database and of SQLite's files; later files inherit those of the database."""
     private_file(database)
     for ending in ("-wal", "-shm"):
         private_if_there(database.with_name(database.name + ending))
 
 
-def _open(path: Path) -> Engine:
-    # Readers must not wait for a connection, and no error may quote a row: names of people may be in it (HAZ-33).
+def _create_engine(path: Path) -> Engine:
+    # Readers must not wait for a connection, and no error may quote a row, which may contain names (HAZ-33).
     options = {"max_overflow": -1, "hide_parameters": True}
     engine = create_engine(f"sqlite:///{path}", connect_args={"timeout": BUSY_SECONDS}, **options)
 
@@ -221,7 +221,7 @@ def _open(path: Path) -> Engine:
 
     @event.listens_for(engine, "begin")
     def _on_begin(connection: Connection) -> None:
-        # A writer locks at once: a lock taken only at its first write would fail on what it read before.
+        # A writer locks from the start: a lock taken at its first write would fail if data that it read has changed.
         writes = connection.get_execution_options().get("vfix_writes", False)
         connection.exec_driver_sql("BEGIN IMMEDIATE" if writes else "BEGIN")
 

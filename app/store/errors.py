@@ -36,16 +36,16 @@ class StoreDamaged(StoreUnusable):
     """A part of the store is not readable."""
 
 
-DATABASE_ERRORS = (DBAPIError, sqlite3.Error)  # the second where a connection is opened
+DATABASE_ERRORS = (DBAPIError, sqlite3.Error)  # the second is raised when a connection is opened
 
 
 def is_of_reading(error: DBAPIError) -> bool:
-    """Whether a value of the database is not readable: then one row is damaged, not the database."""
+    """Return whether an error is due to an unreadable value, so that one row is damaged, not the database."""
     return not hasattr(error.orig, "sqlite_errorname")
 
 
-def told(error: DBAPIError | sqlite3.Error, home: Path) -> StorageError:
-    """The StorageError for an error of the database, without values of rows in its message."""
+def storage_error(error: DBAPIError | sqlite3.Error, home: Path) -> StorageError:
+    """Convert an error of the database to a StorageError whose message contains no values of rows."""
     cause = error.orig if isinstance(error, DBAPIError) else error
     name = str(getattr(cause, "sqlite_errorname", ""))
     if name.startswith(("SQLITE_BUSY", "SQLITE_LOCKED")):
@@ -58,6 +58,6 @@ def told(error: DBAPIError | sqlite3.Error, home: Path) -> StorageError:
         return StorageError("the data folder cannot be written: check its rights, or name another one in VFIX_HOME.")
     if name.startswith("SQLITE_IOERR"):
         return StorageError("the disk does not read or write the database as it should.")
-    if not name:  # not the database's own error, but that of reading what it gave
+    if not name:  # not an error of SQLite, but of decoding a value
         return StoreDamaged("what the database holds cannot be read.")
     return StorageError(f"the database refused ({name}).")

@@ -17,10 +17,10 @@ from vfix_engine.errors import InputError
 
 
 def check_regular(path: Path) -> None:
-    """Raise InputError where something else than a regular file is there, such as a device or a pipe."""
+    """Raise InputError if the path is something other than a regular file, such as a device or a pipe."""
     try:
         is_other = not stat.S_ISREG(path.stat().st_mode)
-    except (OSError, ValueError):  # nothing is there, which whoever opens it says
+    except (OSError, ValueError):  # nothing is there, which opening it reports
         return
     if is_other:
         raise InputError(f"{path} is not a regular file; name another one.")
@@ -29,7 +29,7 @@ def check_regular(path: Path) -> None:
 def write_atomically(path: Path, data: bytes) -> None:
     """Write `data` to `path` atomically: after a crash or on a full disk the old or the new file is complete (HAZ-25).
 
-    Raises InputError where something else than a regular file is there, and StorageError with the system's reason.
+    Raises InputError if the path is something other than a regular file, and StorageError with the system's reason.
     """
     with open_atomically(path) as file:
         file.write(data)
@@ -37,9 +37,9 @@ def write_atomically(path: Path, data: bytes) -> None:
 
 @contextlib.contextmanager
 def open_atomically(path: Path) -> Iterator[BinaryIO]:
-    """A file to write that becomes `path` at the end of the block, durable and whole; where the block raises, nothing.
+    """Open a file that durably replaces `path` at the end of the block; if the block raises, `path` is unchanged.
 
-    Raises InputError where something else than a regular file is there, and StorageError with the system's reason.
+    Raises InputError if the path is something other than a regular file, and StorageError with the system's reason.
     """
     check_regular(path)
     try:
@@ -115,11 +115,11 @@ class FileStore:
         return sorted(path.name for path in found if _changed_before(path, before))
 
     def remove(self, key: str) -> None:
-        """Delete a file if it exists, and its folder where that is empty then. Raises StorageError."""
+        """Delete a file if it exists, and its folder if that is empty then. Raises StorageError."""
         path = self._path(key)
         try:
             path.unlink(missing_ok=True)
-            with contextlib.suppress(OSError):  # another file is in it, or it is gone
+            with contextlib.suppress(OSError):  # the folder is not empty, or gone
                 path.parent.rmdir()
         except OSError as error:
             raise StorageError(f"a stored file could not be deleted: {error.strerror or error}.") from error
@@ -131,7 +131,7 @@ class FileStore:
 
 
 def _move_in(temporary: Path, path: Path) -> None:
-    """Move a file into its folder, which another planner may remove, empty, just after it is made."""
+    """Move a file into its folder, which another planner may remove while it is still empty."""
     for last in (False, False, True):
         path.parent.mkdir(parents=True, exist_ok=True)
         try:

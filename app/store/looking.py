@@ -1,4 +1,4 @@
-"""Whether the store of a data folder can be opened, found out without changing it."""
+"""Check whether the store of a data folder can be opened, without changing it."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from pathlib import Path
 from sqlalchemy import StaticPool, create_engine
 
 from app.settings import Settings
-from app.store.errors import COPY, DATABASE_ERRORS, StorageError, StoreDamaged, told
+from app.store.errors import COPY, DATABASE_ERRORS, StorageError, StoreDamaged, storage_error
 from app.store.schema import check_version
 
 _BUSY_S = 5.0
 
 
 def check_store(settings: Settings) -> None:
-    """Raise the StorageError that opening the store would raise; an older database, or none yet, is fine."""
+    """Raise the StorageError that opening the store would raise; an older or missing database is accepted."""
     with closing(sqlite3.connect(":memory:")) as kept:
         try:
             if settings.database_path.exists():
@@ -29,18 +29,18 @@ def check_store(settings: Settings) -> None:
         except OSError as error:
             raise StorageError(f"the data folder {settings.home} cannot be read: {error.strerror or error}.") from error
         except DATABASE_ERRORS as error:
-            raise told(error, settings.home) from error
+            raise storage_error(error, settings.home) from error
 
 
 def _copy_into(kept: sqlite3.Connection, database: Path) -> None:
-    """Copy the database as it is now; another planner may have it open."""
+    """Copy the current database, which another planner may have open."""
     log = database.with_name(database.name + "-wal")
-    # Opened for writing, SQLite takes its own files away again; where it cannot, it must not look for them.
+    # If opened for writing, SQLite removes its auxiliary files again; if it cannot write, it must not look for them.
     for options in ("mode=rw", "mode=ro&immutable=1"):
         try:
             with closing(sqlite3.connect(f"{database.as_uri()}?{options}", uri=True, timeout=_BUSY_S)) as source:
                 source.execute("BEGIN")
-                source.execute("SELECT count(*) FROM sqlite_master").fetchone()  # a copy waits for a lock without end
+                source.execute("SELECT count(*) FROM sqlite_master").fetchone()  # backup itself has no timeout
                 source.backup(kept)
             return
         except sqlite3.OperationalError as error:

@@ -20,7 +20,7 @@ class CaseRow(Base):
     created: Mapped[str] = mapped_column(String(32))
     deleted_at: Mapped[str | None] = mapped_column(String(32))
     content_hash: Mapped[str] = mapped_column(String(64))
-    # Read when it is asked for: a damaged one must not keep the rest of its row from being read or replaced.
+    # Deferred, so that a damaged value does not keep the rest of its row from being read or replaced.
     document: Mapped[dict[str, Any]] = mapped_column(JSON, deferred=True)
 
 
@@ -40,7 +40,7 @@ class DocumentRow(Base):
     locked: Mapped[bool] = mapped_column()
     revision: Mapped[int] = mapped_column(Integer)
     cursor: Mapped[int] = mapped_column(Integer)
-    # Apart from the history: undo and redo leave them. Deferred for the same reason as a case's document.
+    # Not part of the history: undo and redo do not change them. Deferred for the same reason as a case's document.
     settings: Mapped[dict[str, Any]] = mapped_column(JSON, deferred=True)
 
 

@@ -39,5 +39,5 @@ def _keep_from_others(path: Path, mode: int) -> None:
         path.chmod(mode)
     except FileNotFoundError:
         raise
-    except OSError as error:  # another's folder, or a disk that knows no rights
+    except OSError as error:  # another user's folder, or a file system without permissions
         _LOG.warning("other users of this machine may read %s: %s", path, error_kind(error))

@@ -16,18 +16,17 @@ from app.store.errors import StorageError
 class ReadOnlyCopy:
     """A copy of the database at the time of creation; `engine` reads it until `close`.
 
-    SQLite does not open it directly, since it has to create files beside a database with a write-ahead log.
+    SQLite cannot open it directly, since a database with a write-ahead log requires auxiliary files in its folder.
     """
 
     def __init__(self, database: Path) -> None:
-        """Raises StorageError when the newest edits are only in the log, which SQLite does not read without writing."""
+        """Copy the database. Raises StorageError if the newest edits are only in the log, which needs write access."""
         log = database.with_name(database.name + "-wal")
         if log.exists() and log.stat().st_size:
             raise StorageError("its newest edits can only be read where it can be written.")
         name = f"file:vfix-{secrets.token_hex(8)}?mode=memory&cache=shared"
-        self._kept = sqlite3.connect(
-            name, uri=True, check_same_thread=False
-        )  # what is in memory ends with the last one
+        # Kept open, since a database in memory ends with its last connection.
+        self._kept = sqlite3.connect(name, uri=True, check_same_thread=False)
         with closing(sqlite3.connect(f"{database.as_uri()}?mode=ro&immutable=1", uri=True)) as source:
             source.backup(self._kept)
         self.engine = _engine(name)

@@ -23,19 +23,19 @@ if TYPE_CHECKING:
 NEWEST = "0002"  # revision of the last module in migrations/versions
 _MIGRATIONS = Path(__file__).parent / "migrations"
 _VERSIONS = "alembic_version"
-KEPT_COPIES = 3  # of the database from before upgrades
+KEPT_COPIES = 3  # copies of the database made before upgrades
 
 
 def bring_up(engine: Engine, settings: Settings) -> None:
     """Migrate the database of `engine` in one transaction, locked for other writers.
 
     An older database is copied first; the newest copies are kept.
-    Raises StoreUnusable for a newer database, a foreign one, and an empty one beside files of an old one.
+    Raises StoreUnusable for a newer database, one of another program, and an empty one if files of cases exist.
     """
     if is_newest(engine):
         return
     with engine.connect().execution_options(vfix_writes=True) as connection, connection.begin():
-        found = _version(connection)  # another planner may have been first
+        found = _version(connection)  # again, since another planner may have migrated it meanwhile
         if found is None:
             _check_new(connection, settings)
         elif found == NEWEST:
@@ -45,12 +45,12 @@ def bring_up(engine: Engine, settings: Settings) -> None:
 
 
 def is_newest(engine: Engine) -> bool:
-    """Whether the schema is the newest."""
+    """Return whether the schema is the newest."""
     return _version(engine) == NEWEST
 
 
 def check_version(connection: Connection, settings: Settings) -> None:
-    """Raise StoreUnusable where `bring_up` would."""
+    """Raise StoreUnusable if `bring_up` would."""
     found = _version(connection)
     if found is None:
         _check_new(connection, settings)
@@ -90,7 +90,7 @@ def _check_known(found: str, config: Config) -> None:
 
 
 def _version(engine: Engine | Connection) -> str | None:
-    """Version of the database; None when it is new."""
+    """Return the version of the database; None if it is new."""
     if not inspect(engine).has_table(_VERSIONS):
         return None
     if isinstance(engine, Engine):
@@ -101,7 +101,7 @@ def _version(engine: Engine | Connection) -> str | None:
 
 
 def _check_new(connection: Connection, settings: Settings) -> None:
-    """Refuse to initialise a database without a version where data could be lost."""
+    """Raise StoreUnusable for a database without a version if initialising it could lose data."""
     tables = inspect(connection).get_table_names()
     if set(tables) - {_VERSIONS}:
         raise StoreUnusable(f"the database was not made by vfix: it holds {', '.join(tables[:5])}; {COPY}.")

@@ -1,4 +1,4 @@
-"""Temporary data, such as uploads and decoded images, in a folder per planner that is removed at its end.
+"""Temporary data, such as uploads and decoded images, in a folder per planner process that is removed at its end.
 
 Several planners may share one data folder: the folder of another one is removed only when its lock is free.
 """
@@ -39,17 +39,17 @@ class Scratch:
         self._let_go: weakref.finalize[..., Scratch] | None = None
 
     def open(self) -> Path:
-        """The folder of this planner; the first call removes those of ended planners. Raises StorageError."""
+        """Return the folder of this planner; the first call removes those of ended planners. Raises StorageError."""
         with self._guard:
             if self._own is None:
                 try:
-                    self._own = self._opened()
+                    self._own = self._create()
                 except OSError as error:
                     raise _no_room(error) from error
             return self._own
 
     def new_place(self) -> Path:
-        """A new folder. Raises StorageError."""
+        """Create a folder in the folder of this planner. Raises StorageError."""
         place = self.open() / secrets.token_hex(8)
         try:
             place.mkdir(mode=0o700)
@@ -64,10 +64,10 @@ class Scratch:
                 self._let_go()
             self._own = self._let_go = None
 
-    def _opened(self) -> Path:
+    def _create(self) -> Path:
         self._folder.mkdir(parents=True, exist_ok=True, mode=0o700)
         with (self._folder / _LOCK).open("ab") as door:
-            _lock(door, wait=True)  # between making a lock's file and locking it nobody may look
+            _lock(door, wait=True)  # other planners must not see a lock file before it is locked
             self._remove_leftovers()
             own = self._folder / secrets.token_hex(8)
             lock_file = own.with_suffix(_LOCK).open("ab")
@@ -76,7 +76,7 @@ class Scratch:
                 _lock(lock_file, wait=False)
                 own.mkdir(mode=0o700)
             except OSError:
-                self._let_go()  # the next try takes a lock of its own
+                self._let_go()  # the next call creates a new lock
                 self._let_go = None
                 raise
         return own
@@ -94,7 +94,7 @@ class Scratch:
 
 
 def _remove(own: Path, lock_file: BinaryIO, owner: int) -> None:
-    if os.getpid() == owner:  # and not a copy of it that ends
+    if os.getpid() == owner:  # not in a forked child that exits
         shutil.rmtree(own, ignore_errors=True)
         own.with_suffix(_LOCK).unlink(missing_ok=True)
     lock_file.close()
@@ -105,7 +105,7 @@ def _no_room(error: OSError) -> StorageError:
 
 
 def _is_held(path: Path) -> bool:
-    """Whether a running planner holds the lock of this file."""
+    """Return whether a running planner holds the lock of this file."""
     if not path.is_file():
         return False
     with path.open("ab") as file:
@@ -113,7 +113,7 @@ def _is_held(path: Path) -> bool:
 
 
 def _lock(file: BinaryIO, *, wait: bool) -> bool:
-    """Take a lock that ends with the file or the process; False where another process has it."""
+    """Take a lock that ends with the file or the process; return False if another process holds it."""
     try:
         if sys.platform == "win32":
             file.seek(0)

@@ -1,1 +1,1 @@
-"""The attack on the certificate: scenes, hands that mean harm, and judges that share no line with the engine."""
+"""The attack on the certificate: scenes, adversarial hands, and judges that share no code with the engine."""

@@ -40,7 +40,7 @@ STRAIGHT = np.array([[0.0, 0.0, 0.0], [0.0, 7.0, 0.0], [1.0, 14.0, 0.0], [0.0, 2
 class Arena:
     """One scene of the attack.
 
-    moves: mm by which the anatomy is shifted between episodes, so that some begin inside the margin; 0: it stays.
+    moves: mm by which the anatomy is shifted between episodes, so that some begin inside the margin; 0: not at all.
     """
 
     name: str
@@ -65,7 +65,7 @@ def _arena(
     margins: tuple[float, ...] = MARGINS,
     moves: float = 0.0,
 ) -> Arena:
-    """The tool with its tip at the origin and its shaft along +y, then all of it turned and shifted at random."""
+    """Return a scene with the tool's tip at the origin and its shaft along +y, rotated and shifted at random."""
     model, held = RobotModel.load(robot), Tool.load(tool)
     turn = Rotation.random(random_state=int(random.integers(2**31))).as_matrix()
     shift = far * random.uniform(-1, 1, 3)
@@ -89,7 +89,7 @@ def _arena(
 
 
 def _head(name: str, case: cases.BenchCase) -> Arena:
-    """A head with the robot placed in it as the planner does."""
+    """Return a head with the robot placed as by the planner."""
     scene = cases.drive(case).scene
     ends = case.path.points[-2:]
     return Arena(name, replace(scene, targets=ends, target_names=("before the end", "the end")))
@@ -120,12 +120,12 @@ def _one(name: str, mesh: Callable[[Random], TriangleMesh], **options: Any) -> C
 
 
 def _slit(random: Random) -> Arena:
-    """Room for the margin of 0.3 mm and 0.005 mm more on either side: less than the rows' buffer."""
+    """Return a slit with the margin of 0.3 mm and 0.005 mm more on either side, less than the buffer of the rows."""
     return _arena("slit", meshes.slit(1.5 + 0.305), random, margins=(0.3, 0.3, 0.05, 0.304))
 
 
 def _shapes(turn: Array, shift: Array) -> tuple[Zone, ...]:
-    """A zone of every kind around the tool, so near to each other that corners are left between them."""
+    """Return a zone of every kind around the tool, so near to each other that corners form between them."""
     pose = np.eye(4)
     pose[:3, :3] = turn @ Rotation.from_euler("xyz", (0.4, 0.2, -0.3)).as_matrix()
     pose[:3, 3] = turn @ [-7.5, 4.0, 0.0] + shift
@@ -138,7 +138,7 @@ def _shapes(turn: Array, shift: Array) -> tuple[Zone, ...]:
 
 
 def _patches(turn: Array, shift: Array) -> tuple[Zone, ...]:
-    """Two patches of a wall with margins of their own, a wide one larger than the boundary looks otherwise."""
+    """Return two patches of a wall with different margins, one larger than the usual range of the boundary."""
     ahead, beside = (
         meshes.wall(9.0, 8.0, 12),
         meshes.plane(np.array([9.0, -20, 0]), np.eye(3)[1] * 30, np.eye(3)[2] * 9),
@@ -151,7 +151,7 @@ def _patches(turn: Array, shift: Array) -> tuple[Zone, ...]:
 
 
 def _standing(turn: Array, shift: Array) -> tuple[Fixture, ...]:
-    """Standing fixtures all at once: remote centre, cone, speed limits, tissue over the bone and a soft ball."""
+    """Return all standing fixtures together: remote centre, cone, speed limits, tissue over bone and a soft ball."""
     return (
         RemoteCentre(turn @ [0.0, -60.0, -7.5] + shift, tolerance_mm=2.0),
         weighted(OrientationCone.of_shaft(turn[:, 1], 0.4), 0.5),

@@ -1,4 +1,4 @@
-"""Ways past the hand: joint steps that ask the certificate alone, and programs that no task would state."""
+"""Attacks that bypass the hand: joint steps checked only by the certificate, and programs that no task would state."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ NONSENSE = (np.nan, np.inf, -np.inf, 1e300, -1e300, 1e-320, 0.0, 1.0)
 
 
 def by_hand(hand: Hand) -> Assault:
-    """The hand's command goes the way of every command."""
+    """Return an assault by the hand's command, which is processed as every command."""
 
     def act(memory: Memory, rehearsal: Rehearsal, state: RehearsalState) -> Stepped:
         return rehearsal.step(state, hand(memory, rehearsal, state))
@@ -33,9 +33,9 @@ def by_hand(hand: Hand) -> Assault:
 
 
 def past_the_program(memory: Memory, rehearsal: Rehearsal, state: RehearsalState) -> Stepped:
-    """Joint steps as a solver that lies would give them, from far too small to through the whole anatomy at once.
+    """Take joint steps as from a lying solver, from far too small to through the whole anatomy at once.
 
-    No row, no bound, no residual stands before the certificate here: it alone has to keep the margin.
+    No row, bound or residual protects the margin here: only the certificate does.
     """
     random, robot = memory.random, rehearsal.scene.robot
     kind = random.integers(7)
@@ -62,7 +62,7 @@ def past_the_program(memory: Memory, rehearsal: Rehearsal, state: RehearsalState
 
 
 def _grazing(memory: Memory, rehearsal: Rehearsal, state: RehearsalState) -> Array:
-    """Straight at the nearest bone, as far as the margin or a little further; sideways at the same time."""
+    """Return a step straight at the nearest bone, up to the margin or a little further, and sideways as well."""
     tip, random = state.tool.tip, memory.random
     pair = rehearsal.scene.tree.closest(state.tool.segments)
     lever = pair.on_tool - tip.position
@@ -75,7 +75,7 @@ def _grazing(memory: Memory, rehearsal: Rehearsal, state: RehearsalState) -> Arr
 
 
 def with_rows(memory: Memory, rehearsal: Rehearsal, state: RehearsalState) -> Stepped:
-    """Rows that contradict each other, of any size, some of them no numbers (HAZ-03, HAZ-05)."""
+    """Add contradictory rows of any size, some of them NaN or infinite (HAZ-03, HAZ-05)."""
     random = memory.random
     size = len(state.tool.q) + 1
     scale = 10.0 ** random.uniform(-6, 3)
@@ -96,20 +96,20 @@ def with_rows(memory: Memory, rehearsal: Rehearsal, state: RehearsalState) -> St
 
 
 class _Liar:
-    """Stands where daqp stands, and is wrong: a solution of another problem, or of none, said to be optimal."""
+    """Replaces daqp and returns wrong solutions, of another problem or of none, marked as optimal."""
 
     def __init__(self, honest: Any, random: np.random.Generator):
         self._honest, self._random = honest, random
 
     def solve(self, *problem: Any) -> tuple[Array, float, int, dict[str, Any]]:
-        """The honest answer for a change, or a lie with the flag of success."""
+        """Return sometimes the correct solution, and otherwise a wrong one with the flag of success."""
         x, value, flag, info = self._honest.solve(*problem)
         random, kind = self._random, self._random.integers(6)
         x = np.array(x, dtype=float)
         if kind == 0:
             return x, value, flag, info
         if kind == 1:
-            with np.errstate(all="ignore"):  # of programs that are nonsense themselves
+            with np.errstate(all="ignore"):  # for programs that are themselves invalid
                 x = x + np.abs(x).max() * random.normal(size=len(x)) * 10.0 ** random.uniform(-6, 6)
         elif kind == 2:
             x = random.normal(size=len(x)) * 10.0 ** random.uniform(-3, 6)
@@ -125,7 +125,7 @@ class _Liar:
 
 @contextmanager
 def lying_solver(random: np.random.Generator) -> Iterator[None]:
-    """The native solver lies while this lasts (HAZ-03)."""
+    """Replace the native solver by a lying one in this context (HAZ-03)."""
     seat: Any = qp
     honest = seat.daqp
     seat.daqp = _Liar(honest, random)

@@ -1,4 +1,4 @@
-"""Everything in a scene that has to be kept clear of, each with its margin, as the attack's judges see it."""
+"""The obstacles of a scene with their margins, as measured by the attack's judges."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from .oracle import Anatomy, Local, Peer, Screws, capsule
 
 
 class Solid:
-    """One analytic shape, measured by formulas of our own; 0 where the axis has entered it."""
+    """One analytic shape, measured by independent formulas; 0 where the axis has entered it."""
 
     def __init__(self, shape: Shape, radius: Array):
         self.radius = radius
@@ -26,14 +26,14 @@ class Solid:
         self.numbers[: len(numbers)] = numbers
 
     def clearance(self, places: Array, cap: float) -> Array:
-        """Least distance (S,) of each capsule to the shape, no more than ``cap``."""
+        """Return the least distance (S,) of each capsule to the shape, at most ``cap``."""
         gaps = [
             shape_distance(self.kind, self.numbers, places[2 * s], places[2 * s + 1]) for s in range(len(self.radius))
         ]
         return np.minimum(np.array(gaps) - self.radius, cap)
 
     def between(self, screws: Screws, before: Array, after: Array, parts: int, cap: float) -> Array:
-        """The same over the poses between two joint states."""
+        """Return the same over the poses between two joint states."""
         worst = np.full(len(self.radius), cap)
         shape_replay(
             screws.revolute, screws.axis, screws.point, screws.home, before, after, parts,
@@ -50,7 +50,7 @@ class ShapePeer:
         self._body, self._where = _in_coal(coal, shape)
 
     def clearance(self, places: Array, radius: Array) -> float:
-        """Smallest distance of the whole tool to the shape."""
+        """Return the least distance of the whole tool to the shape."""
         coal, least = self._coal, np.inf
         for s in range(len(radius)):
             body, where = capsule(coal, places[2 * s], places[2 * s + 1], float(radius[s]))
@@ -60,7 +60,7 @@ class ShapePeer:
 
 
 class Judges:
-    """All bodies of one scene in the engine's order; ``margins`` (B,) of them are told by the settings' own margin."""
+    """All bodies of one scene in the engine's order."""
 
     def __init__(self, scene: Scene, coal: ModuleType | None):
         self._coal = coal
@@ -77,20 +77,20 @@ class Judges:
         self._peers: list[Peer | ShapePeer] | None = None
 
     def margins(self, margin_mm: float) -> Array:
-        """Margin (B,) of every body."""
+        """Return the margin (B,) of every body, from the margin of the settings."""
         return np.array([margin_mm, *(zone.margin_mm for zone in self.zones)])
 
     def clearance(self, places: Array, caps: Array) -> Array:
-        """Least distance (B, S) of every body to every capsule, no more than caps (B,)."""
+        """Return the least distance (B, S) of every body to every capsule, at most caps (B,)."""
         return np.stack([body.clearance(places, cap) for body, cap in zip(self.bodies, caps, strict=True)])
 
     def between(self, before: Array, after: Array, parts: int, caps: Array) -> Array:
-        """The same (B, S) over the poses between two joint states."""
+        """Return the same (B, S) over the poses between two joint states."""
         found = [b.between(self.screws, before, after, parts, cap) for b, cap in zip(self.bodies, caps, strict=True)]
         return np.stack(found)
 
     def by_coal(self, places: Array) -> Array | None:
-        """Least distance (B,) of the whole tool to every body as coal finds it; None without coal."""
+        """Return the least distance (B,) of the whole tool to every body by coal; None without coal."""
         if self._coal is None:
             return None
         if self._peers is None:
@@ -102,7 +102,7 @@ class Judges:
 
 
 def _numbers(shape: Shape) -> tuple[int, Array]:
-    """Kind and numbers as ``shape_distance`` reads them."""
+    """Return kind and numbers of a shape for ``shape_distance``."""
     if isinstance(shape, Sphere):
         return 0, np.array([*shape.centre, shape.radius])
     if isinstance(shape, CapsuleShape):

@@ -28,16 +28,16 @@ from .watch import Ledger, Tally, Watch
 
 EPISODE = (60, 240)  # steps
 PLACES_TRIED = 60
-CHOSEN = (*ASSAULTS, "past the program", "past the program")  # as often as they are here
-LIES = 0.06  # of the episodes: with a solver that lies
-EXTREME = 0.1  # of the settings that are not chosen: at an end of their range
+CHOSEN = (*ASSAULTS, "past the program", "past the program")  # with frequencies by their number of occurrences
+LIES = 0.06  # fraction of the episodes with a lying solver
+EXTREME = 0.1  # fraction of the settings, except for the chosen ones, at an end of their range
 CHOSEN_SETTINGS = {
     "dt_s", "margin_mm", "threshold_mm", "gain_mm_per_s_per_n", "force_cap_n",
     "rotation_gain_rad_per_s_per_nmm", "k_tau", "k_d", "target_tolerance_mm",
 }  # fmt: skip
-CHANGES = 0.01  # of the steps: another mode
-MOVES = 0.03  # the same where the anatomy moves: there it does so then
-RUSHED = 1  # episodes at first
+CHANGES = 0.01  # fraction of the steps that change the mode
+MOVES = 0.03  # the same in scenes with moving anatomy, which then moves
+RUSHED = 1  # fast episodes at the start
 RUSH = {"dt_s": 5e-3, "gain_mm_per_s_per_n": 10.0, "force_cap_n": 20.0}
 OTHER_SOLVERS = (None,) * 17 + ("daqp", "daqp", "osqp")  # None: the default
 
@@ -56,9 +56,11 @@ class Campaign:
         sabotage: Callable[[Controller], None] | None = None,
         assaults: Sequence[str] = CHOSEN,
     ):
-        """``share``: of the steps whose pose coal measures again; ``replays``: finer replays that it looks at;
-        ``sabotage``: what is done to every controller, for the proof that the judges see it; ``assaults``: by name,
-        as often as they are to be chosen."""
+        """Prepare the campaign.
+
+        share: fraction of the steps whose pose coal measures again. replays: number of finer replays measured by coal.
+        sabotage: modifies every controller, to prove that the judges detect it. assaults: names, repeated by frequency.
+        """
         self._name, self._steps, self._coal = name, steps, coal
         self._sabotage, self._assaults = sabotage, list(assaults)
         self._random = np.random.default_rng([seed, zlib.crc32(name.encode())])
@@ -66,7 +68,7 @@ class Campaign:
         self._ledger = Ledger(self.tally, share, replays)
 
     def run(self) -> dict[str, Any]:
-        """The figures of this scene; ``skipped`` says why where there are none."""
+        """Run the campaign and return its figures; ``skipped`` states the reason if there are none."""
         begin = time.perf_counter()
         arena = BUILDERS[self._name](self._random)
         if isinstance(arena, str):
@@ -89,7 +91,7 @@ class Campaign:
         }
 
     def _settings(self) -> ControlSettings:
-        """Any corner of what may be set, the usual values most often."""
+        """Return random settings, most often usual values, and sometimes extreme ones."""
         pick = self._random.choice
         fast = self._random.random() < 0.3
         ends = {
@@ -111,9 +113,9 @@ class Campaign:
         )
 
     def _episode(self, q: Array) -> Array:
-        """One stretch of one assault; joints at its end."""
+        """Run one episode of one assault, and return the joints at its end."""
         tally = self.tally
-        # First of all into contact, and fast: there the other assaults begin.
+        # The first episode moves quickly into contact, where the other assaults begin.
         rushing = tally.episodes < RUSHED
         settings = replace(self._settings(), **RUSH) if rushing else self._settings()
         lies = not rushing and self._random.random() < LIES
@@ -137,7 +139,7 @@ class Campaign:
             for _ in range(length):
                 try:
                     after, snapshot = ASSAULTS[name](memory, rehearsal, state)
-                except Exception as error:  # anything at all: a step never raises
+                except Exception as error:  # of any type, since a step must never raise
                     tally.exceptions += 1
                     tally.fail("exception", assault=name, error=repr(error))
                     tally.steps += 1
@@ -153,7 +155,7 @@ class Campaign:
         return state.tool.q
 
     def _begin(self, q: Array, settings: ControlSettings, lies: bool) -> tuple[Rehearsal, RehearsalState] | None:
-        """A rehearsal that goes on at q, or from the start, or from somewhere near it."""
+        """Return a rehearsal that continues at q, or begins at or near the start."""
         scene = self._arena.scene
         robot, rehearsal = scene.robot, self._rehearsal(scene, settings, lies)
         for attempt in range(PLACES_TRIED):
@@ -170,7 +172,7 @@ class Campaign:
         return None
 
     def _moved(self, rehearsal: Rehearsal, state: RehearsalState) -> Rehearsal:
-        """The anatomy is elsewhere, the tool where it was: perhaps inside the margin (HAZ-04)."""
+        """Move the anatomy but not the tool, which may then be inside the margin (HAZ-04)."""
         mesh = self._judges.mesh
         shift = self._random.normal(size=3) * self._arena.moves
         tree = ProximityTree(TriangleMesh(np.asarray(mesh.vertices) + shift, mesh.faces))
@@ -186,7 +188,7 @@ class Campaign:
     def _rehearsal(self, scene: Scene, settings: ControlSettings, lies: bool) -> Rehearsal:
         rehearsal = Rehearsal(scene, settings)
         solver = OTHER_SOLVERS[int(self._random.integers(len(OTHER_SOLVERS)))]
-        solver = "daqp" if lies else solver  # the one whose seat a liar takes
+        solver = "daqp" if lies else solver  # the solver that the lying one replaces
         if solver is not None:
             rehearsal.controller = Controller(
                 scene.placed_robot(), scene.tool, scene.tree, settings, solver, scene.zones, scene.fixtures

@@ -1,7 +1,7 @@
-"""Distances and kinematics of the attack's own judge, compiled; written apart from the engine on purpose.
+"""Compiled distances and kinematics of the attack's judge, deliberately independent of the engine.
 
-Every distance is that of two points which really lie on segment and triangle, so that an inaccurate case near a
-degeneracy can only be too large for one proposal, never too small; the least of all proposals is the answer.
+Every candidate distance is that of two points which really lie on segment and triangle, so that inaccuracy near a
+degeneracy can only make a candidate too large, never too small; the result is the least candidate.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 
 def fast(function: Function) -> Function:
-    """Compiled, IEEE arithmetic."""
+    """Compile a function with IEEE arithmetic."""
     return cast(Function, numba.njit(cache=True, error_model="numpy")(function))
 
 
 @fast
 def _share(px: float, py: float, pz: float, dx: float, dy: float, dz: float, x: float, y: float, z: float) -> float:
-    """Where on the segment p + t·d the point x is nearest."""
+    """Return t of the point on the segment p + t·d that is nearest to the point x."""
     dd = dx * dx + dy * dy + dz * dz
     if dd == 0.0:
         return 0.0
@@ -34,7 +34,7 @@ def _share(px: float, py: float, pz: float, dx: float, dy: float, dz: float, x: 
 
 @fast
 def _to_point(px: float, py: float, pz: float, dx: float, dy: float, dz: float, x: float, y: float, z: float) -> float:
-    """Squared distance of the segment p + t·d and the point x."""
+    """Return the squared distance of the segment p + t·d and the point x."""
     t = _share(px, py, pz, dx, dy, dz, x, y, z)
     gx, gy, gz = px + t * dx - x, py + t * dy - y, pz + t * dz - z
     return gx * gx + gy * gy + gz * gz
@@ -45,7 +45,7 @@ def _to_edge(
     px: float, py: float, pz: float, dx: float, dy: float, dz: float,
     ax: float, ay: float, az: float, bx: float, by: float, bz: float,
 ) -> float:  # fmt: skip
-    """Squared distance of the segments p + t·d and a … b: an end of one of them, or between the inner points."""
+    """Return the squared distance of the segments p + t·d and a … b, at an end of one or between inner points."""
     ex, ey, ez = bx - ax, by - ay, bz - az
     best = _to_point(px, py, pz, dx, dy, dz, ax, ay, az)
     best = min(best, _to_point(px, py, pz, dx, dy, dz, bx, by, bz))
@@ -57,14 +57,14 @@ def _to_edge(
         wx, wy, wz = px - ax, py - ay, pz - az
         dw, ew = dx * wx + dy * wy + dz * wz, ex * wx + ey * wy + ez * wz
         t = min(max((de * ew - ee * dw) / whole, 0.0), 1.0)
-        # From wherever that is: the nearest point of the other one, a pair of real points whatever rounding did to t.
+        # The nearest point of the other segment to that point: a pair of real points, whatever the rounding of t.
         best = min(best, _to_point(ax, ay, az, ex, ey, ez, px + t * dx, py + t * dy, pz + t * dz))
     return best
 
 
 @fast
 def _to_face(x: float, y: float, z: float, c: Array) -> float:
-    """Squared distance of a point and its foot on the triangle's plane where that lies inside, else infinity."""
+    """Return the squared distance of a point and its foot on the triangle's plane; infinity if that is outside."""
     ux, uy, uz = c[3] - c[0], c[4] - c[1], c[5] - c[2]
     vx, vy, vz = c[6] - c[0], c[7] - c[1], c[8] - c[2]
     nx, ny, nz = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
@@ -83,7 +83,7 @@ def _to_face(x: float, y: float, z: float, c: Array) -> float:
 
 @fast
 def squared_distance(p: Array, d: Array, c: Array) -> float:
-    """Squared distance of the axis p + t·d, t in [0, 1], and the triangle with the corners c (9,)."""
+    """Return the squared distance of the axis p + t·d, t in [0, 1], and the triangle with the corners c (9,)."""
     px, py, pz, dx, dy, dz = p[0], p[1], p[2], d[0], d[1], d[2]
     best = _to_edge(px, py, pz, dx, dy, dz, c[0], c[1], c[2], c[3], c[4], c[5])
     best = min(best, _to_edge(px, py, pz, dx, dy, dz, c[3], c[4], c[5], c[6], c[7], c[8]))
@@ -103,14 +103,14 @@ def squared_distance(p: Array, d: Array, c: Array) -> float:
 
 @fast
 def _to_box(x: float, y: float, z: float, half: Array) -> float:
-    """Distance of a point and the box −half … half."""
+    """Return the distance of a point and the box −half … half."""
     gx, gy, gz = max(abs(x) - half[0], 0.0), max(abs(y) - half[1], 0.0), max(abs(z) - half[2], 0.0)
     return float(np.sqrt(gx * gx + gy * gy + gz * gz))
 
 
 @fast
 def shape_distance(kind: int, numbers: Array, p: Array, e: Array) -> float:
-    """Distance of the axis from p to e and a solid shape; 0 where it is entered, except into a half-space.
+    """Return the distance of the axis from p to e and a solid shape; 0 if it is entered, except for a half-space.
 
     kind 0: sphere, centre 3 and radius; 1: capsule, ends 3 + 3 and radius; 2: box, centre 3, axes 3 × 3 row by row,
     half sizes 3; 3: half-space, point 3 and unit normal 3.
@@ -150,7 +150,7 @@ def shape_replay(
     revolute: Array, axis: Array, point: Array, home: Array, before: Array, after: Array, parts: int,
     kind: int, numbers: Array, radius: Array, worst: Array,
 ) -> None:  # fmt: skip
-    """Like ``replay`` for one shape: least distance (S,) of each capsule at the poses between into ``worst``."""
+    """Write the least distance (S,) of each capsule to a shape over the poses between into ``worst``, as ``replay``."""
     places, q = np.empty_like(home), np.empty(len(before))
     for part in range(1, parts):
         share = part / parts
@@ -164,9 +164,9 @@ def shape_replay(
 
 @fast
 def gather(corners: Array, spheres: Array, among: IntArray, places: Array, radius: Array, reach: float) -> IntArray:
-    """Those of the triangles ``among`` whose bounding sphere comes within ``reach`` of a capsule's surface.
+    """Return the triangles of ``among`` whose bounding sphere is within ``reach`` of a capsule's surface.
 
-    places: (2 S, 3) start and end of every axis in turn.
+    places (2 S, 3): start and end of every axis in turn.
     """
     found = np.empty(len(among), np.int64)
     count = 0
@@ -188,9 +188,9 @@ def gather(corners: Array, spheres: Array, among: IntArray, places: Array, radiu
 def least_distance(
     corners: Array, spheres: Array, places: Array, radius: Array, cap: float, least: Array, nearest: IntArray
 ) -> None:
-    """Least distance (S,) of every capsule to these triangles, no more than ``cap``, and the triangle that gives it.
+    """Write the least distance (S,) of every capsule to these triangles, at most ``cap``, and the nearest triangle.
 
-    Brute force: a triangle is passed over only where its bounding sphere is further away than the best so far.
+    Brute force: a triangle is skipped only if its bounding sphere is further away than the least distance so far.
     """
     d = np.empty(3)
     for s in range(len(radius)):
@@ -211,9 +211,10 @@ def least_distance(
 
 @fast
 def place(revolute: Array, axis: Array, point: Array, home: Array, q: Array, places: Array) -> None:
-    """Ends of the axes (2 S, 3) at joints q: a product of exponentials of screws (Brockett), outermost joint first.
+    """Write the ends of the axes (2 S, 3) at joints q, by a product of exponentials of screws (Brockett).
 
-    axis: (n, 3) unit vectors, point: (n, 3) on the axis of a revolute joint, home: the ends at q = 0; patient frame.
+    The outermost joint comes first. axis (n, 3): unit vectors. point (n, 3): on the axis of a revolute joint. home: the
+    ends at q = 0. All in the patient frame.
     """
     places[:] = home
     for j in range(len(q) - 1, -1, -1):
@@ -235,7 +236,7 @@ def place(revolute: Array, axis: Array, point: Array, home: Array, q: Array, pla
 
 @fast
 def furthest(one: Array, two: Array) -> float:
-    """The longest way from a point of ``one`` (n, 3) to its counterpart in ``two``; not finite where one is not."""
+    """Return the longest distance of a point of ``one`` (n, 3) to that of ``two``; not finite if a point is not."""
     most = 0.0
     for i in range(len(one)):
         x, y, z = two[i, 0] - one[i, 0], two[i, 1] - one[i, 1], two[i, 2] - one[i, 2]
@@ -252,10 +253,10 @@ def replay(
     corners: Array, spheres: Array, radius: Array, anchor: Array, reach: float, cap: float,
     first: int, least: Array, nearest: IntArray, worst: Array,
 ) -> int:  # fmt: skip
-    """The poses between two joint states, ``parts`` times finer: least distance (S,) of each capsule into ``worst``.
+    """Write the least distance (S,) of each capsule over ``parts`` poses between two joint states into ``worst``.
 
-    The triangles are all that come within ``reach`` of the tool at ``anchor`` (2 S, 3).
-    Returns ``parts`` when done, or the part at which the tool has left what the triangles are good for.
+    The triangles are all within ``reach`` of the tool at ``anchor`` (2 S, 3).
+    Returns ``parts`` when done, or the part at which the tool leaves the region that the triangles cover.
     """
     places, q = np.empty_like(home), np.empty(len(before))
     for part in range(first, parts):

@@ -1,4 +1,4 @@
-"""Hands that mean harm: each answers the state of a rehearsal with the command that may break it."""
+"""Adversarial hands: each returns a command for the state of a rehearsal that might break a limit."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from vfix_engine.worlds.rigid.teleoperation import Master
 
 Random = np.random.Generator
 
-LOOK_AGAIN = 8  # steps after which the nearest bone is looked for again
+LOOK_AGAIN = 8  # steps after which the nearest bone is searched again
 NONSENSE = (np.nan, np.inf, -np.inf, 1e300, -1e300, 1e-320, 0.0, 5.0)
 
 
@@ -37,7 +37,7 @@ def _direction(random: Random) -> Array:
 
 
 def _kept(memory: Memory, longest: int) -> Array:
-    """A random direction that stays for a random while."""
+    """Return a random direction that stays for a random number of steps."""
     if memory.direction is None or memory.count >= memory.until:
         memory.direction = _direction(memory.random)
         memory.until = memory.count + int(memory.random.integers(1, longest))
@@ -45,7 +45,7 @@ def _kept(memory: Memory, longest: int) -> Array:
 
 
 def _to_bone(memory: Memory, rehearsal: Rehearsal, state: RehearsalState) -> Array:
-    """The direction to the nearest bone, looked up every few steps."""
+    """Return the direction to the nearest bone, searched every few steps."""
     if memory.direction is None or memory.count >= memory.until:
         normal = rehearsal.scene.tree.closest(state.tool.segments).normal
         memory.direction = -np.array(normal)
@@ -65,12 +65,12 @@ def jumping(memory: Memory, rehearsal: Rehearsal, state: RehearsalState) -> Comm
 
 
 def saturated(memory: Memory, rehearsal: Rehearsal, state: RehearsalState) -> Command:
-    """A million newtons one way."""
+    """A million newtons in one direction."""
     return Command(_kept(memory, 150) * 1e6, drive=1)
 
 
 def nonsense(memory: Memory, rehearsal: Rehearsal, state: RehearsalState) -> Command:
-    """No numbers, no finite ones, no small ones, and honest ones in between."""
+    """NaN, infinite and huge values, and valid ones in between."""
     force = memory.random.choice(NONSENSE, size=3)
     return Command(np.asarray(force, dtype=float), int(memory.random.choice((-1, 0, 1))), 1)
 
@@ -87,7 +87,7 @@ def alternating(memory: Memory, rehearsal: Rehearsal, state: RehearsalState) -> 
 
 
 def resonant(memory: Memory, rehearsal: Rehearsal, state: RehearsalState) -> Command:
-    """Slips sideways as soon as it is held, pushes in as soon as it is not."""
+    """Moves sideways as soon as it is stopped, and pushes in as soon as it is not."""
     inward = _to_bone(memory, rehearsal, state)
     if not memory.held:
         return Command(inward * 20.0)
@@ -116,12 +116,12 @@ def flooding(memory: Memory, rehearsal: Rehearsal, state: RehearsalState) -> Com
 
 
 def driving(memory: Memory, rehearsal: Rehearsal, state: RehearsalState) -> Command:
-    """Along the path with all force, sideways at the same time, back now and then."""
+    """Along the path with full force and sideways at the same time, sometimes back."""
     return Command(_kept(memory, 200) * 4.0, drive=-1 if memory.count // 120 % 4 == 3 else 1)
 
 
 def master(memory: Memory, rehearsal: Rehearsal, state: RehearsalState) -> Command:
-    """A master far away that runs ahead, jumps, lets go and sends nonsense."""
+    """A remote master that runs ahead, jumps, lets go and sends invalid values."""
     random, kind = memory.random, int(memory.random.integers(8))
     increment = _kept(memory, 40) * random.uniform(0, 0.3)
     if kind == 0:

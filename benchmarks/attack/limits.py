@@ -1,7 +1,7 @@
-"""The judge of motion: a recording of joints against speed, acceleration, and being able to stop (HAZ-06).
+"""The judge of motion: checks a recording of joints for speed, acceleration, and the ability to stop (HAZ-06).
 
-It has formulas of its own: it adds up the steps of the hardest braking as an arithmetic series, and knows nothing but
-joints, clearances and the numbers of the robot's file.
+It uses independent formulas: it sums the steps of the hardest braking as an arithmetic series, and knows only joints,
+clearances and the limits in the robot's file.
 """
 
 from __future__ import annotations
@@ -14,15 +14,15 @@ import numpy as np
 
 from vfix_engine.arrays import Array
 
-# Rounding of q (1e-14) seen through two differences at 10 kHz is 1e-6 of an acceleration.
+# Rounding of q (1e-14) gives an error of 1e-6 in an acceleration from two differences at 10 kHz.
 ROUNDING = 1e-6
-CLOSE_MM = 1e-3  # under the margin less than this is none (HAZ-01)
+CLOSE_MM = 1e-3  # a smaller violation of the margin is tolerated (HAZ-01)
 
 
 def braking_way(step: Array, change: Array) -> Array:
-    """How far something still goes after a step, if every further one is shorter by ``change`` > 0, all in one unit.
+    """Return the distance travelled after a step if every further step is shorter by ``change`` > 0, in the same unit.
 
-    The terms step − change, step − 2 change, … as long as they are positive.
+    The sum of step − change, step − 2 change, … as long as they are positive.
     """
     count = np.ceil(np.maximum(step, 0.0) / change) - 1.0
     count = np.maximum(count, 0.0)
@@ -34,8 +34,8 @@ def braking_way(step: Array, change: Array) -> Array:
 class MotionJudge:
     """Judges one recording of a robot that began at rest, step by step.
 
-    lower, upper, speed, acceleration: (n,) of the robot's file; dt: period in s.
-    margin_mm, deceleration_mm_per_s2: of the approach to anatomy; told_mm: clearances are exact up to this.
+    lower, upper, speed, acceleration (n,): of the robot's file. dt: period in s.
+    margin_mm, deceleration_mm_per_s2: of the approach to anatomy. told_mm: clearances are exact up to this value.
     counts: violations by kind 'range', 'speed', 'acceleration', 'stop in range' and 'stop before the margin'.
     An emergency is exempt from the acceleration and from what follows from it in its own step, and is counted.
     """
@@ -59,7 +59,7 @@ class MotionJudge:
         return sum(self.counts.values())
 
     def again(self) -> None:
-        """The next recording begins, at rest."""
+        """Begin the next recording, at rest."""
         self._last = None
 
     def judge(
@@ -69,7 +69,10 @@ class MotionJudge:
         emergency: bool = False,
         clearance: tuple[float, float] | None = None,
     ) -> bool:
-        """One step between two recorded q (n,), and the whole tool's clearances there in mm; whether it is right."""
+        """Judge one step between two recorded q (n,); return whether it keeps all limits.
+
+        clearance: clearances of the whole tool before and after the step in mm.
+        """
         step = after - before
         last = np.zeros(len(step)) if self._last is None else self._last
         self._last = step
@@ -89,7 +92,7 @@ class MotionJudge:
         return self.violations == found
 
     def _approach(self, clearance: tuple[float, float] | None) -> None:
-        """The whole tool's approach to anatomy: from it the tool can still stop before the margin."""
+        """Judge the whole tool's approach to anatomy: it must still be able to stop before the margin."""
         if clearance is None or clearance[0] >= self.told_mm:
             return
         nearer = np.array([clearance[0] - clearance[1]])
@@ -103,7 +106,7 @@ class MotionJudge:
             self.worst[kind] = max(self.worst.get(kind, 0.0), float(excess.max()))
 
     def report(self) -> dict[str, Any]:
-        """Figures for people and JSON."""
+        """Return the figures as JSON values."""
         return {
             "steps": self.steps,
             "violations": self.violations,

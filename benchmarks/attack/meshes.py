@@ -1,6 +1,6 @@
-"""Generated anatomy for the attack: what a control loop finds hard, around a tool whose tip is at the origin.
+"""Generated anatomy for the attack: shapes that are difficult for control, around a tool whose tip is at the origin.
 
-The tool comes in along +y from y < 0; every mesh leaves its shaft a way in. Lengths in mm.
+The tool enters along +y from y < 0; every mesh leaves a passage for its shaft. Lengths are in mm.
 """
 
 from __future__ import annotations
@@ -44,12 +44,12 @@ def plane(origin: Array, one: Array, two: Array, parts: int = 24) -> TriangleMes
 
 
 def wall(y: float, size: float = 40.0, parts: int = 40) -> TriangleMesh:
-    """Across the way of the tool."""
+    """A wall across the path of the tool."""
     return plane(np.array([0.0, y, 0.0]), np.array([size, 0, 0]), np.array([0, 0, size]), parts)
 
 
 def tube(radius: float, bend_radius: float, length: float = 60.0, taper: float = 0.0) -> tuple[TriangleMesh, Array]:
-    """Along an arc from the origin, +y first, narrower by ``taper`` at its end; points of its centreline as well."""
+    """A tube along an arc from the origin, first along +y, narrowed by ``taper`` at its end, and its centreline."""
     angle = np.linspace(0.0, length / bend_radius, 48)[:, None]
     around = np.linspace(0.0, 2 * np.pi, 33)[None, :]
     wide = radius - taper * angle / angle.max()
@@ -80,7 +80,7 @@ def corner() -> TriangleMesh:
 
 
 def plates(gap: float = 3.2) -> TriangleMesh:
-    """Thin plates, 0.02 mm thick, that the tip can go between."""
+    """Plates 0.02 mm thick, which the tip fits between."""
     found = []
     for k in (-2, -1, 1, 2):
         x = gap * (k - 0.5 * np.sign(k))
@@ -106,7 +106,7 @@ def spikes(random: Random, count: int = 90) -> TriangleMesh:
 
 
 def lattice(hole: float = 3.4, bar: float = 0.7) -> TriangleMesh:
-    """Two grids of flat bars, one behind the other, whose holes the tip fits through and the shaft hardly."""
+    """Two grids of flat bars, one behind the other; the tip fits through their holes, the shaft barely."""
     found = []
     for y, shift in ((3.0, 0.5), (9.0, 0.2)):
         for k in range(-5, 6):
@@ -117,7 +117,7 @@ def lattice(hole: float = 3.4, bar: float = 0.7) -> TriangleMesh:
 
 
 def soup(random: Random, count: int = 700) -> TriangleMesh:
-    """Triangles of any size and direction, from splinters to boards, none of them where the tool comes in."""
+    """Triangles of any size and direction, from splinters to boards, none of them where the tool enters."""
     centre = random.uniform([-16, -60, -16], [16, 26, 16], size=(6 * count, 3))
     size = 10.0 ** random.uniform(-2, 1.0, size=(6 * count, 1, 1))
     corners = centre[:, None, :] + size * random.normal(size=(6 * count, 3, 3))
@@ -125,7 +125,7 @@ def soup(random: Random, count: int = 700) -> TriangleMesh:
 
 
 def needles(random: Random, count: int = 400) -> TriangleMesh:
-    """Triangles 30 mm long and a thousandth wide, crossing the space ahead."""
+    """Triangles 30 mm long and about 0.001 mm wide, crossing the space ahead."""
     centre = random.uniform([-14, -40, -14], [14, 24, 14], size=(6 * count, 3))
     along = random.normal(size=(6 * count, 3))
     along *= 15.0 / np.linalg.norm(along, axis=1, keepdims=True)
@@ -135,7 +135,7 @@ def needles(random: Random, count: int = 400) -> TriangleMesh:
 
 
 def cavern(random: Random, radius: float = 11.0, bumps: float = 1.2) -> TriangleMesh:
-    """A noisy sphere from inside, open where the shaft comes in."""
+    """A noisy sphere from inside, open where the shaft enters."""
     azimuth = np.linspace(0.0, 2 * np.pi, 73)[None, :]
     polar = np.linspace(0.02, np.pi - 0.75, 40)[:, None]
     noise = bumps * random.uniform(-1, 1, size=(40, 73))
@@ -146,13 +146,13 @@ def cavern(random: Random, radius: float = 11.0, bumps: float = 1.2) -> Triangle
 
 
 def slit(half: float) -> TriangleMesh:
-    """Two walls either side of a tool that is bent in their plane; ``half`` the room between them."""
+    """Two walls on either side of a tool that is bent in their plane; ``half``: half the distance between them."""
     side = np.array([0, 90.0, 0]), np.array([0, 0, 30.0])
     return joined(*(plane(np.array([x, -60.0, 0.0]), *side, 30) for x in (-half, half)))
 
 
 def broken_wall(random: Random, y: float = 4.0) -> TriangleMesh:
-    """A wall whose triangles come twice, beside others without area: points, edges, three corners in a line."""
+    """A wall with duplicated triangles, and others without area: points, edges, three collinear corners."""
     whole = wall(y, 14.0, 14)
     vertices = np.asarray(whole.vertices)
     ends = random.integers(len(vertices), size=(60, 2))
@@ -165,7 +165,7 @@ def broken_wall(random: Random, y: float = 4.0) -> TriangleMesh:
 
 
 def no_area(random: Random) -> TriangleMesh:
-    """Nothing but points and line segments ahead and around: every triangle without area."""
+    """Only points and line segments ahead and around: every triangle has no area."""
     start = random.uniform([-10, -30, -10], [10, 20, 10], size=(1500, 3))
     end = np.where(random.random((1500, 1)) < 0.5, start, start + random.normal(size=(1500, 3)) * 4)
     corners = np.stack([start, end, start], axis=1)
@@ -173,7 +173,7 @@ def no_area(random: Random) -> TriangleMesh:
 
 
 def open_edges() -> TriangleMesh:
-    """Half plates whose free edges stand in the way, at the tip and beside the shaft."""
+    """Half plates with free edges in the way, at the tip and beside the shaft."""
     return joined(
         plane(np.array([0.0, 4.0, 11.0]), np.array([20.0, 0, 0]), np.array([0, 0, 10.0])),
         plane(np.array([12.6, -30.0, 0.0]), np.array([10.0, 0, 0]), np.array([0, 0, 20.0])),
@@ -182,7 +182,7 @@ def open_edges() -> TriangleMesh:
 
 
 def teeth(height: float = 1.5, parts: int = 40) -> TriangleMesh:
-    """A wall of saw teeth as fine as the margin, and one like it beside the shaft."""
+    """A wall of saw teeth as fine as the margin, and another one beside the shaft."""
     u = np.linspace(-14.0, 14.0, parts + 1)
     saw = height * (np.arange(parts + 1) % 2)
     x, z = np.meshgrid(u, u, indexing="ij")
@@ -194,7 +194,7 @@ def teeth(height: float = 1.5, parts: int = 40) -> TriangleMesh:
 
 
 def rings() -> TriangleMesh:
-    """Knife-edged rings around the shaft, far from the tip: small turns sweep the shaft into them."""
+    """Sharp-edged rings around the shaft, far from the tip: small rotations move the shaft into them."""
     found = []
     around = np.linspace(0.0, 2 * np.pi, 41)
     for y, wide in ((-140.0, 9.6), (-90.0, 9.8), (-40.0, 10.4)):
@@ -204,7 +204,7 @@ def rings() -> TriangleMesh:
 
 
 def room() -> TriangleMesh:
-    """A box of six boards of two triangles each, 200 mm long, without a board behind."""
+    """A box of boards of two triangles each, 200 mm long, open at the back."""
     half = 9.0
     boards = [wall(12.0, half, 1)]
     for k in (0, 2):
@@ -217,7 +217,7 @@ def room() -> TriangleMesh:
 
 
 def grains(random: Random) -> TriangleMesh:
-    """A thousand triangles of 0.01 mm, strewn ahead, the nearest of them just outside of the margin."""
+    """A thousand triangles of 0.01 mm scattered ahead, the nearest just outside of the margin."""
     centre = random.uniform([-6, 0.5, -6], [6, 7, 6], size=(4000, 3))
     corners = centre[:, None, :] + 0.01 * random.normal(size=(4000, 3, 3))
     return _of_corners(corners[_clear_of_the_way(corners, 1.4)][:1000])
@@ -228,10 +228,10 @@ def _of_corners(corners: Array) -> TriangleMesh:
 
 
 def _clear_of_the_way(corners: Array, keep: float) -> NDArray[np.bool_]:
-    """Which triangles stay ``keep`` mm off the tools of the attack where they start: 15 mm of tip, bent 30°, a shaft.
+    """Return which triangles are at least ``keep`` mm from the start poses of the tools: 15 mm of tip, bent 30°, shaft.
 
-    Coarse, by points of the axis against points of the triangle; a start that is too near all the same is refused by
-    the controller and another one is taken.
+    The check is coarse, between points of the axis and of the triangle; the controller refuses a start that is still
+    too near, and another one is used.
     """
     weights = np.array([[i, j, 8 - i - j] for i in range(9) for j in range(9 - i)]) / 8.0
     points = np.einsum("wk,nkx->nwx", weights, corners)

@@ -1,8 +1,8 @@
-"""The judge of the attack: brute force over every triangle that can matter, and coal beside it.
+"""The judge of the attack: brute force over all relevant triangles, and coal for comparison.
 
-No line is shared with the engine: triangles are read from the mesh, kinematics are a product of exponentials, and the
-closest points are found by kernels of our own (``exact.py``). The engine only says what the robot is: its Jacobian
-at q = 0, from which the screws are read.
+It shares no code with the engine: triangles are read from the mesh, kinematics are a product of exponentials, and
+closest points are found by independent kernels (``exact.py``). The engine only defines the robot, by its Jacobian at
+q = 0, from which the screws are derived.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.coal_peer import turning_z_to
 from vfix_engine.arrays import Array, IntArray
 from vfix_engine.geometry.capsules import Segments
 from vfix_engine.geometry.mesh import TriangleMesh
@@ -20,8 +21,8 @@ from vfix_engine.robots import PlacedRobot, Tool
 
 from .exact import furthest, gather, least_distance, place, replay
 
-WIDE_MM = 2.0  # how far the tool may move before all triangles are looked at again
-CLOSE_MM = 0.3  # and before those near it are
+WIDE_MM = 2.0  # how far the tool may move before all triangles are searched again
+CLOSE_MM = 0.3  # the same for the triangles near it
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +37,7 @@ class Screws:
 
     @classmethod
     def of(cls, robot: PlacedRobot, tool: Tool) -> Screws:
-        """Read off the engine's Jacobian at q = 0."""
+        """Return the screws derived from the engine's Jacobian at q = 0."""
         tip = robot.tip(np.zeros(robot.dof))
         revolute = np.array(robot.robot.revolute, dtype=float)
         turn, shift = tip.jacobian[3:].T, tip.jacobian[:3].T
@@ -48,7 +49,7 @@ class Screws:
         return cls(revolute, np.ascontiguousarray(axis), np.ascontiguousarray(point), home, radius)
 
     def places(self, q: Array) -> Array:
-        """Ends of the axes (2 S, 3) at joints q (n,)."""
+        """Return the ends of the axes (2 S, 3) at joints q (n,)."""
         out = np.empty_like(self.home)
         place(self.revolute, self.axis, self.point, self.home, np.asarray(q, dtype=float), out)
         return out
@@ -69,11 +70,11 @@ class Anatomy:
 
 
 class Local:
-    """The triangles near a moving tool, in two shells; every answer is that of brute force over all of them.
+    """The triangles near a moving tool, in two shells; every result equals that of brute force over all triangles.
 
-    A shell holds each triangle whose ball comes within its reach of the tool at its anchor. The tool's surface comes
-    no nearer to anything than the furthest way of an end of its axes, so a shell is good for ``cap`` as long as that
-    way and ``cap`` together are no more than its reach.
+    A shell contains each triangle whose ball is within its reach of the tool at its anchor. The distance from the
+    tool's surface to anything decreases by at most the largest displacement of an end of its axes, so a shell is valid
+    for ``cap`` as long as that displacement plus ``cap`` is at most its reach.
     """
 
     def __init__(self, anatomy: Anatomy, radius: Array):
@@ -85,13 +86,13 @@ class Local:
         self._least, self._nearest = np.empty(len(radius)), np.empty(len(radius), np.int64)
 
     def clearance(self, places: Array, cap: float) -> Array:
-        """Least distance (S,) of each capsule to the mesh, no more than ``cap``."""
+        """Return the least distance (S,) of each capsule to the mesh, at most ``cap``."""
         self._see(places, cap)
         least_distance(self._corners, self._spheres, places, self.radius, cap, self._least, self._nearest)
         return self._least.copy()
 
     def between(self, screws: Screws, before: Array, after: Array, parts: int, cap: float) -> Array:
-        """Least distance (S,) of each capsule over the ``parts`` − 1 poses between two joint states, at most cap."""
+        """Return the least distance (S,) of each capsule over ``parts`` − 1 poses between two states, at most cap."""
         worst = np.full(len(self.radius), cap)
         part = 1
         while True:
@@ -117,7 +118,7 @@ class Local:
 
 
 class Peer:
-    """Clearance by coal: another library, another tree, other arithmetic."""
+    """Clearance by coal, with a different tree and different arithmetic."""
 
     def __init__(self, coal: ModuleType, mesh: TriangleMesh):
         self._coal = coal
@@ -133,7 +134,7 @@ class Peer:
         self._still = coal.Transform3s.Identity()
 
     def clearance(self, places: Array, radius: Array) -> float:
-        """Smallest distance of the whole tool; not positive means contact, and is then not the depth."""
+        """Return the least distance of the whole tool; zero or negative in contact, where it is not the depth."""
         coal, least = self._coal, np.inf
         for s in range(len(radius)):
             start, end = places[2 * s], places[2 * s + 1]
@@ -144,24 +145,16 @@ class Peer:
 
 
 def capsule(coal: ModuleType, start: Array, end: Array, radius: float) -> tuple[Any, Any]:
-    """coal's capsule around an axis, or its ball where that has no length, and where it is."""
+    """Return coal's capsule around an axis, or a ball for an axis without length, and its transform."""
     length = float(np.linalg.norm(end - start))
     if length == 0.0:
         return coal.Sphere(radius), coal.Transform3s(np.eye(3), start)
-    turn = _turning_z_to((end - start) / length)
+    turn = turning_z_to((end - start) / length)
     return coal.Capsule(radius, length), coal.Transform3s(turn, (start + end) / 2)
 
 
 def ends(segments: Segments) -> Array:
-    """Start and end of every axis in turn (2 S, 3)."""
+    """Return start and end of every axis in turn (2 S, 3)."""
     out = np.empty((2 * len(segments), 3))
     out[0::2], out[1::2] = segments.start, segments.end
     return out
-
-
-def _turning_z_to(direction: Array) -> Array:
-    """A rotation (3, 3) whose third column is ``direction``."""
-    helper = np.eye(3)[int(np.abs(direction).argmin())]
-    x = np.cross(helper, direction)
-    x /= np.linalg.norm(x)
-    return np.column_stack([x, np.cross(direction, x), direction])

@@ -1,4 +1,4 @@
-"""What the judges find, step by step."""
+"""Step-by-step checks of the attack by its judges."""
 
 from __future__ import annotations
 
@@ -19,24 +19,24 @@ from .bodies import Judges
 from .exact import furthest
 from .oracle import ends
 
-VIOLATION_MM = 1e-3  # deeper than this under the margin is a violation
-AGREES = 1e-9  # of the scale: how far the engine's distance and pose may be from the judge's
-COAL_AGREES = 1e-6  # of the scale
+VIOLATION_MM = 1e-3  # a clearance below the margin by more than this is a violation
+AGREES = 1e-9  # tolerance of the engine's distance and pose against the judge's, relative to the scale
+COAL_AGREES = 1e-6  # the same for coal
 FINER = 50  # poses between two steps
-NEAR_SHARE = 2.0  # a step is replayed where the room left is less than this times its length
-ROOM_MM = 0.05  # beyond the margin, as far as the judges look at least
-LAST_BITS = 1e-9  # share of a limit that is rounding
-FAILURES_KEPT = 5  # of a scene, with what it takes to see them again
-REPLAYS_PASSED = 7  # one of so many replays is looked at by coal, until there are enough
+NEAR_SHARE = 2.0  # a step is replayed if the remaining room is less than this times its length
+ROOM_MM = 0.05  # beyond the margin: the least range in which the judges measure
+LAST_BITS = 1e-9  # tolerance of a limit for rounding, relative
+FAILURES_KEPT = 5  # of a scene, with the data to reproduce them
+REPLAYS_PASSED = 7  # coal measures one of this many replays, until there are enough
 
 
 @dataclass
 class Tally:
-    """What was found in one scene; ``failures`` keeps what the first few need to be seen again.
+    """The findings in one scene; ``failures`` holds the data to reproduce the first few.
 
-    deepest_mm: how far under what had to be kept a pose, or the way to it, was at worst.
-    least_room_mm: how near to it a pose came.
-    limits_judged: steps that had to keep the joints' limits; beyond_limits: of the others, those that did not.
+    deepest_mm: the largest violation of the required clearance by a pose or the motion to it.
+    least_room_mm: the least clearance of a pose above the required one.
+    limits_judged: steps that had to keep the joint limits. beyond_limits: of the other steps, those that did not.
     """
 
     steps: int = 0
@@ -63,20 +63,21 @@ class Tally:
     failures: list[dict[str, Any]] = field(default_factory=list)
 
     def counts(self) -> dict[str, int]:
-        """The integers by name."""
+        """Return the integers by name."""
         return {f.name: getattr(self, f.name) for f in fields(self) if isinstance(getattr(self, f.name), int)}
 
     def fail(self, kind: str, **details: Any) -> None:
-        """Keep what a person needs to see this again."""
+        """Keep the data to reproduce a failure."""
         if len(self.failures) < FAILURES_KEPT:
             self.failures.append({"kind": kind, "step": self.steps, **details})
 
 
 @dataclass
 class Ledger:
-    """What a scene's episodes share: the tally, the hash of all joints, and how much coal is asked.
+    """State shared by the episodes of a scene: the tally, the hash of all joints, and the amount of checks by coal.
 
-    share: of the steps whose pose coal measures again; replays: finer replays that it looks at; doing: the assault.
+    share: fraction of the steps whose pose coal measures again. replays: number of finer replays measured by coal.
+    doing: the current assault.
     """
 
     tally: Tally
@@ -89,8 +90,8 @@ class Ledger:
 class Watch:
     """Judges every step of one episode.
 
-    limits: whether the joints' speeds and accelerations have to be kept; past the program, where the certificate alone
-    is asked, they need not be, and a step beyond them is counted for itself. Ranges have to be kept always.
+    limits: whether the joints' speeds and accelerations have to be kept. Steps that bypass the program and are checked
+    only by the certificate need not keep them, and are counted separately. Ranges always have to be kept.
     """
 
     def __init__(
@@ -109,7 +110,7 @@ class Watch:
         self._clear = judges.clearance(self._places, self._margins + ROOM_MM)
 
     def judge(self, before: RehearsalState, after: RehearsalState, snapshot: RigidSnapshot) -> None:
-        """One step that the engine has taken."""
+        """Judge one step of the engine."""
         tally, q = self._tally, after.tool.q
         tally.steps += 1
         tally.held += snapshot.held
@@ -139,7 +140,7 @@ class Watch:
         self._places, self._clear = places, clear
 
     def _found(self, depth: Array, kind: str, before: RehearsalState, after: RehearsalState) -> bool:
-        """Whether some capsule is deeper in some body (B, S) than it may be; it is counted."""
+        """Return whether a capsule is deeper in a body (B, S) than allowed, and count it."""
         deepest = float(depth.max())
         self._tally.deepest_mm = max(self._tally.deepest_mm, deepest)
         if deepest <= VIOLATION_MM:
@@ -149,7 +150,7 @@ class Watch:
         return True
 
     def _judge_limits(self, before: RehearsalState, after: RehearsalState) -> None:
-        """HAZ-06: range, speed and acceleration of every joint; an emergency may exceed the last, and is counted."""
+        """Judge range, speed and acceleration of every joint (HAZ-06); an emergency may exceed the last one."""
         tally, emergency, q = self._tally, after.emergencies > before.emergencies, after.tool.q
         step = q - before.tool.q
         over: Array = np.maximum(self._robot.lower - q, q - self._robot.upper)
@@ -168,7 +169,7 @@ class Watch:
             tally.fail("joint limit", assault=doing, joint=joint, over=float(over.max()), step_of=step.tolist())
 
     def _too_fast(self, before: RehearsalState, after: RehearsalState, emergency: bool) -> Array:
-        """By how much (n,) a step exceeds speed and, unless in an emergency, acceleration; mm or rad."""
+        """Return by how much (n,) a step exceeds speed and, unless in an emergency, acceleration, in mm or rad."""
         robot, q, dt = self._robot, after.tool.q, self._settings.dt_s
         step = q - before.tool.q
         last = before.tool.velocity * dt
@@ -180,10 +181,10 @@ class Watch:
         return over
 
     def _judge_report(self, after: RehearsalState, places: Array, clear: Array, caps: Array) -> None:
-        """The engine's own pose and distances are the judges', as far as it tells them."""
+        """Check that the pose and distances reported by the engine are those of the judges."""
         told_up_to = np.minimum(caps, np.maximum(self._settings.reach_mm, self._margins))[:, None]
         told = np.minimum(after.tool.distance, told_up_to)
-        # A shape that an axis has entered is told as deep as it is; the judge knows only that it is entered.
+        # The engine reports the depth in a shape that an axis has entered; the judge only knows that it has entered.
         expected = np.minimum(clear, told_up_to)
         apart = np.abs(told - expected)
         apart[1:][expected[1:] <= -self._judges.screws.radius] = 0.0
@@ -194,7 +195,7 @@ class Watch:
             self._tally.fail("disagreement", distance_mm=float(apart.max()), pose_mm=moved, q=after.tool.q.tolist())
 
     def _replay(self, before: RehearsalState, after: RehearsalState, floor: Array) -> None:
-        """HAZ-02: fifty times finer on the straight way between the joints."""
+        """Check the straight motion between the joints fifty times finer (HAZ-02)."""
         tally, judges = self._tally, self._judges
         tally.replayed += 1
         caps = self._margins + ROOM_MM
@@ -209,7 +210,7 @@ class Watch:
             tally.replay_remeasured += 1
 
     def _ask_coal(self, places: Array, clear: Array, caps: Array, floor: Array) -> None:
-        """Another library's word on a pose: not under the floor, and where it is clear, the same distance."""
+        """Check a pose by coal: not below the floor, and the same distance where it is clear."""
         by_coal = self._judges.by_coal(places)
         if by_coal is None:
             return
@@ -220,7 +221,7 @@ class Watch:
             tally.violations += 1
             tally.deepest_mm = max(tally.deepest_mm, float(deep.max()))
             tally.fail("coal", coal_mm=by_coal.tolist(), ours_mm=least.tolist())
-        # Where an axis touches, coal's distance is not the depth: only clear poses can be compared.
+        # In contact coal's distance is not the depth, so only clear poses can be compared.
         apart = np.where(least > 0.0, np.abs(np.minimum(by_coal, caps) - least), 0.0)
         if apart.max() > COAL_AGREES * self._judges.scale:
             tally.disagreements += 1
@@ -228,7 +229,7 @@ class Watch:
 
 
 def _all_finite(after: RehearsalState, snapshot: RigidSnapshot) -> bool:
-    """Nothing that goes out is not a number; the error to a target that there is not may be."""
+    """Return whether all outputs are finite, except for the error to a missing target, which may be NaN."""
     tool = after.tool
     arrays: list[Any] = [tool.q, tool.distance, tool.tip.position, tool.tip.rotation, tool.tip.jacobian]
     arrays += [tool.velocity, snapshot.force, snapshot.torque, snapshot.virtual_point, snapshot.grip]

@@ -33,7 +33,7 @@ def _wild(random: Random, q: Array, q_max: float) -> Array:
 
 def control(drive: SnakeDrive, random: Random) -> None:
     """The control of the distal links wants anything."""
-    part: Any = drive.control
+    part: Any = drive.state.control
     part.wanted = lambda q, camera_mm, most: _wild(random, q, drive.snake.q_max)
 
 

@@ -8,8 +8,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vfix_engine.arrays import Array, BoolArray, IntArray
-from vfix_engine.pathway.limits.limits import MOTION_TOLERANCE_MM, Configuration, HardLimits, MotionVerdict
+from vfix_engine.pathway.limits.limits import MOTION_TOLERANCE_MM, Configuration, LinksAt, MotionVerdict
 from vfix_engine.pathway.packed import PackedPathway
+from vfix_engine.runtime.system import Certificate
 from vfix_engine.worlds.snake.snake_drive import SnakeDrive
 from vfix_engine.worlds.snake.state import SnakeState
 
@@ -89,23 +90,16 @@ class Tally:
 class _Witness:
     """Stands in the place of a certificate, asks it, and notes what it took."""
 
-    def __init__(self, limits: HardLimits, first: int, taken: list[Motion]):
+    def __init__(self, limits: Certificate[LinksAt, Configuration, MotionVerdict], first: int, taken: list[Motion]):
         self._limits, self._first, self._taken = limits, first, taken
 
-    def certify(
-        self,
-        packed: PackedPathway,
-        windows: IntArray,
-        before: Configuration,
-        after: Configuration,
-        bound: Array | None = None,
-        known: Array | None = None,
-    ) -> MotionVerdict:
+    def certify(self, state: LinksAt, motion: Configuration) -> MotionVerdict:
         """The certificate's verdict."""
-        verdict = self._limits.certify(packed, windows, before, after, bound, known)
+        verdict = self._limits.certify(state, motion)
         if verdict.taken:
+            packed, windows, before, bound, _ = state
             assert bound is not None
-            self._taken.append(Motion(self._first, packed, windows, np.isfinite(bound), before, after))
+            self._taken.append(Motion(self._first, packed, windows, np.isfinite(bound), before, motion))
         return verdict
 
 
@@ -117,9 +111,9 @@ class Watch:
         self._random = np.random.default_rng(seed)
         self._judge = Judge(drive.snake, drive.query.vertices)
         self._taken: list[Motion] = []
-        given: Any = drive.constants
+        given = drive.constants
         limits = _Witness(given.limits, 0, self._taken)
-        distal: Any = _Witness(given.distal_limits, given.first, self._taken)
+        distal = _Witness(given.distal_limits, given.first, self._taken)
         drive.constants = replace(given, limits=limits, distal_limits=distal)
         self._windows, self._measured = drive.state.windows, drive.state.measured
         self._q, self._base, self._tip = drive.q.copy(), drive.state.base.copy(), drive.tip_s
@@ -134,8 +128,8 @@ class Watch:
         tally.steps += 1
         tally.held += state.outcome == "held"
         tally.shrunk += state.outcome == "shrunk"
-        tally.refused_commands += self._drive.refused_commands - self._refused
-        self._refused = self._drive.refused_commands
+        tally.refused_commands += self._drive.state.refused_commands - self._refused
+        self._refused = self._drive.state.refused_commands
         if not (
             np.isfinite(state.q).all() and np.isfinite(state.base).all() and np.isfinite(state.deviation.depth).all()
         ):

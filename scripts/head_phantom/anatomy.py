@@ -1,4 +1,4 @@
-"""The head, put together from its parts: read from top to bottom it is the anatomy lesson."""
+"""The head, assembled from its parts in anatomical order."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ SKIN_OVER_BONE = np.float32(5.0)  # [mm]
 
 @dataclass(frozen=True)
 class Cavities:
-    """Everything hollow in the bone, before mucosa: signed distances [mm]."""
+    """Cavities of the bone before mucosa is added: signed distances [mm]."""
 
     orbits: Field
     nose: Field
@@ -59,7 +59,7 @@ class Head:
 
 
 def head(space: Space) -> Head:
-    """All tissues in a block of space."""
+    """Return all tissues in a block of space."""
     vault = space.build(cranium.VAULT)
     outline = _outline(space, vault)
     teeth = space.build(jaws.TEETH, reach=3.0)
@@ -94,7 +94,7 @@ def head(space: Space) -> Head:
 
 
 def _outline(space: Space, vault: Field) -> Field:
-    """Braincase and face from outside, still solid."""
+    """Return the outside of braincase and face, still solid."""
     solid = space.build((*cranium.FRONTAL_BONE, *face.BROW, *face.MAXILLA, *cranium.FOSSAE), onto=vault)
     solid = space.build((*face.CHEEK, *jaws.UPPER_JAW, *cranium.TEMPORAL_BONE, *cranium.OCCIPITAL_BONE), onto=solid)
     return space.build((*jaws.PALATE_VAULT, *soft.CHOANAE), onto=solid)
@@ -104,7 +104,7 @@ def _cavities(space: Space, vault: Field, outline: Field, teeth: Field) -> Cavit
     orbits = space.build(face.ORBITS)
     nasal = space.build(nose.NASAL_CAVITY, reach=8.0)
     canals = space.build([Part("infraorbital canal", face.INFRAORBITAL_CANAL, paired=True)], reach=4.0)
-    # The sinuses stay off the roots of the teeth and off the nerve as well.
+    # The sinuses also keep a distance from the roots of the teeth and from the nerve.
     earlier = np.minimum(np.minimum(orbits, nasal), np.minimum(teeth, canals))
     every, by_name = space.empty(), {}
     for sinus in sinuses.SINUSES:
@@ -123,7 +123,7 @@ def _cavities(space: Space, vault: Field, outline: Field, teeth: Field) -> Cavit
 
 
 def _skull(space: Space, outline: Field, cavities: Cavities) -> Field:
-    """Everything above the lower jaw, hollowed out."""
+    """Return the skull above the lower jaw with its cavities."""
     solid = _nasal_bones(space, outline, cavities.nose)
     solid = space.build(jaws.ANTERIOR_NASAL_SPINE, onto=solid)
     braincase = union(solid, intersection(cavities.brain - np.float32(cranium.BASE_THICKNESS), 24 - space.y, 4.0), 4.0)
@@ -139,7 +139,7 @@ def _skull(space: Space, outline: Field, cavities: Cavities) -> Field:
 
 
 def _nasal_bones(space: Space, outline: Field, nasal: Field) -> Field:
-    """A thin roof over the front of the nasal cavity, cut at the piriform rim."""
+    """Return a thin roof over the front of the nasal cavity, cut at the piriform rim."""
     rim = nose.PIRIFORM_RIM
     roof = intersection(nasal - np.float32(1.8), 4 - space.z, 2.0)
     roof = intersection(roof, space.y - np.float32(30), 2.0)
@@ -148,7 +148,7 @@ def _nasal_bones(space: Space, outline: Field, nasal: Field) -> Field:
 
 
 def _walls(space: Space, cavities: Cavities) -> Field:
-    """Thin bone around every cavity, so that no wall is ever missing; not in front of the face."""
+    """Return thin bone around every cavity, so that no wall is missing, except in front of the face."""
     orbital_margin = np.float32(16) + np.float32(0.38) * np.maximum(np.abs(space.x) - 14, 0) - space.y
     around_orbits = intersection(cavities.orbits - np.float32(1.4), orbital_margin, 2.0)
     around_nose = intersection(cavities.nose - np.float32(1.3), -11 - space.z, 1.0)
@@ -160,7 +160,7 @@ def _walls(space: Space, cavities: Cavities) -> Field:
 
 
 def _sutures(space: Space, brain: Field) -> Field:
-    """[mm] to add to the distance of the skull: > 0 along sutures, < 0 along ridges."""
+    """Return what to add to the distance of the skull in mm: > 0 along sutures, < 0 along ridges."""
     added = np.zeros_like(brain)
     for line in cranium.LINES:
         for mirrored in (False, True) if line.paired else (False,):
@@ -184,7 +184,7 @@ def _sutures(space: Space, brain: Field) -> Field:
 
 
 def _fading(box: Box, at: Points) -> Field:
-    """1 inside a box, falling to 0 at its sides over a few millimetres."""
+    """Return a weight that is 1 inside a box and falls to 0 at its sides over `FADING` mm."""
     depth: Field = np.full(1, FADING, dtype=np.float32)
     for coordinate, low, high in zip(at, *box, strict=True):
         depth = np.minimum(depth, np.minimum(coordinate - np.float32(low), np.float32(high) - coordinate))
@@ -193,7 +193,7 @@ def _fading(box: Box, at: Points) -> Field:
 
 
 def _sockets(space: Space, skull: Field, mandible: Field, teeth: Field, cavities: Cavities) -> tuple[Field, Field]:
-    """Bone over the roots of the teeth."""
+    """Return skull and mandible with bone over the roots of the teeth."""
     over_roots = teeth - np.float32(0.8)
     hollow = np.minimum(cavities.nose, cavities.sinuses)
     upper = np.maximum(np.maximum(over_roots, -14.5 - space.z), -hollow)
@@ -202,7 +202,7 @@ def _sockets(space: Space, skull: Field, mandible: Field, teeth: Field, cavities
 
 
 def _septum_and_turbinates(space: Space, cavities: Cavities) -> tuple[Field, Field, Field]:
-    """Septum and turbinates with their mucosa, and the thin bone in both."""
+    """Return septum and turbinates with their mucosa, and the thin bone in both."""
     septum = space.build([Part("septum", nose.SEPTUM_WITH_MUCOSA)], reach=8.0)
     mucosa = [Part(t.name, t.with_mucosa, 1.0, paired=True) for t in nose.TURBINATES]
     bone = [Part(t.name, t.bone, paired=True) for t in nose.TURBINATES]
@@ -221,7 +221,7 @@ def _air(
     ostia: Field,
     teeth: Field,
 ) -> Field:
-    """From the nostrils to the neck, and the sinuses through their ostia."""
+    """Return the airway from the nostrils to the neck, and the sinuses, connected by their ostia."""
     nasal = without(cavities.nose + MUCOSA + np.float32(0.15) * space.coarse, septum, 0.8)
     nasal = without(nasal, turbinates, 0.8)
     nasal = intersection(nasal, -4 - space.y, 1.0)

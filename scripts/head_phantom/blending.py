@@ -12,7 +12,7 @@ Field = npt.NDArray[np.float32]
 
 
 def union(a: Field, b: Field, k: float = 0.0) -> Field:
-    """Signed distance of a and b together, the seam filled over the width k."""
+    """Return the signed distance of the union of a and b, with the seam filled over the width k."""
     if k <= 0.0:
         return np.minimum(a, b)
     overlap = np.maximum(np.float32(k) - np.abs(a - b), np.float32(0.0))
@@ -21,15 +21,15 @@ def union(a: Field, b: Field, k: float = 0.0) -> Field:
 
 
 def intersection(a: Field, b: Field, k: float = 0.0) -> Field:
-    """Signed distance of what a and b share, the edge rounded over the width k."""
+    """Return the signed distance of the intersection of a and b, with the edge rounded over the width k."""
     return -union(-a, -b, k)
 
 
 def without(a: Field, b: Field, k: float = 0.0) -> Field:
-    """Signed distance of a with b taken away, the edge rounded over the width k."""
+    """Return the signed distance of a without b, with the edge rounded over the width k."""
     return intersection(a, -b, k)
 
 
 def receded(cavity: Field, earlier: Field, wall: float, k: float) -> Field:
-    """A cavity that stays `wall` mm off all earlier ones: the wall between follows both and never vanishes."""
+    """Return a cavity that keeps `wall` mm from all earlier ones, so that the wall between them never vanishes."""
     return without(cavity, earlier - np.float32(wall), k)

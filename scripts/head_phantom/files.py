@@ -9,11 +9,11 @@ import numpy as np
 
 from vfix_engine.files.volume import Volume
 
-HU_STEP = 4  # values are rounded to this, far below the noise: the files pack better
+HU_STEP = 4  # values are rounded to this, far below the noise, so that the files compress better
 
 
 def packed(ct: Volume) -> Volume:
-    """The volume as it is shipped: its values rounded to whole steps."""
+    """Return the volume as it is shipped, with its values rounded to multiples of `HU_STEP`."""
     return Volume((np.rint(ct.hu / HU_STEP) * HU_STEP).astype(np.int16), ct.origin, ct.spacing, ct.direction)
 
 

@@ -17,15 +17,15 @@ from vfix_engine.files.volume import Volume
 
 SEED = 3
 NOSE_BOX: Box = ((-45.0, -36.0, -34.0), (45.0, 92.0, 66.0))
-_SLAB = 14.0  # [mm] made at a time, to bound the memory
+_SLAB = 14.0  # [mm] generated at a time, to bound the memory
 _ROUND_OFF = 1e-6  # [voxel]
 
 
 def generate(spacing_mm: float, box: Box | None = None) -> Volume:
-    """CT of the head, free of noise; int16 HU.
+    """Return a CT of the head without noise, int16 HU.
 
-    box: (low, high) LPS corners [mm], the whole head if not given; voxel centres lie at whole multiples of the spacing
-    from the corner of the whole head, so a part has the very voxels of the whole.
+    box: (low, high) LPS corners [mm]; None for the whole head. Voxel centres are at multiples of the spacing from the
+    corner of the whole head, so that a part has the same voxels as the whole.
 
     Raises ImageError for a spacing that is not in 0.2-5 mm or a box outside the head.
     """
@@ -38,14 +38,14 @@ def generate(spacing_mm: float, box: Box | None = None) -> Volume:
 def generate_fields(
     spacing_mm: float, pick: Callable[[Head, Space], Field], box: Box | None = None
 ) -> tuple[Field, npt.NDArray[np.float64]]:
-    """A signed distance picked from the tissues, (K, J, I) [mm], and the LPS position (3,) of voxel (0, 0, 0)."""
+    """Return a signed distance (K, J, I) [mm] chosen from the tissues, and the LPS position (3,) of voxel (0, 0, 0)."""
     grid = grid_axes(spacing_mm, box)
     slabs = list(_by_slab(grid, spacing_mm, lambda tissues, space, _: pick(tissues, space)))
     return np.concatenate(slabs), np.array([axis[0] for axis in grid])
 
 
 def grid_axes(spacing_mm: float, box: Box | None) -> tuple[npt.NDArray[np.float64], ...]:
-    """Voxel centres along x, y, z [mm]."""
+    """Return the voxel centres along x, y, z [mm]."""
     if not 0.2 <= spacing_mm <= 5.0:
         raise ImageError(f"the phantom is made at a spacing of 0.2 to 5 mm, not {spacing_mm:g} mm.")
     low, high = (np.maximum(box[0], LOW), np.minimum(box[1], HIGH)) if box is not None else (LOW, HIGH)

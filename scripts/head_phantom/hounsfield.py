@@ -1,4 +1,4 @@
-"""From tissues to Hounsfield units, with the partial volume of a scanner's point spread."""
+"""Conversion of tissues to Hounsfield units, with the partial volume of a scanner's point spread."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ THIN_BONE, ROOT, CROWN, BEAD = 820, 1500, 2100, 2200  # [HU]
 
 
 class Painter:
-    """Lays one tissue over the others."""
+    """Paints tissues over each other."""
 
     def __init__(self, space: Space, spacing: float, ramp_mm: float | None = None) -> None:
         blurred = max(1.0, 1.8 * spacing) if ramp_mm is None else ramp_mm
@@ -22,20 +22,21 @@ class Painter:
         self.hu: Field = np.full(space.x.shape, AIR, dtype=np.float32)
 
     def share(self, distance: Field) -> Field:
-        """Share of the tissue in each voxel, 0 to 1: a smooth step, so that no level set of it shows the grid."""
+        """Return the fraction of the tissue in each voxel, a smooth step, so that no level set shows the grid."""
         t = np.clip(np.float32(0.5) - distance / self._ramp, 0, 1)
         smooth: Field = t * t * (3 - 2 * t)
         return smooth
 
     def lay(self, distance: Field, hu: Field | float) -> None:
-        """Paint a tissue of a value [HU]."""
+        """Paint a tissue with a value [HU]."""
         self.hu = self.hu + (np.asarray(hu, dtype=np.float32) - self.hu) * self.share(distance)
 
 
 def hounsfield_units(tissues: Head, space: Space, spacing: float, ramp_mm: float | None = None) -> Field:
-    """(K, J, I) HU of a block, free of noise; spacing [mm] sets the blur of the edges unless ramp_mm does.
+    """Return the HU (K, J, I) of a block without noise.
 
-    The blur of the spacing leaves thin sheets of bone their full density; `scanned` has a scanner's.
+    spacing: voxel size [mm], which sets the blur of the edges unless ramp_mm is given. This blur leaves thin sheets of
+    bone their full density; `scanned` models that of a scanner.
     """
     painter, uneven = Painter(space, spacing, ramp_mm), space.coarse
     bone = np.minimum(tissues.skull, tissues.mandible)
@@ -65,14 +66,14 @@ def hounsfield_units(tissues: Head, space: Space, spacing: float, ramp_mm: float
 
 
 def _bone(distance: Field, uneven: Field, cortex: float, marrow: float, cortical_thickness: float) -> Field:
-    """HU of bone by depth: compact outside, spongy inside."""
+    """Return the HU of bone by depth: compact outside, spongy inside."""
     depth = np.clip((-distance - cortical_thickness) / 1.4, 0, 1)
     value: Field = cortex + (marrow - cortex) * depth + 60 * uneven * depth
     return value
 
 
 def _ball(space: Space, centre: tuple[float, float, float], radius: float) -> Field:
-    """Distance of a ball in the true grid, not the warped one: its centroid is exactly known."""
+    """Return the distance to a ball in the true grid, not the warped one, so that its centroid is known exactly."""
     x, y, z = (axis - c for axis, c in zip(space.axes, centre, strict=True))
     squared = x[None, None, :] ** 2 + y[None, :, None] ** 2 + z[:, None, None] ** 2
     return (np.sqrt(squared) - radius).astype(np.float32)

@@ -1,4 +1,4 @@
-"""What is known about the phantom without looking at it: beads, a checked path through the nose, targets [mm, LPS]."""
+"""Known landmarks of the phantom: beads, a checked path through the nose, targets [mm, LPS]."""
 
 from __future__ import annotations
 
@@ -45,8 +45,8 @@ CORRIDOR = (
     Place("nasopharynx", (3.0, 65.0, -3.5)),
 )
 
-# Where the shaft of a tool with a bend of 30° points at each place of the corridor, from the tip to the hand, and its
-# roll in degrees: from `vfix plan suggest` along this corridor. The shaft then passes the nostril; without them the
+# Direction of the shaft of a tool with a bend of 30° at each place of the path, from the tip to the hand, and its roll
+# in degrees: from `vfix plan suggest` along this path. With them the shaft passes through the nostril; without them the
 # dry run takes it through the tip of the nose.
 CORRIDOR_SHAFT = (
     ((-0.2, -0.876, -0.439), 56.0),
@@ -73,7 +73,7 @@ LANDMARKS = (
     Place("posterior nasal spine", (0.0, 56.0, -9.0)),
 )
 
-# Where the sizes are measured, left side.
+# Places at which sizes are measured, on the left side.
 IN_ANTRUM = np.array([25.0, 32.0, 8.0])
 IN_NOSE = np.array([4.5, 36.5, 0.5])
 OSTIUM_IN_ANTRUM, OSTIUM_IN_NOSE = np.array([20.5, 31.1, 18.4]), np.array([8.2, 30.5, 19.5])

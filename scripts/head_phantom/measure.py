@@ -1,4 +1,4 @@
-"""Sizes of the anatomy, measured in a CT."""
+"""Measurement of the anatomy's sizes in a CT."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Plug:
 
 
 def air_region(ct: Volume, seed: npt.ArrayLike, plug: Plug | None = None) -> npt.NDArray[np.bool_]:
-    """(K, J, I) the air connected with the voxel nearest to an LPS point, with an opening plugged if asked."""
+    """Return the air (K, J, I) connected to the voxel nearest to an LPS point, optionally with an opening plugged."""
     air = ct.hu < AIR_BELOW_HU
     if plug is not None:
         air &= ~_ball(ct, plug)
@@ -35,17 +35,17 @@ def air_region(ct: Volume, seed: npt.ArrayLike, plug: Plug | None = None) -> npt
 
 
 def volume_cm3(ct: Volume, region: npt.NDArray[np.bool_]) -> float:
-    """Volume of a region [cm³]."""
+    """Return the volume of a region [cm³]."""
     return float(region.sum() * np.prod(ct.spacing) / 1000.0)
 
 
 def is_in(ct: Volume, region: npt.NDArray[np.bool_], point: npt.ArrayLike) -> bool:
-    """Whether the voxel nearest to an LPS point is in a region."""
+    """Return whether the voxel nearest to an LPS point is in a region."""
     return bool(region[_voxel(ct, point)])
 
 
 def thickness_mm(ct: Volume, start: npt.ArrayLike, direction: npt.ArrayLike, reach: float = 40.0) -> float:
-    """Thickness [mm] of the first bone along a ray from an LPS point, from threshold to threshold."""
+    """Return the thickness [mm] of the first bone along a ray from an LPS point, from threshold to threshold."""
     step = 0.02  # [mm]
     along = np.asarray(direction, dtype=np.float64) / np.linalg.norm(direction)
     hu = ct.sample(np.asarray(start) + np.arange(0.0, reach, step)[:, None] * along)
@@ -58,9 +58,9 @@ def thickness_mm(ct: Volume, start: npt.ArrayLike, direction: npt.ArrayLike, rea
 
 
 def bottleneck_mm(ct: Volume, a: npt.ArrayLike, b: npt.ArrayLike, around: float = 4.0, step: float = 0.125) -> float:
-    """Diameter [mm] of the largest ball that passes through air from one LPS point to another near it; 0 if none can.
+    """Return the diameter [mm] of the largest ball that passes through air between two near LPS points; 0 if none does.
 
-    around: how far [mm] the path may leave the box of both points; step: grid [mm] that the CT is interpolated to.
+    around: how far [mm] the path may leave the box of both points. step: grid [mm] that the CT is interpolated to.
     """
     ends = np.array([a, b], dtype=np.float64)
     low = ends.min(axis=0) - around
@@ -78,7 +78,7 @@ def bottleneck_mm(ct: Volume, a: npt.ArrayLike, b: npt.ArrayLike, around: float 
 
 
 def bead_centroid(ct: Volume, near: npt.ArrayLike, reach: float = 4.0) -> Floats:
-    """LPS centroid [mm] of the metal within reach of a point, each voxel weighted by its share of metal."""
+    """Return the LPS centroid [mm] of metal within reach of a point, each voxel weighted by its fraction of metal."""
     weight = np.where(
         _ball(ct, Plug(np.asarray(near, dtype=np.float64), reach)), np.clip(ct.hu - 500.0, 0.0, None), 0.0
     )

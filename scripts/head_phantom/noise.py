@@ -1,4 +1,4 @@
-"""Smooth seeded noise, a pure function of position: a part of the head comes out as it does within the whole."""
+"""Smooth seeded noise, a pure function of position, so that a part of the head equals that part of the whole."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class SmoothNoise:
         self._wavelength = wavelength
 
     def at(self, x: Axis, y: Axis, z: Axis) -> Field:
-        """(K, J, I) values on the grid of the three axes [mm]."""
+        """Return values (K, J, I) on the grid of the three axes [mm]."""
         values: Field = self._lattice
         for dimension, axis in enumerate((z, y, x)):
             values = self._interpolated(values, axis, dimension, self._start[2 - dimension])

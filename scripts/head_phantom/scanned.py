@@ -1,8 +1,8 @@
-"""A part of the head as a scanner sees it: the partial volume of its point spread and of its slices.
+"""A part of the head as scanned: with the partial volume of a scanner's point spread and slices.
 
-The shipped CT blurs each edge over a width of its own, so that sheets thinner than a voxel keep their full density.
-Here the tissues are painted sharp on a fine grid, blurred by the point spread, and averaged over every voxel, so that
-the density of a sheet falls with its thickness as in a patient.
+The shipped CT blurs each edge separately, so that sheets thinner than a voxel keep their full density. Here the tissues
+are painted with sharp edges on a fine grid, blurred by the point spread, and averaged over every voxel, so that the
+density of a sheet decreases with its thickness as in a patient.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _FWHM_TO_SIGMA = 1.0 / (2.0 * np.sqrt(2.0 * np.log(2.0)))
 
 
 def scanned(box: Box, spacing_mm: Sequence[float], point_spread_mm: float, thinner_mm: float = 0.0) -> Volume:
-    """CT of a part of the head, free of noise, with the partial volume of a scanner.
+    """Return a CT of a part of the head without noise, with the partial volume of a scanner.
 
     Args:
         box: (low, high) LPS corners in mm.
@@ -36,7 +36,7 @@ def scanned(box: Box, spacing_mm: Sequence[float], point_spread_mm: float, thinn
         thinner_mm: how much thinner the sheets of septum and turbinates are than the phantom's, which are 1 mm.
 
     Raises:
-        ValueError: a voxel size that is no such multiple.
+        ValueError: a voxel size is no such multiple.
     """
     step = np.rint(np.asarray(spacing_mm, dtype=np.float64) / FINE_MM).astype(int)
     if (step < 1).any() or not np.allclose(step * FINE_MM, spacing_mm):

@@ -1,6 +1,6 @@
-"""The small set of solids that the head is made of: each knows its box and its signed distance [mm], positive outside.
+"""The solids that the head is made of, each with its box and signed distance [mm], positive outside.
 
-Distances of stretched solids are bounds that are exact near the surface, which is all that blending needs.
+Distances of stretched solids are bounds that are exact near the surface, as blending requires.
 """
 
 from __future__ import annotations
@@ -35,10 +35,10 @@ class Shape(Protocol):
 
     @property
     def box(self) -> Box:
-        """Smallest and largest corner [mm]."""
+        """Return the smallest and largest corner [mm]."""
 
     def distance(self, at: Points) -> Field:
-        """Signed distance [mm] at the points."""
+        """Return the signed distance [mm] at the points."""
 
 
 @dataclass(frozen=True)
@@ -86,7 +86,7 @@ class Tube:
 
     @staticmethod
     def _ends(knots: npt.NDArray[np.float64], chord: npt.NDArray[np.float64]) -> object:
-        """A curve that starts in the midline leaves it at a right angle, so that both sides join without a kink."""
+        """Return the end conditions: a curve leaves the midline at a right angle, to join both sides smoothly."""
         if knots[0, 0] != 0.0 or knots[1, 0] == 0.0:
             return "natural"
         return ((1, np.array([knots[1, 0] / chord[1], 0.0, 0.0])), (2, np.zeros(3)))
@@ -104,7 +104,7 @@ class Tube:
         for a, b, ra, rb in zip(centres[:-1] / scale, centres[1:] / scale, radii[:-1], radii[1:], strict=True):
             piece = _cone(scaled, a, b, float(ra), float(rb))
             distance = piece if distance is None else np.minimum(distance, piece)
-        assert distance is not None  # a curve has two points at least
+        assert distance is not None  # a curve has at least two points
         return distance * np.float32(scale.min())
 
 
@@ -165,7 +165,7 @@ class Plate:
 
 @dataclass(frozen=True)
 class Shared:
-    """What several solids share, edges rounded."""
+    """The intersection of several solids, edges rounded."""
 
     shapes: Sequence[Shape]
     rounding: float
@@ -185,7 +185,7 @@ class Shared:
 
 @dataclass(frozen=True)
 class Joined:
-    """Several solids in one, seams filled."""
+    """The union of several solids, seams filled."""
 
     shapes: Sequence[Shape]
     seam: float
@@ -207,8 +207,8 @@ class Joined:
 class Part:
     """A named piece of anatomy.
 
-    blend: width of the seam with what is there already [mm]; taken: it is carved away instead of added;
-    paired: it is on both sides (the shape is that of the left side).
+    blend: width of the seam with earlier parts [mm]. taken: it is removed instead of added. paired: it is on both sides
+    (the shape is that of the left side).
     """
 
     name: str
@@ -219,7 +219,7 @@ class Part:
 
 
 def polygon(u: Field, v: Field, corners: Sequence[Pair]) -> Field:
-    """Signed distance to a closed outline in a plane; u, v broadcast together."""
+    """Return the signed distance to a closed outline in a plane; u, v broadcast together."""
     nearest: Field = np.full(1, np.inf, dtype=np.float32)
     inside: npt.NDArray[np.bool_] = np.zeros(np.broadcast_shapes(u.shape, v.shape), dtype=bool)
     for (au, av), (bu, bv) in zip(corners, [*corners[1:], corners[0]], strict=True):
@@ -233,7 +233,7 @@ def polygon(u: Field, v: Field, corners: Sequence[Pair]) -> Field:
 
 
 def trace(u: Field, v: Field, points: npt.ArrayLike) -> Field:
-    """Distance to an open line of straight pieces in a plane; points (n, 2)."""
+    """Return the distance to an open polyline in a plane; points (n, 2)."""
     line = np.asarray(points, dtype=np.float64)
     nearest: Field = np.full(1, np.inf, dtype=np.float32)
     for a, b in itertools.pairwise(line):
@@ -243,7 +243,7 @@ def trace(u: Field, v: Field, points: npt.ArrayLike) -> Field:
 
 
 def smooth_line(points: Sequence[Pair], spacing: float) -> npt.NDArray[np.float64]:
-    """(m, 2) points at most `spacing` mm apart on a cubic curve through the given ones."""
+    """Return points (m, 2) at most `spacing` mm apart on a cubic curve through `points`."""
     knots = np.array(points)
     chord = np.r_[0.0, np.cumsum(np.linalg.norm(np.diff(knots, axis=0), axis=1))]
     along = np.linspace(0.0, chord[-1], int(chord[-1] / spacing) + 2)
@@ -259,7 +259,7 @@ def _segment_squared(u: Field, v: Field, a: Pair, b: Pair) -> Field:
 
 
 def _cone(at: Points, a: npt.NDArray[np.float64], b: npt.NDArray[np.float64], ra: float, rb: float) -> Field:
-    """Rod from a to b whose radius runs from ra to rb, ends round."""
+    """Return the distance to a rod from a to b with round ends, whose radius changes from ra to rb."""
     axis = (b - a).astype(np.float32)
     off = [p - np.float32(c) for p, c in zip(at, a, strict=True)]
     t = np.clip((off[0] * axis[0] + off[1] * axis[1] + off[2] * axis[2]) / max(float(axis @ axis), 1e-6), 0, 1)

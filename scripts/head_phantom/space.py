@@ -14,17 +14,17 @@ from head_phantom.shapes import Box, Part, Points, Shape
 
 LOW = np.array([-84.0, -40.0, -92.0])  # [mm] LPS corner of the whole head
 HIGH = np.array([84.0, 208.0, 130.0])
-FAR = np.float32(30.0)  # [mm] what a field says where nothing is near
+FAR = np.float32(30.0)  # [mm] value of a field where nothing is near
 REACH = 18.0  # [mm] a shape is evaluated this far around its box
-_BEYOND_SEAM = 12.0  # [mm] but further than its seam is wide, or the seam would end in a step
-RIGHT_SIZE = np.float32(0.985)  # no face is symmetrical: the right half is a little smaller
-RIGHT_DROP = np.float32(0.4)  # [mm] and lower
-ROLL = np.float32(0.006)  # [rad] and the head is a little tilted
+_BEYOND_SEAM = 12.0  # [mm] and this far beyond the width of its seam, which would otherwise end in a step
+RIGHT_SIZE = np.float32(0.985)  # faces are not symmetrical: the right half is slightly smaller
+RIGHT_DROP = np.float32(0.4)  # [mm] and slightly lower
+ROLL = np.float32(0.006)  # [rad] and the head is slightly tilted
 
 
 @dataclass(frozen=True)
 class Unevenness:
-    """The noise that keeps the head from looking turned on a lathe."""
+    """The noise that makes the surfaces of the head irregular."""
 
     warp: tuple[SmoothNoise, SmoothNoise, SmoothNoise]
     coarse: SmoothNoise
@@ -32,7 +32,7 @@ class Unevenness:
 
     @staticmethod
     def seeded(seed: int) -> Unevenness:
-        """Noise of 22 mm for the coordinates, 9 mm for thicknesses, 5 mm for bone surfaces."""
+        """Return noise of 22 mm wavelength for coordinates, 9 mm for thicknesses, 5 mm for bone surfaces."""
         x, y, z = (SmoothNoise(seed + n, 22.0, LOW, HIGH) for n in range(3))
         return Unevenness((x, y, z), SmoothNoise(seed + 3, 9.0, LOW, HIGH), SmoothNoise(seed + 4, 5.0, LOW, HIGH))
 
@@ -58,15 +58,15 @@ class Space:
 
     @property
     def points(self) -> Points:
-        """All voxels."""
+        """Return the coordinates of all voxels."""
         return Points(self.x, self.y, self.z)
 
     def empty(self) -> Field:
-        """A field with nothing in it."""
+        """Return an empty field."""
         return np.full(self.x.shape, FAR, dtype=np.float32)
 
     def build(self, parts: Iterable[Part], onto: Field | None = None, reach: float = REACH) -> Field:
-        """The parts one after the other, onto a copy of a field or onto nothing."""
+        """Return a copy of a field, or an empty one, with the parts added one after another."""
         built = self.empty() if onto is None else onto.copy()
         for part in parts:
             for mirrored in (False, True) if part.paired else (False,):
@@ -78,7 +78,7 @@ class Space:
         return built
 
     def block(self, box: Box, reach: float, mirrored: bool) -> tuple[slice, slice, slice] | None:
-        """Index ranges of the voxels within reach of a box, of its mirror image if asked; None if there are none."""
+        """Return index ranges of the voxels within reach of a box, or of its mirror image; None if there are none."""
         (x0, y0, z0), (x1, y1, z1) = box
         if mirrored:
             x0, x1 = -x1, -x0
@@ -91,7 +91,7 @@ class Space:
         return ranges[2], ranges[1], ranges[0]
 
     def distance(self, shape: Shape, block: tuple[slice, slice, slice], mirrored: bool, paired: bool) -> Field:
-        """Distance of a shape in a block; of a paired one the right side is its uneven mirror image."""
+        """Return the distance to a shape in a block; the right side of a paired one is its uneven mirror image."""
         at = Points(self.x[block], self.y[block], self.z[block])
         if paired and mirrored:
             at = Points(-at.x / RIGHT_SIZE, at.y, at.z + RIGHT_DROP)

@@ -1,4 +1,4 @@
-"""Surfaces of the phantom: the bone around the nose out of its CT, and smooth ones for display out of the distances."""
+"""Surfaces of the phantom: the bone around the nose from its CT, and smooth ones for display from the distances."""
 
 from __future__ import annotations
 
@@ -21,28 +21,29 @@ from vfix_engine.files.volume import AIR_HU, BONE_HU, Volume
 from vfix_engine.geometry.mesh import TriangleMesh
 
 NOSE_TRIANGLES = 180_000
-BONE_TOLERANCE_MM = 0.05  # of a vertex of the CT's own surface; what is farther is put back
+BONE_TOLERANCE_MM = 0.05  # from vertices of the CT's own surface; parts that are farther away are restored
 SKULL_TRIANGLES = 60_000
 SKIN_TRIANGLES = 30_000
 HALF_SKULL_FROM_X = 1.9  # [mm] left of the midline: the septum stays away, the left lateral wall of the nose is seen
 _SMALLEST_BODY = 400  # [triangles] of the surface before thinning
-_FAR_OUTSIDE = 1e3  # [mm] where the block cuts a tissue the surface is closed in the very plane of the cut
-_THINNEST_WALL = np.float32(0.95)  # [mm] thinner bone would be full of holes at the spacing of the display
+_FAR_OUTSIDE = 1e3  # [mm] value beyond the block, which closes the surface exactly in the plane of a cut
+_THINNEST_WALL = np.float32(0.95)  # [mm] thinner bone would have holes at the spacing of the display
 _FLAT = 0.05  # [mm]
-_COORDINATE_STEP = 2.0**-10  # [mm] vertices are rounded to this: the files pack better
+_COORDINATE_STEP = 2.0**-10  # [mm] vertices are rounded to this, so that the files compress better
 
 
 def bone_around_nose(ct: Volume) -> tuple[TriangleMesh, SurfaceReport]:
-    """Bone surface of the nose box at the bone threshold, and how far off it is of the CT's own.
+    """Return the bone surface of the nose box at the bone threshold, and its error against the CT's own surface.
 
-    Where the box cuts bone it is closed flat. Small components, and what thinning moves too far, are put back.
+    The surface is closed flat where the box cuts bone. Small components, and parts that thinning moves too far, are
+    restored.
     """
     padded = np.pad(ct.hu, 1, constant_values=AIR_HU)
     closed = Volume(padded, ct.origin - ct.spacing, ct.spacing, ct.direction)
     whole = extract_surface(closed)
     thinned = _rounded(collapsed(clean(_in_one_piece(closed), _SMALLEST_BODY).mesh, NOSE_TRIANGLES))
     exact = within(whole, thinned, BONE_TOLERANCE_MM)
-    certified = (exact.certified_mm or 0.0) + _COORDINATE_STEP  # what is put back is rounded as well
+    certified = (exact.certified_mm or 0.0) + _COORDINATE_STEP  # restored parts are rounded as well
     report = SurfaceReport(
         exact.mean_deviation_mm, exact.max_deviation_mm, Dropped(), round(certified, 3), exact.put_back
     )
@@ -59,12 +60,12 @@ def _in_one_piece(ct: Volume) -> TriangleMesh:
 
 
 def skull(spacing_mm: float) -> TriangleMesh:
-    """The whole skull with its sinuses filled: what is seen from outside."""
+    """Return the whole skull with its sinuses filled, as seen from outside."""
     return _display(lambda tissues, _: np.minimum(tissues.bone, tissues.sinuses), spacing_mm, SKULL_TRIANGLES)
 
 
 def half_skull(spacing_mm: float) -> TriangleMesh:
-    """The left half, cut in a sagittal plane and closed there."""
+    """Return the left half, cut in a sagittal plane and closed there."""
     left = ((HALF_SKULL_FROM_X, LOW[1], LOW[2]), (HIGH[0], HIGH[1], HIGH[2]))
 
     def bone_with_antral_wall(tissues: Head, _: Space) -> Field:
@@ -76,7 +77,7 @@ def half_skull(spacing_mm: float) -> TriangleMesh:
 
 
 def skin(spacing_mm: float) -> TriangleMesh:
-    """The outer skin with the pits of the nostrils; the airway behind them is left out."""
+    """Return the outer skin with the nostrils, without the airway behind them."""
 
     def skin_and_nostrils(tissues: Head, space: Space) -> Field:
         return without(tissues.skin, np.maximum(tissues.nostrils, space.z - 5), 1.0)
@@ -87,7 +88,7 @@ def skin(spacing_mm: float) -> TriangleMesh:
 def _display(
     pick: Callable[[Head, Space], Field], spacing_mm: float, triangles: int, box: Box | None = None
 ) -> TriangleMesh:
-    """Zero level of a distance, which is smooth between the voxels where a CT has steps, in few triangles."""
+    """Return the zero level of a distance in few triangles; it is smooth between voxels, where a CT has steps."""
     distance, origin = generate_fields(spacing_mm, pick, box)
     outside = np.pad(distance, 1, constant_values=_FAR_OUTSIDE)
     kji, faces, _, _ = marching_cubes(outside, 0.0, allow_degenerate=False)
@@ -101,7 +102,7 @@ def _display(
 
 
 def _creased(mesh: TriangleMesh, block: npt.NDArray[np.float64]) -> TriangleMesh:
-    """The faces in the planes of a block (2, 3) get corners of their own, so that a cut is shaded flat."""
+    """Separate the corners of faces in the planes of a block (2, 3), so that a cut is shaded flat."""
     on_plane = np.abs(mesh.triangles[:, :, None, :] - block).max(axis=1) < _FLAT  # (F, 2, 3)
     cut = on_plane.any(axis=(1, 2))
     of_cut, corners = np.unique(mesh.faces[cut], return_inverse=True)

@@ -1,1 +1,1 @@
-"""The pictures of the docs: a DICOM folder of the shipped head, and a walk through the page that takes them."""
+"""The pictures of the docs: a DICOM folder of the shipped head, and a scripted session on the page that takes them."""

@@ -1,4 +1,4 @@
-"""Pictures of the page as files: few colours, so that the docs stay small."""
+"""Pictures of the page as files with few colours, so that the docs stay small."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ import numpy as np
 from PIL import Image
 
 MOST_BYTES = 250_000
-COLOURED = 60  # of 255, between the strongest and the weakest part of a colour
+COLOURED = 60  # of 255: least difference between the channels of a pixel that counts as coloured
 COLOURS = (256, 160, 96, 64, 32)
 
 
 class Album:
-    """The folder that the pictures go to, and the names of those that were taken."""
+    """The folder of the pictures, and the names of those taken so far."""
 
     def __init__(self, folder: Path) -> None:
         folder.mkdir(parents=True, exist_ok=True)
@@ -22,13 +22,13 @@ class Album:
         self.taken: list[str] = []
 
     def add(self, name: str, png: bytes) -> None:
-        """Keep a screenshot under a name. Raises ValueError where it stays too large."""
+        """Store a screenshot under a name. Raises ValueError if it stays too large."""
         (self.folder / f"{name}.png").write_bytes(small_png(png))
         self.taken.append(name)
 
 
 def small_png(png: bytes) -> bytes:
-    """The same picture with as many colours as fit into `MOST_BYTES`. Raises ValueError where none do."""
+    """Return the picture with as many colours as fit into `MOST_BYTES`. Raises ValueError if none fit."""
     picture = Image.open(io.BytesIO(png)).convert("RGB")
     sample = _sample(picture)
     for count in COLOURS:
@@ -42,7 +42,7 @@ def small_png(png: bytes) -> bytes:
 
 
 def _sample(picture: Image.Image) -> Image.Image:
-    """Pixels to choose the colours from, a fifth of them no greys: a legend would keep none of its own else."""
+    """Return pixels to choose the colours from, a fifth of them coloured, so that colours of a legend are kept."""
     pixels = np.asarray(picture).reshape(-1, 3)
     spread = pixels.max(axis=1).astype(int) - pixels.min(axis=1)
     coloured = pixels[spread > COLOURED]

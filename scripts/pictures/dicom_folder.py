@@ -1,4 +1,4 @@
-"""The shipped head as a scanner would hand it over: a folder of DICOM slices, with a made-up patient."""
+"""The shipped head as a folder of DICOM slices as from a scanner, with an invented patient."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from vfix_engine.files.volume import Volume
 
 INTERCEPT = -1024
 WINDOW_HU = (2000, 300)  # width and centre that the files suggest
-_ENTROPY = ["vfix", "shipped head"]  # the same identifiers each time
+_ENTROPY = ["vfix", "shipped head"]  # for the same identifiers each time
 
 
 def write_dicom_folder(volume: Volume, folder: Path) -> Path:
-    """Write one CT file per slice into `folder`, which is made; returns it.
+    """Create `folder`, write one CT file per slice into it, and return it.
 
-    volume: HU along the axes of LPS, whose slices are those of its first index.
+    volume: HU along the axes of LPS; its slices are along its first index.
     """
     folder.mkdir(parents=True, exist_ok=True)
     study, series, frame = (generate_uid(entropy_srcs=[*_ENTROPY, part]) for part in ("study", "series", "frame"))

@@ -1,4 +1,4 @@
-"""The page by the names that stand on it: whoever reads the tutorial finds the same words."""
+"""Control of the page by its visible names, so that they are those of the tutorials."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from workstation import Workstation
 
 from .album import Album
 
-PATIENCE_S = 400.0  # a busy machine that measures fields for the first time
+PATIENCE_S = 400.0  # for a busy machine that computes distance fields for the first time
 
 
 class NamedPage:
-    """Buttons, fields and words of one page; whatever is not there is waited for, and then an error."""
+    """Buttons, fields and texts of one page; a missing one is awaited for `PATIENCE_S`, then an error is raised."""
 
     def __init__(self, station: Workstation, album: Album) -> None:
         self.station, self.page, self.album = station, station.page, album
@@ -29,7 +29,7 @@ class NamedPage:
         return shown.first
 
     def button(self, name: str) -> Locator:
-        """A button in sight by all of its name."""
+        """Return a visible button by its full name."""
         return self._seen(f"the button {name!r}", self.page.get_by_role("button", name=name, exact=True))
 
     def press(self, name: str) -> None:
@@ -38,11 +38,11 @@ class NamedPage:
         button.click()
 
     def field(self, label: str) -> Locator:
-        """A field in sight by the beginning of its label, which a unit may follow."""
+        """Return a visible field by the beginning of its label, which may be followed by a unit."""
         return self._seen(f"the field {label!r}", self.page.get_by_label(re.compile(rf"^{re.escape(label)}")))
 
     def choose(self, label: str, option: str) -> None:
-        """Choose one of a list by its words."""
+        """Choose an option of a list by its text."""
         field = self.field(label)
         self.wait(f"{option!r} in {label!r}", lambda: option in field.locator("option").all_inner_texts())
         field.select_option(label=option)
@@ -57,34 +57,34 @@ class NamedPage:
         return self._seen(f"the heading {title!r}", self.page.get_by_role("heading", name=title, exact=True))
 
     def unfold(self, title: str) -> None:
-        """Open a part of the panel that is folded away."""
+        """Open a collapsed part of the panel."""
         heading = self.heading(title)
         if heading.evaluate("(title) => title.closest('details')?.open === false"):
             heading.click()
 
     def says(self, words: str) -> None:
-        """Wait until the page shows these words."""
+        """Wait until the page shows a text."""
         self._seen(f"the words {words!r}", self.page.get_by_text(words))
 
     def scroll_to(self, title: str) -> None:
-        """Bring a part of the panel to the panel's upper end."""
+        """Scroll a part of the panel to the panel's top."""
         self.heading(title).evaluate(
             "(title) => { const panel = document.getElementById('panel');"
             " panel.scrollTop += title.getBoundingClientRect().top - panel.getBoundingClientRect().top - 12; }"
         )
 
     def go_to(self, step: str) -> None:
-        """Another step, by its name in the title bar."""
+        """Switch to another tab by its name in the title bar."""
         self.page.locator("#steps").get_by_role("button", name=step).click()
         self.wait(step, lambda: self.station.state("step")["name"] == step.lower())
 
     def judged(self) -> None:
-        """Wait until the plan was driven dry."""
+        """Wait until the dry run of the plan has ended."""
         self.wait("the dry run", lambda: (self.station.state("corridor") or {}).get("state") == "current")
 
     def take(self, name: str) -> None:
-        """A picture of the page, once it rests and short notes have gone."""
-        self.page.mouse.move(1000, 66)  # nothing there answers to the pointer
+        """Take a picture of the page once it is idle and temporary notes have disappeared."""
+        self.page.mouse.move(1000, 66)  # nothing there reacts to the pointer
         self.wait("the notes to go", lambda: not self.page.locator("#notes .toast").count())
         self.station.settle()
         self.album.add(name, self.page.screenshot())

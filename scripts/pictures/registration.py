@@ -1,4 +1,4 @@
-"""docs/registration_tutorial.md, step by step on the real page: every name in it is one that is used here."""
+"""docs/registration_tutorial.md, step by step on the real page, with the names in that text."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def _registration(page: NamedPage) -> dict[str, Any]:
 
 
 def _certainty(page: NamedPage) -> str:
-    """How sure it is that a point is wrong; '' where none is named."""
+    """Return the stated certainty that a point is wrong; '' if no point is named."""
     wrong = _registration(page)["fit"]["wrong"]
     return "" if wrong is None else str(wrong["certainty"])
 
@@ -71,7 +71,7 @@ def use_it(page: NamedPage) -> None:
 
 
 def take_it_to_slicer(page: NamedPage, work: Path) -> None:
-    """The folder as the page's button gets it, drawn by 3D Slicer's own libraries."""
+    """Export the folder by the page's button, and draw it by the libraries of 3D Slicer."""
     page.scroll_to("Export and import")
     with page.page.expect_download(timeout=120_000) as waiting:
         page.press("Folder for 3D Slicer (.zip)")

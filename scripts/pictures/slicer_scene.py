@@ -1,10 +1,10 @@
-"""What 3D Slicer itself makes of an exported folder: its own libraries open the scene, tell what is in it, and draw it.
+"""Check of an exported folder by 3D Slicer: its own libraries open the scene, list its nodes, and draw it.
 
     python scripts/pictures/slicer_scene.py FOLDER/scene.mrml [--picture FILE.png] [--save FOLDER]
 
-Prints a JSON object with the places of every node as Slicer has them, in its own frame (RAS) and mm; `--save` writes
-its markups and transforms to files as Slicer does. Needs slicer-core, which the test tools bring where it is
-published. Runs in a process of its own: what Slicer's libraries change in VTK stays there.
+Prints a JSON object with the positions of every node as read by Slicer, in its own frame (RAS) and mm; `--save` writes
+its markups and transforms to files as Slicer does. Needs slicer-core, which is part of the test tools on platforms for
+which it is published. Run it in a separate process, since Slicer's libraries modify VTK.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ _MANAGERS = ("vtkMRMLModelDisplayableManager", "vtkMRMLMarkupsDisplayableManager
 
 
 class SlicerScene:
-    """A scene as 3D Slicer's libraries have read it. Raises ValueError where Slicer reports an error."""
+    """A scene read by the libraries of 3D Slicer. Raises ValueError if Slicer reports an error."""
 
     def __init__(self, file: Path) -> None:
         self._errors: list[str] = []
@@ -66,7 +66,7 @@ class SlicerScene:
         return logic
 
     def nodes(self) -> dict[str, dict[str, Any]]:
-        """Every markup, surface, volume and transform by its name."""
+        """Return every markup, surface, volume and transform by its name."""
         found = {}
         for number in range(self.scene.GetNumberOfNodes()):
             node = self.scene.GetNthNode(number)
@@ -77,7 +77,7 @@ class SlicerScene:
         return found
 
     def save(self, folder: Path) -> None:
-        """Write every markup and transform as Slicer writes it, under the names of the files that were read."""
+        """Write every markup and transform as Slicer does, under the names of the files that were read."""
         folder.mkdir(parents=True, exist_ok=True)
         for number in range(self.scene.GetNumberOfNodes()):
             node = self.scene.GetNthNode(number)
@@ -89,7 +89,7 @@ class SlicerScene:
                     raise ValueError(f"3D Slicer does not write {file}: {' '.join(self._errors)}")
 
     def draw(self, file: Path) -> None:
-        """A picture of the three-dimensional view, as a PNG."""
+        """Draw the three-dimensional view to a PNG file."""
         factory = slicer.vtkMRMLThreeDViewDisplayableManagerFactory.GetInstance()
         factory.SetMRMLApplicationLogic(self._application)
         for name in _MANAGERS:
@@ -108,7 +108,7 @@ class SlicerScene:
         managers = factory.InstantiateDisplayableManagers(renderer)
         managers.SetMRMLDisplayableNode(view)
         _look_from(renderer, (-0.75, 1.0, 0.35))
-        for _ in range(2):  # labels take their places after the first
+        for _ in range(2):  # labels are positioned after the first rendering
             window.Render()
         picture, writer = vtk.vtkWindowToImageFilter(), vtk.vtkPNGWriter()
         picture.SetInput(window)
@@ -119,7 +119,7 @@ class SlicerScene:
 
 
 def _look_from(renderer: Any, direction: tuple[float, float, float]) -> None:
-    """Everything in sight, from a direction of Slicer's frame (RAS), with the head upright."""
+    """Show everything from a direction in Slicer's frame (RAS), with the head upright."""
     camera = renderer.GetActiveCamera()
     camera.SetFocalPoint(0.0, 0.0, 0.0)
     camera.SetPosition(*direction)
@@ -180,7 +180,7 @@ _TOLD = {
 
 
 def main() -> int:
-    """Open, tell, draw."""
+    """Open the scene, print its nodes, and draw it."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("scene", type=Path)
     parser.add_argument("--picture", type=Path, help="draw the scene to this PNG file")

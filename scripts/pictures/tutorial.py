@@ -1,4 +1,4 @@
-"""docs/planning_tutorial.md, step by step on the real page: every name in it is one that is used here."""
+"""docs/planning_tutorial.md, step by step on the real page, with the names in that text."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ DOWNLOADS = ("vfix plan (JSON)", "3D Slicer markups (.mrk.json)", "Table (.csv)"
 
 def import_the_folder(page: NamedPage, folder: Path) -> None:
     page.go_to("Patient")
-    page.button("Folder …")  # its chooser is the system's own, so the files are given to it
+    page.button("Folder …")  # it opens a dialog of the system, so the files are set directly
     page.page.set_input_files("#folder", folder)
     page.says("The head was imported. It is in the list of heads.")
     page.press("Open it")
@@ -164,13 +164,13 @@ def compare_and_export(page: NamedPage, folder: Path) -> None:
 
 
 def go(page: NamedPage, place: str) -> None:
-    """The crosshair to a typed place."""
+    """Move the crosshair to a typed place."""
     page.fill("Go to a place", place)
     page.press("Go")
 
 
 def add(page: NamedPage, kind: str, place: str, where: str) -> None:
-    """A point or target at a typed place, which Enter adds where the crosshair is."""
+    """Add a point or target at a typed place: Enter adds it at the crosshair."""
     station = page.station
     page.press(kind)
     go(page, place)

@@ -17,10 +17,10 @@ from session_doubles import HEAD, SAMPLE, Now, put_in_place
 from walks import ROOT, Function, functions_passed
 
 from app.plans.service import Plan
-from app.scene.drive import DriveNodes
 from app.services import Services
 from app.session.client_session import ClientSession, make_shared
 from app.tabs.plan.tab import PlanTab
+from app.tabs.rehearse.drive_nodes import DriveNodes
 from app.tabs.rehearse.preparation import prepare
 from app.tabs.rehearse.tab import RehearseTab
 from vfix_engine.control import HandCommand

@@ -322,6 +322,10 @@ class Rest:
                 self.client.patch(f"/api/v1/plans/{plan['id']}", json={"locked": False})
                 self.client.delete(f"/api/v1/plans/{plan['id']}").raise_for_status()
 
+    def runs(self, case_id: str) -> Any:
+        """Recorded drives of a case."""
+        return self.client.get("/api/v1/runs", params={"case_id": case_id}).raise_for_status().json()
+
     def plan(self, plan_id: str) -> Any:
         return self.client.get(f"/api/v1/plans/{plan_id}").raise_for_status().json()
 

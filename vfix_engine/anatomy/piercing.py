@@ -25,6 +25,7 @@ from vfix_engine.anatomy.way_round_kernel import (
     way_round,
 )
 from vfix_engine.arrays import Array, IndexArray
+from vfix_engine.kernels.triples import triple
 from vfix_engine.proximity.fields.distance_field import DistanceField, FieldGrid
 
 Kinds = npt.NDArray[np.uint8]
@@ -178,7 +179,7 @@ class Ways:
             near = counted[0] <= GIVES_AT_ENTRY_MM
         gives = GIVES_AT_ENTRY_MM if near else GIVES_MM
         hidden = found[0] > gives and found[1] > 0.0 and self._way(nodes, sides, through=True)[0] <= gives
-        begin, end = _triple(points[last]), _triple(points[first])
+        begin, end = triple(points[last]), triple(points[first])
         steady = _steady(float(found[0]), found[0] > gives, np.linalg.norm(along - self.entry, axis=1))
         return TissueRun(None if hidden else float(found[0]), gives, begin, end, *ends, steady)
 
@@ -379,8 +380,3 @@ def _from_room(kinds: Kinds) -> bool:
 
 def _grid(grid: FieldGrid) -> tuple[npt.NDArray[np.float32], Array, float]:
     return grid.values, grid.origin, float(grid.step_mm)
-
-
-def _triple(place: Array) -> tuple[float, float, float]:
-    x, y, z = place.tolist()
-    return x, y, z

@@ -1,7 +1,7 @@
 """Compile the kernels of a step one by one for the argument types of the full step, without building a tree.
 
 A kernel that is compiled and cached is only linked into its callers. So one process can call these kernels while
-another one builds a tree; the full step is linked afterwards (simulation/preparation.py).
+another one builds a tree; the full step is linked afterwards (worlds/rigid/preparation.py).
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 A kernel is compiled at its first call, during which the interpreter is mostly blocked; in processes of their own
 several are compiled at once while the planner responds. They write the compiled kernels to the folder of
-geometry/kernel_cache.py, from which every later process loads them.
+kernels/kernel_cache.py, from which every later process loads them.
 Each world defines what is called: a module that ends in ``compile_parts(sys.argv[1:], its parts)``.
 """
 

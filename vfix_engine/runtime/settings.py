@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any, Protocol, Self
+
+from ..errors import InputError
 
 
 class SettingRange(Protocol):
@@ -39,3 +42,24 @@ class WorldSettings(Protocol):
     def from_dict(cls, data: dict[str, Any], /) -> Self:
         """Inverse of ``to_dict``. Raises InputError."""
         ...
+
+
+@dataclass(frozen=True)
+class NoSettings:
+    """The settings of a world that has none."""
+
+    @staticmethod
+    def bounds() -> Mapping[str, SettingRange]:
+        return {}
+
+    def clamped(self, /, **changes: float) -> Self:
+        if changes:
+            raise InputError(f"this world has no settings, and no '{next(iter(changes)):.40}'")
+        return self
+
+    def to_dict(self) -> dict[str, Any]:
+        return {}
+
+    @classmethod
+    def from_dict(cls, data: dict[str, Any], /) -> Self:
+        return cls().clamped(**data)

@@ -19,6 +19,9 @@ from .settings import WorldSettings
 from .snapshot import Snapshot
 
 S = TypeVar("S")
+A = TypeVar("A", contravariant=True)  # what a certificate knows of the state
+M = TypeVar("M", contravariant=True)  # a motion
+V = TypeVar("V", covariant=True)  # the verdict
 
 Worker = Callable[[Any], Any]  # maps the inputs of a ``Background`` to its result; runs in a process of its own
 
@@ -51,6 +54,17 @@ class Background:
 
     inputs: Any
     steps: int
+
+
+class Certificate(Protocol[A, M, V]):
+    """What decides whether a motion may be made, whoever proposes it: asked about the whole of it, from start to end.
+
+    A motion that is certified keeps every bound or margin, and every joint within its range.
+    """
+
+    def certify(self, state: A, motion: M, /) -> V:
+        """The verdict on a motion from a state; nothing moves by it."""
+        ...
 
 
 class System(Protocol[S]):

@@ -1,4 +1,4 @@
-"""A case with everything that belongs to it as one zip with checksums, and back."""
+"""Archives: a case with its documents and files as one zip with checksums, written and read."""
 
 from app.exchange.archive.checking import is_archive
 from app.exchange.archive.reading import ArchiveReader

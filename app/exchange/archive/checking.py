@@ -1,4 +1,4 @@
-"""An archive from outside: every name, size and checksum is examined before anything of it is used."""
+"""Checks of an untrusted archive: every name, size and checksum is verified before its content is used."""
 
 from __future__ import annotations
 
@@ -32,11 +32,11 @@ _PIECE = 1 << 20
 _DAMAGED = (zipfile.BadZipFile, zipfile.LargeZipFile, EOFError, NotImplementedError, ValueError, OSError)
 _PLAIN = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
 
-Tell = Callable[[float], object]
+ReportFraction = Callable[[float], object]
 
 
 def is_archive(path: Path) -> bool:
-    """Whether a file is an archive of a case, rather than the zip of something else."""
+    """Return whether a file is the archive of a case, rather than another zip."""
     try:
         check_directory(path, MAX_ENTRIES)
         with zipfile.ZipFile(path) as packed:
@@ -46,7 +46,10 @@ def is_archive(path: Path) -> bool:
 
 
 class CheckedArchive:
-    """An archive whose names and sizes were examined; a context manager. Raises InputError, TooLarge for a bomb."""
+    """An archive whose names and sizes have been checked; a context manager.
+
+    Raises InputError for a damaged or foreign file, and TooLarge for a decompression bomb.
+    """
 
     def __init__(self, path: Path) -> None:
         try:
@@ -72,7 +75,7 @@ class CheckedArchive:
         self._zip.close()
 
     def json(self, name: str) -> dict[str, Any]:
-        """An entry as a JSON object, its checksum compared."""
+        """Return an entry as a JSON object after verifying its checksum."""
         data = self._read(name)
         if hashlib.sha256(data).hexdigest() != self.sums[name]:
             raise _changed(name)
@@ -84,27 +87,27 @@ class CheckedArchive:
             raise InputError(f"{name} of the archive must hold one JSON object.")
         return value
 
-    def check(self, tell: Tell) -> None:
-        """Compare the checksum of every entry. tell: called with the share of all bytes; it may raise."""
+    def check(self, progress: ReportFraction) -> None:
+        """Verify the checksum of every entry. progress: called with the fraction of all bytes done; it may raise."""
         total, done = sum(info.file_size for info in self.entries.values()) or 1, 0
         for name in self.sums:
             digest, left = hashlib.sha256(), self.entries[name].file_size
-            with _opened(self._zip, name) as entry:
+            with _open_entry(self._zip, name) as entry:
                 while piece := _piece(entry, name):
                     digest.update(piece)
                     left, done = left - len(piece), done + len(piece)
-                    tell(done / total)
+                    progress(done / total)
             if left or digest.hexdigest() != self.sums[name]:
                 raise _changed(name)
 
-    def copy(self, name: str, target: BinaryIO, tell: Tell) -> None:
-        """Write an entry into a file; its checksum is that of the file's name in the store."""
+    def copy(self, name: str, target: BinaryIO, progress: ReportFraction) -> None:
+        """Write an entry into a file. The store verifies its checksum, since it names files by their SHA-256."""
         total, done = self.entries[name].file_size or 1, 0
-        with _opened(self._zip, name) as entry:
+        with _open_entry(self._zip, name) as entry:
             while piece := _piece(entry, name):
                 target.write(piece)
                 done += len(piece)
-                tell(done / total)
+                progress(done / total)
 
     def _read(self, name: str) -> bytes:
         info = self.entries.get(name)
@@ -112,7 +115,7 @@ class CheckedArchive:
             raise InputError(f"the archive has no {name}; it is not one of vfix, or not whole.")
         if info.file_size > MAX_JSON_BYTES:
             raise TooLarge(f"{name} of the archive has {info.file_size:,} bytes; {MAX_JSON_BYTES:,} are allowed.")
-        with _opened(self._zip, name) as entry:
+        with _open_entry(self._zip, name) as entry:
             data = b""
             while piece := _piece(entry, name):
                 data += piece
@@ -144,13 +147,13 @@ class CheckedArchive:
 
 
 def _entries(infos: list[zipfile.ZipInfo], size: int) -> dict[str, zipfile.ZipInfo]:
-    """The entries by name. Raises InputError for what an archive of ours never has."""
+    """Return the entries by name. Raises InputError for anything that vfix never writes into an archive."""
     if len(infos) > MAX_ENTRIES:
         raise TooLarge(f"the archive has {len(infos):,} entries; {MAX_ENTRIES:,} are allowed.")
     found: dict[str, zipfile.ZipInfo] = {}
     for info in infos:
         name = info.filename
-        # A zip may hide a name behind a zero byte, which `filename` leaves out.
+        # `filename` ends at a null byte, so that a zip could hide the rest of a name behind one.
         if not ENTRY.fullmatch(name) or info.orig_filename != name:
             raise InputError(f"the archive holds {info.orig_filename!r:.100}, which is no part of a case.")
         if stat.S_ISLNK(info.external_attr >> 16):
@@ -168,7 +171,7 @@ def _entries(infos: list[zipfile.ZipInfo], size: int) -> dict[str, zipfile.ZipIn
     return found
 
 
-def _opened(archive: zipfile.ZipFile, name: str) -> Any:
+def _open_entry(archive: zipfile.ZipFile, name: str) -> Any:
     try:
         return archive.open(name)
     except (*_DAMAGED, RuntimeError):
@@ -176,7 +179,7 @@ def _opened(archive: zipfile.ZipFile, name: str) -> Any:
 
 
 def _piece(entry: Any, name: str) -> bytes:
-    """The next bytes of an entry: never more than it announces, which zipfile counts itself."""
+    """Return the next bytes of an entry; zipfile never returns more than the announced size."""
     try:
         piece: bytes = entry.read(_PIECE)
     except (*_DAMAGED, zlib.error):

@@ -1,4 +1,4 @@
-"""The hash of an archive's case, computed anew: by it plans and registrations belong to an anatomy."""
+"""The content hash of an archive's case, computed again: it ties plans and registrations to an anatomy."""
 
 from __future__ import annotations
 
@@ -9,22 +9,23 @@ from app.plans.shipped_head import is_shipped_head, shipped_hash
 from vfix_engine.errors import InputError
 
 
-def checked_hash(said: str, content: CaseContent, files: CaseFiles) -> str:
-    """The hash of a case whose files are stored already. Raises InputError where the archive says another one.
+def checked_hash(stated: str, content: CaseContent, files: CaseFiles) -> str:
+    """Return the hash of a case whose files are already stored.
 
-    The head that travels with vfix has the hash of its assets; the copies of the archive are compared with them. Of
-    the head of another version the assets are not here, so that it gets the hash of its files instead.
+    The head shipped with vfix has the hash of its assets, and the copies in the archive are compared with them. The
+    assets of the head of another version are not available, so that it gets the hash of its files instead.
+    Raises InputError if the archive states another hash.
     """
     own = hash_of(content)
-    if said == own:
+    if stated == own:
         return own
     if all(one.provenance.origin != "shipped" for one in content.structures):
         raise _other()
-    if said != shipped_hash():
+    if stated != shipped_hash():
         return own
     if not is_shipped_head(content, files):
         raise _other()
-    return said
+    return stated
 
 
 def _other() -> InputError:

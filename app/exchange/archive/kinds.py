@@ -15,9 +15,9 @@ from app.registration.kind import REGISTRATION
 KINDS: dict[str, DocumentKind[Any]] = {kind.name: kind for kind in (PLAN, VERSION, REGISTRATION, LABEL)}
 
 NUMBERED = (PLAN.name, REGISTRATION.name)
-"""Those that are called by their names: two of the same come in with a number."""
+"""Kinds with unique names: on import a second document of the same name gets a number."""
 
 
 def contradiction(content: Any) -> str:
-    """What a document's content contradicts itself in, though each of its values can be; '' for nothing."""
+    """Return how the values of a document's content contradict each other, though each is valid; '' if they do not."""
     return inconsistency(content) if isinstance(content, RegistrationContent) else ""

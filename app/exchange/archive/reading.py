@@ -1,10 +1,10 @@
-"""Reads the archive of a case into the store: whole, or nothing of it."""
+"""Import of the archive of a case into the store, completely or not at all."""
 
 from __future__ import annotations
 
 import re
 import secrets
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
@@ -18,7 +18,7 @@ from app.cases.model import Case, CaseContent, SurfaceInfo, VolumeInfo
 from app.cases.reading import case_content_from_json, check_names
 from app.cases.referenced_files import referred_files
 from app.cases.service import CaseService
-from app.exchange.archive.checking import CheckedArchive
+from app.exchange.archive.checking import CheckedArchive, ReportFraction
 from app.exchange.archive.identity import checked_hash
 from app.exchange.archive.kinds import KINDS, NUMBERED, contradiction
 from app.exchange.archive.layout import CASE, FILE, file_entry, renamed
@@ -33,8 +33,8 @@ from vfix_engine.errors import InputError
 from vfix_engine.progress import ProgressCallback, no_progress
 
 MAX_UNPACKED_BYTES = 4 << 30  # of one NumPy archive among the files
-_SAME_MM = 1e-3  # of bounds, which NumPy computes alike on every machine but for the last digits
-MAX_REVISION = 1 << 53  # every program of any kind can count to it
+_SAME_MM = 1e-3  # tolerance of bounds, whose last digits depend on the machine
+MAX_REVISION = 1 << 53  # integers up to here are exact in every client
 _TIME = re.compile(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d(\.\d{1,6})?(\+00:00|Z)")
 _CASE = {"id": str, "name": str, "created": str, "content_hash": str, "content": dict}
 _DOCUMENT = {
@@ -45,7 +45,7 @@ _DOCUMENT = {
 
 @dataclass(frozen=True)
 class _Found:
-    """What an archive holds, read and checked: rows as JSON, and the stored files by their hash."""
+    """Content of an archive, read and checked: rows as JSON, and the stored files by their hash."""
 
     case: dict[str, Any]
     content: CaseContent
@@ -54,52 +54,57 @@ class _Found:
 
 
 class ArchiveReader:
-    """Imports archives; a call takes seconds to minutes and may run in any thread."""
+    """Imports archives. A call takes seconds to minutes and may run in any thread."""
 
     def __init__(self, store: Store, cases: CaseService) -> None:
         self._store, self._cases = store, cases
 
-    def read(self, path: Path, tell: ProgressCallback = no_progress) -> Case:
-        """Import an archive as a new case. tell: called again and again; it may raise to end the import.
+    def read(self, path: Path, progress: ProgressCallback = no_progress) -> Case:
+        """Import an archive as a new case.
 
-        Where the store has the case or one of its documents already, all of them get new identifiers.
-        Raises InputError for an archive that is damaged, changed, of a newer schema or none of vfix, TooLarge for one
-        that unpacks to too much, and StorageError. Nothing is left then.
+        If the store already has the case or one of its documents, all of them get new identifiers.
+        progress: called repeatedly; it may raise to cancel the import.
+        Raises InputError for an archive that is damaged, modified, of a newer schema or not of vfix, TooLarge for one
+        that unpacks to too much, and StorageError. Nothing is stored in these cases.
         """
         with CheckedArchive(path) as archive:
-            archive.check(lambda share: tell("Comparing the checksums", 0.4 * share))
+            archive.check(lambda fraction: progress("Comparing the checksums", 0.4 * fraction))
             found = _read(archive)
             added: list[str] = []
             try:
                 for at, key in enumerate(found.files):
                     begin, part = 0.4 + 0.5 * at / len(found.files), 0.5 / len(found.files)
-                    self._put(archive, key, added, lambda share, b=begin, p=part: tell("Storing files", b + p * share))  # type: ignore[misc]
-                tell("Examining the case", 0.9)
+
+                    def file_progress(fraction: float, begin: float = begin, part: float = part) -> None:
+                        progress("Storing files", begin + part * fraction)
+
+                    self._put(archive, key, added, file_progress)
+                progress("Examining the case", 0.9)
                 content_hash = self._examined(found)
-                tell("Storing the case", 0.95)
+                progress("Storing the case", 0.95)
                 return self._stored(found, content_hash)
             except BaseException:
                 self._forget(added)
                 raise
 
-    def _put(self, archive: CheckedArchive, key: str, added: list[str], tell: Callable[[float], object]) -> None:
+    def _put(self, archive: CheckedArchive, key: str, added: list[str], progress: ReportFraction) -> None:
         if self._store.files.has(key):
             return
-        stored = self._store.files.put_with(lambda file: archive.copy(file_entry(key), file, tell))
+        stored = self._store.files.put_with(lambda file: archive.copy(file_entry(key), file, progress))
         added.append(stored)
         if stored != key:
             raise InputError(f"the file {key[:12]} of the archive is not what its name says; the archive is damaged.")
         _check_packed(self._store.files.path(key), key)
 
     def _forget(self, added: list[str]) -> None:
-        """Delete files that were stored and that nobody refers to."""
+        """Delete the stored files that nothing refers to."""
         if added:
             with self._store.writing() as session:
                 for key in set(added) - referred_files(session):
                     self._store.files.remove(key)
 
     def _examined(self, found: _Found) -> str:
-        """Read each surface and volume of the case; the hash of its content. Raises InputError."""
+        """Check each surface and volume of the case, and return the hash of its content. Raises InputError."""
         content = found.content
         volumes = (*content.volumes, *(one.volume for one in content.overlays))
         sources = {info.name: info.source for info in volumes} | {info.name: info.source for info in content.surfaces}
@@ -116,7 +121,7 @@ class ArchiveReader:
             raise InputError(f"a file of the archive cannot be used: {error}") from None
 
     def _stored(self, found: _Found, content_hash: str) -> Case:
-        """One transaction for the case and all of its documents."""
+        """Store the case and all of its documents in one transaction."""
         with self._store.writing() as session:
             if not all(self._store.files.has(key) for key in found.files):
                 raise InputError("a file of the archive was removed meanwhile by somebody else; import it again.")
@@ -134,7 +139,7 @@ class ArchiveReader:
 
 
 def _read(archive: CheckedArchive) -> _Found:
-    """The JSON of an archive, every document of which this version can read. Raises InputError."""
+    """Read the JSON of an archive and check that this version can read every document. Raises InputError."""
     case = _fields(archive.json(CASE), _CASE, CASE)
     check_name(case["name"], "case's name")
     check_id(case["id"], "a case")
@@ -164,7 +169,7 @@ def _fields(data: dict[str, Any], kinds: Mapping[str, type], name: str) -> dict[
 
 
 def _content(data: dict[str, Any]) -> CaseContent:
-    """What the case holds, as far as its JSON tells. Raises InputError."""
+    """Read the content of the case from its JSON. Raises InputError."""
     try:
         content = case_content_from_json(data)
         check_names(content)
@@ -172,16 +177,17 @@ def _content(data: dict[str, Any]) -> CaseContent:
         raise InputError(f"the case of the archive cannot be read: {error}") from None
     surfaces = {surface.name: surface.source for surface in content.surfaces}
     for one in content.structures:
-        # What travels with vfix names the asset that the surface was read from.
+        # A shipped structure names the asset that its surface was read from.
         if one.provenance.origin != "shipped" and one.geometry != surfaces[one.surface]:
             raise InputError(f"the structure {one.id} of the archive names another geometry than its surface's.")
     return content
 
 
-def _compare(said: SurfaceInfo | VolumeInfo, found: SurfaceInfo | VolumeInfo) -> None:
-    """Refuse a surface or volume that is not what the case says of it."""
-    if _measures(said) != _measures(found) or not np.allclose(said.bounds_lps_mm, found.bounds_lps_mm, 0.0, _SAME_MM):
-        raise InputError(f"the file of {said.name!r:.40} in the archive has another size or place than is said.")
+def _compare(stated: SurfaceInfo | VolumeInfo, found: SurfaceInfo | VolumeInfo) -> None:
+    """Raise InputError for a surface or volume that does not match the metadata of the case."""
+    near = np.allclose(stated.bounds_lps_mm, found.bounds_lps_mm, 0.0, _SAME_MM)
+    if _measures(stated) != _measures(found) or not near:
+        raise InputError(f"the file of {stated.name!r:.40} in the archive has another size or place than is said.")
 
 
 def _measures(info: SurfaceInfo | VolumeInfo) -> tuple[Any, ...]:
@@ -216,12 +222,12 @@ def _check_document(document: dict[str, Any], name: str) -> None:
         raise InputError(f"the {kind.noun} {document['name']!r:.80} of the archive cannot be read: {error}") from None
     if why := contradiction(content):
         raise InputError(f"the {kind.noun} {document['name']!r:.80} of the archive contradicts itself: {why}")
-    # Those of the content; what the archive lists might be anything, and of any size.
+    # Taken from the checked content, since the list in the archive is untrusted.
     document["refs"] = [{"kind": ref.kind, "id": ref.id} for ref in kind.refs(content)]
 
 
 def _new_ids(session: Session, found: _Found) -> dict[str, str]:
-    """New identifiers by the old ones; {} where all of them are free."""
+    """Return new identifiers by the old ones; {} if all of the old ones are free."""
     taken = session.get(CaseRow, found.case["id"]) is not None
     taken |= any(session.get(DocumentRow, document["id"]) is not None for document in found.documents)
     if not taken:
@@ -231,12 +237,12 @@ def _new_ids(session: Session, found: _Found) -> dict[str, str]:
 
 
 def _unused_name(session: Session, name: str) -> str:
-    """The name, with a number where another case has it."""
+    """Return the name, with a number if another case has it."""
     return unused_name(name, {row.name for row in session.query(CaseRow.name).where(CaseRow.deleted_at.is_(None))})
 
 
 def _add_document(session: Session, case_id: str, document: dict[str, Any], taken: set[str]) -> None:
-    """Store a document of the archive. taken: names that others of the kind have, to which its own is added."""
+    """Store a document of the archive. taken: names of other documents of its kind; its own name is added."""
     name = unused_name(document["name"], taken)
     taken.add(name)
     columns = {key: document[key] for key in ("id", "kind", "case_hash", "created", "modified", "revision")}
@@ -249,9 +255,9 @@ def _add_document(session: Session, case_id: str, document: dict[str, Any], take
 
 
 def _check_packed(path: Path, key: str) -> None:
-    """A stored file that is a zip itself, as NumPy's are, must not unpack to more than the memory takes."""
+    """Raise TooLarge or ArraysUnusable for a stored NumPy archive (a zip) that is malformed or unpacks to too much."""
     try:
-        if is_zip(path):  # else a URDF, or a file that its reader refuses
+        if is_zip(path):  # otherwise a URDF, or a file that its reader refuses
             check_arrays(path, MAX_UNPACKED_BYTES)
     except (ArraysUnusable, TooLarge) as error:
         raise type(error)(f"the file {key[:12]} of the archive cannot be used: {error}") from None

@@ -1,4 +1,4 @@
-"""Writes the archive of a case; equal cases give equal files."""
+"""Export of a case as an archive; equal cases give equal files."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from app.store.models import CaseRow, DocumentRow, DocumentStateRow
 from vfix_engine.errors import InputError
 from vfix_engine.runtime.versions import versions
 
-_EPOCH = (1980, 1, 1, 0, 0, 0)  # the first time that a zip can name: the archive depends on its content alone
+_EPOCH = (1980, 1, 1, 0, 0, 0)  # the earliest time of a zip entry; the archive must depend on its content only
 _LEVEL = 4  # of deflate
 _PIECE = 1 << 20
 _MODE = 0o644 << 16
@@ -40,14 +40,14 @@ GoOn = Callable[[], object]
 
 @dataclass
 class _Package:
-    """The zip that is being written, and the checksums of what is in it."""
+    """The zip that is being written, and the checksums of its entries."""
 
     zip: zipfile.ZipFile
     go_on: GoOn
     sums: dict[str, str] = field(default_factory=dict)
 
     def add(self, name: str, pieces: Iterator[bytes]) -> str:
-        """Write an entry; returns its SHA-256. `go_on` may raise between pieces."""
+        """Write an entry and return its SHA-256. `go_on` may raise between pieces to cancel."""
         info = zipfile.ZipInfo(name, _EPOCH)
         info.compress_type, info.external_attr, info.create_system = zipfile.ZIP_DEFLATED, _MODE, 3
         info._compresslevel = _LEVEL  # type: ignore[attr-defined]  # public as compress_level from Python 3.13
@@ -65,7 +65,7 @@ class _Package:
 
 
 class ArchiveWriter:
-    """Writes cases; a call takes seconds to minutes and may run in any thread."""
+    """Writes archives of cases. A call takes seconds to minutes and may run in any thread."""
 
     def __init__(
         self, store: Store, cases: CaseService, plans: PlanService, instruments: Instruments, runs: RunService
@@ -76,11 +76,12 @@ class ArchiveWriter:
     def write(
         self, case_id: str, target: BinaryIO, *, with_runs: bool = False, go_on: GoOn = bool
     ) -> list[dict[str, str]]:
-        """Write the archive of a case; returns what is left out since it cannot be read: kind, id, name and why.
+        """Write the archive of a case.
 
-        go_on: called again and again; it raises where nobody waits any more.
+        go_on: called repeatedly; it may raise to cancel the export, as when the client has disconnected.
 
-        Raises NotFound, and StorageError where a file of the case is gone or damaged or the target takes nothing.
+        Returns the documents that are left out because they cannot be read, each with kind, id, name and reason.
+        Raises NotFound, and StorageError if a file of the case is missing or damaged or the target cannot be written.
         """
         case = self._cases.get(case_id)
         shipped: dict[str, Path] = {}
@@ -127,14 +128,14 @@ class ArchiveWriter:
         return left_out
 
     def _case_json(self, case_id: str, sources: dict[str, str]) -> dict[str, Any]:
-        """The case as it is stored; what travels with vfix is named by the hash of the copy in the archive."""
+        """Return the stored case; shipped files are named by the hash of their copies in the archive."""
         with self._store.reading() as session:
             row = session.get_one(CaseRow, case_id)
             data = {"id": row.id, "name": row.name, "created": row.created, "content_hash": row.content_hash}
             return {**data, "content": renamed(row.document, sources)}
 
     def _documents(self, case_id: str) -> tuple[list[dict[str, Any]], list[dict[str, str]]]:
-        """Documents as they are stored now, without their history; and those that cannot be read, with the reason."""
+        """Return the documents in their current state, without history, and the unreadable ones with the reason."""
         query = select(DocumentRow).where(DocumentRow.case_id == case_id, DocumentRow.deleted_at.is_(None))
         found: list[dict[str, Any]] = []
         left_out: list[dict[str, str]] = []
@@ -158,9 +159,9 @@ class ArchiveWriter:
         return found, left_out
 
     def _unpack(self, case: Case, found: dict[str, Path]) -> None:
-        """Write what travels with vfix and is not in the store into files.
+        """Write shipped surfaces and volumes, which are not in the store, into temporary files.
 
-        found: gets them by their source, one that is written in part as well; the caller deletes them.
+        found: filled with the paths by source, including a partly written file; the caller deletes them.
         """
         files: CaseFiles = self._cases.files
         surfaces = [one.source for one in case.surfaces if one.source.startswith(ASSET)]

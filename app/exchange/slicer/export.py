@@ -1,4 +1,4 @@
-"""Writes the folder for 3D Slicer: whole or not at all."""
+"""Export of a plan as a folder for 3D Slicer, written completely or not at all."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from app.exchange.slicer.registrations import points_of, transforms_of
 from app.exchange.slicer.scene import SceneNode, scene_text
 from app.exchange.slicer.volume_file import write_nrrd
 from app.planning.evaluation import Planning
-from app.planning.region_meshes import region_surface
+from app.planning.shape_meshes import shape_surface
 from app.plans.model import NOTICE, Plan
 from app.registration.document import RegistrationContent
 from app.registration.editor import StoredRegistration
@@ -38,16 +38,15 @@ Parts = list[tuple[SceneNode, Write]]
 
 
 class SlicerExport:
-    """Exports plans for 3D Slicer; a call takes seconds and may run in any thread."""
+    """Exports plans for 3D Slicer. A call takes seconds and may run in any thread."""
 
     def __init__(self, cases: CaseService, planning: Planning, registrations: Documents[RegistrationContent]) -> None:
         self._cases, self._planning, self._registrations = cases, planning, registrations
 
     def write(self, plan: Plan, folder: Path) -> tuple[str, ...]:
-        """Write a plan and its case into a new folder, or an empty one; returns the names of the files, scene first.
+        """Write a plan and its case into a new or empty folder; return the names of the files, the scene first.
 
-        Raises InputError where the folder is not empty, and StorageError where it cannot be written; nothing is left
-        then.
+        Raises InputError if the folder is not empty, and StorageError if it cannot be written; nothing is left behind.
         """
         folder = folder.absolute()
         called = folder.name or folder
@@ -98,15 +97,15 @@ class SlicerExport:
         ]
 
     def _surfaces(self, case: Case) -> Parts:
-        """The anatomy that is driven in, and the structures beside it."""
+        """Return the anatomy that the tool is driven in, and the other structures."""
         names = _FileNames("surface", ".ply")
 
         def part(structure: Structure, colour: str, opacity: float) -> tuple[SceneNode, Write]:
             node = SceneNode("Model", structure.name, names.of(structure.name), colour, opacity)
             return node, lambda path: write_ply(path, self._cases.case_surface(case.id, structure.surface))
 
-        spared = [part(one, one.colour or _STRUCTURE, 1.0) for one in case.spared]
-        return [part(case.anatomy, case.anatomy.colour or _BONE, _BONE_OPACITY), *spared]
+        others = [part(one, one.colour or _STRUCTURE, 1.0) for one in case.spared]
+        return [part(case.anatomy, case.anatomy.colour or _BONE, _BONE_OPACITY), *others]
 
     def _marks(self, plan: Plan, case: Case, registrations: Sequence[StoredRegistration]) -> Parts:
         curve, remark = self._planning.curve(plan)
@@ -122,7 +121,7 @@ class SlicerExport:
         return found
 
     def _regions(self, plan: Plan) -> Parts:
-        """Surfaces of what is to be spared or removed, where Slicer has no markup for its shape."""
+        """Return surfaces of protected structures and removed bone whose shapes are no markups in Slicer."""
         names = _FileNames("region", ".ply")
         regions = [(zone.name, zone.shape, zone.colour, zone.visible) for zone in plan.zones]
         regions += [(region.name, region.shape, REMOVED, True) for region in plan.removed_bone]
@@ -131,15 +130,15 @@ class SlicerExport:
             if shape["kind"] not in _SHOWN_AS_SURFACES:
                 continue
             try:
-                surface = region_surface(self._cases, plan.case_id, shape)
-            except InputError:  # a patch of a structure that is gone: its line, which is hidden, tells where it was
+                surface = shape_surface(self._cases, plan.case_id, shape)
+            except InputError:  # a patch of a removed structure: its hidden line still marks the place
                 continue
             node = SceneNode("Model", f"{name} surface", names.of(name), colour, _REGION_OPACITY, visible)
             found.append((node, partial(write_ply, mesh=surface)))
         return found
 
     def _transforms(self, plan: Plan, registrations: Sequence[StoredRegistration]) -> Parts:
-        """Registrations of the case, which nothing in the scene lies under: the user says what they move."""
+        """Return the registrations of the case as transforms, which move nothing until the user applies them."""
         names = _FileNames("registration", ".tfm")
         return [
             (SceneNode("Transform", name, names.of(name), description=words), _writer(text))
@@ -148,7 +147,7 @@ class SlicerExport:
 
 
 class _FileNames:
-    """Names of files out of names of people: ASCII letters, each only once, however a disk takes capitals."""
+    """File names made from display names: ASCII, and unique also on a case-insensitive file system."""
 
     def __init__(self, prefix: str, ending: str) -> None:
         self._prefix, self._ending = prefix, ending

@@ -1,4 +1,4 @@
-"""The marks of a plan for 3D Slicer, one markup a file: a storage node reads the first one of its file only."""
+"""The markups of a plan for 3D Slicer, one per file, since a storage node reads only the first one of its file."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ PATH, OTHER_PATH, NOT_REACHED = "#6db3f2", "#8a94a6", "#f0857d"
 TARGET, REMOVED, BEAD, SHAFT = "#e58fd0", "#d9a066", "#facc5c", "#ced4dc"
 _SHAFT_MM = 50.0
 _PLANE_MM = 60.0
-_POINT_MM, _LINE_MM = 2.0, 0.8  # diameters of points that are seen, and of those that vanish in their line
+_POINT_MM, _LINE_MM = 2.0, 0.8  # diameters of visible points, and of points that disappear in their line
 
 
 @dataclass(frozen=True)
 class Mark:
-    """A markup: what the scene says of it, and its JSON. glyph_mm, named: as of a SceneNode."""
+    """A markup: its attributes in the scene, and its JSON. glyph_mm, named: as in `SceneNode`."""
 
     kind: NodeKind
     name: str
@@ -39,12 +39,15 @@ class Mark:
     named: bool = True
 
     def text(self) -> str:
-        """The content of its `.mrk.json`."""
+        """Return the content of its `.mrk.json`."""
         return to_json_text({"@schema": MARKUPS_SCHEMA, "notice": NOTICE, "markups": [self.markup]})
 
 
 def marks_of(plan: Plan, case: Case, curve: Sequence[CurveSample], remark: str) -> list[Mark]:
-    """Path as planned and as driven, targets, the other paths, shafts, regions and beads; LPS mm."""
+    """Return the planned and the driven path, targets, other paths, shafts, protected and removed regions, and beads.
+
+    Positions are in LPS mm.
+    """
     own = json.loads(to_markups(replace(plan, zones=(), removed_bone=()), curve, remark))["markups"]
     marks = [_of_plan(one, first=one is own[0]) for one in own if one["controlPoints"]]
     marks += [
@@ -61,7 +64,7 @@ def marks_of(plan: Plan, case: Case, curve: Sequence[CurveSample], remark: str) 
 
 
 def _of_plan(markup: dict[str, Any], first: bool) -> Mark:
-    """The path as planned, which is the first, the path as driven with a point every half millimetre, or targets."""
+    """Return the mark of the planned path (the first), the driven path with a point every 0.5 mm, or the targets."""
     if markup["type"] == "Fiducial":
         return Mark("Fiducial", markup["name"], TARGET, markup)
     if first:
@@ -71,7 +74,7 @@ def _of_plan(markup: dict[str, Any], first: bool) -> Mark:
 
 
 def _shafts(points: Sequence[PlanPoint]) -> Iterator[Mark]:
-    """Directions of the shaft, from the tip towards the tail."""
+    """Yield the directions of the shaft, from the tip towards the tail."""
     for number, point in enumerate(points, start=1):
         if point.direction is None:
             continue
@@ -83,7 +86,7 @@ def _shafts(points: Sequence[PlanPoint]) -> Iterator[Mark]:
 
 
 def _regions(plan: Plan) -> Iterator[Mark]:
-    """Planes and boxes as such; of everything else its lines, hidden, since a surface beside them shows it."""
+    """Yield planes and boxes, and hidden lines for all other shapes, which are shown by a surface."""
     for zone in plan.zones:
         if zone.shape["kind"] == "half_space":
             yield Mark("Plane", zone.name, zone.colour, _plane(zone), zone.visible)
@@ -95,7 +98,7 @@ def _regions(plan: Plan) -> Iterator[Mark]:
 
 
 def _plane(zone: PlanZone) -> dict[str, Any]:
-    """The border of a half-space, its normal on the side that is kept free.
+    """Return the border plane of a half-space, with its normal on the side of the tool.
 
     Slicer reads the axes from `baseToNode`: columns x, y, z (the normal) and the origin, in the frame of the file.
     `objectToBase` is the identity, which a file in LPS has with its first two rows negated, as Slicer writes it.

@@ -1,4 +1,4 @@
-"""Registrations for 3D Slicer: each as a transform, and its points as two lists from which Slicer can fit it again."""
+"""Registrations for 3D Slicer: a transform, and its pairs as two point lists from which Slicer can fit it again."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ USED = "used by the plan"
 
 
 def transforms_of(plan: Plan, registrations: Sequence[StoredRegistration]) -> Iterator[tuple[str, str, str]]:
-    """Name, description and ITK text of every registration that can be used."""
+    """Yield name, description and ITK text of every usable registration."""
     for one in registrations:
         report = report_of(one.content)
         if report.usable:
@@ -27,9 +27,9 @@ def transforms_of(plan: Plan, registrations: Sequence[StoredRegistration]) -> It
 
 
 def points_of(plan: Plan, registrations: Sequence[StoredRegistration]) -> Iterator[Mark]:
-    """The pairs of every registration that are in its fit, in one order: in the image, and as they were measured.
+    """Yield the fitted pairs of every registration as two lists in the same order: in the image, and as measured.
 
-    Hidden: the measured ones are in another frame than everything else in the scene.
+    They are hidden, because the measured ones are in another frame than the rest of the scene.
     """
     for one in registrations:
         pairs, there = one.content.used_pairs, FULL[one.content.to]
@@ -53,19 +53,20 @@ def points_of(plan: Plan, registrations: Sequence[StoredRegistration]) -> Iterat
 
 
 def named(plan: Plan, one: StoredRegistration, report: FitReport) -> str:
-    """The registration's name with what nobody may overlook."""
-    marks = [word for word, said in (("simulated", report.simulated), (USED, plan.registration == one.id)) if said]
+    """Return the registration's name with its marks: simulated, and used by the plan."""
+    found = (("simulated", report.simulated), (USED, plan.registration == one.id))
+    marks = [word for word, applies in found if applies]
     return f"{one.name} ({', '.join(marks)})" if marks else one.name
 
 
 def _words(plan: Plan, one: StoredRegistration, report: FitReport) -> str:
-    """What a registration is, in sentences."""
+    """Describe a registration in sentences."""
     fre = (
         f" FRE {report.fre_mm:.2f} mm says how well they fit, not how exact the tool is."
         if report.usable and report.fre_mm is not None
         else ""
     )
-    said = [
+    sentences = [
         f"{NOTICE}. From the image to {FULL[one.content.to]}.",
         f"{report.words}{fre}",
         *([SIMULATED] if report.simulated else ["Not marked as simulated."]),
@@ -73,4 +74,4 @@ def _words(plan: Plan, one: StoredRegistration, report: FitReport) -> str:
         error_table(one.content, plan).short if report.usable else "",
         *report.doubts,
     ]
-    return " ".join(filter(None, said))
+    return " ".join(filter(None, sentences))

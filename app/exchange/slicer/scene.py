@@ -1,7 +1,7 @@
-"""A 3D Slicer scene: an XML index (.mrml) of nodes, each with the file that holds its data and how it is shown.
+"""A scene of 3D Slicer: an XML index (.mrml) of nodes, each with its data file and display attributes.
 
-Names of elements and attributes are those that 3D Slicer 5 writes; see its documentation, "MRML Overview". A storage
-node's file is relative to the scene and percent-encoded. What a scene does not say, Slicer takes from its defaults.
+Elements and attributes are named as 3D Slicer 5 writes them; see its documentation, "MRML Overview". The file of a
+storage node is relative to the scene and percent-encoded. Slicer uses its defaults for missing attributes.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ from app.plans.model import NOTICE
 
 NodeKind = Literal["Curve", "Fiducial", "Line", "Plane", "ROI", "Model", "Volume", "Transform"]
 _VERSION = "Slicer 5.6.2"
-_NO_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")  # of no XML 1.0 document
+_NO_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")  # not allowed in XML 1.0
 _SLICES = ("Red", "Yellow", "Green")
 
 
 class _Names(NamedTuple):
-    """Element and class of a node, of its storage and of its display; no display where it is '' ."""
+    """Element and class of a node, of its storage and of its display; '' if it has no display."""
 
     node: tuple[str, str]
     storage: tuple[str, str]
@@ -69,11 +69,11 @@ _STORAGE: dict[NodeKind, dict[str, str]] = {
 
 @dataclass(frozen=True)
 class SceneNode:
-    """A node of the scene: its name, its file beside the scene, its colour '#rrggbb' and opacity.
+    """A node of the scene: its name, its file in the folder of the scene, its colour '#rrggbb' and opacity.
 
-    visible: whether it is shown when the scene is opened. description: what the node is, for people.
-    window: grey values of a volume, width and centre. glyph_mm: diameter of a markup's points, and of its lines half of
-    that; None for Slicer's own size, a share of the window. named: whether a markup's name is written beside it.
+    visible: whether it is shown when the scene is opened. description: text for the user. window: width and centre of
+    the grey values of a volume. glyph_mm: diameter of a markup's points, and twice that of its lines; None for Slicer's
+    own size, relative to the window. named: whether a markup's name is written next to it.
     """
 
     kind: NodeKind
@@ -89,7 +89,7 @@ class SceneNode:
 
 
 def scene_text(nodes: Sequence[SceneNode]) -> str:
-    """The scene of these nodes as XML; the first volume is shown in the slices."""
+    """Return the scene of these nodes as XML; the first volume is shown in the slices."""
     lines = ['<?xml version="1.0" encoding="UTF-8"?>', f"<!-- {NOTICE} -->"]
     lines.append(f'<MRML version="{_VERSION}" userTags="">')
     numbers: dict[str, int] = {}
@@ -102,7 +102,7 @@ def scene_text(nodes: Sequence[SceneNode]) -> str:
 
 
 def _elements(node: SceneNode, numbers: dict[str, int]) -> list[str]:
-    """Storage, display and the node, in the order in which Slicer writes them."""
+    """Return the elements of storage, display and node, in the order in which Slicer writes them."""
     names = _NAMES[node.kind]
 
     def new_id(class_name: str) -> str:
@@ -123,7 +123,7 @@ def _elements(node: SceneNode, numbers: dict[str, int]) -> list[str]:
 
 
 def _look(node: SceneNode) -> dict[str, str]:
-    """Attributes of a display node."""
+    """Return the attributes of a display node."""
     if node.kind == "Volume":
         look = {"colorNodeID": "vtkMRMLColorTableNodeGrey", "autoWindowLevel": "1" if node.window is None else "0"}
         if node.window is not None:
@@ -155,11 +155,11 @@ def _slice(colour: str, volume: str) -> str:
 
 
 def _element(tag: str, attributes: dict[str, str]) -> str:
-    # Slicer's reader keeps no line breaks of attributes; a name has none, a description may.
+    # Slicer's reader drops line breaks in attributes, which a description may contain.
     words = " ".join(f"{name}={quoteattr(_xml_text(' '.join(value.split())))}" for name, value in attributes.items())
     return f" <{tag} {words}></{tag}>"
 
 
 def _xml_text(text: str) -> str:
-    """The text with a sign for what XML cannot hold: a stored name may be older than the rule that refuses it."""
+    """Replace characters not allowed in XML; a stored name may be older than the rule that refuses them."""
     return _NO_XML.sub("\ufffd", text)

@@ -8,12 +8,12 @@ from pathlib import Path
 from app.plans.model import NOTICE
 from vfix_engine.files.volume import Volume
 
-_LEVEL = 3  # of zlib: a third of the size at a fraction of the time of the highest
-_GZIP = 31  # window bits of zlib for a gzip header without a time: equal volumes give equal files
+_LEVEL = 3  # of zlib: a third of the size, in a fraction of the time of the highest level
+_GZIP = 31  # window bits of zlib for a gzip header without a time, so that equal volumes give equal files
 
 
 def write_nrrd(path: Path, volume: Volume) -> None:
-    """Write a volume slice by slice; no copy of the whole is made. Raises OSError."""
+    """Write a volume slice by slice, without a copy of the whole. Raises OSError."""
     sizes = " ".join(str(n) for n in volume.hu.shape[::-1])
     directions = " ".join(_vector(column) for column in (volume.direction * volume.spacing).T.tolist())
     head = (

@@ -7,7 +7,7 @@ from concurrent.futures import Executor
 from typing import Any
 
 from app.kit.values import Position
-from app.planning.rehearsal_options import Switches
+from app.planning.rehearsal_options import RehearsalOptions
 from app.plans.model import Plan
 from app.scene.cones import LENGTH_MM, ConeNodes, Surface
 from app.services import Services
@@ -65,16 +65,16 @@ class Cones:
         self._ticket += 1
         self._asked, self._current = asked, False
         if asked is not None:
-            self._submit(plan, self._services.switches.of(plan.id).in_force)
+            self._submit(plan, self._services.rehearsal_options.of(plan.id).in_force)
 
-    def _submit(self, plan: Plan, switches: Switches) -> None:
+    def _submit(self, plan: Plan, options: RehearsalOptions) -> None:
         ticket = self._ticket
 
         def work() -> None:
             if ticket != self._ticket:
                 return
             try:
-                cones = self._services.planning.cones(plan, switches)
+                cones = self._services.planning.cones(plan, options)
             except VfixError:
                 cones = {}  # the dry run's own words say why
             self._done(ticket, {t.id: (t.position, cones[t.id]) for t in plan.targets if t.id in cones})

@@ -11,7 +11,7 @@ from app.cases.settings import settings_in_case
 from app.cases.structures import within_a_sentence
 from app.kit.errors import JobCancelled
 from app.planning.plan_evaluation import PlanEvaluation
-from app.planning.rehearsal_options import NO_SWITCHES, Switches
+from app.planning.rehearsal_options import NO_OPTIONS, RehearsalOptions
 from app.planning.verdict import Level, Verdict, refused
 from app.scene import palette
 from app.services import Services
@@ -156,11 +156,11 @@ class DryRuns:
         self.current = Corridor()
 
     def ask(
-        self, plan: Any, kept_mm: float, switches: Switches = NO_SWITCHES, before: PlanEvaluation | None = None
+        self, plan: Any, kept_mm: float, options: RehearsalOptions = NO_OPTIONS, before: PlanEvaluation | None = None
     ) -> None:
         """Start the dry run of a plan with two points or more; ``done`` is called from another thread.
 
-        kept_mm: from bone, in this case. switches: of the rehearsal, which hold the tool as they do in it.
+        kept_mm: from bone, in this case. options: of the rehearsal, which hold the tool as they do in it.
         before: what is shown greyed until the answer is there.
         """
         self._ticket += 1
@@ -176,7 +176,7 @@ class DryRuns:
                 if ticket == self._ticket:
                     self._done(ticket, replace(waiting, job=job_id))
 
-            answer = self._answer(plan, kept_mm, switches, began)
+            answer = self._answer(plan, kept_mm, options, began)
             if ticket == self._ticket:
                 self._done(ticket, answer)
 
@@ -188,11 +188,11 @@ class DryRuns:
             self.current = corridor
 
     def _answer(
-        self, plan: Any, kept_mm: float, switches: Switches = NO_SWITCHES, began: Callable[[str], object] = bool
+        self, plan: Any, kept_mm: float, options: RehearsalOptions = NO_OPTIONS, began: Callable[[str], object] = bool
     ) -> Corridor:
         try:
             return answered(
-                self._services, plan, kept_mm, lambda: self._services.dry_runs.evaluate(plan, switches, began)
+                self._services, plan, kept_mm, lambda: self._services.dry_runs.evaluate(plan, options, began)
             )
         except JobCancelled:
             words = "The dry run was cancelled: whether the tool fits is not known."
@@ -216,7 +216,7 @@ def answered(services: Services, plan: Any, kept_mm: float, evaluate: Callable[[
     except JobCancelled:
         raise
     except StartRefused as error:
-        verdict = refused(error).beside(plan)
+        verdict = refused(error).with_remarks(plan)
         return Corridor("failed", verdict.words, caution=True, completed=False, margin_mm=kept_mm, refusal=verdict)
     except VfixError as error:
         return failed_run(str(error), kept_mm)

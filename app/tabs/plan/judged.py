@@ -8,7 +8,7 @@ from app.cases.settings import settings_in_case
 from app.kit.values import Position
 from app.planning.placement import StoredPlacing
 from app.planning.plan_evaluation import PlanEvaluation
-from app.planning.verdict import said_besides
+from app.planning.verdict import plan_remarks
 from app.plans.model import Plan, drive_parts
 from app.tabs.plan.clearance import ShownTool
 from app.tabs.plan.cones import Cones
@@ -81,9 +81,9 @@ class Judged:
 
     def _refresh_stored(self, edited: EditedPlan) -> None:
         plan = edited.plan
-        switches = self._services.switches.of(plan.id).in_force
+        options = self._services.rehearsal_options.of(plan.id).in_force
         driven = repr(drive_parts(plan)), self._services.planning.registration_key(plan)
-        key = (plan.id, switches, *driven, *said_besides(plan))
+        key = (plan.id, options, *driven, *plan_remarks(plan))
         if key == self._key:
             return
         before, self._key = self._before(plan), key
@@ -92,7 +92,7 @@ class Judged:
             self.stored.clear()
         else:
             kept_mm = settings_in_case(plan.settings, edited.case.uncertainty).kept_mm
-            self.stored.ask(plan, kept_mm, switches, before)
+            self.stored.ask(plan, kept_mm, options, before)
 
     def _before(self, plan: Plan) -> PlanEvaluation | None:
         """What was shown of the same path before this change: of the hand that has let go, else of the stored one."""
@@ -109,4 +109,4 @@ class Judged:
             self.live.clear()
             return
         placing = self._placing[1] if self._placing is not None and self._placing[0] == robot else None
-        self.live.ask(plan, hand, current, placing, self._services.switches.of(plan.id).in_force)
+        self.live.ask(plan, hand, current, placing, self._services.rehearsal_options.of(plan.id).in_force)

@@ -11,7 +11,7 @@ from app.kit.errors import JobCancelled
 from app.planning.placement import StoredPlacing
 from app.planning.plan_evaluation import PlanEvaluation
 from app.planning.previews import Dragged
-from app.planning.rehearsal_options import NO_SWITCHES, Switches
+from app.planning.rehearsal_options import NO_OPTIONS, RehearsalOptions
 from app.services import Services
 from app.tabs.plan.dry_runs import FAILED, Corridor, answered, failed_run
 from app.tabs.plan.latest import LatestQueue
@@ -42,14 +42,14 @@ class LivePreviews:
             self._asked, self.current = None, Corridor()
 
     def ask(
-        self, plan: Any, dragged: Dragged, stored: Corridor, placing: StoredPlacing | None, switches: Switches
+        self, plan: Any, dragged: Dragged, stored: Corridor, placing: StoredPlacing | None, options: RehearsalOptions
     ) -> None:
         """Judge a plan with a point under a hand, unless that is what was asked for last.
 
         stored: the answer to the stored path, which is shown greyed at first. placing: of the robot along the stored
         path or the one before, None where it had no place yet.
         """
-        asked = (plan.id, plan.revision, dragged, switches)
+        asked = (plan.id, plan.revision, dragged, options)
         if asked == self._asked:
             return
         before = self.current.pictured or stored.pictured
@@ -70,7 +70,7 @@ class LivePreviews:
                 raise JobCancelled
 
         def work() -> None:
-            if ticket >= self._first and (answer := self._answer(plan, dragged, kept_mm, placing, go_on, switches)):
+            if ticket >= self._first and (answer := self._answer(plan, dragged, kept_mm, placing, go_on, options)):
                 self._done(ticket, answer)
 
         self._lanes.submit(_LANE, FAILED, work, lambda words: self._done(ticket, failed_run(words, kept_mm, True)))
@@ -86,8 +86,8 @@ class LivePreviews:
         """Whether the hand holds the same point of the same path as before, in another place."""
         if self._asked is None:
             return False
-        (*path, dragged, switches), (*path_before, dragged_before, switches_before) = asked, self._asked
-        return (path, dragged.point_id, switches) == (path_before, dragged_before.point_id, switches_before)
+        (*path, dragged, options), (*path_before, dragged_before, options_before) = asked, self._asked
+        return (path, dragged.point_id, options) == (path_before, dragged_before.point_id, options_before)
 
     def _answer(
         self,
@@ -96,14 +96,14 @@ class LivePreviews:
         kept_mm: float,
         placing: StoredPlacing,
         go_on: Callable[[str, float], None],
-        switches: Switches = NO_SWITCHES,
+        options: RehearsalOptions = NO_OPTIONS,
     ) -> Corridor | None:
         """None where the hand has let go or holds another point."""
         moved = 0.0
 
         def evaluate() -> PlanEvaluation:
             nonlocal moved
-            found = self._services.previews.of(plan, dragged, placing, go_on, switches)
+            found = self._services.previews.of(plan, dragged, placing, go_on, options)
             moved = found.moved_mm
             return found.evaluation
 

@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from app.kit.values import Position
 from app.messages.fields import Command
-from app.planning.region_meshes import region_mesh
+from app.planning.shape_meshes import shape_mesh
 from app.plans.editor import PlanEditor
 from app.plans.service import Plan
 from app.plans.shapes import anchor, box_at, check_shape, moved, resized, size_of
@@ -152,7 +152,7 @@ class Regions:
 
     def _mesh(self, shape: Mapping[str, Any]) -> tuple[str, Any]:
         key = json.dumps([self._case_id, shape])
-        return key, functools.partial(region_mesh, self._services.cases, self._case_id, shape)
+        return key, functools.partial(shape_mesh, self._services.cases, self._case_id, shape)
 
     def select(self, item_id: str) -> bool:
         """Select a region by its ball in the scene; False where that is none."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from app.planning.removed_bone import RemovedVolumes
+from app.planning.removed_volumes import RemovedVolumes
 from app.plans.service import Plan
 from app.tabs.plan.latest import LatestQueue
 from app.tabs.plan.region_sections import RemovedBoneSection

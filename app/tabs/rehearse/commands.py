@@ -20,7 +20,7 @@ class SetMode(Command):
 
 
 class SetOptions(Command):
-    """Switches of the next start or reset.
+    """Options of the next start or reset.
 
     centre_point, centre_mm: where the remote centre is, at a path point or at an arc length; neither: where the path
     enters the head.

@@ -9,10 +9,10 @@ from app.drives.shared_drive import SharedDrive
 from app.drives.shared_drives import DriveKey, SharedDrives
 from app.kit.errors import PlanLocked
 from app.kit.values import Position
-from app.planning.rehearsal_options import NO_SWITCHES, Switches
+from app.planning.rehearsal_options import NO_OPTIONS, RehearsalOptions
 from app.plans.service import Plan
 from app.tabs.drive_tab import DriveTab
-from app.tabs.rehearse.driven import SoFar
+from app.tabs.rehearse.drive_figures import DriveFigures
 from app.tabs.rehearse.preparation import PlanKey, PreparedRehearsal, plan_key, prepare
 from app.workspace.workspace import Workspace
 from vfix_engine.anatomy.surface_uncertainty import SurfaceUncertainty
@@ -35,7 +35,7 @@ class RehearsalSession(DriveTab[PreparedRehearsal, RigidSnapshot]):
         self._registered: tuple[object, str] | None = None  # plan and its registration's id, and that one's key
         self._uncertainty: SurfaceUncertainty | None = None  # of the bone that the margin is kept to
         self._has_ct = False
-        self.so_far = SoFar()
+        self.so_far = DriveFigures()
         self._changed = False  # the plan is another one than what is driven
         self._stopped_for = ""  # why the robot was paused at the last tick
         self._unkept: dict[str, float] = {}  # settings that the plan could not keep when it was tried last
@@ -47,9 +47,9 @@ class RehearsalSession(DriveTab[PreparedRehearsal, RigidSnapshot]):
         return None if self.key is None else self.key.document_id
 
     @property
-    def wanted(self) -> Switches:
-        """The switches of the next start or reset."""
-        return NO_SWITCHES if self._plan_id is None else self._services.switches.of(self._plan_id)
+    def wanted(self) -> RehearsalOptions:
+        """The options of the next start or reset."""
+        return NO_OPTIONS if self._plan_id is None else self._services.rehearsal_options.of(self._plan_id)
 
     # -- which drive
 
@@ -71,12 +71,12 @@ class RehearsalSession(DriveTab[PreparedRehearsal, RigidSnapshot]):
         return None if plan is None else self._key(plan)
 
     def open(self, drive: RehearsalDrive, words: str = "Placing the robot at the entry …") -> None:
-        """Place the robot for the plan and the switches as they are now."""
-        plan, switches = self.need_plan(), self.wanted.in_force
+        """Place the robot for the plan and the options as they are now."""
+        plan, options = self.need_plan(), self.wanted.in_force
         if len(plan.points) < 2:
             raise PlanError("a rehearsal needs a path of two points at least.")
         executor = self.workspace.executor
-        drive.open(self._key(plan), lambda: prepare(self._services, plan, switches), executor, words)
+        drive.open(self._key(plan), lambda: prepare(self._services, plan, options), executor, words)
 
     def need_plan(self) -> Plan:
         """The open plan. Raises PlanError where there is none."""

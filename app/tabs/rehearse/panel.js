@@ -5,7 +5,8 @@ import { fixed, mm, sentence } from "/static/js/format.js";
 import { holdButton } from "/static/js/hold.js";
 import { UsedRegistration } from "/static/js/used-registration.js";
 import { preselected } from "./preselected.js";
-import { SwitchesGroup } from "./switches.js";
+import { RehearsalStatus } from "./status.js";
+import { OptionsGroup } from "./options.js";
 
 /** @import { Parts } from "/static/js/panel.js" */
 /** @import { Commands, ItemEntry, RehearsalSection, SettingField, SettingsSection, ViewModel } from "/static/js/types.js" */
@@ -25,6 +26,7 @@ export default class RehearsePanel {
   /** @param {Parts} parts */
   constructor({ connection, keys }) {
     this.connection = connection;
+    this.status = new RehearsalStatus();
     this.changedState = whenChanged();
     this.changedTargets = whenChanged();
     this.changedFields = whenChanged();
@@ -57,7 +59,7 @@ export default class RehearsePanel {
     this.progress = h("div", { class: "progress" }, this.progressBar);
     this.progressWords = h("p", { class: "words" });
     this.soFar = h("p", { class: "words", id: "so-far", hidden: true });
-    this.switches = new SwitchesGroup(connection);
+    this.rehearsalOptions = new OptionsGroup(connection);
     this.fields = h("div", { class: "fields" });
     this.fieldWords = h("p", { class: "words caution", role: "status" });
     /** @type {Map<string, { input: HTMLInputElement, shown: HTMLElement }>} */
@@ -72,7 +74,7 @@ export default class RehearsePanel {
       group("Motion", null, this.modes, this.target, this.modeWords,
         h("div", { class: "buttons even" }, this.forward, this.back), h("div", { class: "buttons even" }, this.twistLeft, this.twistRight),
         this.progressWords, this.progress, this.soFar),
-      this.switches.element,
+      this.rehearsalOptions.element,
       group("Hand and margin", null, this.fields, this.fieldWords, this.marginWarning));
   }
 
@@ -87,7 +89,7 @@ export default class RehearsePanel {
     const live = isLive(rehearsal);
     const adjustable = live && Boolean(rehearsal.mine);
     this.changedFields([state.settings, adjustable], () => this.renderFields(state.settings, adjustable));
-    this.switches.update(state);
+    this.rehearsalOptions.update(state);
     const { state: drive, phase, words, mine, holder, can_take, mode, target_id, path_done, plan_changed } = rehearsal;
     this.changedState([drive, phase, words, mine, holder, can_take, mode, target_id, path_done, plan_changed, state.plan_use, targets.length], () => this.renderState(state, rehearsal, targets.length));
     this.renderProgress(rehearsal);

@@ -17,14 +17,14 @@ from app.kit.jobs import Progress
 from app.kit.values import Position
 from app.planning.evaluation import registered_key
 from app.planning.plan_evaluation import PlanEvaluation
-from app.planning.rehearsal_options import NO_SWITCHES, Switches
+from app.planning.rehearsal_options import NO_OPTIONS, RehearsalOptions
 from app.planning.run_sideways import measure_sideways
 from app.planning.shaft import shaft_of
 from app.plans.instruments import plan_tool
 from app.plans.model import drive_parts
 from app.plans.service import Plan
 from app.services import Services
-from app.tabs.rehearse.driven import Planned
+from app.tabs.rehearse.drive_figures import DryRunFigures
 from app.tabs.rehearse.refusal import refuse_where_centre_stops, refuse_where_tissue_stops
 from app.workspace.plan_items import curve_points, plan_items
 from vfix_engine.control import ControlSettings
@@ -43,7 +43,7 @@ class PreparedRehearsal(PreparedDrive[RigidSnapshot]):
     """The rehearsal of a plan, ready to be handed to a control process.
 
     robot: as it is placed. items: points and targets of the plan it was made of; curve: places (n, 3) along its path,
-    LPS [mm]. switches: what its standing fixtures come from. planned: what its dry run came to, None where it is not
+    LPS [mm]. options: what its standing fixtures come from. planned: what its dry run came to, None where it is not
     known. made_of: the plan's key, its registration as it was read for it; None where that was not read.
     """
 
@@ -52,8 +52,8 @@ class PreparedRehearsal(PreparedDrive[RigidSnapshot]):
     robot: PlacedRobot
     items: tuple[PlanItem, ...] = ()
     curve: npt.NDArray[np.float64] | None = None
-    switches: Switches = NO_SWITCHES
-    planned: Planned | None = None
+    options: RehearsalOptions = NO_OPTIONS
+    planned: DryRunFigures | None = None
     made_of: PlanKey | None = None
 
     def refusal(self, asked: ControlSettings, in_force: ControlSettings, snapshot: RigidSnapshot | None) -> str:
@@ -71,7 +71,7 @@ class PreparedRehearsal(PreparedDrive[RigidSnapshot]):
 
 
 class PlanKey(NamedTuple):
-    """What a rehearsal depends on: another key, another placing. registered: key of the plan's registration."""
+    """What a rehearsal depends on: another key, another placement. registered: key of the plan's registration."""
 
     plan_id: str
     case_hash: str
@@ -86,8 +86,8 @@ def plan_key(plan: Plan, registered: str = "") -> PlanKey:
     return PlanKey(plan.id, plan.case_hash, repr(drive_parts(plan)), targets, registered)
 
 
-def prepare(services: Services, plan: Plan, switches: Switches = NO_SWITCHES) -> PreparedRehearsal:
-    """Scene and settings of a plan; placing and standing fixtures are those of its dry run with these switches.
+def prepare(services: Services, plan: Plan, options: RehearsalOptions = NO_OPTIONS) -> PreparedRehearsal:
+    """Scene and settings of a plan; placement and standing fixtures are those of its dry run with these options.
 
     The dry run is a job, which can be cancelled, and the one that others wait for who ask for the same.
 
@@ -96,11 +96,11 @@ def prepare(services: Services, plan: Plan, switches: Switches = NO_SWITCHES) ->
     """
     case = services.cases.get(plan.case_id)
     settings = settings_in_case(plan.settings, case.uncertainty)
-    found = services.dry_runs.evaluate(plan, switches)  # the very poses whose clearance colours the path
-    refuse_where_centre_stops(services, plan, switches, found)
-    refuse_where_tissue_stops(services, plan, switches, found)
+    found = services.dry_runs.evaluate(plan, options)  # the very poses whose clearance colours the path
+    refuse_where_centre_stops(services, plan, options, found)
+    refuse_where_tissue_stops(services, plan, options, found)
     scene = _scene(services, plan, case, found)
-    tissue = None if found.profile.tissue is None else services.fields.of_plan(plan).tissue
+    tissue = None if found.profile.tissue is None else services.distance_fields.of_plan(plan).tissue
     measure_by = partial(_sideways, services, plan)
     recording, unrecorded = services.recordings.attempt(plan.case_id, plan.id, plan.name, measure_by)
     return PreparedRehearsal(
@@ -112,8 +112,8 @@ def prepare(services: Services, plan: Plan, switches: Switches = NO_SWITCHES) ->
         robot=scene.robot_model().placed(np.asarray(scene.base)),
         items=tuple(plan_items(plan)),
         curve=curve_points(SplinePath(np.asarray(scene.path_points))),
-        switches=switches,
-        planned=Planned.of(found, tissue, services.planning.ways(plan)),
+        options=options,
+        planned=DryRunFigures.of(found, tissue, services.planning.ways(plan)),
     )
 
 

@@ -6,36 +6,36 @@ from dataclasses import replace
 
 from app.kit.errors import JobCancelled
 from app.planning.plan_evaluation import PlanEvaluation
-from app.planning.rehearsal_options import Switches
+from app.planning.rehearsal_options import RehearsalOptions
 from app.plans.instruments import shipped_tools
 from app.plans.model import without_placing
 from app.plans.service import Plan
 from app.services import Services
 from vfix_engine.errors import PlanError, VfixError
 
-NO_LESS_MM = 1.0  # a switch that costs less of the path than this is not what stops the tool
+NO_LESS_MM = 1.0  # an option that costs less of the path than this is not what stops the tool
 
 
-def refuse_where_centre_stops(services: Services, plan: Plan, switches: Switches, found: PlanEvaluation) -> None:
+def refuse_where_centre_stops(services: Services, plan: Plan, options: RehearsalOptions, found: PlanEvaluation) -> None:
     """Raise PlanError where the remote centre keeps the tool from what it reaches without it.
 
-    found: the dry run of the plan with these switches.
+    found: the dry run of the plan with these options.
     """
-    if not switches.remote_centre or found.completed:
+    if not options.remote_centre or found.completed:
         return
-    without = _farther(services, plan, replace(switches, remote_centre=False), found)
+    without = _farther(services, plan, replace(options, remote_centre=False), found)
     if without is None:
         return
     raise PlanError(
         f"with {found.standing.words} the tool gets {found.reached_mm:.0f} of {found.length_mm:.0f} mm: "
-        f"{found.reason}. Without the remote centre it gets {_to(without)}. {_remedy(services, plan, switches, found)}"
+        f"{found.reason}. Without the remote centre it gets {_to(without)}. {_remedy(services, plan, options, found)}"
     )
 
 
-def _farther(services: Services, plan: Plan, switches: Switches, found: PlanEvaluation) -> PlanEvaluation | None:
-    """The dry run with fewer switches where it gets farther than the one that was found, else None."""
+def _farther(services: Services, plan: Plan, options: RehearsalOptions, found: PlanEvaluation) -> PlanEvaluation | None:
+    """The dry run with fewer options where it gets farther than the one that was found, else None."""
     try:
-        without = services.dry_runs.evaluate(plan, switches, through=found.registered)
+        without = services.dry_runs.evaluate(plan, options, through=found.registered)
     except JobCancelled:
         raise
     except VfixError:
@@ -43,14 +43,14 @@ def _farther(services: Services, plan: Plan, switches: Switches, found: PlanEval
     return without if without.reached_mm >= found.reached_mm + NO_LESS_MM else None
 
 
-def refuse_where_tissue_stops(services: Services, plan: Plan, switches: Switches, found: PlanEvaluation) -> None:
+def refuse_where_tissue_stops(services: Services, plan: Plan, options: RehearsalOptions, found: PlanEvaluation) -> None:
     """Raise PlanError where the soft tissue's greatest depth keeps the tool from what it reaches without it.
 
-    found: the dry run of the plan with these switches.
+    found: the dry run of the plan with these options.
     """
-    if not switches.soft_tissue or found.completed:
+    if not options.soft_tissue or found.completed:
         return
-    without = _farther(services, plan, replace(switches, soft_tissue=False), found)
+    without = _farther(services, plan, replace(options, soft_tissue=False), found)
     if without is None:
         return
     deepest = without.verdict.tissue_depth_mm
@@ -66,14 +66,14 @@ def _to(found: PlanEvaluation) -> str:
     return "to the end" if found.completed else f"to {found.reached_mm:.0f} mm"
 
 
-def _remedy(services: Services, plan: Plan, switches: Switches, found: PlanEvaluation) -> str:
-    """The first other tool that arrives with the same switches, and what else can be done."""
+def _remedy(services: Services, plan: Plan, options: RehearsalOptions, found: PlanEvaluation) -> str:
+    """The first other tool that arrives with the same options, and what else can be done."""
     for tool in shipped_tools():
         if tool.name == plan.tool:
             continue
         other = replace(plan, tool=tool.name, tool_shape={}, robot=without_placing(plan.robot))
         try:
-            if services.dry_runs.evaluate(other, switches, through=found.registered).completed:
+            if services.dry_runs.evaluate(other, options, through=found.registered).completed:
                 return f"The tool ‘{tool.title}’ gets to the end: choose it in Plan, or another place for the centre."
         except JobCancelled:
             raise

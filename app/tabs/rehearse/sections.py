@@ -60,7 +60,7 @@ class SettingsSection(TypedDict):
 
 
 class OptionView(TypedDict):
-    """A switch of the rehearsal; words: what it does, or would do; refusal: why it cannot be used, '' where it can."""
+    """An option of the rehearsal; words: what it does, or would do; refusal: why it cannot be used, '' where it can."""
 
     name: str
     label: str
@@ -90,7 +90,7 @@ class CentreSection(TypedDict):
 
 
 class OptionsSection(TypedDict):
-    """Switches of the rehearsal as they are wanted; words: when they come into force, '' where they are.
+    """Options of the rehearsal as they are wanted; words: when they come into force, '' where they are.
 
     centre: None while the remote centre is off.
     """

@@ -8,16 +8,16 @@ from typing import Any
 import numpy as np
 
 from app.messages.fields import Command
-from app.planning.rehearsal_options import NO_SWITCHES, Switches
+from app.planning.rehearsal_options import NO_OPTIONS, RehearsalOptions
 from app.scene.centre import CentreNodes
-from app.scene.drive import DriveNodes
 from app.tabs.drive_tab import NOT_HELD
 from app.tabs.rehearse import SPEC
 from app.tabs.rehearse import commands as c
+from app.tabs.rehearse.drive_nodes import DriveNodes
 from app.tabs.rehearse.drive_session import RehearsalDrive, RehearsalDrives, RehearsalRecord, RehearsalSession
 from app.tabs.rehearse.hints import rehearse_hint
+from app.tabs.rehearse.options import CentrePlaces, options_section, place_of
 from app.tabs.rehearse.sections import OptionsSection, RehearsalSection, RehearsalSections
-from app.tabs.rehearse.switches import CentrePlaces, options_section, place_of
 from app.tabs.rehearse.view import details_section, rehearsal_section, settings_section, tool_section
 from app.workspace.layers import Layer
 from app.workspace.plan_items import curve_layer, curve_section, entries, items_layer, plan_items
@@ -40,7 +40,7 @@ class RehearseTab(RehearsalSession):
         self._centre = CentrePlaces(workspace.services, workspace.executor, workspace.post)
         self._shown_options: tuple[object, OptionsSection] | None = None  # with what it depends on
         self._told_of: RigidSnapshot | None = None  # the pose that others were told last
-        self._told = NO_SWITCHES  # the switches as they were when everything was published last
+        self._told = NO_OPTIONS  # the options as they were when everything was published last
 
     def available(self) -> bool:
         return self.workspace.plan.id is not None
@@ -63,20 +63,20 @@ class RehearseTab(RehearsalSession):
     def handle(self, command: Command) -> None:
         """Raises PlanError where no plan is open, and ControlError where this client may not."""
         if isinstance(command, c.SetOptions):
-            self._switch(command)
+            self._set_options(command)
         elif isinstance(command, c.SetMode):
             self._set_mode(command)
         else:
             self.need_plan()
             super().handle(command)
 
-    def _switch(self, command: c.SetOptions) -> None:
+    def _set_options(self, command: c.SetOptions) -> None:
         plan = self.need_plan()
         if not self.read().may_prepare:
             raise ControlError(NOT_HELD)
         place = place_of(command.centre_point, command.centre_mm)
-        wanted = Switches(command.soft_tissue, command.remote_centre, command.speed_limit, place)
-        self._services.switches.turn(plan.id, wanted)
+        wanted = RehearsalOptions(command.soft_tissue, command.remote_centre, command.speed_limit, place)
+        self._services.rehearsal_options.choose(plan.id, wanted)
 
     def _set_mode(self, command: c.SetMode) -> None:
         """Another mode; the target is one of the robot that is there."""
@@ -89,7 +89,7 @@ class RehearseTab(RehearsalSession):
 
     def start(self, drive: RehearsalDrive) -> None:
         """Never by a registration that is not the plan's any more: at the entry the robot is placed anew, else it
-        stays there. What stands at the entry with other switches is placed anew, too.
+        stays there. What stands at the entry with other options is placed anew, too.
         """
         self._registered = None  # read now, not when something was stored last
         now = self.read()
@@ -111,8 +111,8 @@ class RehearseTab(RehearsalSession):
             self.open(drive)
 
     def _has_wanted(self, now: RehearsalRecord) -> bool:
-        """Whether what stands here has the switches as they are wanted."""
-        return now.prepared is not None and now.prepared.switches == self.wanted.in_force
+        """Whether what stands here has the options as they are wanted."""
+        return now.prepared is not None and now.prepared.options == self.wanted.in_force
 
     # -- each tick
 
@@ -138,7 +138,7 @@ class RehearseTab(RehearsalSession):
             self._services.live.show_tool(pose)
 
     def run_when_ready(self, drive: RehearsalDrive) -> None:
-        """A robot that came with other switches comes again; one whose registration has changed stays."""
+        """A robot that came with other options comes again; one whose registration has changed stays."""
         if self.workspace.plan.current is not None and not self._has_wanted(self.now):
             self.open(drive)
             return
@@ -197,7 +197,7 @@ class RehearseTab(RehearsalSession):
         plan, wanted = self.workspace.plan.current, self.wanted
         if self.active or wanted.remote_centre:
             self._centre.ask(plan)
-        in_force = None if now.prepared is None else now.prepared.switches
+        in_force = None if now.prepared is None else now.prepared.options
         depends_on = (plan and (plan.id, plan.revision), wanted, in_force, now.may_prepare, self._centre.known)
         if self._shown_options is None or self._shown_options[0] != depends_on:
             centre = None if plan is None or len(plan.points) < 2 else self._centre.section(wanted.centre)

@@ -10,8 +10,8 @@ import numpy as np
 from app.drives import view as of_any_drive
 from app.drives.sections import DetailsSection
 from app.drives.view import drive_section, number, place
+from app.tabs.rehearse.drive_figures import FELT_N, DriveFigures
 from app.tabs.rehearse.drive_session import RehearsalRecord
-from app.tabs.rehearse.driven import FELT_N, SoFar
 from app.tabs.rehearse.sections import MotionView, RehearsalSection, SettingsSection, ToolSection
 from vfix_engine.anatomy.surface_uncertainty import SurfaceUncertainty
 from vfix_engine.control import ControlSettings
@@ -38,7 +38,7 @@ _STANDS = "The pull points where the tool does not go in this mode"
 
 
 def rehearsal_section(
-    now: RehearsalRecord, before: RigidSnapshot | None = None, so_far: SoFar | None = None
+    now: RehearsalRecord, before: RigidSnapshot | None = None, so_far: DriveFigures | None = None
 ) -> RehearsalSection:
     """Lengths in mm, force in N; numbers that do not exist are null. before: the snapshot shown before this one."""
     snapshot, state = now.snapshot, now.shown_state

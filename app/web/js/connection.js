@@ -29,7 +29,7 @@ const LOCKED = {
 const GONE = "Connection lost – reconnecting … Every change is saved. If the planner was ended, start it again and open the address that it prints.";
 
 // What streams by itself or follows a hand is dropped on a dead line without a word.
-const STREAMS = /^(heartbeat|grip\.release|drive|twist|slice\..*|view\..*|item\.drag)$/;
+const STREAMS = /^(heartbeat|grip\.release|drive|twist|axes|slice\..*|view\..*|item\.drag)$/;
 
 /**
  * What this tab had open, for a planner that was started anew.
@@ -44,8 +44,8 @@ function remembered() {
  * @param {Partial<ViewModel>} news the sections that have just come; figures come fifty times a second
  */
 function remember(state, news) {
-  if (!(news.case || news.plan || news.step) || !state.case || !state.plan || !state.step) return;
-  sessionStorage.setItem("vfix-open", JSON.stringify({ case: state.case.id, plan: state.plan.id, step: state.step.name }));
+  if (!(news.case || news.plan || news.step) || !state.case || !state.step) return;
+  sessionStorage.setItem("vfix-open", JSON.stringify({ case: state.case.id, plan: state.plan?.id, step: state.step.name }));
 }
 
 function tabId() {

@@ -99,7 +99,7 @@ class Page {
     this.layouts.offer(!state.case || state.case.has_volume, (state.curve?.points.length ?? 0) > 1);
     this.scene.update(state);
     this.slices.update(state);
-    this.status.update(state);
+    this.status.update(state, panel ? panel.status : undefined);
     this.firstTask.update(state);
   }
 

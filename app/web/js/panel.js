@@ -10,9 +10,14 @@
  */
 
 /**
+ * What the status bar shows of a tab that drives, before the verdict of the plan.
+ * @typedef {{ elements: HTMLElement[], update: (state: ViewModel) => void }} TabStatus
+ */
+
+/**
  * The default export of a step's `panel.js` is a class of this kind. `element` is shown while its step is, and `overlay`
  * upon the scene; `update` is called with the view model once per frame in which something changed, while its step is shown.
- * @typedef {{ element: HTMLElement, overlay?: HTMLElement, update: (state: ViewModel) => void }} Panel
+ * @typedef {{ element: HTMLElement, overlay?: HTMLElement, status?: TabStatus, update: (state: ViewModel) => void }} Panel
  */
 
 /**

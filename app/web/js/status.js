@@ -1,8 +1,9 @@
-// The status bar: force, tip error, clearance, what holds the tool, and the details of the loop.
+// The status bar: figures of the plan or of the drive, the verdict of the plan, and the details of the control loop.
 import { h } from "./dom.js";
 import { isOld } from "./dry-run.js";
 import { fixed, sentence } from "./format.js";
-/** @import { CorridorSection, DetailsSection, RehearsalSection, ViewModel } from "./types.js" */
+/** @import { TabStatus } from "./panel.js" */
+/** @import { CorridorSection, DetailsSection, ViewModel } from "./types.js" */
 
 /** @type {[Exclude<keyof DetailsSection, "priority">, string, number, string][]} name, label, digits, unit */
 const ROWS = [
@@ -10,16 +11,12 @@ const ROWS = [
   ["lateness_us_p50", "Lateness, median", 1, "µs"], ["lateness_us_p99", "Lateness, 99 %", 1, "µs"], ["overruns", "Overruns", 0, ""], ["rows", "Rows in the QP", 0, ""], ["steps", "Steps", 0, ""],
 ];
 
-const NEAR_MM = 0.1; // this close to the margin the clearance is shown as a caution
-
 export class StatusBar {
   /** @param {HTMLElement} root */
   constructor(root) {
-    this.force = reading("Force of the hand");
-    this.tip = reading("Tip error");
-    this.clearance = reading("Bone clearance of the tool");
-    this.target = reading("Target error");
-    this.holding = reading("What holds the tool", "fill");
+    this.root = root;
+    this.drive = new DriveStatus();
+    this.clearance = reading("Least clearance");
     this.verdict = reading("Plan", "fill");
     this.verdict.element.id = "bar-verdict";
     this.sheet = h("div", { class: "details-sheet", hidden: true, id: "details-sheet" });
@@ -29,7 +26,7 @@ export class StatusBar {
       h("dt", {}, "Real-time priority"), this.priority));
     this.toggle = h("button", { type: "button", class: "plain", "aria-expanded": "false", "aria-controls": "details-sheet", onclick: () => this.fold() }, "Details");
     this.details = h("div", { class: "details" }, this.toggle, this.sheet);
-    root.append(this.force.element, this.tip.element, this.clearance.element, this.target.element, this.holding.element, this.verdict.element, this.details);
+    root.append(this.verdict.element, this.details);
   }
 
   fold() {
@@ -37,29 +34,22 @@ export class StatusBar {
     this.toggle.setAttribute("aria-expanded", String(!this.sheet.hidden));
   }
 
-  /** @param {ViewModel} state */
-  update(state) {
+  /**
+   * @param {ViewModel} state
+   * @param {TabStatus} [own] of the tab that is shown; a drive without one has the figures of every drive
+   */
+  update(state, own = this.drive) {
     const driving = state.step?.input === "drive";
-    /** @type {Partial<RehearsalSection>} */
-    const now = driving ? state.rehearsal ?? {} : {};
-    this.force.set(now.force_n, 2, "N");
-    this.tip.set(now.mode === "path" || !driving ? now.tip_error_mm : null, 3, "mm");
-    const corridor = driving ? null : state.corridor;
-    this.clearance.label.textContent = driving ? "Bone clearance of the tool" : corridor?.nearest ? `Least clearance to ${corridor.nearest}` : "Least clearance";
-    this.clearance.set(driving ? now.clearance_mm : corridor?.min_clearance_mm, 2, "mm", now.clearance_capped ? "≥ " : "");
-    const slack = (now.clearance_mm ?? NaN) - (now.margin_mm ?? NaN);
-    this.clearance.element.classList.toggle("caution", driving ? slack < NEAR_MM : Boolean(corridor?.caution));
-    this.target.element.hidden = now.mode !== "inspect";
-    this.target.set(now.target_error_mm, 3, "mm");
-    this.force.element.hidden = !driving;
-    this.tip.element.hidden = !driving;
+    this.show(driving ? own.elements : [this.clearance.element]);
+    if (driving) own.update(state);
+    const { corridor } = state;
+    this.clearance.label.textContent = corridor?.nearest ? `Least clearance to ${corridor.nearest}` : "Least clearance";
+    this.clearance.set(corridor?.min_clearance_mm, 2, "mm");
+    this.clearance.element.classList.toggle("caution", Boolean(corridor?.caution));
     this.details.hidden = !driving; // they are of the control loop
-    this.holding.element.hidden = !driving;
-    this.verdict.value.textContent = planWords(state.corridor);
-    this.verdict.element.dataset.level = state.corridor?.level ?? "";
-    if (driving) this.holding.value.textContent = holdingWords(now);
-    for (const { value } of [this.holding, this.verdict]) value.title = value.textContent ?? ""; // where the bar cuts it short
-    this.holding.element.classList.toggle("caution", Boolean(now.held));
+    this.verdict.element.hidden = driving && !state.plan;
+    this.verdict.say(planWords(corridor));
+    this.verdict.element.dataset.level = corridor?.level ?? "";
     const details = state.details ?? {};
     for (const [name, , digits, unit] of ROWS) {
       const value = this.values.get(name);
@@ -67,21 +57,49 @@ export class StatusBar {
     }
     this.priority.textContent = details.priority ?? "–";
   }
+
+  /**
+   * What stands before the verdict.
+   * @param {HTMLElement[]} elements
+   */
+  show(elements) {
+    if (this.root.firstElementChild !== elements[0]) this.root.replaceChildren(...elements, this.verdict.element, this.details);
+  }
 }
 
-/** @param {Partial<RehearsalSection>} now */
-function holdingWords(now) {
+/** The figures that every drive has. */
+class DriveStatus {
+  constructor() {
+    this.force = reading("Force of the hand");
+    this.holding = reading("What holds the robot", "fill");
+    this.elements = [this.force.element, this.holding.element];
+  }
+
+  /** @param {ViewModel} state */
+  update({ rehearsal }) {
+    this.force.set(rehearsal?.force_n, 2, "N");
+    this.holding.say(holdingWords(rehearsal ?? {}, "In place, not started"));
+  }
+}
+
+/**
+ * What holds the robot, or that it does not move.
+ * @param {Partial<NonNullable<ViewModel["rehearsal"]>>} now
+ * @param {string} ready words for a robot that was not started
+ */
+export function holdingWords(now, ready) {
   if (!["running", "paused", "ready"].includes(now.state ?? "")) return "–";
-  if (now.state === "ready") return "In place at the entry, not started";
+  if (now.state === "ready") return ready;
   if (now.state === "paused") return "Paused";
   return sentence(now.holding ?? "");
 }
 
 /**
+ * One figure or sentence of the bar.
  * @param {string} name
  * @param {string} [extra] further classes
  */
-function reading(name, extra = "") {
+export function reading(name, extra = "") {
   const label = h("span", { class: "reading-label" }, name);
   const value = h("span", { class: "reading-value" }, "–");
   const element = h("div", { class: `reading ${extra}` }, label, value);
@@ -95,7 +113,11 @@ function reading(name, extra = "") {
     if (!Number.isFinite(number)) value.replaceChildren("–");
     else value.replaceChildren(before + fixed(number, digits), h("span", { class: "unit" }, ` ${unit}`));
   };
-  return { element, label, value, set };
+  const say = (/** @type {string} */ words) => {
+    value.textContent = words;
+    value.title = words; // where the bar cuts it short
+  };
+  return { element, label, set, say };
 }
 
 /**

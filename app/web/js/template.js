@@ -74,6 +74,21 @@ export function iconTool(name, label, onclick) {
 }
 
 /**
+ * A row of a list: a button with the name, and small tools beside it.
+ * @param {{ name: string, deleted?: boolean }} item
+ * @param {string} sub the small words below the name
+ * @param {() => void} onclick
+ * @param {unknown} tools
+ * @param {boolean} [current]
+ */
+export function nameRow({ name, deleted = false }, sub, onclick, tools, current = false) {
+  return html`<li class=${deleted ? "row deleted" : "row"} aria-current=${String(current)}>
+    <button type="button" class="row-main" ?disabled=${deleted} @click=${onclick}><span title=${name}>${name}</span><span class="row-sub">${sub}</span></button>
+    <div class="row-tools">${tools}</div>
+  </li>`;
+}
+
+/**
  * A button that asks for files, and calls with those that were chosen.
  * @param {{ id: string, input: string, words: string, disabled: boolean, title?: string, folder?: boolean, accept?: string }} what
  *   id of the button, input: id of the chooser

@@ -874,7 +874,7 @@ export interface SettingField {
 }
 
 /**
- * Switches of the rehearsal as they are wanted; words: when they come into force, '' where they are.
+ * Options of the rehearsal as they are wanted; words: when they come into force, '' where they are.
  *
  * centre: None while the remote centre is off.
  */
@@ -884,7 +884,7 @@ export interface OptionsSection {
   words: string;
 }
 
-/** A switch of the rehearsal; words: what it does, or would do; refusal: why it cannot be used, '' where it can. */
+/** An option of the rehearsal; words: what it does, or would do; refusal: why it cannot be used, '' where it can. */
 export interface OptionView {
   name: string;
   label: string;

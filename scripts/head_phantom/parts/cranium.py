@@ -29,7 +29,7 @@ BRAIN = (
     Part("temporal lobe", Ellipsoid((38, 80, 22), (21, 27, 20)), 8, paired=True),
 )
 
-# Muscles lie in these hollows.
+# Hollows for muscles.
 FOSSAE = (
     Part("temporal fossa", Ellipsoid((62, 54, 27), (14.5, 25, 33)), 10, paired=True, taken=True),
     Part("infratemporal fossa", Ellipsoid((49, 69, -8), (21, 22, 25)), 6, paired=True, taken=True),
@@ -50,7 +50,7 @@ OCCIPITAL_BONE = (
     Part("inferior nuchal line", Tube([(0, 166, -8), (22, 158, -8), (36, 142, -9)], [1.5, 1.7, 1.0]), 6, paired=True),
 )
 
-# Solid bone that the braincase may not thin out.
+# Solid bone that the braincase must not thin.
 BASE = (
     Part("clivus", Tube([(0, 80, 14), (0, 88, -6), (0, 95, -18)], [6, 5.5, 5], (1.7, 1, 1)), 4),
     Part("dorsum sellae", Tube([(0, 82, 22), (0, 82, 29)], [3.2, 2], (3, 1, 1)), 3),

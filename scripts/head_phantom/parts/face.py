@@ -68,14 +68,14 @@ FACIAL_FORAMINA = (
 class Orbit:
     """Four-sided cone with round edges, from the orbital margin back and inwards to the optic canal."""
 
-    front_y: float = -6.0  # it is open in front: ends where there is no more bone
+    front_y: float = -6.0  # open in front: it ends where there is no bone
     margin_y: float = 10.0
     depth: float = 48.0
     radius: float = 19.6
     apex_radius: float = 3.8
     exponent: float = 2.7  # 2 is a circle, more is squarer
     height: float = 1.0 / 1.12  # of the width
-    droop: float = 0.17  # [rad] the outer corner hangs
+    droop: float = 0.17  # [rad] by which the outer corner is lower
 
     @property
     def box(self) -> Box:

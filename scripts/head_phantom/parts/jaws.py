@@ -145,7 +145,7 @@ class Tooth:
 
 @dataclass(frozen=True)
 class ToothKind:
-    """Sizes [mm] of one kind of tooth: the same in both jaws but for the width."""
+    """Sizes [mm] of one kind of tooth, equal in both jaws except for the width."""
 
     name: str
     width_upper: float
@@ -181,7 +181,7 @@ class DentalArch:
     up: int
 
     def teeth(self) -> list[Part]:
-        """Teeth set side by side from the midline backwards."""
+        """Return the teeth side by side from the midline backwards."""
         angle = np.linspace(0, 0.55 * np.pi, 500)
         x, y = self.half_width * np.sin(angle), self.centre_y - self.length * np.cos(angle)
         along = np.r_[0, np.cumsum(np.hypot(np.diff(x), np.diff(y)))]

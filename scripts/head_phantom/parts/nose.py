@@ -40,7 +40,7 @@ class NasalCavity:
     """Both halves of the nose together: half-width over the sagittal plane, inside the profile of floor and roof."""
 
     rounding: float = 6.0
-    step: float = 0.5  # [mm] of the table that the half-widths are spread to
+    step: float = 0.5  # [mm] of the table of interpolated half-widths
 
     @property
     def box(self) -> Box:
@@ -63,7 +63,7 @@ class NasalCavity:
 
 @dataclass(frozen=True)
 class PiriformRim:
-    """What lies in front of the bony rim of the nose, seen from the side: nasal bones above, spine below."""
+    """The space in front of the bony rim of the nose, seen from the side: nasal bones above, spine below."""
 
     half_width: float = 11.0
     bottom: float = -2.0
@@ -74,14 +74,14 @@ class PiriformRim:
         return (-self.half_width - 4, -30, self.bottom), (self.half_width + 4, 12, 60)
 
     def in_front(self, at: Points) -> Field:
-        """Negative in front of the rim."""
+        """Return a distance that is negative in front of the rim."""
         z = np.arange(-30.0, 80.0, 0.5)
         rim = PchipInterpolator(
             [-30, -4, 0, 2, 6, 12, 18, 23, 27, 30, 33, 36, 80],
             [-6, -4, -0.6, 2.6, 7.2, 9.8, 9.0, 6.6, 3.2, -0.6, -5.0, -12, -30],
         )(z)
         at_height = ndimage.map_coordinates(rim, [(at.z + 30.0) / 0.5], order=1, mode="nearest")
-        beside = np.maximum(np.abs(at.x) - self.half_width, 0)  # there the rim runs out into the face
+        beside = np.maximum(np.abs(at.x) - self.half_width, 0)  # where the rim merges into the face
         in_front: Field = ((at.y - at_height + 1.2 * beside) * 0.8).astype(np.float32)
         return in_front
 

@@ -20,7 +20,7 @@ MAXILLARY = Halfspaces(
         ((0.10, -0.05, -1.0), 10.2),  # above the roots of the teeth
         ((0.35, -0.93, 0.0), -2.5),  # behind the canine fossa
         ((0.45, 0.89, 0.0), 60.5),  # in front of the pterygopalatine fossa
-        ((-1.0, 0.0, 0.0), -12.0),  # the nasal wall is left by the nasal cavity itself
+        ((-1.0, 0.0, 0.0), -12.0),  # the nasal wall itself results from the nasal cavity
     ],
     ((10, 10, -12), (42, 58, 29)),
     8.0,
@@ -73,7 +73,7 @@ class EthmoidCells:
 
 @dataclass(frozen=True)
 class Sinus:
-    """A paired sinus: it keeps `wall` mm of bone to every cavity made before it, and `cover` mm to the outside."""
+    """A paired sinus: it keeps `wall` mm of bone to every earlier cavity, and `cover` mm to the outside."""
 
     name: str
     left: Shape

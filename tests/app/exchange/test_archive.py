@@ -1,4 +1,4 @@
-"""Archives: a case comes back with everything in it, and nothing is left of an archive that is refused."""
+"""Archives: a case is restored with everything in it, and a refused archive leaves nothing behind."""
 
 import argparse
 import asyncio

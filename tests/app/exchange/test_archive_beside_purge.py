@@ -1,4 +1,4 @@
-"""An archive is imported by one planner while another one removes the case for good, whose files both have."""
+"""One planner imports an archive while another one purges a case with the same files."""
 
 from collections.abc import Iterator
 from pathlib import Path

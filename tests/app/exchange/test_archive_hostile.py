@@ -1,4 +1,4 @@
-"""Archives of an attacker: each is refused in plain words, or what it brings can be listed, shown and written again."""
+"""Hostile archives: each is refused with a plain message, or its content can be listed, shown and written again."""
 
 import hashlib
 import io
@@ -25,7 +25,7 @@ from app.commands.case import summary, surface_lines
 from app.exchange.archive.checking import CheckedArchive, is_archive
 from app.kit import array_files, zip_directory
 from app.kit.errors import TooLarge
-from app.planning.zone_sets import with_errors
+from app.planning.protected_structures import with_surface_errors
 from app.plans.model import PlanContent, PlanPoint
 from app.plans.zones import PlanZone
 from app.services import Services, build_services
@@ -401,9 +401,9 @@ def test_a_case_that_cannot_be_read_is_listed_and_can_be_removed(services: Servi
 @pytest.mark.parametrize("error", [-5.0, float("nan"), float("inf")])
 def test_no_error_of_a_surface_makes_a_margin_smaller(error: float) -> None:
     zone = PlanZone("z", "Optic", {"kind": "structure", "structure": "optic"}, margin_mm=2.0)
-    (grown,) = with_errors([zone], {"optic": 0.5, BONE: error})
+    (grown,) = with_surface_errors([zone], {"optic": 0.5, BONE: error})
     assert grown.margin_mm == 2.5
     with pytest.raises(PlanError, match="Optic"):
-        with_errors([zone], {"optic": error})
+        with_surface_errors([zone], {"optic": error})
     with pytest.raises(InputError, match="cannot be off"):
         SurfaceUncertainty(error, 0.0)

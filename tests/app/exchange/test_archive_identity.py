@@ -1,4 +1,4 @@
-"""An archive's case is the one that its content hash names: plans and registrations belong to an anatomy by it."""
+"""The case of an archive matches its content hash, which ties plans and registrations to an anatomy."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Exchange: what goes out comes back to 1e-6 mm with names and frame; what is ambiguous or broken is refused."""
+"""Exchange: round trips keep positions to 1e-6 mm, names and frame; ambiguous and broken files are refused."""
 
 import json
 import math

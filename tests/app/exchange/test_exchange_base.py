@@ -1,4 +1,4 @@
-"""A plan in the robot's frame: where the arithmetic of matrices puts it, with what it depends on in the file."""
+"""A plan in the robot's frame, compared with matrix arithmetic, and the metadata in the file."""
 
 import csv
 import json

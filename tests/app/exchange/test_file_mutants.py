@@ -1,4 +1,4 @@
-"""Spoiled files of every format, read in the worker: each ends in what it holds or in a refusal with words (HAZ-16)."""
+"""Mutated files of every format, read in the worker: each is read or refused with a message (HAZ-16)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The planner that the gateway's tests knock at."""
+"""The running planner of the gateway's tests."""
 
 from collections.abc import Iterator
 

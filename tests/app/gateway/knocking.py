@@ -1,4 +1,4 @@
-"""A planner that really listens: uvicorn on a loopback port and the scene's server behind it."""
+"""A planner that really listens: uvicorn on a loopback port with the scene's server behind it."""
 
 import asyncio
 import contextlib

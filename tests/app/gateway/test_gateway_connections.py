@@ -1,4 +1,4 @@
-"""Connections that ask nothing, ask slowly, ask too much, and what they write to the log (HAZ-30)."""
+"""Connections that send nothing, send slowly or send too much, and their log lines (HAZ-30)."""
 
 import asyncio
 import contextlib

@@ -1,4 +1,4 @@
-"""Poses as rows of float64: a small reader in Python, a slow one, and one that comes for nothing."""
+"""Poses as rows of float64: for a small Python client, a slow one, and one that does not read."""
 
 from __future__ import annotations
 

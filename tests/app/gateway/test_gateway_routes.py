@@ -1,4 +1,4 @@
-"""The guard over every route that the planner really has: new ones are enumerated by themselves (HAZ-27, HAZ-28)."""
+"""The guard over every route of the planner; new routes are enumerated automatically (HAZ-27, HAZ-28)."""
 
 import json
 

@@ -1,4 +1,4 @@
-"""`vfix serve` as a user starts it: one address with its token, loopback sockets, an end without a trace (HAZ-29)."""
+"""`vfix serve` as started by a user: one address with a token, loopback sockets, a clean shutdown (HAZ-29)."""
 
 import contextlib
 import json

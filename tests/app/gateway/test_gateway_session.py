@@ -1,4 +1,4 @@
-"""The page's socket: what is refused with a reason, and after how long to come again (HAZ-05, HAZ-31)."""
+"""The page's WebSocket: refusals with a reason and the time after which to retry (HAZ-05, HAZ-31)."""
 
 import contextlib
 import json

@@ -1,4 +1,4 @@
-"""A planner that is told to end does so, whatever somebody waits for."""
+"""A planner shuts down when requested, whatever its clients wait for."""
 
 import json
 import os

@@ -1,4 +1,4 @@
-"""The words while the planner gets ready, and what it can do without."""
+"""The status while the planner warms up, and steps that may fail."""
 
 import threading
 import time

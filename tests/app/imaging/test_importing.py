@@ -1,4 +1,4 @@
-"""A case out of every kind of file: the service, and the command that people type."""
+"""A case from every kind of file, by the service and by the command line."""
 
 import json
 import re

@@ -1,4 +1,4 @@
-"""Painted labels: strokes as edits with a history, their voxels, files and structures; by service, REST and command."""
+"""Painted labels: strokes as edits with a history, voxels, files and structures, by service, REST and command line."""
 
 from __future__ import annotations
 

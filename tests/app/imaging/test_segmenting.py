@@ -1,4 +1,4 @@
-"""Segmentation of a case: over REST, on the command line, and in a plan's zones."""
+"""Segmentation of a case by REST and command line, and its structure in a plan."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from session_doubles import case_of_ct
 
 from app.cases.model import CaseFrame
 from app.cli import main
-from app.imaging.segmenting import band_words, wish_of
+from app.imaging.segmenting import band_words, structure_request
 from app.plans.shipped_head import SAMPLE_PLAN
 from app.plans.zones import PlanZone
 from app.services import Services
@@ -44,8 +44,8 @@ def case_id(services: Services) -> str:
 
 
 def test_a_structure_is_stored_with_what_was_done(services: Services, case_id: str) -> None:
-    wish = wish_of("Large ball", "bone", None, None, None, True, 0.0, 1.0)
-    job = services.jobs.wait(services.segmenting.start(case_id, wish).id, 60.0)
+    wanted = structure_request("Large ball", "bone", None, None, None, True, 0.0, 1.0)
+    job = services.jobs.wait(services.segmenting.start(case_id, wanted).id, 60.0)
     assert (job.state, job.kind, job.case_id) == ("done", "segmentation", case_id)
     case = services.cases.get(case_id)
     structure = case.structure(job.result or "")
@@ -64,8 +64,8 @@ def test_a_structure_is_stored_with_what_was_done(services: Services, case_id: s
 
 def test_what_cannot_be_segmented_is_refused(services: Services, case_id: str) -> None:
     with pytest.raises(InputError, match="preset"):
-        wish_of("x", None, 100.0, None, None, False, 0.0, 0.0)
-    empty = services.segmenting.start(case_id, wish_of("x", None, 5000.0, 6000.0, None, False, 0.0, 0.0))
+        structure_request("x", None, 100.0, None, None, False, 0.0, 0.0)
+    empty = services.segmenting.start(case_id, structure_request("x", None, 5000.0, 6000.0, None, False, 0.0, 0.0))
     job = services.jobs.wait(empty.id, 60.0)
     assert job.state == "failed"
     assert "no voxel lies between" in str(job.error)
@@ -73,7 +73,7 @@ def test_what_cannot_be_segmented_is_refused(services: Services, case_id: str) -
         "Surface", frame=CaseFrame("LPS", False), surfaces={"bone": extract_surface(ct())}
     )  # fmt: skip
     with pytest.raises(InputError, match="only a CT"):
-        services.segmenting.start(surface.id, wish_of("x", "bone", None, None, None, False, 0.0, 0.0))
+        services.segmenting.start(surface.id, structure_request("x", "bone", None, None, None, False, 0.0, 0.0))
 
 
 def test_on_the_command_line(
@@ -97,8 +97,8 @@ def test_on_the_command_line(
 def test_a_smoothed_structure_grows_the_margin_of_its_zone(phantom_services: Services) -> None:
     services = phantom_services
     plan = services.plans.get(SAMPLE_PLAN)
-    wish = wish_of("Front", "bone", None, None, ((-20.0, -30.0, -10.0), (20.0, 0.0, 20.0)), True, 0.0, 1.0)
-    structure = services.segmenting.run(plan.case_id, wish)
+    wanted = structure_request("Front", "bone", None, None, ((-20.0, -30.0, -10.0), (20.0, 0.0, 20.0)), True, 0.0, 1.0)
+    structure = services.segmenting.run(plan.case_id, wanted)
     zone = PlanZone("z", "Front", {"kind": "structure", "structure": structure.id}, 0.5)
     found = services.planning.zones(replace(plan, zones=(zone,)))
     assert structure.deviation_mm
@@ -154,12 +154,14 @@ def test_bone_that_was_not_seen_is_told_in_words(services: Services) -> None:
     hu[2:4, 10:12, 10:12] = 900
     volume = Volume(hu, np.zeros(3), np.ones(3), np.eye(3))
     case = case_of_ct(services, "Sheet", volume)
-    made = services.segmenting.run(case.id, wish_of("Not seen", "unseen_bone", None, None, None, True, 0.0, 0.0))
+    made = services.segmenting.run(
+        case.id, structure_request("Not seen", "unseen_bone", None, None, None, True, 0.0, 0.0)
+    )
     assert any("not seen here but is expected" in note for note in made.notes)
     vertices = services.cases.structure_mesh(case.id, made.id).vertices
     assert np.abs(vertices[:, 0].mean() - 29.5) < 0.5
     assert np.ptp(vertices[:, 0]) < 6.0
-    mucosa = services.segmenting.run(case.id, wish_of("Mucosa", "mucosa", None, None, None, False, 0.0, 0.0))
+    mucosa = services.segmenting.run(case.id, structure_request("Mucosa", "mucosa", None, None, None, False, 0.0, 0.0))
     assert any("within 3 mm of air" in note for note in mucosa.notes)
     assert services.cases.structure_mesh(case.id, mucosa.id).vertices[:, 0].min() > 16.0
 

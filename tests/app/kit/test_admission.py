@@ -1,4 +1,4 @@
-"""Turns of heavy work: in their order, few at a time, and not more than the line takes."""
+"""Admission queue: in order, few at a time, and refused when it is full."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Things that are slow to make: made once, and nobody is cancelled with somebody else."""
+"""Cache of slow values: each is computed once, and a cancellation affects only its own caller."""
 
 from __future__ import annotations
 

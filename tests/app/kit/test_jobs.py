@@ -1,4 +1,4 @@
-"""Jobs: one at a time in a lane, cancelled with what they hold, listed for a page that was loaded again."""
+"""Jobs: one at a time in a lane, cancelled with their resources, listed for a reloaded page."""
 
 import threading
 import time

@@ -1,4 +1,4 @@
-"""Names: the number of what comes in under one that is taken."""
+"""Names: the number appended to a name that is taken."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Threads that hear a hand: prompt while it drives and a little longer, where they may be (HAZ-11)."""
+"""Threads that receive a hand's commands: real-time priority during and shortly after a drive, if allowed (HAZ-11)."""
 
 from __future__ import annotations
 

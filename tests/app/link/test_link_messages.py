@@ -1,4 +1,4 @@
-"""OpenIGTLink's messages: the bytes are those of another implementation, and what is damaged is refused."""
+"""OpenIGTLink's messages: the bytes equal those of another implementation, and damaged messages are refused."""
 
 import struct
 

@@ -86,7 +86,7 @@ def is_ended(opened: socket.socket) -> bool:
 
 def test_every_client_is_told(server: LinkServer) -> None:
     with connect(server) as one, connect(server) as other:
-        server.tell([Text("A", "1"), Text("B", "2")])
+        server.broadcast([Text("A", "1"), Text("B", "2")])
         assert [receive(one), receive(one)] == [Text("A", "1"), Text("B", "2")]
         assert [receive(other), receive(other)] == [Text("A", "1"), Text("B", "2")]
     wait_for(lambda: server.clients == 0)
@@ -116,7 +116,7 @@ def test_a_large_message_does_not_hold_up_the_other_clients(
     with connect(server) as large, connect(server) as other:
         large.sendall(pack(PointList("Path", (ListPoint("P", (0.0, 0.0, 0.0)),) * 1900)))
         assert begun.wait(5.0)
-        server.tell([Text("A", "1")])
+        server.broadcast([Text("A", "1")])
         assert receive(other) == Text("A", "1")
         go_on.set()
         assert [receive(large), receive(large)] == [Text("A", "1"), Text("Status", "heard Path")]
@@ -179,7 +179,7 @@ def test_one_that_only_listens_is_not_let_go(server: LinkServer, monkeypatch: py
     with connect(server) as silent, connect(server) as half:
         half.sendall(b"\0")
         assert is_ended(half)
-        server.tell([Text("A", "1")])
+        server.broadcast([Text("A", "1")])
         assert receive(silent) == Text("A", "1")
 
 
@@ -194,7 +194,7 @@ def test_nobody_holds_every_place(server: LinkServer, caplog: pytest.LogCaptureF
     still_more = connect(server)
     assert is_ended(others[1])
     wait_for(lambda: server.clients == module.MAX_CLIENTS)
-    server.tell([Text("A", "1")])
+    server.broadcast([Text("A", "1")])
     for opened in (first, *others[2:], one_more, still_more):
         assert receive(opened) == Text("A", "1")
     for opened in (first, *others, one_more, still_more):
@@ -209,7 +209,7 @@ def test_a_client_that_takes_nothing_is_dropped_and_the_others_go_on(
     slow = connect(server)
     with connect(server) as quick:
         for number in range(400):
-            server.tell([Text("Large", f"{number} " + "x" * 60_000)])
+            server.broadcast([Text("Large", f"{number} " + "x" * 60_000)])
             got = receive(quick)  # each of them, or a newer one
             assert isinstance(got, Text)
         wait_for(lambda: server.clients == 1)
@@ -220,7 +220,7 @@ def test_a_client_that_takes_nothing_is_dropped_and_the_others_go_on(
 def test_only_the_newest_of_a_name_waits(server: LinkServer) -> None:
     with connect(server) as opened:
         for number in range(5000):
-            server.tell([Text("Tool", str(number))])
+            server.broadcast([Text("Tool", str(number))])
         seen = []
         while not seen or seen[-1] != 4999:
             message = receive(opened)
@@ -242,7 +242,7 @@ def test_the_end_lets_go_of_clients_and_of_the_port(heard: Heard) -> None:
         wait_for(lambda: server.clients == 1)
         server.close()
         assert is_ended(opened)
-    server.tell([Text("T", "nobody")])
+    server.broadcast([Text("T", "nobody")])
     assert "openigtlink" not in [thread.name for thread in threading.enumerate()]
     again = LinkServer("127.0.0.1", port, heard, list)
     assert again.start() == port

@@ -1,4 +1,4 @@
-"""The client of a tracking server: poses of the one name, staleness, reconnection and averaged places."""
+"""The client of a tracking server: poses of one name, staleness, reconnection and averaged positions."""
 
 import socket
 import struct
@@ -51,7 +51,7 @@ class FakeTracker:
                 if self.swung is not None:
                     told = Transform(NAME, self.swung[0])
                     self.swung = np.roll(self.swung, -1, axis=0)
-                self.server.tell([Transform("Other", np.eye(4)), told])
+                self.server.broadcast([Transform("Other", np.eye(4)), told])
 
     def close(self) -> None:
         self._ended.set()
@@ -320,7 +320,7 @@ def hear(tracker: TrackerClient, data: bytes) -> None:
     """A message as it arrives, without a socket."""
     header = parse_header(data[:HEADER_BYTES])
     if tracker._is_read(header):
-        tracker._hear(header, data[HEADER_BYTES:])
+        tracker._receive(header, data[HEADER_BYTES:])
 
 
 def raw(kind: bytes, name: str, body: bytes, checksum: int | None = None) -> bytes:

@@ -1,4 +1,4 @@
-"""The live link: the open plan out in Slicer's frame, proposals in that change nothing that is open."""
+"""The live link: sends the open plan in Slicer's frame, and receives proposals that do not change it."""
 
 import contextlib
 import math
@@ -113,12 +113,12 @@ def test_a_registration_to_the_robots_base_has_a_name_of_its_own_both_ways(
     to_patient, to_base = registration_messages(used, parts.registrations.list(plan.case_id))
     np.testing.assert_array_equal(to_patient.matrix, np.eye(4))
     np.testing.assert_array_equal(to_base.matrix, frames.registration_to_ras(TURN))
-    intake.hear(to_base)  # an echo
+    intake.receive(to_base)  # an echo
     assert intake.settle() == []
     moved = to_base.matrix.copy()
     moved[0, 3] += 1.0
-    intake.hear(Transform("RegistrationToBase", moved))
-    intake.hear(Transform("Registration", to_base.matrix))
+    intake.receive(Transform("RegistrationToBase", moved))
+    intake.receive(Transform("Registration", to_base.matrix))
     assert len(intake.settle()) == 2
     assert sorted(one.content.to for one in parts.registrations.list(plan.case_id)) == ["base", "base", "patient"]
 
@@ -127,7 +127,7 @@ def test_a_case_takes_a_bounded_number_of_registrations(parts: Parts, intake: In
     def propose(number: int) -> list[str]:
         matrix = np.eye(4)
         matrix[0, 3] = 10.0 * (number + 1)
-        intake.hear(Transform("Registration", matrix))
+        intake.receive(Transform("Registration", matrix))
         return intake.settle()
 
     for number in range(MAX_REGISTRATIONS):
@@ -147,8 +147,8 @@ def test_a_pose_and_a_registration_move_places_of_the_scene_as_they_move_those_o
 
 def test_an_echo_proposes_nothing(parts: Parts, intake: Intake, plan: Plan) -> None:
     """What Slicer sends back as it came is no change, although float32 has rounded it."""
-    assert intake.hear(PointList("Path", in_scene(POINTS))) == ""
-    assert intake.hear(PointList("Targets", in_scene(TARGETS))) == ""
+    assert intake.receive(PointList("Path", in_scene(POINTS))) == ""
+    assert intake.receive(PointList("Targets", in_scene(TARGETS))) == ""
     assert intake.settle() == []
     assert parts.versions.list(plan.id) == ()
 
@@ -156,7 +156,7 @@ def test_an_echo_proposes_nothing(parts: Parts, intake: Intake, plan: Plan) -> N
 def test_a_moved_point_becomes_a_version_and_the_open_plan_stays(parts: Parts, intake: Intake, plan: Plan) -> None:
     sent = list(in_scene(POINTS))
     sent[1] = ListPoint("end", (-4.0, 5.0, 6.0))
-    intake.hear(PointList("Path", tuple(sent)))
+    intake.receive(PointList("Path", tuple(sent)))
     (words,) = intake.settle()
     assert "From 3D Slicer: Path" in words
     assert parts.plans.get(plan.id) == plan
@@ -171,13 +171,13 @@ def test_a_moved_point_becomes_a_version_and_the_open_plan_stays(parts: Parts, i
 
 
 def test_new_targets_get_identifiers_of_their_own(parts: Parts, intake: Intake, plan: Plan) -> None:
-    intake.hear(PointList("Targets", (*in_scene(TARGETS), ListPoint("F-2", (1.0, 1.0, 1.0)))))
+    intake.receive(PointList("Targets", (*in_scene(TARGETS), ListPoint("F-2", (1.0, 1.0, 1.0)))))
     intake.settle()
     (version,) = parts.versions.list(plan.id)
     assert version.content.targets[0] == TARGETS[0]
     assert version.content.targets[1].position == (-1.0, -1.0, 1.0)
     assert version.content.points == POINTS
-    intake.hear(PointList("Targets", (ListPoint("F-3", (9.0, 9.0, 9.0)),)))
+    intake.receive(PointList("Targets", (ListPoint("F-3", (9.0, 9.0, 9.0)),)))
     intake.settle()
     assert [one.name for one in parts.versions.list(plan.id)] == [
         "From 3D Slicer: Targets",
@@ -190,7 +190,7 @@ def test_proposals_without_end_leave_the_users_versions_room(
 ) -> None:
     monkeypatch.setattr("app.plans.versions.MAX_PROPOSED", 2)
     for x in range(4):
-        intake.hear(PointList("Targets", (ListPoint("T", (float(x), 0.0, 0.0)),)))
+        intake.receive(PointList("Targets", (ListPoint("T", (float(x), 0.0, 0.0)),)))
         assert "Proposed as version" in intake.settle()[0]
     assert [one.name for one in parts.versions.list(plan.id)] == [
         "From 3D Slicer: Targets 3",
@@ -202,7 +202,7 @@ def test_only_what_rests_is_proposed(parts: Parts, plan: Plan, monkeypatch: pyte
     monkeypatch.setattr(module, "SETTLED_S", 0.2)
     intake = Intake(parts.live, parts.plans, parts.versions, parts.registrations)
     for x in range(20):  # a hand that drags
-        intake.hear(PointList("Targets", (ListPoint("T", (float(x), 0.0, 0.0)),)))
+        intake.receive(PointList("Targets", (ListPoint("T", (float(x), 0.0, 0.0)),)))
         assert intake.settle() == []
     time.sleep(0.25)
     assert len(intake.settle()) == 1
@@ -213,12 +213,12 @@ def test_only_what_rests_is_proposed(parts: Parts, plan: Plan, monkeypatch: pyte
 def test_a_locked_plan_refuses(parts: Parts, intake: Intake, plan: Plan) -> None:
     parts.plans.editor(plan.id).set_locked(True)
     with pytest.raises(PlanLocked, match="unlock it"):
-        intake.hear(PointList("Path", (ListPoint("P", (0.0, 0.0, 0.0)),)))
+        intake.receive(PointList("Path", (ListPoint("P", (0.0, 0.0, 0.0)),)))
     assert intake.settle() == []
 
 
 def test_one_that_is_locked_meanwhile_refuses(parts: Parts, intake: Intake, plan: Plan) -> None:
-    intake.hear(PointList("Path", (ListPoint("P", (0.0, 0.0, 0.0)),)))
+    intake.receive(PointList("Path", (ListPoint("P", (0.0, 0.0, 0.0)),)))
     parts.plans.editor(plan.id).set_locked(True)
     assert "locked" in intake.settle()[0]
     assert parts.versions.list(plan.id) == ()
@@ -227,12 +227,12 @@ def test_one_that_is_locked_meanwhile_refuses(parts: Parts, intake: Intake, plan
 def test_a_deleted_plan_refuses(parts: Parts, intake: Intake, plan: Plan) -> None:
     parts.plans.delete(plan.id)
     with pytest.raises(PlanError, match="is deleted"):
-        intake.hear(PointList("Path", (ListPoint("P", (0.0, 0.0, 0.0)),)))
+        intake.receive(PointList("Path", (ListPoint("P", (0.0, 0.0, 0.0)),)))
 
 
 def test_without_an_open_plan_all_is_refused(parts: Parts, intake: Intake) -> None:
     with pytest.raises(PlanError, match="no plan is open"):
-        intake.hear(PointList("Path", (ListPoint("P", (0.0, 0.0, 0.0)),)))
+        intake.receive(PointList("Path", (ListPoint("P", (0.0, 0.0, 0.0)),)))
 
 
 @pytest.mark.parametrize(
@@ -248,18 +248,18 @@ def test_points_that_are_no_plans_are_refused(
     intake: Intake, plan: Plan, points: tuple[ListPoint, ...], words: str
 ) -> None:
     with pytest.raises(InputError, match=words):
-        intake.hear(PointList("Path", points))
+        intake.receive(PointList("Path", points))
 
 
 def test_a_registration_becomes_a_document_once(parts: Parts, intake: Intake, plan: Plan) -> None:
     sent = frames.registration_to_ras(TURN).astype(np.float32).astype(np.float64)
-    intake.hear(Transform("Registration", sent))
+    intake.receive(Transform("Registration", sent))
     (words,) = intake.settle()
     assert "check it" in words
     (made,) = parts.registrations.list(plan.case_id)
     assert (made.content.to, made.content.made_from) == ("patient", "given")
     np.testing.assert_allclose(made.content.registration.transform, TURN, atol=1e-6)
-    intake.hear(Transform("Registration", sent))  # an echo
+    intake.receive(Transform("Registration", sent))  # an echo
     assert intake.settle() == []
 
 
@@ -270,7 +270,7 @@ def test_a_registration_out_of_a_transform_file_is_not_taken_for_one_of_the_link
     given = RegistrationContent("patient", tuple(TURN.ravel().tolist()), made_from="given")
     parts.registrations.create(plan.case_id, "Own", given)
     flip = np.diag([-1.0, -1.0, 1.0, 1.0])
-    intake.hear(Transform("Registration", (flip @ TURN @ flip).astype(np.float32).astype(np.float64)))
+    intake.receive(Transform("Registration", (flip @ TURN @ flip).astype(np.float32).astype(np.float64)))
     (words,) = intake.settle()
     assert words.startswith("'Own' was sent as 3D Slicer shows its .tfm file")
     assert len(parts.registrations.list(plan.case_id)) == 1
@@ -284,17 +284,17 @@ def test_an_echo_is_known_though_another_registration_is_like_it_in_a_file(
     for name, to, matrix in (("A", "patient", TURN), ("B", "patient", flip @ TURN), ("C", "base", TURN)):
         given = RegistrationContent(to, tuple(matrix.ravel().tolist()), made_from="given")  # type: ignore[arg-type]
         parts.registrations.create(plan.case_id, name, given)
-    intake.hear(Transform("Registration", frames.registration_to_ras(flip @ TURN)))
+    intake.receive(Transform("Registration", frames.registration_to_ras(flip @ TURN)))
     assert intake.settle() == []
     turned = frames.registration_to_ras(flip @ TURN)
     turned[0, 3] += 5.0
-    intake.hear(Transform("RegistrationToBase", turned))
+    intake.receive(Transform("RegistrationToBase", turned))
     assert "check it" in intake.settle()[0]
 
 
 def test_the_identity_is_no_registration(parts: Parts, intake: Intake, plan: Plan) -> None:
     """It is what the link itself tells where there is none, and what a new transform of Slicer is."""
-    assert "says that there is none" in intake.hear(Transform("Registration", np.eye(4)))
+    assert "says that there is none" in intake.receive(Transform("Registration", np.eye(4)))
     assert intake.settle() == []
     assert parts.registrations.list(plan.case_id) == ()
 
@@ -304,7 +304,7 @@ def test_a_matrix_that_is_not_rigid_is_no_registration(
     intake: Intake, plan: Plan, scale: tuple[float, float, float]
 ) -> None:
     with pytest.raises(LinkFault, match="not rigid"):
-        intake.hear(Transform("Registration", np.diag([*scale, 1.0])))
+        intake.receive(Transform("Registration", np.diag([*scale, 1.0])))
 
 
 @pytest.mark.parametrize("moved", [1e6, 1e15])
@@ -312,15 +312,15 @@ def test_a_registration_beyond_reach_is_refused(parts: Parts, intake: Intake, pl
     matrix = np.eye(4)
     matrix[0, 3] = moved
     with pytest.raises(InputError, match="beyond 10000 mm"):
-        intake.hear(Transform("Registration", matrix))
+        intake.receive(Transform("Registration", matrix))
     assert intake.settle() == []
     assert parts.registrations.list(plan.case_id) == ()
 
 
 def test_what_nobody_asked_for_is_passed_over(intake: Intake, plan: Plan) -> None:
-    assert intake.hear(Text("Path", "words")) == ""
-    assert intake.hear(PointList("Fiducials", (ListPoint("P", (math.nan, 0.0, 0.0)),))) == ""
-    assert intake.hear(Transform("ToolTip", np.zeros((4, 4)))) == ""
+    assert intake.receive(Text("Path", "words")) == ""
+    assert intake.receive(PointList("Fiducials", (ListPoint("P", (math.nan, 0.0, 0.0)),))) == ""
+    assert intake.receive(Transform("ToolTip", np.zeros((4, 4)))) == ""
     assert intake.settle() == []
 
 
@@ -399,7 +399,7 @@ def test_another_implementation_hears_where_the_tool_is(parts: Parts, peer: Any)
 
 def test_poses_are_told_60_times_in_a_second_at_most(parts: Parts, link: LiveLink) -> None:
     told: list[Any] = []
-    link._server.tell = lambda messages: told.extend(messages)  # type: ignore[method-assign]
+    link._server.broadcast = lambda messages: told.extend(messages)  # type: ignore[method-assign]
     begin = time.monotonic()
     while time.monotonic() - begin < 1.0:
         parts.live.show_tool(TURN)

@@ -1,4 +1,4 @@
-"""What is said of places, and of a margin that does not cover what the surface may be off."""
+"""Descriptions of places, and of a margin smaller than the surface error."""
 
 import pytest
 

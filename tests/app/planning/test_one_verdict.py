@@ -1,4 +1,4 @@
-"""HAZ-40: banner, panel, bar, REST and command line tell one verdict, with all that it depends on."""
+"""HAZ-40: banner, panel, bar, REST and command line report the same verdict, with everything that it depends on."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ from app.commands import plan_evaluate
 from app.planning import evaluation as planning_module
 from app.planning.drive import Drive
 from app.planning.evaluation import Planning
+from app.planning.path_evaluations import PathEvaluations
 from app.planning.piercing import NOT_KNOWN, Pierced
 from app.planning.plan_evaluation import PlanEvaluation
-from app.planning.reports import PathReports
 from app.planning.verdict import IN_SHORT
 from app.plans.model import Plan
 from app.plans.zones import PlanZone
 from app.registration.driven import DrivenRegistration
 from app.services import Services
 from app.tabs.plan.dry_runs import Corridor, answered
-from app.tabs.rehearse.driven import Planned
+from app.tabs.rehearse.drive_figures import DryRunFigures
 from vfix_engine.anatomy.surface_uncertainty import SurfaceUncertainty
 from vfix_engine.errors import StartRefused
 from vfix_engine.frames import ImageRegistration
@@ -50,11 +50,13 @@ class World:
         self.sample = services.plans.get(SAMPLE)
         self.found = services.planning.evaluate(self.sample)
         self.tool = Tool.load(self.sample.tool)
-        self.planned = Planning(services.cases, services.instruments, services.fields, lambda plan: self.registered)
+        self.planned = Planning(
+            services.cases, services.instruments, services.distance_fields, lambda plan: self.registered
+        )
         self.registered: DrivenRegistration | None = None
         self.off: float | None = 0.0
-        asked = SimpleNamespace(evaluate=lambda plan, switches: self.planned.evaluate(plan, switches=switches))
-        self.reports = PathReports(self.planned, asked, services.removed_volumes, services.switches)  # type: ignore[arg-type]
+        asked = SimpleNamespace(evaluate=lambda plan, options: self.planned.evaluate(plan, options=options))
+        self.reports = PathEvaluations(self.planned, asked, services.removed_volumes, services.rehearsal_options)  # type: ignore[arg-type]
         passed, told = planning_module.tissue_passed, lambda: self.complete
         monkeypatch.setattr(planning_module, "tissue_passed", lambda *given: replace(passed(*given), complete=told()))
         monkeypatch.setattr(Drive, "run", lambda *given: self._driven())
@@ -174,7 +176,7 @@ def test_every_place_tells_one_verdict(phantom_services: Services, monkeypatch: 
         if report.verdict == "blocked":
             assert "to be inspected" not in places["banner"]
         elif isinstance(found := world.planned.evaluate(plan), PlanEvaluation):
-            begins = Planned.of(found, None).ends_words
+            begins = DryRunFigures.of(found, None).ends_words
             assert begins == ("" if report.verdict == "fits" else report.short)
         reasons[report.reason] += 1
         levels[report.verdict] += 1

@@ -1,4 +1,4 @@
-"""Plans on the head phantom whose tool pierces the nose: blocked, a level of its own, or as before (HAZ-36)."""
+"""Plans on the head phantom whose tool pierces the nose: blocked, or at the level of a wall, or unchanged (HAZ-36)."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from app.plans.model import Plan
 from app.plans.shipped_head import SAMPLE_PLAN
 from app.services import Services
 from app.tabs.plan.clearance import verdict_view
-from app.tabs.rehearse.driven import Planned, SoFar
+from app.tabs.rehearse.drive_figures import DriveFigures, DryRunFigures
 from benchmarks.piercing import SLACK_MM
 from benchmarks.piercing_judge import pierced_runs
 from vfix_engine.anatomy.piercing import PoseWays, Ways
@@ -207,7 +207,10 @@ def test_a_drive_tells_how_far_air_leads_round_what_it_passes(
     phantom_services: Services, plan: Plan, ways: Ways
 ) -> None:
     evaluation = phantom_services.planning.evaluate(plan)
-    planned, so_far = Planned.of(evaluation, phantom_services.fields.of_plan(plan).tissue, ways), SoFar()
+    planned, so_far = (
+        DryRunFigures.of(evaluation, phantom_services.distance_fields.of_plan(plan).tissue, ways),
+        DriveFigures(),
+    )
     radius = Tool.load("bent_30").radius
 
     def taken(steps: int, run: DryRun) -> str:

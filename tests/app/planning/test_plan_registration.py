@@ -1,4 +1,4 @@
-"""A plan behind a registration: where its robot stands, and what the verdict says of the error."""
+"""A plan with a registration: where its robot stands, and what the verdict states about the error."""
 
 import json
 from dataclasses import replace
@@ -37,7 +37,7 @@ def measured(seed: int, sigma: float) -> DrivenRegistration:
 
 
 def planning(services: Services, registered: DrivenRegistration | None) -> Planning:
-    return Planning(services.cases, services.instruments, services.fields, lambda plan: registered)
+    return Planning(services.cases, services.instruments, services.distance_fields, lambda plan: registered)
 
 
 def test_a_path_that_is_nearer_to_bone_than_the_registration_is_exact_is_tight(phantom_services: Services) -> None:
@@ -126,7 +126,7 @@ def test_what_is_driven_judged_and_written_is_of_one_reading(phantom_services: S
         read.append(first if len(read) % 2 == 0 else other)
         return read[-1]
 
-    planned = Planning(phantom_services.cases, phantom_services.instruments, phantom_services.fields, reading)
+    planned = Planning(phantom_services.cases, phantom_services.instruments, phantom_services.distance_fields, reading)
     services = replace(phantom_services, planning=planned, dry_runs=DryRunJobs(phantom_services.jobs, planned))
     for ask in (services.dry_runs.evaluate, planned.evaluate):
         read.clear()

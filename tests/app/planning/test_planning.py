@@ -1,4 +1,4 @@
-"""Planning on the embedded head: points move to where the tool fits, and the path is driven by the controller."""
+"""Planning on the shipped head: points are snapped to where the tool fits, and the controller drives the path."""
 
 import re
 from pathlib import Path

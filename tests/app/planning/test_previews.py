@@ -1,4 +1,4 @@
-"""Paths under a hand: judged as the stored path is, with the robot's base kept, and nothing stored."""
+"""Previews of dragged points: evaluated as the stored path, with the robot's base unchanged, and nothing stored."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from session_doubles import SAMPLE, Later, open_sample
 
 from app.cases.settings import settings_in_case
 from app.kit.errors import JobCancelled
-from app.planning.drive import PROSPECT_STEP_MM
+from app.planning.drive import PREVIEW_STEP_MM
 from app.planning.placement import StoredPlacing
 from app.planning.plan_evaluation import PlanEvaluation
 from app.planning.previews import Dragged, with_points
-from app.planning.rehearsal_options import NO_SWITCHES
+from app.planning.rehearsal_options import NO_OPTIONS
 from app.scene.dragging import DragEvent
 from app.services import Services
 from app.tabs.plan import commands as c
@@ -74,7 +74,7 @@ def test_an_entry_that_is_dragged_takes_the_robot_along_with_its_base_kept(
     found = phantom_services.previews.of(plan, hand, placing, nobody).evaluation
     assert np.array_equal(found.base, stored.base)
     assert np.linalg.norm(found.run.tip[0] - found.positions[0]) < 1e-3  # it begins there
-    assert PROSPECT_STEP_MM == 0.2
+    assert PREVIEW_STEP_MM == 0.2
 
 
 def test_a_shaft_that_is_turned_is_driven_in_that_direction(phantom_services: Services, stored: PlanEvaluation) -> None:
@@ -128,7 +128,7 @@ def test_the_newest_place_alone_is_judged_and_what_is_old_is_greyed(
     placing, point = StoredPlacing(stored.base, stored.q_start), plan.points[1]
     x, y, z = point.position
     for step in range(4):
-        live.ask(plan, Dragged(point.id, (x, y, z + 0.1 * step)), known, placing, NO_SWITCHES)
+        live.ask(plan, Dragged(point.id, (x, y, z + 0.1 * step)), known, placing, NO_OPTIONS)
     view = live.current.view()
     assert (view["status"], view["state"], view["min_clearance_mm"]) == ("computing", "drag_waits", None)
     assert view["verdict"] is not None  # greyed, of the stored path
@@ -144,11 +144,11 @@ def test_the_newest_place_alone_is_judged_and_what_is_old_is_greyed(
     view = live.current.view()
     assert (view["status"], view["state"]) == ("done", "drag")
     assert "rovisional" in view["state_words"]
-    live.ask(plan, Dragged(point.id, (x, y, z + 1.0)), known, placing, NO_SWITCHES)
+    live.ask(plan, Dragged(point.id, (x, y, z + 1.0)), known, placing, NO_OPTIONS)
     assert live.current.before is not stored, "the last place of the hand is what is greyed"
     live.accept(*ran[1])
     assert live.current.status == "computing", "an answer to an older place stays grey"
-    live.ask(plan, Dragged(plan.points[2].id, (x, y, z + 1.0)), known, placing, NO_SWITCHES)
+    live.ask(plan, Dragged(plan.points[2].id, (x, y, z + 1.0)), known, placing, NO_OPTIONS)
     kept = live.current.before
     live.accept(*ran[0])
     assert live.current.before is kept, "an answer to a drag of another point is dropped"

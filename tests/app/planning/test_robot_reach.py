@@ -1,4 +1,4 @@
-"""A robot that cannot reach says which of its joints stops it, and how far it got."""
+"""A robot that cannot reach reports which of its joints stops it, and how far it got."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How deep the tool goes into soft structures to spare: against brute force over every pose."""
+"""Depth of the tool in soft protected structures, compared with brute force over every pose."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 import trimesh
 
+from app.planning.protected_structures import engine_zones
 from app.planning.soft_depths import soft_depths
 from app.planning.verdict import profile_of
-from app.planning.zone_sets import zone_set
 from app.plans.zones import PlanZone
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.geometry.path import SplinePath
@@ -83,7 +83,7 @@ def test_depths_are_those_of_brute_force() -> None:
         soft("far", {"kind": "sphere", "centre": [300.0, 0.0, 0.0], "radius": 4.0}, 1.0),
     ]
     rows = np.arange(0, len(run.s), 10)
-    found = {one.name: one for one in soft_depths(run, rows, TOOL, zone_set(structures, ball_mesh).soft_zones)}
+    found = {one.name: one for one in soft_depths(run, rows, TOOL, engine_zones(structures, ball_mesh).soft_zones)}
     assert set(found) == {"gland", "ball", "nerve"}
     every = drive(step=0.25)
     for name, distance, layer in (
@@ -103,7 +103,7 @@ def test_a_surface_that_is_open_is_soft_on_both_of_its_sides() -> None:
     """A flat patch across the way: the tip presses the layer before it."""
     corners = np.array([[-20.0, 25.0, -20.0], [20.0, 25.0, -20.0], [20.0, 25.0, 20.0], [-20.0, 25.0, 20.0]])
     flat = TriangleMesh(corners, np.array([[0, 1, 2], [0, 2, 3]]))
-    zones = zone_set([soft("flap", {"kind": "structure", "structure": "flap"}, 1.0)], lambda _: flat)
+    zones = engine_zones([soft("flap", {"kind": "structure", "structure": "flap"}, 1.0)], lambda _: flat)
     run = drive(length=24.0)
     (one,) = profile_of(run, TOOL, SplinePath(run.tip[::80]), None, zones).soft
     assert (one.name, one.s_mm) == ("flap", pytest.approx(run.s[-1], abs=0.6))

@@ -1,4 +1,4 @@
-"""Where the robot of a plan stands in the image: as stored, or behind a registration."""
+"""Where the robot of a plan stands in the image: as stored, or by a registration."""
 
 import numpy as np
 import pytest

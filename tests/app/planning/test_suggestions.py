@@ -1,4 +1,4 @@
-"""Suggested paths and tables of tools in the shipped head: REST, the edit that uses one, the command line."""
+"""Suggested paths and tool comparisons in the shipped head: REST, the edit that uses one, the command line."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ def test_a_suggestion_is_found_used_and_undone(client: Client, phantom_services:
     driven = phantom_services.dry_runs.evaluate(phantom_services.plans.get(plan.id))
     assert driven.completed
     # Judged in the list already as the plan is, which nothing drives anew.
-    report = phantom_services.path_reports.of_plan(phantom_services.plans.get(plan.id)).chosen
+    report = phantom_services.path_evaluations.of_plan(phantom_services.plans.get(plan.id)).chosen
     assert (best["verdict"], best["short"], best["words"]) == (report.verdict, report.short, report.words)
     assert (best["nearest"], best["margin_mm"]) == (report.nearest, report.margin_mm)
     assert driven.min_clearance_mm == pytest.approx(best["least_clearance_mm"], abs=0.02)  # driven as suggested
@@ -187,7 +187,7 @@ def test_ends_that_cannot_be_used_are_refused_before_anything_is_measured(
     def measured(*given: object) -> None:
         raise AssertionError("measured before it was refused")
 
-    monkeypatch.setattr(phantom_services.fields, "around", measured)
+    monkeypatch.setattr(phantom_services.distance_fields, "around", measured)
     empty = phantom_services.plans.create(PHANTOM_ID, "Ends")
     answer = client.post(f"/api/v1/plans/{empty.id}/suggestions", json={"entry": entry, "target": target})
     assert answer.status_code == 422

@@ -1,4 +1,4 @@
-"""The verdict on a path: bone and structures to spare decide the level, soft tissue has one of its own."""
+"""The verdict on a path: bone and protected structures decide its level, soft tissue has a separate level."""
 
 import dataclasses
 import json
@@ -156,7 +156,7 @@ def test_a_report_has_every_path_and_the_cones_of_the_targets(phantom_services: 
     assert set(cones) == {target.label for target in plan.targets}
     assert client.get(f"/api/v1/plans/{plan.id}/report?path=nowhere").status_code == 422
     with pytest.raises(PlanError, match="no path 'nowhere'"):
-        phantom_services.path_reports.of_plan(plan, "nowhere")
+        phantom_services.path_evaluations.of_plan(plan, "nowhere")
 
 
 def test_the_command_evaluates_stored_plans_and_files(

@@ -16,7 +16,7 @@ from app.cases.service import CaseFrame
 from app.cli import main
 from app.commands.plan_evaluate import as_json
 from app.exchange.plan_files import export_text, read_plan
-from app.planning.zone_sets import near_zones, zone_set
+from app.planning.protected_structures import engine_zones, within_margin
 from app.plans.model import PlanContent, PlanPoint
 from app.plans.service import Plan
 from app.plans.zones import PlanZone, RemovedBone
@@ -128,7 +128,7 @@ def test_the_verdict_names_the_soft_structure_that_the_tool_goes_into(services: 
     (one,) = verdict.soft
     assert one.name == "turbinate"
     assert f" Goes {one.depth_mm:.1f} mm deep into turbinate (at {one.s_mm:.0f} mm)." in verdict.words
-    told = json.loads(json.dumps(as_json(services.path_reports.of_plan(plan))))
+    told = json.loads(json.dumps(as_json(services.path_evaluations.of_plan(plan))))
     assert told["soft_structures"] == [{"name": "turbinate", "depth_mm": one.depth_mm, "s_mm": one.s_mm}]
     poses, _ = drive(services, plan)
     radius, depth = poses[0].capsules[:, 6], 0.0
@@ -185,7 +185,7 @@ def test_a_click_goes_clear_of_what_is_spared(services: Services, tube: str) -> 
     assert free.moved_mm == 0.0
     moved = services.planning.snap(case, POINTS[2], plan)
     zones = services.planning.zones(plan).zones
-    assert not near_zones(zones, np.array([moved.position]), 1.0).any()
+    assert not within_margin(zones, np.array([moved.position]), 1.0).any()
     assert moved.reason == f"moved {moved.moved_mm:.1f} mm, clear of bone and of what is to be spared"
 
 
@@ -204,7 +204,7 @@ def test_a_greatest_depth_is_a_core(services: Services) -> None:
 
     def core(shape: dict[str, Any], margin: float, depth: float) -> Any:
         one = zone(shape, "soft", margin, kind="soft", stiffness_n_per_mm=0.5, max_depth_mm=depth)
-        found = zone_set([one], nothing).zones
+        found = engine_zones([one], nothing).zones
         return found[0].solid if found else None
 
     eye = [float(i % 5 == 0) for i in range(16)]
@@ -217,7 +217,7 @@ def test_a_greatest_depth_is_a_core(services: Services) -> None:
     lining = {"kind": "patch", "centre": [0.0, 0.0, 0.0], "radius": 30.0}
     patch = zone(lining, "lining", 1.0, kind="soft", stiffness_n_per_mm=0.5, max_depth_mm=2.0)
     with pytest.raises(PlanError, match="no inside"):
-        zone_set([patch], lambda structure_id: MESH)
+        engine_zones([patch], lambda structure_id: MESH)
 
 
 def test_a_soft_structure_with_a_closed_surface_is_soft_within() -> None:
@@ -228,7 +228,7 @@ def test_a_soft_structure_with_a_closed_surface_is_soft_within() -> None:
     def kept(depth: float | None, mesh: TriangleMesh = whole, margin: float = 1.0) -> ZoneSet:
         shape = {"kind": "structure", "structure": "gland"}
         one = zone(shape, "gland", margin, kind="soft", stiffness_n_per_mm=0.4, max_depth_mm=depth)
-        return zone_set([one], lambda structure_id: mesh)
+        return engine_zones([one], lambda structure_id: mesh)
 
     found = kept(4.0)
     assert found.zones == ()

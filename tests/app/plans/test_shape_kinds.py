@@ -10,7 +10,7 @@ import pytest
 from session_doubles import HEAD, SAMPLE
 
 from app.exchange.regions import region_markups
-from app.planning.region_meshes import NOTHING, region_mesh
+from app.planning.shape_meshes import NOTHING, shape_mesh
 from app.plans.shapes import SHAPE_KINDS, anchor, check_shape, moved, solids
 from app.plans.zones import PlanZone
 from app.services import Services
@@ -41,7 +41,7 @@ def test_a_kind_is_known_everywhere(phantom_services: Services, kind: str) -> No
         assert DRAW_WORDS[kind].endswith(".")
     zone = PlanZone("z", "Eye", shape)
     assert zone_words(zone)
-    vertices, faces = region_mesh(phantom_services.cases, HEAD, shape)
+    vertices, faces = shape_mesh(phantom_services.cases, HEAD, shape)
     assert len(faces) > len(NOTHING[1])
     assert len(vertices) > len(NOTHING[0])
     plan = phantom_services.plans.duplicate(SAMPLE, "Shapes")

@@ -1,4 +1,4 @@
-"""What a browser says about the scene: non-finite numbers never get as far as a plan or a robot (HAZ-05)."""
+"""Values reported by a browser: non-finite numbers never reach a plan or a robot (HAZ-05)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Labels that the page may write, the ghost's ring, and the floor under a robot."""
+"""Labels that the page may draw, the ring of the preview, and the floor under a robot."""
 
 from __future__ import annotations
 

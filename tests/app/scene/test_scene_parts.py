@@ -1,4 +1,4 @@
-"""Parts of the scene: camera, picking, colours, shapes, and the private names of viser that are relied on."""
+"""Parts of the scene: camera, picking, colours, shapes, and the private names of viser that it uses."""
 
 from __future__ import annotations
 

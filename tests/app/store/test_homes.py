@@ -1,4 +1,4 @@
-"""Homes that cannot be used, or not now: told in words, by the store and at the command line; none is overwritten."""
+"""Data folders that cannot be used, at all or now: reported by the store and the command line; none is overwritten."""
 
 import errno
 import logging
@@ -369,7 +369,7 @@ def test_a_head_is_saved_from_a_home_that_takes_nothing(
 
     monkeypatch.setattr(database, "private_file", refuse)
     services = build_services(used)
-    monkeypatch.setattr(services.store.scratch, "_opened", refuse)
+    monkeypatch.setattr(services.store.scratch, "_create", refuse)
     with pytest.raises(StorageError, match="takes no temporary files"):
         services.store.scratch.open()
     places.append(services.store.exports.open())

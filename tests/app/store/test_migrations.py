@@ -1,4 +1,4 @@
-"""Databases of earlier versions, brought up to this one: nothing is lost, and a kill in between is as if not begun."""
+"""Migrations of earlier databases: nothing is lost, and a killed migration leaves the database unchanged."""
 
 import json
 import os

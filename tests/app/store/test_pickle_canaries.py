@@ -1,4 +1,4 @@
-"""HAZ-22: code in arrays of the store, or in a worker's answer, never runs."""
+"""HAZ-22: code in arrays of the store or in a worker's answer never runs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The folder of temporary data: what a planner that ended has left is removed, what a running one needs is not."""
+"""The folder of temporary data: leftovers of ended planners are removed, files of running ones are not."""
 
 import os
 import subprocess

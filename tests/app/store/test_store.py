@@ -1,4 +1,4 @@
-"""The store: migrated at start, durable when it says so, whole files or none."""
+"""The store: migrated at start, durable after a commit, files complete or absent."""
 
 import argparse
 import contextlib

@@ -28,7 +28,7 @@ def test_the_cones_of_the_page_are_those_that_evaluate_tells(phantom_services: S
     cones.accept(*ran.pop())
     section = cones.section(edited)
     assert section["state"] == "current"
-    told = phantom_services.path_reports.of_plan(plan).chosen.targets
+    told = phantom_services.path_evaluations.of_plan(plan).chosen.targets
     assert [(one["target"], one["cone_deg"]) for one in section["items"]] == [(t.target, t.cone_deg) for t in told]
     assert all(one["words"].startswith(("Can be seen within a cone of", "Cannot be seen")) for one in section["items"])
     # Under a hand, and until the dry run of the released path is there, they are greyed.

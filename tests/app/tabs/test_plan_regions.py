@@ -9,7 +9,7 @@ import pytest
 from session_doubles import SAMPLE, open_sample
 
 from app.messages.fields import Command
-from app.planning.region_meshes import region_mesh
+from app.planning.shape_meshes import shape_mesh
 from app.plans.service import Plan
 from app.plans.shapes import anchor, moved, resized, size_of
 from app.plans.zones import COLOURS
@@ -159,7 +159,7 @@ def test_a_patch_goes_to_the_bone(tab: PlanTab, phantom_services: Services) -> N
     tree = phantom_services.cases.tree(phantom_services.cases.embedded_case())
     centre = plan_of(tab).zones[0].shape["centre"]
     assert tree.point_distance([centre])[0][0] == pytest.approx(0.0, abs=1e-9)
-    vertices, faces = region_mesh(phantom_services.cases, "head-phantom", plan_of(tab).zones[0].shape)
+    vertices, faces = shape_mesh(phantom_services.cases, "head-phantom", plan_of(tab).zones[0].shape)
     assert len(faces) > 3
     assert np.linalg.norm(vertices - centre, axis=1).min() < 5.0
 
@@ -260,15 +260,15 @@ def test_every_shape_has_a_mesh_and_is_moved_and_resized(phantom_services: Servi
         at = (7.0, 8.0, 9.0)
         there = moved(shape, at)
         assert anchor(there) == pytest.approx(at)
-        first = region_mesh(phantom_services.cases, "head-phantom", shape)[0]
-        second = region_mesh(phantom_services.cases, "head-phantom", there)[0]
+        first = shape_mesh(phantom_services.cases, "head-phantom", shape)[0]
+        second = shape_mesh(phantom_services.cases, "head-phantom", there)[0]
         shift = np.subtract(at, anchor(shape))  # type: ignore[arg-type]
         np.testing.assert_allclose(second - first, np.broadcast_to(shift, first.shape), atol=1e-4)
         if sizes := size_of(shape):
             assert size_of(resized(shape, [2.0 * size for size in sizes])) == [2.0 * size for size in sizes]
     gone = {"kind": "structure", "structure": "gone"}
     assert anchor(gone) is None
-    assert len(region_mesh(phantom_services.cases, "head-phantom", gone)[1]) == 1
+    assert len(shape_mesh(phantom_services.cases, "head-phantom", gone)[1]) == 1
     with pytest.raises(PlanError, match="stays where it is"):
         moved(gone, (1.0, 2.0, 3.0))
 

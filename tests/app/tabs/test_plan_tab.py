@@ -12,7 +12,7 @@ from app.cases.service import Case
 from app.documents import DocumentKind
 from app.kit.cache import Cache
 from app.kit.jobs import Job
-from app.planning.rehearsal_options import NO_SWITCHES, Switches
+from app.planning.rehearsal_options import NO_OPTIONS, RehearsalOptions
 from app.planning.remote_centre import PathPlace
 from app.scene import palette
 from app.services import Services
@@ -79,23 +79,23 @@ def test_the_pages_dry_run_is_the_one_that_others_ask_for(
     services.plans.delete(plan.id)
 
 
-def test_a_dry_run_is_made_again_when_somebody_asks_and_with_the_switches_of_the_rehearsal(
+def test_a_dry_run_is_made_again_when_somebody_asks_and_with_the_options_of_the_rehearsal(
     phantom_services: Services,
 ) -> None:
     plan = phantom_services.plans.duplicate(SAMPLE, "Again")
-    step, asked = open_sample(phantom_services, plan.id), list[Switches]()
-    step._judged.stored.ask = lambda plan, kept, switches, before: asked.append(switches)  # type: ignore[method-assign]
+    step, asked = open_sample(phantom_services, plan.id), list[RehearsalOptions]()
+    step._judged.stored.ask = lambda plan, kept, options, before: asked.append(options)  # type: ignore[method-assign]
     step._judged.again()
     step.sections(True)
     step.sections(True)
-    assert asked == [NO_SWITCHES]
+    assert asked == [NO_OPTIONS]
     step.handle(c.EditCommand(type="dry_run.again"))
     step.sections(True)
-    phantom_services.switches.turn(plan.id, Switches(centre=PathPlace(at_mm=3.0)))
+    phantom_services.rehearsal_options.choose(plan.id, RehearsalOptions(centre=PathPlace(at_mm=3.0)))
     step.sections(True)  # where the remote centre would be is nothing while it is off
-    phantom_services.switches.turn(plan.id, Switches(speed_limit=True))
+    phantom_services.rehearsal_options.choose(plan.id, RehearsalOptions(speed_limit=True))
     step.sections(True)
-    assert asked == [NO_SWITCHES, NO_SWITCHES, Switches(speed_limit=True)]
+    assert asked == [NO_OPTIONS, NO_OPTIONS, RehearsalOptions(speed_limit=True)]
     phantom_services.plans.delete(plan.id)
 
 

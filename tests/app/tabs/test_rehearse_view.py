@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from app.planning.verdict import IN_SHORT
-from app.tabs.rehearse.driven import Planned, SoFar
+from app.tabs.rehearse.drive_figures import DriveFigures, DryRunFigures
 from app.tabs.rehearse.hints import rehearse_hint
 from app.tabs.rehearse.view import details_section, holding_words
 from vfix_engine.worlds.rigid.snapshot import Timing
@@ -83,8 +83,8 @@ def at_rest(steps: int, x: float, clearance: float, **more: Any) -> Any:
 
 def test_figures_of_a_drive_stand_beside_those_of_its_dry_run() -> None:
     tissue = cast(Any, SimpleNamespace(at=lambda points: points[:, 0]))  # solid where x is negative
-    planned = Planned(True, 90.0, 90.0, "", 1.36, 3.8, tissue)
-    so_far = SoFar()
+    planned = DryRunFigures(True, 90.0, 90.0, "", 1.36, 3.8, tissue)
+    so_far = DriveFigures()
     so_far.take(at_rest(0, 9.0, 6.0), planned)
     assert so_far.words == ""
     so_far.take(at_rest(5, 9.0, 6.0), planned)
@@ -96,12 +96,12 @@ def test_figures_of_a_drive_stand_beside_those_of_its_dry_run() -> None:
     )
     so_far.take(at_rest(0, 9.0, 6.0), planned)  # at the entry again
     assert so_far.words == ""
-    so_far.take(at_rest(3, 9.0, 4.0), Planned(True, 90.0, 90.0, "", 1.36))
+    so_far.take(at_rest(3, 9.0, 4.0), DryRunFigures(True, 90.0, 90.0, "", 1.36))
     assert so_far.words == "Nearest while driven: bone 4.00 mm away. In the dry run: 1.36 mm."
 
 
 def test_what_held_the_tool_is_kept_until_it_moves_freely() -> None:
-    so_far, push = SoFar(), np.array([0.0, 2.0, 0.0])
+    so_far, push = DriveFigures(), np.array([0.0, 2.0, 0.0])
     for steps, more, words in (
         (1, {"force": push, "reason": "the wall"}, "the wall"),
         (2, {}, "the wall"),
@@ -113,13 +113,13 @@ def test_what_held_the_tool_is_kept_until_it_moves_freely() -> None:
 
 
 def test_the_hint_tells_where_the_dry_run_ends() -> None:
-    planned = Planned(False, 56.2, 90.1, "bone on the shaft, 0.2 mm away", 0.3, verdict=IN_SHORT["held"])
+    planned = DryRunFigures(False, 56.2, 90.1, "bone on the shaft, 0.2 mm away", 0.3, verdict=IN_SHORT["held"])
     hint = rehearse_hint(5, "ready", True, False, "path", "", 1, False, planned.ends_words)
     ends = "Blocked. The dry run ends at 56 of 90 mm: bone on the shaft, 0.2 mm away."
     assert hint == f"{ends} You can still start; the tool stops before bone, not before skin."
     assert "dry run" not in rehearse_hint(5, "running", True, False, "path", "", 1, False, planned.ends_words)
-    assert Planned(True, 90.0, 90.0, "", 1.0).ends_words == ""
-    doubted = Planned(True, 90.0, 90.0, "", 1.0, verdict=IN_SHORT["registration"])
+    assert DryRunFigures(True, 90.0, 90.0, "", 1.0).ends_words == ""
+    doubted = DryRunFigures(True, 90.0, 90.0, "", 1.0, verdict=IN_SHORT["registration"])
     hint = rehearse_hint(5, "ready", True, False, "path", "", 1, False, doubted.ends_words)
     assert hint.startswith("Tight: the registration may be off by more than the clearance. You can still start;")
 

@@ -1,6 +1,7 @@
 """The worker process: what crosses, what a bad function does to it, and what the caller is told."""
 
 import ctypes
+import importlib
 import os
 import signal
 import subprocess
@@ -18,7 +19,7 @@ import pytest
 from vfix_engine.errors import FrameError, ImageError, InputError
 from vfix_engine.files.frame_report import FrameReport
 from vfix_engine.files.readers import read_volume
-from vfix_engine.files.sandbox import confinement, isolated
+from vfix_engine.files.sandbox import confinement, crossing, isolated
 from vfix_engine.files.sandbox.crossing import save
 from vfix_engine.files.sandbox.isolated import Cancellation, run_isolated
 from vfix_engine.geometry.mesh import TriangleMesh
@@ -143,6 +144,11 @@ def test_values_cross_and_come_back() -> None:
     assert np.array_equal(back[9].vertices, mesh.vertices)
     assert np.array_equal(back[10].hu, volume.hu)
     assert not back[10].hu.flags.writeable
+
+
+def test_every_type_that_may_cross_is_where_its_name_says() -> None:
+    for name, module in crossing._MODULE_OF.items():
+        assert hasattr(importlib.import_module(module), name), name
 
 
 def test_what_may_not_cross_is_refused(tmp_path: Path) -> None:

@@ -9,8 +9,8 @@ import pytest
 from lumen_shapes import arc, straight
 
 from vfix_engine.errors import InputError
-from vfix_engine.pathway.limits.limits import MOTION_TOLERANCE_MM, Configuration, HardLimits
-from vfix_engine.pathway.limits.limits_kernel import _acceleration_bounds, _turn_between, lipschitz_to_depth
+from vfix_engine.pathway.limits.limits import MOTION_TOLERANCE_MM, Configuration, HardLimits, LinksAt
+from vfix_engine.pathway.limits.limits_kernel import _accelerations, _turn_between, lipschitz_to_depth
 from vfix_engine.pathway.limits.limits_vertices import _growth
 from vfix_engine.pathway.packed import INSCRIBED_RADIUS, PackedPathway
 from vfix_engine.pathway.query.clearance import lipschitz_constant
@@ -91,7 +91,7 @@ def test_no_motion_that_is_taken_leaves_the_bounds(shape) -> None:
         if attempt % 60 == 0:
             pose = rest
         wanted = wild(rng, pose)
-        verdict = certificate.certify(packed, window, pose, wanted)
+        verdict = certificate.certify(LinksAt(packed, window, pose), wanted)
         if not verdict.taken:
             refused += 1
             assert verdict.held_by is not None
@@ -135,9 +135,9 @@ def test_a_way_through_the_wall_between_two_good_poses_is_refused() -> None:
     back = Configuration(two, np.tile([0.0, 0.03], 5))
     assert (judged(packed, back) <= 20.0).all()
     certificate = limits(np.full(5, 20.0))
-    assert certificate.certify(packed, window, one, one).taken
-    assert certificate.certify(packed, window, back, back).taken
-    verdict = certificate.certify(packed, window, one, back)
+    assert certificate.certify(LinksAt(packed, window, one), one).taken
+    assert certificate.certify(LinksAt(packed, window, back), back).taken
+    verdict = certificate.certify(LinksAt(packed, window, one), back)
     assert not verdict.taken
     assert "bound" in str(verdict.held_by)
 
@@ -173,9 +173,9 @@ def test_a_way_through_the_end_of_a_window_is_refused() -> None:
     depth = [judged(packed, pose, 600).max() for pose in aside]
     assert depth[0] == depth[2] == 0.0
     assert depth[1] > 70.0
-    assert not certificate.certify(packed, window, aside[0], aside[2]).taken
+    assert not certificate.certify(LinksAt(packed, window, aside[0]), aside[2]).taken
     longer = straight(225.0, 80.0, contours=3, closed_ends=True).packed()
-    assert certificate.certify(longer, window, aside[0], aside[2]).taken
+    assert certificate.certify(LinksAt(longer, window, aside[0]), aside[2]).taken
 
 
 def test_a_link_that_comes_to_count_has_to_be_within_its_bound() -> None:
@@ -184,13 +184,13 @@ def test_a_link_that_comes_to_count_has_to_be_within_its_bound() -> None:
     certificate, window = limits(np.full(5, 1.0)), windows(packed)
     bent, less = (Configuration(BASE, np.tile([0.0, turn], 5)) for turn in (0.05, 0.045))
     depth = judged(packed, bent)
-    assert certificate.certify(packed, window, bent, less, known=depth).taken
-    verdict = certificate.certify(packed, window, bent, less, known=np.array([*depth[:4], 0.0]))
+    assert certificate.certify(LinksAt(packed, window, bent, known=depth), less).taken
+    verdict = certificate.certify(LinksAt(packed, window, bent, known=np.array([*depth[:4], 0.0])), less)
     assert not verdict.taken
     assert "link 5" in str(verdict.held_by)
     for wrong in (depth[:4], -depth, depth * np.nan, "deep"):
         with pytest.raises(InputError, match="known depths"):
-            certificate.certify(packed, window, bent, less, known=wrong)
+            certificate.certify(LinksAt(packed, window, bent, known=wrong), less)
 
 
 def test_from_beyond_a_bound_nothing_goes_deeper() -> None:
@@ -200,11 +200,11 @@ def test_from_beyond_a_bound_nothing_goes_deeper() -> None:
     bent = Configuration(BASE, np.tile([0.0, 0.05], 5))
     depth = judged(packed, bent)
     assert (depth[2:] > 1.0).all()
-    assert certificate.certify(packed, window, bent, Configuration(BASE, np.tile([0.0, 0.045], 5))).taken
-    verdict = certificate.certify(packed, window, bent, Configuration(BASE, np.tile([0.0, 0.051], 5)))
+    assert certificate.certify(LinksAt(packed, window, bent), Configuration(BASE, np.tile([0.0, 0.045], 5))).taken
+    verdict = certificate.certify(LinksAt(packed, window, bent), Configuration(BASE, np.tile([0.0, 0.051], 5)))
     assert not verdict.taken
     assert "bound" in str(verdict.held_by)
-    assert certificate.certify(packed, window, bent, bent).taken
+    assert certificate.certify(LinksAt(packed, window, bent), bent).taken
 
 
 def test_nonsense_is_refused() -> None:
@@ -214,13 +214,13 @@ def test_nonsense_is_refused() -> None:
     for value in (np.nan, np.inf, -np.inf):
         q = np.zeros(10)
         q[3] = value
-        assert not certificate.certify(packed, window, here, Configuration(BASE, q)).taken
+        assert not certificate.certify(LinksAt(packed, window, here), Configuration(BASE, q)).taken
         base = BASE.copy()
         base[1, 3] = value
-        assert not certificate.certify(packed, window, here, Configuration(base, np.zeros(10))).taken
+        assert not certificate.certify(LinksAt(packed, window, here), Configuration(base, np.zeros(10))).taken
     beyond = np.zeros(10)
     beyond[4] = math.radians(45.001)
-    assert "range" in str(certificate.certify(packed, window, here, Configuration(BASE, beyond)).held_by)
+    assert "range" in str(certificate.certify(LinksAt(packed, window, here), Configuration(BASE, beyond)).held_by)
     for bound in ([1.0], [1.0, 1.0, 1.0, 1.0, -0.1], [1.0, 1.0, 1.0, 1.0, np.nan]):
         with pytest.raises(InputError):
             HardLimits(Query(SNAKE.vertices(60)), SNAKE, bound)
@@ -244,7 +244,7 @@ def test_poses_of_another_snake_are_an_error(links) -> None:
     here, other = Configuration(BASE, np.zeros(10)), Configuration(BASE, np.zeros(2 * links))
     for pair in ((here, other), (other, here), (other, other)):
         with pytest.raises(InputError, match="give 10, two for each of 5 links"):
-            limits().certify(packed, windows(packed), *pair)
+            limits().certify(LinksAt(packed, windows(packed), pair[0]), pair[1])
 
 
 @pytest.mark.parametrize(
@@ -256,16 +256,16 @@ def test_bounds_of_a_motion_are_checked(bound) -> None:
     """HAZ-05 for the snake: two bounds for five links were read past their end."""
     packed, here = straight(260.0, contours=14).packed(), Configuration(BASE, np.zeros(10))
     with pytest.raises(InputError, match=r"bound.*: give"):
-        limits().certify(packed, windows(packed), here, here, np.array(bound))
+        limits().certify(LinksAt(packed, windows(packed), here, np.array(bound)), here)
 
 
 def test_a_link_may_be_unlimited_for_one_motion() -> None:
     packed, here = straight(260.0, contours=14).packed(), Configuration(BASE, np.zeros(10))
     across = Configuration(BASE, np.tile([0.0, 0.3], 5))
     certificate, window = limits(np.full(5, 2.0)), windows(packed)
-    assert not certificate.certify(packed, window, here, across).taken
-    assert certificate.certify(packed, window, here, across, np.full(5, np.inf)).taken
-    assert certificate.certify(packed, window, here, here, [2, 2, 2, 2, 2]).taken
+    assert not certificate.certify(LinksAt(packed, window, here), across).taken
+    assert certificate.certify(LinksAt(packed, window, here, np.full(5, np.inf)), across).taken
+    assert certificate.certify(LinksAt(packed, window, here, [2, 2, 2, 2, 2]), here).taken
     assert not certificate.bound.flags.writeable
 
 
@@ -276,7 +276,7 @@ def test_windows_lie_in_the_pathway(pair) -> None:
         window = windows(packed)
         window[link] = pair
         with pytest.raises(InputError, match=rf"link {link + 1} has the window.*give 0 ≤ first < last ≤ 15"):
-            limits().certify(packed, window, here, here)
+            limits().certify(LinksAt(packed, window, here), here)
 
 
 def test_windows_are_whole_numbers_for_every_link() -> None:
@@ -284,9 +284,9 @@ def test_windows_are_whole_numbers_for_every_link() -> None:
     good = windows(packed)
     for wrong in (good[:4], good[0], good[:, :1], good.astype(float), np.vstack([good, good]), None):
         with pytest.raises(InputError, match="windows are whole numbers"):
-            limits().certify(packed, wrong, here, here)
+            limits().certify(LinksAt(packed, wrong, here), here)
     for other in (good.astype(np.int32), np.asfortranarray(good), good.tolist()):
-        assert limits().certify(packed, other, here, here).taken
+        assert limits().certify(LinksAt(packed, other, here), here).taken
 
 
 def test_a_pathway_that_was_not_packed_is_an_error() -> None:
@@ -294,14 +294,14 @@ def test_a_pathway_that_was_not_packed_is_an_error() -> None:
     rows, polar, certificate = packed.rows, packed.polar, limits()
     hole, bad = rows.copy(), polar.copy()
     hole[4, INSCRIBED_RADIUS], bad[3] = np.nan, np.inf
-    assert certificate.certify(packed, windows(packed), here, here).taken
+    assert certificate.certify(LinksAt(packed, windows(packed), here), here).taken
     for wrong in (
         (rows[:, :40], polar), (rows[:0], polar[:1]), (rows, polar[:-1]), (rows, polar[:, :0]), (rows, polar[:, 0]),
         (rows, np.repeat(polar, 2, axis=1)), (rows[0], polar), (np.asfortranarray(rows), polar),
         (rows.astype(np.float32), polar), (rows.tolist(), polar), (hole, polar), (rows, bad),
     ):  # fmt: skip
         with pytest.raises(InputError, match=r"pathway|contours"):
-            certificate.certify(PackedPathway(*wrong), windows(packed), here, here)
+            certificate.certify(LinksAt(PackedPathway(*wrong), windows(packed), here), here)
 
 
 def test_a_broken_certificate_would_be_found_out() -> None:
@@ -312,7 +312,7 @@ def test_a_broken_certificate_would_be_found_out() -> None:
     pose, found = Configuration(BASE, np.zeros(10)), 0
     for _ in range(300):
         wanted = wild(rng, pose)
-        if certificate.certify(packed, window, pose, wanted).taken:
+        if certificate.certify(LinksAt(packed, window, pose), wanted).taken:
             pose = wanted
             found += bool((judged(packed, pose) > BOUND).any())
     assert found > 3
@@ -333,7 +333,7 @@ def test_the_bow_bounds_the_second_derivative() -> None:
         turn, acceleration_bound = np.empty(3), np.empty(5)
         _turn_between(one.base, two.base, turn)
         np.testing.assert_allclose(turn, [0.0, 0.0, angle], atol=1e-12)
-        assert _acceleration_bounds(one.q, two.q, turn, shape, acceleration_bound)
+        assert _accelerations(one.q, two.q, turn, shape, acceleration_bound)
         frames = [SNAKE.frames(*(lambda p: (p.q, p.base))(between(one, two, x)))[1:] for x in (0.49, 0.5, 0.51)]
         for link in range(5):
             own = vertices.points[vertices.start[link] : vertices.start[link + 1]]

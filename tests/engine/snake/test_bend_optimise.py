@@ -65,7 +65,7 @@ def figure_8() -> BendProblem:
 
 def judged(case: BendProblem, bend: DistalBend, share: float = 1.0) -> np.ndarray:
     """Deviation of each link (5,) at a share of a bend, vertex by vertex and segment by segment."""
-    frames = SNAKE.frames(SNAKE.clamp(case.q_rest + share * bend.delta), case.base)
+    frames = SNAKE.frames(SNAKE.clamp(case.q_nominal + share * bend.delta), case.base)
     points, start = QUERY.vertices.points, QUERY.vertices.start
     placed = [points[start[k] : start[k + 1]] @ frames[k + 1, :3, :3].T + frames[k + 1, :3, 3] for k in range(5)]
     first, last = case.window[0]
@@ -86,14 +86,14 @@ def test_eight_bends_are_within_the_bounds_and_take_a_hundred_evaluations(name: 
         assert bend.feasible
         assert bend.evaluations <= 100
         assert (judged(case, bend) <= case.bound + 1e-9).all()
-        assert np.abs(case.q_rest + bend.delta).max() <= SNAKE.q_max + 1e-15
+        assert np.abs(case.q_nominal + bend.delta).max() <= SNAKE.q_max + 1e-15
         assert bend.cost == pytest.approx(SNAKE.tip(bend.delta, np.eye(4))[2, 3] / 140.0, abs=1e-12)
         assert bend.cost < 1.0
         assert not bend.delta.flags.writeable
     for direction, bend in zip(DIRECTIONS, bends[::2], strict=True):
         assert tip_displacement(SNAKE, bend.delta) @ small_bend(direction) > 0.0  # (17)
         planar = bend_angles(*bend.parameters, 5, odd=direction[0] == "o")
-        np.testing.assert_allclose(SNAKE.clamp(case.q_rest + planar), case.q_rest + bend.delta, atol=1e-12)
+        np.testing.assert_allclose(SNAKE.clamp(case.q_nominal + planar), case.q_nominal + bend.delta, atol=1e-12)
 
 
 def test_eight_bends_have_the_four_among_them(eight: dict) -> None:
@@ -105,7 +105,7 @@ def test_eight_bends_have_the_four_among_them(eight: dict) -> None:
         share, (alpha, beta) = np.arange(1, 11) / 10.0, bend.parameters
         assert min(alpha, beta) > 0.0
         scaled = ((beta - alpha) * share + alpha) * 0.5 * (one.delta + two.delta)  # (18)-(19)
-        np.testing.assert_allclose(SNAKE.clamp(case.q_rest + scaled), case.q_rest + bend.delta, atol=1e-12)
+        np.testing.assert_allclose(SNAKE.clamp(case.q_nominal + scaled), case.q_nominal + bend.delta, atol=1e-12)
 
 
 def test_bends_can_be_grown_into(eight: dict) -> None:
@@ -114,7 +114,7 @@ def test_bends_can_be_grown_into(eight: dict) -> None:
         for bend in bends[::2]:
             unclamped = bend_angles(*bend.parameters, 5, odd=bend.angle % math.pi > 1.0)
             for share in np.linspace(0.05, 1.0, 20):
-                delta = SNAKE.clamp(case.q_rest + share * unclamped) - case.q_rest
+                delta = SNAKE.clamp(case.q_nominal + share * unclamped) - case.q_nominal
                 assert (case.deviations(delta) - case.bound).max() < 0.3
 
 

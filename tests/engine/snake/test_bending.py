@@ -31,7 +31,7 @@ def problem(**change) -> BendProblem:
         "packed": pathway.packed(),
         "window": pathway.window(40.0, 240.0),
         "base": BASE,
-        "q_rest": np.zeros(10),
+        "q_nominal": np.zeros(10),
         "bound": np.full(5, 4.0),
     }
     return BendProblem(**(given | change))
@@ -94,7 +94,7 @@ def test_cost_is_the_height_of_the_tip() -> None:
 def test_deviations_are_those_at_clamped_joints() -> None:
     """(15)-(16): what is asked is clamp(q̃ + Δq); a cylinder's deviation is known without the query."""
     rest = np.full(10, 0.1)
-    case, delta = problem(q_rest=rest), np.full(10, 5.0)
+    case, delta = problem(q_nominal=rest), np.full(10, 5.0)
     frames = SNAKE.frames(np.full(10, SNAKE.q_max), BASE)
     points, start = case.query.vertices.points, case.query.vertices.start
     for link, depth in enumerate(case.deviations(delta)):
@@ -108,8 +108,8 @@ def test_deviations_are_those_at_clamped_joints() -> None:
         ({"bound": np.array([1.0, 1.0, -1.0, 1.0, 1.0])}, "negative"),
         ({"bound": np.full(5, np.nan)}, "bound"),
         ({"bound": np.full(4, 1.0)}, "bound"),
-        ({"q_rest": np.full(10, 0.8)}, "joint limits"),
-        ({"q_rest": np.full(8, 0.0)}, "q_rest"),
+        ({"q_nominal": np.full(10, 0.8)}, "joint limits"),
+        ({"q_nominal": np.full(8, 0.0)}, "q_nominal"),
         ({"base": np.full((4, 4), np.inf)}, "base"),
         ({"window": (4, 4)}, "windows"),
         ({"window": (0, 1000)}, "windows"),

@@ -42,7 +42,7 @@ def printed(hermite: PolarHermite, r: float, theta: float) -> np.ndarray:
         two = (shapes[i + 2] - shapes[i]) / (knots[i + 2] - knots[i]) * width
         return np.column_stack([shapes[i], one, shapes[i + 1], two]) @ basis((angle - knots[i]) / width)
 
-    here, there, rest = around(theta), around(theta + np.pi), hermite.q_rest
+    here, there, rest = around(theta), around(theta + np.pi), hermite.q_nominal
     return np.column_stack([rest, 0.5 * (here - there), here, here - rest]) @ basis(r)
 
 
@@ -58,7 +58,7 @@ def test_it_goes_through_rest_and_controls() -> None:
     for angle, shape in zip(hermite.angles, hermite.configurations, strict=True):
         np.testing.assert_allclose(hermite.value(1.0, angle), shape, atol=1e-14)
         np.testing.assert_allclose(hermite.value(1.0, angle + 4 * np.pi), shape, atol=1e-13)
-        np.testing.assert_allclose(hermite.value(0.0, angle + 0.1), hermite.q_rest, atol=1e-15)
+        np.testing.assert_allclose(hermite.value(0.0, angle + 0.1), hermite.q_nominal, atol=1e-15)
 
 
 @pytest.mark.parametrize("r", [0.0, 0.2, 0.7, 1.0, 1.3, -0.4])
@@ -87,9 +87,9 @@ def test_it_is_c1_along_every_diameter_and_at_one() -> None:
 def test_it_is_linear_in_r_where_bends_are_symmetric_and_straight_beyond_one() -> None:
     for hermite, radii in ((symmetric(), (0.25, 0.6, 1.2)), (surface(), (1.1, 1.4))):
         for theta in np.linspace(0.1, 6.0, 9):
-            way = hermite.value(1.0, theta) - hermite.q_rest
+            way = hermite.value(1.0, theta) - hermite.q_nominal
             for r in radii:
-                np.testing.assert_allclose(hermite.value(r, theta), hermite.q_rest + r * way, atol=1e-14)
+                np.testing.assert_allclose(hermite.value(r, theta), hermite.q_nominal + r * way, atol=1e-14)
 
 
 def test_partials_are_those_of_differences() -> None:
@@ -119,7 +119,7 @@ def test_cartesian_partials_are_those_of_differences_and_finite_at_rest() -> Non
         by_v = (hermite.cartesian(u, v + h)[0] - hermite.cartesian(u, v - h)[0]) / (2 * h)
         np.testing.assert_allclose(partials, np.column_stack([by_u, by_v]), atol=1e-8)
     value, partials = hermite.cartesian(0.0, 0.0)
-    np.testing.assert_array_equal(value, hermite.q_rest)
+    np.testing.assert_array_equal(value, hermite.q_nominal)
     slopes = [(hermite.cartesian(h, 0.0)[0] - value) / h, (hermite.cartesian(0.0, h)[0] - value) / h]
     np.testing.assert_allclose(partials.T, slopes, atol=1e-5)
     assert np.isfinite(hermite.cartesian(1e-300, -1e-300)[1]).all()
@@ -146,6 +146,6 @@ def test_slopes_at_rest_are_not_linear_in_the_direction() -> None:
     ],
 )
 def test_what_is_no_surface_is_refused(change: dict) -> None:
-    given = {"q_rest": [0.0, 0.0], "angles": [0.0, 2.0, 4.0], "configurations": np.zeros((3, 2)), "r_max": 1.4}
+    given = {"q_nominal": [0.0, 0.0], "angles": [0.0, 2.0, 4.0], "configurations": np.zeros((3, 2)), "r_max": 1.4}
     with pytest.raises(InputError):
         PolarHermite(**(given | change))

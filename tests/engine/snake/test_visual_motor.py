@@ -21,9 +21,9 @@ R_LEAST = 1e-3  # ε⁺ of (29)
 
 def bends(most: float = 0.3, rest: float = 0.0) -> PolarHermite:
     """Four bends towards +x, +y, −x and −y, each its own amount, about a rest that is a little bent itself."""
-    q_rest = rest * np.sin(np.arange(10.0))
+    q_nominal = rest * np.sin(np.arange(10.0))
     x, y = np.tile([0.0, most], 5), np.tile([-most, 0.0], 5)
-    return PolarHermite(q_rest, np.arange(4) * np.pi / 2, q_rest + np.array([x, 0.8 * y, -0.9 * x, -1.1 * y]))
+    return PolarHermite(q_nominal, np.arange(4) * np.pi / 2, q_nominal + np.array([x, 0.8 * y, -0.9 * x, -1.1 * y]))
 
 
 def in_picture(motor: VisualMotor, before: BendDirection, after: BendDirection) -> np.ndarray:

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...arrays import Array
 from ...geometry.curve import Curve
+from ...kernels.triples import triple
 from ...validate import point_text
 
 MOVED_MM = 5.0  # distance of an end from its requested position above which there is a warning
@@ -28,7 +28,7 @@ class PathEnds:
         """Compare the ends of a curve (mm) with the two requested positions (3,)."""
         first, last = curve.position(0.0), curve.position(curve.length)
         away = [float(np.linalg.norm(at - np.asarray(asked))) for at, asked in ((first, start), (last, end))]
-        return cls(_triple(first), _triple(last), *away)
+        return cls(triple(first), triple(last), *away)
 
     def warnings(self) -> list[str]:
         """Describe which end is not where it was requested."""
@@ -41,8 +41,3 @@ class PathEnds:
             )
             if moved > MOVED_MM
         ]
-
-
-def _triple(place: Array) -> tuple[float, float, float]:
-    x, y, z = place.tolist()
-    return x, y, z

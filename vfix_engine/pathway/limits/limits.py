@@ -64,6 +64,23 @@ class Configuration:
         )
 
 
+class LinksAt(NamedTuple):
+    """Links before a motion, with their pathway and bounds.
+
+    packed: the present pathway; validated once, or every time if it is writeable.
+    windows: (L, 2) segments that each link is measured against.
+    pose: with the joints of this snake; the base is assumed to be a rigid transform.
+    bound: (L,) mm, ≥ 0; infinity: unlimited; None: the configured bounds.
+    known: (L,) mm, known depths of the links; None: as measured.
+    """
+
+    packed: PackedPathway
+    windows: IntArray
+    pose: Configuration
+    bound: Array | None = None
+    known: Array | None = None
+
+
 class MotionVerdict(NamedTuple):
     """Result of the certificate for one motion."""
 
@@ -104,32 +121,19 @@ class HardLimits:
         shape[LOW : LOW + 3], shape[HIGH : HIGH + 3] = points.min(axis=0), points.max(axis=0)
         self._shape = shape
 
-    def certify(
-        self,
-        packed: PackedPathway,
-        windows: IntArray,
-        before: Configuration,
-        after: Configuration,
-        bound: Array | None = None,
-        known: Array | None = None,
-    ) -> MotionVerdict:
-        """Certify that every link stays within its bound during the whole motion from one pose to the other.
+    def certify(self, state: LinksAt, motion: Configuration) -> MotionVerdict:
+        """Certify that every link keeps its bound and every joint its range during the whole motion to a pose.
 
         Joints are interpolated linearly, the base's origin on a straight line, its axes by one rotation. A link that
         exceeds its bound at the start because the pathway moved may not get deeper; one that exceeds it because it is
         measured against other segments now, or for the first time, is refused if ``known`` has its previous depth.
 
-        Args:
-            packed: the present pathway; validated once, or every time if it is writeable.
-            before, after: with the joints of this snake; the base is assumed to be a rigid transform.
-            windows: (L, 2) segments that each link is measured against.
-            bound: (L,) replaces the configured bounds, mm, ≥ 0; infinity: unlimited.
-            known: (L,) mm, known depths of the links at the start; None: as measured.
-
         Raises:
             InputError: arrays of other shapes or kinds, windows that are empty or not in the pathway, bounds below 0
                 or not numbers, a pathway with non-finite values. Non-finite configurations are refused instead.
         """
+        packed, windows, before, bound, known = state
+        after = motion
         links = self.snake.links
         limit = self.bound if bound is None else bound
         windows, limit = self._checked(packed, windows, before, after, limit)

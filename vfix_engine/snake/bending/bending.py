@@ -63,7 +63,7 @@ class BendProblem:
         packed: the pathway of the moment.
         window: (L', 2) segments that each link is measured against, or one pair for all.
         base: (4, 4) of the frame {l} they hang on, in the patient frame.
-        q_rest: (2L',) their part of the conforming shape q̃, rad.
+        q_nominal: (2L',) their part of the conforming shape q̃, rad.
         bound: (L',) b_i of (17), mm; infinity: not limited.
 
     Raises:
@@ -76,7 +76,7 @@ class BendProblem:
     packed: PackedPathway
     window: IntArray
     base: Array
-    q_rest: Array
+    q_nominal: Array
     bound: Array
     query: Query = field(init=False, repr=False)
 
@@ -93,10 +93,10 @@ class BendProblem:
         if not ((window[:, 0] >= 0) & (window[:, 0] < window[:, 1]) & (window[:, 1] <= len(self.packed.rows))).all():
             raise InputError(f"windows need 0 ≤ first < last ≤ {len(self.packed.rows)}, not {window.tolist()}")
         settled = {"window": window, "base": self._checked("base", (4, 4)), "bound": self._checked("bound", (links,))}
-        settled["q_rest"] = self._checked("q_rest", (2 * links,))
+        settled["q_nominal"] = self._checked("q_nominal", (2 * links,))
         if not (settled["bound"] >= 0.0).all():
             raise InputError(f"bounds are not negative: {settled['bound']} mm")
-        if np.abs(settled["q_rest"]).max() > self.snake.q_max:
+        if np.abs(settled["q_nominal"]).max() > self.snake.q_max:
             raise InputError("the shape to bend from is beyond the joint limits")
         for name, array in settled.items():
             array.setflags(write=False)
@@ -105,7 +105,7 @@ class BendProblem:
 
     def lumen(self, bound: Array) -> DistalPathway:
         """For the kernels, with bounds (L',) in mm. Copies can be written to, so kernels are compiled for one type."""
-        own = self.window.copy(), self.base.copy(), self.q_rest.copy(), bound.copy()
+        own = self.window.copy(), self.base.copy(), self.q_nominal.copy(), bound.copy()
         return DistalPathway(self.packed, self.query.blocks, *own, self.snake.q_max, self.snake.length_mm)
 
     def scratch(self) -> BendWorkspace:
@@ -115,7 +115,7 @@ class BendProblem:
 
     def deviations(self, delta: ArrayLike) -> Array:
         """D_i (L',) in mm of (16) at clamp(q̃ + Δq), by the query's own face."""
-        frames = self.snake.frames(self.snake.clamp(self.q_rest + np.asarray(delta)), self.base)
+        frames = self.snake.frames(self.snake.clamp(self.q_nominal + np.asarray(delta)), self.base)
         return self.query.deviations(self.packed, frames, self.window).depth
 
     def cost(self, delta: ArrayLike) -> float:

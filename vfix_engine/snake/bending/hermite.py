@@ -26,7 +26,7 @@ class PolarHermite:
     the caller: Q between and beyond control configurations within limits may go beyond them.
 
     Args:
-        q_rest: (n,) rad.
+        q_nominal: (n,) rad.
         angles: (c,) ϑ_i, rad, c ≥ 3, increasing, all within one turn from the first.
         configurations: (c, n) rad, q(1, ϑ_i).
         r_max: how far r is to go; kept for who steers.
@@ -36,8 +36,10 @@ class PolarHermite:
             an r_max below 1.
     """
 
-    def __init__(self, q_rest: ArrayLike, angles: ArrayLike, configurations: ArrayLike, r_max: float = R_MAX) -> None:
-        rest, knots = np.array(q_rest, dtype=np.float64), np.array(angles, dtype=np.float64)
+    def __init__(
+        self, q_nominal: ArrayLike, angles: ArrayLike, configurations: ArrayLike, r_max: float = R_MAX
+    ) -> None:
+        rest, knots = np.array(q_nominal, dtype=np.float64), np.array(angles, dtype=np.float64)
         shapes = np.array(configurations, dtype=np.float64, order="C")
         if rest.ndim != 1 or knots.ndim != 1 or shapes.shape != (len(knots), len(rest)):
             raise InputError(f"{knots.shape} control angles and {rest.shape} joints do not fit to {shapes.shape} bends")
@@ -48,7 +50,7 @@ class PolarHermite:
             raise InputError(f"control angles are at least 3, increasing, within one turn: not {knots}")
         if not (math.isfinite(r_max) and r_max >= 1.0):
             raise InputError(f"bends go to r_max = 1 at least, not {r_max}")
-        self.q_rest, self.angles, self.configurations, self.r_max = rest, knots, shapes, float(r_max)
+        self.q_nominal, self.angles, self.configurations, self.r_max = rest, knots, shapes, float(r_max)
         self.coefficients = _coefficients(knots, shapes)
         for array in (rest, knots, shapes, self.coefficients):
             array.setflags(write=False)
@@ -73,14 +75,14 @@ class PolarHermite:
             InputError: numbers that are not finite; of ``value``, ``partials`` and ``second`` too.
         """
         _check_place(u, v)
-        out = np.empty((3, len(self.q_rest)))
-        hermite_cartesian(self.angles, self.coefficients, self.q_rest, float(u), float(v), out)
+        out = np.empty((3, len(self.q_nominal)))
+        hermite_cartesian(self.angles, self.coefficients, self.q_nominal, float(u), float(v), out)
         return out[0], out[1:].T
 
     def _polar(self, r: float, theta: float) -> Array:
         _check_place(r, theta)
-        out = np.empty((6, len(self.q_rest)))
-        hermite_polar(self.angles, self.coefficients, self.q_rest, float(r), float(theta), out)
+        out = np.empty((6, len(self.q_nominal)))
+        hermite_polar(self.angles, self.coefficients, self.q_nominal, float(r), float(theta), out)
         return out
 
 

@@ -168,7 +168,7 @@ def _bend(
 ) -> DistalBend:
     a, b, cost = found
     limit, plane = problem.snake.q_max, side.family.plane
-    delta = np.clip(problem.q_rest + (a * plane[0] + b * plane[1]), -limit, limit) - problem.q_rest
+    delta = np.clip(problem.q_nominal + (a * plane[0] + b * plane[1]), -limit, limit) - problem.q_nominal
     delta.setflags(write=False)
     one, two = side.to_parameters @ (a, b)
     return DistalBend(delta, (float(one), float(two)), cost, side.angle, evaluations, feasible)

@@ -52,8 +52,8 @@ class VisualMotor:
         base = np.array(base_of_l, dtype=np.float64)
         if base.shape != (4, 4) or not np.isfinite(base).all():
             raise InputError("the frame of the distal links is a transform (4, 4) of finite numbers")
-        if len(hermite.q_rest) != snake.dof:
-            raise InputError(f"bends of {len(hermite.q_rest)} joints for links with {snake.dof}")
+        if len(hermite.q_nominal) != snake.dof:
+            raise InputError(f"bends of {len(hermite.q_nominal)} joints for links with {snake.dof}")
         base.setflags(write=False)
         self.snake, self.hermite, self.base = snake, hermite, base
 
@@ -88,8 +88,8 @@ class VisualMotor:
         right, down = self._wanted(wanted)
         hermite, snake = self.hermite, self.snake
         u, v = steer(
-            hermite.angles, hermite.coefficients, hermite.q_rest, snake.q_max, snake.length_mm, snake.camera_offset_mm,
-            hermite.r_max, float(state[0]), float(state[1]), right, down,
+            hermite.angles, hermite.coefficients, hermite.q_nominal, snake.q_max, snake.length_mm,
+            snake.camera_offset_mm, hermite.r_max, float(state[0]), float(state[1]), right, down,
         )  # fmt: skip
         return BendDirection(u, v)
 

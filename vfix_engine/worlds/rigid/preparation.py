@@ -1,4 +1,4 @@
-"""What compiles every kernel that a page and a rehearsal need; see ``runtime/preparation.py``.
+"""What compiles every kernel that a page and a rehearsal need; see ``kernels/preparation.py``.
 
 `python -m vfix_engine.worlds.rigid.preparation PART ...` is one of its processes.
 """

@@ -74,7 +74,7 @@ def _only_camera(order: Order) -> Order:
 
 
 def _measured(drive: SnakeDrive, orders: list[Order]) -> dict[str, Any]:
-    tally = DeviationTally(drive.snake.q_max, drive.bounds.most)
+    tally = DeviationTally(drive.snake.q_max, drive.state.bounds.most)
     joints, cameras, wanted, done = [drive.q[-drive.distal.dof :].copy()], [_camera(drive)], 0.0, 0.0
     even = orders[0].dt
     jerks: list[float] = []

@@ -11,11 +11,12 @@ import numpy as np
 from ...arrays import Array, BoolArray, IntArray
 from ...errors import InputError
 from ...geometry.curve import Curve
-from ...pathway.limits.limits import Configuration, HardLimits
+from ...pathway.limits.limits import Configuration, HardLimits, LinksAt, MotionVerdict
 from ...pathway.limits.link_bounds import LinkBounds, inscribed_radii
 from ...pathway.pathway import Pathway
 from ...pathway.query.query import Deviations, Query
 from ...robots.snake import SnakeModel
+from ...runtime.system import Certificate
 from ...snake.conform.conformance import Insertion
 from ...snake.conform.conforming import driven_curve
 from ...snake.control.projection import projected_to_limits
@@ -26,6 +27,8 @@ from .inline_planner import InlinePlanner
 from .link_windows import entrance, link_windows
 from .settings import DriveSettings, SnakeSettings
 from .state import Ahead, Pose, SnakeState, Tissue
+
+SnakeCertificate = Certificate[LinksAt, Configuration, MotionVerdict]
 
 
 class Placed(NamedTuple):
@@ -55,8 +58,8 @@ class DriveConstants:
     query: Query
     distal_query: Query
     vertices_per_link: int
-    limits: HardLimits
-    distal_limits: HardLimits
+    limits: SnakeCertificate
+    distal_limits: SnakeCertificate
     inscribed: Array
     entrance: float
     hand: HandForces

@@ -6,7 +6,7 @@ import numpy as np
 
 from ...arrays import Array
 from ...pathway.limits.backtracking import largest_fraction
-from ...pathway.limits.limits import Configuration
+from ...pathway.limits.limits import Configuration, LinksAt
 from ...snake.control.parameterised import ParameterisedControl
 from ...snake.control.tip_control import DistalContext, outwards, stops
 from .command import SnakeCommand
@@ -110,11 +110,11 @@ def _go(
         return state, REST
     within = min(1.0, 1.0 / fastest)
     context = distal_context(drive, state)
-    here = Configuration.of(context.base, q)
+    links = LinksAt(context.packed, context.window, Configuration.of(context.base, q), context.bound)
 
     def attempt(now: SnakeState, share: float) -> tuple[SnakeState, bool]:
         end = Configuration.of(context.base, q + within * share * (target - q))
-        verdict = drive.distal_limits.certify(context.packed, context.window, here, end, context.bound)
+        verdict = drive.distal_limits.certify(links, end)
         if not verdict.taken:
             return now._replace(refused=Refusal(verdict, end, context.bound, drive.distal, drive.distal_query)), False
         pose = now.pose

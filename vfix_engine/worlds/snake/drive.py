@@ -145,7 +145,7 @@ def drive_lumen(
     spent = {"lumen": ready - began, "drive": perf_counter() - ready}
     return DriveReport(
         robot.links, target, drive.tip_s, curve.length, run.tally, tuple(visits), outside.outside, outside.depth_mm,
-        run.offset_mm, drive.refused_commands, spent, asdict(settings), stopped, tuple(run.retries), operator,
+        run.offset_mm, drive.state.refused_commands, spent, asdict(settings), stopped, tuple(run.retries), operator,
         robot.assumed, warnings, narrow, run.behind_wall, ends, drive.state.base[:3, 3], drive.tip, lumen.pathway,
     )  # fmt: skip
 

@@ -30,7 +30,7 @@ class DriveRun:
         self, drive: SnakeDrive, visits: list[Visit], behind: WallDepth | None, say: Callable[[str], None]
     ) -> None:
         self.drive, self.visits = drive, visits
-        self.tally = DeviationTally(drive.snake.q_max, drive.bounds.most)
+        self.tally = DeviationTally(drive.snake.q_max, drive.state.bounds.most)
         self.retries: list[Retry] = []
         self._behind, self._say = behind, say
         self._offsets: list[Array] = []

@@ -10,7 +10,7 @@ from ...pathway.pathway import Pathway
 from ...robots.snake import SnakeModel
 
 WINDOW_MM = 40.0  # [mm] of the pathway before and behind a link that it is measured against
-_AHEAD = 2.0  # waypoints, and mm at least: so far around a planned shape bounds are those that it is about to get
+_AHEAD = 2.0  # shape samples, and mm at least: so far around a planned shape bounds are those that it is about to get
 
 
 def link_windows(pathway: Pathway, joint_s: Array, first: int, margin_mm: float = 0.0) -> IntArray:

@@ -16,7 +16,8 @@ import numpy as np
 
 from ...arrays import Array
 from ...pathway.limits.backtracking import SHARES
-from ...pathway.limits.limits import Configuration, HardLimits, MotionVerdict
+from ...pathway.limits.limits import Configuration, LinksAt, MotionVerdict
+from ...runtime.system import Certificate
 from ...snake.control.projection import projected_to_limits
 from ...snake.control.tip_control import DistalContext, stops
 from ...snake.control.wall_program import WallProgram, joint_regularisation
@@ -73,10 +74,17 @@ class LookPlanner:
 
     Args:
         context: of the distal links; limits: that certify their motion; aim: rad, how far the view is to be turned.
+        first: number of the context's first link in the robot.
     """
 
-    def __init__(self, context: DistalContext, limits: HardLimits, aim: float) -> None:
-        self.context, self.aim = context, aim
+    def __init__(
+        self,
+        context: DistalContext,
+        limits: Certificate[LinksAt, Configuration, MotionVerdict],
+        aim: float,
+        first: int,
+    ) -> None:
+        self.context, self.aim, self._first = context, aim, first
         self._limits = limits
         self._straight = context.snake.camera(context.rest, context.base)
 
@@ -187,8 +195,8 @@ class LookPlanner:
     def _verdict(self, q: Array, after: Array) -> MotionVerdict:
         """What the hard limits say of going from one configuration of a path to another."""
         context = self.context
-        poses = Configuration(context.base, q), Configuration(context.base, after)
-        return self._limits.certify(context.packed, context.window, *poses, context.bound)
+        links = LinksAt(context.packed, context.window, Configuration(context.base, q), context.bound)
+        return self._limits.certify(links, Configuration(context.base, after))
 
     def _wanted(self, q: Array, side: int, certified: bool) -> Array | None:
         """The step of joints (2L',) that turns the view best, as a quadratic program with the walls as rows."""
@@ -221,7 +229,7 @@ class LookPlanner:
 
     def _stops(self, q: Array) -> str:
         """Links at their bounds and joints at their limits, in words."""
-        return ", ".join(stops(self.context, q, self._limits.first)) or "no path goes on"
+        return ", ".join(stops(self.context, q, self._first)) or "no path goes on"
 
 
 def _axes(context: DistalContext, q: Array) -> Array:

@@ -137,7 +137,9 @@ class _Seen:
 
 def planned(drive: SnakeDrive) -> tuple[LookPlanner, tuple[SidePath, ...]]:
     """Ways to look to every side from where the robot is."""
-    planner = LookPlanner(drive.distal_context(), drive.distal_limits, math.radians(drive.settings.look_aim_deg))
+    planner = LookPlanner(
+        drive.distal_context(), drive.distal_limits, math.radians(drive.settings.look_aim_deg), drive.constants.first
+    )
     return planner, planner.plan()
 
 
@@ -185,14 +187,16 @@ def _by_hand(drive: SnakeDrive, stop: Stop, seen: _Seen, trail: list[Array]) -> 
     dt = drive.settings.step_s
     drive.ready_to_look()
     shadow = None
-    if not isinstance(drive.control, ParameterisedControl):  # the paper's surface still says where the camera should go
+    if not isinstance(
+        drive.state.control, ParameterisedControl
+    ):  # the paper's surface still says where the camera should go
         shadow = ParameterisedControl(drive.settings.bends, drive.settings.r_max)
         shadow.prepare(drive.distal_context(), drive.q[-drive.distal.dof :])
-    done, began, still = 0.0, drive.t, 0
+    done, began, still = 0.0, drive.state.t, 0
     total = 2.0 * _RAMP_S + _TURN_S
-    while done < total and drive.t - began < _GIVE_UP_S and still < _HAND_STILL:
+    while done < total and drive.state.t - began < _GIVE_UP_S and still < _HAND_STILL:
         r, theta = _wanted_view(done)
-        pilot = shadow or drive.control
+        pilot = shadow or drive.state.control
         assert isinstance(pilot, ParameterisedControl)
         here, target = np.array(pilot.steering), np.array([r * math.cos(theta), r * math.sin(theta)])
         remaining = target - here

@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 
 from ...arrays import Array, IntArray
-from ...pathway.limits.limits import Configuration
+from ...pathway.limits.limits import Configuration, LinksAt
 from ...pathway.limits.link_bounds import known_within
 from ...snake.conform.conformance import ShapeSolution
 from ...snake.conform.conforming import blended
@@ -89,11 +89,12 @@ def moved_towards(
     start, end = Configuration.of(pose.shape.base, pose.q), Configuration.of(wanted.base, _bent(drive, state, wanted))
     # A link that comes to count, gets another window or with it a smaller bound, has to be within its bound.
     known = known_within(pose.deviation.depth, pose.bound, placed.bound)
-    verdict = drive.limits.certify(state.tissue.packed, placed.windows, start, end, limit, known)
+    links = LinksAt(state.tissue.packed, placed.windows, start, limit, known)
+    verdict = drive.limits.certify(links, end)
     parted = verdict.taken or verdict.exhausted  # what has only been parted too often is within its bounds already
     if drive.planner is not None and not parted and np.isfinite(verdict.deviation.depth).all():
         wanted, end = _eased(drive, state, wanted, end, dt, placed.windows, limit)
-        verdict = drive.limits.certify(state.tissue.packed, placed.windows, start, end, limit, known)
+        verdict = drive.limits.certify(links, end)
     if not verdict.taken:
         return state._replace(refused=Refusal(verdict, end, limit, drive.snake, drive.query)), False
     depth = drive.kept(verdict.deviation, placed.measured)
@@ -105,7 +106,8 @@ def retreated(drive: DriveConstants, state: SnakeState, dt: float) -> SnakeState
     pose, limit = state.pose, limits_here(drive, state)
     here = Configuration.of(pose.shape.base, pose.q)
     wanted, end = _eased(drive, state, pose.shape, here, dt, pose.windows, limit)
-    verdict = drive.limits.certify(state.tissue.packed, pose.windows, here, end, limit, pose.deviation.depth)
+    links = LinksAt(state.tissue.packed, pose.windows, here, limit, pose.deviation.depth)
+    verdict = drive.limits.certify(links, end)
     if not verdict.taken:
         return state
     depth = drive.kept(verdict.deviation, pose.measured)

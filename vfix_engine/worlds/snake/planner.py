@@ -157,7 +157,7 @@ class Planner:
     def _view(self, wanted: LookWanted) -> LookPart:
         """A few bends on towards a side."""
         limits = HardLimits(self._distal_query, self._distal, wanted.at.bound, self._first)
-        look = LookPlanner(self._context(wanted.at), limits, wanted.aim)
+        look = LookPlanner(self._context(wanted.at), limits, wanted.aim, self._first)
         found, ends = look.ahead(wanted.q, wanted.side, LOOK_AHEAD)
         bends = tuple(tuple((q - wanted.at.rest).tolist()) for q in found)
         return LookPart(wanted.side, wanted.q - wanted.at.rest, bends, ends)

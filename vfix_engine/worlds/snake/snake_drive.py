@@ -11,13 +11,9 @@ from ...arrays import Array
 from ...errors import InputError
 from ...geometry.curve import Curve
 from ...geometry.mesh import TriangleMesh
-from ...pathway.limits.limits import HardLimits
-from ...pathway.limits.link_bounds import LinkBounds
 from ...pathway.pathway import Pathway, TissueMotion
-from ...pathway.query.query import Query
 from ...robots.snake import SnakeModel
-from ...snake.control.tip_control import DistalContext, TipControl
-from ...snake.haptics.hand_forces import HandForces
+from ...snake.control.tip_control import DistalContext
 from ...validate import positive
 from .command import SnakeCommand
 from .constants import DriveConstants, start_of
@@ -46,7 +42,7 @@ class Observer(Protocol):
 
 
 class SnakeDrive:
-    """A snake in a lumen: ``constants``, and its present ``state``, which each step replaces.
+    """A snake in a lumen: ``constants``, some of which are attributes, and the ``state``, which each step replaces.
 
     Args:
         snake: the whole robot.
@@ -74,17 +70,23 @@ class SnakeDrive:
         beyond_allowed: bool = False,
         longer_allowed: bool = False,
     ) -> None:
-        self.constants, self.state = start_of(
+        start = start_of(
             snake, pathway, settings or DriveSettings(), curve, slack, tip_s,
             plans_here=True, beyond_allowed=beyond_allowed, longer_allowed=longer_allowed,
         )  # fmt: skip
+        self._go_on(*start)
+
+    def _go_on(self, constants: DriveConstants, state: SnakeState) -> None:
+        self.constants, self.state = constants, state
+        self.snake, self.distal, self.pathway = constants.snake, constants.distal, constants.pathway
+        self.query, self.distal_limits, self.hand = constants.query, constants.distal_limits, constants.hand
         self.observer: Observer | None = None
 
     @classmethod
     def at(cls, constants: DriveConstants, state: SnakeState) -> Self:
         """A drive that goes on from a state."""
         drive = cls.__new__(cls)
-        drive.constants, drive.state, drive.observer = constants, state, None
+        drive._go_on(constants, state)
         return drive
 
     @classmethod
@@ -162,64 +164,15 @@ class SnakeDrive:
         self.query.deviations(state.packed, frames, state.windows)
         return perf_counter() - asked
 
-    # What stays the same
-
-    @property
-    def snake(self) -> SnakeModel:
-        """The whole robot."""
-        return self.constants.snake
-
-    @property
-    def distal(self) -> SnakeModel:
-        """The links that are bent, as a robot."""
-        return self.constants.distal
-
-    @property
-    def pathway(self) -> Pathway:
-        """What links are measured against."""
-        return self.constants.pathway
-
-    @property
-    def query(self) -> Query:
-        """Of the links' vertices."""
-        return self.constants.query
-
-    @property
-    def distal_limits(self) -> HardLimits:
-        """That certify motion of the distal links."""
-        return self.constants.distal_limits
-
-    @property
-    def hand(self) -> HandForces:
-        """Forces on the operator's hand."""
-        return self.constants.hand
-
-    # What is so now
-
     @property
     def settings(self) -> DriveSettings:
         """In force."""
         return self.state.settings
 
     @property
-    def bounds(self) -> LinkBounds:
-        """b_i of the links by place."""
-        return self.state.bounds
-
-    @property
     def bound(self) -> Array:
         """(L,) mm, b_i where the links are."""
         return self.state.bound
-
-    @property
-    def control(self) -> TipControl:
-        """Of the distal links; a step that changes it replaces it."""
-        return self.state.control
-
-    @property
-    def t(self) -> float:
-        """Time since the start, s."""
-        return self.state.t
 
     @property
     def q(self) -> Array:
@@ -230,11 +183,6 @@ class SnakeDrive:
     def tip_s(self) -> float:
         """How far the tip is in, mm."""
         return self.state.tip_s
-
-    @property
-    def refused_commands(self) -> int:
-        """So many commands were not finite."""
-        return self.state.refused_commands
 
     @property
     def length_mm(self) -> float:

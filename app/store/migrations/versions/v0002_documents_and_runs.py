@@ -1,6 +1,6 @@
-"""Plans become documents of the kind 'plan', with settings apart from the history; runs are kept.
+"""Plans become documents of the kind 'plan', with settings apart from the history; adds runs.
 
-The text of every state is copied as it is. Of its settings, which every state holds, those of the current one count.
+The text of every state is copied unchanged. The settings are those of the current state.
 """
 
 import sqlalchemy as sa
@@ -11,7 +11,7 @@ down_revision: str | None = "0001"
 branch_labels: str | None = None
 depends_on: str | None = None
 
-# A state that is not JSON is left for its reader to refuse: one damaged plan must not stop the others.
+# A state that is not JSON is copied and refused when read: one damaged plan must not block the others.
 _SETTINGS = """
 CASE WHEN json_valid(document) THEN
     CASE WHEN json_type(document, '$.settings') = 'object' THEN json_extract(document, '$.settings') END

@@ -79,7 +79,7 @@ def test_a_side_that_no_pose_reaches() -> None:
     """In a tube hardly wider than the robot nothing turns far, along whatever path; and what ends it is named."""
     settings = DriveSettings(vertices_per_link=30, bends=4, bound_mm=0.2, tip_bound_mm=0.1)
     drive = SnakeDrive(SnakeModel(6), straight(300.0, 8.0), settings, tip_s=170.0)
-    planner = LookPlanner(drive.distal_context(), drive.distal_limits, math.radians(45.0))
+    planner = LookPlanner(drive.distal_context(), drive.distal_limits, math.radians(45.0), drive.constants.first)
     path = planner.path(0)
     # One link across a tube of 8 mm, 6 mm thick: 2.1 mm and 2.2 mm off the axis at its ends.
     assert 5.0 < math.degrees(path.turned) < math.degrees(math.asin(4.3 / 28.0)) + 3.0

@@ -19,9 +19,10 @@ from benchmarks.lumen_attack.command import SUMMED, summary
 from benchmarks.lumen_attack.hands import HANDS
 from benchmarks.lumen_attack.lies import LIES
 from benchmarks.lumen_attack.watch import Motion, Tally, Watch
-from vfix_engine.pathway.limits.limits import Configuration, HardLimits, MotionVerdict
+from vfix_engine.pathway.limits.limits import Configuration, LinksAt, MotionVerdict
 from vfix_engine.robots.snake import SnakeModel
 from vfix_engine.worlds.snake.command import SnakeCommand
+from vfix_engine.worlds.snake.constants import SnakeCertificate
 from vfix_engine.worlds.snake.settings import DriveSettings
 from vfix_engine.worlds.snake.snake_drive import SnakeDrive
 from vfix_engine.worlds.snake.state import SnakeState
@@ -71,7 +72,7 @@ def replaced(broken: Callable[..., MotionVerdict]) -> Callable[[SnakeDrive], Non
 
     def sabotage(drive: SnakeDrive) -> None:
         for name in ("limits", "distal_limits"):
-            honest: HardLimits = getattr(drive.constants, name)
+            honest: SnakeCertificate = getattr(drive.constants, name)
             other: Any = type("Broken", (), {"certify": lambda _, *motion, of=honest: broken(of, *motion)})()
             drive.constants = replace(drive.constants, **{name: other})
         LIES["control"](drive, np.random.default_rng(1))
@@ -79,14 +80,15 @@ def replaced(broken: Callable[..., MotionVerdict]) -> Callable[[SnakeDrive], Non
     return sabotage
 
 
-def lax(honest: HardLimits, packed, windows, before, after, bound, known=None) -> MotionVerdict:
+def lax(honest: SnakeCertificate, state: LinksAt, motion: Configuration) -> MotionVerdict:
     """Keeps 0.2 mm less than the bounds."""
-    return honest.certify(packed, windows, before, after, bound + 0.2)
+    assert state.bound is not None
+    return honest.certify(state._replace(bound=state.bound + 0.2, known=None), motion)
 
 
-def told_too_little(honest: HardLimits, packed, windows, before, after, bound, known=None) -> MotionVerdict:
+def told_too_little(honest: SnakeCertificate, state: LinksAt, motion: Configuration) -> MotionVerdict:
     """Tells a depth that is 0.01 mm less than it is."""
-    verdict = honest.certify(packed, windows, before, after, bound)
+    verdict = honest.certify(state._replace(known=None), motion)
     deviation = verdict.deviation
     return verdict._replace(deviation=deviation._replace(depth=np.maximum(deviation.depth - 0.01, 0.0)))
 

@@ -97,9 +97,9 @@ def test_straightening_goes_back_by_the_way_that_was_come() -> None:
             drive.step(SnakeCommand(bend=tuple(bend)))
     honest = drive.distal_limits.certify
 
-    def certify(packed, windows, before, after, *more):
-        verdict = honest(packed, windows, before, after, *more)
-        blocked = np.linalg.norm((after.q - drive.state.q_nominal[-10:])[8:] - 0.15) < 0.06
+    def certify(state, motion):
+        verdict = honest(state, motion)
+        blocked = np.linalg.norm((motion.q - drive.state.q_nominal[-10:])[8:] - 0.15) < 0.06
         return verdict._replace(taken=False, held_by="something in the way") if blocked else verdict
 
     drive.distal_limits.certify = certify

@@ -112,7 +112,7 @@ def test_no_operator_gets_a_link_beyond_its_bound(control, tissue) -> None:
                 assert (judged(drive, state, was + share * (state.q - was)) <= drive.bound + MOTION_TOLERANCE_MM).all()
         was = state.q
         assert np.linalg.norm(state.forces.total) <= drive.hand.settings.most + 1e-12
-    assert drive.refused_commands > 5
+    assert drive.state.refused_commands > 5
     assert {"moved", "held"} <= outcomes
     assert deepest > -1.0
     if tissue is None:

@@ -37,7 +37,7 @@ def test_without_a_command_nothing_moves() -> None:
         assert state.outcome == "rest"
         np.testing.assert_array_equal(state.q, q)
         np.testing.assert_array_equal(state.base, base)
-    assert drive.refused_commands == 2
+    assert drive.state.refused_commands == 2
     for dt in (0.0, -1.0, math.nan, math.inf):
         with pytest.raises(InputError):
             drive.step(SnakeCommand(), dt)
@@ -54,7 +54,7 @@ def test_of_a_command_that_is_not_finite_the_rest_is_carried_out() -> None:
     for _ in range(10):
         drive.step(SnakeCommand(math.nan, (math.inf, 0.0), True, (math.nan,) * 10))
     assert np.abs(drive.bend).max() < bent - math.radians(2.0)
-    assert drive.refused_commands == 11
+    assert drive.state.refused_commands == 11
 
 
 def test_what_projects_a_shape_to_the_limits_is_compiled_before_the_first_step(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -198,7 +198,7 @@ def test_a_bend_by_its_joints_is_gone_to_and_straightened() -> None:
     with pytest.raises(InputError, match="bend of 3 joints"):
         drive.step(SnakeCommand(bend=(0.0, 0.0, 0.0)))
     assert drive.step(SnakeCommand(bend=(math.nan,) * 10)).outcome == "rest"
-    assert drive.refused_commands == 1
+    assert drive.state.refused_commands == 1
 
 
 def test_a_planned_shape_is_moved_off_the_wall() -> None:

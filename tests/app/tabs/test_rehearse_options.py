@@ -1,4 +1,4 @@
-"""Switches of a rehearsal: fixtures of drive and dry run, the remote centre's place, in force from start or reset."""
+"""Options of a rehearsal: fixtures of drive and dry run, the remote centre's place, in force from start or reset."""
 
 from __future__ import annotations
 
@@ -14,29 +14,29 @@ from app.drives.shared_drives import SharedDrives
 from app.messages.client import Client
 from app.planning import head_tissue
 from app.planning.head_tissue import MAX_DEPTH_MM, NOSTRIL_DEPTH_MM
-from app.planning.rehearsal_options import NO_SWITCHES, Standing, Switches, standing
+from app.planning.rehearsal_options import NO_OPTIONS, RehearsalOptions, Standing, standing
 from app.planning.remote_centre import ENTRY, PathPlace, centre_at, path_of, place_mm
 from app.plans.model import without_placing
 from app.plans.service import Plan
 from app.services import Services
 from app.tabs.rehearse import commands as c
+from app.tabs.rehearse.options import CentrePlaces, options_section
 from app.tabs.rehearse.preparation import plan_key, prepare
-from app.tabs.rehearse.switches import CentrePlaces, options_section
 from app.tabs.rehearse.tab import RehearseTab
 from vfix_engine.errors import ControlError, PlanError
 from vfix_engine.virtual_fixtures import CartesianLimits, RemoteCentre, SoftRegion
 from vfix_engine.worlds.rigid.dry_run import DryRun
 
 OTHER = Client("tab-two-0", "holds")
-ALL = Switches(soft_tissue=True, remote_centre=True, speed_limit=True)
+ALL = RehearsalOptions(soft_tissue=True, remote_centre=True, speed_limit=True)
 
 
-def stands(services: Services, switches: Switches, plan: Plan) -> Standing:
+def stands(services: Services, options: RehearsalOptions, plan: Plan) -> Standing:
     case = services.cases.get(plan.case_id)
-    return standing(switches, plan, services.cases.volume(case), lambda: services.fields.of_plan(plan).tissue)
+    return standing(options, plan, services.cases.volume(case), lambda: services.distance_fields.of_plan(plan).tissue)
 
 
-def test_each_switch_is_a_fixture_of_the_plan(phantom_services: Services) -> None:
+def test_each_option_is_a_fixture_of_the_plan(phantom_services: Services) -> None:
     plan = phantom_services.plans.get(SAMPLE)
     found = stands(phantom_services, ALL, plan)
     soft, centre, limits = found.fixtures
@@ -44,7 +44,7 @@ def test_each_switch_is_a_fixture_of_the_plan(phantom_services: Services) -> Non
     assert isinstance(centre, RemoteCentre)
     assert isinstance(limits, CartesianLimits)
     assert found.centre is centre
-    tissue = phantom_services.fields.of_plan(plan).tissue
+    tissue = phantom_services.distance_fields.of_plan(plan).tissue
     assert tissue is not None
     places = path_of(plan).position(np.linspace(0.0, path_of(plan).length, 50))
     known = tissue.at(places)
@@ -53,7 +53,7 @@ def test_each_switch_is_a_fixture_of_the_plan(phantom_services: Services) -> Non
     assert (soft.allowed_mm(entry), soft.allowed_mm(deep)) == (NOSTRIL_DEPTH_MM, MAX_DEPTH_MM)
     words = "soft tissue at most 5 mm deep, 8 mm at the nostril, the remote centre at 7.0 mm and speed limits"
     assert found.words == words
-    assert stands(phantom_services, NO_SWITCHES, plan) == Standing()
+    assert stands(phantom_services, NO_OPTIONS, plan) == Standing()
 
 
 def test_the_remote_centre_is_where_the_path_enters_the_head(phantom_services: Services) -> None:
@@ -94,10 +94,10 @@ def test_a_head_without_a_ct_has_no_soft_tissue_and_says_why(phantom_services: S
     case = other_case(phantom_services)
     plan = phantom_services.plans.create(case.id, "Bare")
     with pytest.raises(PlanError, match="two points"):
-        stands(phantom_services, Switches(remote_centre=True), plan)
+        stands(phantom_services, RehearsalOptions(remote_centre=True), plan)
     with pytest.raises(PlanError, match="no CT"):
-        standing(Switches(soft_tissue=True), phantom_services.plans.get(SAMPLE), None, fail_tissue)
-    items = {item["name"]: item for item in options_section(NO_SWITCHES, None, None, False, True)["items"]}
+        standing(RehearsalOptions(soft_tissue=True), phantom_services.plans.get(SAMPLE), None, fail_tissue)
+    items = {item["name"]: item for item in options_section(NO_OPTIONS, None, None, False, True)["items"]}
     assert "no CT" in items["soft_tissue"]["refusal"]
     assert "no path" in items["remote_centre"]["refusal"]
     assert items["speed_limit"]["refusal"] == ""
@@ -108,10 +108,10 @@ def fail_tissue() -> None:
     raise AssertionError("nobody needs the tissue")
 
 
-def test_a_switch_is_told_as_acting_only_where_it_acts() -> None:
-    on, off = Switches(speed_limit=True), NO_SWITCHES
+def test_an_option_is_told_as_acting_only_where_it_acts() -> None:
+    on, off = RehearsalOptions(speed_limit=True), NO_OPTIONS
 
-    def words(wanted: Switches, in_force: Switches | None) -> str:
+    def words(wanted: RehearsalOptions, in_force: RehearsalOptions | None) -> str:
         items = {item["name"]: item["words"] for item in options_section(wanted, in_force, None, True, True)["items"]}
         assert items["remote_centre"].startswith("Off. Turn on to make the tool pass one place of the path within ")
         return items["speed_limit"]
@@ -160,11 +160,11 @@ def test_an_entry_that_nobody_expected_not_to_be_found_is_told(
     assert "John" not in caplog.text
 
 
-def test_the_dry_run_is_that_of_the_drive_and_says_which_switches_are_on(phantom_services: Services) -> None:
+def test_the_dry_run_is_that_of_the_drive_and_says_which_options_are_on(phantom_services: Services) -> None:
     """With the remote centre at the nostril the sample's own tool gets to the end, and the drive starts as it did."""
     plan = phantom_services.plans.get(SAMPLE)
-    switches = Switches(remote_centre=True)
-    found = phantom_services.dry_runs.evaluate(plan, switches)
+    options = RehearsalOptions(remote_centre=True)
+    found = phantom_services.dry_runs.evaluate(plan, options)
     plain = phantom_services.dry_runs.evaluate(plan)
     assert found.completed
     assert found.standing.words == "the remote centre at 7.0 mm"
@@ -173,10 +173,10 @@ def test_the_dry_run_is_that_of_the_drive_and_says_which_switches_are_on(phantom
     assert centre is not None
     assert largest_error(found.run, centre) <= centre.tolerance_mm + 1e-9
     assert largest_error(plain.run, centre) > 1.2 * centre.tolerance_mm
-    prepared = prepare(phantom_services, plan, switches)
+    prepared = prepare(phantom_services, plan, options)
     assert prepared.spec.scene.fixtures == found.standing.fixtures
     assert prepared.spec.scene.base is found.base
-    assert prepared.switches == switches
+    assert prepared.options == options
 
 
 def largest_error(run: DryRun, centre: RemoteCentre) -> float:
@@ -191,7 +191,7 @@ def largest_error(run: DryRun, centre: RemoteCentre) -> float:
 def test_soft_tissue_holds_the_tool_on_its_way_to_the_end(phantom_services: Services) -> None:
     """The tool arrives, and no pose of the run is deeper than allowed by the field of the verdict."""
     plan = phantom_services.plans.get(SAMPLE)
-    held = phantom_services.planning.evaluate(plan, switches=Switches(soft_tissue=True))
+    held = phantom_services.planning.evaluate(plan, options=RehearsalOptions(soft_tissue=True))
     assert held.completed
     assert held.verdict.tissue_depth_mm is not None
     assert held.profile.tissue is not None
@@ -212,7 +212,7 @@ def test_soft_tissue_that_stops_the_tool_is_told_before_the_start(
     first = replace(plan.points[0], position=tuple(np.add(plan.points[0].position, 0.01)))  # no answer is kept for it
     plan = replace(plan, points=(first, *plan.points[1:]), robot=without_placing(plan.robot))
     with pytest.raises(PlanError) as refused:
-        prepare(phantom_services, plan, Switches(soft_tissue=True))
+        prepare(phantom_services, plan, RehearsalOptions(soft_tissue=True))
     words = str(refused.value)
     assert re.search(
         r"the tool gets \d+ of 90 mm: soft tissue on the shaft, at its greatest depth of [0-3]\.\d mm", words
@@ -225,19 +225,19 @@ def test_a_remote_centre_that_stops_the_tool_is_refused_before_the_start(phantom
     plan = phantom_services.plans.get(SAMPLE)
     straight = replace(plan, tool="straight_pointer", robot=without_placing(plan.robot))
     with pytest.raises(PlanError) as refused:
-        prepare(phantom_services, straight, Switches(remote_centre=True, centre=PathPlace(at_mm=3.0)))
+        prepare(phantom_services, straight, RehearsalOptions(remote_centre=True, centre=PathPlace(at_mm=3.0)))
     words = str(refused.value)
     assert words.startswith("with the remote centre at 3.0 mm the tool gets 43 of 90 mm: bone on the shaft")
     assert "Without the remote centre it gets to the end. No other tool" in words
     thick = replace(plan, tool="endoscope_0", robot=without_placing(plan.robot))
     with pytest.raises(PlanError, match=r"The tool ‘Bent pointer, 30°’ gets to the end: choose it in Plan"):
-        prepare(phantom_services, thick, Switches(remote_centre=True))
+        prepare(phantom_services, thick, RehearsalOptions(remote_centre=True))
     rigid = replace(plan, robot={"name": "dvrk_psm_rigid", "base": None, "q_start": None})
     with pytest.raises(PlanError, match=r"the tool gets \d+ of 90 mm"):
-        prepare(phantom_services, rigid, Switches(remote_centre=True))
+        prepare(phantom_services, rigid, RehearsalOptions(remote_centre=True))
 
 
-def test_a_switch_comes_into_force_with_a_reset_and_the_page_says_so(phantom_services: Services) -> None:
+def test_an_option_comes_into_force_with_a_reset_and_the_page_says_so(phantom_services: Services) -> None:
     plan = phantom_services.plans.duplicate(SAMPLE)
     workspace = workspace_of(phantom_services)
     tab = RehearseTab(workspace, SharedDrives())
@@ -278,8 +278,8 @@ def test_a_switch_comes_into_force_with_a_reset_and_the_page_says_so(phantom_ser
     phantom_services.plans.delete(plan.id)
 
 
-def test_a_robot_that_came_with_other_switches_comes_again_before_it_runs(phantom_services: Services) -> None:
-    """A switch that is turned while the robot is being placed counts for the start that was pressed then."""
+def test_a_robot_that_came_with_other_options_comes_again_before_it_runs(phantom_services: Services) -> None:
+    """An option that is chosen while the robot is being placed counts for the start that was pressed then."""
     plan = phantom_services.plans.duplicate(SAMPLE)
     workspace = workspace_of(phantom_services)
     tab = RehearseTab(workspace, SharedDrives())
@@ -290,7 +290,7 @@ def test_a_robot_that_came_with_other_switches_comes_again_before_it_runs(phanto
     tab.handle(c.DriveCommand(type="rehearsal.start"))
     tab.handle(c.SetOptions(type="rehearsal.options", soft_tissue=False, remote_centre=False, speed_limit=True))
     put_in_place(tab.drive, robot, plan)
-    assert tab.tick()  # other windows and the Plan tab hear of the switch
+    assert tab.tick()  # other windows and the Plan tab hear of the option
     assert "run" not in robot.told
     assert tab.drive.state == "starting"
     tab.close()

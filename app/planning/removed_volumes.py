@@ -1,4 +1,4 @@
-"""How much bone a plan removes, region by region."""
+"""Bone removal: the volume of bone that a plan removes, by region."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ import numpy as np
 
 from app.cases.service import Case, CaseService
 from app.kit.cache import Cache
-from app.planning.openings import inside_of
+from app.planning.bone_removal import bone_test
 from app.plans.model import Plan
 from app.plans.shapes import solids
 from app.plans.zones import RemovedBone
 from vfix_engine.anatomy.opened_bone import removed_mm3
 from vfix_engine.geometry.shape_distance import signed_distance
 
-_NONE_MM3 = 0.05  # less is told as no bone
+_NONE_MM3 = 0.05  # a smaller volume counts as no bone
 
 
 @dataclass(frozen=True)
 class RegionVolume:
-    """The bone in one region. words: for people, with how far bone is from a region that holds none."""
+    """The bone in one region. words: a description, with the distance to bone for a region that holds none."""
 
     id: str
     name: str
@@ -31,14 +31,14 @@ class RegionVolume:
 
 @dataclass(frozen=True)
 class RemovedVolumes:
-    """The bone in each region of a plan, and in all together, where what regions share is counted once."""
+    """The bone in each region of a plan, and in their union, where overlaps count once."""
 
     regions: tuple[RegionVolume, ...] = ()
     removed_mm3: float = 0.0
 
     @property
     def words(self) -> str:
-        """All together; '' where nothing is to be removed."""
+        """A sentence on the total; '' if the plan removes nothing."""
         if not self.regions:
             return ""
         if self.removed_mm3 < _NONE_MM3:
@@ -47,14 +47,17 @@ class RemovedVolumes:
 
 
 class RemovedVolumeService:
-    """Volumes by what is removed; may be used from any thread. They are those of the bone that plans are driven in."""
+    """Volumes of the bone that plans remove, measured in the bone of their drives; cached. Thread-safe."""
 
     def __init__(self, cases: CaseService) -> None:
         self._cases = cases
         self._kept: Cache[str, tuple[float, str]] = Cache(64)
 
     def of_plan(self, plan: Plan) -> RemovedVolumes:
-        """The bone that a plan removes; takes a second for large regions in a head without a CT. Raises NotFound."""
+        """Return the volumes that a plan removes; takes a second for large regions in a head without a CT.
+
+        Raises NotFound if there is no such case.
+        """
         if not plan.removed_bone:
             return RemovedVolumes()
         case = self._cases.get(plan.case_id)
@@ -69,7 +72,7 @@ class RemovedVolumeService:
     def _count(self, case: Case, regions: tuple[RemovedBone, ...]) -> tuple[float, str]:
         shapes = [solid for region in regions for solid in solids(region.shape)]
         tree = self._cases.tree(case)
-        volume = removed_mm3(shapes, inside_of(self._cases.volumes(case), tree))
+        volume = removed_mm3(shapes, bone_test(self._cases.volumes(case), tree))
         if volume >= _NONE_MM3:
             return volume, f"{_volume(volume)} of bone"
         away = min(float(signed_distance(shape, tree.mesh.vertices).min()) for shape in shapes)

@@ -1,4 +1,4 @@
-"""What is told of each path of a plan before any motion: verdict, soft tissue, and from where targets are inspected."""
+"""Evaluations of the paths of a plan before any motion: verdict, soft tissue, and inspection cones of the targets."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 from app.planning.dry_runs import DryRunJobs
 from app.planning.evaluation import Planning
 from app.planning.piercing import NOT_KNOWN, PiercedReport
-from app.planning.rehearsal_options import SwitchBoard, Switches
-from app.planning.removed_bone import RemovedVolumes, RemovedVolumeService
+from app.planning.rehearsal_options import OptionsByPlan, RehearsalOptions
+from app.planning.removed_volumes import RemovedVolumes, RemovedVolumeService
 from app.planning.soft_depths import SoftDepth
 from app.planning.verdict import Level, Reason, TissueLevel, Verdict, refused
 from app.plans.model import NOTICE, Plan
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class TargetReport:
-    """A target, and the full opening angle of the round cone of all directions from which it can be inspected."""
+    """A target, and the full opening angle in degrees of the circular cone from which it can be inspected."""
 
     target: str
     label: str
@@ -29,17 +29,18 @@ class TargetReport:
 
 
 @dataclass(frozen=True)
-class PathReport:
-    """The verdict on one path; lengths in mm. What is not known is None.
+class PathEvaluation:
+    """The verdict on one path; lengths in mm. Unknown values are None.
 
-    verdict, reason: the level and what decided it; short: both in a few words, words: the verdict, which begins so.
-    nearest: bone or the structure to spare that leaves least above its margin; least_clearance_mm: of the whole tool to
-    it, margin_mm: what is kept from it, part: of the tool, s_mm: arc length of the tip there.
-    tissue_mm: largest length of the tool in soft tissue, nostril_mm the share of it within 20 mm of the entry;
-    tissue_depth_mm: greatest depth, tissue_s_mm: arc length of the tip there. None without a CT.
-    side_caution: a sentence where the entry lies on the other side than the path says, which the words end with.
-    pierced: whether the tool goes through skin or a wall, and how far sideways air leads round the tissue.
-    soft_structures: the soft structures to spare that the tool touches, the deepest touched first.
+    verdict, reason: the level and what decided it. short: both in a few words. words: the full verdict, which starts
+    with short.
+    nearest: bone or the protected structure with the least clearance above its margin. least_clearance_mm: from the
+    whole tool to it. margin_mm: its margin. part: the nearest part of the tool. s_mm: arc length of the tip there.
+    tissue_mm: largest length of the tool in soft tissue; nostril_mm: the part of it within 20 mm of the entry.
+    tissue_depth_mm: greatest depth; tissue_s_mm: arc length of the tip there. None without a CT.
+    side_caution: a sentence if the entry lies on the other side than the path states, also at the end of words.
+    pierced: whether the tool goes through skin or a wall, and how far sideways air leads around the tissue.
+    soft_structures: the soft protected structures that the tool touches, the deepest first.
     """
 
     path: str
@@ -69,63 +70,64 @@ class PathReport:
 
 @dataclass(frozen=True)
 class PlanReport:
-    """The report on a plan's chosen path, and on each of its paths that has two points or more.
+    """The evaluation of a plan's chosen path, and of each of its paths with at least two points.
 
-    removed: the bone that the plan removes first, for all of its paths.
+    removed: volumes of the bone that the plan removes first, for all of its paths.
     """
 
     plan: str
     name: str
     case: str
-    chosen: PathReport
-    paths: tuple[PathReport, ...]
+    chosen: PathEvaluation
+    paths: tuple[PathEvaluation, ...]
     notice: str = NOTICE
     removed: RemovedVolumes = field(default_factory=RemovedVolumes)
 
 
-class PathReports:
-    """Evaluates paths of plans, stored or not, as they would be driven now; may be used from any thread."""
+class PathEvaluations:
+    """Evaluates paths of plans, stored or not, as they would be driven now. Thread-safe."""
 
     def __init__(
-        self, planning: Planning, dry_runs: DryRunJobs, removed: RemovedVolumeService, switches: SwitchBoard
+        self, planning: Planning, dry_runs: DryRunJobs, removed: RemovedVolumeService, options: OptionsByPlan
     ) -> None:
-        self._planning, self._dry_runs, self._removed, self._switches = planning, dry_runs, removed, switches
+        self._planning, self._dry_runs, self._removed, self._options = planning, dry_runs, removed, options
 
     def of_plan(self, plan: Plan, path: str | None = None) -> PlanReport:
-        """The report on a plan. path: id or name of the one to evaluate; else the chosen one, and all others beside it.
+        """Return the evaluation of a plan.
 
-        Raises PlanError where there is no such path, or it has fewer than two points.
+        path: id or name of the only path to evaluate; if None, the chosen path and all others are evaluated.
+        Raises PlanError if there is no such path or it has fewer than two points.
         """
         chosen = plan if path is None else plan.along(path)
         if len(chosen.points) < 2:
             raise PlanError(
                 f"the path {chosen.path.name!r:.80} has fewer than two points; there is nothing to evaluate."
             )
-        switches = self._switches.of(plan.id).in_force
-        own = self._of_path(chosen, switches if chosen.path_id == plan.path_id else switches.along(chosen))
+        options = self._options.of(plan.id).in_force
+        own = self._of_path(chosen, options if chosen.path_id == plan.path_id else options.along(chosen))
         removed = self._removed.of_plan(plan)
         if path is not None:
             return PlanReport(plan.id, plan.name, plan.case_id, own, (own,), removed=removed)
         others = {one.id: plan.along(one.id) for one in plan.paths if len(one.points) > 1 and one.id != plan.path_id}
-        reports = (own if one.id == plan.path_id else self._of_path(others[one.id], switches.along(others[one.id]))
+        reports = (own if one.id == plan.path_id else self._of_path(others[one.id], options.along(others[one.id]))
                    for one in plan.paths if one.id == plan.path_id or one.id in others)  # fmt: skip
         return PlanReport(plan.id, plan.name, plan.case_id, own, tuple(reports), removed=removed)
 
-    def _of_path(self, plan: Plan, switches: Switches) -> PathReport:
+    def _of_path(self, plan: Plan, options: RehearsalOptions) -> PathEvaluation:
         try:
-            evaluation = self._dry_runs.evaluate(plan, switches)
+            evaluation = self._dry_runs.evaluate(plan, options)
         except StartRefused as error:
-            return _report(plan, refused(error).beside(plan), None, ())
-        cones = self._planning.cones(plan, switches, evaluation.registered)
+            return _report(plan, refused(error).with_remarks(plan), None, ())
+        cones = self._planning.cones(plan, options, evaluation.registered)
         targets = tuple(TargetReport(t.id, t.label, round(cones[t.id].cone_deg, 1)) for t in plan.targets)
         return _report(plan, evaluation.verdict, evaluation, targets)
 
 
 def _report(
     plan: Plan, verdict: Verdict, evaluation: PlanEvaluation | None, targets: tuple[TargetReport, ...]
-) -> PathReport:
-    """evaluation: None where the tool does not fit at the entry."""
-    return PathReport(
+) -> PathEvaluation:
+    """Build the evaluation of a path. evaluation: None if the tool does not fit at the entry."""
+    return PathEvaluation(
         path=plan.path_id,
         name=plan.path.name,
         verdict=verdict.level,

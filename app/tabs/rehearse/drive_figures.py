@@ -19,7 +19,7 @@ FELT_N = 0.05  # a force on the grip that is worth a word
 
 
 @dataclass(frozen=True, eq=False)
-class Planned:
+class DryRunFigures:
     """The dry run of what is driven; lengths in mm.
 
     reached_mm, reason: how far it gets, and what holds the tool there, '' where it arrives. least_mm: bone clearance.
@@ -60,14 +60,14 @@ class Planned:
         return ". ".join(filter(None, (self.verdict, ends)))
 
 
-class SoFar:
+class DriveFigures:
     """The least clearance and the greatest depth of the snapshots that one client has read, and what held the tool.
 
     Snapshots come several times in a second, so that what lies between two of them is not in it.
     """
 
     def __init__(self) -> None:
-        self._planned: Planned | None = None
+        self._planned: DryRunFigures | None = None
         self._clear()
 
     def _clear(self) -> None:
@@ -77,7 +77,7 @@ class SoFar:
         self._watch: PiercingWatch | None = None
         self.held_last = ""  # what held the tool in the last push, until it moves freely again
 
-    def take(self, snapshot: RigidSnapshot | None, planned: Planned | None) -> None:
+    def take(self, snapshot: RigidSnapshot | None, planned: DryRunFigures | None) -> None:
         """Read a snapshot of a drive of what was planned; another robot, or one at its entry again, begins anew."""
         if planned is not self._planned or snapshot is None or snapshot.steps < self._steps:
             self._planned = planned

@@ -1,4 +1,4 @@
-// What else holds the tool: the switches of a rehearsal, where its remote centre is, and what the dry run makes of them.
+// What else holds the tool: the options of a rehearsal, where its remote centre is, and what the dry run makes of them.
 import { fillOptions, h, group, keyed, whenChanged } from "/static/js/dom.js";
 import { DryRun } from "/static/js/dry-run.js";
 import { fixed, sentence } from "/static/js/format.js";
@@ -11,7 +11,7 @@ const MM = "mm"; // of a place that is no path point
 const ENTRY = "entry";
 const STEP_MM = 0.5;
 
-export class SwitchesGroup {
+export class OptionsGroup {
   /** @param {Connection} connection */
   constructor(connection) {
     this.connection = connection;

@@ -1,4 +1,4 @@
-"""The switches of a rehearsal as the page shows them, and where its remote centre can be."""
+"""The options of a rehearsal as the page shows them, and where its remote centre can be."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from app.planning.rehearsal_options import (
     NO_CT,
     SPEED_MM_PER_S,
     TURN_RAD_PER_S,
-    Switches,
+    RehearsalOptions,
 )
 from app.planning.remote_centre import TOLERANCE_MM, PathPlace, centre_at, entry_mm, path_of, point_places
 from app.planning.verdict import NOSTRIL_MM
@@ -144,13 +144,13 @@ def place_of(choice: str | None, at_mm: float | None) -> PathPlace:
 
 
 def options_section(
-    wanted: Switches,
-    in_force: Switches | None,
+    wanted: RehearsalOptions,
+    in_force: RehearsalOptions | None,
     centre: CentreSection | None,
     has_ct: bool,
     may_change: bool,
 ) -> OptionsSection:
-    """Switches, what each does, and why one cannot be used.
+    """Options, what each does, and why one cannot be used.
 
     in_force: of the robot that is in place; None where there is none. centre: None without a path.
     """
@@ -178,14 +178,14 @@ def options_section(
 
 
 class _OptionWords(NamedTuple):
-    """acts: what the switch does; would: the same behind 'Turn on to'."""
+    """acts: what the option does; would: the same behind 'Turn on to'."""
 
     acts: str
     would: str
 
 
 def _option_words(words: _OptionWords, on: bool, acts: bool) -> str:
-    """What a switch does, or would do. on: as it is wanted; acts: in the robot that is in place."""
+    """What an option does, or would do. on: as it is wanted; acts: in the robot that is in place."""
     if on != acts:
         return f"Not in force yet: {words.acts}" if on else f"Still in force: {words.acts}"
     return f"{words.acts[:1].upper()}{words.acts[1:]}" if on else f"Off. Turn on to {words.would}"

@@ -1,4 +1,4 @@
-"""A plan's structures to spare as the zones that the engine keeps: the same for snapping, dry run and drive."""
+"""A plan's protected structures as zones of the engine: the same for snapping, dry run and drive."""
 
 from __future__ import annotations
 
@@ -29,20 +29,20 @@ from vfix_engine.virtual_fixtures.zones import SHAPES
 
 Surfaces = Callable[[str], TriangleMesh]
 
-_FIELD_STEP_MM = 0.5  # of the distances to a soft structure
-_MOST_POINTS = 12_000_000  # of their grid; of a larger structure its step is larger
+_FIELD_STEP_MM = 0.5  # grid step of the distance field of a soft structure
+_MOST_POINTS = 12_000_000  # of that grid; for a larger structure the step grows
 _LINK = re.compile(r" \(\d+ of \d+\)(?=$|, [^,]+ mm deep$)")
-_AROUND_MM = 8.0  # how far around the layer they are known: how far ahead the tool is looked after
+_AROUND_MM = 8.0  # the field reaches this far beyond the layer: the look-ahead distance of the tool
 
 
-def zone_set(zones: Sequence[PlanZone], surface: Surfaces, anatomy: str = BONE) -> ZoneSet:
-    """The engine's zones of a plan's structures to spare; a chain of capsules is one for each link.
+def engine_zones(zones: Sequence[PlanZone], surface: Surfaces, anatomy: str = BONE) -> ZoneSet:
+    """Return the engine's zones of a plan's protected structures; a chain of capsules gives one zone per link.
 
-    surface: the surface of a structure of the case by its id, which raises InputError where there is none. anatomy: id
-    of the structure that the tool is driven in.
-    A soft one that has a greatest depth has a hard core so deep under the border of its layer; a structure whose
-    surface encloses a solid is soft within as well.
-    Raises PlanError, which names the structure to spare.
+    surface: returns the surface of a structure of the case by its id, and raises InputError if there is none.
+    anatomy: id of the structure that the tool is driven in.
+    A soft structure with a maximum depth gets a hard core at that depth below the border of its layer; a structure
+    whose surface encloses a solid is soft inside as well.
+    Raises PlanError, which names the structure.
     """
     hard, soft = list[Zone](), list[SoftZone | SoftRegion]()
     for zone in zones:
@@ -59,20 +59,21 @@ def zone_set(zones: Sequence[PlanZone], surface: Surfaces, anatomy: str = BONE) 
     return ZoneSet(tuple(hard), tuple(soft))
 
 
-def check_kept(zone: PlanZone, surface: Surfaces, anatomy: str = BONE) -> None:
-    """Raises as `zone_set` for one structure to spare, without what takes seconds of a structure of the case."""
+def check_enforceable(zone: PlanZone, surface: Surfaces, anatomy: str = BONE) -> None:
+    """Raise as `engine_zones` for one structure, without the computations that take seconds for a case structure."""
     shape, margin, depth = zone.shape, zone.margin_mm, zone.max_depth_mm
     if shape["kind"] == "structure" and shape["structure"] != anatomy:
         inside = zone.kind == "hard" or depth is None or depth <= margin or encloses(surface(shape["structure"]))
         if inside and (zone.kind == "hard" or 0.0 < margin <= THICKEST_MM):
             return
-    zone_set([zone], surface, anatomy)
+    engine_zones([zone], surface, anatomy)
 
 
-def with_errors(zones: Sequence[PlanZone], errors: Mapping[str, float]) -> tuple[PlanZone, ...]:
-    """The same with the margin of each hard one grown by the error in mm of its structure's surface, by its id.
+def with_surface_errors(zones: Sequence[PlanZone], errors: Mapping[str, float]) -> tuple[PlanZone, ...]:
+    """Return the structures with the margin of each hard one increased by the error of its surface.
 
-    Raises PlanError for an error that is negative or not finite: it would make the margin smaller.
+    errors: surface error in mm by the id of the case structure.
+    Raises PlanError for an error that is negative or not finite, which would reduce the margin.
     """
     grown = []
     for zone in zones:
@@ -86,8 +87,8 @@ def with_errors(zones: Sequence[PlanZone], errors: Mapping[str, float]) -> tuple
     return tuple(grown)
 
 
-def near_zones(zones: Sequence[Zone], points: Array, radius_mm: float) -> NDArray[np.bool_]:
-    """Which of points (n, 3) a ball of that radius would be at nearer to a zone than its margin."""
+def within_margin(zones: Sequence[Zone], points: Array, radius_mm: float) -> NDArray[np.bool_]:
+    """Return for points (n, 3) whether a ball with that radius is nearer to a zone than the zone's margin."""
     near = np.zeros(len(points), dtype=bool)
     for zone in zones:
         solid = zone.solid
@@ -97,7 +98,7 @@ def near_zones(zones: Sequence[Zone], points: Array, radius_mm: float) -> NDArra
 
 
 def _bodies(zone: PlanZone, surface: Surfaces, anatomy: str) -> tuple[Shape | Proximity | None, ...]:
-    """Solids, or the tree of a surface; None for the anatomy itself."""
+    """Return the solids of a structure, or the tree of its surface; None for the anatomy itself."""
     shape = zone.shape
     if shape["kind"] == "patch":
         mesh = surface(shape.get("structure", anatomy))
@@ -107,16 +108,16 @@ def _bodies(zone: PlanZone, surface: Surfaces, anatomy: str) -> tuple[Shape | Pr
     return solids(shape)
 
 
-def whole_name(name: str) -> str:
-    """The name of the structure to spare that a zone of the engine belongs to: 'optic nerve' of a chain's links.
+def structure_name(name: str) -> str:
+    """Return the name of the structure that a zone belongs to, such as 'optic nerve' for each link of its chain.
 
-    Of their hard cores it is 'optic nerve, 1 mm deep'.
+    For their hard cores it is 'optic nerve, 1 mm deep'.
     """
     return _LINK.sub("", name)
 
 
 def _named(name: str, bodies: Sequence[Shape | Proximity | None]) -> list[tuple[str, Shape | Proximity | None]]:
-    """Bodies with names that are not the same: 'optic nerve (2 of 4)' of a chain."""
+    """Return the bodies with unique names, such as 'optic nerve (2 of 4)' for a link of a chain."""
     if len(bodies) == 1:
         return [(name, bodies[0])]
     return [(f"{name} ({number} of {len(bodies)})", body) for number, body in enumerate(bodies, 1)]
@@ -129,7 +130,7 @@ def _hard(zone: PlanZone, name: str, solid: Shape | Proximity | None) -> Zone:
 
 
 def _soft(zone: PlanZone, name: str, solid: Shape | Proximity | None) -> tuple[SoftZone | SoftRegion, tuple[Zone, ...]]:
-    """What yields of a soft structure, and what the tool may not enter of it where it has a greatest depth."""
+    """Return the soft zone of a structure, and its hard core if it has a maximum depth."""
     depth, stiffness = zone.max_depth_mm, zone.stiffness_n_per_mm or 0.0
     layer = SoftZone(name, zone.margin_mm, stiffness, solid)
     surface = None if isinstance(solid, SHAPES) else solid
@@ -143,7 +144,7 @@ def _soft(zone: PlanZone, name: str, solid: Shape | Proximity | None) -> tuple[S
 
 
 def _region(zone: PlanZone, name: str, surface: Proximity, depth: float | None) -> SoftRegion:
-    """The inside of a structure's surface, and the layer around it."""
+    """Return the soft region inside a structure's surface and in the layer around it."""
     low, high = surface.mesh.bounds
     around = zone.margin_mm + _AROUND_MM
     box = np.stack([low - around, high + around])

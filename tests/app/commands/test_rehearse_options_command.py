@@ -1,4 +1,4 @@
-"""`vfix rehearse` with the switches of the page: a drive through the remote centre, and places that cannot be."""
+"""`vfix rehearse` with the options of the page: a drive through the remote centre, and places that cannot be."""
 
 from __future__ import annotations
 

@@ -13,7 +13,7 @@ from vfix_engine.robots import Visual
 
 
 class DriveNodes:
-    """Parts of a robot on their links, tool capsules, grip, force, the point in view and the place that blocks."""
+    """Parts of a robot on their links, tool capsules, grip, force, virtual point and blocking place."""
 
     def __init__(self, view: SceneView, visuals: Sequence[Visual]) -> None:
         self._view = view
@@ -25,9 +25,11 @@ class DriveNodes:
     def show(
         self, link_placements: Array, tool: tuple[Array, Array, Array], grip: Array, force: Array, mine: bool
     ) -> None:
-        """Link placements (n, 4, 4); tool: starts, ends (S, 3) and radii (S,) of its capsules; force (3,) [N].
+        """Draw a state of the drive.
 
-        mine: this client holds the handle, so that its grip can be dragged.
+        link_placements (n, 4, 4): from links to the patient, mm. tool: starts, ends (S, 3) and radii (S,) of its
+        capsules, LPS mm. grip (3,): LPS mm. force (3,): N. mine: this client controls the drive, so that its grip can
+        be dragged.
         """
         with self._view.atomic():
             self._robot.place(link_placements)

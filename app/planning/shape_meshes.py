@@ -1,4 +1,4 @@
-"""Meshes that show regions of a plan, in the scene and in other programs."""
+"""Meshes of the shapes of a plan (protected structures, removed bone), for the scene and for other programs."""
 
 from __future__ import annotations
 
@@ -24,19 +24,19 @@ PLANE_MM = 45.0  # half width of the square that shows a half-space
 NOTHING: Mesh = (np.zeros((3, 3), np.float32), np.array([[0, 1, 2]], np.uint32))
 
 
-def region_mesh(cases: CaseService, case_id: str, shape: Mapping[str, Any]) -> Mesh:
-    """The mesh of a shape; a point where the case has nothing there any more."""
+def shape_mesh(cases: CaseService, case_id: str, shape: Mapping[str, Any]) -> Mesh:
+    """Return the mesh of a shape; a degenerate triangle if its structure is no longer in the case."""
     try:
-        made = region_surface(cases, case_id, shape)
+        made = shape_surface(cases, case_id, shape)
     except InputError:
         return NOTHING
     return np.asarray(made.vertices, np.float32), np.asarray(made.faces, np.uint32)
 
 
-def region_surface(cases: CaseService, case_id: str, shape: Mapping[str, Any]) -> TriangleMesh:
-    """The surface of a shape, LPS mm; a half-space as a square of its plane.
+def shape_surface(cases: CaseService, case_id: str, shape: Mapping[str, Any]) -> TriangleMesh:
+    """Return the surface of a shape in LPS mm; a half-space as a square of its plane.
 
-    Raises InputError where the case has nothing there any more.
+    Raises InputError if its structure is no longer in the case.
     """
     made = _made(cases, case_id, shape)
     return made if isinstance(made, TriangleMesh) else TriangleMesh(made.vertices, made.faces)
@@ -65,7 +65,7 @@ def _made(cases: CaseService, case_id: str, shape: Mapping[str, Any]) -> Any:
 
 
 def _chain(points: list[Any], radius: float) -> Any:
-    """Capsules from one place to the next, or a ball where there is one place."""
+    """Return capsules from one place to the next, or a ball for a single place."""
     import trimesh  # imported here: slow to load
 
     places = np.array(points, dtype=np.float64)

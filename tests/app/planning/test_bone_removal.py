@@ -1,4 +1,4 @@
-"""Bone that is opened: snap, dry run, drive and fields of a plan are those of the bone that is left."""
+"""Bone removal: snapping, dry run, drive and distance fields of a plan use the bone that is left."""
 
 from __future__ import annotations
 
@@ -59,8 +59,8 @@ def test_snap_and_fields_see_the_opening(phantom_services: Services, opened: tup
     closed = services.planning.snap(case, ball.centre, replace(thin, removed_bone=()))
     free = services.planning.snap(case, ball.centre, thin)
     assert free.moved_mm < closed.moved_mm
-    before = services.fields.of_plan(replace(plan, removed_bone=()))
-    after = services.fields.of_plan(plan)
+    before = services.distance_fields.of_plan(replace(plan, removed_bone=()))
+    after = services.distance_fields.of_plan(plan)
     assert before.bone.at(ball.centre[None])[0] < after.bone.at(ball.centre[None])[0] > 2.0
     assert after.tissue is not None
     assert after.tissue.at(ball.centre[None])[0] > 2.0

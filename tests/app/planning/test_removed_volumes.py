@@ -1,4 +1,4 @@
-"""The bone that a plan removes, region by region and in all, in the service, in REST and on the command line."""
+"""The volume of bone that a plan removes, by region and in total, in the service, REST and command line."""
 
 import json
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""The bone that a plan is driven in: the case's, without what the plan removes first."""
+"""Bone removal: the bone of a case without the regions that a plan removes before the tool is driven."""
 
 from __future__ import annotations
 
@@ -28,32 +28,36 @@ if TYPE_CHECKING:  # a drive of files alone needs no store
     from app.cases.service import Case, CaseService
 
 
-def regions_of(plan: Plan | None) -> tuple[Shape, ...]:
-    """The solids of what a plan removes."""
+def removal_solids(plan: Plan | None) -> tuple[Shape, ...]:
+    """Return the regions of bone that a plan removes, as solids of the engine in LPS mm."""
     return () if plan is None else tuple(solid for region in plan.removed_bone for solid in solids(region.shape))
 
 
-def opened_tree(tree: ProximityTree, volume: Volume | None, plan: Plan) -> tuple[ProximityTree, float]:
-    """The tree of a head's bone without what a plan removes, and the volume of that in mm³; for a head of a file.
+def tree_without_removed_bone(tree: ProximityTree, volume: Volume | None, plan: Plan) -> tuple[ProximityTree, float]:
+    """Return the tree of a head's bone after the removal, and the removed volume in mm³; for a head read from a file.
 
-    Raises PlanError where nothing would be left of it.
+    Raises PlanError if no bone would be left.
     """
-    regions = regions_of(plan)
+    regions = removal_solids(plan)
     if not regions:
         return tree, 0.0
-    opened = _opened(tree, regions, inside_of(() if volume is None else (volume,), tree))
-    return ProximityTree(opened.mesh), opened.removed_mm3
+    remaining = _remove(tree, regions, bone_test(() if volume is None else (volume,), tree))
+    return ProximityTree(remaining.mesh), remaining.removed_mm3
 
 
-def _opened(tree: ProximityTree, regions: tuple[Shape, ...], inside: InsideTest) -> OpenedBone:
+def _remove(tree: ProximityTree, regions: tuple[Shape, ...], inside: InsideTest) -> OpenedBone:
     try:
         return opened_bone(tree.mesh, regions, inside=inside)
     except InputError as error:
         raise PlanError(f"the bone cannot be opened so: {error}.") from error
 
 
-def inside_of(volumes: Sequence[Volume], tree: ProximityTree) -> InsideTest:
-    """What tells bone by the finest of the scans that show a place, the widest first; without one, by the surface."""
+def bone_test(volumes: Sequence[Volume], tree: ProximityTree) -> InsideTest:
+    """Return a test whether places (n, 3) in LPS mm are in bone.
+
+    The finest of the scans that show a place decides; volumes are ordered from the widest to the finest. Without a
+    scan the side of the surface decides.
+    """
     if not volumes:
         side = SurfaceSide(tree)
         return lambda places: ~side.outside(places)
@@ -71,9 +75,10 @@ def inside_of(volumes: Sequence[Volume], tree: ProximityTree) -> InsideTest:
 
 @dataclass(frozen=True, eq=False)
 class PlanBone:
-    """Bone of a plan. regions: what is removed, as the engine's solids; removed_mm3: the bone in them.
+    """The bone of a plan.
 
-    whole: tree of the case's own surface. volume: its CT, None without one.
+    tree: proximity tree of the bone that is left. regions: the removed regions as solids of the engine. removed_mm3:
+    volume of the bone in them. whole: tree of the case's own surface. volume: the CT of the case, None without one.
     """
 
     tree: ProximityTree
@@ -84,35 +89,35 @@ class PlanBone:
 
     @property
     def mesh(self) -> TriangleMesh:
-        """Its surface."""
+        """Surface of the bone that is left."""
         return self.tree.mesh
 
     @cached_property
     def inside(self) -> InsideTest:
-        """What tells bone that is left from air: the CT, or without one the side of the surface."""
-        return without_regions(inside_of(() if self.volume is None else (self.volume,), self.whole), self.regions)
+        """Test whether places are in bone that is left: by the CT, or without one by the side of the surface."""
+        return without_regions(bone_test(() if self.volume is None else (self.volume,), self.whole), self.regions)
 
 
-class Openings:
-    """Bone of plans, kept by what is removed; may be used from any thread."""
+class BoneRemoval:
+    """The bone of plans after their removals; cached by the removed regions. Thread-safe."""
 
     def __init__(self, cases: CaseService) -> None:
         self._cases = cases
         self._kept: Cache[str, PlanBone] = Cache(6)
 
     def bone(self, case: Case, plan: Plan | None) -> PlanBone:
-        """The bone that a plan of a case is driven in; that of the case where nothing is removed, or without a plan.
+        """Return the bone that a plan is driven in; the bone of the case if nothing is removed or plan is None.
 
-        Raises PlanError where nothing would be left of it.
+        Raises PlanError if no bone would be left.
         """
         removed = () if plan is None else plan.removed_bone
         key = json.dumps([case.anatomy.geometry, case.content_hash, [dict(region.shape) for region in removed]])
-        regions = regions_of(plan)
-        return self._kept.get(key, lambda: self._opened(case, regions))
+        regions = removal_solids(plan)
+        return self._kept.get(key, lambda: self._remaining(case, regions))
 
-    def _opened(self, case: Case, regions: tuple[Shape, ...]) -> PlanBone:
+    def _remaining(self, case: Case, regions: tuple[Shape, ...]) -> PlanBone:
         whole, volume = self._cases.tree(case), self._cases.volume(case)
         if not regions:
             return PlanBone(whole, (), 0.0, whole, volume)
-        opened = _opened(whole, regions, inside_of(self._cases.volumes(case), whole))
-        return PlanBone(ProximityTree(opened.mesh), regions, opened.removed_mm3, whole, volume)
+        remaining = _remove(whole, regions, bone_test(self._cases.volumes(case), whole))
+        return PlanBone(ProximityTree(remaining.mesh), regions, remaining.removed_mm3, whole, volume)

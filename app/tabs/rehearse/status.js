@@ -1,0 +1,32 @@
+// What the status bar says of the rigid tool: force, tip error, clearance, target, and what holds it.
+import { holdingWords, reading } from "/static/js/status.js";
+
+/** @import { RehearsalSection, ViewModel } from "/static/js/types.js" */
+
+const NEAR_MM = 0.1; // this close to the margin the clearance is shown as a caution
+
+export class RehearsalStatus {
+  constructor() {
+    this.force = reading("Force of the hand");
+    this.tip = reading("Tip error");
+    this.clearance = reading("Bone clearance of the tool");
+    this.target = reading("Target error");
+    this.holding = reading("What holds the tool", "fill");
+    this.elements = [this.force, this.tip, this.clearance, this.target, this.holding].map(({ element }) => element);
+  }
+
+  /** @param {ViewModel} state */
+  update({ rehearsal }) {
+    /** @type {Partial<RehearsalSection>} */
+    const now = rehearsal ?? {};
+    this.force.set(now.force_n, 2, "N");
+    this.tip.set(now.mode === "path" ? now.tip_error_mm : null, 3, "mm");
+    this.clearance.set(now.clearance_mm, 2, "mm", now.clearance_capped ? "≥ " : "");
+    const slack = (now.clearance_mm ?? NaN) - (now.margin_mm ?? NaN);
+    this.clearance.element.classList.toggle("caution", slack < NEAR_MM);
+    this.target.element.hidden = now.mode !== "inspect";
+    this.target.set(now.target_error_mm, 3, "mm");
+    this.holding.say(holdingWords(now, "In place at the entry, not started"));
+    this.holding.element.classList.toggle("caution", Boolean(now.held));
+  }
+}
