@@ -30,7 +30,7 @@ def create_app(settings: Settings, services: Services, scene_server: SceneServer
     warm_up = WarmUp(
         (
             WarmUpStep("Loading the scene", _load_scene),
-            WarmUpStep(_preparing, preparation.prepare, needed=lambda: not preparation.is_prepared(), spare=True),
+            WarmUpStep(_preparing, preparation.prepare, needed=lambda: not preparation.is_prepared(), optional=True),
             WarmUpStep("Reading the head", lambda: _read_head(services)),
             WarmUpStep("Loading the geometry engine", lambda: _drive_plans(services)),
         ),

@@ -1,8 +1,8 @@
-"""What a slow machine feels of the page: what comes from the planner while a path point is dragged, and what it costs.
+"""The page on a slow machine: what the planner publishes while a path point is dragged, and what it costs.
 
-The middle point of the sample is dragged round a circle in a slice, sixty places a second, in a real browser: once as
-fast as this machine is, and once with the page's thread slowed down by the browser itself, as its developer tools do.
-The scene is left out, since without a graphics card its drawing would be most of what is measured.
+The middle point of the sample is dragged around a circle in a slice, sixty positions per second, in a real browser:
+once at the speed of this machine, and once with the page's thread throttled by the browser, as its developer tools do.
+The scene is left out, since without a graphics card its drawing would dominate the measurement.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ _TURNS_PER_S = 0.5
 _EVERY_S = 1.0 / 60.0
 _LOOK_MS = 50.0
 
-# The scene's frame stays empty; what the planner publishes and what blocks the page is noted.
+# Keeps the scene's frame empty, and records what the planner publishes and what blocks the page.
 _BEFORE = """
 const source = Object.getOwnPropertyDescriptor(HTMLIFrameElement.prototype, "src");
 Object.defineProperty(HTMLIFrameElement.prototype, "src", { ...source, set() {} });
@@ -58,7 +58,7 @@ _GO_TO_POINT = """() => {
   vfix.slices.crosshair.move(position);
   return position;
 }"""
-# Where the point is drawn in the axial slice, of the page; null until the slice has come to it.
+# Position of the point in the axial slice, in page coordinates; null until the slice has reached it.
 _DRAWN = """(position) => {
   const { port, stage } = vfix.slices.panes[0];
   const at = port?.project(position);
@@ -68,16 +68,16 @@ _DRAWN = """(position) => {
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """How slow a machine, and for how long."""
+    """Add the options: how slow a machine, and for how long."""
     parser.add_argument("--slow", type=float, default=6.0, help="how many times slower (default 6)")
     parser.add_argument("--seconds", type=float, default=10.0, help="of each drag (default 10)")
 
 
 def run(args: argparse.Namespace) -> dict[str, Any]:
-    """Publishes and their cost of a drag as this machine is, and of one on a slower one.
+    """Return the publishes and their cost for a drag at the speed of this machine, and for one on a slower machine.
 
     Raises:
-        BenchmarkRefused: there is no browser or no Playwright here, or a number makes no sense.
+        BenchmarkRefused: no browser or Playwright is installed, or a number makes no sense.
         AppMissing: the page and the server are not installed.
     """
     if not has_app():
@@ -109,7 +109,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
 
 
 def open_plan(page: Page, address: str, plan_id: str) -> None:
-    """Open a plan of the shipped head on the page there, and wait until it is shown with its verdict."""
+    """Open a plan of the shipped head on the page, and wait until it is shown with its verdict."""
     opened = json.dumps(json.dumps({"case": HEAD, "plan": plan_id, "step": "plan"}))
     page.add_init_script(f'sessionStorage.setItem("vfix-open", {opened});{_BEFORE}')
     page.goto(address)
@@ -117,9 +117,9 @@ def open_plan(page: Page, address: str, plan_id: str) -> None:
 
 
 def drag(page: Page, slow: float, seconds: float) -> dict[str, Any]:
-    """Drag the middle point for some seconds on a page that runs so many times slower; all in figures of the page.
+    """Drag the middle point on a page that is slowed down by a factor, and return figures of the page.
 
-    The point is where it was afterwards.
+    Afterwards the point is at its initial position.
     """
     at = _await(page, _DRAWN, page.evaluate(_GO_TO_POINT))
     page.mouse.move(at["x"], at["y"])
@@ -157,12 +157,12 @@ def drag(page: Page, slow: float, seconds: float) -> dict[str, Any]:
 
 
 def _metrics(tools: CDPSession) -> dict[str, float]:
-    """Seconds of the page's thread since it began, by their purpose."""
+    """Return the seconds of the page's thread since its start, by purpose."""
     return {one["name"]: one["value"] for one in tools.send("Performance.getMetrics")["metrics"]}
 
 
 def _await(page: Page, look: str, argument: Any = None) -> Any:
-    """What the page answers once it is something true; the page's policy forbids `wait_for_function`."""
+    """Wait until a script returns a true value, and return it; the page's policy forbids `wait_for_function`."""
     end = time.monotonic() + GIVE_UP_S
     while time.monotonic() < end:
         answer = page.evaluate(look, argument)

@@ -1,4 +1,4 @@
-"""`vfix serve` in a process of its own, for the benchmarks that measure it from outside."""
+"""`vfix serve` in a separate process, for benchmarks that measure it from outside."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ _SAYS = "vfix is at "
 
 @contextmanager
 def planner(settings: Mapping[str, str]) -> Iterator[tuple[str, subprocess.Popen[str]]]:
-    """Its address, as soon as it says it, and its process, which ends with the block.
+    """Yield the planner's address as soon as it prints it, and its process, which ends with the block.
 
-    settings: variables of its environment, such as VFIX_HOME.
+    settings: environment variables, such as VFIX_HOME.
     """
     environment = {**os.environ, **settings, "PYTHONPATH": str(_ROOT)}
     command = [sys.executable, "-m", "app.cli", "serve", "--no-browser", "--port", "0"]

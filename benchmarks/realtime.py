@@ -1,4 +1,4 @@
-"""The control process of a world, driven to and fro: how it keeps its kilohertz (HAZ-10)."""
+"""The control process of a world, driven back and forth: how it keeps its rate of 1 kHz (HAZ-10)."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ BEAT_S = 0.02  # between two heartbeats of the hand
 ANSWER_S = 5.0
 REST_S = 0.3
 SAME_MM = 1e-9
-MOST_OVERRUNS = 0.01  # of all ticks, in a quiet minute
+MOST_OVERRUNS = 0.01  # fraction of all ticks on a quiet machine
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Which head, how long, and whether a real-time priority is asked for."""
+    """Add the options: which head, how long, and whether to request a real-time priority."""
     cases.add_arguments(parser)
     parser.set_defaults(case="phantom")
     parser.add_argument("--seconds", type=float, default=60.0, help="how long the tool is driven (default 60)")
@@ -30,9 +30,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> dict[str, Any]:
-    """Rate, lateness and step time of every tick; `overruns_share` counts those that began a period late or more.
+    """Measure rate, lateness and step time of every tick.
 
-    `correct`: every tick was one step of the rehearsal, the tool moved, and no pose that was told broke the margin.
+    `overruns_share`: fraction of the ticks that began at least a period late. `correct`: every tick was one step of the
+    rehearsal, the tool moved, and no reported pose violated the margin.
     """
     if not 0.5 <= args.seconds <= 86_400:
         raise report.BenchmarkRefused(f"--seconds {args.seconds:g} is not between 0.5 and 86400")
@@ -88,7 +89,7 @@ def _measure(case: cases.BenchCase, seconds: float, real_time: bool) -> dict[str
 
 
 def _drive(process: RehearsalProcess, seconds: float) -> dict[str, Any]:
-    """Forwards to the end of the path, back to its entry, and so on; whether the priority was held meanwhile."""
+    """Drive forwards to the end of the path and back to its entry repeatedly; return whether the priority was kept."""
     direction, held, watched, why = 1, 0, 0, ""
     least, way, last = float("inf"), 0.0, 0.0
     end = time.monotonic() + seconds
@@ -119,7 +120,7 @@ def _drive(process: RehearsalProcess, seconds: float) -> dict[str, Any]:
 
 
 def _steps_at_rest(process: RehearsalProcess) -> int:
-    """Steps of the rehearsal once the tool has come to rest."""
+    """Return the steps of the rehearsal after the tool has come to rest."""
     steps, deadline = -1, time.monotonic() + ANSWER_S
     while time.monotonic() < deadline:
         time.sleep(REST_S)

@@ -1,6 +1,6 @@
-"""A snake in a breathing lumen in the control process: inserted, steered round, straightened, drawn back, and again.
+"""A snake in a breathing lumen in the control process: inserted, steered, straightened and withdrawn repeatedly.
 
-The run is recorded, and the beginning of it driven again from the recording: the same rows to the last bit.
+The run is recorded, and its beginning is replayed from the recording, which must give identical rows bit by bit.
 """
 
 from __future__ import annotations
@@ -25,20 +25,20 @@ from vfix_engine.worlds.snake import LumenContours, SnakeSettings, SnakeSystemSp
 from vfix_engine.worlds.snake.settings import DriveSettings
 from vfix_engine.worlds.snake.snapshot import SnakeSnapshot
 
-BEAT_S = 0.02  # between two signs of the hand
+BEAT_S = 0.02  # between two commands of the hand
 ANSWER_S = 5.0
-START_S = 600.0  # kernels that are not compiled yet
-REPLAYED = 3000  # ticks that are driven again
+START_S = 600.0  # to compile missing kernels
+REPLAYED = 3000  # ticks that are replayed
 LINKS = 8
 BEND_MM, TURN_RAD, RADIUS_MM, CONTOURS = 130.0, 2.2, 13.0, 61
 START_MM = 60.0
-STRETCH_S = (1.5, 1.5, 0.5, 1.0)  # in, about, straight, back
+STRETCH_S = (1.5, 1.5, 0.5, 1.0)  # inserting, steering, straightening, withdrawing
 
 Process = ControlProcess[SnakeSnapshot]
 
 
 def spec() -> SnakeSystemSpec:
-    """Eight links in a bend of 130 mm radius, 13 mm wide, which breathes by 4 mm."""
+    """Return a system of eight links in a bend of 130 mm radius, 13 mm wide, which breathes by 4 mm."""
     turn = np.linspace(0.0, TURN_RAD, CONTOURS)
     centre = BEND_MM * np.column_stack([1.0 - np.cos(turn), np.zeros(CONTOURS), np.sin(turn)])
     lumen = LumenContours(centre, np.full((CONTOURS, 1), RADIUS_MM), CONTOURS)
@@ -47,7 +47,7 @@ def spec() -> SnakeSystemSpec:
 
 
 def measure(seconds: float, real_time: bool) -> dict[str, Any]:
-    """Rate, lateness and step time of every tick, and whether the beginning of the run repeats."""
+    """Measure rate, lateness and step time of every tick, and whether the beginning of the run replays identically."""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "drive.run"
         process: Process = ControlProcess(spec(), real_time, file)
@@ -64,7 +64,7 @@ def measure(seconds: float, real_time: bool) -> dict[str, Any]:
     beginning = replace(run, ticks=run.ticks[:REPLAYED], events=tuple(e for e in run.events if e.at < REPLAYED))
     same = replay(beginning, spec()).same
     steps = np.diff(run.column("t")) / SnakeSettings().step_s
-    # The loop goes on while the lumen moves: what was recorded after the clock was asked comes on top.
+    # The loop continues while the lumen moves, so the recording has more rows than the clock at the time of its query.
     every = bool((np.abs(steps - 1.0) < 1e-6).all()) and len(run.ticks) + run.lost >= told["ticks"]
     return told | {
         "steps": len(run.ticks),
@@ -94,7 +94,7 @@ def _drive(process: Process, seconds: float) -> dict[str, Any]:
 
 
 def _sign(process: Process, t: float) -> None:
-    """What the hand does t s after the beginning."""
+    """Send the hand's command t s after the beginning."""
     inwards, about, straight, _ = np.cumsum(STRETCH_S)
     phase = t % sum(STRETCH_S)
     if phase < inwards:
@@ -108,7 +108,7 @@ def _sign(process: Process, t: float) -> None:
 
 
 def record(process: ControlProcess[Any]) -> dict[str, Any]:
-    """The clock's own record of every tick."""
+    """Return the clock's record of every tick."""
     process.ask_record()
     deadline = time.monotonic() + ANSWER_S
     while time.monotonic() < deadline:

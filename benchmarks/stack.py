@@ -1,9 +1,9 @@
-"""The same control step built from what is on the shelf: Pinocchio, coal and qpsolvers, glued in numpy.
+"""The same control step built from existing libraries: Pinocchio, coal and qpsolvers, combined by numpy.
 
-It is written to be fast, not to look slow: shapes and requests are made once, coal has the faster of its trees for
-either question, what is done to many numbers is done by numpy at once, the QP is daqp's through qpsolvers (the fastest
-there for a dense problem of this size), and nothing is formatted or copied for show.
-It calls nothing of the engine's compiled code: that both take the same step is a check as well.
+It is optimised for a fair comparison: shapes and requests are created once, coal uses its faster tree for each query,
+array operations are vectorised, the QP is solved by daqp through qpsolvers (its fastest solver for a dense problem of
+this size), and nothing is formatted or copied unnecessarily.
+It calls none of the engine's compiled code, so that equal steps of both are also a check.
 """
 
 from __future__ import annotations
@@ -27,13 +27,13 @@ from vfix_engine.robots import PlacedRobot, TipState, Tool
 from vfix_engine.virtual_fixtures.joint_limits import joint_regularisation
 
 PARTS = ("kinematics", "proximity", "rows", "qp", "certificate")
-_MANY = 1_000_000  # contacts: all of them
+_MANY = 1_000_000  # limit of contacts, which all of them stay below
 _REGULARISATION = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
 class StackStep:
-    """What the stack makes of one state and task; ``seconds``: by part, in the order of ``PARTS``."""
+    """The stack's step for one state and task. seconds: by part, in the order of ``PARTS``."""
 
     step: Array | None
     clearance: float | None
@@ -43,12 +43,12 @@ class StackStep:
 
 
 class Stack:
-    """One robot with one tool among one surface.
+    """One robot with one tool and one surface.
 
     Args:
         coal: the module, see ``report.need("coal")``.
-        exact_check: the predicted pose's clearance is measured, as the engine's step tells it, instead of only being
-            compared with the margin.
+        exact_check: measure the clearance of the predicted pose, as the engine's step reports it, instead of only
+            comparing it with the margin.
     """
 
     def __init__(
@@ -56,7 +56,7 @@ class Stack:
         exact_check: bool = True,
     ):  # fmt: skip
         self._coal, self._robot, self._radius, self._exact = coal, robot, tool.radius, exact_check
-        # coal's fastest trees for either question.
+        # coal's fastest tree for each query.
         self._surface, _ = build(coal, mesh, "BVHModelOBB")
         self._measured = build(coal, mesh)[0] if exact_check else None
         self._still = coal.Transform3s.Identity()
@@ -78,7 +78,7 @@ class Stack:
         self._change = settings.approach_deceleration_mm_per_s2 * settings.dt_s**2
 
     def step(self, state: StepState, task: StepRequest) -> StackStep:
-        """One step from the state's joints and velocity."""
+        """Take one step from the state's joints and velocity."""
         marks = [time.perf_counter()]
         tip = self._robot.tip(state.q)
         places = self._placed(tip.rotation, tip.position)
@@ -96,14 +96,14 @@ class Stack:
         return StackStep(step, clearance, count, len(pairs), tuple(np.diff(marks).tolist()))
 
     def _placed(self, rotation: Array, position: Array) -> list[Any]:
-        """The capsules' placements with the tip there."""
+        """Return the placements of the capsules for a pose of the tip."""
         centres = self._centres @ rotation.T + position
         return [
             self._coal.Transform3s(rotation @ turn, centre) for turn, centre in zip(self._turns, centres, strict=True)
         ]
 
     def _box(self, state: StepState) -> tuple[Array, Array]:
-        """Least and largest joint step (n,), (n,): speed, acceleration, and being able to stop in the range."""
+        """Return the least and largest joint step (n,), (n,): by speed, acceleration, and stopping within the range."""
         robot, dt = self._robot.robot, self._dt
         last, change, fastest = state.velocity * dt, robot.acceleration * (dt * dt), robot.speed * dt
         least = -np.minimum(fastest, _stoppable(np.maximum(state.q - robot.lower, 0.0), change))
@@ -115,7 +115,7 @@ class Stack:
         return low, high
 
     def _pairs(self, places: list[Any]) -> tuple[Pairs, int]:
-        """The reduced pairs within the threshold, and how many there are."""
+        """Return the reduced pairs within the threshold, and the number of all pairs."""
         coal, count = self._coal, 0
         gaps: list[float] = []
         vectors: list[Array] = []
@@ -128,7 +128,7 @@ class Stack:
             count += len(contacts)
             for contact in contacts:
                 gaps.append(contact.penetration_depth)
-                # From the surface to the capsule; the point on the surface, and that on the capsule's.
+                # The direction from the surface to the capsule, and the nearest points on both.
                 vectors += (contact.normal, contact.getNearestPoint1(), contact.getNearestPoint2())
                 triangle.append(contact.b1)
             segment += [s] * len(contacts)
@@ -141,7 +141,7 @@ class Stack:
         return every.take(_reduced(every)), count
 
     def _problem(self, task: StepRequest, tip: TipState, pairs: Pairs, low: Array, high: Array) -> qpsolvers.Problem:
-        """Li 2007, eq. 14-20 in numpy, scaled by the length of the wanted step."""
+        """Return the problem of Li 2007, eq. 14-20, scaled by the length of the wanted step."""
         n, scale = len(low), task.scale or 0.0
         column = np.append(np.ones(n), 1.0 / scale)
         matrix = np.concatenate([np.sqrt(o.weight) * o.matrix for o in task.objectives] + [self._little]) * column
@@ -166,7 +166,10 @@ class Stack:
         )
 
     def _check(self, q: Array) -> float | None:
-        """Clearance of the predicted pose; of a mere comparison the margin, or None where it is not kept."""
+        """Return the clearance of the predicted pose.
+
+        Without an exact check it is the margin, or None if the margin is not kept.
+        """
         places = self._placed(*self._robot.tip_pose(q))
         coal, least = self._coal, np.inf
         for capsule, place in zip(self._capsules, places, strict=True):
@@ -179,14 +182,14 @@ class Stack:
 
 
 def _stoppable(room: Array, change: Array | float) -> Array:
-    """The longest steps after which a stop within ``room`` is possible when a step differs by ``change`` at most."""
+    """Return the longest steps after which a stop within ``room`` is possible if steps differ by at most ``change``."""
     n = np.floor(0.5 * (np.sqrt(1.0 + 8.0 * room / change) - 1.0))
     steps: Array = (room + 0.5 * change * n * (n + 1.0)) / (n + 1.0)
     return steps
 
 
 def _reduced(pairs: Pairs) -> NDArray[np.int64]:
-    """The pairs that say something of their own, nearest first, in the sense of ``geometry.pairs``."""
+    """Return the pairs that are not implied by others, nearest first, as ``geometry.pairs``."""
     kept: list[int] = []
     waiting = np.argsort(pairs.distance, kind="stable")
     while len(waiting) and len(kept) < MAX_ROWS:

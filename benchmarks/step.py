@@ -1,11 +1,9 @@
-"""One step of control along the corridor, against the same step built from Pinocchio, coal and qpsolvers.
+"""One step of control along a path, compared with the same step built from Pinocchio, coal and qpsolvers.
 
-A rehearsal drives the corridor once; then its tasks are taken again, block by block: a second controller makes the
-steps of a block one after the other, gathering triangles where driving makes it necessary, and the stack makes its
-own from the same states.
-Either has one step that is not counted before its turn, since the other has just had the caches for itself.
-What a step took within the rehearsal, where everything else that a rehearsal does comes between two steps, is told as
-well.
+A rehearsal drives along the path once. Then its tasks are repeated block by block: a second controller takes the steps
+of a block one after another, gathering triangles when the motion requires it, and the stack takes its steps from the
+same states. Each takes one step that is not timed before its turn, since the other one has just filled the caches.
+The time of a step within the rehearsal, where everything else of a rehearsal runs between two steps, is reported too.
 """
 
 from __future__ import annotations
@@ -27,9 +25,9 @@ from vfix_engine.control import Controller, ControlSettings, HandCommand, StepRe
 from vfix_engine.worlds.rigid.rehearsal import Command, Rehearsal
 
 SUMMARY = "a whole control step along the corridor, against Pinocchio + coal + qpsolvers"
-BLOCK = 20  # steps that are driven in one go, as a rehearsal drives them, before the stack has its turn
-EVERY = 5  # of them the stack takes one
-SPLIT_EVERY = 60  # steps, a multiple of a block, between two whose parts are timed one by one
+BLOCK = 20  # consecutive steps of the controller, as in a rehearsal, before the turn of the stack
+EVERY = 5  # the stack takes one of this many steps
+SPLIT_EVERY = 60  # steps, a multiple of a block, between two steps whose parts are timed separately
 MOST_STEPS = 60_000
 SAME_STEP = 1e-6  # relative to the length of the wanted step
 SAME_CLEARANCE_MM = 1e-6
@@ -39,7 +37,7 @@ Answer = TypeVar("Answer")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Which head, and how much of its corridor."""
+    """Add the options: which head, and how much of its path."""
     cases.add_arguments(parser)
     parser.add_argument(
         "--steps", type=int, default=MOST_STEPS, help="steps at most, of 1 ms at 10 mm/s (default: all)"
@@ -47,14 +45,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(args: argparse.Namespace) -> dict[str, Any]:
-    """The whole corridor in control steps; the top level tells of the largest surface.
+    """Measure the control steps along the whole path; the top level has the figures of the largest surface.
 
-    Keys: median_us, p99_us of every step, those that gather triangles anew included; ratio_vs_stack,
-    p99_ratio_vs_stack; split_us and floor_us by part; stack: the same of the stack.
-    whole_us: the rigid system's whole step with its recorder's row, the worst of three drives, whole_by each of them;
-    whole_over_step: over the controller's step alone in that drive, whole_over_corridor_step: over median_us;
-    snapshot_us: apart; whole_stack_us: with the stack in the controller's place, moving freely, and
-    whole_ratio_vs_stack over ours there.
+    Keys: median_us, p99_us: of every step, including those that gather triangles. ratio_vs_stack, p99_ratio_vs_stack.
+    split_us, floor_us: by part. stack: the same for the stack.
+    whole_us: the rigid system's whole step with its recorder's row, the worst of three drives; whole_by: each of them.
+    whole_over_step: relative to the controller's step alone in that drive. whole_over_corridor_step: relative to
+    median_us. snapshot_us: measured separately. whole_stack_us: with the stack instead of the controller, moving
+    freely. whole_ratio_vs_stack: relative to the engine's there.
 
     Raises:
         BenchmarkRefused: coal is not installed, or the number of steps makes no sense.
@@ -72,7 +70,7 @@ def _all_correct(results: dict[str, Any]) -> bool:
 
 
 class _Drive:
-    """The corridor of one case, driven at full force."""
+    """A drive along the path of one case at full force."""
 
     def __init__(self, coal: Any, case: cases.BenchCase, most: int):
         self._case, self._most, self._settings = case, most, ControlSettings()
@@ -88,9 +86,9 @@ class _Drive:
         self._whole: dict[str, Any] = {}
 
     def measure(self) -> dict[str, Any]:
-        """Drive, take the steps again in turn with the stack, and tell."""
+        """Drive, repeat the steps in turn with the stack, and return the figures."""
         collecting = gc.isenabled()
-        gc.disable()  # as in the control loop, which pays for garbage at rest
+        gc.disable()  # as in the control loop, which collects garbage at rest
         try:
             start, tasks, progress = self._drive()
             gc.collect()
@@ -99,7 +97,7 @@ class _Drive:
             state, block = controller.measure(start), list[Moment]()
             for first in range(0, len(tasks), BLOCK):
                 if block:
-                    controller.step(*block[-1])  # not counted: the stack has just had the caches for itself
+                    controller.step(*block[-1])  # not timed: the stack has just filled the caches
                 block = []
                 for task in tasks[first : first + BLOCK]:
                     block.append((state, task))
@@ -116,10 +114,10 @@ class _Drive:
         return self._told(progress, parts)
 
     def _drive(self) -> tuple[np.ndarray, list[StepRequest], float]:
-        """Joints at the start, the request of every step of the rehearsal, and how far along the path it came."""
+        """Return the joints at the start, the request of every step of the rehearsal, and the reached arc length."""
         rehearsal = Rehearsal(self._scene, self._settings)
         state = rehearsal.start()
-        rehearsal.step(state, Command(np.zeros(3), drive=1))  # compiles what is not yet
+        rehearsal.step(state, Command(np.zeros(3), drive=1))  # compiles missing kernels
         start, tasks = state.tool.q, list[StepRequest]()
 
         def timed(state: StepState, task: Task, command: HandCommand) -> StepReport:
@@ -140,10 +138,10 @@ class _Drive:
         return answer
 
     def _compare(self, block: list[Moment], controller: Controller) -> None:
-        """The stack's turn at some of the block's states."""
+        """Take steps of the stack at some of the block's states."""
         moments = [moment for moment in block[::EVERY] if (moment[1].scale or 0.0) > 0.0]
         for moment in moments[-1:]:
-            self._stack.step(*moment)  # not counted, as before a block
+            self._stack.step(*moment)  # not timed, as before a block
         answers = [self._timed("stack", self._stack.step, *moment) for moment in moments]
         for moment in moments:
             self._timed("comparing stack", self._comparing.step, *moment)
@@ -188,7 +186,7 @@ class _Drive:
                 "pairs": {"median": float(np.median(self._pairs)), "most": int(max(self._pairs))},
             },
             "largest_difference": {"step": apart, "clearance_mm": clearances},
-            # Where a step is cut short or held, the stack has no like of it.
+            # The stack has no equivalent of a shortened or held step.
             "compared": self._outcomes["moved"],
             "not_compared": {name: self._outcomes[name] for name in ("shrunk", "held", "idle")},
             "correct": apart <= SAME_STEP and clearances <= SAME_CLEARANCE_MM,

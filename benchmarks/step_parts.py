@@ -1,10 +1,10 @@
-"""The parts of the compiled step one by one: what each takes, and what it takes at the very least.
+"""Times of the parts of the compiled step, and their lower bounds.
 
-A part is called from Python at poses of the drive, a few times, and what handing over its arguments costs is taken off
-again (the same call that repeats the part zero times).
-Its floor is the same kernel repeated inside compiled code: everything in the fastest cache, nothing handed over.
-What a step takes in the drive beyond the sum of its parts, code and data being no longer in the nearest caches when its
-turn comes, is told as 'from_caches'.
+A part is called a few times from Python at poses of the drive, and the cost of passing its arguments (the same call
+that repeats the part zero times) is subtracted.
+Its floor is the same kernel repeated inside compiled code: everything in the fastest cache, no arguments passed.
+The time of a step in the drive beyond the sum of its parts is reported as 'from_caches', since code and data are then
+no longer in the nearest caches.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from vfix_engine.virtual_fixtures.state_kernel import state_views
 
 PARTS = ("kinematics", "proximity", "rows", "qp", "certificate")
 REPEATS = 20  # of a kernel for its floor
-CALLS = 7  # of a part, of which the median counts; the first is not counted
+CALLS = 7  # of a part, of which the median is used; the first call is not timed
 
 
 def _bare(function: Any) -> Any:
@@ -87,7 +87,7 @@ class StepParts:
         self._least: defaultdict[str, list[float]] = defaultdict(list)
 
     def time(self, state: StepState, task: StepRequest) -> None:
-        """One pass over the parts of the step from a state that this controller has measured; nothing is kept of it."""
+        """Time the parts of the step once, from a state that this controller has measured, and discard the results."""
         scale = task.scale
         if scale is None or not scale > 0.0 or task.constraints:
             return
@@ -113,9 +113,9 @@ class StepParts:
         self._part("certify", _certify, (*arrays, before, step, after, *pair))
 
     def told(self, median_us: float) -> tuple[dict[str, float], dict[str, float]]:
-        """Median µs of each part, together those of a driven step, and of its floor.
+        """Return the median µs of each part, which add up to those of a driven step, and of its floor.
 
-        'handing_over' is what it takes to call compiled code, 'python' what is around that.
+        'handing_over' is the time to call compiled code, 'python' the time around that.
         """
         taken, least = (
             {name: 1e6 * float(np.median(values)) for name, values in every.items()}
@@ -128,7 +128,7 @@ class StepParts:
         return split, {name: least.get(name, 0.0) for name in split}
 
     def _part(self, name: str, kernel: Callable[..., Any], arguments: tuple[Any, ...]) -> None:
-        """As called, without the handing over, and many times in compiled code."""
+        """Time a part as called, without passing its arguments, and repeated in compiled code."""
         taken = _seconds(kernel, (1, *arguments)) - _seconds(kernel, (0, *arguments))
         self._taken[name].append(max(taken, 0.0))
         self._least[name].append(_seconds(kernel, (REPEATS, *arguments)) / REPEATS)

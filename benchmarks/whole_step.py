@@ -1,9 +1,9 @@
-"""What a tick of the rigid tool costs besides its clock: the whole step of the system with its recorder's row.
+"""The cost of a tick of the rigid tool without its clock: the whole step of the system with its recorder's row.
 
-Three drives, each from the inner end of the corridor: moving freely, pushed against the nearest bone, and swinging
-about an inspected target. The snapshot is apart: it is made at display rate.
-The stack's whole step is the same system with the stack in the controller's place: it is timed at some of the free
-drive's states, where the report that the controller made is handed back for nothing.
+There are three drives, each from the inner end of the path: moving freely, pushed against the nearest bone, and
+swinging about an inspected target. The snapshot is measured separately, since it is made at display rate.
+The stack's whole step is the same system with the stack instead of the controller: it is timed at some states of the
+free drive, where the controller's report is reused at no cost.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ from vfix_engine.worlds.rigid.rigid_state import RehearsalState
 from vfix_engine.worlds.rigid.scene import Scene
 
 STEPS = 1500  # of each drive
-SWING_STEPS = 700  # of one swing about the target, and of one way there and back in the free drive
-WARM = 50  # steps of each drive that are not counted
-STEP_EVERY = 5  # steps between two whose controller's step is timed alone
-STACK_EVERY = 15  # free steps between two that the stack takes as well
+SWING_STEPS = 700  # of one swing about the target, and of one motion back and forth in the free drive
+WARM = 50  # steps of each drive that are not timed
+STEP_EVERY = 5  # one of this many steps has the controller's step timed alone
+STACK_EVERY = 15  # one of this many free steps is also taken by the stack
 MOST_STEPS = 60_000  # to the inner end
 
 
@@ -47,7 +47,7 @@ def stepping(controller: Controller, step: Callable[..., StepReport]) -> Iterato
 
 
 class WholeStep:
-    """One case's scene, driven three ways."""
+    """The scene of one case with its three drives."""
 
     def __init__(self, scene: Scene, settings: ControlSettings, stack: Stack):
         self._settings, self._stack = settings, stack
@@ -58,7 +58,7 @@ class WholeStep:
         self._snapshots: list[float] = []
 
     def measure(self, step_us: float) -> dict[str, Any]:
-        """Figures of all three drives; ``step_us``: of the controller's step along the corridor, in this run."""
+        """Return the figures of all three drives. step_us: of the controller's step along the path in this run."""
         stack: list[float] = []
         by = {
             "free": self._drive("free", _to_and_fro, stack),
@@ -105,13 +105,13 @@ class WholeStep:
                 outcomes[after.last.report.outcome if after.last else ""] += 1
                 if stack is not None and count % STACK_EVERY == 0:
                     stack.append(self._with_stack(state, command, after))
-                    system.step(state, command)  # not counted: the stack has just had the caches for itself
+                    system.step(state, command)  # not timed: the stack has just filled the caches
                 begin = time.perf_counter()
                 system.snapshot(after)
                 self._snapshots.append(time.perf_counter() - begin)
                 if count % STEP_EVERY == 0:
                     alone.append(self._step_alone(state, command))
-                system.step(state, command)  # not counted
+                system.step(state, command)  # not timed
             state = after
         spread = report.spread_us(taken)
         return {
@@ -123,7 +123,7 @@ class WholeStep:
         }
 
     def _step_alone(self, state: RehearsalState, command: Command) -> float:
-        """Seconds of the controller's step alone, from the same state with the same request."""
+        """Return the seconds of the controller's step alone, from the same state with the same request."""
         asked: list[tuple[StepState, StepRequest]] = []
 
         def asking(tool: StepState, task: Task, hand: HandCommand) -> StepReport:
@@ -137,7 +137,7 @@ class WholeStep:
         return time.perf_counter() - begin
 
     def _with_stack(self, state: RehearsalState, command: Command, after: RehearsalState) -> float:
-        """Seconds of the same whole step with the stack in the controller's place."""
+        """Return the seconds of the same whole step with the stack instead of the controller."""
         assert after.last is not None
         done = after.last.report
 
@@ -151,19 +151,19 @@ class WholeStep:
             return time.perf_counter() - begin
 
     def _pushed(self, state: RehearsalState, count: int, cap: float) -> Command:
-        """Full force against the nearest bone, whatever that is now."""
+        """Return a command with full force against the currently nearest bone."""
         return Command(-cap * self._system.scene.tree.closest(state.tool.segments).normal)
 
 
 def _to_and_fro(state: RehearsalState, count: int, cap: float) -> Command:
-    """Out of the corridor and in again, along it, at half the force."""
+    """Return a command out along the path and in again, with half the force."""
     along = state.tool.tip.rotation[:, 1] if state.nearest is None else state.nearest.tangent
     outwards = -1.0 if count % SWING_STEPS < SWING_STEPS // 2 else 1.0
     return Command(0.5 * cap * outwards * along)
 
 
 def _swinging(state: RehearsalState, count: int, cap: float) -> Command:
-    """About the target, round and round, with a twist."""
+    """Return a command that circles about the target with a twist."""
     angle = 2.0 * np.pi * count / SWING_STEPS
     across, upwards = state.tool.tip.rotation[:, 0], state.tool.tip.rotation[:, 2]
     force = 0.5 * cap * (np.cos(angle) * across + np.sin(angle) * upwards)

@@ -15,13 +15,13 @@ _LOG = logging.getLogger(__name__)
 class WarmUpStep:
     """A piece of work and the text shown while it runs, which may include its progress.
 
-    needed: evaluated when its turn comes. spare: optional; if it fails, the next step begins all the same.
+    needed: evaluated when its turn comes. optional: if it fails, the next step begins all the same.
     """
 
     text: str | Callable[[], str]
     work: Callable[[], object]
     needed: Callable[[], bool] = lambda: True
-    spare: bool = False
+    optional: bool = False
 
 
 @dataclass(frozen=True)
@@ -95,6 +95,6 @@ class WarmUp:
         except self._ends:
             raise
         except Exception as error:
-            if shown and not step.spare:
+            if shown and not step.optional:
                 raise
             _LOG.error("getting ready goes on without a step that failed: %s", error_places(error))

@@ -228,13 +228,13 @@ class TrackerClient:
     def _run(self) -> None:
         while not self._ended.is_set():
             try:
-                with socket.create_connection((self.host, self.port), timeout=_CONNECT_S) as opened:
-                    opened.settimeout(None)
-                    _keep_alive(opened)
+                with socket.create_connection((self.host, self.port), timeout=_CONNECT_S) as connection:
+                    connection.settimeout(None)
+                    _keep_alive(connection)
                     with self._lock:
-                        self._socket, self._connected, self._trouble = opened, True, ""
+                        self._socket, self._connected, self._trouble = connection, True, ""
                         self._wrong_checksums, self._unread = 0, ""
-                    self._listen(opened)
+                    self._listen(connection)
             except LinkFault as error:
                 self._trouble = str(error).rstrip(".")
             except OSError as error:
@@ -245,9 +245,9 @@ class TrackerClient:
                 self._socket, self._connected = None, False
             self._ended.wait(_RETRY_S)
 
-    def _listen(self, opened: socket.socket) -> None:
+    def _listen(self, connection: socket.socket) -> None:
         """Read messages until the server or `close` ends the connection. Raises OSError and LinkFault."""
-        with opened.makefile("rb") as stream:
+        with connection.makefile("rb") as stream:
             while not self._ended.is_set():
                 data = stream.read(HEADER_BYTES)
                 if len(data) < HEADER_BYTES:
@@ -300,12 +300,12 @@ class TrackerClient:
             self._lock.notify_all()
 
 
-def _keep_alive(opened: socket.socket) -> None:
+def _keep_alive(connection: socket.socket) -> None:
     """Enable TCP keep-alive, so that a silently lost peer, as by a pulled cable, is noticed within some seconds."""
-    opened.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
+    connection.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
     for option, seconds in (("TCP_KEEPIDLE", 3), ("TCP_KEEPINTVL", 2), ("TCP_KEEPCNT", 3)):
         if hasattr(socket, option):
-            opened.setsockopt(socket.IPPROTO_TCP, getattr(socket, option), seconds)
+            connection.setsockopt(socket.IPPROTO_TCP, getattr(socket, option), seconds)
 
 
 def _longest_gap_s(poses: list[Pose], begin: float) -> float:

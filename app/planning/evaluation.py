@@ -75,7 +75,7 @@ class Planning:
         self._distance_fields = distance_fields or DistanceFields(cases)
         self._evaluations: Cache[str, PlanEvaluation] = Cache(32)
         self._cones: Cache[str, Mapping[str, InspectionCone]] = Cache(32)
-        self._openings = BoneRemoval(cases)
+        self._bone_removal = BoneRemoval(cases)
         self._zones: Cache[str, ZoneSet] = Cache(16)
         self._ended = threading.Event()
 
@@ -101,7 +101,7 @@ class Planning:
         settings = settings_in_case({} if plan is None else plan.settings, case.uncertainty)
         radius = float(tool.radius.max())
         clearance = radius + settings.kept_mm
-        bone = self._openings.bone(case, plan)
+        bone = self._bone_removal.bone(case, plan)
         tree, volume, inside = bone.tree, bone.volume, bone.inside
         zones = () if plan is None else self.zones(plan).zones
         taken: InsideTest = (lambda at: inside(at) | within_margin(zones, at, radius)) if zones else inside
@@ -134,7 +134,7 @@ class Planning:
 
     def bone(self, plan: Plan) -> PlanBone:
         """Return the bone of the plan's case after the plan's bone removal. Raises PlanError if none is left."""
-        return self._openings.bone(self._cases.get(plan.case_id), plan)
+        return self._bone_removal.bone(self._cases.get(plan.case_id), plan)
 
     def zones(self, plan: Plan) -> ZoneSet:
         """Return the protected structures of a plan as zones of the engine.
@@ -207,7 +207,7 @@ class Planning:
     ) -> Mapping[str, InspectionCone]:
         evaluation, tool = self.evaluate(plan, options=options, through=registered), plan_tool(plan)
         case = self._cases.get(plan.case_id)
-        tree, kept = self._openings.bone(case, plan).tree, settings_in_case(plan.settings, case.uncertainty).kept_mm
+        tree, kept = self._bone_removal.bone(case, plan).tree, settings_in_case(plan.settings, case.uncertainty).kept_mm
         placed = self._instruments.robot(plan.robot).placed(evaluation.base, tool)
         found = {}
         for target in plan.targets:
@@ -271,7 +271,7 @@ class Planning:
         settings = settings_in_case(plan.settings, case.uncertainty)
         robot, tool = self._instruments.robot(plan.robot), plan_tool(plan)
         report_progress("Building the tree of the surface", 0.0)
-        bone = self._openings.bone(case, plan)
+        bone = self._bone_removal.bone(case, plan)
         tree, names, volume = bone.tree, case.structure_names(), bone.volume
 
         def tissue() -> DistanceField | None:

@@ -1,1 +1,1 @@
-"""The attack on a snake's hard limits: lumens, hands that mean harm, and judges that share no line with the query."""
+"""The attack on a snake's hard limits: lumens, adversarial hands, and judges that share no code with the query."""

@@ -1,4 +1,4 @@
-"""One lumen under attack: episodes of changing settings, controls, hands and lies, every step judged."""
+"""The attack in one lumen: episodes with changing settings, controls, hands and lies, every step judged."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ from .lies import LIES
 from .scenes import BUILDERS, Arena
 from .watch import Tally, Watch
 
-LONGEST = 240  # steps of an episode, a quarter of it at least
-LIED_TO = 0.2  # of the episodes
-STARTS = 30  # tried for one episode
-BY_PLACE = 0.5  # of the episodes with bounds that nobody has set
+LONGEST = 240  # largest number of steps of an episode; the least is a quarter of it
+LIED_TO = 0.2  # fraction of the episodes with lies
+STARTS = 30  # attempts to find the start of an episode
+BY_PLACE = 0.5  # fraction of the episodes with the default bounds, which depend on the place
 
 
 class Campaign:
@@ -41,8 +41,11 @@ class Campaign:
         replays: float = 0.02,
         longest: int = LONGEST,
     ):
-        """``sabotage``: what is done to every drive, for the proof that the judges see it; ``hands``: by name;
-        ``replays``: share of the steps with a motion that are replayed; ``longest``: steps of an episode."""
+        """Prepare the campaign.
+
+        sabotage: modifies every drive, to prove that the judges detect it. hands: names. replays: fraction of the steps
+        with a motion that are replayed. longest: largest number of steps of an episode.
+        """
         self._name, self._steps, self._sabotage, self._hands = name, steps, sabotage, hands
         self._random = np.random.default_rng([seed, zlib.crc32(name.encode())])
         self.tally, self._replays, self._longest = Tally(), replays, longest
@@ -50,7 +53,7 @@ class Campaign:
         self._digest = hashlib.sha256()
 
     def run(self) -> dict[str, Any]:
-        """The figures of this scene; ``skipped`` says why where there are none."""
+        """Run the campaign and return its figures; ``skipped`` states the reason if there are none."""
         begin = time.perf_counter()
         arena = BUILDERS[self._name]()
         if isinstance(arena, str):
@@ -67,7 +70,7 @@ class Campaign:
         }
 
     def _episode(self, arena: Arena) -> None:
-        """One stretch of one hand."""
+        """Run one episode of one hand."""
         drive = self._begin(arena)
         hand, random = str(self._random.choice(self._hands)), np.random.default_rng(self._random.integers(2**63))
         doing = [hand, f"control: {drive.settings.control}"]
@@ -85,9 +88,9 @@ class Campaign:
         ):
             command, dt = HANDS[hand](memory, drive)
             try:
-                with np.errstate(invalid="ignore", over="ignore"):  # of numbers that liars hand over
+                with np.errstate(invalid="ignore", over="ignore"):  # for invalid numbers from lying parts
                     state = drive.step(command, dt)
-            except Exception as error:  # anything at all: a step never raises
+            except Exception as error:  # of any type, since a step must never raise
                 self.tally.steps += 1
                 self.tally.exceptions += 1
                 self.tally.fail("exception", error=repr(error), doing=", ".join(doing))
@@ -97,10 +100,10 @@ class Campaign:
             memory.count += 1
 
     def _begin(self, arena: Arena) -> SnakeDrive:
-        """A drive at a place where it is within its bounds.
+        """Return a drive at a place where it is within its bounds.
 
         Raises:
-            InputError: none was found.
+            InputError: no such place was found.
         """
         for _ in range(STARTS):
             settings = self._settings(arena)
@@ -112,7 +115,7 @@ class Campaign:
         raise InputError(f"{self._name}: no start within the bounds in {STARTS} places")
 
     def _settings(self, arena: Arena) -> DriveSettings:
-        """Any corner of what may be set, the usual values most often."""
+        """Return random settings, most often usual values, and sometimes extreme ones."""
         pick = self._random.choice
         settings = DriveSettings(
             step_s=float(pick((0.001, 0.001, 0.004, 0.02))),

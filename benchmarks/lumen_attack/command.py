@@ -26,7 +26,7 @@ WRONG = ("violations", "nan", "disagreements", "limit_violations", "exceptions",
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """The options of the attack."""
+    """Add the options of the attack."""
     parser.add_argument("--attack", type=int, metavar="STEPS", help="attack the hard limits instead: so many steps")
     parser.add_argument("--seed", type=int, default=0, metavar="S", help="of the attack; same seed, same motions")
     parser.add_argument("--jobs", type=int, default=2, metavar="J", help="processes of the attack (default 2)")
@@ -34,7 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def attack(args: argparse.Namespace) -> dict[str, Any]:
-    """The attack's figures.
+    """Run the attack and return its figures.
 
     Raises:
         BenchmarkRefused: an option makes no sense.
@@ -53,7 +53,7 @@ def attack(args: argparse.Namespace) -> dict[str, Any]:
 
 
 def summary(scenes: list[dict[str, Any]], seconds: float) -> dict[str, Any]:
-    """All scenes together; steps of a scene whose data are missing are not made up elsewhere."""
+    """Return the figures of all scenes together; steps of a scene with missing data are not replaced by others."""
     fought = [scene for scene in scenes if "skipped" not in scene]
     total: dict[str, Any] = {name: sum(scene[name] for scene in fought) for name in SUMMED}
     total |= {name: max((scene[name] for scene in fought), default=0.0) for name in WORST}

@@ -1,4 +1,4 @@
-"""Hands that mean harm: each looks at a driven snake and answers with a command and the time it is given."""
+"""Adversarial hands: each returns a command for the state of a driven snake, and its duration."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from vfix_engine.worlds.snake.snake_drive import SnakeDrive
 Order = tuple[SnakeCommand, float]
 
 NONSENSE = (math.nan, math.inf, -math.inf, 1e300, -1e300, 1e-320, 0.0, 5.0)
-PACES = (1.0, 1.0, 1.0, 10.0, 40.0)  # of the settings' step
+PACES = (1.0, 1.0, 1.0, 10.0, 40.0)  # durations as multiples of the settings' step
 
 
 @dataclass
@@ -32,7 +32,7 @@ class Memory:
     notes: dict[str, float] = field(default_factory=dict)
 
     def kept(self, longest: int) -> Array:
-        """A direction in the camera's plane, with a speed, that stays for a random while."""
+        """Return a velocity in the camera's plane that stays for a random number of steps."""
         if self.count >= self.until:
             self.angle = float(self.random.uniform(0.0, 2.0 * math.pi))
             self.size = float(10.0 ** self.random.uniform(0.5, 4.0))
@@ -49,7 +49,7 @@ def _camera(way: Array) -> tuple[float, float]:
 
 
 def _outwards(drive: SnakeDrive) -> Array:
-    """Where the camera is to go to press the distal vertex that is nearest to its bound farther out."""
+    """Return the camera's direction that moves the distal vertex nearest to its bound farther out."""
     state = drive.state
     link = int((state.deviation.depth - drive.bound)[-drive.distal.links :].argmax()) + len(drive.bound)
     link -= drive.distal.links
@@ -64,7 +64,7 @@ def _outwards(drive: SnakeDrive) -> Array:
 
 
 def pushing(memory: Memory, drive: SnakeDrive) -> Order:
-    """One way for long."""
+    """One direction for a long time."""
     return SnakeCommand(camera_mm_per_s=_camera(memory.kept(150))), memory.pace * drive.settings.step_s
 
 
@@ -77,14 +77,14 @@ def spinning(memory: Memory, drive: SnakeDrive) -> Order:
 
 
 def jumping(memory: Memory, drive: SnakeDrive) -> Order:
-    """Elsewhere in every step, at any speed and for any time."""
+    """Another direction in every step, at any speed and for any duration."""
     way = memory.random.normal(size=2) * 10.0 ** memory.random.uniform(0.0, 6.0)
     dt = drive.settings.step_s * float(memory.random.choice((1.0, 5.0, 50.0)))
     return SnakeCommand(camera_mm_per_s=_camera(way)), dt
 
 
 def into_the_wall(memory: Memory, drive: SnakeDrive) -> Order:
-    """Wherever the vertex nearest to its bound comes out farther."""
+    """The direction that moves the vertex nearest to its bound farther out."""
     memory.kept(60)
     out = _outwards(drive)
     size = float(np.linalg.norm(out))
@@ -93,7 +93,7 @@ def into_the_wall(memory: Memory, drive: SnakeDrive) -> Order:
 
 
 def resonating(memory: Memory, drive: SnakeDrive) -> Order:
-    """Turns back as soon as it is held, and swings at a pace that wanders."""
+    """Reverses as soon as it is stopped, and swings with a varying duration."""
     held = drive.state.outcome in ("held", "shrunk") and drive.state.limit != "speed"
     if held or memory.count % max(1, int(memory.notes.get("period", 20.0))) == 0:
         memory.notes["sign"] = -memory.notes.get("sign", 1.0)
@@ -103,7 +103,7 @@ def resonating(memory: Memory, drive: SnakeDrive) -> Order:
 
 
 def alternating(memory: Memory, drive: SnakeDrive) -> Order:
-    """Into the wall and out of it, every step, as fast as any command may be."""
+    """Into the wall and out of it in alternate steps, at the highest speed of a command."""
     sign = 1.0 if memory.count % 2 else -1.0
     memory.kept(60)
     way = sign * (_outwards(drive) + 1e-3) * 1e3
@@ -111,7 +111,7 @@ def alternating(memory: Memory, drive: SnakeDrive) -> Order:
 
 
 def nonsense(memory: Memory, drive: SnakeDrive) -> Order:
-    """No numbers, no finite ones, no small ones, and honest ones in between."""
+    """NaN, infinite and huge values, and valid ones in between."""
     x, y, speed = (float(v) for v in memory.random.choice(NONSENSE, size=3))
     if memory.random.random() < 0.5:
         speed = 0.0
@@ -119,7 +119,7 @@ def nonsense(memory: Memory, drive: SnakeDrive) -> Order:
 
 
 def contradicting(memory: Memory, drive: SnakeDrive) -> Order:
-    """In and out, aside and straight, all at once."""
+    """Contradictory commands: in and out, sideways and straight at the same time."""
     speed = float(memory.random.choice((0.0, 1.0, -1.0))) * 10.0 ** memory.random.uniform(-3.0, 4.0)
     way, straighten = memory.kept(40), bool(memory.random.random() < 0.5)
     return SnakeCommand(speed, _camera(way), straighten), memory.pace * drive.settings.step_s
@@ -132,7 +132,7 @@ def jittering(memory: Memory, drive: SnakeDrive) -> Order:
 
 
 def inserting(memory: Memory, drive: SnakeDrive) -> Order:
-    """In and out at any speed, straight where it has to be."""
+    """In and out at any speed, straight if required."""
     if memory.count >= memory.until:
         memory.forwards = bool(memory.random.random() < 0.75) if drive.tip_s < drive.length_mm - 1.0 else False
     memory.kept(250)
@@ -145,7 +145,7 @@ def inserting(memory: Memory, drive: SnakeDrive) -> Order:
 
 
 def to_and_fro(memory: Memory, drive: SnakeDrive) -> Order:
-    """In one step and out the next, with a bend between them when it is straight."""
+    """In and out in alternate steps, with a bend between them when it is straight."""
     memory.kept(60)
     turn = memory.count % 5
     if turn == 4:
@@ -156,7 +156,7 @@ def to_and_fro(memory: Memory, drive: SnakeDrive) -> Order:
 
 
 def waiting(memory: Memory, drive: SnakeDrive) -> Order:
-    """Nothing, while the tissue moves, and a push now and then."""
+    """No command while the tissue moves, and sometimes a push."""
     if memory.random.random() < 0.8:
         return SnakeCommand(), drive.settings.step_s * float(memory.random.choice((1.0, 10.0)))
     return SnakeCommand(camera_mm_per_s=_camera(memory.kept(60))), drive.settings.step_s

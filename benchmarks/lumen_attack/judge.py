@@ -1,8 +1,8 @@
-"""Judges of a driven snake: where its vertices are and how deep, by the paper's printed steps and nothing of the query.
+"""The judge of a driven snake: positions and depths of its vertices by the paper's printed steps, without the query.
 
-Kinematics are products of 4 × 4 matrices, depths are eq. 1-9 as they are printed, every vertex against every segment of
-its link's window. Polar contours, which the printed steps leave open, are asked of the engine's scalar function of one
-point and one segment.
+Kinematics are products of 4 × 4 matrices; depths are eq. 1-9 as printed, for every vertex and every segment of its
+link's window. For polar contours, which the printed steps do not cover, the engine's scalar function of one point and
+one segment is used.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ def deepest_as_printed(
     asked: BoolArray,
     depth: Array,
 ) -> None:
-    """d_l of eq. 9 of every link that is asked for, into ``depth`` (L,); a window (L, 2) for each link."""
+    """Write d_l of eq. 9 of every requested link into ``depth`` (L,). windows (L, 2): of each link."""
     for link in range(len(start) - 1):
         depth[link] = 0.0
         if not asked[link]:
@@ -55,7 +55,7 @@ class Judge:
         self._snake, self._vertices = snake, vertices
 
     def frames(self, q: Array, base: Array) -> Array:
-        """The links' frames (L, 4, 4): Rot_x(q_{2l−1}) · Rot_y(q_{2l}) · Trans_z(length), one after the other."""
+        """Return the links' frames (L, 4, 4): products of Rot_x(q_{2l−1}) · Rot_y(q_{2l}) · Trans_z(length)."""
         out, here = np.empty((self._snake.links, 4, 4)), np.array(base)
         cosine, sine = np.cos(q), np.sin(q)
         ahead = np.array([0.0, 0.0, self._snake.length_mm, 1.0])
@@ -72,7 +72,7 @@ class Judge:
         return out
 
     def depth(self, packed: PackedPathway, windows: IntArray, asked: BoolArray, q: Array, base: Array) -> Array:
-        """d_l (L,) in mm, 0 of links that are not asked for; infinity at a pose that is no numbers."""
+        """Return d_l (L,) in mm, 0 for links that are not requested; infinity at a pose that is not finite."""
         frames, points, start = self.frames(q, base), self._vertices.points, self._vertices.start
         if not np.isfinite(frames).all():
             return np.where(asked, np.inf, 0.0)
@@ -89,7 +89,7 @@ class Judge:
 
 
 def turned(base: Array, end: Array, share: float) -> Array:
-    """A base (4, 4) on its way: its origin in a straight line, its axes by one turn, by SciPy's rotations."""
+    """Return an interpolated base (4, 4): its origin on a straight line, its axes by one rotation, using SciPy."""
     from scipy.spatial.transform import Rotation  # imported here: slow to load
 
     turn = Rotation.from_matrix(end[:3, :3] @ base[:3, :3].T).as_rotvec()
@@ -100,10 +100,10 @@ def turned(base: Array, end: Array, share: float) -> Array:
 
 
 def bounds_by_place(pathway: Pathway, settings: DriveSettings, windows: IntArray) -> Array:
-    """b_i (L,) in mm of links with those windows (L, 2), segment by segment, of the pathway at rest.
+    """Return b_i (L,) in mm of links with windows (L, 2), by the segments of the pathway at rest.
 
-    8 mm, 4 mm of the last link, and half of the radius that every section of the segment has at least, by its contours
-    and by the lumen's surface; or as given.
+    It is at most 8 mm, 4 mm for the last link, and half of the least radius of the segment's sections by its contours
+    and by the lumen's surface; or as set.
     """
     rest = pathway.moved(None).contours(extended=True)
     smallest = rest.radius.min(axis=1)

@@ -1,4 +1,4 @@
-"""What the certificate is handed by parts that are not to be trusted: each is replaced by one that lies."""
+"""Lying replacements of untrusted parts, whose results the certificate has to check."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Random = np.random.Generator
 
 
 def _wild(random: Random, q: Array, q_max: float) -> Array:
-    """Joints that nobody in his senses would ask for."""
+    """Return absurd joints."""
     kind = int(random.integers(5))
     if kind == 0:
         return np.asarray(random.uniform(-q_max, q_max, len(q)))

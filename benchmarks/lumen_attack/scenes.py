@@ -1,4 +1,4 @@
-"""The lumens of the attack: pathways by formula and, where its data are, a real colon; still and moving."""
+"""The lumens of the attack: pathways by formula and, if its data are available, a real colon; at rest and moving."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ from vfix_engine.robots.snake import SnakeModel
 from vfix_engine.worlds.snake.drive import Lumen, lumen_between
 from vfix_engine.worlds.snake.settings import DriveSettings
 
-BODY = (0.0, 0.3, 1.0)  # the way that the diaphragm pushes
+BODY = (0.0, 0.3, 1.0)  # direction in which the diaphragm pushes
 
 
 @dataclass(frozen=True, eq=False)
 class Arena:
     """One lumen with a snake.
 
-    tips: mm, between which the tip may stand when an episode begins. bounds: mm, of which b_i is chosen.
-    curve, slack: what the snake conforms to where it is not the pathway's own.
+    tips: mm, range of the tip at the start of an episode. bounds: mm, range of b_i. curve, slack: what the snake
+    conforms to, if not the pathway's own.
     """
 
     links: int
@@ -42,14 +42,17 @@ class Arena:
 
     @property
     def moves(self) -> bool:
-        """Whether its tissue does."""
+        """Whether its tissue moves."""
         return self.pathway.motion is not None
 
 
 def _bend(
     radius: Array | float, bend: float = 90.0, turn: float = 2.4, rise: float = 0.0, contours: int = 25
 ) -> Pathway:
-    """A bend of that radius, rising by so many mm per radian, every second of its contours interpolated."""
+    """Return a bend over ``turn`` rad with every second contour interpolated.
+
+    radius: of the lumen in mm. bend: radius of the bend in mm. rise: mm per rad.
+    """
     angle = np.linspace(0.0, turn, contours)
     centre = np.column_stack([bend * (1.0 - np.cos(angle)), rise * angle, bend * np.sin(angle)])
     widths = np.asarray(radius, dtype=float)
@@ -62,12 +65,12 @@ def _lobed(contours: int = 25, angles: int = 28) -> Array:
 
 
 def _waisted(contours: int = 25) -> Array:
-    """Wide, narrow, wide: 18 mm and 7 mm."""
+    """Return radii that are wide, narrow, wide: 18 mm and 7 mm."""
     return 12.5 + 5.5 * np.cos(np.linspace(0.0, 6.0 * np.pi, contours))
 
 
 def _hairpin() -> Pathway:
-    """Two straight limbs with 6 mm between them, beside each other."""
+    """Return two parallel straight limbs with 6 mm between them."""
     angle = np.linspace(0.0, np.pi, 9)[1:-1]
     out, back = np.linspace(0.0, 120.0, 9), np.linspace(120.0, 0.0, 9)
     x = np.concatenate([np.zeros(9), 30.0 - 30.0 * np.cos(angle), np.full(9, 60.0)])
@@ -82,7 +85,7 @@ def _made(links: int, pathway: Pathway, tissue: TissueMotion | None = None, **mo
 
 @cache
 def _colon_lumen() -> Lumen | str:
-    """The real colon made ready, once in a process, or why it is not there. Its data are no part of vfix."""
+    """Return the prepared real colon, cached, or why it is missing. Its data are not part of vfix."""
     folder = _colon_folder()
     surface, info = folder / "colon_surface_lps_mm.stl", folder / "colon_info.json"
     if not (surface.is_file() and info.is_file()):

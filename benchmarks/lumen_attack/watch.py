@@ -1,4 +1,4 @@
-"""What the judges find, step by step."""
+"""Step-by-step checks of the attack by its judge."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from vfix_engine.worlds.snake.state import SnakeState
 
 from .judge import Judge, bounds_by_place, turned
 
-AGREES_MM = 1e-9  # how far the engine's depths may be from the judge's, and a link beyond what is promised
-SAME = 1e-12  # [rad] between where one motion ends and the next one begins
+AGREES_MM = 1e-9  # tolerance of the engine's depths against the judge's, and of promised depths
+SAME = 1e-12  # [rad] tolerance between the end of a motion and the start of the next one
 FINER = 50  # poses of a replay
-NEAR_MM = 0.5  # to a bound: replayed five times as often
-TISSUE_EVERY = 10  # steps in moving tissue after which it is asked how it really lies
-LONG_S, RECOVERS_S = 0.03, 2.0  # [s] a step in which tissue goes unseen, and how long a robot may take to follow
+NEAR_MM = 0.5  # steps nearer than this to a bound are replayed five times as often
+TISSUE_EVERY = 10  # steps in moving tissue between queries of its true position
+LONG_S, RECOVERS_S = 0.03, 2.0  # [s] a step in which tissue moves unobserved, and how long a robot may take to follow
 FAILURES_KEPT = 5
 
 
@@ -82,19 +82,19 @@ class Tally:
         return found | {"least_room_mm": self.least_room_mm if np.isfinite(self.least_room_mm) else None}
 
     def fail(self, kind: str, **details: Any) -> None:
-        """Keep what a person needs to see this again."""
+        """Keep the data to reproduce a failure."""
         if len(self.failures) < FAILURES_KEPT:
             self.failures.append({"kind": kind, "step": self.steps, **details})
 
 
 class _Witness:
-    """Stands in the place of a certificate, asks it, and notes what it took."""
+    """Wraps a certificate and records the motions that it accepts."""
 
     def __init__(self, limits: Certificate[LinksAt, Configuration, MotionVerdict], first: int, taken: list[Motion]):
         self._limits, self._first, self._taken = limits, first, taken
 
     def certify(self, state: LinksAt, motion: Configuration) -> MotionVerdict:
-        """The certificate's verdict."""
+        """Return the certificate's verdict."""
         verdict = self._limits.certify(state, motion)
         if verdict.taken:
             packed, windows, before, bound, _ = state
@@ -121,7 +121,7 @@ class Watch:
         self._asked, self._found = b"", np.empty(0)  # windows that bounds were asked of last, and those bounds
 
     def judge(self, state: SnakeState, dt: float) -> None:
-        """One step that the engine has taken."""
+        """Judge one step of the engine."""
         tally, motions = self._tally, [self._of_all_links(one) for one in self._taken]
         self._taken.clear()
         self._windows, self._measured = state.windows, state.measured
@@ -163,7 +163,7 @@ class Watch:
         return self._judge.depth(packed, windows, asked, q, base)
 
     def _bound(self, windows: IntArray) -> Array:
-        """b_i (L,) of links with those windows, by the judge."""
+        """Return b_i (L,) of links with those windows, by the judge."""
         key = windows.tobytes()
         if key != self._asked:
             self._asked = key
@@ -175,7 +175,7 @@ class Watch:
         return 5.0 if near.any() else 1.0
 
     def _judge_joints(self, state: SnakeState, dt: float) -> None:
-        """HAZ-06: range and speed of every joint."""
+        """Judge range and speed of every joint (HAZ-06)."""
         q_max, most = self._drive.snake.q_max, self._drive.settings.speed_max * dt
         over = max(float(np.abs(state.q).max()) - q_max, float(np.abs(state.q - self._q).max()) - most * (1.0 + 1e-9))
         if over > 1e-15:
@@ -183,7 +183,7 @@ class Watch:
             self._tally.fail("joint limit", doing=self._doing, over=over, dt=dt)
 
     def _chain(self, state: SnakeState, motions: list[Motion]) -> list[tuple[Array, Array, Array, Array]]:
-        """Each motion as joints and base of the whole robot before and after; from state to state without a gap."""
+        """Return each motion as joints and base of the whole robot before and after, without gaps between states."""
         q, base, apart = self._q, self._base, 0.0
         poses = []
         for one in motions:
@@ -206,7 +206,7 @@ class Watch:
     def _judge_end(
         self, state: SnakeState, motions: list[Motion], poses: list[tuple[Array, Array, Array, Array]]
     ) -> Array:
-        """The configuration that the step ended in."""
+        """Judge the configuration at the end of the step."""
         tally, bound, asked = self._tally, self._bound(state.windows), state.measured
         depth = self._depth(state.packed, state.windows, asked, state.q, state.base)
         tally.remeasured += 1
@@ -232,7 +232,7 @@ class Watch:
         return depth
 
     def _promise(self, over: Array, kind: str) -> bool:
-        """Whether a link is deeper than was promised; it is counted."""
+        """Return whether a link is deeper than promised, and count it."""
         most = float(over.max())
         self._tally.deepest_mm = max(self._tally.deepest_mm, most if kind == "configuration" else 0.0)
         if most <= AGREES_MM:
@@ -242,7 +242,7 @@ class Watch:
         return True
 
     def _replay(self, motions: list[Motion], poses: list[tuple[Array, Array, Array, Array]], inserted: bool) -> None:
-        """Fifty times finer along what was taken: joints in a straight line, the base by one turn."""
+        """Check the accepted motion fifty times finer: joints on a straight line, the base by one rotation."""
         tally = self._tally
         tally.replayed += 1
         tally.replayed_insertions += inserted

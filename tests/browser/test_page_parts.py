@@ -20,7 +20,7 @@ SLICES_ALONE = """async ([state, turns]) => {
   const slices = new Slices(document.createElement('section'), connection);
   slices.update(state);
   for (let turn = 0; turn < turns; turn += 1) {
-    slices.panes[0].hands.wheel({ preventDefault() {}, deltaY: 1 });
+    slices.panes[0].pointerInput.wheel({ preventDefault() {}, deltaY: 1 });
     await new Promise((resolve) => setTimeout(resolve, 80));
   }
   return connection.sent;

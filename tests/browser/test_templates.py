@@ -57,10 +57,32 @@ PLOT = """async () => {
   return red;
 }"""
 
+# A panel of the page alone: its rows, what it says with and without any, and the files that are chosen.
+OVERLAYS = """async (state) => {
+  const { OverlaysGroup } = await import('/tabs/patient/overlays.js');
+  const sent = [];
+  const panel = new OverlaysGroup((files) => sent.push(...files.map(({ name }) => name)));
+  const words = () => [...panel.element.querySelectorAll('li span, ul ~ p')].map((one) => one.textContent);
+  const update = (overlays) => panel.update({ case: { ...state.case, has_volume: true, overlays } });
+  document.body.append(panel.element);
+  update([]);
+  const told = [words()];
+  const one = { id: 'o-1', name: 'MR 1', words: 'T1', notes: ['no unit'] };
+  update([one, { ...one, id: 'o-2', name: 'CT 2', words: 'late', notes: [] }]);
+  told.push(words());
+  const chooser = panel.element.querySelector('#overlay-file');
+  const transfer = new DataTransfer();
+  transfer.items.add(new File(['x'], 'mr.nrrd'));
+  chooser.files = transfer.files;
+  chooser.dispatchEvent(new Event('change'));
+  panel.element.remove();
+  return { told, sent, left: chooser.files.length };
+}"""
+
 
 def test_a_template_leaves_the_focus_and_what_is_typed_alone(open_page: Open) -> None:
     """Also where rows move, and where the row with the focus goes; what the planner refused is taken back."""
-    station = open_page()
+    station = open_page().ready()
     station.page.evaluate(LIST)
     told = station.page.evaluate(KEPT)
     assert told["moved"] == ["c", "b", "a"]
@@ -70,4 +92,11 @@ def test_a_template_leaves_the_focus_and_what_is_typed_alone(open_page: Open) ->
     assert (told["next"], told["last"]) == (["a", "BUTTON"], ["c", "BUTTON"])
     assert told["text"] == "<b>bold</b>"
     assert station.page.evaluate(PLOT) > 100
+    shown = station.page.evaluate(OVERLAYS, station.page.evaluate("() => structuredClone(vfix.state)"))
+    (none, some) = shown["told"]
+    assert len(none) == 1
+    assert none[0].startswith("An MR or another CT")
+    assert some[:4] == ["MR 1", "T1", "CT 2", "late"]
+    assert some[4].endswith("MR 1: no unit")
+    assert (shown["sent"], shown["left"]) == (["mr.nrrd"], 0)
     assert station.errors == [], "nothing against the page's policy"

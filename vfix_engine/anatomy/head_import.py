@@ -15,7 +15,7 @@ from typing import TypeVar
 from ..errors import FrameError, InputError
 from ..files.detached import files_of, is_header
 from ..files.frame_report import MM_PER_UNIT, FrameReport
-from ..files.mesh_files import MESH_SUFFIXES, is_mesh
+from ..files.mesh_files import is_mesh, mesh_suffixes
 from ..files.readers import VOLUME_SUFFIXES, is_volume
 from ..files.sandbox.isolated import Cancellation, run_isolated
 from ..files.volume import Volume
@@ -111,7 +111,7 @@ def read_head(
         files = files_of(request.path) if is_header(request.path) else ()
         volume, report, notes = isolate(_read_volume, *options, files)
         return ReadHead(volume, None, report, notes)
-    known = ", ".join((*VOLUME_SUFFIXES, *MESH_SUFFIXES))
+    known = ", ".join((*VOLUME_SUFFIXES, *mesh_suffixes()))
     raise InputError(f"a case is made of {known}, or of a folder of DICOM files.")
 
 

@@ -67,6 +67,24 @@ class ControlContext:
 
     Raises:
         InputError: the robot is not placed, the tool is not a ``Tool``, or the anatomy is not indexed.
+
+    Example:
+        >>> import numpy as np
+        >>> from vfix_engine.control import ControlSettings, HandCommand, build_step, certify_step, solve_step, tasks
+        >>> from vfix_engine import ProximityTree, RobotModel, Tool, TriangleMesh
+        >>> robot, tool = RobotModel.load("steady_hand"), Tool.load("bent_30")
+        >>> wall = TriangleMesh([(-50, 3, -50), (50, 3, -50), (0, 3, 100)], [(0, 1, 2)])
+        >>> base = np.eye(4)
+        >>> base[:3, 3] = -tool.tip_in_flange  # the tip starts at the origin, 2 mm from the wall
+        >>> context = ControlContext(robot.placed(base, tool), tool, ProximityTree(wall), ControlSettings())
+        >>> state = context.start(robot.home)
+        >>> push = HandCommand(force=np.array([0.0, 2.0, 0.0]))  # N, towards the wall
+        >>> problem = build_step(state, tasks.MoveFreely(), command=push)
+        >>> solution = solve_step(problem)
+        >>> type(certify_step(problem, solution.dq)).__name__
+        'Certified'
+        >>> certify_step(problem, 5.0 / np.linalg.norm(solution.dq) * solution.dq).by  # 5 mm
+        'certificate'
     """
 
     def __init__(

@@ -38,6 +38,24 @@ class Controller:
 
     Raises:
         ControlError: the solver is not installed.
+
+    Example:
+        >>> import numpy as np
+        >>> from vfix_engine.control.tasks import MoveFreely
+        >>> from vfix_engine import HandCommand, ProximityTree, RobotModel, Tool, TriangleMesh
+        >>> robot, tool = RobotModel.load("steady_hand"), Tool.load("bent_30")
+        >>> wall = TriangleMesh([(-50, 3, -50), (50, 3, -50), (0, 3, 100)], [(0, 1, 2)])
+        >>> base = np.eye(4)
+        >>> base[:3, 3] = -tool.tip_in_flange  # the tip starts at the origin, 2 mm from the wall
+        >>> settings = ControlSettings(margin_mm=0.5)
+        >>> controller = Controller(robot.placed(base, tool), tool, ProximityTree(wall), settings)
+        >>> state = controller.start(robot.home)
+        >>> push = HandCommand(force=np.array([0.0, 2.0, 0.0]))  # N, towards the wall
+        >>> for _ in range(500):
+        ...     report = controller.step(state, MoveFreely(), push)
+        ...     state = report.state
+        >>> report.held, state.clearance >= settings.margin_mm
+        (True, True)
     """
 
     def __init__(

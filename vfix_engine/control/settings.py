@@ -31,6 +31,13 @@ class ControlSettings:
     Values from Li 2007: k_d = 0.2, k_tau = 0, joint weights 0.01.
     The other values are the package's own; docs/concepts.md gives the reasons.
     surface_error_mm is the distance by which the anatomy can extend beyond its surface: it is added to the margin.
+
+    Example:
+        >>> settings = ControlSettings(margin_mm=0.5)
+        >>> settings.clamped(margin_mm=99.0).margin_mm == ControlSettings.bounds()["margin_mm"].high
+        True
+        >>> ControlSettings.from_dict(settings.to_dict()) == settings
+        True
     """
 
     dt_s: float = 1e-3

@@ -24,7 +24,17 @@ from vfix_engine.files.mesh_stl import read_stl
 from vfix_engine.files.mesh_vtk import read_vtk, read_vtp
 from vfix_engine.geometry.mesh import TriangleMesh
 
-MESH_SUFFIXES = (".ply", ".stl", ".obj", ".glb", ".vtk", ".vtp")
+# Readers by suffix: of a format that names no frame itself, and of one whose reader returns it too.
+READERS: dict[str, Callable[[bytes], MeshArrays]] = {
+    ".ply": read_ply,
+    ".stl": read_stl,
+    ".obj": read_obj,
+    ".glb": read_glb,
+}
+FRAMED_READERS: dict[str, Callable[[bytes], tuple[npt.NDArray[Any], npt.NDArray[Any], str | None]]] = {
+    ".vtk": read_vtk,
+    ".vtp": read_vtp,
+}
 MAX_FILE_BYTES = 1 << 30
 FARTHEST_MM = 1e5  # largest distance of a vertex from the origin
 # 3D Slicer writes the frame as 'SPACE=LPS' into the comment of each of these formats; the unit is written alike.
@@ -32,9 +42,14 @@ _NAMED_FRAME = re.compile(rb"SPACE=(?:LPS|RAS)\b")
 _NAMED_UNIT = re.compile(rb"\bUNIT=[\w\xb5\xc2\xbc\xce]+")
 
 
+def mesh_suffixes() -> tuple[str, ...]:
+    """Return the suffixes of the surface formats that are read, lower case with their dot."""
+    return (*READERS, *FRAMED_READERS)
+
+
 def is_mesh(path: Path) -> bool:
     """Whether the file name has a suffix of a surface."""
-    return path.suffix.lower() in MESH_SUFFIXES
+    return path.suffix.lower() in mesh_suffixes()
 
 
 def read_mesh(
@@ -56,21 +71,21 @@ def read_mesh(
     if not path.is_file():
         raise MeshError("there is no such file.")
     if not is_mesh(path):
-        raise MeshError(f"a surface is read from {', '.join(MESH_SUFFIXES)}.")
+        raise MeshError(f"a surface is read from {', '.join(mesh_suffixes())}.")
     if path.stat().st_size > MAX_FILE_BYTES:
         raise MeshError(f"the file is larger than {MAX_FILE_BYTES >> 20} MiB.")
     data = path.read_bytes()
-    kind = path.suffix.lower()[1:]
     if not data:
         raise MeshError("the file is empty.")
     named_frame, unit_words = _named(_NAMED_FRAME, data), _named(_NAMED_UNIT, data)
     named_unit = None if unit_words is None else named_unit_of([unit_words])
-    if kind in _VTK_READERS:
-        vertices, faces, space = _VTK_READERS[kind](data)
-        named_frame = named_frame or space
+    suffix = path.suffix.lower()
+    if suffix in FRAMED_READERS:
+        vertices, faces, own_frame = FRAMED_READERS[suffix](data)
+        named_frame = named_frame or own_frame
     read_frame, read_unit, report = resolve_frame((named_frame, named_unit), (frame, unit), assume=assume)
-    if kind in _READERS:
-        vertices, faces = _READERS[kind](data)
+    if suffix in READERS:
+        vertices, faces = READERS[suffix](data)
     _check(vertices, faces)
     placed = to_lps_mm(vertices, read_frame, read_unit)
     farthest = float(np.abs(placed).max())
@@ -117,12 +132,3 @@ def _check(vertices: npt.NDArray[Any], faces: npt.NDArray[Any]) -> None:
             f"a triangle names corner {named}, counted from 0, of a surface with {len(vertices):,} corners; the file "
             "is damaged or incomplete. Export it again."
         )
-
-
-_READERS: dict[str, Callable[[bytes], MeshArrays]] = {
-    "stl": read_stl,
-    "obj": read_obj,
-    "ply": read_ply,
-    "glb": read_glb,
-}
-_VTK_READERS = {"vtk": read_vtk, "vtp": read_vtp}  # these also return the frame of a field

@@ -25,6 +25,13 @@ class TriangleMesh:
     Raises:
         MeshError: wrong shapes, no triangle, a vertex that is not finite or a kilometre away, or an index out of range
             (HAZ-09).
+
+    Example:
+        >>> mesh = TriangleMesh([(0, 0, 0), (50, 0, 0), (0, 50, 0)], [(0, 1, 2)])
+        >>> mesh.bounds.tolist()
+        [[0.0, 0.0, 0.0], [50.0, 50.0, 0.0]]
+        >>> mesh.face_normals.tolist()
+        [[0.0, 0.0, 1.0]]
     """
 
     vertices: Array

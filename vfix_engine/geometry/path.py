@@ -26,6 +26,16 @@ class SplinePath:
 
     Raises:
         PlanError: too few points, points that are not finite or a kilometre away, or two neighbours that coincide.
+
+    Example:
+        >>> path = SplinePath([(0, 0, 0), (0, 10, 0), (0, 30, 0)])
+        >>> round(path.length, 6)
+        30.0
+        >>> path.position(12.5).round(6).tolist()
+        [0.0, 12.5, 0.0]
+        >>> s, point, tangent = path.closest((3, 4, 0))
+        >>> round(s, 6), tangent.round(6).tolist()
+        (4.0, [0.0, 1.0, 0.0])
     """
 
     def __init__(self, points: ArrayLike, degree: int = 5):

@@ -76,6 +76,16 @@ class ProximityTree:
 
     Args:
         mesh: the anatomy; triangles without area count as segments or points.
+
+    Example:
+        >>> from vfix_engine.geometry.capsules import Segments
+        >>> plate = TriangleMesh([(-50, -50, 0), (50, -50, 0), (0, 100, 0)], [(0, 1, 2)])
+        >>> tree = ProximityTree(plate)
+        >>> tool = Segments(start=[(0, 0, 5)], end=[(0, 0, 30)], radius=[1.0])
+        >>> tree.clearance(tool)
+        4.0
+        >>> tree.closest(tool).normal.round(6).tolist()
+        [0.0, 0.0, 1.0]
     """
 
     def __init__(self, mesh: TriangleMesh):

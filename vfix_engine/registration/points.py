@@ -35,6 +35,15 @@ class Registration:
 
     Raises:
         InputError: as ``register_points``, or the transform is not rigid.
+
+    Example:
+        >>> image = np.array([(0, 0, 0), (100, 0, 0), (0, 100, 0), (0, 0, 50)])
+        >>> patient = image + (1, 2, 3)
+        >>> registration = register_points(fixed=patient, moving=image)
+        >>> registration.transform[:3, 3].round(6).tolist()
+        [1.0, 2.0, 3.0]
+        >>> registration.tre_mm((0, 0, 0), fle_mm=0.5).round(2).tolist()
+        [0.3]
     """
 
     transform: Array

@@ -38,6 +38,15 @@ class RobotModel:
 
     Raises:
         RobotError: no joint, more than 32 joints (HAZ-23), or a home outside the joints' ranges.
+
+    Example:
+        >>> robot = RobotModel.load("steady_hand")
+        >>> len(robot.joints), robot.joints[0].kind
+        (7, 'prismatic')
+        >>> placed = robot.placed(np.eye(4))
+        >>> tip = placed.tip(robot.home)
+        >>> tip.position.shape, tip.jacobian.shape
+        ((3,), (6, 7))
     """
 
     def __init__(

@@ -93,6 +93,15 @@ class Tool:
 
     Raises:
         RobotError: no part or more than 8, two with the same name, or a length, radius, bend or grip out of range.
+
+    Example:
+        >>> tool = Tool.load("bent_30")
+        >>> tool.segment_names
+        ('tip', 'shaft')
+        >>> round(math.degrees(tool.bend))
+        30
+        >>> tool.segments(rotation=np.eye(3), position=np.zeros(3)).radius.tolist()
+        [1.0, 1.5]
     """
 
     name: str

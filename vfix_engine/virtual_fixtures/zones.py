@@ -34,6 +34,12 @@ class Zone:
 
     Raises:
         InputError: the message names the zone and the invalid value.
+
+    Example:
+        >>> from vfix_engine.geometry.shapes import Sphere
+        >>> zone = Zone("optic nerve", Sphere((0, 0, 0), radius=2.0), margin_mm=1.0)
+        >>> zone.label
+        "structure to spare 'optic nerve'"
     """
 
     name: str

@@ -22,7 +22,7 @@ export class TraceGroup {
     this.toldOf = this.toldBy = "";
     this.path = ""; // its id; once it is undone nothing is told of it any more
     /** @type {ViewModel} */
-    this.view = connection.state;
+    this.state = connection.state;
     this.record = new RecordButton("record-trace", "Start tracing with the pointer", (seconds) => this.during(() => send(this.address("/tracked"), { seconds, ...this.named() })));
     this.chooser = h("input", { type: "file", hidden: true, accept: ".csv", id: "trace-file", onchange: () => this.readTable() });
     this.tableButton = h("button", { type: "button", id: "read-trace", title: "Samples of the tip in their order: columns x, y, z; lines '# unit=mm' and '# frame=patient' above", onclick: () => this.chooser.click() }, "From a table …");
@@ -39,33 +39,33 @@ export class TraceGroup {
 
   /**
    * @param {RegistrationSection} registration
-   * @param {ViewModel} view
+   * @param {ViewModel} state
    */
-  update(registration, view) {
+  update(registration, state) {
     this.registration = registration;
-    this.view = view;
-    const { plan, pointer } = view;
-    this.changed([registration.id, registration.deleted, registration.fit.state, plan?.id, plan?.locked, pointer, this.busy, this.told, this.isThere(registration, view)], () => this.render(registration, view));
+    this.state = state;
+    const { plan, pointer } = state;
+    this.changed([registration.id, registration.deleted, registration.fit.state, plan?.id, plan?.locked, pointer, this.busy, this.told, this.isThere(registration, state)], () => this.render(registration, state));
   }
 
   /**
    * @param {RegistrationSection} registration
-   * @param {ViewModel} view
+   * @param {ViewModel} state
    */
-  render(registration, view) {
-    const { plan, pointer } = view;
+  render(registration, state) {
+    const { plan, pointer } = state;
     const why = whyNot(registration, plan);
     this.why.textContent = why;
     this.why.hidden = !why;
     for (const button of [this.practiceButton, this.tableButton]) button.disabled = Boolean(why) || this.busy;
     this.record.update(pointer ?? null, !why && !this.busy);
-    this.words.textContent = this.busy ? "Fitting the path …" : this.isThere(registration, view) ? this.told : "";
+    this.words.textContent = this.busy ? "Fitting the path …" : this.isThere(registration, state) ? this.told : "";
   }
 
   /**
    * Whether the path that was told of last is one of the open plan, traced through the open registration.
    * @param {RegistrationSection} registration
-   * @param {ViewModel} view
+   * @param {ViewModel} state
    */
   isThere({ id }, { plan, paths }) {
     return id === this.toldBy && plan?.id === this.toldOf && Boolean(paths?.items.some((path) => path.id === this.path));
@@ -73,7 +73,7 @@ export class TraceGroup {
 
   /** @param {string} end */
   address(end) {
-    return `/api/v1/plans/${encodeURIComponent(this.view.plan?.id ?? "")}/traced${end}`;
+    return `/api/v1/plans/${encodeURIComponent(this.state.plan?.id ?? "")}/traced${end}`;
   }
 
   named() {
@@ -85,7 +85,7 @@ export class TraceGroup {
     if (!this.registration) return;
     const { id } = this.registration;
     this.busy = true;
-    this.update(this.registration, this.view);
+    this.update(this.registration, this.state);
     try {
       const traced = await work();
       [this.told, this.toldOf, this.toldBy, this.path] = [`${traced.words} Undo in Plan takes it back.`, traced.plan.id, id, traced.path];
@@ -94,7 +94,7 @@ export class TraceGroup {
       note(/** @type {Error} */ (error).message, { error: true });
     } finally {
       this.busy = false;
-      this.update(this.registration, this.view);
+      this.update(this.registration, this.state);
     }
   }
 

@@ -268,7 +268,7 @@ export class Slices extends EventTarget {
     return fine ? [address, `${address}&volume=${encodeURIComponent(fine)}`] : [address];
   }
 
-  // -- what hands and keys do
+  // -- what pointer and keys do
 
   /** @param {Tool} tool */
   choose(tool) {

@@ -7,8 +7,7 @@ import { live } from "/static/lib/lit-html/directives/live.js";
 import { repeat } from "/static/lib/lit-html/directives/repeat.js";
 import { ICONS } from "./dom.js";
 
-/** @import { PropertyPart } from "/static/lib/lit-html/lit-html.js" */
-/** @import { TemplateResult } from "/static/lib/lit-html/lit-html.js" */
+/** @import { PropertyPart, TemplateResult } from "/static/lib/lit-html/lit-html.js" */
 
 export { html, live, nothing, repeat };
 

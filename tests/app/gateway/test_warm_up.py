@@ -66,10 +66,10 @@ def test_only_what_can_be_spared_may_fail() -> None:
     def fail() -> None:
         raise OSError("no room")
 
-    spared = WarmUp((WarmUpStep("one", fail, spare=True), WarmUpStep("two", lambda: None)))
-    spared.start()
-    assert spared.wait(60)
-    assert spared.status.ready
+    optional = WarmUp((WarmUpStep("one", fail, optional=True), WarmUpStep("two", lambda: None)))
+    optional.start()
+    assert optional.wait(60)
+    assert optional.status.ready
     broken = WarmUp((WarmUpStep("one", fail), WarmUpStep("two", lambda: None)))
     broken.start()
     assert broken.wait(60)
@@ -84,8 +84,8 @@ def test_the_end_of_the_planner_is_no_failure(caplog: pytest.LogCaptureFixture) 
     def end() -> None:
         raise PlannerEnds
 
-    for spare in (False, True):
-        steps = (WarmUpStep("one", end, spare=spare), WarmUpStep("two", lambda: begun.append("two")))
+    for optional in (False, True):
+        steps = (WarmUpStep("one", end, optional=optional), WarmUpStep("two", lambda: begun.append("two")))
         warm_up = WarmUp(steps, (WarmUpStep("later", lambda: begun.append("later")),), ends=(PlannerEnds,))
         warm_up.start()
         assert warm_up.wait(60)

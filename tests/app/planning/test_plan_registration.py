@@ -1,6 +1,7 @@
 """A plan with a registration: where its robot stands, and what the verdict states about the error."""
 
 import json
+from copy import copy
 from dataclasses import replace
 
 import numpy as np
@@ -127,7 +128,8 @@ def test_what_is_driven_judged_and_written_is_of_one_reading(phantom_services: S
         return read[-1]
 
     planned = Planning(phantom_services.cases, phantom_services.instruments, phantom_services.distance_fields, reading)
-    services = replace(phantom_services, planning=planned, dry_runs=DryRunJobs(phantom_services.jobs, planned))
+    services = copy(phantom_services)
+    services.planning, services.dry_runs = planned, DryRunJobs(phantom_services.jobs, planned)
     for ask in (services.dry_runs.evaluate, planned.evaluate):
         read.clear()
         found = ask(plan)

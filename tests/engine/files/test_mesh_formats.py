@@ -13,7 +13,7 @@ import pytest
 import trimesh
 
 from vfix_engine.errors import FrameError, MeshError
-from vfix_engine.files.mesh_files import read_mesh
+from vfix_engine.files.mesh_files import READERS, is_mesh, read_mesh
 from vfix_engine.geometry.mesh import TriangleMesh
 
 SPHERE = trimesh.creation.icosphere(subdivisions=2, radius=30.0)
@@ -270,3 +270,34 @@ def test_damaged_bytes_are_refused_or_give_a_surface(tmp_path: Path, name: str) 
 def test_what_is_not_read_says_why(tmp_path: Path, data: bytes, words: str) -> None:
     with pytest.raises(MeshError, match=words):
         read(tmp_path, "x.vtp" if b"VTKFile" in data else "x.vtk", data)
+
+
+def read_off(data: bytes) -> tuple[np.ndarray, np.ndarray]:
+    """Reader of a format of one's own, Geomview's OFF, as docs/architecture.md adds one."""
+    head, *lines = data.decode("ascii").split("\n")
+    if head != "OFF":
+        raise MeshError("the file does not begin with OFF. Export it again.")
+    vertices, faces, _ = (int(word) for word in lines[0].split())
+    rows = [line.split() for line in lines[1:] if line]
+    if len(rows) != vertices + faces:
+        raise MeshError(f"the file claims {vertices + faces} rows and holds {len(rows)}. Export it again.")
+    return np.array(rows[:vertices], dtype=np.float64), np.array(rows[vertices:], dtype=np.int64)[:, 1:]
+
+
+def test_a_format_of_ones_own_is_read_and_checked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(READERS, ".off", read_off)
+    rows = [" ".join(map(str, row)) for row in VERTICES] + [" ".join(map(str, (3, *row))) for row in FACES]
+    text = "\n".join(["OFF", f"{len(VERTICES)} {len(FACES)} 0", *rows])
+    assert is_mesh(tmp_path / "head.off")
+    (tmp_path / "head.off").write_text(text)
+    with pytest.raises(FrameError):
+        read_mesh(tmp_path / "head.off")
+    mesh, _ = read_mesh(tmp_path / "head.off", "LPS", "mm")
+    np.testing.assert_allclose(mesh.vertices, VERTICES, rtol=1e-6)
+    np.testing.assert_array_equal(mesh.faces, FACES)
+    (tmp_path / "head.off").write_text(text.rsplit("\n", 1)[0])
+    with pytest.raises(MeshError, match="claims"):
+        read_mesh(tmp_path / "head.off", "LPS", "mm")
+    (tmp_path / "head.off").write_text(text.rsplit("\n", 1)[0] + f"\n3 0 1 {len(VERTICES)}")
+    with pytest.raises(MeshError, match="corner"):
+        read_mesh(tmp_path / "head.off", "LPS", "mm")

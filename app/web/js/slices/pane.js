@@ -3,10 +3,10 @@ import { h, svg } from "../dom.js";
 import { pacing } from "../frame-pacing.js";
 import { sizeOf } from "../slice-geometry.js";
 import { Loader } from "../slice-loader.js";
-import { Hands } from "./hands.js";
 import { marksOf } from "./marks.js";
 import { PaneKeys } from "./pane-keys.js";
 import { letterOf, sideWords } from "./place-words.js";
+import { PointerInput } from "./pointer-input.js";
 import { AXES, Port } from "./port.js";
 import { drawRegions, drawnNow } from "./region-cuts.js";
 import { drawTool } from "./tool-outline.js";
@@ -52,13 +52,13 @@ export class Pane {
     this.loader = new Loader(this.coming, board.connection, (plane, images) => this.loaded(plane, images));
     this.failed = h("div", { class: "slice-failed", hidden: true });
     this.letters = SIDES.map((side) => h("span", { class: `slice-letter ${side}`, "aria-hidden": "true" }));
-    this.hands = new Hands(this);
+    this.pointerInput = new PointerInput(this);
     this.keys = new PaneKeys(this);
     this.stage = h("div", {
       class: "slice-stage", tabIndex: 0, role: "application", "aria-roledescription": "CT slice", "data-axis": name,
       "aria-label": `${TITLES[name]}. Arrow keys move the crosshair, Page keys the slice, Enter adds a point, M lifts the chosen point.`,
     }, this.svg, this.canvas, this.over, svg("svg", { "aria-hidden": "true" }, this.marks), this.letters, this.failed);
-    this.hands.listen(this.stage);
+    this.pointerInput.listen(this.stage);
     this.keys.listen(this.stage);
     new ResizeObserver(() => this.refresh()).observe(this.stage);
     this.where = h("span", { class: "number" });
@@ -297,7 +297,7 @@ export class Pane {
   /** @param {string} words */
   say(words) {
     this.label = words;
-    if (this.hands.reading) this.hands.read(); // another place lies under the pointer
+    if (this.pointerInput.reading) this.pointerInput.read(); // another place lies under the pointer
     else this.where.textContent = words;
   }
 

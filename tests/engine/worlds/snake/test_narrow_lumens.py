@@ -20,7 +20,7 @@ from vfix_engine.errors import InputError, PathwayError
 from vfix_engine.geometry.capsules import Segments
 from vfix_engine.geometry.curve import Curve
 from vfix_engine.geometry.mesh import TriangleMesh
-from vfix_engine.pathway.limits.limits import Configuration, HardLimits
+from vfix_engine.pathway.limits.limits import Configuration, HardLimits, LinksAt
 from vfix_engine.pathway.limits.limits_kernel import MOST_POSES
 from vfix_engine.pathway.limits.link_bounds import BOUND_SHARE, LinkBounds, inscribed_radii, known_within
 from vfix_engine.pathway.pathway import Pathway
@@ -119,10 +119,11 @@ def test_a_link_that_is_deeper_than_the_bound_ahead_does_not_come_to_count_there
     there[2, 3] += 1.0
     windows = np.array([[1, 25], [1, 25]])
     start, end = Configuration(base, np.zeros(4)), Configuration(there, np.zeros(4))
-    deep = limits.certify(path.packed(), windows, start, end).deviation.depth
+    deep = limits.certify(LinksAt(path.packed(), windows, start), end).deviation.depth
     assert deep == pytest.approx(6.0, abs=1e-6)
     five = np.full(2, 5.0)
-    held = limits.certify(path.packed(), windows, start, end, five, known_within(deep, np.full(2, 8.0), five))
+    known = known_within(deep, np.full(2, 8.0), five)
+    held = limits.certify(LinksAt(path.packed(), windows, start, five, known), end)
     assert not held.taken
     assert "its bound is 5 mm" in str(held.held_by)
 
@@ -220,7 +221,7 @@ def test_a_certificate_measures_a_limited_number_of_poses() -> None:
     base[2, 3] = 40.0
     for _ in range(60):
         q, to = random.uniform(-0.7, 0.7, (2, 6))
-        found = limits.certify(path.packed(), windows, Configuration(base, q), Configuration(base, to))
+        found = limits.certify(LinksAt(path.packed(), windows, Configuration(base, q)), Configuration(base, to))
         assert found.poses <= MOST_POSES
         exhausted += found.exhausted
         assert not found.exhausted or "too large" in str(found.held_by)
@@ -231,10 +232,10 @@ def test_a_drive_that_gets_nowhere_ends_and_says_why() -> None:
     state = SimpleNamespace(
         deviation=SimpleNamespace(depth=np.zeros(1)), measured=np.zeros(1, dtype=bool), bound=np.ones(1), q=np.zeros(2),
         outcome="held", held_by="link 1 at its bound", mode="looking", step_s=0.0, query_s=0.0, tip_s=5.0,
+        bounds=LinkBounds.of(1.0, None, 1),
     )  # fmt: skip
     drive: Any = SimpleNamespace(
-        q=np.zeros(2), tip_s=5.0, state=state, snake=SnakeModel(1), bounds=LinkBounds.of(1.0, None, 1),
-        offset_mm=np.zeros(0), step=lambda *_: None,
+        q=np.zeros(2), tip_s=5.0, state=state, snake=SnakeModel(1), offset_mm=np.zeros(0), step=lambda *_: None,
     )  # fmt: skip
     run = DriveRun(drive, [], None, lambda _: None)
     for _ in range(STALLED):

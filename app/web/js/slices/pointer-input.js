@@ -13,7 +13,7 @@ const CLICK_PX = 4; // a press that moves less is a click
 const DOUBLE_MS = 250; // a click that would add waits whether it becomes a double click
 const ZOOM_STEP = 1.15;
 
-export class Hands {
+export class PointerInput {
   /** @param {Pane} pane */
   constructor(pane) {
     this.pane = pane;
