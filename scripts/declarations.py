@@ -12,6 +12,7 @@ import inspect
 import sys
 import types
 import typing
+from dataclasses import is_dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal, NotRequired, Union, get_args, get_origin
 
@@ -99,7 +100,7 @@ class Declarations:
         """Return the TypeScript type of a Python type. Raises TypeError if there is none."""
         if kind in PLAIN:
             return PLAIN[kind]
-        if typing.is_typeddict(kind) or (inspect.isclass(kind) and issubclass(kind, BaseModel)):
+        if typing.is_typeddict(kind) or is_dataclass(kind) or (inspect.isclass(kind) and issubclass(kind, BaseModel)):
             return self.name_of(kind)
         origin, arguments = get_origin(kind), get_args(kind)
         if origin is Annotated:
@@ -128,6 +129,8 @@ def fields_of(record: type) -> "dict[str, tuple[Any, bool]]":
     if typing.is_typeddict(record):
         always = record.__required_keys__
         return {name: (_bare(hints[name]), name in always) for name in hints}
+    if is_dataclass(record):
+        return {name: (hints[name], True) for name in record.__dataclass_fields__}
     # A received model has every field; a sent one may omit fields with defaults.
     read = record.__name__.endswith(("Public", "Words"))
     fields = record.model_fields

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
 from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, Field
@@ -10,17 +9,16 @@ from pydantic import BaseModel, Field
 from app.api.calibration_models import PointerTipPublic, RobotToTrackerPublic
 from app.api.dependencies import Flag, Number, Wish
 from app.api.plan_models import Label, Name, Position, Revision
-from app.api.surface_models import SurfacePublic
 from app.plans.model import NOTICE
 from app.registration.document import MadeFrom, MeasuredFrom
 from app.registration.editor import StoredRegistration
-from app.registration.fit_report import FitReport, FitState, FleSource, report_of
-from app.registration.point_order import OrderAnswer
-from app.registration.said_by_file import said_to_json
+from app.registration.fit_report import FitReport, FitState, FleSource, WrongPair, report_of
+from app.registration.found_beads import BeadSearchRecord
+from app.registration.said_by_file import SaidByFile
 from app.registration.service import LONGEST_S, MEASURE_S, PlanRegistration, UseState
 from app.registration.simulated_touch import DEFAULT_NOISE_MM
-from app.registration.target_errors import ErrorTable
-from app.registration.touched_surface import surface_to_json
+from app.registration.target_errors import ErrorAlongPath, ErrorAtTarget, ErrorTable
+from app.registration.touched_surface import TouchedSurface
 from vfix_engine.frames import RegisteredTo
 from vfix_engine.registration.beads import THRESHOLD_HU
 
@@ -57,27 +55,6 @@ class FoundBeadPublic(BaseModel):
     state: Literal["found", "confirmed", "rejected"]
 
 
-class BeadSearchPublic(BaseModel):
-    """How beads were looked for, and what the search says of its doubts.
-
-    diameter_mm: null for beads of every size. left_out: dense places of a bead's size that are none.
-    """
-
-    diameter_mm: float | None
-    threshold_hu: float
-    cautions: list[str]
-    left_out: int
-
-
-class WrongPairPublic(BaseModel):
-    """The pair that does not fit the others."""
-
-    pair: str
-    label: str
-    certainty: Literal["outlier", "suspect"]
-    words: str
-
-
 class FitPublic(BaseModel):
     """How the registration stands; lengths in mm.
 
@@ -90,7 +67,7 @@ class FitPublic(BaseModel):
     used: int
     fre_mm: Length
     mean_residual_mm: Length
-    wrong: WrongPairPublic | None
+    wrong: WrongPair | None
     fle_mm: Length
     fle_source: FleSource
     simulated: bool
@@ -99,16 +76,6 @@ class FitPublic(BaseModel):
     @classmethod
     def of(cls, report: FitReport) -> FitPublic:
         return cls.model_validate(report, from_attributes=True)
-
-
-class SaidByFilePublic(BaseModel):
-    """What the file of a given transform says of it; only `simulated` counts. to: null where it leaves that open."""
-
-    to: RegisteredTo | None
-    simulated: bool
-    points: int | None
-    fre_mm: Length
-    fle_mm: Length
 
 
 class RegistrationPublic(BaseModel):
@@ -130,12 +97,12 @@ class RegistrationPublic(BaseModel):
     fle_mm: Length
     pairs: list[PairPublic]
     beads: list[FoundBeadPublic]
-    search: BeadSearchPublic | None
-    surface: SurfacePublic | None
+    search: BeadSearchRecord | None
+    surface: TouchedSurface | None
     fit: FitPublic
     pointer: PointerTipPublic | None
     robot: RobotToTrackerPublic | None
-    said: SaidByFilePublic | None
+    said: SaidByFile | None
     created: str
     modified: str
     revision: int
@@ -163,9 +130,8 @@ class RegistrationPublic(BaseModel):
             {**vars(bead), "state": "confirmed" if bead.id in confirmed else "rejected" if bead.rejected else "found"}
             for bead in content.beads
         ]
-        search = None if content.search is None else asdict(content.search)
-        parts = {"pairs": pairs, "beads": beads, "search": search, "surface": surface_to_json(content.surface),
-                 "said": said_to_json(content.said), "schema": document.schema}  # fmt: skip
+        parts = {"pairs": pairs, "beads": beads, "search": content.search, "surface": content.surface,
+                 "said": content.said, "schema": document.schema}  # fmt: skip
         tools = {"pointer": PointerTipPublic.of(content.pointer), "robot": RobotToTrackerPublic.of(content.robot)}
         return cls.model_validate({**values, **parts, **tools, "fit": FitPublic.of(report)})
 
@@ -267,26 +233,6 @@ class EditedPair(BaseModel):
     registration: RegistrationPublic
 
 
-class OrderCandidatePublic(BaseModel):
-    """An order: by a pair's id, the id of the pair whose measured point it gets. fre_mm: of that order."""
-
-    measured_of: dict[str, str]
-    fre_mm: float
-
-
-class OrderPublic(BaseModel):
-    """The orders that fit, the best one first; ambiguous: somebody has to say which."""
-
-    candidates: list[OrderCandidatePublic]
-    ambiguous: bool
-    unchanged: bool
-    words: str
-
-    @classmethod
-    def of(cls, answer: OrderAnswer) -> OrderPublic:
-        return cls.model_validate(answer, from_attributes=True)
-
-
 class OrderWish(Wish):
     """The order to take: by a pair's id, the id of the pair whose measured point it gets."""
 
@@ -294,36 +240,13 @@ class OrderWish(Wish):
     revision: Revision = None
 
 
-class ExpectedErrorPublic(BaseModel):
-    """At a place, LPS mm: the rms error, and the radius that it stays within in 95 of 100 cases."""
-
-    position: Triple
-    rms_mm: float
-    within_95_mm: float
-
-
-class ErrorAtTargetPublic(BaseModel):
-    id: str
-    label: str
-    error: ExpectedErrorPublic
-
-
-class ErrorAlongPathPublic(BaseModel):
-    """One place for every millimetre of the chosen path, and its end."""
-
-    s_mm: list[float]
-    within_95_mm: list[float]
-    worst_mm: float
-    worst: ExpectedErrorPublic
-
-
 class ErrorTablePublic(BaseModel):
     """The error to be expected at a plan's targets and along its chosen path, and what that means or why it is open."""
 
     fle_mm: Length
     fle_source: FleSource
-    targets: list[ErrorAtTargetPublic]
-    path: ErrorAlongPathPublic | None
+    targets: list[ErrorAtTarget]
+    path: ErrorAlongPath | None
     words: str
 
     @classmethod

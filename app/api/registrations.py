@@ -14,7 +14,6 @@ from app.api.registration_models import (
     ErrorTablePublic,
     MeasuredPair,
     MeasureWish,
-    OrderPublic,
     OrderWish,
     PairCreate,
     PairUpdate,
@@ -27,6 +26,7 @@ from app.api.registration_models import (
 )
 from app.registration.document import RegistrationContent
 from app.registration.editor import StoredRegistration
+from app.registration.point_order import OrderAnswer
 from vfix_engine.errors import InputError
 
 router = APIRouter(tags=["registrations"], responses=ERRORS)
@@ -198,9 +198,9 @@ def measure(
 
 
 @router.get("/registrations/{registration_id}/order")
-def show_order(registration_id: Identifier, services: ServicesDep) -> OrderPublic:
+def show_order(registration_id: Identifier, services: ServicesDep) -> OrderAnswer:
     """In which order the measured points fit the places in the image; several where the layout is symmetric."""
-    return OrderPublic.of(services.registering.order(services.registrations.get(registration_id).content))
+    return services.registering.order(services.registrations.get(registration_id).content)
 
 
 @router.post("/registrations/{registration_id}/order")

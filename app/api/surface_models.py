@@ -4,42 +4,17 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from app.api.dependencies import Number, Wish
 from app.api.plan_models import Revision
 from app.registration.refining import DEFAULT_COUNT, KEEP
 from app.registration.simulated_touch import DEFAULT_NOISE_MM
-from app.registration.touched_surface import MAX_TOUCHED, TouchedFrom
+from app.registration.touched_surface import MAX_TOUCHED
 from app.registration.tracked_tip import LONGEST_S
 
 StructureId = Annotated[str | None, Field(min_length=1, max_length=64)]
 Seconds = Annotated[float, Field(gt=0.0, le=LONGEST_S, allow_inf_nan=False, strict=True)]
-
-
-class RefinementPublic(BaseModel):
-    """What a refinement did, mm. residual_mm: of the points that were kept, which is never the accuracy.
-
-    kept: how many they were; moved_mm: largest displacement of a touched point; stability: 0 to 1, how much the surface
-    resists the motion that it resists least.
-    """
-
-    residual_mm: float
-    kept: int
-    moved_mm: float
-    stability: float
-
-
-class SurfacePublic(BaseModel):
-    """Points touched on a structure of the case, in the frame that the registration is to, mm.
-
-    refinement: null while the registration was not refined on them.
-    """
-
-    structure: str
-    points: list[tuple[float, float, float]]
-    measured_from: TouchedFrom
-    refinement: RefinementPublic | None
 
 
 class SurfaceTouchWish(Wish):

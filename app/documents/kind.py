@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, is_dataclass
 from typing import Any, Generic, Protocol
 
 import msgspec
@@ -95,21 +95,29 @@ class DocumentKind(Generic[Content]):
 
 
 def struct_kind(
-    content: type[Content], *, errors: DocumentErrors = DocumentErrors(), **declared: Any
+    content: type[Content],
+    *,
+    rules: Callable[[Content], Content] = lambda value: value,
+    errors: DocumentErrors = DocumentErrors(),
+    **declared: Any,
 ) -> DocumentKind[Content]:
-    """A kind whose content is a `msgspec.Struct`: its types say how it is read, with which bounds, and written.
+    """A kind whose content is a `msgspec.Struct` or a dataclass: its types say how it is read and written.
 
-    declared: what else a `DocumentKind` says. Whatever is stored was read back before, so that it can be read.
+    What is read says every field, and no other one. Whatever is stored was read back before, so that it can be read.
+    rules: what types cannot say, such as that two names differ; it raises InputError. declared: what else a
+    `DocumentKind` says.
     """
 
     def read(data: Mapping[str, Any]) -> Content:
         try:
-            return msgspec.convert(data, content)
+            value = msgspec.convert(data, content)
+            _check_keys(data, value)
         except msgspec.ValidationError as error:
             raise errors.refused(f"{error}".replace("`", "").rstrip(".") + ".") from error
+        return rules(value)
 
     def write(value: Content) -> dict[str, Any]:
-        written: dict[str, Any] = msgspec.json.decode(msgspec.json.encode(value))
+        written: dict[str, Any] = msgspec.json.decode(msgspec.json.encode(value, enc_hook=_number))
         return written
 
     return DocumentKind(
@@ -120,3 +128,21 @@ def struct_kind(
         errors=errors,
         **{"empty": content, **declared},
     )
+
+
+def _check_keys(data: Any, value: Any, at: str = "$") -> None:
+    """Raises ValidationError where an object has other keys than its type has fields."""
+    if isinstance(value, (tuple, list)):
+        for index, (one, inner) in enumerate(zip(data, value, strict=True)):
+            _check_keys(one, inner, f"{at}[{index}]")
+    elif is_dataclass(value) or isinstance(value, msgspec.Struct):
+        names = {field.name for field in fields(value)} if is_dataclass(value) else {*value.__struct_fields__}
+        if data.keys() != names:
+            raise msgspec.ValidationError(f"An object has {', '.join(sorted(names))} - at `{at}`")
+        for name in names:
+            _check_keys(data[name], getattr(value, name), f"{at}.{name}")
+
+
+def _number(value: Any) -> Any:
+    """A number of numpy as Python's."""
+    return value.item()

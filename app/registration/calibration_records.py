@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, fields
-from typing import Any, Literal, get_args
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated, Literal
 
 import numpy as np
+from msgspec import Meta
 
-from app.kit.values import MAX_COORDINATE, Position, check_position, number
+from app.kit.values import MAX_COORDINATE
+from app.operations.fields import Place
 from vfix_engine.errors import InputError
 from vfix_engine.registration.chained_error import checked_covariance
 from vfix_engine.validate import rigid_transform
@@ -16,6 +18,10 @@ from vfix_engine.validate import rigid_transform
 PosesFrom = Literal["file", "simulated", "tracker"]
 MAX_POSES = 10_000
 FEW_POSES = 12  # of a robot; its error is told roughly by fewer
+
+AtLeast0 = Annotated[float, Meta(ge=0.0)]
+PoseCount = Annotated[int, Meta(ge=1, le=MAX_POSES)]
+Rows = Annotated[tuple[float, ...], Meta(min_length=16, max_length=16)]  # of a 4 by 4 matrix
 
 _SLIPPED_MM = 1.0  # residual beyond which the tip did not stay in its place
 _LITTLE_SWING_DEG = 20.0
@@ -30,11 +36,11 @@ class PointerTip:
     residual_mm, tip_error_mm, swing_deg: see `vfix_engine.registration.PivotCalibration`. poses: how many were used.
     """
 
-    tip: Position
-    residual_mm: float
-    tip_error_mm: float
-    swing_deg: float
-    poses: int
+    tip: Place
+    residual_mm: AtLeast0
+    tip_error_mm: AtLeast0
+    swing_deg: AtLeast0
+    poses: PoseCount
     measured_from: PosesFrom
 
 
@@ -46,61 +52,19 @@ class RobotToTracker:
     of its error, see `vfix_engine.registration.HandEye`. poses: how many pairs of poses were used.
     """
 
-    transform: tuple[float, ...]
-    rotation_residual_deg: float
-    translation_residual_mm: float
-    covariance: tuple[float, ...]
-    poses: int
+    transform: Rows
+    rotation_residual_deg: AtLeast0
+    translation_residual_mm: AtLeast0
+    covariance: Annotated[tuple[float, ...], Meta(min_length=36, max_length=36)]
+    poses: PoseCount
     measured_from: PosesFrom
 
 
-def tool_to_json(tool: PointerTip | RobotToTracker | None) -> dict[str, Any] | None:
-    """Plain JSON values, each number unrounded."""
-    if tool is None:
-        return None
-    return {name: list(value) if isinstance(value, tuple) else value for name, value in asdict(tool).items()}
-
-
-def pointer_from_json(item: Any) -> PointerTip | None:
-    """The inverse of `tool_to_json`, checked. Raises InputError."""
-    if item is None:
-        return None
-    values = _fields(PointerTip, item, "the pointer's tip", "tip")
-    return check_pointer(PointerTip(**{**values, "tip": check_position(values["tip"])}))
-
-
-def robot_from_json(item: Any) -> RobotToTracker | None:
-    """The inverse of `tool_to_json`, checked. Raises InputError."""
-    if item is None:
-        return None
-    values = _fields(RobotToTracker, item, "the robot's calibration", "transform", "covariance")
-    rows = {name: tuple(number(x, f"the {name}") for x in values[name]) for name in ("transform", "covariance")}
-    return check_robot(RobotToTracker(**{**values, **rows}))
-
-
-def check_pointer(pointer: PointerTip | None) -> PointerTip | None:
-    """The pointer's tip, where its figures can be. Raises InputError."""
-    if pointer is None:
-        return None
-    check_position(pointer.tip)
-    for name in ("residual_mm", "tip_error_mm", "swing_deg"):
-        _at_least_0(getattr(pointer, name), f"the pointer's {name}")
-    _check_source(pointer.poses, pointer.measured_from)
-    return pointer
-
-
-def check_robot(robot: RobotToTracker | None) -> RobotToTracker | None:
-    """The robot's calibration, where its figures can be. Raises InputError."""
-    if robot is None:
-        return None
-    if len(robot.transform) != 16 or len(robot.covariance) != 36:
-        raise InputError("the robot's calibration has a transform of 16 numbers and a covariance of 36.")
-    check_rigid(robot.transform, "the transform from the tracker to the robot")
-    checked_covariance(np.array(robot.covariance).reshape(6, 6))
-    for name in ("rotation_residual_deg", "translation_residual_mm"):
-        _at_least_0(getattr(robot, name), f"the robot's {name}")
-    _check_source(robot.poses, robot.measured_from)
-    return robot
+def check_robot(robot: RobotToTracker | None) -> None:
+    """Raises InputError for a robot's calibration whose transform or error cannot be."""
+    if robot is not None:
+        check_rigid(robot.transform, "the transform from the tracker to the robot")
+        checked_covariance(np.array(robot.covariance).reshape(6, 6))
 
 
 def check_rigid(transform: Sequence[float], what: str) -> None:
@@ -112,28 +76,6 @@ def check_rigid(transform: Sequence[float], what: str) -> None:
     if np.isfinite(matrix).all() and (moved := np.abs(matrix[:3, 3]).max()) >= MAX_COORDINATE:
         raise InputError(f"{what} moves by {moved:.4g} mm, beyond {MAX_COORDINATE:g} mm; check its unit, mm.")
     rigid_transform(matrix, what)
-
-
-def _fields(kind: type[Any], item: Any, what: str, *lists: str) -> dict[str, Any]:
-    known = {field.name for field in fields(kind)}
-    if not isinstance(item, Mapping) or set(item) != known:
-        raise InputError(f"{what} has {', '.join(sorted(known))}.")
-    for name in lists:
-        if not isinstance(item[name], list):
-            raise InputError(f"{what} has a list of numbers as its {name}.")
-    return dict(item)
-
-
-def _at_least_0(value: Any, what: str) -> None:
-    if number(value, what) < 0.0:
-        raise InputError(f"{what} is from 0 on.")
-
-
-def _check_source(poses: Any, measured_from: Any) -> None:
-    if isinstance(poses, bool) or not isinstance(poses, int) or not 0 < poses <= MAX_POSES:
-        raise InputError(f"how many poses were used is a count from 1 to {MAX_POSES:,}.")
-    if measured_from not in get_args(PosesFrom):
-        raise InputError(f"poses come from {', '.join(get_args(PosesFrom))}, not {measured_from!r:.20}.")
 
 
 def pointer_cautions(pointer: PointerTip) -> tuple[str, ...]:

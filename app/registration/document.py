@@ -2,35 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Literal, get_args
+from typing import Annotated, Any, Literal
 
 import numpy as np
+from msgspec import Meta
 
 from app.kit.names import check_stored_label
-from app.kit.values import Position, check_id, check_position, number
-from app.registration.calibration_records import (
-    PointerTip,
-    RobotToTracker,
-    check_pointer,
-    check_rigid,
-    check_robot,
-    pointer_from_json,
-    robot_from_json,
-    tool_to_json,
-)
-from app.registration.found_beads import (
-    BeadSearchRecord,
-    FoundBead,
-    bead_from_json,
-    bead_to_json,
-    check_beads,
-    search_from_json,
-    search_to_json,
-)
-from app.registration.said_by_file import SaidByFile, check_said, said_from_json, said_to_json
-from app.registration.touched_surface import TouchedSurface, check_surface, surface_from_json, surface_to_json
+from app.kit.values import number
+from app.operations.fields import MaybeId, Place
+from app.registration.calibration_records import PointerTip, RobotToTracker, Rows, check_rigid, check_robot
+from app.registration.found_beads import MAX_BEADS, BeadSearchRecord, FoundBead, check_beads
+from app.registration.said_by_file import SaidByFile
+from app.registration.touched_surface import TouchedSurface, check_surface
 from vfix_engine.errors import InputError
 from vfix_engine.frames import ImageRegistration, RegisteredTo
 
@@ -52,13 +36,13 @@ class FiducialPair:
     """
 
     label: str
-    in_image: Position | None
-    measured: Position | None
-    id: str = ""
+    in_image: Place | None
+    measured: Place | None
+    id: MaybeId = ""
     enabled: bool = True
-    weight: float = 1.0
+    weight: Annotated[float, Meta(gt=0.0, le=MAX_WEIGHT)] = 1.0
     measured_from: MeasuredFrom = "typed"
-    bead: str = ""
+    bead: MaybeId = ""
 
     @property
     def complete(self) -> bool:
@@ -80,11 +64,11 @@ class RegistrationContent:
     """
 
     to: RegisteredTo = "patient"
-    transform: tuple[float, ...] = IDENTITY
-    pairs: tuple[FiducialPair, ...] = ()
+    transform: Rows = IDENTITY
+    pairs: Annotated[tuple[FiducialPair, ...], Meta(max_length=MAX_PAIRS)] = ()
     made_from: MadeFrom = "none"
-    fle_mm: float | None = None
-    beads: tuple[FoundBead, ...] = ()
+    fle_mm: Annotated[float, Meta(gt=0.0, le=MAX_FLE_MM)] | None = None
+    beads: Annotated[tuple[FoundBead, ...], Meta(max_length=MAX_BEADS)] = ()
     search: BeadSearchRecord | None = None
     surface: TouchedSurface | None = None
     pointer: PointerTip | None = None
@@ -125,75 +109,20 @@ class RegistrationContent:
         return distances
 
 
-def registration_to_json(content: RegistrationContent) -> dict[str, Any]:
-    """The content as plain JSON values, each number unrounded."""
-    return {
-        "to": content.to,
-        "transform": list(content.transform),
-        "pairs": [pair_to_json(pair) for pair in content.pairs],
-        "made_from": content.made_from,
-        "fle_mm": content.fle_mm,
-        "beads": [bead_to_json(bead) for bead in content.beads],
-        "search": search_to_json(content.search),
-        "surface": surface_to_json(content.surface),
-        "pointer": tool_to_json(content.pointer),
-        "robot": tool_to_json(content.robot),
-        "said": said_to_json(content.said),
-    }
-
-
-def pair_to_json(pair: FiducialPair) -> dict[str, Any]:
-    """A pair as plain JSON values."""
-    places = {"in_image": pair.in_image, "measured": pair.measured}
-    return {**vars(pair), **{name: None if place is None else list(place) for name, place in places.items()}}
-
-
-def registration_from_json(data: Mapping[str, Any]) -> RegistrationContent:
-    """The inverse of `registration_to_json`, checked. Raises InputError or one of its kinds."""
-    known = set(RegistrationContent.__dataclass_fields__)
-    if set(data) != known:
-        raise InputError(f"a registration has {', '.join(sorted(known))}, and says each of them.")
-    if not isinstance(data["transform"], list) or len(data["transform"]) != 16:
-        raise InputError("a registration's transform has 16 numbers, row by row.")
-    if not isinstance(data["pairs"], list) or not isinstance(data["beads"], list):
-        raise InputError("a registration's pairs and beads must be lists.")
-    return check_registration(
-        RegistrationContent(
-            data["to"],
-            tuple(number(value, "the registration's transform") for value in data["transform"]),
-            tuple(_pair(item) for item in data["pairs"]),
-            data["made_from"],
-            data["fle_mm"],
-            tuple(bead_from_json(item) for item in data["beads"]),
-            search_from_json(data["search"]),
-            surface_from_json(data["surface"]),
-            pointer_from_json(data["pointer"]),
-            robot_from_json(data["robot"]),
-            said_from_json(data["said"]),
-        )
-    )
-
-
 def check_registration(content: RegistrationContent) -> RegistrationContent:
-    """The content, where it is a rigid transform and its pairs are places. Raises InputError or one of its kinds."""
-    if content.to not in get_args(RegisteredTo):
-        raise InputError(f"a registration is to {' or '.join(get_args(RegisteredTo))}, not {content.to!r:.20}.")
-    if content.made_from not in get_args(MadeFrom):
-        raise InputError(f"a registration is made from {', '.join(get_args(MadeFrom))}, not {content.made_from!r:.20}.")
-    if len(content.pairs) > MAX_PAIRS:
-        raise InputError(f"{len(content.pairs)} pairs are too many; a registration has {MAX_PAIRS} at most.")
+    """The content, where it is a rigid transform and its parts do not contradict each other; types say the rest.
+
+    Raises InputError or one of its kinds.
+    """
     check_rigid(content.transform, "the registration's transform")
     for pair in content.pairs:
-        check_pair(pair)
+        check_stored_label(pair.label, "label")
     ids = [pair.id for pair in content.pairs if pair.id]
     if len(set(ids)) < len(ids):
         raise InputError("two pairs of the registration have the same identifier.")
-    check_fle(content.fle_mm)
-    check_beads(content.beads)
+    check_beads(content.beads, content.search)
     check_surface(content.surface)
-    check_pointer(content.pointer)
     check_robot(content.robot)
-    check_said(content.said)
     return content
 
 
@@ -208,30 +137,9 @@ def check_fle(fle_mm: Any) -> float | None:
 
 
 def check_pair(pair: FiducialPair) -> FiducialPair:
-    """The pair, where it can be one. Raises InputError or one of its kinds."""
+    """The pair, where it can be one, in the words of who edits it. Raises InputError or one of its kinds."""
     check_stored_label(pair.label, "label")
-    for place in (pair.in_image, pair.measured):
-        if place is not None:
-            check_position(place)
-    for text in (pair.id, pair.bead):
-        if text != "":
-            check_id(text, "a pair")
     weight = number(pair.weight, "a pair's weight")
     if not 0.0 < weight <= MAX_WEIGHT:
         raise InputError("a pair's weight is above 0; leave a pair out of the fit by its switch.")
-    if pair.measured_from not in get_args(MeasuredFrom):
-        raise InputError(f"a point is measured by {', '.join(get_args(MeasuredFrom))}, not {pair.measured_from!r:.20}.")
-    if not isinstance(pair.enabled, bool):
-        raise InputError("whether a pair is fitted is true or false.")
     return pair
-
-
-def _pair(item: Any) -> FiducialPair:
-    known = set(FiducialPair.__dataclass_fields__)
-    if not isinstance(item, Mapping) or set(item) != known:
-        raise InputError(f"each pair of a registration has {', '.join(sorted(known))}.")
-    for name in ("in_image", "measured"):
-        if not isinstance(item[name], (list, type(None))):
-            raise InputError("a place of a registration's pair is a list of three numbers, in mm, or null.")
-    places = {name: None if item[name] is None else check_position(item[name]) for name in ("in_image", "measured")}
-    return check_pair(FiducialPair(**{**item, **places}))

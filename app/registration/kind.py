@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from app.documents import DocumentKind, Ref
+from app.documents import Ref, struct_kind
 from app.registration.changes import changes
 from app.registration.document import (
     IDENTITY,
     RegistrationContent,
     check_registration,
-    registration_from_json,
-    registration_to_json,
 )
 
 SCHEMA = "vfix-registration/4"
@@ -50,14 +48,12 @@ def _refs(content: RegistrationContent) -> tuple[Ref, ...]:
     return () if content.surface is None else (Ref("structure", content.surface.structure),)
 
 
-REGISTRATION = DocumentKind(
+REGISTRATION = struct_kind(
     name="registration",
     noun="registration",
     schema=SCHEMA,
-    empty=RegistrationContent,
-    read=registration_from_json,
-    write=registration_to_json,
-    check=check_registration,
+    content=RegistrationContent,
+    rules=check_registration,
     refs=_refs,
     upgrades={
         BEFORE_SOURCES: (BEFORE_CALIBRATIONS, _with_sources),

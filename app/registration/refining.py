@@ -65,6 +65,8 @@ class Refining:
         Raises NotFound, and InputError for no points, too many, or a deleted or locked registration.
         """
         structure = self._structure(self._document(registration_id), structure_id)
+        if not 0 < len(points) <= MAX_TOUCHED:
+            raise InputError(f"a surface is touched at 1 to {MAX_TOUCHED:,} points, not {len(points)}.")
         touched = TouchedSurface(structure, tuple(check_position(point) for point in points), measured_from)
         return self._edit(registration_id, lambda content: replace(content, surface=touched), expected_revision)
 

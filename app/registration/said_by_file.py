@@ -6,15 +6,17 @@ Only that it was simulated counts: a file may make a transform less trusted, nev
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
-from typing import Any, get_args
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated, Any
 
-from app.kit.values import number
+from msgspec import Meta
+
 from vfix_engine.errors import InputError
 from vfix_engine.frames import RegisteredTo
 
 MOST_MM, MOST_POINTS = 1e6, 1_000_000
+SaidLength = Annotated[float, Meta(ge=0.0, le=MOST_MM)]
 FULL: dict[RegisteredTo, str] = {"patient": "the patient", "base": "the robot's base"}
 _WAYS = ("registration", "direction")  # keys whose value says which way it goes
 _NOT_SIMULATED = ("", "no", "false", "none", "0")
@@ -30,9 +32,9 @@ class SaidByFile:
 
     to: RegisteredTo | None = None
     simulated: bool = False
-    fre_mm: float | None = None
-    points: int | None = None
-    fle_mm: float | None = None
+    fre_mm: SaidLength | None = None
+    points: Annotated[int, Meta(gt=0, le=MOST_POINTS)] | None = None
+    fle_mm: SaidLength | None = None
 
     @property
     def words(self) -> str:
@@ -64,35 +66,6 @@ def said_of(lines: Sequence[tuple[str, Any]], to: RegisteredTo | None = None) ->
     count = _figure(values.get("points"))
     points = int(count) if count and count.is_integer() and count <= MOST_POINTS else None
     return SaidByFile(next(iter(frames), None), simulated, points=points, **figures)
-
-
-def said_to_json(said: SaidByFile | None) -> dict[str, Any] | None:
-    """Plain JSON values."""
-    return None if said is None else asdict(said)
-
-
-def said_from_json(item: Any) -> SaidByFile | None:
-    """The inverse of `said_to_json`, checked. Raises InputError."""
-    if item is None:
-        return None
-    known = set(SaidByFile.__dataclass_fields__)
-    if not isinstance(item, Mapping) or set(item) != known:
-        raise InputError(f"what a transform's file says has {', '.join(sorted(known))}.")
-    return check_said(SaidByFile(**item))
-
-
-def check_said(said: SaidByFile | None) -> SaidByFile | None:
-    """What a file says, where it can be said. Raises InputError."""
-    if said is None:
-        return None
-    if said.to not in (None, *get_args(RegisteredTo)) or not isinstance(said.simulated, bool):
-        raise InputError("a transform's file says that it is to the patient or the base, and whether it is simulated.")
-    for value in (said.fre_mm, said.fle_mm):
-        if value is not None and not 0.0 <= number(value, "an error that a transform's file says") <= MOST_MM:
-            raise InputError("the errors that a transform's file says are lengths in mm.")
-    if said.points is not None and (type(said.points) is not int or not 0 < said.points <= MOST_POINTS):
-        raise InputError("the number of points that a transform's file says is a whole number.")
-    return said
 
 
 def _says_yes(value: Any) -> bool:

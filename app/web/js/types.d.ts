@@ -1220,12 +1220,12 @@ export interface RegistrationPublic {
   fle_mm: number | null;
   pairs: PairPublic[];
   beads: FoundBeadPublic[];
-  search: BeadSearchPublic | null;
-  surface: SurfacePublic | null;
+  search: BeadSearchRecord | null;
+  surface: TouchedSurface | null;
   fit: FitPublic;
   pointer: PointerTipPublic | null;
   robot: RobotToTrackerPublic | null;
-  said: SaidByFilePublic | null;
+  said: SaidByFile | null;
   created: string;
   modified: string;
   revision: number;
@@ -1267,11 +1267,11 @@ export interface FoundBeadPublic {
 }
 
 /**
- * How beads were looked for, and what the search says of its doubts.
+ * What was looked for, and what the search says of its doubts, in sentences.
  *
- * diameter_mm: null for beads of every size. left_out: dense places of a bead's size that are none.
+ * diameter_mm: None for beads of every size. left_out: dense places of a bead's size that are none.
  */
-export interface BeadSearchPublic {
+export interface BeadSearchRecord {
   diameter_mm: number | null;
   threshold_hu: number;
   cautions: string[];
@@ -1279,24 +1279,24 @@ export interface BeadSearchPublic {
 }
 
 /**
- * Points touched on a structure of the case, in the frame that the registration is to, mm.
+ * Points touched on a structure of the case; in the frame that the registration is to, mm.
  *
- * refinement: null while the registration was not refined on them.
+ * structure: its id. refinement: None while the registration was not refined on them.
  */
-export interface SurfacePublic {
+export interface TouchedSurface {
   structure: string;
   points: [number, number, number][];
   measured_from: "file" | "simulated" | "tracker";
-  refinement: RefinementPublic | null;
+  refinement: Refinement | null;
 }
 
 /**
- * What a refinement did, mm. residual_mm: of the points that were kept, which is never the accuracy.
+ * What a refinement on the touched points did, see `vfix_engine.registration.SurfaceRefinement`; mm.
  *
- * kept: how many they were; moved_mm: largest displacement of a touched point; stability: 0 to 1, how much the surface
- * resists the motion that it resists least.
+ * residual_mm: of the points that were kept; it is never the accuracy. kept: how many they were. moved_mm: largest
+ * displacement of a point by it. stability: 0 to 1, how much the surface resists the motion it resists least.
  */
-export interface RefinementPublic {
+export interface Refinement {
   residual_mm: number;
   kept: number;
   moved_mm: number;
@@ -1315,15 +1315,15 @@ export interface FitPublic {
   used: number;
   fre_mm: number | null;
   mean_residual_mm: number | null;
-  wrong: WrongPairPublic | null;
+  wrong: WrongPair | null;
   fle_mm: number | null;
   fle_source: "stated" | "estimated" | "none";
   simulated: boolean;
   cautions: string[];
 }
 
-/** The pair that does not fit the others. */
-export interface WrongPairPublic {
+/** The pair that does not fit the others. certainty: 'outlier' where that is clear, else 'suspect'. */
+export interface WrongPair {
   pair: string;
   label: string;
   certainty: "outlier" | "suspect";
@@ -1361,12 +1361,16 @@ export interface RobotToTrackerPublic {
   cautions: string[];
 }
 
-/** What the file of a given transform says of it; only `simulated` counts. to: null where it leaves that open. */
-export interface SaidByFilePublic {
+/**
+ * to: what the transform leads to, None where the file leaves that open. simulated: no patient was measured.
+ *
+ * fre_mm, points, fle_mm: FRE, number of points and error of one, as a `FitReport` has them; None where it says none.
+ */
+export interface SaidByFile {
   to: "patient" | "base" | null;
   simulated: boolean;
-  points: number | null;
   fre_mm: number | null;
+  points: number | null;
   fle_mm: number | null;
 }
 
@@ -1389,30 +1393,31 @@ export interface PlanRegistrationPublic {
 export interface ErrorTablePublic {
   fle_mm: number | null;
   fle_source: "stated" | "estimated" | "none";
-  targets: ErrorAtTargetPublic[];
-  path: ErrorAlongPathPublic | null;
+  targets: ErrorAtTarget[];
+  path: ErrorAlongPath | null;
   words: string;
 }
 
-export interface ErrorAtTargetPublic {
+/** The expected error at a target of the plan. */
+export interface ErrorAtTarget {
   id: string;
   label: string;
-  error: ExpectedErrorPublic;
+  error: ExpectedError;
 }
 
-/** At a place, LPS mm: the rms error, and the radius that it stays within in 95 of 100 cases. */
-export interface ExpectedErrorPublic {
+/** At one place, LPS: the rms error, and the radius within which it is in 95 of 100 cases; both in mm. */
+export interface ExpectedError {
   position: [number, number, number];
   rms_mm: number;
   within_95_mm: number;
 }
 
-/** One place for every millimetre of the chosen path, and its end. */
-export interface ErrorAlongPathPublic {
+/** Along the chosen path, one place for every millimetre and its end. worst_mm: arc length of the worst place. */
+export interface ErrorAlongPath {
   s_mm: number[];
   within_95_mm: number[];
   worst_mm: number;
-  worst: ExpectedErrorPublic;
+  worst: ExpectedError;
 }
 
 /**

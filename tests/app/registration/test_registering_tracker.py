@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+import copy
 from typing import Any
 
 import numpy as np
@@ -47,7 +47,9 @@ def pointer() -> Pointer:
 def tracked(phantom_services: Services, pointer: Pointer) -> Services:
     own = phantom_services
     registering = Registering(own.registrations, own.cases, own.plans, own.jobs, pointer)  # type: ignore[arg-type]
-    return replace(own, registering=registering)
+    services = copy.copy(own)
+    services.registering = registering
+    return services
 
 
 def test_a_point_is_measured_with_the_pointer(tracked: Services, pointer: Pointer) -> None:

@@ -17,7 +17,7 @@ from session_doubles import other_case
 
 from app.live.outgoing import no_registration, registration_messages
 from app.plans.model import PlanContent
-from app.registration.document import IDENTITY, RegistrationContent, registration_to_json
+from app.registration.document import IDENTITY, RegistrationContent
 from app.registration.driven import driven_registration
 from app.registration.files import export_text
 from app.registration.fit_report import inconsistency, refitted, report_of
@@ -106,7 +106,7 @@ def test_an_archive_with_it_is_refused(services: Services, name: str, tmp_path: 
     with zipfile.ZipFile(target) as packed:
         entries = {one: packed.read(one) for one in packed.namelist() if one != "SHA256SUMS"}
     (at,) = (one for one in entries if one.startswith(f"documents/{REGISTRATION.name}/"))
-    entries[at] = json.dumps({**json.loads(entries[at]), "content": registration_to_json(content)}).encode()
+    entries[at] = json.dumps({**json.loads(entries[at]), "content": REGISTRATION.write(content)}).encode()
     sums = "".join(f"{hashlib.sha256(data).hexdigest()}  {one}\n" for one, data in entries.items())
     with zipfile.ZipFile(tmp_path / "odd.zip", "w") as packed:
         for one, data in {**entries, "SHA256SUMS": sums.encode()}.items():
