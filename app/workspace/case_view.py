@@ -15,8 +15,10 @@ from app.cases.service import Case
 from app.cases.structures import Structure
 from app.exchange.patient_images import holds_images
 from app.kit.errors import NotFound
+from app.kit.kept import Same
 from app.kit.values import Position
 from app.messages.fields import Command
+from app.messages.sections import Section, Sections
 from app.scene.anatomy import LETTER_GAP_MM, AnatomyNodes, Look, SliceNodes
 from app.scene.picking import BonePicker, Hit, hit_plane
 from app.scene.view import ClickRay
@@ -24,7 +26,7 @@ from app.services import Services
 from app.workspace import commands as c
 from app.workspace.background import in_background
 from app.workspace.layers import Layer
-from app.workspace.sections import CaseSection, CaseSections
+from app.workspace.sections import CaseSection, ViewSection
 from app.workspace.slice_view import Greys, SliceView
 from vfix_engine.arrays import Array
 from vfix_engine.errors import InputError
@@ -214,22 +216,44 @@ class CaseView:
     # -- for the page
 
     @property
+    def case(self) -> Case | None:
+        """The open case as it was stored at the last :meth:`refresh`; None where none is open, or it is gone."""
+        return self._case
+
+    @property
+    def cross(self) -> Position | None:
+        """Where the slices cross, as the page has it, LPS mm; None without slices."""
+        if self._slices is None:
+            return None
+        x, y, z = (round(float(value), 3) for value in self._slices.cross)
+        return x, y, z
+
+    @property
     def deleted(self) -> bool:
         """Whether the open case was deleted, from the command line or over REST, when it was last read."""
         return self._case is not None and self._case.deleted_at is not None
 
-    def sections(self, fresh: bool) -> CaseSections:
-        """fresh: read what the store says of the case anew, which others may have changed."""
-        if fresh and self.case_id is not None:
+    def refresh(self) -> None:
+        """Read what the store says of the case, which others may have changed."""
+        if self.case_id is not None:
             try:
-                self._case = self._services.cases.get(self.case_id)
+                self._case = self._services.cases.shown(self.case_id)
             except NotFound:
                 self._case = None
-        look = self._look
+
+    def sections(self) -> Sections:
+        """The :class:`CaseSections`."""
+        case, loading, hidden, slices, look = self._case, self.loading, self.hidden, self._slices, self._look
+        view: ViewSection = {"opacity": look.opacity, "cut": look.cut, "slices": look.slices}
         return {
-            "case": None if self._case is None else case_section(self._case, self.loading, self.hidden),
-            "slices": None if self._slices is None else self._slices.view(),
-            "view": {"opacity": look.opacity, "cut": look.cut, "slices": look.slices},
+            "case": Section(
+                (Same(case), loading, hidden), lambda: None if case is None else case_section(case, loading, hidden)
+            ),
+            "slices": Section(
+                None if slices is None else (Same(slices), slices.key()),
+                lambda: None if slices is None else slices.section(),
+            ),
+            "view": Section.of(view),
         }
 
 

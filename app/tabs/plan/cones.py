@@ -6,7 +6,9 @@ from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
 from typing import Any
 
+from app.kit.kept import Same
 from app.kit.values import Position
+from app.messages.sections import Section
 from app.planning.rehearsal_options import Switches
 from app.plans.model import Plan
 from app.scene.cones import LENGTH_MM, ConeNodes, Surface
@@ -90,15 +92,11 @@ class Cones:
         if ticket == self._ticket:
             self._found, self._current = found, True
 
-    def section(self, edited: EditedPlan | None) -> ConeSection:
+    def section(self, edited: EditedPlan | None) -> Section[ConeSection]:
         """The page's section."""
-        if edited is None or not self._found:
-            return {"state": "none", "items": []}
-        items: list[ConeView] = [
-            {"target": target, "cone_deg": round(cone.cone_deg, 1), "words": cone_words(cone)}
-            for target, (_, cone) in self._found.items()
-        ]
-        return {"state": "waits" if self._is_old(edited) else "current", "items": items}
+        found: Found = {} if edited is None else self._found
+        old = edited is not None and self._is_old(edited)
+        return Section((Same(found) if found else None, old), lambda: _view(found, old))
 
     def layer(self, edited: EditedPlan | None) -> Layer[Any]:
         """The cone of the selected target."""
@@ -108,12 +106,22 @@ class Cones:
         def surface() -> Surface | None:
             return None if known is None else cone_surface(known[1], known[0], LENGTH_MM)
 
-        key = None if known is None else (known[0], id(known[1]), old)
+        key = None if known is None else (known[0], Same(known[1]), old)
         return Layer("plan.cone", key, ConeNodes, lambda nodes: nodes.show(surface(), old))
 
     def _is_old(self, edited: EditedPlan) -> bool:
         """Of another path or other targets than those that are shown."""
         return not self._current or edited.dragging or edited.in_hand is not None
+
+
+def _view(found: Found, old: bool) -> ConeSection:
+    if not found:
+        return {"state": "none", "items": []}
+    items: list[ConeView] = [
+        {"target": target, "cone_deg": round(cone.cone_deg, 1), "words": cone_words(cone)}
+        for target, (_, cone) in found.items()
+    ]
+    return {"state": "waits" if old else "current", "items": items}
 
 
 def cone_words(cone: InspectionCone) -> str:

@@ -6,6 +6,7 @@ import logging
 import time
 
 from app.kit.errors import PlanLocked
+from app.kit.kept import Kept
 from app.kit.values import Position
 from app.messages.client import Client
 from app.planning.rehearsal_options import NO_SWITCHES, Switches
@@ -35,7 +36,8 @@ class DriveFollower(Tab):
     def __init__(self, workspace: Workspace, shared: SharedDrives) -> None:
         super().__init__(workspace, shared)
         self._services, self._drives = workspace.services, shared
-        self._registered: tuple[object, str] | None = None  # plan and its registration's id, and that one's key
+        self._registered: Kept[str] = Kept()  # key of the plan's registration
+        self.reads = 0  # of new snapshots: changes with whatever is told of one beside those before it
         self._plan_id: str | None = None
         self._uncertainty: SurfaceUncertainty | None = None  # of the bone that the margin is kept to
         self._has_ct = False
@@ -87,7 +89,7 @@ class DriveFollower(Tab):
         before, drive = self.now.snapshot, self.drive
         self.now = now = NO_DRIVE if drive is None else drive.read(self._client, take_words)
         if now.snapshot is not before:
-            self._taken_ms, self._before = int(1000 * time.time()), before
+            self._taken_ms, self._before, self.reads = int(1000 * time.time()), before, self.reads + 1
             if before is None and self.active:
                 self.workspace.camera.look_from("nose")  # the robot has come
             if self.active:
@@ -130,7 +132,7 @@ class DriveFollower(Tab):
         """The robot pauses where its registration has gone under it; returns words for the user, '' for none."""
         words = self._withdrawn(now) if self._changed and now.snapshot is not None and now.snapshot.running else ""
         if words and not self._stopped_for:  # read anew before somebody's robot is stopped
-            self._registered = None
+            self._registered = Kept()
             words = self._withdrawn(now)
         if words and self.drive is not None:
             self.drive.halt()
@@ -139,10 +141,9 @@ class DriveFollower(Tab):
 
     def _key(self, plan: Plan) -> PlanKey:
         """What a rehearsal of the plan depends on; its registration is read anew once something was stored."""
-        of = (plan.id, plan.registration)
-        if self._registered is None or self._registered[0] != of:
-            self._registered = of, self._services.planning.registration_key(plan)
-        return plan_key(plan, self._registered[1])
+        stored = self._services.store.changes.of(self._services.registrations.kind.name)
+        of = (plan.id, plan.registration, stored)
+        return plan_key(plan, self._registered.get(of, lambda: self._services.planning.registration_key(plan)))
 
     def give_up(self) -> None:
         """The robot pauses where it is and the handle is free."""

@@ -7,7 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from app.kit.kept import Kept, Same
 from app.messages.fields import Command
+from app.messages.sections import Section, Sections
 from app.planning.rehearsal_options import NO_SWITCHES, Switches
 from app.plans.service import Plan
 from app.scene.centre import CentreNodes
@@ -19,7 +21,7 @@ from app.tabs.rehearse.drive_record import DriveRecord
 from app.tabs.rehearse.following import DriveFollower
 from app.tabs.rehearse.hints import rehearse_hint
 from app.tabs.rehearse.preparation import prepare
-from app.tabs.rehearse.sections import OptionsSection, RehearsalSection, RehearsalSections
+from app.tabs.rehearse.sections import OptionsSection, RehearsalSection
 from app.tabs.rehearse.shared_drive import SharedDrive
 from app.tabs.rehearse.shared_drives import SharedDrives
 from app.tabs.rehearse.switches import CentrePlaces, options_section, place_of
@@ -46,7 +48,6 @@ class RehearseTab(DriveFollower):
         super().__init__(workspace, shared)
         self._hand: GripDrag | None = None  # on the grip, set on the scene's thread
         self._centre = CentrePlaces(workspace.services, workspace.executor, workspace.post)
-        self._shown_options: tuple[object, OptionsSection] | None = None  # with what it depends on
         self._told_of: RigidSnapshot | None = None  # the pose that others were told last
         self._told = NO_SWITCHES  # the switches as they were when everything was published last
 
@@ -124,7 +125,7 @@ class RehearseTab(DriveFollower):
         Never by a registration that is not the plan's any more: at the entry it is placed anew, else it stays there.
         """
         self._take(drive)
-        self._registered = None  # read now, not when something was stored last
+        self._registered = Kept()  # read now, not when something was stored last
         now = self.read()
         at_entry = now.snapshot is None or now.snapshot.steps == 0
         withdrawn = self._withdrawn(now)
@@ -198,7 +199,6 @@ class RehearseTab(DriveFollower):
         for words in self._hear():
             self.workspace.note(words, error=True)
         edited, self._plan_edited = self._plan_edited, False
-        self.workspace.stale |= edited
         if self._run_when_ready:
             self._run_if_ready(self.now)
         if self._services.live.wanted:
@@ -226,7 +226,7 @@ class RehearseTab(DriveFollower):
             self._open(drive, plan)
         elif now.state == "ready":
             self._run_when_ready = False
-            self._registered = None  # it may have changed while the robot came
+            self._registered = Kept()  # it may have changed while the robot came
             if words := self._withdrawn(now):
                 self.workspace.note(words, error=True)
             else:
@@ -253,25 +253,34 @@ class RehearseTab(DriveFollower):
         """Whether the margin was changed since the drive was prepared."""
         return now.prepared is not None and now.settings.margin_mm != now.prepared.settings.margin_mm
 
-    def sections(self, fresh: bool) -> RehearsalSections:
-        if fresh:
-            self._registered = None
-        now = self.read()
-        self._compare(now)
-        driven = self.driven
-        sections: RehearsalSections = {
+    def refresh(self) -> None:
+        self._compare(self.read())
+        wanted = self.wanted
+        if self.active or wanted.remote_centre:
+            self._centre.ask(self.workspace.plan.current)
+
+    def sections(self) -> Sections:
+        """The :class:`RehearsalSections`."""
+        now, driven, snapshot = self.now, self.driven, self.now.snapshot
+        settings = now.settings, now.answered, now.refusal, self._uncertainty
+        sections: dict[str, Section[object]] = {
             "rehearsal": self._rehearsal(now),
-            "driven": None if driven is None else entries(driven.items),
-            "details": details_section(now.snapshot),
-            "settings": settings_section(now.settings, now.answered, now.refusal, self._uncertainty),
+            "driven": Section(Same(driven), lambda: None if driven is None else entries(driven.items)),
+            "details": Section(Same(snapshot), lambda: details_section(snapshot)),
+            "settings": Section(settings, lambda: settings_section(*settings)),
             "options": self._options(now),
-            "tool": tool_section(now.snapshot),
+            "tool": Section(Same(snapshot), lambda: tool_section(snapshot)),
         }
         if driven is not None:
-            sections["curve"] = curve_section(driven.curve)
+            sections["curve"] = Section(Same(driven), lambda: curve_section(driven.curve))
         return sections
 
-    def _rehearsal(self, now: DriveRecord) -> RehearsalSection:
+    def _rehearsal(self, now: DriveRecord) -> Section[RehearsalSection]:
+        told = now.state, now.words, now.mine, now.holder, now.unrecorded, now.target_id, now.hand_lost
+        key = self.reads, Same(now.snapshot), *told, self._client, self._changed
+        return Section(key, lambda: self._rehearsal_view(now))
+
+    def _rehearsal_view(self, now: DriveRecord) -> RehearsalSection:
         section = rehearsal_section(now, self._before, self.so_far)
         if "tip" in section:
             section["taken_ms"] = self._taken_ms if section["state"] == "running" else None
@@ -281,17 +290,15 @@ class RehearseTab(DriveFollower):
         section["plan_changed"] = self._changed
         return section
 
-    def _options(self, now: DriveRecord) -> OptionsSection:
-        """Built again when something that it depends on has changed."""
-        plan, wanted = self.workspace.plan.current, self.wanted
-        if self.active or wanted.remote_centre:
-            self._centre.ask(plan)
-        depends_on = (plan and (plan.id, plan.revision), wanted, now.switches, now.may_switch, self._centre.known)
-        if self._shown_options is None or self._shown_options[0] != depends_on:
+    def _options(self, now: DriveRecord) -> Section[OptionsSection]:
+        plan, wanted, known = self.workspace.plan.current, self.wanted, self._centre.known
+        key = Same(plan), wanted, now.switches, now.may_switch, Same(known), self._has_ct
+
+        def build() -> OptionsSection:
             centre = None if plan is None or len(plan.points) < 2 else self._centre.section(wanted.centre)
-            section = options_section(wanted, now.switches, centre, self._has_ct, now.may_switch)
-            self._shown_options = depends_on, section
-        return self._shown_options[1]
+            return options_section(wanted, now.switches, centre, self._has_ct, now.may_switch)
+
+        return Section(key, build)
 
     def layers(self) -> list[Layer[Any]]:
         """The robot while the step is active; points and curve of what is driven instead of the plan's."""
@@ -302,7 +309,7 @@ class RehearseTab(DriveFollower):
         if driven is not None:
             layers += [
                 items_layer(driven.items, None, locked=True),
-                curve_layer(id(driven), lambda: (driven.curve, None)),
+                curve_layer(Same(driven), lambda: (driven.curve, None)),
             ]
         if now.snapshot is not None and now.robot is not None:
             layers.append(self._robot_layer(now.snapshot, now.robot, now.mine))
@@ -324,4 +331,4 @@ class RehearseTab(DriveFollower):
             nodes.hand.show_sight(now.tip, now.virtual_point if now.mode == "inspect" else None)
             nodes.hand.show_blocked(now.blocking_point if now.held or now.slowed else None)
 
-        return Layer("rehearse.drive", key, lambda view: DriveNodes(view, robot.robot.visuals), show, id(robot))
+        return Layer("rehearse.drive", key, lambda view: DriveNodes(view, robot.robot.visuals), show, Same(robot))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -123,7 +122,6 @@ def _priority(timing: Timing) -> str:
     return f"None: {timing.without_why}" if timing.without_why else "Taken while somebody drives"
 
 
-@lru_cache(maxsize=32)
 def settings_section(
     settings: ControlSettings, answered: int, refusal: str = "", uncertainty: SurfaceUncertainty | None = None
 ) -> SettingsSection:

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from session_doubles import SAMPLE, Later, open_sample
+from session_doubles import SAMPLE, Later, open_sample, sections_of
 
 from app.cases.settings import settings_in_case
 from app.kit.errors import JobCancelled
@@ -158,27 +158,27 @@ def test_a_drag_is_live_and_its_release_is_one_edit(phantom_services: Services) 
     plan = phantom_services.plans.duplicate(SAMPLE, "Live")
     step = open_sample(phantom_services, plan.id)
     judged, evaluation = step._judged, phantom_services.planning.evaluate(plan)
-    step.sections(True)
+    sections_of(step)
     judged.stored.current = Corridor("done", evaluation=evaluation)
-    step.sections(False)
+    sections_of(step)
     point = plan.points[1]
     x, y, z = point.position
     step.handle(c.DragItem(type="item.drag", item_id=point.id, position=(x, y, z + 0.4)))
-    corridor = step.sections(False)["corridor"]
+    corridor = sections_of(step)["corridor"]
     assert corridor["state"] == "drag_waits"
     assert phantom_services.plans.get(plan.id).revision == plan.revision
     step.handle(c.ItemCommand(type="item.drop", item_id=point.id))
-    corridor = step.sections(False)["corridor"]
+    corridor = sections_of(step)["corridor"]
     assert corridor["state"] == "waits"  # placed again, the picture of the hand's last place greyed
     assert phantom_services.plans.get(plan.id).revision == plan.revision + 1
     step.handle(c.Undo(type="undo"))
     assert phantom_services.plans.get(plan.id).points == plan.points
     # A target that is dragged changes nothing of the path.
     judged.stored.current = Corridor("done", evaluation=evaluation)
-    step.sections(False)
+    sections_of(step)
     judged.stored.current = Corridor("done", evaluation=evaluation)
     step.handle(c.DragItem(type="item.drag", item_id=plan.targets[0].id, position=(x, y, z)))
-    assert step.sections(False)["corridor"]["state"] == "current"
+    assert sections_of(step)["corridor"]["state"] == "current"
     phantom_services.plans.delete(plan.id)
 
 
@@ -196,14 +196,14 @@ def test_a_shaft_is_dragged_live_and_stored_as_one_edit(phantom_services: Servic
     assert step._edited is not None
     step._edited.set_shaft(point.id, (0.0, -1.0, 0.0), None)
     step._edited.selected = point.id
-    step.sections(True)
+    sections_of(step)
     step._judged.stored.current = Corridor("done", evaluation=stored)
-    step.sections(False)
+    sections_of(step)
     before = phantom_services.plans.get(plan.id)
     x, y, z = point.position
     handle = (x + 3.0, y - 30.0, z - 4.0)
     step.dragged(DragEvent(f"shaft:{point.id}", "start", handle))
-    sections = step.sections(False)
+    sections = sections_of(step)
     assert sections["corridor"]["state"] == "drag_waits"
     assert sections["shaft"]["words"].startswith("The shaft leaves towards the front (A), ")
     assert phantom_services.plans.get(plan.id).revision == before.revision

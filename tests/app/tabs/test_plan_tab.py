@@ -6,10 +6,11 @@ import re
 from types import SimpleNamespace
 
 import pytest
-from session_doubles import HEAD, SAMPLE, Later, fail, open_sample, other_case
+from session_doubles import HEAD, SAMPLE, Later, fail, open_sample, other_case, sections_of
 
 from app.cases.service import Case
 from app.documents import DocumentKind
+from app.documents.rows import touch
 from app.kit.cache import Cache
 from app.kit.jobs import Job
 from app.planning.rehearsal_options import NO_SWITCHES, Switches
@@ -17,7 +18,7 @@ from app.planning.remote_centre import Place
 from app.scene import palette
 from app.services import Services
 from app.store.errors import StorageError
-from app.store.models import DocumentStateRow
+from app.store.models import DocumentRow, DocumentStateRow
 from app.tabs.plan import commands as c
 from app.tabs.plan.dry_runs import Corridor, DryRuns, failed_run
 from app.tabs.plan.edited_plan import EditedPlan
@@ -86,15 +87,15 @@ def test_a_dry_run_is_made_again_when_somebody_asks_and_with_the_switches_of_the
     step, asked = open_sample(phantom_services, plan.id), list[Switches]()
     step._judged.stored.ask = lambda plan, kept, switches, before: asked.append(switches)  # type: ignore[method-assign]
     step._judged.again()
-    step.sections(True)
-    step.sections(True)
+    sections_of(step)
+    sections_of(step)
     assert asked == [NO_SWITCHES]
     step.handle(c.EditCommand(type="dry_run.again"))
-    step.sections(True)
+    sections_of(step)
     phantom_services.switches.turn(plan.id, Switches(centre=Place(at_mm=3.0)))
-    step.sections(True)  # where the remote centre would be is nothing while it is off
+    sections_of(step)  # where the remote centre would be is nothing while it is off
     phantom_services.switches.turn(plan.id, Switches(speed_limit=True))
-    step.sections(True)
+    sections_of(step)
     assert asked == [NO_SWITCHES, NO_SWITCHES, Switches(speed_limit=True)]
     phantom_services.plans.delete(plan.id)
 
@@ -214,9 +215,9 @@ def test_the_list_of_plans_does_not_read_what_they_contain(
     step = open_sample(phantom_services)
     read: list[str] = []
     monkeypatch.setattr(DocumentKind, "content", lambda *_: read.append("content"))
-    step._plans = list(phantom_services.plans.titles(HEAD))
+    listed = step.sections()["plans"].build()
     assert read == []
-    assert SAMPLE in [title.id for title in step._plans]
+    assert SAMPLE in [plan["id"] for plan in listed["items"]]  # type: ignore[index]
 
 
 def test_a_plan_that_cannot_be_read_does_not_keep_its_head_closed(phantom_services: Services) -> None:
@@ -229,9 +230,12 @@ def test_a_plan_that_cannot_be_read_does_not_keep_its_head_closed(phantom_servic
         state = session.get(DocumentStateRow, (bad.id, 0))
         assert state is not None
         state.content = {**state.content, "points": "none"}
+        row = session.get(DocumentRow, bad.id)
+        assert row is not None
+        touch(row)
     with pytest.raises(InputError, match="'Bad' cannot be read"):
-        step.sections(fresh=True)
-    step.sections(fresh=True)
+        sections_of(step)
+    sections_of(step)
     assert step.plan_id is None
     assert "'Bad' cannot be read" in step.open(HEAD, None)
     assert step.plan_id == good.id
@@ -294,10 +298,10 @@ def test_a_version_that_differs_in_settings_alone_is_not_gone_back_to(phantom_se
     phantom_services.plans.editor(plan.id).set_settings({"margin_mm": 0.5})
     step = open_sample(phantom_services, plan.id)
     step.handle(VersionCommand(type="version.compare", version_id=version.id))
-    view = step.sections(True)["versions"]
+    view = sections_of(step)["versions"]
     assert (len(view["changes"]), view["differs"]) == (1, False)
     phantom_services.plans.editor(plan.id).delete_point(plan.points[1].id)
-    assert step.sections(True)["versions"]["differs"] is True
+    assert sections_of(step)["versions"]["differs"] is True
     phantom_services.plans.delete(plan.id)
 
 
