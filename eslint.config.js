@@ -30,7 +30,7 @@ const RULES = {
 };
 
 export default [
-  { ignores: ["**/*.d.ts", ".venv/"] },
+  { ignores: ["**/*.d.ts", ".venv/", "app/web/lib/"] },
   { linterOptions: { reportUnusedDisableDirectives: "error" } },
   js.configs.recommended,
   { rules: RULES },

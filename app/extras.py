@@ -8,6 +8,7 @@ from vfix_engine.errors import VfixError
 APP_MODULES = (
     "alembic",
     "fastapi",
+    "fastcrc",
     "pydantic",
     "python_multipart",
     "sqlalchemy",

@@ -5,6 +5,7 @@ import importlib
 from fastapi import FastAPI
 
 from app.api import router as api_router
+from app.api.moved import router as moved_router
 from app.gateway.application import build_application
 from app.gateway.scene_server import SceneServer
 from app.gateway.warm_up import WarmUp, WarmUpStep
@@ -36,7 +37,7 @@ def create_app(settings: Settings, services: Services, scene_server: SceneServer
         later=(WarmUpStep("Preparing the snake", worlds.SNAKE.prepare),),
         ends=(PlannerEnds,),
     )
-    routers = (api_router, session_router, *tab_routers())
+    routers = (api_router, session_router, *tab_routers(), moved_router)  # the last takes what is left below /api
     link = None if settings.igtl is None else LiveLink(settings.igtl, services)
     return build_application(settings, services, scene_server, warm_up, routers, link)
 

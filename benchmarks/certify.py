@@ -11,7 +11,7 @@ from typing import Any
 from benchmarks.attack.arenas import BUILDERS
 from benchmarks.attack.campaign import Campaign
 from benchmarks.in_processes import each_scene
-from benchmarks.report import BenchmarkRefused, machine, need_coal
+from benchmarks.report import BenchmarkRefused, machine, need
 
 SUMMARY = "attack the certificate: adversarial steps, every accepted motion measured again"
 
@@ -41,7 +41,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     Raises:
         BenchmarkRefused: coal is not installed, or an option makes no sense.
     """
-    need_coal()
+    need("coal")
     names = list(args.scene or BUILDERS)
     unknown = sorted(set(names) - set(BUILDERS))
     if unknown:
@@ -83,4 +83,4 @@ def summary(scenes: list[dict[str, Any]], seconds: float) -> dict[str, Any]:
 
 def _attack(job: Job) -> dict[str, Any]:
     name, seed, steps, replays = job
-    return Campaign(name, seed, steps, need_coal(), COAL_SHARE, replays).run()
+    return Campaign(name, seed, steps, need("coal"), COAL_SHARE, replays).run()

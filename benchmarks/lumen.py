@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks import lumen_bends, lumen_controls, lumen_gpu, lumen_plots, report
+from benchmarks import lumen_controls, lumen_gpu, report
 from benchmarks.lumen_attack import command as lumen_attack
 from benchmarks.lumen_peers import NumpyQuery, literal_query
 from benchmarks.lumen_scene import JUDGED, LINKS, SEGMENTS, Scene
@@ -58,7 +58,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     """Times, ratios, sweeps, and whether all agree; or what an attack found.
 
     Raises:
-        BenchmarkRefused: an option makes no sense, or there is no GPU and one was insisted on.
+        BenchmarkRefused: an option makes no sense, or what it needs is not there: matplotlib for plots, a GPU.
     """
     if args.attack is not None:
         return lumen_attack.attack(args)
@@ -67,6 +67,8 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
         raise report.BenchmarkRefused(f"{LINKS} to 1,000,000 vertices, and at least 3 rounds")
     if args.plots is not None and args.no_sweeps:
         raise report.BenchmarkRefused("--plots draws the sweeps, which --no-sweeps leaves out")
+    if args.plots is not None:
+        report.need("matplotlib", "--plots draws with")
     if args.gpu:
         lumen_gpu.need_gpu()
     machine = report.machine().to_dict()
@@ -144,7 +146,9 @@ def meets(ours: dict[str, float], small: float, least: dict[str, float], count: 
 
 def _draw(folder: Path, sweeps: dict[str, Any], count: int, gpu: dict[str, Any] | None) -> list[str]:
     """Kwok 2013, fig. 7a to 7c and 8; the files."""
-    return lumen_plots.draw(folder, sweeps, count, gpu) + lumen_bends.draw(folder)
+    from benchmarks import lumen_bends, lumen_plots, plots
+
+    return plots.save(lumen_plots.sweeps_drawn(sweeps, count, gpu) | lumen_bends.bends_drawn(), folder)
 
 
 def _ratios(times: dict[str, float]) -> dict[str, float]:

@@ -14,9 +14,11 @@ import time
 from pathlib import Path
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from benchmarks.lumen_figure_7c import figure_7c
 from benchmarks.lumen_figure_8 import figure_8
+from benchmarks.plots import save
 from vfix_engine.pathway.cavity import body_cavity
 from vfix_engine.pathway.pathway import Pathway
 from vfix_engine.pathway.query.query import Query
@@ -49,22 +51,18 @@ def in_a_cavity(snake: SnakeModel, query: Query, inclined: float = INCLINED) -> 
     return BendProblem(snake, query, packed, window, base, np.zeros(10), np.array([3.0, 3.0, 3.0, 3.0, 1.0]))
 
 
-def draw(folder: Path) -> list[str]:
-    """Write ``lumen_cost.svg`` and ``lumen_bends.svg`` into the folder; their paths."""
-    folder.mkdir(parents=True, exist_ok=True)
+def bends_drawn() -> dict[str, Figure]:
+    """``lumen_cost.svg`` and ``lumen_bends.svg``, by these names."""
     tube, cavity, upright = _problems().values()
-    pictures = {
+    return {
         "lumen_cost.svg": figure_7c(tube),
         "lumen_bends.svg": figure_8((cavity, control_bends(cavity, 4)), (upright, control_bends(upright, 8))),
     }
-    for name, picture in pictures.items():
-        (folder / name).write_text(picture, encoding="utf-8")
-    return [str(folder / name) for name in pictures]
 
 
 def main(folder: Path) -> None:
     """Draw both figures into a folder and print the table."""
-    draw(folder)
+    save(bends_drawn(), folder)
     for name, case in _problems().items():
         for count in (4, 8):
             print(f"{name}: {count} bends together {_milliseconds(case, count):.1f} ms of processor time")

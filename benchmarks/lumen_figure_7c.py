@@ -8,23 +8,25 @@ stay straight lines in it, and the tip goes the wanted way where it is positive,
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import LinearSegmentedColormap
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch, PathPatch
+from matplotlib.path import Path
 from skimage.measure import approximate_polygon, find_contours
 
-from benchmarks.svg_plot import GRID, INK, SOFT, Scale, page, printed, text
+from benchmarks.plots import ACCENT, GRID, HALO, INK, MARK, SOFT, empty_figure
 from vfix_engine.arrays import Array
 from vfix_engine.snake.bending.bending import BendProblem, bend_angles
 from vfix_engine.snake.bending.optimise import DistalBend, optimise_primary, search_globally
 
-Colours = tuple[tuple[int, int, int], tuple[int, int, int]]  # red, green and blue at 1 and at −0.4
-
-ACCENT, MARK = "#0b4f9c", "#c2571a"
-WIDTH, HEIGHT, FOOT, TOP = 960, 520, 446.0, 92.0
-_LEVELS = np.round(np.arange(0.9, -0.35, -0.1), 1)  # of z_eff/z_max, from straight to bent back
-_BEYOND, _WITHIN = ((247, 248, 249), (118, 128, 138)), ((222, 235, 247), (8, 48, 107))  # at 1 and at −0.4
+_LEVELS = np.round(np.arange(-0.3, 0.95, 0.1), 1)  # of z_eff/z_max, from bent back to straight
+_BEYOND = LinearSegmentedColormap.from_list("beyond a bound", ["#76808a", "#f7f8f9"])  # from −0.4 to 1
+_WITHIN = LinearSegmentedColormap.from_list("within the bounds", ["#8498b5", "#eff5fb"])
+_GROWN = LinearSegmentedColormap.from_list("grown into", ["#08306b", "#deebf7"])
 _RAYS, _CLOSER = 240, 30  # all about, and on either side of the bend that is found
 _ROUND = 0.3  # [rad] below the line through rest, where the tip may still go the wanted way
 _STEPS, _HALVINGS = 160, 12  # along a ray, and of the step that leaves the bounds
@@ -40,17 +42,20 @@ class Asked(NamedTuple):
 
 
 class _Panel(NamedTuple):
-    """A part of the plane: m in rad, q_c − ``shear``·m in rad, and where they are drawn."""
+    """A part of the plane: m in rad, q_c − ``shear``·m in rad, and where it is drawn."""
 
     m: Array
     up: Array
     shear: float
-    x: Scale
-    y: Scale
+    axes: Axes
 
-    def place(self, m: float, q_c: float) -> tuple[float, float]:
-        """Where a bend is drawn, px."""
-        return self.x(m), self.y(math.degrees(q_c - self.shear * m))
+    def place(self, corners: Array) -> Array:
+        """Where bends (n, 2), (m, q_c), are drawn."""
+        return np.column_stack([corners[:, 0], np.degrees(corners[:, 1] - self.shear * corners[:, 0])])
+
+    def region(self, *edges: Array) -> Path:
+        """What lies within closed edges (n, 2), (m, q_c)."""
+        return Path.make_compound_path(*(Path(self.place(corners), closed=True) for corners in map(_closed, edges)))
 
 
 def weighted(problem: BendProblem) -> float:
@@ -97,47 +102,37 @@ def growable(problem: BendProblem, bend: DistalBend) -> Array:
     return np.array(corners)
 
 
-def figure_7c(problem: BendProblem, grid: int = 101) -> str:
+def figure_7c(problem: BendProblem, grid: int = 101) -> Figure:
     """The whole plane as in the paper, and the band in it that keeps the bounds; ``grid`` of the search everywhere."""
     bend, best = optimise_primary(problem, "e+"), search_globally(problem, "e+", grid).anywhere
-    grown = growable(problem, bend)
-    whole = _Panel(
-        np.linspace(-0.5, 0.5, 61),
-        np.radians(np.linspace(-180.0, 180.0, 73)),
-        0.0,
-        Scale(-0.5, 0.5, False, 66.0, 286.0),
-        Scale(-180.0, 180.0, False, FOOT, TOP),
-    )
-    band = _Panel(
-        np.linspace(-0.2, 0.48, 171),
-        np.radians(np.linspace(-4.0, 32.0, 181)),
-        weighted(problem),
-        Scale(-0.2, 0.48, False, 372.0, 802.0),
-        Scale(-4.0, 32.0, False, FOOT, TOP),
-    )
-    ends = [(m, up) for m, up in zip(band.m[[0, -1, -1, 0]], band.up[[0, 0, -1, -1]], strict=True)]
-    edge = "L".join(f"{x:.1f} {y:.1f}" for x, y in (whole.place(m, up + band.shear * m) for m, up in ends))
-    seen = _asked(problem, band)
-    kept = _region(band, seen.excess, 0.0)
-    parts = [
-        *_drawn(whole, _asked(problem, whole), kept, grown, "whole"),
-        f'<g clip-path="url(#whole)"><path d="M{edge}Z" fill="none" stroke="{INK}"/></g>',
-        *_frame(whole, [-0.4, 0.0, 0.4], [-180, -90, 0, 90, 180], "m, rad", "q_c"),
-        *_drawn(band, seen, kept, grown, "band"),
-        *_frame(band, [-0.2, 0.0, 0.2, 0.4], [0, 10, 20, 30], "m, rad", f"q_c − {band.shear:.2f} m"),
-        *_words(band, bend, best),
-        *_key(),
-    ]
+    grown = np.vstack([[0.0, 0.0], growable(problem, bend)])
     limits = ", ".join(f"{b:g}" for b in problem.bound)
-    return page(
-        WIDTH,
-        HEIGHT,
-        66.0,
+    figure = empty_figure(
+        10.0,
+        5.4,
+        0.7,
         "What a planar bend costs, and where its bounds let it be",
         f"towards +x in a tube of 30 mm radius, b = {limits} mm; right: the framed part, sheared along m; "
         "Kwok 2013, fig. 7c",
-        parts,
     )
+    whole, band = (
+        _Panel(np.linspace(*m), np.radians(np.linspace(*up)), shear, figure.add_axes((left, 0.13, width, 0.69)))
+        for m, up, shear, left, width in (
+            ((-0.5, 0.5, 61), (-180.0, 180.0, 73), 0.0, 0.07, 0.22),
+            ((-0.2, 0.48, 171), (-4.0, 32.0, 181), weighted(problem), 0.385, 0.44),
+        )
+    )
+    asked = _asked(problem, band)
+    kept = _edges(band, asked.excess)
+    _draw(whole, _asked(problem, whole), kept, grown)
+    ends = np.array([(m, up + band.shear * m) for m in band.m[[0, -1]] for up in band.up[[0, -1]]])[[0, 1, 3, 2]]
+    whole.axes.add_patch(PathPatch(whole.region(ends), fill=False, edgecolor=INK, zorder=5))
+    whole.axes.set(xlabel="$m$, rad", ylabel="$q_c$, °", xticks=(-0.4, 0.0, 0.4), yticks=range(-180, 181, 90))
+    _draw(band, asked, kept, grown)
+    band.axes.set(xlabel="$m$, rad", ylabel=f"$q_c$ − {band.shear:.2f} $m$, °", yticks=range(0, 31, 10))
+    _write(band, bend, best)
+    _add_key(figure)
+    return figure
 
 
 def _asked(problem: BendProblem, panel: _Panel) -> Asked:
@@ -149,42 +144,27 @@ def _asked(problem: BendProblem, panel: _Panel) -> Asked:
     return asked
 
 
-def _drawn(panel: _Panel, asked: Asked, kept: Sequence[Array], grown: Array, name: str) -> list[str]:
+def _draw(panel: _Panel, asked: Asked, kept: list[Array], grown: Array) -> None:
     """The cost in bands, grey, and blue where the bounds are kept: pale what cannot be grown into."""
-    within, reach = _closed(panel, *kept), _closed(panel, np.vstack([[0.0, 0.0], grown]))
-    away = _closed(panel, *_region(panel, asked.towards, 0.0))
-    frame = f"M{panel.x.start} {panel.y.start}H{panel.x.end}V{panel.y.end}H{panel.x.start}Z"
-    levels = [_closed(panel, *_region(panel, asked.cost, level)) for level in _LEVELS]
-    ways = "".join(f'<path id="{name}{k}" d="{way}"/>' for k, way in enumerate(levels) if way)
-
-    def bands(colours: Colours) -> list[str]:
-        filled = [f'<path d="{frame}" fill="{_shade(0.95, colours)}"/>']
-        for k, (way, level) in enumerate(zip(levels, _LEVELS, strict=True)):
-            if way:
-                filled.append(f'<use href="#{name}{k}" fill="{_shade(level - 0.05, colours)}"/>')
-        return filled
-
-    return [
-        f'<defs><clipPath id="{name}"><path d="{frame}"/></clipPath><clipPath id="{name}-kept"><path d="{within}"/>'
-        f'</clipPath><clipPath id="{name}-grown"><path d="{reach}"/></clipPath>{ways}</defs>',
-        f'<g clip-path="url(#{name})" fill-rule="evenodd">',
-        *bands(_BEYOND),
-        f'<path d="{within}" fill="#ffffff"/><g clip-path="url(#{name}-kept)" opacity="0.5">',
-        *bands(_WITHIN),
-        f'</g><g clip-path="url(#{name}-grown)">',
-        *bands(_WITHIN),
-        f'</g><path d="{within}" fill="none" stroke="{ACCENT}" stroke-width="0.8"/>',
-        f'<path class="grown {name}" d="{reach}" fill="none" stroke="{ACCENT}" stroke-width="1.4" '
-        'stroke-linejoin="round"/>',
-        f'<path d="{away}" fill="#ffffff"/></g>',
-    ]
+    axes, place = panel.axes, (panel.m, np.degrees(panel.up))
+    axes.set_rasterization_zorder(1)  # the bands are pixels: as outlines they are ten times as long
+    within, reach = panel.region(*kept), panel.region(grown)
+    for order, (colours, clip) in enumerate(((_BEYOND, None), (_WITHIN, within), (_GROWN, reach))):
+        bands = axes.contourf(*place, asked.cost.T, _LEVELS, cmap=colours, extend="both", zorder=0.3 * order)
+        if clip is not None:
+            bands.set_clip_path(clip, axes.transData)
+    axes.add_patch(PathPatch(within, fill=False, edgecolor=ACCENT, linewidth=0.6, zorder=3))
+    axes.add_patch(PathPatch(reach, fill=False, edgecolor=ACCENT, linewidth=1.1, zorder=3, gid="grown"))
+    axes.contourf(*place, asked.towards.T, [-1e3, 0.0], colors="#ffffff", zorder=4)
+    axes.spines[:].set_zorder(5)
+    axes.set(xlim=panel.m[[0, -1]], ylim=np.degrees(panel.up[[0, -1]]))
 
 
-def _region(panel: _Panel, values: Array, level: float) -> list[Array]:
-    """The edges (n, 2) of where values on the panel's grid are at most that, as (m, q_c)."""
+def _edges(panel: _Panel, values: Array) -> list[Array]:
+    """The edges (n, 2) of where values on the panel's grid are at most 0, as (m, q_c)."""
     around = np.pad(values, 1, constant_values=float(np.abs(values).max()) + 1e6)
     edges = []
-    for corners in find_contours(around, level):
+    for corners in find_contours(around, 0.0):
         at = approximate_polygon(corners, 0.04) - 1.0
         m = np.interp(at[:, 0], np.arange(len(panel.m)), panel.m)
         up = np.interp(at[:, 1], np.arange(len(panel.up)), panel.up)
@@ -192,80 +172,41 @@ def _region(panel: _Panel, values: Array, level: float) -> list[Array]:
     return edges
 
 
-def _frame(panel: _Panel, across: Sequence[float], up: Sequence[int], m: str, q: str) -> list[str]:
-    """The panel's frame, marks and labels."""
-    x, y = panel.x, panel.y
-    parts = [f'<path d="M{x.start} {y.start}H{x.end}V{y.end}H{x.start}Z" fill="none" stroke="{SOFT}"/>']
-    for at in across:
-        parts.append(f'<path d="M{x(at):.1f} {y.start}v5" stroke="{SOFT}"/>')
-        parts.append(text(x(at), y.start + 20, _signed(at, ".1f"), anchor="middle", colour=SOFT))
-    for at in up:
-        parts.append(f'<path d="M{x.start} {y(at):.1f}h-5" stroke="{SOFT}"/>')
-        parts.append(text(x.start - 9, y(at) + 4, f"{_signed(at, 'd')}°", anchor="end", colour=SOFT))
-    parts.append(text(0.5 * (x.start + x.end), y.start + 44, m, anchor="middle"))
-    left, middle = x.start - 50.0, 0.5 * (y.start + y.end)
-    parts.append(printed(text(left, middle, q, anchor="middle", more=f'transform="rotate(-90 {left} {middle})"')))
-    return parts
-
-
-def _words(panel: _Panel, bend: DistalBend, best: DistalBend) -> list[str]:
+def _write(panel: _Panel, bend: DistalBend, best: DistalBend) -> None:
     """The bend that is found, rest, the best within the bounds, and what the regions are."""
-    halo = 'paint-order="stroke" stroke="#ffffff" stroke-width="3" stroke-linejoin="round" stroke-opacity="0.85"'
-    (x, y), (u, v), (a, b) = (panel.place(*at) for at in (bend.parameters, best.parameters, (0.0, 0.0)))
-    return [
-        f'<circle cx="{a:.1f}" cy="{b:.1f}" r="3.5" fill="{INK}"/>',
-        text(a, b + 17, "rest", size=12, anchor="middle", more=halo),
-        f'<circle cx="{u:.1f}" cy="{v:.1f}" r="4" fill="#ffffff" stroke="{ACCENT}" stroke-width="1.6"/>',
-        text(u - 11, v - 2, f"best within the bounds: {best.cost:.3f},", size=12, anchor="end", more=halo),
-        text(u - 11, v + 13, "out of reach for a bend that grows", size=12, anchor="end", more=halo),
-        f'<circle class="found" cx="{x:.2f}" cy="{y:.2f}" r="6" fill="none" stroke="{MARK}" stroke-width="2.4"/>',
-        text(x + 13, y + 4, f"found: {bend.cost:.3f}", size=13, colour=MARK, weight=600, more=halo),
-        text(panel.x(0.36), panel.y(3.0), "the tip goes the other way", size=12, colour=SOFT, anchor="middle"),
-    ]
+    axes = panel.axes
+    found, other = panel.place(np.array([bend.parameters, best.parameters]))
+    look: dict[str, Any] = {"textcoords": "offset points", "bbox": HALO, "verticalalignment": "center", "zorder": 6}
+    axes.plot(0.0, 0.0, "o", color=INK, markersize=5, zorder=6)
+    axes.annotate("rest", (0.0, 0.0), (0, -10), horizontalalignment="center", fontsize=9, **look)
+    axes.plot(*other, "o", markerfacecolor="#ffffff", markeredgecolor=ACCENT, markersize=6, zorder=6)
+    words = f"best within the bounds: {best.cost:.3f},\nout of reach for a bend that grows"
+    axes.annotate(words, other, (-8, 0), horizontalalignment="right", fontsize=9, **look)
+    axes.plot(*found, "o", fillstyle="none", color=MARK, markersize=10, markeredgewidth=1.8, zorder=6, gid="found")
+    axes.annotate(f"found: {bend.cost:.3f}", found, (10, 0), color=MARK, fontweight="bold", **look)
+    axes.text(0.36, 3.0, "the tip goes the other way", fontsize=9, color=SOFT, horizontalalignment="center", zorder=6)
 
 
-def _key() -> list[str]:
+def _add_key(figure: Figure) -> None:
     """The scale of z_eff/z_max, grey beyond the bounds and blue within, and what pale blue is."""
-    left, low, high = 836.0, FOOT - 96.0, TOP + 34.0
-    parts = [
-        printed(text(left, TOP + 4, "z_eff / z_max", size=12)),
-        text(left, TOP + 20, "1: straight", size=11, colour=SOFT),
+    left, (grey, blue) = 0.86, (colours(np.linspace(0.0, 1.0, 14)) for colours in (_BEYOND, _GROWN))
+    axes = figure.add_axes((left, 0.34, 0.035, 0.41))
+    scale = np.stack([grey, blue], axis=1)
+    axes.imshow(scale, origin="lower", extent=(0.0, 1.0, -0.4, 1.0), aspect="auto")
+    axes.yaxis.tick_right()
+    axes.set(xticks=(), yticks=np.arange(-0.2, 1.1, 0.2))
+    axes.tick_params(labelsize=8)
+    axes.spines[:].set_color(GRID)
+    figure.text(left, 0.8, "$z_\\mathrm{eff}\\,/\\,z_\\mathrm{max}$", fontsize=9)
+    figure.text(left, 0.765, "1: straight", fontsize=8, color=SOFT)
+    handles = [
+        Patch(facecolor=_BEYOND(0.78), label="beyond a bound"),
+        Patch(facecolor=_GROWN(0.78), edgecolor=ACCENT, linewidth=1.1, label="grown into"),
+        Patch(facecolor=_WITHIN(0.78), edgecolor=ACCENT, linewidth=0.6, label="only within"),
     ]
-    tall = (low - high) / (len(_LEVELS) + 1)
-    for k, level in enumerate([*(_LEVELS + 0.1), _LEVELS[-1]]):
-        for column, colours in enumerate((_BEYOND, _WITHIN)):
-            parts.append(
-                f'<rect x="{left + 17 * column}" y="{high + k * tall:.1f}" width="17" height="{tall + 0.3:.1f}" '
-                f'fill="{_shade(level - 0.05, colours)}"/>'
-            )
-        if k % 2 == 0:
-            at = high + k * tall
-            parts.append(f'<path d="M{left + 34} {at:.1f}h4" stroke="{SOFT}"/>')
-            parts.append(text(left + 42, at + 4, _signed(level, ".1f"), size=11, colour=SOFT))
-    parts.append(f'<rect x="{left}" y="{high}" width="34" height="{low - high:.1f}" fill="none" stroke="{GRID}"/>')
-    ramp = _shade(0.7, _WITHIN)
-    rows = (
-        (f'fill="{_shade(0.7, _BEYOND)}"', "beyond a bound"),
-        (f'fill="{ramp}" stroke="{ACCENT}" stroke-width="1.4"', "grown into"),
-        (f'fill="{ramp}" fill-opacity="0.45" stroke="{ACCENT}" stroke-width="0.8"', "only within"),
-    )
-    for k, (look, words) in enumerate(rows):
-        at = low + 26.0 + 24.0 * k
-        parts.append(f'<rect x="{left}" y="{at:.1f}" width="14" height="14" {look}/>')
-        parts.append(text(left + 21, at + 11, words, size=11))
-    return parts
+    look: dict[str, Any] = {"frameon": False, "fontsize": 8, "handlelength": 1.2, "handleheight": 1.2, "borderpad": 0.0}
+    figure.legend(handles=handles, loc="upper left", bbox_to_anchor=(left, 0.3), borderaxespad=0.0, **look)
 
 
-def _shade(cost: float, colours: Colours) -> str:
-    share = min(max((1.0 - cost) / 1.4, 0.0), 1.0)
-    return "#" + "".join(f"{round(a + share * (b - a)):02x}" for a, b in zip(*colours, strict=True))
-
-
-def _signed(value: float, form: str) -> str:
-    return format(value, form).replace("-", "−")
-
-
-def _closed(panel: _Panel, *edges: Array) -> str:
-    """Closed ways of an SVG path through corners (n, 2), (m, q_c)."""
-    ways = [[panel.place(m, q_c) for m, q_c in corners] for corners in edges]
-    return "".join("M" + "L".join(f"{x:.2f} {y:.2f}" for x, y in way) + "Z" for way in ways)
+def _closed(corners: Array) -> Array:
+    return np.vstack([corners, corners[:1]])

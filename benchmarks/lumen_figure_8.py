@@ -4,142 +4,131 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
-from benchmarks.svg_plot import INK, SOFT, page, printed, text
+from benchmarks.plots import HALO, INK, SOFT, empty_figure
 from vfix_engine.arrays import Array
 from vfix_engine.pathway.cavity import ANGLES, CONTOURS, body_cavity
 from vfix_engine.snake.bending.bending import BendProblem
 from vfix_engine.snake.bending.optimise import DistalBend
 
-WIDTH, HEIGHT = 860, 1010
-_FEET = 478.0, 932.0  # of the two rows, px
-_PX = 1.3  # [px/mm]
+_WIDTH, _HEIGHT = 9.0, 10.9  # [in]
+_MM = np.array([250.0, 290.0])  # that a view shows
+_PER_MM = 3.7 / _MM[1]  # [in/mm]
 _NEAR, _FAR = "#8f9aa5", "#d7dde2"  # halves of a contour, this side of its centre and beyond
 _COLOURS = ("#0b4f9c", "#6aa3d9", "#b9c2cb")  # bends in the plane of the picture, those between, those across it
+_LABELS = (_COLOURS[0], "#3f7cb5")
+_X, _Y, _Z = np.eye(3)
 
 
 class _View(NamedTuple):
-    """Which axes of the patient go to the right, up and away from the eye, and where the cavity's foot is, px."""
+    """Which axes of the patient go to the right, up and away from the eye, and the lowest value that is shown, mm."""
 
-    right: tuple[float, float, float]
-    up: tuple[float, float, float]
-    away: tuple[float, float, float]
-    left: float
-    foot: float
     name: str
+    right: Array
+    up: Array
+    away: Array
+    low: float
     names: tuple[str, str]  # of the axes to the right and up
 
     def place(self, points: Array) -> Array:
-        """Pixels (n, 2) of points (n, 3) in mm."""
-        return np.column_stack([self.left + _PX * points @ self.right, self.foot - _PX * points @ self.up])
+        """Where points (n, 3) are drawn (n, 2), mm."""
+        return np.column_stack([points @ self.right, points @ self.up])
 
 
-def figure_8(four: tuple[BendProblem, Sequence[DistalBend]], eight: tuple[BendProblem, Sequence[DistalBend]]) -> str:
+_FRONT = _View("from the front", _X, _Z, _Y, -20.0, ("x", "z"))
+_SIDE = _View("from the side", _Y, _Z, -_X, -20.0, ("y", "z"))
+_ABOVE = _View("from above", _X, _Y, -_Z, -0.5 * float(_MM[1]), ("x", "y"))
+
+
+def figure_8(four: tuple[BendProblem, Sequence[DistalBend]], eight: tuple[BendProblem, Sequence[DistalBend]]) -> Figure:
     """Either case from two sides, each bend with its angle ϑ at the tip and its cost in a line below."""
-    x, y, z, back = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0), (-1.0, 0.0, 0.0)
-    front, side, down = "from the front", "from the side", "from above"
-    rows = (
-        (
-            four,
-            "a",
-            "four bends, the base inclined by 25°",
-            (_View(x, z, y, 210.0, _FEET[0], front, ("x", "z")), _View(y, z, back, 620.0, _FEET[0], side, ("y", "z"))),
-        ),
-        (
-            eight,
-            "b",
-            "eight bends, the base upright; those between two others are lighter",
-            (
-                _View(x, z, y, 210.0, _FEET[1], front, ("x", "z")),
-                _View(x, y, (0.0, 0.0, -1.0), 620.0, _FEET[1] - 165.0, down, ("x", "y")),
-            ),
-        ),
-    )
-    parts = []
-    for (problem, bends), letter, words, views in rows:
-        top = views[0].foot - 386.0
-        parts += [text(40.0, top, letter, weight=700), text(58.0, top, words, weight=600)]
-        for view in views:
-            parts += _contours(view)
-            parts += _bends(view, problem, bends)
-            parts.append(text(view.left, top + 24.0, view.name, size=12, colour=SOFT, anchor="middle"))
-            parts += _axes(view, view.left - 150.0, views[0].foot + 4.0)
-        costs = ",  ".join(f"{_degrees(bend)} {bend.cost:.2f}".replace("-", "−") for bend in bends)
-        parts.append(printed(text(40.0, views[0].foot + 38.0, f"z_eff / z_max at ϑ = {costs}", size=12, colour=SOFT)))
-    parts += _scale(WIDTH - 60.0, _FEET[0] + 4.0)
     bound = four[0].bound
-    return page(
-        WIDTH,
-        HEIGHT,
-        40.0,
+    figure = empty_figure(
+        _WIDTH,
+        _HEIGHT,
+        0.4,
         f"Control bends in a body cavity of {CONTOURS} contours of {ANGLES} polar radii",
         f"five links of 28 mm, 12 mm across; bounds of {bound[0]:g} mm, {bound[-1]:g} mm for the last link; "
         "Kwok 2013, fig. 8",
-        parts,
     )
+    rows = (
+        (four, "a  four bends, the base inclined by 25°", (_FRONT, _SIDE), 9.95),
+        (eight, "b  eight bends, the base upright; those between two others are lighter", (_FRONT, _ABOVE), 4.9),
+    )
+    width, height = _MM * _PER_MM
+    for (problem, bends), words, views, top in rows:
+        figure.text(0.4 / _WIDTH, top / _HEIGHT, words, fontweight="bold")
+        for left, view in zip((0.8, 5.1), views, strict=True):
+            place = (left / _WIDTH, (top - 0.35 - height) / _HEIGHT, width / _WIDTH, height / _HEIGHT)
+            axes = figure.add_axes(place, xlabel=f"{view.names[0]}, mm", ylabel=f"{view.names[1]}, mm")
+            axes.set(xlim=(-0.5 * _MM[0], 0.5 * _MM[0]), ylim=(view.low, view.low + _MM[1]))
+            axes.set_title(view.name, fontsize=9, color=SOFT)
+            axes.spines[["right", "top"]].set_visible(False)
+            axes.tick_params(labelsize=8)
+            _draw_contours(axes, view)
+            _draw_bends(axes, view, problem, bends)
+        costs = ",  ".join(f"{_degrees(bend)} {bend.cost:.2f}".replace("-", "−") for bend in bends)
+        below = f"$z_\\mathrm{{eff}}\\,/\\,z_\\mathrm{{max}}$ at ϑ = {costs}"
+        figure.text(0.4 / _WIDTH, (top - 4.65) / _HEIGHT, below, fontsize=9, color=SOFT)
+    return figure
 
 
-def _contours(view: _View) -> list[str]:
-    """The cavity's rims: the half beyond the centre first, then the half this side of it, darker."""
+def _draw_contours(axes: Axes, view: _View) -> None:
+    """The cavity's rims: the half beyond the centre pale, the half this side of it darker."""
     found = body_cavity().contours()
     psi = 2.0 * np.pi * np.arange(ANGLES + 1) / ANGLES
     second = np.cross(found.tangent, found.first)
     radius = found.radius[:, np.arange(ANGLES + 1) % ANGLES, None]
     turned = np.cos(psi)[:, None] * found.first[:, None] + np.sin(psi)[:, None] * second[:, None]
-    parts = []
-    for beyond in (True, False):
-        for centre, offset in zip(found.centre, radius * turned, strict=True):
-            depth = offset @ view.away
-            pieces = (depth[:-1] + depth[1:] > 0.0) == beyond
-            pixels = view.place(centre + offset)
-            way = "".join(
-                f"M{pixels[k, 0]:.1f} {pixels[k, 1]:.1f}L{pixels[k + 1, 0]:.1f} {pixels[k + 1, 1]:.1f}"
-                for k in np.flatnonzero(pieces)
-            )
-            colour, width = (_FAR, 0.9) if beyond or view.away[2] else (_NEAR, 1.1)
-            parts.append(f'<path d="{way}" fill="none" stroke="{colour}" stroke-width="{width}"/>')
-    return parts
+    for centre, offset in zip(found.centre, radius * turned, strict=True):
+        depth, places = offset @ view.away, view.place(centre + offset)
+        near = (depth[:-1] + depth[1:] <= 0.0) & (view.away[2] == 0.0)
+        pieces = np.stack([places[:-1], places[1:], np.full_like(places[1:], np.nan)], axis=1)[near]
+        axes.plot(*places.T, color=_FAR, linewidth=0.7)
+        axes.plot(*pieces.reshape(-1, 2).T, color=_NEAR, linewidth=0.8)
 
 
-def _bends(view: _View, problem: BendProblem, bends: Sequence[DistalBend]) -> list[str]:
+def _draw_bends(axes: Axes, view: _View, problem: BendProblem, bends: Sequence[DistalBend]) -> None:
     """Rest, then the links of each bend as wide as they are, the farthest from the eye first."""
-    wide = 2.0 * problem.snake.radius_mm * _PX
+    wide: dict[str, Any] = {"linewidth": 2.0 * problem.snake.radius_mm * _PER_MM * 72.0, "solid_capstyle": "round"}
     rest = view.place(problem.snake.frames(problem.q_rest, problem.base)[:, :3, 3])
-    parts = [_way(rest, "#c9d0d6", wide, 0.45), _way(rest, "#98a2ac", 1.4, 1.0, ' stroke-dasharray="5 4"')]
+    axes.plot(*rest.T, color="#c9d0d6", alpha=0.45, **wide)
+    axes.plot(*rest.T, "--", color="#98a2ac", linewidth=1.0)
     placed = [problem.snake.frames(problem.q_rest + bend.delta, problem.base)[:, :3, 3] for bend in bends]
     shown = [k for k in range(len(bends)) if _rank(view, bends[k]) < 2]
     for k in sorted(range(len(bends)), key=lambda k: (k in shown, -float(placed[k].mean(axis=0) @ view.away))):
-        pixels, rank = view.place(placed[k]), _rank(view, bends[k])
-        colour = _COLOURS[rank]
-        parts += [_way(pixels, colour, wide, 0.22), _way(pixels, colour, 2.4, 1.0)]
-        parts += [f'<circle cx="{u:.1f}" cy="{v:.1f}" r="2.6" fill="{colour}"/>' for u, v in pixels[:-1]]
-        u, v = pixels[-1]
-        parts.append(f'<circle class="tip" cx="{u:.1f}" cy="{v:.1f}" r="5" fill="{colour}" stroke="#ffffff"/>')
-    x, y = view.place(placed[0][:1])[0]
-    parts.append(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="4.5" fill="{INK}" stroke="#ffffff"/>')
-    return parts + _labels(view, [placed[k] for k in shown], [bends[k] for k in shown])
-
-
-def _labels(view: _View, placed: Sequence[Array], bends: Sequence[DistalBend]) -> list[str]:
-    """ϑ ahead of each tip, lower where another one is already."""
-    halo = 'paint-order="stroke" stroke="#ffffff" stroke-width="3.5" stroke-linejoin="round"'
-    taken: list[Array] = []
-    parts = []
-    for links, bend in zip(placed, bends, strict=True):
-        before, tip = view.place(links[-2:])
-        ahead = tip - before
-        at = tip + 19.0 * ahead / max(float(np.linalg.norm(ahead)), 1e-9)
-        while any(abs(at[0] - other[0]) < 34.0 and abs(at[1] - other[1]) < 15.0 for other in taken):
-            at[1] += 3.0
-        taken.append(at)
-        colour = _COLOURS[0] if _rank(view, bend) == 0 else "#3f7cb5"
-        parts.append(
-            text(at[0], at[1] + 4.5, _degrees(bend), size=12, colour=colour, anchor="middle", weight=600, more=halo)
+        places, colour = view.place(placed[k]), _COLOURS[_rank(view, bends[k])]
+        axes.plot(*places.T, color=colour, alpha=0.22, **wide)
+        axes.plot(*places.T, "o-", color=colour, linewidth=1.8, markersize=4)
+        axes.plot(
+            *places[-1],
+            "o",
+            color=colour,
+            markersize=8,
+            markeredgecolor="#ffffff",
+            zorder=5 if k in shown else 2,
+            gid="tip",
         )
-    return parts
+    axes.plot(*view.place(placed[0][:1])[0], "o", color=INK, markersize=7, markeredgecolor="#ffffff")
+    _label(axes, view, [(view.place(placed[k][-2:]), bends[k]) for k in shown])
+
+
+def _label(axes: Axes, view: _View, ends: Sequence[tuple[Array, DistalBend]]) -> None:
+    """ϑ ahead of each tip, lower where another one is already."""
+    taken: list[Array] = []
+    for (before, tip), bend in ends:
+        at = tip + 16.0 * (tip - before) / max(float(np.linalg.norm(tip - before)), 1e-9)
+        while any(abs(at[0] - other[0]) < 27.0 and abs(at[1] - other[1]) < 12.0 for other in taken):
+            at[1] -= 2.5
+        taken.append(at)
+        look: dict[str, Any] = {"fontsize": 9, "fontweight": "bold", "bbox": HALO, "zorder": 4}
+        look |= {"horizontalalignment": "center", "verticalalignment": "center"}
+        axes.text(at[0], at[1], _degrees(bend), color=_LABELS[_rank(view, bend)], **look)
 
 
 def _rank(view: _View, bend: DistalBend) -> int:
@@ -147,36 +136,9 @@ def _rank(view: _View, bend: DistalBend) -> int:
     quarter = bend.angle / (0.5 * math.pi)
     if abs(quarter - round(quarter)) > 1e-6:
         return 1
-    across = (math.cos(bend.angle), math.sin(bend.angle), 0.0)
-    return 2 if abs(float(np.dot(across, view.away))) > 0.5 else 0
-
-
-def _axes(view: _View, x: float, y: float) -> list[str]:
-    right, up = view.names
-    return [
-        f'<path d="M{x} {y - 26}V{y}H{x + 26}" fill="none" stroke="{SOFT}"/>',
-        f'<path d="M{x - 3} {y - 24}L{x} {y - 30}L{x + 3} {y - 24}ZM{x + 24} {y - 3}L{x + 30} {y}L{x + 24} {y + 3}Z" '
-        f'fill="{SOFT}"/>',
-        text(x + 36, y + 4, right, size=12, colour=SOFT),
-        text(x - 3, y - 35, up, size=12, colour=SOFT),
-    ]
-
-
-def _scale(right: float, y: float) -> list[str]:
-    left = right - 50.0 * _PX
-    return [
-        f'<path d="M{left} {y - 4}v8M{left} {y}H{right}M{right} {y - 4}v8" stroke="{SOFT}" fill="none"/>',
-        text(0.5 * (left + right), y - 8.0, "50 mm", size=12, colour=SOFT, anchor="middle"),
-    ]
+    across = np.array([math.cos(bend.angle), math.sin(bend.angle), 0.0])
+    return 2 if abs(float(across @ view.away)) > 0.5 else 0
 
 
 def _degrees(bend: DistalBend) -> str:
     return f"{math.degrees(bend.angle):.0f}°"
-
-
-def _way(places: Array, colour: str, width: float, opacity: float, more: str = "") -> str:
-    way = "L".join(f"{x:.1f} {y:.1f}" for x, y in places)
-    return (
-        f'<path d="M{way}" fill="none" stroke="{colour}" stroke-width="{width:.1f}" stroke-opacity="{opacity}" '
-        f'stroke-linejoin="round" stroke-linecap="round"{more}/>'
-    )

@@ -49,7 +49,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     """
     if args.poses < LEAST_POSES or args.rounds < 3 or not 0.0 < args.threshold <= 20.0:
         raise report.BenchmarkRefused("at least 24 poses and 3 rounds, and a threshold above 0 and up to 20 mm")
-    coal = report.need_coal()
+    coal = report.need("coal")
     found = cases.find_cases(args)
     machine = report.machine().to_dict()
     poses = {case.name: _poses(case, args.poses, args.threshold) for case in found.found}

@@ -69,18 +69,16 @@ def machine() -> Machine:
     )
 
 
-def need_coal() -> ModuleType:
-    """The module coal, which the engine is compared with.
+def need(module: str, words: str = "this benchmark compares with") -> ModuleType:
+    """A module of the extra `test`; ``words``: what it is needed for, before its name.
 
     Raises:
         BenchmarkRefused: it is not installed; the message says how to install it.
     """
     try:
-        return importlib.import_module("coal")
+        return importlib.import_module(module)
     except ImportError:
-        raise BenchmarkRefused(
-            "this benchmark compares with coal, which is not installed: pip install 'vfix[test]'"
-        ) from None
+        raise BenchmarkRefused(f"{words} {module}, which is not installed: pip install 'vfix[test]'") from None
 
 
 def interleaved(candidates: Mapping[str, Callable[[], object]], rounds: int) -> dict[str, np.ndarray]:

@@ -46,7 +46,7 @@ class Stack:
     """One robot with one tool among one surface.
 
     Args:
-        coal: the module, see ``report.need_coal``.
+        coal: the module, see ``report.need("coal")``.
         exact_check: the predicted pose's clearance is measured, as the engine's step tells it, instead of only being
             compared with the margin.
     """

@@ -59,7 +59,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     """
     if not 100 <= args.steps <= MOST_STEPS:
         raise report.BenchmarkRefused(f"--steps {args.steps} is not between 100 and {MOST_STEPS}")
-    coal, machine = report.need_coal(), report.machine().to_dict()
+    coal, machine = report.need("coal"), report.machine().to_dict()
     measured = cases.find_cases(args).measure(lambda case: _Drive(coal, case, args.steps).measure())
     largest = max((one for one in measured["cases"].values() if one is not None), key=lambda one: one["triangles"])
     return {"machine": machine, **largest, **measured, "correct": _all_correct(measured["cases"])}

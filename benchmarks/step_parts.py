@@ -18,8 +18,8 @@ import numpy as np
 
 from vfix_engine.arrays import Array
 from vfix_engine.certificate.certify_kernel import certify_motion
+from vfix_engine.certificate.constants import unpack_candidates, unpack_constants
 from vfix_engine.certificate.measure_kernel import measure, place
-from vfix_engine.certificate.world import unpack_cover, unpack_world
 from vfix_engine.control import Controller, StepRequest, StepState, qp
 from vfix_engine.control.dual_kernel import solve_dual
 from vfix_engine.control.problem_kernel import DUAL_TOLERANCE, PRIMAL_TOLERANCE, check_kkt, prepare
@@ -42,10 +42,10 @@ def _nothing(*arguments: Any) -> int:
 
 @_bare
 def _kinematics(times: int, numbers: Any, counts: Any, after: Array) -> None:
-    world = unpack_world(numbers, counts)
-    s = state_views(after, len(world.lower), len(world.radius), len(world.margin))
+    constants = unpack_constants(numbers, counts)
+    s = state_views(after, len(constants.lower), len(constants.radius), len(constants.margin))
     for _ in range(times):
-        place(world, s.q, s.position, s.rotation, s.jacobian, s.start, s.end)
+        place(constants, s.q, s.position, s.rotation, s.jacobian, s.start, s.end)
 
 
 @_bare
@@ -53,11 +53,11 @@ def _proximity(
     times: int, numbers: Any, counts: Any, boxes: Any, corners: Any, label: Any, first: Any, poses: Any,
     after: Array, rows: Array, labels: Any, body: Any,
 ) -> None:  # fmt: skip
-    world = unpack_world(numbers, counts)
-    cover = unpack_cover(len(world.radius), boxes, corners, label, first, poses)
-    s = state_views(after, len(world.lower), len(world.radius), len(world.margin))
+    constants = unpack_constants(numbers, counts)
+    candidates = unpack_candidates(len(constants.radius), boxes, corners, label, first, poses)
+    s = state_views(after, len(constants.lower), len(constants.radius), len(constants.margin))
     for _ in range(times):
-        measure(world, cover, s.start, s.end, world.threshold, s.distance, rows, labels, body)
+        measure(constants, candidates, s.start, s.end, constants.threshold, s.distance, rows, labels, body)
 
 
 @_bare

@@ -13,6 +13,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 VENV = ROOT / ".venv"
+PAGE_LIBRARIES = ROOT / "app" / "web" / "lib"  # fetched by the installation (hatch_build.py)
 LOCK = ROOT / "requirements.lock"
 TEST_LOCK = ROOT / "requirements-test.lock"
 NEEDED_PYTHON = (3, 11)
@@ -49,7 +50,7 @@ def ensure_environment(with_tests: bool) -> Path:
     wanted = _fingerprint(lock)
     # What the tests need includes what the planner needs, so their environment serves both.
     enough = {wanted, _fingerprint(TEST_LOCK)}
-    if python_of_venv().is_file() and _read_stamp() in enough:
+    if python_of_venv().is_file() and PAGE_LIBRARIES.is_dir() and _read_stamp() in enough:
         return python_of_venv()
     _check_disk()
     _stamp_file().unlink(missing_ok=True)
@@ -65,7 +66,7 @@ def ensure_environment(with_tests: bool) -> Path:
 
 def _fingerprint(lock: Path) -> str:
     digest = hashlib.sha256(f"{sys.version_info[:2]} {ROOT} {lock.name}".encode())
-    for file in (lock, ROOT / "pyproject.toml"):
+    for file in (lock, ROOT / "pyproject.toml", ROOT / "package-lock.json"):
         digest.update(file.read_bytes())
     return digest.hexdigest()
 
@@ -100,8 +101,8 @@ def _pip(*arguments: str) -> None:
     command = [str(python_of_venv()), "-m", "pip", "--disable-pip-version-check", "--no-input", *arguments, "-qq"]
     if subprocess.run(command, check=False).returncode:
         raise SetUpFailed(
-            "The dependencies could not be installed; pip's words stand above. "
-            "Mostly the network is missing or a proxy is in the way (pip reads HTTPS_PROXY); then try again."
+            "The dependencies could not be installed; pip's words stand above. Set-up needs the network, later starts "
+            "do not. Mostly it is missing or a proxy is in the way (pip and npm read HTTPS_PROXY); then try again."
         )
 
 

@@ -53,7 +53,7 @@ from vfix_engine.worlds import registry as worlds  # noqa: E402
 FROZEN = ROOT / "tests" / "data" / "frozen"
 OLD_HOME = ROOT / "tests" / "data" / "old_home" / "home.tar.xz"
 HEAD, PLAN = "Made-up head", "Through the tube"  # in that home
-Items = dict[str, Any]  # by name, such as 'GET /api/cases' or 'vfix case list --deleted'
+Items = dict[str, Any]  # by name, such as 'GET /api/v1/cases' or 'vfix case list --deleted'
 _WORDS = {"description", "title", "summary", "operationId", "tags"}  # of OpenAPI; read by people, or made of the code
 _MOST_DIFFERENCES = 40
 

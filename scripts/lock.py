@@ -11,8 +11,8 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-# The build backend of an editable install without isolation is locked as well.
-BUILD_REQUIREMENTS = "hatchling>=1.27\neditables>=0.5\n"
+# What an editable install without isolation builds with is locked as well.
+BUILD_REQUIREMENTS = "hatchling>=1.27\nnodejs-wheel-binaries>=22.13\neditables>=0.5\n"
 HEADER = "# Made by scripts/lock.py; do not edit.\n"
 
 

@@ -15,16 +15,18 @@ from app import extras
 ROOT = Path(__file__).resolve().parent.parent
 LOCKS = ("requirements.lock", "requirements-test.lock")
 PAGE = (ROOT / "docs" / "dependencies.md").read_text(encoding="utf-8")
-PAGE_TOOLS = json.loads((ROOT / "package.json").read_text(encoding="utf-8"))["devDependencies"]
+PACKAGE = json.loads((ROOT / "package.json").read_text(encoding="utf-8"))
+PAGE_LIBRARIES, PAGE_TOOLS = PACKAGE["dependencies"], PACKAGE["devDependencies"]
 # Copyleft of single files: run unmodified in tests, part of nothing that is shipped.
 ONLY_RUN = {"axe-core": "MPL-2.0"}
 PERMISSIVE = {"Apache-2.0", "BSD-2-Clause", "BSD-3-Clause", "BlueOak-1.0.0", "ISC", "MIT"}
-PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+SETTINGS = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+PROJECT, BUILDING = SETTINGS["project"], SETTINGS["build-system"]["requires"]
 # Import names that differ from the package's.
 PACKAGE_OF = {
     "cv2": "opencv-python-headless",
     "fast_simplification": "fast-simplification",
-    "multipart": "python-multipart",
+    "python_multipart": "python-multipart",
     "pinocchio": "pin",
     "SimpleITK": "simpleitk",
     "skimage": "scikit-image",
@@ -59,7 +61,8 @@ def locked(lock: str) -> dict[str, str]:
 
 def test_every_dependency_has_its_licence_and_reason() -> None:
     rows = dict(re.findall(r"^\| (@?[a-z][a-z0-9/-]*) \| (.+) \| .+ \|$", PAGE, re.MULTILINE))
-    assert set(declared()) | set(of_a_gpu()) | set(PAGE_TOOLS) | {"hatchling", "editables"} == set(rows)
+    of_the_page = {*PAGE_LIBRARIES, *PAGE_TOOLS}
+    assert set(declared()) | set(of_a_gpu()) | of_the_page | {"hatchling", "editables"} == set(rows)
     assert not [name for name, licence in rows.items() if is_gpl(licence)]
 
 
@@ -102,7 +105,7 @@ def test_the_lock_is_exact_and_names_no_registry(lock: str) -> None:
 
 def test_the_locks_hold_what_is_declared_and_agree() -> None:
     run, test = locked(LOCKS[0]), locked(LOCKS[1])
-    assert set(installed()) | {"hatchling", "editables"} <= set(run)
+    assert set(installed()) | {"editables", *(name_of(text) for text in BUILDING)} <= set(run)
     assert set(declared()) <= set(test)
     assert run.items() <= test.items()
     assert not set(of_a_gpu()) & set(test)
@@ -122,29 +125,36 @@ def test_the_lock_installs_nothing_under_the_gpl() -> None:
     assert looked_at > 60
 
 
-def test_the_page_s_tools_are_locked_by_hash_and_name_no_registry() -> None:
+def test_the_page_s_libraries_and_tools_are_locked_by_hash_and_name_no_registry() -> None:
     text = (ROOT / "package-lock.json").read_text(encoding="utf-8")
     packages = json.loads(text)["packages"]
-    assert packages.pop("")["devDependencies"] == PAGE_TOOLS
-    assert all(re.fullmatch(r"\d+\.\d+\.\d+", version) for version in PAGE_TOOLS.values()), "pinned exactly"
+    pinned = PAGE_LIBRARIES | PAGE_TOOLS
+    root = packages.pop("")
+    assert (root["dependencies"], root["devDependencies"]) == (PAGE_LIBRARIES, PAGE_TOOLS)
+    assert all(re.fullmatch(r"\d+\.\d+\.\d+", version) for version in pinned.values()), "pinned exactly"
     assert '"resolved"' not in text
     for name, package in packages.items():
         assert package["integrity"].startswith("sha512-"), name
         assert package["license"] == ONLY_RUN.get(name.rpartition("/")[2]) or package["license"] in PERMISSIVE, name
-        assert package["dev"] is True, name
-    for name, version in PAGE_TOOLS.items():
+    of_users = {name.removeprefix("node_modules/") for name, package in packages.items() if not package.get("dev")}
+    assert of_users == {*PAGE_LIBRARIES, "@types/trusted-types"}, "which is types, and not served"
+    for name, version in pinned.items():
         assert packages[f"node_modules/{name}"]["version"] == version
 
 
-def test_the_page_itself_loads_nothing_from_the_tools() -> None:
-    """There is no build step for the user: every module of the page imports its neighbours only."""
+def test_every_module_of_the_page_loads_what_is_served_with_it_and_nothing_else() -> None:
+    """There is no step between a module and the browser, and its policy allows no import by name alone."""
+    served = SETTINGS["tool"]["hatch"]["build"]["targets"]["wheel"]["hooks"]["custom"]["libraries"]
+    files = {f"/static/lib/{name}/{file}" for name, of_it in served.items() for file in of_it}
     modules = [*(ROOT / "app").rglob("*.js")]
-    assert len(modules) > 10
+    assert {ROOT / f"app/web/{file.removeprefix('/static/')}" for file in files if file.endswith(".js")} <= set(modules)
     for module in modules:
-        found = re.findall(
-            r'^(?:import|export) [^"]*? from "([^"]+)";', module.read_text(encoding="utf-8"), re.MULTILINE
-        )
-        assert all(name.startswith(("./", "../", "/static/")) for name in found), module
+        text = module.read_text(encoding="utf-8")
+        found = re.findall(r'(?:^|[;}])(?:import|export)\b[^"\';]*?from ?"([^"]+)"', text, re.MULTILINE)
+        assert all(name.startswith(("./", "../", "/static/", "/steps/")) for name in found), module
+        assert {name for name in found if name.startswith("/static/lib/")} <= files, module
+        for name in found if ROOT / "app/web/lib" in module.parents else ():
+            assert f"/static/{(module.parent / name).resolve().relative_to(ROOT / 'app/web')}" in files, module
 
 
 def is_gpl(licence: str) -> bool:

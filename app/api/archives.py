@@ -28,7 +28,7 @@ router = APIRouter(prefix="/cases", tags=["archives"], responses=ERRORS)
 
 MAX_ARCHIVE_BYTES = 8 << 30
 _LOOK_S = 0.2  # between looks whether the client is still there
-_FORM = form_of({"file": "a .zip that GET /api/cases/{case_id}/archive made"}, {}, frame=False)
+_FORM = form_of({"file": "a .zip that GET /api/v1/cases/{case_id}/archive made"}, {}, frame=False)
 _ZIP = "application/zip"
 
 

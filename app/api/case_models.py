@@ -6,7 +6,7 @@ from pydantic import BaseModel, Field
 
 from app.api.dependencies import Flag, Wish
 from app.cases.service import Case
-from app.cases.structures import CaseKind, Origin, Role
+from app.cases.structures import CaseKind, StructureOrigin, StructureRole
 from app.kit.names import MAX_NAME
 
 Triple = tuple[float, float, float]
@@ -73,7 +73,7 @@ class ProvenancePublic(BaseModel):
     label: number in a segmentation; voxel_mm: largest spacing of its grid.
     """
 
-    origin: Origin
+    origin: StructureOrigin
     threshold_hu: float | None
     label: int | None
     voxel_mm: float | None
@@ -89,7 +89,7 @@ class StructurePublic(BaseModel):
 
     id: str
     name: str
-    role: Role
+    role: StructureRole
     surface: str
     geometry: str
     provenance: ProvenancePublic

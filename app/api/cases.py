@@ -34,7 +34,8 @@ async def import_case(request: Request, services: ServicesDep) -> JobPublic:
 
     Several files 'file' are the slices of a DICOM folder, or a header and its voxels. For a file that leaves its frame,
     its unit or one of several series open, or is a segmentation, the job fails with what is `missing`. The file is
-    kept: `POST /api/jobs/{job_id}/answer` imports it without another upload. An archive of a case is imported as such.
+    kept: `POST /api/v1/jobs/{job_id}/answer` imports it without another upload. An archive of a case is imported as
+    such.
     """
     fields = ("name", "use_description", "frame", "units")
     limits: dict[str, Any] = {"max_files": MAX_FILES, "beside": ("names",)}

@@ -36,7 +36,7 @@ def list_overlays(case_id: Identifier, services: ServicesDep) -> list[OverlayPub
 async def import_overlay(case_id: Identifier, request: Request, services: ServicesDep) -> JobPublic:
     """Upload a CT or an MR; the response is a job whose result is the case's id.
 
-    Files and open questions are those of `POST /api/cases`. The volume is looked at only: bone, soft tissue and what
+    Files and open questions are those of `POST /api/v1/cases`. The volume is looked at only: bone, soft tissue and what
     holds the tool are those of the case's own CT.
     """
     services.cases.get(case_id)

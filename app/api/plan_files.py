@@ -15,7 +15,7 @@ from app.api.passing_file import PassingFile
 from app.api.plan_models import PlanPublic
 from app.api.uploads import form_of, receive_small, safe_name
 from app.exchange.patient_images import WITH_IMAGES, check_images
-from app.exchange.plan_files import MEDIA_TYPES, Format, PointsAs, export_text, read_plan
+from app.exchange.plan_files import MEDIA_TYPES, PlanFormat, PointsAs, export_text, read_plan
 from app.plans.imported_places import content_notes
 from app.plans.model import NOTICE
 from app.store.errors import StorageError
@@ -49,7 +49,7 @@ _FORM = form_of(
 def export_plan(
     plan_id: Identifier,
     services: ServicesDep,
-    form: Annotated[Format, Query(alias="format")] = "json",
+    form: Annotated[PlanFormat, Query(alias="format")] = "json",
     frame: Annotated[Literal["image", "base"], Query(description="base: of the placed robot, json or csv")] = "image",
     registration: Annotated[str | None, Query(max_length=200, description="of the image, for frame=base")] = None,
 ) -> Response:

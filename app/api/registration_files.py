@@ -14,7 +14,7 @@ from app.plans.imported_places import measured_notes
 from app.plans.model import NOTICE
 from app.registration.files import (
     MEDIA_TYPES,
-    Format,
+    TransformFormat,
     export_text,
     name_of,
     read_measured,
@@ -81,7 +81,7 @@ async def import_registration(
     responses={200: {"content": {"application/json": {}, "text/plain": {}}, "description": "The file"}},
 )
 def export_registration(
-    registration_id: Identifier, services: ServicesDep, form: Annotated[Format, Query(alias="format")] = "tfm"
+    registration_id: Identifier, services: ServicesDep, form: Annotated[TransformFormat, Query(alias="format")] = "tfm"
 ) -> Response:
     """The transform as ITK's .tfm or as JSON. Not for clinical use."""
     document = services.registrations.get(registration_id)

@@ -15,7 +15,7 @@ _FORM = form_of({"file": "a URDF, UTF-8; without meshes"}, {"tool_frame": "the l
 
 @router.post("/robots", status_code=201, openapi_extra=_FORM)
 async def add_robot(request: Request, services: ServicesDep) -> OwnRobotPublic:
-    """Check a URDF and store it by its hash; `PATCH /api/plans/{plan_id}` makes it the robot of a plan."""
+    """Check a URDF and store it by its hash; `PATCH /api/v1/plans/{plan_id}` makes it the robot of a plan."""
     file_name, data, fields = await receive_small(request, MAX_URDF_BYTES, ("tool_frame",))
 
     def work() -> OwnRobotPublic:

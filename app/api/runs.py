@@ -10,7 +10,7 @@ from pydantic import BaseModel
 
 from app.api.dependencies import ERRORS, Identifier, ServicesDep
 from app.api.plan_reports import PiercedPublic
-from app.drives.runs import Origin, StoredRun
+from app.drives.runs import RunOrigin, StoredRun
 from app.plans.model import NOTICE
 
 router = APIRouter(tags=["runs"], responses=ERRORS)
@@ -33,7 +33,7 @@ class RunTitle(BaseModel):
     id: str
     case_id: str | None
     plan_id: str | None
-    origin: Origin
+    origin: RunOrigin
     world: str
     recorded: str
     size_bytes: int

@@ -26,7 +26,7 @@ async def import_structures(case_id: Identifier, request: Request, services: Ser
 
     Every label becomes a structure of the role 'spare'; several files 'file', or a zip, are NIfTI masks, one of each
     structure, which is named after its file. For a file without frame the job fails with `frame_error`; the
-    file is kept: `POST /api/jobs/{job_id}/answer` imports it without another upload.
+    file is kept: `POST /api/v1/jobs/{job_id}/answer` imports it without another upload.
     """
     services.cases.get(case_id)
     fields = ("frame", "units")

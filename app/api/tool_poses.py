@@ -29,7 +29,7 @@ class ToolPosesPublic(BaseModel):
 
 @router.get("/plans/{plan_id}/tool-poses")
 def tool_poses(plan_id: Identifier, services: ServicesDep) -> ToolPosesPublic:
-    """Poses of the tool in the plan's dry run, which must have been made: `POST /api/plans/{plan_id}/evaluation`."""
+    """Poses of the tool in the plan's dry run, which must have been made: `POST /api/v1/plans/{plan_id}/evaluation`."""
     plan = services.plans.get(plan_id)
     switches = services.switches.of(plan_id).in_force
     if not services.planning.is_evaluated(plan, switches):

@@ -4,16 +4,17 @@ import io
 import re
 import shutil
 import unicodedata
-from collections.abc import Callable
+from collections import Counter
 from dataclasses import dataclass
-from itertools import count
 from pathlib import Path
-from typing import Any, BinaryIO, cast
+from threading import Event
+from typing import Any, BinaryIO, NamedTuple, cast
 
 from fastapi import Request
+from python_multipart import MultipartParser
+from python_multipart.exceptions import FormParserError
+from python_multipart.multipart import parse_options_header
 from starlette.concurrency import run_in_threadpool
-from starlette.datastructures import FormData, UploadFile
-from starlette.formparsers import MultiPartException, MultiPartParser
 
 from app.store.errors import StorageError
 from app.store.scratch import Scratch
@@ -27,7 +28,7 @@ USE_DESCRIPTION = {
     "description": "name it by the series description of the DICOM files, which may tell of the patient",
 }
 _OVERHEAD = 64 << 10  # [byte] boundaries and fields around the file
-_MAX_FIELD = 4 << 10  # [byte] of a field
+_MAX_FIELD, _MAX_FIELDS = 4 << 10, 8  # [byte] of a field, and how many there may be
 _UNSAFE, _UNSAFE_WORD = re.compile(r"[^A-Za-z0-9._-]+"), re.compile(r"[^\w.-]+")
 _MAX_NAME = 200  # [byte] of a file's name
 
@@ -90,7 +91,7 @@ async def receive(
     """
     place = await run_in_threadpool(scratch.new_place)
     try:
-        form = await _form(request, max_bytes, fields, _numbered(place), max_files, beside)
+        form = await _form(request, max_bytes, fields, place, max_files, beside)
         if (word := form.fields.get("use_description", "yes")) != "yes":
             raise InputError(f"use_description is {word!r:.20}; say yes, or leave it out.")
         path = await run_in_threadpool(_placed, form.files["file"], place)
@@ -106,36 +107,37 @@ async def receive(
 
 async def receive_small(request: Request, max_bytes: int, fields: tuple[str, ...]) -> tuple[str, bytes, dict[str, str]]:
     """Name, bytes and fields of a small file, kept in memory."""
-    form = await _form(request, max_bytes, fields, io.BytesIO, 1, ())
+    form = await _form(request, max_bytes, fields, None, 1, ())
     (file,) = form.files["file"]
-    return file.filename or "file", file.file.read(), form.fields
+    return file.name or "file", file.content.read(), form.fields
 
 
-def _numbered(place: Path) -> Callable[[], BinaryIO]:
-    """Makes a file of a new name in the folder for each part of a form."""
-    numbers = count()
-    return lambda: cast(BinaryIO, _PartFile(place / f"upload-{next(numbers)}"))
+class _File(NamedTuple):
+    """A received file: its name in the form, and its content, closed where it is a file on disk."""
+
+    name: str
+    content: BinaryIO
 
 
-def _placed(files: list[UploadFile], place: Path) -> Path:
+def _placed(files: list[_File], place: Path) -> Path:
     """The received file under its safe name, or the folder in which all of them lie so."""
     if len(files) == 1:
         return _placed_alone(files[0], place)
     folder = place / "files"
     folder.mkdir()
     for number, file in enumerate(files):
-        wanted = folder / stored_name(file.filename or "file")
+        wanted = folder / stored_name(file.name or "file")
         if wanted.exists():  # of another folder on the user's disk
             wanted = folder / f"{number:05d}" / wanted.name
             wanted.parent.mkdir()
-        cast(_PartFile, file.file).path.rename(wanted)
+        Path(file.content.name).rename(wanted)
     return folder
 
 
-def _placed_alone(file: UploadFile, folder: Path) -> Path:
+def _placed_alone(file: _File, folder: Path) -> Path:
     folder.mkdir(exist_ok=True)
-    wanted = folder / safe_name(file.filename or "file")
-    cast(_PartFile, file.file).path.rename(wanted)
+    wanted = folder / safe_name(file.name or "file")
+    Path(file.content.name).rename(wanted)
     return wanted
 
 
@@ -152,61 +154,98 @@ def stored_name(file_name: str) -> str:
     return short.lstrip(".-") or "file"
 
 
-class _PartFile:
-    """A part of a form on disk, opened with its first bytes and closed with its last: there may be thousands."""
-
-    def __init__(self, path: Path) -> None:
-        self.path = path
-        self._file: BinaryIO | None = None
-
-    def write(self, data: bytes) -> int:
-        return self._opened().write(data)
-
-    def seek(self, _: int) -> int:
-        """The parser goes back to the beginning of a part that is complete; what the disk refuses is told here."""
-        self._opened()
-        self.close()
-        return 0
-
-    def close(self) -> None:
-        if self._file is not None:
-            self._file.close()
-
-    def _opened(self) -> BinaryIO:
-        if self._file is None:
-            self._file = self.path.open("xb+")
-        return self._file
-
-
-@dataclass(frozen=True)
 class _Form:
-    """Content of a form: its files by the names of their parts, and the non-empty fields."""
+    """A multipart form, taken apart while it arrives.
 
-    files: dict[str, list[UploadFile]]
-    fields: dict[str, str]
+    files: by the names of their parts, written into ``folder``, or kept in memory where that is None.
+    fields: texts by name.
+    """
+
+    def __init__(self, folder: Path | None, max_files: int) -> None:
+        self.files: dict[str, list[_File]] = {}
+        self.fields: dict[str, str] = {}
+        self._folder, self._most, self._begun = folder, {"files": max_files, "fields": _MAX_FIELDS}, Counter[str]()
+        self._headers: list[tuple[bytearray, bytearray]] = []
+        self._name, self._file_name = "", cast(str | None, None)
+        self._content: BinaryIO = io.BytesIO()
+
+    async def receive(self, request: Request) -> None:
+        """Read the request. Raises InputError for a form that is malformed, OSError for what the disk refuses."""
+        _, options = parse_options_header(request.headers["content-type"])
+        if b"boundary" not in options:
+            raise _unreadable("Missing boundary in multipart.")
+        ended, headers = Event(), self._headers
+        try:
+            parser = MultipartParser(
+                options[b"boundary"],
+                {
+                    "on_header_begin": lambda: headers.append((bytearray(), bytearray())),
+                    "on_header_field": lambda data, start, end: headers[-1][0].extend(data[start:end]),
+                    "on_header_value": lambda data, start, end: headers[-1][1].extend(data[start:end]),
+                    "on_headers_finished": self._part_begun,
+                    "on_part_data": self._part_continued,
+                    "on_part_end": self._part_ended,
+                    "on_end": ended.set,
+                },
+            )
+            async for chunk in request.stream():
+                await run_in_threadpool(parser.write, chunk)  # the disk may be slow
+            if not ended.is_set():
+                raise _unreadable("it ends before its last boundary.")
+        except FormParserError:
+            raise _unreadable("Invalid multipart data.") from None
+        finally:
+            self._content.close()
+
+    def _part_begun(self) -> None:
+        headers = {bytes(name).lower(): bytes(value) for name, value in self._headers}
+        self._headers.clear()
+        _, options = parse_options_header(headers.get(b"content-disposition"))
+        if b"name" not in options:
+            raise _unreadable('The Content-Disposition header field "name" must be provided.')
+        self._name = _decoded(options[b"name"])
+        self._file_name = _decoded(options[b"filename"]) if b"filename" in options else None
+        kind = "fields" if self._file_name is None else "files"
+        self._begun[kind] += 1
+        if self._begun[kind] > self._most[kind]:
+            raise _unreadable(f"Too many {kind}. Maximum number of {kind} is {self._most[kind]}.")
+        if self._folder is None or self._file_name is None:
+            self._content = io.BytesIO()
+        else:  # one at a time is open: there may be thousands
+            self._content = (self._folder / f"upload-{self._begun[kind]}").open("xb+")
+
+    def _part_continued(self, data: bytes, start: int, end: int) -> None:
+        if self._file_name is None and self._content.tell() + end - start > _MAX_FIELD:
+            raise _unreadable(f"Part exceeded maximum size of {_MAX_FIELD >> 10}KB.")
+        self._content.write(data[start:end])
+
+    def _part_ended(self) -> None:
+        self._content.seek(0)
+        if self._file_name is None:
+            self.fields[self._name] = _decoded(self._content.read())
+            return
+        if self._folder is not None:
+            self._content.close()
+        self.files.setdefault(self._name, []).append(_File(self._file_name, self._content))
+        self._content = io.BytesIO()
 
 
-class _Parser(MultiPartParser):
-    """Writes the files into our folder instead of the system's temporary folder."""
+def _decoded(data: bytes) -> str:
+    try:
+        return data.decode("utf-8")
+    except UnicodeDecodeError:
+        return data.decode("latin-1")
 
-    def __init__(self, make_file: Callable[[], BinaryIO], *args: Any, **options: Any) -> None:
-        super().__init__(*args, **options)
-        self._make_file = make_file
 
-    def on_headers_finished(self) -> None:
-        super().on_headers_finished()
-        upload = self._current_part.file
-        if upload is not None:
-            upload.file.close()
-            upload.file = self._make_file()
-            self._files_to_close_on_error[-1] = upload.file  # type: ignore[call-overload]
+def _unreadable(why: str) -> InputError:
+    return InputError(f"the upload cannot be read: {why}")
 
 
 async def _form(
     request: Request,
     max_bytes: int,
     fields: tuple[str, ...],
-    make_file: Callable[[], BinaryIO],
+    folder: Path | None,
     max_files: int,
     beside: tuple[str, ...],
 ) -> _Form:
@@ -214,31 +253,13 @@ async def _form(
     request.state.too_large = f"the file is larger than {max_bytes >> 20} MiB, which is the most that is taken."
     if not request.headers.get("content-type", "").startswith("multipart/form-data"):
         raise InputError("send the file as multipart/form-data.")
-    limits = {"max_files": max_files + len(beside), "max_fields": 8, "max_part_size": _MAX_FIELD}
-    parser = _Parser(make_file, request.headers, request.stream(), **limits)
-    try:
-        form = await parser.parse()
-    except MultiPartException as error:
-        raise InputError(f"the upload cannot be read: {error.message}") from None
-    files: dict[str, list[UploadFile]] = {}
-    for name, value in form.multi_items():
-        if isinstance(value, UploadFile):
-            files.setdefault(name, []).append(value)
-    if not _is_expected(form, files, fields, max_files, beside):
-        await form.close()
+    form = _Form(folder, max_files + len(beside))
+    await form.receive(request)
+    counts = {name: len(files) for name, files in form.files.items()}
+    most = {"file": max_files} | dict.fromkeys(beside, 1)
+    expected = all(count <= most.get(name, 0) for name, count in counts.items())
+    if "file" not in counts or not expected or set(form.fields) - {*most, *fields}:
         further = ", ".join((*beside, *fields)) or "nothing else"
         raise InputError(f"send {'one file' if max_files == 1 else 'files'} as 'file' and, where needed, {further}.")
-    values = {name: text for name in fields if isinstance(text := form.get(name), str) and text}
-    return _Form(files, values)
-
-
-def _is_expected(
-    form: FormData,
-    files: dict[str, list[UploadFile]],
-    fields: tuple[str, ...],
-    max_files: int,
-    beside: tuple[str, ...],
-) -> bool:
-    if set(form) - {"file", *fields, *beside} or set(files) - {"file", *beside} or "file" not in files:
-        return False
-    return len(files["file"]) <= max_files and all(len(files.get(name, ())) <= 1 for name in beside)
+    form.fields = {name: form.fields[name] for name in fields if form.fields.get(name)}
+    return form

@@ -75,7 +75,7 @@ def volume_metadata(case_id: Identifier, services: ServicesDep, volume: VolumeNa
         origin_mm=(float(grid.origin[0]), float(grid.origin[1]), float(grid.origin[2])),
         direction=grid.direction.tolist(),
         revision=services.cases.volume_revision(case, name),
-        voxels=f"/api/cases/{case_id}/volume/voxels?volume={name}",
+        voxels=f"/api/v1/cases/{case_id}/volume/voxels?volume={name}",
     )
 
 

@@ -34,7 +34,7 @@ class CaseFrame:
 
 
 @dataclass(frozen=True)
-class Bead:
+class CaseBead:
     """A radio-opaque marker; position in LPS mm."""
 
     name: str
@@ -117,7 +117,7 @@ class Case:
     content_hash: str
     surfaces: tuple[SurfaceInfo, ...]
     volumes: tuple[VolumeInfo, ...]
-    beads: tuple[Bead, ...]
+    beads: tuple[CaseBead, ...]
     notes: tuple[str, ...] = ()  # what was doubtful about the file, in sentences
     kind: CaseKind = "head"
     structures: tuple[Structure, ...] = ()
@@ -190,7 +190,7 @@ class CaseContent:
     frame: CaseFrame
     surfaces: tuple[SurfaceInfo, ...]
     volumes: tuple[VolumeInfo, ...] = ()
-    beads: tuple[Bead, ...] = ()
+    beads: tuple[CaseBead, ...] = ()
     notes: tuple[str, ...] = ()
     kind: CaseKind = "head"
     structures: tuple[Structure, ...] = ()

@@ -12,8 +12,8 @@ from dataclasses import MISSING, fields
 from typing import Any, TypeVar, get_args
 
 from app.cases.model import (
-    Bead,
     Bounds,
+    CaseBead,
     CaseContent,
     CaseFrame,
     Overlay,
@@ -22,7 +22,7 @@ from app.cases.model import (
     anatomy_structure,
     extracted_from,
 )
-from app.cases.structures import ANATOMY, BONE, CaseKind, Origin, Provenance, Role, Structure
+from app.cases.structures import ANATOMY, BONE, CaseKind, Provenance, Structure, StructureOrigin, StructureRole
 from app.kit.names import check_name, check_stored_label
 from app.kit.values import Position, check_id, check_position, number
 from vfix_engine.anatomy.bone import SurfaceReport
@@ -41,7 +41,7 @@ _GEOMETRY = re.compile(r"sha256:[0-9a-f]{64}")
 _SOURCE = re.compile(r"sha256:[0-9a-f]{64}|asset:\w+/\w+\.ply|phantom:\w+")
 _DIGEST = re.compile(r"[0-9a-f]{64}")
 
-Item = TypeVar("Item")
+_Item = TypeVar("_Item")
 
 
 def case_content_from_json(data: Any) -> CaseContent:
@@ -152,16 +152,16 @@ def _window(value: Any) -> tuple[float, float]:
     return _width(value[0]), _level(value[1])
 
 
-def _bead(item: Any) -> Bead:
-    given = _fields(item, Bead, "a bead")
-    return Bead(
+def _bead(item: Any) -> CaseBead:
+    given = _fields(item, CaseBead, "a bead")
+    return CaseBead(
         check_stored_label(given["name"], "name of a bead"), check_position(_three(given["position"], "a bead"))
     )
 
 
 def _structure(item: Any) -> Structure:
     given = _fields(item, Structure, "a structure")
-    role: Role = _one_of(given["role"], get_args(Role), "the role of a structure")
+    role: StructureRole = _one_of(given["role"], get_args(StructureRole), "the role of a structure")
     frame = _one_of(given.get("frame", "LPS"), ("LPS",), "the frame of a structure")
     return Structure(
         check_id(given["id"], "a structure"),
@@ -180,7 +180,7 @@ def _structure(item: Any) -> Structure:
 
 def _provenance(item: Any) -> Provenance:
     given = _fields(item, Provenance, "the provenance of a structure")
-    origin: Origin = _one_of(given["origin"], get_args(Origin), "the origin of a structure")
+    origin: StructureOrigin = _one_of(given["origin"], get_args(StructureOrigin), "the origin of a structure")
     return Provenance(
         origin,
         _optional(given.get("threshold_hu"), _level),
@@ -288,7 +288,7 @@ def _one_of(value: Any, choices: Collection[Any], what: str) -> Any:
     return value
 
 
-def _optional(value: Any, read: Callable[[Any], Item]) -> Item | None:
+def _optional(value: Any, read: Callable[[Any], _Item]) -> _Item | None:
     return None if value is None else read(value)
 
 
@@ -299,7 +299,7 @@ def _notes(value: Any) -> tuple[str, ...]:
     return notes
 
 
-def _items(value: Any, what: str, read: Callable[[Any], Item]) -> tuple[Item, ...]:
+def _items(value: Any, what: str, read: Callable[[Any], _Item]) -> tuple[_Item, ...]:
     if not isinstance(value, (list, tuple)) or len(value) > MAX_ITEMS:
         raise InputError(f"the {what} of a case are a list of up to {MAX_ITEMS:,}.")
     return tuple(read(item) for item in value)

@@ -20,7 +20,7 @@ from app.kit.errors import NotFound
 from app.kit.names import MAX_NAME, check_name
 from app.store.models import DocumentRow, DocumentStateRow
 from vfix_engine.anatomy.bone import slice_uncertainty_mm
-from vfix_engine.anatomy.labels.reading import Place, Segmentation
+from vfix_engine.anatomy.labels.reading import AnatomyPlace, Segmentation
 from vfix_engine.anatomy.labels.surfaces import LabelSurface
 from vfix_engine.errors import InputError
 
@@ -44,14 +44,14 @@ class CaseStructures:
     def __init__(self, cases: CaseService) -> None:
         self._cases = cases
 
-    def place(self, case_id: str) -> Place:
+    def place(self, case_id: str) -> AnatomyPlace:
         """Where the anatomy of a case lies, for the reader of a segmentation. Raises NotFound."""
         case = self._cases.get(case_id)
         volume = self._cases.volume(case)
         if volume is None:
-            return Place(self._cases.case_surface(case_id).bounds)
+            return AnatomyPlace(self._cases.case_surface(case_id).bounds)
         k, j, i = volume.hu.shape
-        return Place(volume.bounds, volume.transform_index_to_lps, (i, j, k))
+        return AnatomyPlace(volume.bounds, volume.transform_index_to_lps, (i, j, k))
 
     def add(self, case_id: str, found: Segmentation) -> tuple[Structure, ...]:
         """Store every label as a structure to spare; returns the new ones.

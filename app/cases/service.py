@@ -16,8 +16,8 @@ from sqlalchemy.orm import Session
 from app.cases.files import STORED, CaseFiles
 from app.cases.model import (
     HEAD_PHANTOM,
-    Bead,
     Case,
+    CaseBead,
     CaseContent,
     CaseFrame,
     SurfaceInfo,
@@ -45,7 +45,7 @@ from vfix_engine.files.volume import Volume
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.proximity.proximity import ProximityTree
 
-__all__ = ["Bead", "Case", "CaseFrame", "CaseService", "Structure", "SurfaceInfo", "VolumeInfo"]
+__all__ = ["Case", "CaseBead", "CaseFrame", "CaseService", "Structure", "SurfaceInfo", "VolumeInfo"]
 
 _LOG = logging.getLogger(__name__)
 Info = TypeVar("Info", SurfaceInfo, VolumeInfo)
@@ -99,7 +99,7 @@ class CaseService:
         frame: CaseFrame,
         surfaces: Mapping[str, TriangleMesh],
         volume: Volume | None = None,
-        beads: Sequence[Bead] = (),
+        beads: Sequence[CaseBead] = (),
         notes: Sequence[str] = (),
         reports: Mapping[str, SurfaceReport] | None = None,
         kind: CaseKind = "head",

@@ -13,11 +13,11 @@ from vfix_engine.geometry.mesh import TriangleMesh
 BONE = "bone"  # id of the structure that the controller keeps away from in a head
 LUMEN = "lumen"  # id of the wall that a snake stays within
 
-Role = Literal["bone", "lumen", "spare"]
+StructureRole = Literal["bone", "lumen", "spare"]
 CaseKind = Literal["head", "lumen"]
-Origin = Literal["ct", "surface", "shipped", "segmentation", "painted"]
+StructureOrigin = Literal["ct", "surface", "shipped", "segmentation", "painted"]
 # What a case of a kind is driven in: id and role of that structure.
-ANATOMY: dict[CaseKind, Role] = {"head": "bone", "lumen": "lumen"}
+ANATOMY: dict[CaseKind, StructureRole] = {"head": "bone", "lumen": "lumen"}
 _NAMES: dict[str, str] = {BONE: "Bone", LUMEN: "Lumen"}
 
 
@@ -30,7 +30,7 @@ class Provenance:
     the voxels that it was made of.
     """
 
-    origin: Origin
+    origin: StructureOrigin
     threshold_hu: float | None = None
     label: int | None = None
     voxel_mm: float | None = None
@@ -52,7 +52,7 @@ class Structure:
 
     id: str
     name: str
-    role: Role
+    role: StructureRole
     surface: str
     geometry: str
     provenance: Provenance

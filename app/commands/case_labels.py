@@ -12,7 +12,7 @@ from app.commands import case_structures
 from app.imaging.labels import PaintedDocument
 from app.kit.names import MAX_NAME
 from app.services import Services
-from vfix_engine.anatomy.labels.painting import Place, Stroke
+from vfix_engine.anatomy.labels.painting import Stroke, VoxelPlace
 from vfix_engine.anatomy.labels.writing import FORMS
 from vfix_engine.errors import InputError
 
@@ -112,7 +112,7 @@ def _export(services: Services, document: PaintedDocument, path: Path) -> None:
         raise InputError(f"{path} could not be written: {error.strerror or error}.") from error
 
 
-def _place(text: str) -> Place:
+def _place(text: str) -> VoxelPlace:
     try:
         x, y, z = (float(word) for word in text.split(","))
     except ValueError:

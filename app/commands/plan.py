@@ -12,7 +12,7 @@ from app.commands.head_options import say_notes
 from app.exchange.patient_images import check_images
 from app.exchange.plan_files import (
     FORMATS,
-    Format,
+    PlanFormat,
     PointsAs,
     export_text,
     format_of,
@@ -143,7 +143,7 @@ def _run_named(services: Services, args: argparse.Namespace) -> None:
     _say(args, summary(plan), [_line(plan)])
 
 
-def _exported(services: Services, plan: Plan, form: Format, args: argparse.Namespace) -> str:
+def _exported(services: Services, plan: Plan, form: PlanFormat, args: argparse.Namespace) -> str:
     """The text of an export."""
     if args.frame == "base":
         return services.base_export.text(plan, form, args.registration)

@@ -6,6 +6,7 @@ from contextlib import suppress
 from typing import Any
 
 from app.commands.head_options import say_notes
+from app.planning.run_sideways import measure_sideways
 from app.services import Services
 from vfix_engine.anatomy.piercing import Ways
 from vfix_engine.arrays import Array
@@ -46,13 +47,16 @@ class RecordedRun:
         self._services.runs.discard(self._folder)
 
     def keep(self, case_id: str | None = None, plan_id: str | None = None, ways: Ways | None = None) -> str | None:
-        """Store the run and return its id; None, with a message on stderr, on failure. ways: as `RunService.keep`."""
+        """Store the run and return its id; None, with a message on stderr, on failure. ways: round tissue."""
         if self._writer is None:
             return None
         try:
             self._writer.close()
-            told = {"case_id": case_id, "plan_id": plan_id}
-            return self._services.runs.keep(self._folder, origin="command line", ways=ways, **told).id
+            measure = measure_sideways(ways)
+            run = self._services.runs.keep(
+                self._folder, origin="command line", case_id=case_id, plan_id=plan_id, measure=measure
+            )
+            return run.id
         except (OSError, VfixError) as error:
             say_notes([f"the run was not kept: {error}"])
             return None

@@ -30,7 +30,7 @@ from app.planning.openings import opened_tree
 from app.planning.piercing import PiercedReport, pierced_by_poses
 from app.planning.placement import standing_base, stored_placing
 from app.planning.rehearsal_options import NO_SWITCHES, Switches, standing
-from app.planning.remote_centre import ENTRY, Place
+from app.planning.remote_centre import ENTRY, PathPlace
 from app.planning.shaft import shaft_of
 from app.plans.imported_places import path_notes, target_notes
 from app.plans.instruments import Instruments, plan_robot, plan_tool
@@ -273,7 +273,7 @@ def _switches(plan: Plan, args: argparse.Namespace) -> Switches:
     if args.remote_centre not in (None, "entry"):
         named = [point.id for point in plan.points if args.remote_centre in (point.id, point.label)]
         try:
-            place = Place(named[0]) if named else Place(at_mm=float(args.remote_centre))
+            place = PathPlace(named[0]) if named else PathPlace(at_mm=float(args.remote_centre))
         except ValueError:
             labels = ", ".join(point.label for point in plan.points)
             raise InputError(

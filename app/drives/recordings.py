@@ -6,22 +6,33 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from app.drives.runs import RunService, has_ticks
+from app.drives.runs import Measure, RunService, has_ticks
 from app.kit.errors import PlannerEnds
 from app.kit.jobs import Jobs, Progress
-from app.plans.model import Plan
-from vfix_engine.anatomy.piercing import Ways
+from app.store.errors import StorageError
+
+MeasureBy = Callable[[Progress], Measure | None]
+
+
+def nothing_measured(progress: Progress) -> None:
+    """The run is stored as it was written."""
 
 
 @dataclass(frozen=True)
 class Recording:
-    """One drive's recording. folder: that its run is written to; not there before. ways: round tissue, of a plan."""
+    """One drive's recording.
+
+    folder: that its run is written to; not there before. case_id, document_id: what is driven; subject: its name.
+    measure_by: called when the drive has ended; returns what is measured of the run before it is stored.
+    """
 
     folder: Path
-    plan: Plan
+    case_id: str
+    document_id: str | None
+    subject: str
     runs: RunService
     jobs: Jobs
-    ways: Callable[[Plan], Ways | None]
+    measure_by: MeasureBy
 
     def keep(self) -> None:
         """The drive has ended: its run is stored by a job; a drive without a step leaves none."""
@@ -34,17 +45,17 @@ class Recording:
                 self._remove,
                 kind="run",
                 lane=f"run {self.folder}",
-                case_id=self.plan.case_id,
-                subject=self.plan.name,
+                case_id=self.case_id,
+                subject=self.subject,
             )
         except PlannerEnds:
             return  # a drive that ends after the planner: its folder is gone by then
 
     def _store(self, progress: Progress) -> str:
-        progress("Looking for ways round tissue", 0.1)
-        ways, plan = self.ways(self.plan), self.plan
+        measure = self.measure_by(progress)
         progress("Storing the run", 0.5)
-        return self.runs.keep(self.folder, origin="page", case_id=plan.case_id, plan_id=plan.id, ways=ways).id
+        ids = {"case_id": self.case_id, "plan_id": self.document_id}
+        return self.runs.keep(self.folder, origin="page", measure=measure, **ids).id
 
     def _remove(self) -> None:
         self.runs.discard(self.folder)
@@ -53,10 +64,24 @@ class Recording:
 class Recordings:
     """Makes recordings; may be used from any thread."""
 
-    def __init__(self, jobs: Jobs, runs: RunService, ways: Callable[[Plan], Ways | None]) -> None:
-        self._jobs, self._runs, self._ways = jobs, runs, ways
+    def __init__(self, jobs: Jobs, runs: RunService) -> None:
+        self._jobs, self._runs = jobs, runs
 
-    def new(self, plan: Plan) -> Recording:
-        """A recording of a drive of a stored plan. Raises StorageError where the data folder takes nothing."""
-        folder = self._runs.new_folder("page", case_id=plan.case_id, plan_id=plan.id)
-        return Recording(folder, plan, self._runs, self._jobs, self._ways)
+    def new(
+        self, case_id: str, document_id: str | None, subject: str, measure_by: MeasureBy = nothing_measured
+    ) -> Recording:
+        """A recording of a drive of a stored case or document, see `Recording`.
+
+        Raises StorageError where the data folder takes nothing.
+        """
+        folder = self._runs.new_folder("page", case_id=case_id, plan_id=document_id)
+        return Recording(folder, case_id, document_id, subject, self._runs, self._jobs, measure_by)
+
+    def attempt(
+        self, case_id: str, document_id: str | None, subject: str, measure_by: MeasureBy = nothing_measured
+    ) -> tuple[Recording | None, str]:
+        """A recording as of :meth:`new`, and why there is none, '' where there is one."""
+        try:
+            return self.new(case_id, document_id, subject, measure_by), ""
+        except StorageError as error:
+            return None, str(error)

@@ -10,17 +10,16 @@ import json
 import logging
 import secrets
 import shutil
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 from sqlalchemy import Select, select
 from sqlalchemy.orm import Session
 
 from app.clock import utc_now
-from app.drives.run_sideways import add_sideways
 from app.kit.errors import NotFound, TooLarge
 from app.store import Store
 from app.store.errors import StorageError
@@ -30,12 +29,10 @@ from vfix_engine.errors import InputError, VfixError
 from vfix_engine.json_text import parse_json
 from vfix_engine.runtime.run import END, EVENTS, MANIFEST, PART, SIDEWAYS, SPEC, TICKS
 
-if TYPE_CHECKING:
-    from vfix_engine.anatomy.piercing import Ways
-
 _LOG = logging.getLogger(__name__)
 
-Origin = Literal["page", "command line", "replay", "study"]
+RunOrigin = Literal["page", "command line", "replay", "study"]
+Measure = Callable[[Path], dict[str, Any] | None]
 
 FILES = (MANIFEST, SPEC, TICKS, EVENTS, END, SIDEWAYS)
 MAX_BYTES = 4 << 30  # of all runs of a home together; the oldest are deleted
@@ -63,7 +60,7 @@ class StoredRun:
     id: str
     case_id: str | None
     plan_id: str | None
-    origin: Origin
+    origin: RunOrigin
     recorded: str
     size_bytes: int
     manifest: dict[str, Any]
@@ -90,7 +87,7 @@ class RunService:
         store.drives.rescue = self._rescue
 
     def new_folder(
-        self, origin: Origin | None = None, *, case_id: str | None = None, plan_id: str | None = None
+        self, origin: RunOrigin | None = None, *, case_id: str | None = None, plan_id: str | None = None
     ) -> Path:
         """Where a drive may write its run: a path that is not there yet. What is not kept ends with the planner.
 
@@ -118,20 +115,21 @@ class RunService:
         self,
         folder: Path,
         *,
-        origin: Origin,
+        origin: RunOrigin,
         case_id: str | None = None,
         plan_id: str | None = None,
-        ways: Ways | None = None,
+        measure: Measure | None = None,
     ) -> StoredRun:
         """Store the run in a folder, whole or cut off, and delete the folder; the oldest runs are deleted where needed.
 
-        ways: round tissue in the head that was driven in, by which the run of a rigid tool gets its `sideways.f64`.
+        measure: called with the folder of the run before it is stored, and may add `sideways.f64` to it; returns what
+        the tool pierced, as `PiercedReport` has it, or None.
 
         Raises InputError for a folder without a run, TooLarge for one that alone is more than is kept, NotFound for a
         case or plan that is not stored, and StorageError.
         """
         folder = _written(folder)
-        pierced = None if ways is None else add_sideways(folder, ways)
+        pierced = None if measure is None else measure(folder)
         there = [folder / name for name in FILES if (folder / name).is_file()]
         manifest, end = _manifest(folder / MANIFEST), None
         if folder / END in there:

@@ -30,7 +30,7 @@ from vfix_engine.errors import FrameError, PlanError
 __all__ = [
     "FORMATS",
     "CurveSample",
-    "Format",
+    "PlanFormat",
     "PointsAs",
     "export_text",
     "format_of",
@@ -46,9 +46,9 @@ __all__ = [
     "write_export",
 ]
 
-Format = Literal["json", "mrk.json", "csv"]
-FORMATS: tuple[Format, ...] = get_args(Format)
-MEDIA_TYPES: dict[Format, str] = {"json": "application/json", "mrk.json": "application/json", "csv": "text/csv"}
+PlanFormat = Literal["json", "mrk.json", "csv"]
+FORMATS: tuple[PlanFormat, ...] = get_args(PlanFormat)
+MEDIA_TYPES: dict[PlanFormat, str] = {"json": "application/json", "mrk.json": "application/json", "csv": "text/csv"}
 
 
 def to_native_json(plan: Plan, urdf: bytes | None = None) -> str:
@@ -103,7 +103,7 @@ def _carried_urdf(text: Any, key: str | None) -> bytes | None:
 
 
 def export_text(
-    plan: Plan, form: Format, curve: Sequence[CurveSample] = (), remark: str = "", urdf: bytes | None = None
+    plan: Plan, form: PlanFormat, curve: Sequence[CurveSample] = (), remark: str = "", urdf: bytes | None = None
 ) -> str:
     """A plan in one of the formats; the curve and the remark are for Markups, the robot's URDF is for JSON."""
     if form == "mrk.json":
@@ -118,7 +118,7 @@ def write_export(path: Path, text: str) -> None:
     write_atomically(path, text.encode("utf-8"))
 
 
-def format_of(file_name: str) -> Format:
+def format_of(file_name: str) -> PlanFormat:
     """The format that a file name's end asks for. Raises PlanError."""
     lower = file_name.lower()
     for form in ("mrk.json", "json", "csv"):

@@ -15,7 +15,7 @@ from app.plans.zones import PlanZone, RemovedBone
 
 _ALONG_NORMAL_MM = 10.0
 
-Ends = tuple[tuple[float, ...], tuple[float, ...]]
+AxisEnds = tuple[tuple[float, ...], tuple[float, ...]]
 
 
 def region_markups(plan: Plan) -> list[dict[str, Any]]:
@@ -43,7 +43,7 @@ def _nodes(name: str, shape: Mapping[str, Any], words: str) -> Iterator[dict[str
         }
 
 
-def _lines(shape: Mapping[str, Any]) -> Iterator[Ends]:
+def _lines(shape: Mapping[str, Any]) -> Iterator[AxisEnds]:
     match shape["kind"]:
         case "sphere" | "patch":
             x, y, z = shape["centre"]

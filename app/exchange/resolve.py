@@ -42,10 +42,10 @@ class _Named(Protocol):
     def name(self) -> str: ...
 
 
-Item = TypeVar("Item", bound=_Named)
+_Item = TypeVar("_Item", bound=_Named)
 
 
-class HasServices(Protocol):
+class ResolvingServices(Protocol):
     """The part of the services that is needed here."""
 
     @property
@@ -113,7 +113,7 @@ class _Meshes(Mapping[str, TriangleMesh]):
         return len(self._case.structures)
 
 
-def resolve_case(services: HasServices | None, text: str, request: HeadRequest | None = None) -> ResolvedCase:
+def resolve_case(services: ResolvingServices | None, text: str, request: HeadRequest | None = None) -> ResolvedCase:
     """A stored case by id or name, or the head in the surface or CT at a path, checked as an import checks it.
 
     services: None where there is no store; then only files are found.
@@ -163,7 +163,7 @@ def _is_path(stored: Sequence[_Named], text: str, what: str, exists: bool) -> bo
     return True
 
 
-def resolve_plan(services: HasServices | None, case: ResolvedCase, text: str) -> Plan:
+def resolve_plan(services: ResolvingServices | None, case: ResolvedCase, text: str) -> Plan:
     """A stored plan of the case by id or name, or the plan at a path; that one is not stored.
 
     services: as in `resolve_case`.
@@ -226,7 +226,7 @@ def resolve_plan_zones(plan: Plan, case: ResolvedCase) -> ZoneSet:
     return zone_set(with_errors(plan.zones, case.structure_errors), surface)
 
 
-def find(items: Sequence[Item], text: str, what: str) -> Item:
+def find(items: Sequence[_Item], text: str, what: str) -> _Item:
     """The item whose id, or else whose name, is `text`. Raises NotFound, or InputError when several are called so."""
     matching = [item for item in items if item.id == text] or [item for item in items if item.name == text]
     if not matching:

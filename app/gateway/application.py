@@ -20,7 +20,7 @@ from app.gateway.warm_up import WarmUp
 from app.settings import Settings
 
 
-class Closable(Protocol):
+class GatewayServices(Protocol):
     """Interface of the services for the gateway."""
 
     def close(self) -> None: ...
@@ -55,7 +55,7 @@ class GuardedApplication(FastAPI):
 
 def build_application(
     settings: Settings,
-    services: Closable,
+    services: GatewayServices,
     scene_server: SceneServer,
     warm_up: WarmUp,
     routers: Sequence[APIRouter],
@@ -76,7 +76,9 @@ def build_application(
     return app
 
 
-def _lifespan(services: Closable, scene_server: SceneServer, warm_up: WarmUp, link: Link | None) -> Lifespan[FastAPI]:
+def _lifespan(
+    services: GatewayServices, scene_server: SceneServer, warm_up: WarmUp, link: Link | None
+) -> Lifespan[FastAPI]:
     @asynccontextmanager
     async def lifespan(_: FastAPI) -> AsyncIterator[None]:
         with contextlib.ExitStack() as at_end:  # each is ended, whatever becomes of the others, the store last

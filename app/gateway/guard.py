@@ -28,7 +28,7 @@ _LOGIN_PATH = "/"
 
 
 @dataclass(frozen=True)
-class Refusal:
+class AccessRefusal:
     """Reason for which a request is refused."""
 
     status: int
@@ -36,15 +36,17 @@ class Refusal:
     message: str
 
 
-_HOST_REFUSED = Refusal(403, "host_refused", "This address is not one the planner answers to.")
-_ORIGIN_REFUSED = Refusal(403, "origin_refused", "Requests from other pages are refused.")
-_SITE_REFUSED = Refusal(403, "site_refused", "Pages of other sites and ports may open the planner's first page only.")
-_TOKEN_MISSING = Refusal(
+_HOST_REFUSED = AccessRefusal(403, "host_refused", "This address is not one the planner answers to.")
+_ORIGIN_REFUSED = AccessRefusal(403, "origin_refused", "Requests from other pages are refused.")
+_SITE_REFUSED = AccessRefusal(
+    403, "site_refused", "Pages of other sites and ports may open the planner's first page only."
+)
+_TOKEN_MISSING = AccessRefusal(
     401,
     "token_required",
     "Paste the address that the planner printed when it started into the address bar; it carries the token.",
 )
-_TOKEN_WRONG = Refusal(
+_TOKEN_WRONG = AccessRefusal(
     401,
     "token_wrong",
     "This token is not the one of the running planner; paste the address that it printed into the address bar.",
@@ -61,7 +63,7 @@ class Guard:
         self._cookie = cookie_name(settings)
         self._address = base_url(settings)
         self._port = settings.port
-        self._other_port = Refusal(
+        self._other_port = AccessRefusal(
             403,
             "host_refused",
             f"The planner answers at port {settings.port} only. A tunnel to it needs the same port at both ends: "
@@ -89,7 +91,7 @@ class Guard:
         else:
             await _refuse_websocket(refusal, scope, receive, secured)
 
-    def _check_names(self, headers: Headers) -> Refusal | None:
+    def _check_names(self, headers: Headers) -> AccessRefusal | None:
         hosts, origins = headers.getlist("host"), headers.getlist("origin")
         if len(hosts) != 1 or hosts[0] not in self._hosts:
             is_tunnel = len(hosts) == 1 and with_port(hosts[0], self._port) in self._hosts
@@ -99,7 +101,7 @@ class Guard:
         return None
 
     @staticmethod
-    def _check_site(scope: Scope, headers: Headers) -> Refusal | None:
+    def _check_site(scope: Scope, headers: Headers) -> AccessRefusal | None:
         """Check `Sec-Fetch-Site`; other clients and browsers before 2023 lack it, 'none' is a typed address."""
         sites = headers.getlist("sec-fetch-site")
         if not sites or sites in (["same-origin"], ["none"]):
@@ -107,7 +109,7 @@ class Guard:
         is_visit = (headers.get("sec-fetch-mode"), headers.get("sec-fetch-dest")) == ("navigate", "document")
         return None if is_visit and _is_page(scope) else _SITE_REFUSED
 
-    def _check_token(self, scope: Scope, headers: Headers) -> Refusal | None:
+    def _check_token(self, scope: Scope, headers: Headers) -> AccessRefusal | None:
         offered = headers.getlist("authorization")
         if offered:
             scheme, _, token = offered[0].partition(" ")
@@ -161,22 +163,22 @@ def _query(scope: Scope) -> dict[str, list[str]]:
     return parse_qs(scope["query_string"].decode("latin-1"), keep_blank_values=True)
 
 
-def _refuse_http(refusal: Refusal, headers: Headers, address: str) -> Response:
+def _refuse_http(refusal: AccessRefusal, headers: Headers, address: str) -> Response:
     if "text/html" in headers.get("accept", ""):
         return _refusal_page(refusal, address)
     return _refusal_json(refusal)
 
 
-def _refusal_json(refusal: Refusal) -> JSONResponse:
+def _refusal_json(refusal: AccessRefusal) -> JSONResponse:
     challenge = {"WWW-Authenticate": 'Bearer realm="vfix"'} if refusal.status == 401 else None
     return JSONResponse(error_body(refusal.code, refusal.message), refusal.status, headers=challenge)
 
 
-def _refusal_page(refusal: Refusal, address: str) -> HTMLResponse:
+def _refusal_page(refusal: AccessRefusal, address: str) -> HTMLResponse:
     return HTMLResponse(_PAGE.format(message=refusal.message, address=address), refusal.status)
 
 
-async def _refuse_websocket(refusal: Refusal, scope: Scope, receive: Receive, send: Send) -> None:
+async def _refuse_websocket(refusal: AccessRefusal, scope: Scope, receive: Receive, send: Send) -> None:
     """Refuse the handshake with the same status and body as over HTTP."""
     await receive()
     if "websocket.http.response" in scope.get("extensions", {}):

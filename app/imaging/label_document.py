@@ -11,7 +11,7 @@ from typing import Any
 
 from app.documents import DocumentKind
 from app.kit.values import number
-from vfix_engine.anatomy.labels.painting import Place, Stroke
+from vfix_engine.anatomy.labels.painting import Stroke, VoxelPlace
 from vfix_engine.errors import ImageError, InputError
 
 SCHEMA = "vfix-label/1"
@@ -92,7 +92,7 @@ def _stroke(item: Any) -> Stroke:
         raise InputError(str(error)) from error
 
 
-def _place(value: Any) -> Place:
+def _place(value: Any) -> VoxelPlace:
     if not isinstance(value, list) or len(value) != 3:
         raise InputError("a place of a stroke is a list of three numbers, in mm.")
     x, y, z = (number(part, "a place of a stroke") for part in value)

@@ -22,7 +22,7 @@ from app.kit.errors import NotFound, TooLarge
 from app.kit.jobs import Job, Jobs, Progress
 from app.store import Store
 from app.store.errors import StorageError
-from vfix_engine.anatomy.labels.label_map import Label
+from vfix_engine.anatomy.labels.label_map import CroppedLabel
 from vfix_engine.anatomy.labels.painting import Stroke, draw_stroke, reaches
 from vfix_engine.anatomy.labels.surfaces import surface_of
 from vfix_engine.anatomy.labels.voxelized import voxels_inside
@@ -101,7 +101,7 @@ class PaintedLabels:
         """Voxels (K, J, I) of a label, read-only. Raises NotFound and StorageError."""
         return self._masks.get(_key(case, content), lambda: self._drawn(case, content))
 
-    def label(self, document: PaintedDocument, progress: ProgressCallback | None = None) -> Label:
+    def label(self, document: PaintedDocument, progress: ProgressCallback | None = None) -> CroppedLabel:
         """A document's label as the engine has it, on the whole grid. progress: may raise to end the drawing."""
         case, content = self._cases.get(document.case_id), document.content
         grid = self._volume(case, content.volume)
@@ -110,7 +110,7 @@ class PaintedLabels:
         else:  # not the cache's: others who wait for the same mask are not to end with this one
             mask = self._drawn(case, content, progress)
         first = np.zeros(3, dtype=np.int64)
-        return Label(_VALUE, document.name, document.content.colour, mask, first, grid.transform_index_to_lps)
+        return CroppedLabel(_VALUE, document.name, document.content.colour, mask, first, grid.transform_index_to_lps)
 
     def file(self, label_id: str, form: str) -> bytes:
         """A label as a file, 'seg.nrrd' or 'nii.gz'. Raises ImageError for an empty one."""
@@ -238,7 +238,7 @@ def _structure_id(label_id: str) -> str:
     return f"painted-{label_id.removeprefix('label-')}"
 
 
-def _cropped(label: Label) -> Label:
+def _cropped(label: CroppedLabel) -> CroppedLabel:
     """The label in the box of its voxels."""
     from scipy.ndimage import find_objects  # imported here: slow to load
 

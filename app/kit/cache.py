@@ -11,10 +11,10 @@ from typing import Generic, TypeVar
 from app.kit.errors import JobCancelled
 
 Key = TypeVar("Key", bound=Hashable)
-Value = TypeVar("Value")
+_Value = TypeVar("_Value")
 
 
-class Cache(Generic[Key, Value]):
+class Cache(Generic[Key, _Value]):
     """The `size` most recently used values, by key. A value that could not be made is not kept.
 
     A cancellation is that of its caller alone: where the one who makes is cancelled, another one who waits makes.
@@ -23,7 +23,7 @@ class Cache(Generic[Key, Value]):
     def __init__(self, size: int) -> None:
         self._size = size
         self._lock = threading.Lock()
-        self._entries: OrderedDict[Key, Future[Value]] = OrderedDict()
+        self._entries: OrderedDict[Key, Future[_Value]] = OrderedDict()
 
     def has(self, key: Key) -> bool:
         """Whether the value of `key` is there, so that `get` does not wait for it."""
@@ -31,7 +31,7 @@ class Cache(Generic[Key, Value]):
             entry = self._entries.get(key)
         return entry is not None and entry.done() and entry.exception() is None
 
-    def get(self, key: Key, make: Callable[[], Value]) -> Value:
+    def get(self, key: Key, make: Callable[[], _Value]) -> _Value:
         """The value of `key`, made by this call if it is the first. Raises what `make` raises, whoever called it."""
         while True:
             entry, mine = self._entry(key)
@@ -44,7 +44,7 @@ class Cache(Generic[Key, Value]):
             if isinstance(error, Exception) and not isinstance(error, JobCancelled):
                 raise error
 
-    def _entry(self, key: Key) -> tuple[Future[Value], bool]:
+    def _entry(self, key: Key) -> tuple[Future[_Value], bool]:
         """The entry of a key, and whether it is new: then this caller makes its value."""
         with self._lock:
             entry = self._entries.get(key)
@@ -56,7 +56,7 @@ class Cache(Generic[Key, Value]):
             self._entries.move_to_end(key)
             return entry, mine
 
-    def _make(self, key: Key, entry: Future[Value], make: Callable[[], Value]) -> None:
+    def _make(self, key: Key, entry: Future[_Value], make: Callable[[], _Value]) -> None:
         try:
             entry.set_result(make())
         except BaseException as error:

@@ -3,16 +3,16 @@
 Nothing here knows plans or cases; `app.live` does.
 """
 
-from app.link.messages import LinkFault, Message, Point, PointList, Text, Transform
+from app.link.messages import LinkFault, LinkMessage, ListPoint, PointList, Text, Transform
 from app.link.server import LinkServer
 from app.link.tracker import Collected, Pose, TrackerClient
 
 __all__ = [
     "Collected",
     "LinkFault",
+    "LinkMessage",
     "LinkServer",
-    "Message",
-    "Point",
+    "ListPoint",
     "PointList",
     "Pose",
     "Text",

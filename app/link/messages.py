@@ -1,7 +1,8 @@
 """Messages of OpenIGTLink, versions 1 to 3: TRANSFORM, POINT and STRING packed and unpacked, poses of tools unpacked.
 
 Source: http://openigtlink.org/protocols/v2_header.html and the pages beside it, https://openigtlink.org/developers/spec
-for the extended header. Numbers are big-endian; lengths in mm; matrices and positions are float32.
+for the extended header. The checksum is CRC-64/ECMA-182, not reflected, beginning with 0. Numbers are big-endian;
+lengths in mm; matrices and positions are float32.
 """
 
 from __future__ import annotations
@@ -13,8 +14,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
+from fastcrc import crc64
 
-from app.link.crc64 import crc64
 from vfix_engine.arrays import Array
 from vfix_engine.errors import InputError
 
@@ -60,7 +61,7 @@ class Transform:
 
 
 @dataclass(frozen=True)
-class Point:
+class ListPoint:
     """A point of a list; position in mm."""
 
     name: str
@@ -74,7 +75,7 @@ class PointList:
     """A named list of points."""
 
     name: str
-    points: tuple[Point, ...]
+    points: tuple[ListPoint, ...]
     time_s: float = 0.0
 
 
@@ -95,10 +96,10 @@ class ToolPoses:
     poses: tuple[Transform, ...]
 
 
-Message = Transform | PointList | Text
+LinkMessage = Transform | PointList | Text
 
 
-def pack(message: Message) -> bytes:
+def pack(message: LinkMessage) -> bytes:
     """Header of version 1 and body.
 
     Raises LinkFault for a name that is no ASCII text of up to 20 characters, and for a number beyond single precision.
@@ -112,7 +113,7 @@ def pack(message: Message) -> bytes:
     seconds = message.time_s or time.time()
     whole = int(seconds)
     fraction = int((seconds - whole) * 2**32)
-    header = _HEADER.pack(1, kind.encode(), message.name.encode(), whole, fraction, len(body), crc64(body))
+    header = _HEADER.pack(1, kind.encode(), message.name.encode(), whole, fraction, len(body), crc64.ecma_182(body))
     return header + body
 
 
@@ -128,12 +129,12 @@ class WrongChecksum(LinkFault):
     """A message was damaged on its way, or its sender makes no checksums."""
 
 
-def unpack(header: Header, body: bytes) -> Message | ToolPoses | None:
+def unpack(header: Header, body: bytes) -> LinkMessage | ToolPoses | None:
     """The message of a header and its body; None for a kind that is not read.
 
     Raises LinkFault for a body that is damaged.
     """
-    if len(body) != header.size or crc64(body) != header.crc:
+    if len(body) != header.size or crc64.ecma_182(body) != header.crc:
         raise WrongChecksum(
             f"the {header.kind} {header.name!r} arrived with a wrong checksum: it was damaged on its way, or its "
             "sender makes no checksums (CRC-64)."
@@ -164,7 +165,7 @@ def cut_name(name: str, most: int = MAX_POINT_NAME - 1) -> str:
     return name.encode("utf-8")[:most].decode("utf-8", "ignore")
 
 
-def _packed(message: Message) -> tuple[str, bytes]:
+def _packed(message: LinkMessage) -> tuple[str, bytes]:
     if isinstance(message, Transform):
         return "TRANSFORM", _MATRIX.pack(*message.matrix[:3].T.ravel())
     if isinstance(message, PointList):
@@ -173,7 +174,7 @@ def _packed(message: Message) -> tuple[str, bytes]:
     return "STRING", struct.pack(">HH", _UTF8, len(text)) + text
 
 
-def _packed_point(point: Point) -> bytes:
+def _packed_point(point: ListPoint) -> bytes:
     name = cut_name(point.name).encode("utf-8")
     return _POINT.pack(name, b"", *point.colour, *point.position, point.diameter_mm, b"")
 
@@ -199,14 +200,14 @@ def _posed(content: bytes) -> Array:
     return matrix
 
 
-def _points(content: bytes) -> tuple[Point, ...]:
+def _points(content: bytes) -> tuple[ListPoint, ...]:
     if len(content) % _POINT.size:
         raise LinkFault("a list of points has a body of a wrong length.")
     found = []
     for name, _, r, g, b, a, x, y, z, diameter, _ in _POINT.iter_unpack(content):
         if not (math.isfinite(x) and math.isfinite(y) and math.isfinite(z)):
             raise LinkFault("a point has a coordinate that is not finite.")
-        found.append(Point(_text(name), (x, y, z), (r, g, b, a), diameter))
+        found.append(ListPoint(_text(name), (x, y, z), (r, g, b, a), diameter))
     return tuple(found)
 
 

@@ -15,7 +15,7 @@ import logging
 import threading
 from collections.abc import Callable, Iterable
 
-from app.link.messages import HEADER_BYTES, Header, LinkFault, Message, Text, ToolPoses, pack, parse_header, unpack
+from app.link.messages import HEADER_BYTES, Header, LinkFault, LinkMessage, Text, ToolPoses, pack, parse_header, unpack
 from vfix_engine.error_places import error_places
 from vfix_engine.errors import InputError, VfixError
 
@@ -28,7 +28,7 @@ SLOW_S = 2.0  # a client that takes nothing for so long is dropped
 _QUEUE_BYTES = 64 << 10  # that wait in the system for one client
 STATUS = "Status"  # name of the text that answers a message
 
-Listener = Callable[[Message], str]
+Listener = Callable[[LinkMessage], str]
 
 
 class LinkServer:
@@ -38,7 +38,7 @@ class LinkServer:
         text 'Status'. Raises VfixError, whose words are sent back as well. greeting: what a new client is sent first.
     """
 
-    def __init__(self, host: str, port: int, heard: Listener, greeting: Callable[[], Iterable[Message]]) -> None:
+    def __init__(self, host: str, port: int, heard: Listener, greeting: Callable[[], Iterable[LinkMessage]]) -> None:
         self._host, self._port = host, port
         self._heard, self._greeting = heard, greeting
         self._loop = asyncio.new_event_loop()
@@ -67,7 +67,7 @@ class LinkServer:
         """How many are connected."""
         return len(self._clients)
 
-    def tell(self, messages: Iterable[Message]) -> None:
+    def tell(self, messages: Iterable[LinkMessage]) -> None:
         """Send to every client; never waits."""
         packed = [(type(message).__name__ + message.name, pack(message)) for message in messages]
         with contextlib.suppress(RuntimeError):  # the loop has been closed
@@ -153,7 +153,7 @@ class LinkServer:
         silent.leave()
         _LOG.warning("OpenIGTLink: %d clients are connected; the one silent longest gave way to a new one", MAX_CLIENTS)
 
-    def _greeting_of(self, client: _Client) -> list[Message]:
+    def _greeting_of(self, client: _Client) -> list[LinkMessage]:
         """Off the loop's thread; nothing for a client that has given way while others were greeted."""
         return list(self._greeting()) if client in self._clients else []
 

@@ -19,7 +19,7 @@ from app.documents import Documents
 from app.kit.errors import PlanLocked
 from app.kit.names import check_label, unused_name
 from app.kit.values import check_position
-from app.link import LinkFault, Message, Point, PointList, Transform
+from app.link import LinkFault, LinkMessage, ListPoint, PointList, Transform
 from app.link.messages import cut_name
 from app.live.board import LiveBoard
 from app.live.frames import SAME_MM, as_in_a_file, registration_to_ras, rigid, same_transform, to_ras
@@ -58,7 +58,7 @@ class Intake:
         self._lock = threading.Lock()
         self._waiting: dict[str, _Waiting] = {}
 
-    def hear(self, message: Message) -> str:
+    def hear(self, message: LinkMessage) -> str:
         """Take a message; '' where its proposal is to come, or it is none of ours.
 
         Raises VfixError with the reason where it is refused.
@@ -158,7 +158,7 @@ def _proposed(plan: Plan, message: PointList) -> PlanContent | None:
     return check_content(content)
 
 
-def _point(sent: Point, at: int, own: Sequence[PlanPoint]) -> PlanPoint:
+def _point(sent: ListPoint, at: int, own: Sequence[PlanPoint]) -> PlanPoint:
     """The plan's own point of the same place in the list and label, moved there; else a new one.
 
     One that has moved no more than float32 rounds stays where the plan has it, to the last bit.

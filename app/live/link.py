@@ -7,7 +7,7 @@ import threading
 from typing import Protocol
 
 from app.documents import Documents
-from app.link import LinkServer, Message, Text, Transform
+from app.link import LinkMessage, LinkServer, Text, Transform
 from app.link.server import STATUS
 from app.live.board import LiveBoard
 from app.live.frames import pose_to_ras
@@ -25,7 +25,7 @@ _TICK_S = 1.0 / 60.0  # between poses of the tool
 _LOOK_EVERY = 15  # ticks between looks at the plan
 
 
-class HasServices(Protocol):
+class LinkServices(Protocol):
     """The part of the services that is needed here."""
 
     @property
@@ -44,7 +44,7 @@ class HasServices(Protocol):
 class LiveLink:
     """An OpenIGTLink server that tells of the open plan when it changes and of the tool while it is rehearsed."""
 
-    def __init__(self, address: LinkAddress, services: HasServices) -> None:
+    def __init__(self, address: LinkAddress, services: LinkServices) -> None:
         self._board, self._plans, self._registrations = services.live, services.plans, services.registrations
         self._intake = Intake(services.live, services.plans, services.versions, services.registrations)
         self._server = LinkServer(address.host, address.port, self._intake.hear, self._greeting)
@@ -98,7 +98,7 @@ class LiveLink:
             self._known = now
             self._server.tell(self._now())
 
-    def _greeting(self) -> list[Message]:
+    def _greeting(self) -> list[LinkMessage]:
         """What a new client is told; the look after it need not tell the first one the same again."""
         state, messages = self._state(), self._now()  # in this order: what changes in between is told once more
         if self._known is None:
@@ -115,7 +115,7 @@ class LiveLink:
         except VfixError as error:
             return str(error)
 
-    def _now(self) -> list[Message]:
+    def _now(self) -> list[LinkMessage]:
         """Everything that is told of the open plan."""
         plan_id = self._board.plan_id
         if plan_id is None:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from app.documents import Document
-from app.link import Message, Point, PointList, Text, Transform
+from app.link import LinkMessage, ListPoint, PointList, Text, Transform
 from app.link.messages import MAX_POINT_NAME, cut_name
 from app.live.frames import registration_to_ras, to_ras
 from app.plans.model import NOTICE, Plan, PlanPoint
@@ -21,7 +21,7 @@ REGISTRATIONS: dict[RegisteredTo, str] = {"patient": "Registration", "base": "Re
 _PATH_COLOUR, _TARGET_COLOUR = (109, 179, 242, 255), (229, 143, 208, 255)
 
 
-def plan_messages(plan: Plan) -> list[Message]:
+def plan_messages(plan: Plan) -> list[LinkMessage]:
     """Path points and targets in Slicer's scene, and as a text which plan that is."""
     words = f"{plan.name}, revision {plan.revision}{', locked' if plan.locked else ''}. {NOTICE}."
     if plan.registration is None:
@@ -58,5 +58,5 @@ def _transform(to: RegisteredTo, matrix: Array) -> Transform:
     return Transform(REGISTRATIONS[to], matrix)
 
 
-def _listed(points: Sequence[PlanPoint], colour: tuple[int, int, int, int]) -> tuple[Point, ...]:
-    return tuple(Point(point.label, to_ras(point.position), colour) for point in points)
+def _listed(points: Sequence[PlanPoint], colour: tuple[int, int, int, int]) -> tuple[ListPoint, ...]:
+    return tuple(ListPoint(point.label, to_ras(point.position), colour) for point in points)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-Role = Literal["holds", "instructs", "watches"]
+ClientRole = Literal["holds", "instructs", "watches"]
 
 
 @dataclass(frozen=True)
@@ -17,7 +17,7 @@ class Client:
     """
 
     id: str
-    role: Role = "watches"
+    role: ClientRole = "watches"
 
     @property
     def may_hold(self) -> bool:

@@ -11,7 +11,6 @@ Name = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, max
 Coordinate = Annotated[float, Field(ge=-1e4, le=1e4, allow_inf_nan=False)]  # [mm]
 Position = tuple[Coordinate, Coordinate, Coordinate]  # LPS [mm]
 Direction = Literal[-1, 0, 1]
-Axis = Literal["axial", "coronal", "sagittal"]
 Revision = Annotated[int, Field(ge=0, le=2**53)]
 RequestId = Annotated[int, Field(ge=0, le=2**53)]
 

@@ -6,7 +6,7 @@ from typing import Literal
 
 from pydantic import ValidationError
 
-from app.messages.client import Role
+from app.messages.client import ClientRole
 from app.messages.fields import Command
 from app.messages.version import VERSION
 from vfix_engine.json_text import parse_json
@@ -15,7 +15,7 @@ from vfix_engine.json_text import parse_json
 class Hello(Command):
     type: Literal["hello"]
     version: int
-    role: Role = "watches"
+    role: ClientRole = "watches"
 
 
 class NotUnderstood(Exception):

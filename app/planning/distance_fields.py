@@ -29,7 +29,7 @@ AROUND_MM = 30.0  # the fine box reaches at least this far from the places that 
 _BOX_MM = 15.0  # corners of the fine box are multiples of this: a dragged point rarely needs another box
 OUTSIDE_MM = 60.0  # how far around a surface without a CT distances are known
 
-Box = tuple[tuple[float, float, float], tuple[float, float, float]]
+Bounds = tuple[tuple[float, float, float], tuple[float, float, float]]
 Solid = Literal["bone", "tissue"]
 
 _THRESHOLD_HU: dict[Solid, float] = {"bone": BONE_HU, "tissue": TISSUE_HU}
@@ -73,7 +73,7 @@ class Fields:
     def __init__(self, cases: CaseService) -> None:
         self._cases = cases
         self._coarse: Cache[tuple[Sources, Solid], DistanceField] = Cache(4)
-        self._fine: Cache[tuple[Sources, Solid, Box], DistanceField] = Cache(8)
+        self._fine: Cache[tuple[Sources, Solid, Bounds], DistanceField] = Cache(8)
         self._air: Cache[Sources, RoomAir] = Cache(4)
 
     def around(self, case: Case, places: npt.ArrayLike, tell: ProgressCallback = no_progress) -> CaseFields:
@@ -115,7 +115,7 @@ class Fields:
     def _coarse_field(self, case: Case, solid: Solid) -> DistanceField:
         return self._coarse.get((_sources(case), solid), lambda: self._whole(case, solid))
 
-    def _refined(self, case: Case, solid: Solid, box: Box) -> DistanceField:
+    def _refined(self, case: Case, solid: Solid, box: Bounds) -> DistanceField:
         whole = self._coarse_field(case, solid)
         if not case.has_volume:
             return refined_by_surface(whole, self._cases.tree(case), np.array(box), FINE_MM)
@@ -149,7 +149,7 @@ def plan_ways(volumes: Sequence[Volume], plan: Plan) -> Ways | None:
     return Ways(tissue, room_air(tissue, volumes), plan.points[0].position)
 
 
-def _box(places: npt.ArrayLike) -> Box:
+def _box(places: npt.ArrayLike) -> Bounds:
     at = np.asarray(places, dtype=np.float64)
     if at.ndim != 2 or at.shape[1:] != (3,) or not len(at) or not np.isfinite(at).all():
         raise InputError("distances are measured around places (n, 3), in LPS mm; there are none yet")

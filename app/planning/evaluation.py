@@ -38,7 +38,7 @@ from vfix_engine.anatomy.soft_tissue import TissueKind, surroundings, tissue_pas
 from vfix_engine.errors import InputError, PlanError, VfixError
 from vfix_engine.progress import ProgressCallback, no_progress
 from vfix_engine.proximity.fields.distance_field import DistanceField
-from vfix_engine.proximity.fit import Inside, nearest_free_point
+from vfix_engine.proximity.fit import InsideTest, nearest_free_point
 from vfix_engine.virtual_fixtures.zone_file import ZoneSet
 from vfix_engine.worlds.rigid import preparation
 from vfix_engine.worlds.rigid.dry_run import DryRun
@@ -103,7 +103,7 @@ class Planning:
         bone = self._openings.bone(case, plan)
         tree, volume, inside = bone.tree, bone.volume, bone.inside
         zones = () if plan is None else self.zones(plan).zones
-        taken: Inside = (lambda at: inside(at) | near_zones(zones, at, radius)) if zones else inside
+        taken: InsideTest = (lambda at: inside(at) | near_zones(zones, at, radius)) if zones else inside
         found = nearest_free_point(tree, wanted, clearance, inside_bone=taken)
         place = check_position(found.tolist())
         moved = float(np.linalg.norm(np.subtract(place, wanted)))

@@ -6,10 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
 from app.planning.zone_sets import whole_name
-from vfix_engine.arrays import Array
+from vfix_engine.arrays import Array, IndexArray
 from vfix_engine.geometry.capsules import Segments
 from vfix_engine.geometry.shape_distance import signed_distance
 from vfix_engine.proximity.fields.tool_depth import axis_samples
@@ -17,8 +16,6 @@ from vfix_engine.robots import Tool
 from vfix_engine.virtual_fixtures import Zone
 from vfix_engine.virtual_fixtures.zones import SHAPES
 from vfix_engine.worlds.rigid.dry_run import STATION_MM, DryRun
-
-Rows = npt.NDArray[np.intp]
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +43,9 @@ class Obstacle:
         return self.least_mm - self.margin_mm
 
 
-def structures_of(run: DryRun, rows: Rows, group: Rows, tool: Tool, zones: Sequence[Zone]) -> tuple[Obstacle, ...]:
+def structures_of(
+    run: DryRun, rows: IndexArray, group: IndexArray, tool: Tool, zones: Sequence[Zone]
+) -> tuple[Obstacle, ...]:
     """The hard structures to spare, in the order of their zones; a chain of capsules is one.
 
     rows (n,): of the run, a station apart. group (m,): of each of its poses, the station that it belongs to.
@@ -76,7 +75,7 @@ def nearest_part(obstacle: Obstacle, run: DryRun, tool: Tool) -> int:
     return int(np.argmin(each))
 
 
-def _clearance(zones: Sequence[Zone], run: DryRun, rows: Rows, radius: Array) -> Array:
+def _clearance(zones: Sequence[Zone], run: DryRun, rows: IndexArray, radius: Array) -> Array:
     start, end = run.segments_start[rows], run.segments_end[rows]
     least: Array = np.min([_zone_clearance(zone, start, end, radius) for zone in zones], axis=0)
     return least

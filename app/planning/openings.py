@@ -21,7 +21,7 @@ from vfix_engine.files.volume import BONE_HU, Volume
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.geometry.shapes import Shape
 from vfix_engine.proximity.fields.side import SurfaceSide
-from vfix_engine.proximity.fit import Inside
+from vfix_engine.proximity.fit import InsideTest
 from vfix_engine.proximity.proximity import ProximityTree
 
 if TYPE_CHECKING:  # a drive of files alone needs no store
@@ -45,14 +45,14 @@ def opened_tree(tree: ProximityTree, volume: Volume | None, plan: Plan) -> tuple
     return ProximityTree(opened.mesh), opened.removed_mm3
 
 
-def _opened(tree: ProximityTree, regions: tuple[Shape, ...], inside: Inside) -> OpenedBone:
+def _opened(tree: ProximityTree, regions: tuple[Shape, ...], inside: InsideTest) -> OpenedBone:
     try:
         return opened_bone(tree.mesh, regions, inside=inside)
     except InputError as error:
         raise PlanError(f"the bone cannot be opened so: {error}.") from error
 
 
-def inside_of(volumes: Sequence[Volume], tree: ProximityTree) -> Inside:
+def inside_of(volumes: Sequence[Volume], tree: ProximityTree) -> InsideTest:
     """What tells bone by the finest of the scans that show a place, the widest first; without one, by the surface."""
     if not volumes:
         side = SurfaceSide(tree)
@@ -88,7 +88,7 @@ class PlanBone:
         return self.tree.mesh
 
     @cached_property
-    def inside(self) -> Inside:
+    def inside(self) -> InsideTest:
         """What tells bone that is left from air: the CT, or without one the side of the surface."""
         return without_regions(inside_of(() if self.volume is None else (self.volume,), self.whole), self.regions)
 

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from app.planning.head_tissue import NOT_IN_SCAN, tissue_region, tissue_words
-from app.planning.remote_centre import ENTRY, Place, centre_at, path_of, place_mm
+from app.planning.remote_centre import ENTRY, PathPlace, centre_at, path_of, place_mm
 from app.plans.model import Plan
 from vfix_engine.errors import InputError, PlanError
 from vfix_engine.files.volume import Volume
@@ -27,7 +27,7 @@ class Switches:
     soft_tissue: bool = False
     remote_centre: bool = False
     speed_limit: bool = False
-    centre: Place = ENTRY
+    centre: PathPlace = ENTRY
 
     @property
     def in_force(self) -> Switches:

@@ -23,14 +23,14 @@ _KNOWN: Cache[str, float] = Cache(32)  # where paths enter their heads
 
 
 @dataclass(frozen=True)
-class Place:
+class PathPlace:
     """Which place of the path is meant: a path point by its id, or an arc length in mm; neither: the entry."""
 
     point: str | None = None
     at_mm: float | None = None
 
 
-ENTRY = Place()
+ENTRY = PathPlace()
 
 
 def path_of(plan: Plan) -> SplinePath:
@@ -67,7 +67,7 @@ def _entry_in(path: SplinePath, volume: Volume) -> float:
     raise PlanError("the path does not enter the head in its CT; choose another place for the remote centre.")
 
 
-def place_mm(place: Place, plan: Plan, path: SplinePath, volume: Volume | None) -> float:
+def place_mm(place: PathPlace, plan: Plan, path: SplinePath, volume: Volume | None) -> float:
     """The arc length in mm of a place; one beyond the end of the path is its end. Raises PlanError."""
     if place.point is not None:
         ids = [point.id for point in plan.points]

@@ -7,10 +7,9 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-import numpy.typing as npt
 
 from app.planning.zone_sets import whole_name
-from vfix_engine.arrays import Array
+from vfix_engine.arrays import Array, IndexArray
 from vfix_engine.geometry.capsules import Segments
 from vfix_engine.geometry.shape_distance import signed_distance
 from vfix_engine.proximity.fields.tool_depth import axis_samples
@@ -18,8 +17,6 @@ from vfix_engine.robots import Tool
 from vfix_engine.virtual_fixtures import SoftRegion, SoftZone
 from vfix_engine.virtual_fixtures.zones import SHAPES
 from vfix_engine.worlds.rigid.dry_run import STATION_MM, DryRun
-
-Rows = npt.NDArray[np.intp]
 
 
 @dataclass(frozen=True)
@@ -35,7 +32,9 @@ class SoftDepth:
     s_mm: float
 
 
-def soft_depths(run: DryRun, rows: Rows, tool: Tool, soft: Sequence[SoftZone | SoftRegion]) -> tuple[SoftDepth, ...]:
+def soft_depths(
+    run: DryRun, rows: IndexArray, tool: Tool, soft: Sequence[SoftZone | SoftRegion]
+) -> tuple[SoftDepth, ...]:
     """The soft structures that the tool touches, the deepest touched first; a chain is one structure.
 
     rows (n,): of the run that are looked at, about a station apart; around the deepest every pose is.
@@ -53,7 +52,7 @@ def soft_depths(run: DryRun, rows: Rows, tool: Tool, soft: Sequence[SoftZone | S
     return tuple(sorted(deepest.values(), key=lambda one: -one.depth_mm))
 
 
-def _depths(zone: SoftZone | SoftRegion, run: DryRun, rows: Rows, radius: Array) -> Array:
+def _depths(zone: SoftZone | SoftRegion, run: DryRun, rows: IndexArray, radius: Array) -> Array:
     """Depth (n,) of the tool in a zone in poses of the run, mm; not above 0 where it does not touch it.
 
     A surface is measured exactly, a shape at samples of the tool's axis, at most 0.03 mm too shallow, and a solid by

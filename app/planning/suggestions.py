@@ -364,11 +364,11 @@ def _row(tool: Tool, one: Alternative | None, chosen: bool, planned: bool, lengt
     )  # fmt: skip
 
 
-Value = TypeVar("Value")
+_Value = TypeVar("_Value")
 
 
-def _kept(cache: Cache[str, Value], key: str, what: str) -> Value:
-    def missing() -> Value:
+def _kept(cache: Cache[str, _Value], key: str, what: str) -> _Value:
+    def missing() -> _Value:
         raise NotFound(f"there is no {what} {key!r:.80}; it may be forgotten: start it again.")
 
     return cache.get(key, missing)

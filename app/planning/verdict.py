@@ -20,7 +20,7 @@ from app.planning.verdict_words import (
     SHORT_MM,
     Doubt,
     Stated,
-    VerdictPart,
+    VerdictPhrase,
     doubt_parts,
     held_parts,
     nearest_parts,
@@ -132,7 +132,7 @@ class Verdict:
     nostril_mm: float | None
     tissue_depth_mm: float | None
     tissue_s_mm: float | None
-    body: tuple[VerdictPart, ...]
+    body: tuple[VerdictPhrase, ...]
     soft: tuple[SoftDepth, ...] = ()
     doubt: Doubt | None = None
     reason: Reason = "clear"
@@ -147,9 +147,9 @@ class Verdict:
         return IN_SHORT[self.reason]
 
     @property
-    def parts(self) -> tuple[VerdictPart, ...]:
+    def parts(self) -> tuple[VerdictPhrase, ...]:
         """The verdict in words."""
-        return (VerdictPart(f"{self.short}."), *self.body)
+        return (VerdictPhrase(f"{self.short}."), *self.body)
 
     def beside(self, plan: Plan) -> Verdict:
         """The verdict on the same drive with what a plan says besides: the side of its entry, and its targets.
@@ -161,8 +161,8 @@ class Verdict:
             return self
         reason: Reason = "side" if caution and self.level not in ("blocked", "pierces") else self.reason
         told = (
-            *((VerdictPart(f" {ends}", detail=True),) if ends else ()),
-            *((VerdictPart(f" {caution}"),) if caution else ()),
+            *((VerdictPhrase(f" {ends}", detail=True),) if ends else ()),
+            *((VerdictPhrase(f" {caution}"),) if caution else ()),
         )
         return replace(self, level=_LEVELS[reason], reason=reason, body=(*self.body, *told), side_caution=caution)
 
@@ -256,7 +256,7 @@ def refused(error: StartRefused) -> Verdict:
     words = str(error)
     return Verdict(
         "blocked", "unknown", None, "", "", None, None, None, None, None,
-        (VerdictPart(f" {words[:1].upper()}{words[1:].rstrip('.')}."),), reason="refused",
+        (VerdictPhrase(f" {words[:1].upper()}{words[1:].rstrip('.')}."),), reason="refused",
     )  # fmt: skip
 
 

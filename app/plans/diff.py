@@ -24,7 +24,7 @@ class _Named(Protocol):
     def id(self) -> str: ...
 
 
-Item = TypeVar("Item", bound=_Named)
+_Item = TypeVar("_Item", bound=_Named)
 
 
 def changes(before: PlanContent, after: PlanContent) -> tuple[str, ...]:
@@ -46,10 +46,10 @@ def changes(before: PlanContent, after: PlanContent) -> tuple[str, ...]:
 
 
 def listed(
-    before: Sequence[Item],
-    after: Sequence[Item],
-    words: Callable[[Item], str],
-    inside: Callable[[Item, Item], Iterable[str]],
+    before: Sequence[_Item],
+    after: Sequence[_Item],
+    words: Callable[[_Item], str],
+    inside: Callable[[_Item, _Item], Iterable[str]],
 ) -> Iterable[str]:
     """What is gone, what is new, and what changed of the items that are in both, by id."""
     was, now = {item.id: item for item in before}, {item.id: item for item in after}

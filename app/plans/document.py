@@ -49,8 +49,8 @@ PLAN = DocumentKind(
     errors=DocumentErrors(refused=PlanError, conflict=PlanConflict, locked=PlanLocked),
     changes=changes,
     undo_hint=(
-        "Take its newest edit back with POST /api/plans/{id}/undo, set its settings anew with PATCH /api/plans/{id}, "
-        "or delete it."
+        "Take its newest edit back with POST /api/v1/plans/{id}/undo, set its settings anew with "
+        "PATCH /api/v1/plans/{id}, or delete it."
     ),
 )
 

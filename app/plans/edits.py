@@ -224,10 +224,10 @@ def _next_name(word: str, items: Sequence[PlanZone] | Sequence[RemovedBone]) -> 
     return next(name for n in range(1, len(items) + 2) if (name := f"{word} {n}") not in taken)
 
 
-Item = TypeVar("Item", PlanPath, PlanPoint, PlanZone, RemovedBone)
+_Item = TypeVar("_Item", PlanPath, PlanPoint, PlanZone, RemovedBone)
 
 
-def _found(items: Sequence[Item], item_id: str, what: str) -> Item:
+def _found(items: Sequence[_Item], item_id: str, what: str) -> _Item:
     for item in items:
         if item.id == item_id:
             return item

@@ -11,8 +11,8 @@ import numpy as np
 from app.cases.files import ASSET, PHANTOM_CT, CaseFiles, surface_info, volume_info
 from app.cases.model import (
     HEAD_PHANTOM,
-    Bead,
     Case,
+    CaseBead,
     CaseContent,
     CaseFrame,
     anatomy_structure,
@@ -85,7 +85,7 @@ def _content(files: CaseFiles) -> CaseContent:
         CaseFrame(description["frame"], assumed=False),
         infos,
         tuple(volume_info(name, volume, f"phantom:{name}") for name, volume in volumes.items()),
-        tuple(Bead(bead["name"], to_triple(bead["centroid"])) for bead in description["beads"]),
+        tuple(CaseBead(bead["name"], to_triple(bead["centroid"])) for bead in description["beads"]),
         structures=(anatomy_structure("head", bone, geometry, Provenance("shipped"), inside),),
     )
 

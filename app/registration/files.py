@@ -37,8 +37,8 @@ from vfix_engine.registration.transform_files import (
     transform_from_tfm,
 )
 
-Format = Literal["tfm", "json"]
-MEDIA_TYPES: dict[Format, str] = {"tfm": "text/plain", "json": "application/json"}
+TransformFormat = Literal["tfm", "json"]
+MEDIA_TYPES: dict[TransformFormat, str] = {"tfm": "text/plain", "json": "application/json"}
 
 MAX_TRACED = 20_000  # samples of a path
 
@@ -126,7 +126,7 @@ def _point(row: Mapping[str, str], scale: float, matrix: Array | None) -> Measur
     return MeasuredPoint(check_label((row.get("label") or "").strip(), "label"), check_position(values))
 
 
-def export_text(document: StoredRegistration, form: Format) -> str:
+def export_text(document: StoredRegistration, form: TransformFormat) -> str:
     """The transform from the image (moving) to the patient (fixed), as ITK's text format or JSON.
 
     Both say whose registration it is, which way it goes, FRE, where its error is from, and whether it is simulated; the

@@ -13,6 +13,7 @@ from app.registration.document import IDENTITY, FiducialPair, RegistrationConten
 from vfix_engine.arrays import Array
 from vfix_engine.errors import VfixError
 from vfix_engine.registration import Registration, find_outlier, register_points
+from vfix_engine.registration.outlier import Certainty
 
 FEWEST = 3  # pairs of a fit
 OUTLIER_FROM = 4  # pairs, of which one can be told to be wrong
@@ -21,7 +22,6 @@ SAME = 1e-6  # between a stored transform and the fit of its points, mm and comp
 SLID_MM, SLID_TIMES = 2.0, 3.0  # a refinement under which the points are off by more, and so often by their own fit
 
 FitState = Literal["waiting", "degenerate", "misfit", "inconsistent", "fitted", "given", "refined"]
-Certainty = Literal["outlier", "suspect"]
 FleSource = Literal["stated", "estimated", "none"]
 
 

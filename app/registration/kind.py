@@ -65,5 +65,5 @@ REGISTRATION = DocumentKind(
         BEFORE_WORDS: (SCHEMA, _with_words),
     },
     changes=changes,
-    undo_hint=("Take its newest edit back with POST /api/registrations/{id}/undo, or delete it."),
+    undo_hint=("Take its newest edit back with POST /api/v1/registrations/{id}/undo, or delete it."),
 )

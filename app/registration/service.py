@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
-from app.cases.model import Bead as KnownBead
+from app.cases.model import CaseBead as KnownBead
 from app.cases.service import CaseService
 from app.documents import Document, Documents
 from app.kit.cache import Cache
@@ -27,7 +27,7 @@ from app.registration.target_errors import ErrorTable, error_table
 from vfix_engine.errors import InputError, PlanError
 from vfix_engine.frames import ImageRegistration
 from vfix_engine.progress import ProgressCallback, no_progress
-from vfix_engine.registration import Bead, find_beads
+from vfix_engine.registration import DetectedBead, find_beads
 from vfix_engine.registration.beads import THRESHOLD_HU, check_search
 
 if TYPE_CHECKING:
@@ -249,7 +249,7 @@ def _wish(diameter_mm: float | None, threshold_hu: float) -> tuple[float | None,
     return diameter, threshold
 
 
-def _found(bead_id: str, bead: Bead, known: Sequence[KnownBead]) -> FoundBead:
+def _found(bead_id: str, bead: DetectedBead, known: Sequence[KnownBead]) -> FoundBead:
     """A bead as the registration keeps it, with its name where the case knows one there."""
     place = check_position(bead.position_mm.tolist())
     names = [one.name for one in known if math.dist(one.position, place) <= _KNOWN_MM]

@@ -22,7 +22,6 @@ OPACITY = 0.35
 HANDLE_RADIUS_MM = 0.9
 PLACE_RADIUS_MM = 1.5
 PLACE_THICKNESS_MM = 0.4
-Mesh = tuple[npt.NDArray[np.float32], npt.NDArray[np.uint32]]
 
 
 @dataclass(frozen=True)
@@ -39,7 +38,7 @@ class DrawnRegion:
     handle: Position | None
     selected: bool
     key: str
-    mesh: Callable[[], Mesh] = field(compare=False)
+    mesh: Callable[[], tuple[npt.NDArray[np.float32], npt.NDArray[np.uint32]]] = field(compare=False)
 
 
 class RegionNode:

@@ -10,11 +10,11 @@ import trimesh
 
 from vfix_engine.arrays import Array
 
-Shape = tuple[npt.NDArray[np.float64], npt.NDArray[np.int64]]
+ShapeMesh = tuple[npt.NDArray[np.float64], npt.NDArray[np.int64]]
 
 
 @functools.lru_cache(maxsize=64)
-def capsule(radius: float, length: float) -> Shape:
+def capsule(radius: float, length: float) -> ShapeMesh:
     """Capsule whose axis runs from the origin to (0, 0, length)."""
     mesh = trimesh.creation.capsule(height=length, radius=radius, count=[24, 12])
     vertices = np.asarray(mesh.vertices)
@@ -23,7 +23,7 @@ def capsule(radius: float, length: float) -> Shape:
 
 
 @functools.lru_cache(maxsize=8)
-def diamond(radius: float) -> Shape:
+def diamond(radius: float) -> ShapeMesh:
     """Octahedron: how targets differ from points, also without colour."""
     vertices = radius * np.array(
         [[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]], dtype=np.float64

@@ -12,7 +12,7 @@ from typing import Any, Literal
 import viser
 
 from app.kit.prompt_threads import PROMPT_THREADS
-from app.messages.client import Client, Role
+from app.messages.client import Client, ClientRole
 from app.messages.fields import Command
 from app.messages.sections import Section, Sections
 from app.scene.dragging import DragEvent
@@ -132,7 +132,7 @@ class ClientSession:
     def come_back(self) -> None:
         self.post(lambda: self._each("come_back"))
 
-    def greet(self, role: Role) -> None:
+    def greet(self, role: ClientRole) -> None:
         """The client has said what it is; one that was more before gives up what it held."""
         before, self.workspace.client = self.workspace.client, Client(self.client, role)
         if before.may_hold and not self.workspace.client.may_hold:

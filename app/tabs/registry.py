@@ -42,8 +42,8 @@ def routers() -> tuple[APIRouter, ...]:
         if spec.has_routes:
             router = importlib.import_module(f"{spec.package}.routes").router
             paths = [str(getattr(route, "path", "")) for route in router.routes]
-            outside = [path for path in paths if not path.startswith(f"/api/steps/{spec.name}/")]
+            outside = [path for path in paths if not path.startswith(f"/api/v1/steps/{spec.name}/")]
             if outside:
-                raise ValueError(f"{', '.join(outside)}: routes of this tab begin with /api/steps/{spec.name}/.")
+                raise ValueError(f"{', '.join(outside)}: routes of this tab begin with /api/v1/steps/{spec.name}/.")
             found.append(router)
     return tuple(found)

@@ -23,7 +23,7 @@ class TabSpec:
     commands: what its clients may send. sections: a TypedDict whose keys are the sections that it publishes.
     input: what keys of the page and clicks in its slices do: nothing of the tab's own, edit the open plan, or drive
     the robot, whose figures the status bar shows then.
-    has_routes: its ``routes.py`` has a ``router``, whose addresses lie below ``/api/steps/NAME/``.
+    has_routes: its ``routes.py`` has a ``router``, whose addresses lie below ``/api/v1/steps/NAME/``.
     """
 
     name: str

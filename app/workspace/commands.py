@@ -1,4 +1,4 @@
-"""Commands for what every step shares: slices, the look of the anatomy, and the camera."""
+"""Commands for what every tab shares: slices, the look of the anatomy, and the camera."""
 
 from __future__ import annotations
 
@@ -6,7 +6,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field, StringConstraints
 
-from app.messages.fields import Axis, Command, Coordinate, Position
+from app.messages.fields import Command, Coordinate, Position
+from vfix_engine.files.volume import Axis
 
 
 class SetCross(Command):

@@ -9,13 +9,13 @@ from typing import Any, Generic, Protocol, TypeVar
 from app.scene.view import SceneView
 
 
-class Nodes(Protocol):
+class LayerNodes(Protocol):
     """Nodes of the scene that a layer owns."""
 
     def remove(self) -> None: ...
 
 
-N = TypeVar("N", bound=Nodes)
+N = TypeVar("N", bound=LayerNodes)
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class LayerStack:
 
     def __init__(self, view: SceneView) -> None:
         self.view = view
-        self._drawn: dict[str, tuple[Layer[Any], Nodes]] = {}  # by name
+        self._drawn: dict[str, tuple[Layer[Any], LayerNodes]] = {}  # by name
 
     def draw(self, wanted: Iterable[Layer[Any]]) -> None:
         """Show these layers and no others; of two with one name the later counts."""

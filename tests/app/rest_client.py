@@ -16,7 +16,7 @@ from app.gateway.error_answers import install_error_answers
 from app.plans.shipped_head import SAMPLE_PLAN
 from app.services import Services
 
-CASE, PLAN = f"/api/cases/{HEAD_PHANTOM}", f"/api/plans/{SAMPLE_PLAN}"
+CASE, PLAN = f"/api/v1/cases/{HEAD_PHANTOM}", f"/api/v1/plans/{SAMPLE_PLAN}"
 
 
 class Client:
@@ -67,7 +67,7 @@ async def flood(first: bytes, size: int, sent: list[int]) -> AsyncIterator[bytes
 def wait(client: Client, job: dict[str, str]) -> dict[str, object]:
     """What a job's route answers once the job has ended."""
     for _ in range(2400):  # two busy cores take their time
-        answer: dict[str, object] = client.get(f"/api/jobs/{job['id']}").json()
+        answer: dict[str, object] = client.get(f"/api/v1/jobs/{job['id']}").json()
         if answer["state"] in ("done", "failed", "cancelled"):
             return answer
         time.sleep(0.05)

@@ -10,14 +10,15 @@ from typing import Any
 import numpy as np
 
 from app.cases.service import Case, CaseFrame
+from app.drives.settings_exchange import SettingsExchange
 from app.messages.client import Client
 from app.plans.service import Plan
 from app.services import Services
 from app.session.client_session import ClientSession
 from app.tabs.base import Tab
 from app.tabs.plan.tab import PlanTab
-from app.tabs.rehearse.preparation import Prepared, plan_key
-from app.tabs.rehearse.shared_drive import SharedDrive
+from app.tabs.rehearse.drive_session import RehearsalDrive
+from app.tabs.rehearse.preparation import PreparedRehearsal, plan_key
 from app.tabs.rehearse.tab import RehearseTab
 from app.workspace.plan_items import plan_items
 from app.workspace.workspace import Workspace
@@ -112,12 +113,15 @@ class Robot:
         return lambda *values: self.told.append(name)
 
 
-def put_in_place(drive: SharedDrive, robot: Robot, plan: Plan) -> None:
-    """Let a drive believe that this robot stands at the entry of a plan."""
-    curve = np.array([point.position for point in plan.points])
-    prepared = Prepared(SimpleNamespace(), ControlSettings(), tuple(plan_items(plan)), curve)  # type: ignore[arg-type]
-    drive._process, drive._state, drive._plan_key = robot, "ready", plan_key(plan)  # type: ignore[assignment]
-    drive._prepared = prepared
+def put_in_place(drive: RehearsalDrive, robot: Any, plan: Plan, placed: Any = None) -> None:
+    """Let a drive believe that this robot stands at the entry of a plan; placed: its model."""
+    curve, settings = np.array([point.position for point in plan.points]), ControlSettings()
+    spec: Any = SimpleNamespace()
+    drive._prepared = PreparedRehearsal(
+        spec=spec, settings=settings, robot=placed, items=tuple(plan_items(plan)), curve=curve
+    )
+    drive._process, drive._state, drive._made_of = robot, "ready", plan_key(plan)
+    drive._exchange = SettingsExchange(settings)
 
 
 def case_of_ct(services: Services, name: str, volume: Volume) -> Case:

@@ -211,11 +211,11 @@ def test_of_a_head_nothing_written_is_kept(
     file = write(tmp_path)
     assert holds(file.read_bytes())
     form = {"frame": "LPS", "units": "mm"} if file.suffix == ".glb" else {}
-    job = wait(rest, rest.post("/api/cases", files={"file": (file.name, file.read_bytes())}, data=form).json())
+    job = wait(rest, rest.post("/api/v1/cases", files={"file": (file.name, file.read_bytes())}, data=form).json())
     assert job["state"] == "done", job
-    case = f"/api/cases/{job['result']}"
+    case = f"/api/v1/cases/{job['result']}"
     plan = rest.post(f"{case}/plans", json={"name": "Plan"}).json()
-    paths = [case, "/api/cases", "/api/jobs", f"{case}/structures", f"/api/plans/{plan['id']}/export"]
+    paths = [case, "/api/v1/cases", "/api/v1/jobs", f"{case}/structures", f"/api/v1/plans/{plan['id']}/export"]
     for path in paths:
         answer = rest.get(path)
         assert answer.status_code == 200, path
@@ -230,8 +230,8 @@ def test_of_a_segmentation_only_the_names_of_labels_are_kept(
 ) -> None:
     caplog.set_level(logging.DEBUG)
     head = write_nrrd(tmp_path)
-    job = wait(rest, rest.post("/api/cases", files={"file": (head.name, head.read_bytes())}).json())
-    path = f"/api/cases/{job['result']}/structures"
+    job = wait(rest, rest.post("/api/v1/cases", files={"file": (head.name, head.read_bytes())}).json())
+    path = f"/api/v1/cases/{job['result']}/structures"
     file = write(tmp_path)
     if write is not label_map:  # whose canary is its file's name
         assert holds(file.read_bytes())
@@ -239,7 +239,7 @@ def test_of_a_segmentation_only_the_names_of_labels_are_kept(
     assert done["state"] == "done", done
     found = rest.get(path)
     assert [item["name"] for item in found.json()] == ["Bone", "eye"]
-    assert not holds(found.content + rest.get("/api/jobs").content + caplog.text.encode())
+    assert not holds(found.content + rest.get("/api/v1/jobs").content + caplog.text.encode())
     check_home(services.settings.home)
 
 
@@ -270,12 +270,12 @@ def test_a_description_is_shown_to_choose_by_and_stored_nowhere(
                 stream = io.BytesIO()
                 pydicom.dcmwrite(stream, one, enforce_file_format=True)
                 archive.writestr(f"{series}/{number}.dcm", stream.getvalue())
-    asked = wait(rest, rest.post("/api/cases", files={"file": (file.name, file.read_bytes())}).json())
+    asked = wait(rest, rest.post("/api/v1/cases", files={"file": (file.name, file.read_bytes())}).json())
     assert asked["error"]["details"]["missing"] == ["series"]  # type: ignore[index]
     assert [one["description"] for one in asked["error"]["details"]["series"]] == [f"{CANARY} 0", f"{CANARY} 1"]  # type: ignore[index]
-    wrong = wait(rest, rest.post(f"/api/jobs/{asked['id']}/answer", json={"series": 7}).json())
+    wrong = wait(rest, rest.post(f"/api/v1/jobs/{asked['id']}/answer", json={"series": 7}).json())
     assert wrong["state"] == "failed"
-    again = wait(rest, rest.post(f"/api/jobs/{wrong['id']}/answer", json={"series": 2}).json())
+    again = wait(rest, rest.post(f"/api/v1/jobs/{wrong['id']}/answer", json={"series": 2}).json())
     assert again["state"] == "done", again
-    assert not holds(rest.get("/api/jobs").content)
+    assert not holds(rest.get("/api/v1/jobs").content)
     check_home(services.settings.home)

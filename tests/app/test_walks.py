@@ -29,8 +29,8 @@ from vfix_engine.runtime.loop import ControlLoop
 from vfix_engine.runtime.mailbox import Mailbox
 from vfix_engine.runtime.outbox import Outbox
 from vfix_engine.runtime.priority import RealTimePriority
-from vfix_engine.worlds.rigid.realtime import RehearsalProcess
-from vfix_engine.worlds.rigid.rigid import RigidSystem
+from vfix_engine.runtime.process import ControlProcess
+from vfix_engine.worlds.rigid.snapshot import RigidSnapshot
 
 TOLERANCE = 0.15  # of the documented numbers
 
@@ -73,7 +73,7 @@ class Browser:
         pass
 
 
-class HeardProcess(RehearsalProcess):
+class HeardProcess(ControlProcess[RigidSnapshot]):
     """A control process whose loop this test runs itself."""
 
     alive = True  # type: ignore[assignment]
@@ -176,11 +176,10 @@ def test_a_drag_of_the_grip_goes_to_the_joints_and_back(
     drive = tab.drive
     assert drive is not None
     prepared = prepare(phantom_services, plan)
-    process = HeardProcess(prepared.spec, prepared.settings)
-    put_in_place(drive, process, plan)  # type: ignore[arg-type]
-    system = process._spec.build()
+    process = HeardProcess(prepared.spec)
+    system = prepared.spec.build()
     system.prepare()
-    drive._robot = system.controller.robot
+    put_in_place(drive, process, plan, system.controller.robot)
     out, into = Mailbox.attach(process._out.name), Mailbox.attach(process._in.name)
     ours, theirs = multiprocessing.Pipe()
     outbox = Outbox(theirs)
@@ -231,7 +230,7 @@ def test_a_drag_of_the_grip_goes_to_the_joints_and_back(
 
 def test_a_control_step_goes_from_its_task_to_the_verdict(phantom_services: Services, plan: Plan) -> None:
     prepared = prepare(phantom_services, plan)
-    system = RigidSystem(prepared.spec.build(), prepared.settings)
+    system = prepared.spec.build()
     state, path = system.start(), system.scene.path
     assert path is not None
     assert state.nearest is not None

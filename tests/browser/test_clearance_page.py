@@ -54,7 +54,7 @@ def test_the_verdict_and_the_plot_show_the_tool_at_its_places(
     points = rest.plan(blocked)["points"]
     across = {"kind": "sphere", "centre": points[len(points) // 2]["position"], "radius": 3.0}
     wish = {"name": "optic nerve", "shape": across, "margin_mm": 1.2}
-    rest.client.post(f"/api/plans/{blocked}/zones", json=wish).raise_for_status()
+    rest.client.post(f"/api/v1/plans/{blocked}/zones", json=wish).raise_for_status()
     station.open_plan(blocked)
     page.locator("[data-kind=target]").click()
     station.wait_for("a blocked path", lambda: (station.state("corridor") or {}).get("level") == "blocked", DRIVEN_S)
@@ -73,7 +73,7 @@ def test_the_verdict_and_the_plot_show_the_tool_at_its_places(
 
 def say_the_same(station: Workstation, rest: Rest, plan_id: str, level: str) -> None:
     """HAZ-40: banner, panel, bar and REST."""
-    report = rest.client.get(f"/api/plans/{plan_id}/report").json()["chosen"]
+    report = rest.client.get(f"/api/v1/plans/{plan_id}/report").json()["chosen"]
     assert report["verdict"] == level
     begins, page = re.compile(rf"^{re.escape(report['short'])}\. "), station.page
     for place in ("#hint", "#verdict"):

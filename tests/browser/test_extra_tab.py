@@ -43,7 +43,7 @@ def test_a_fourth_step_is_one_folder_and_one_line(browser: Browser, planner: Pla
     assert page.evaluate("String(vfix.state.marker.position) === String(vfix.state.slices.cross)")
     station.wait_for("the layer", lambda: _red_share(page) > 0.1)
     assert page.evaluate("vfix.request('marker.lay')") == 2
-    address, token = f"{planner.base}/api/steps/marker/words", {"Authorization": f"Bearer {TOKEN}"}
+    address, token = f"{planner.base}/api/v1/steps/marker/words", {"Authorization": f"Bearer {TOKEN}"}
     assert httpx.get(address, headers=token, timeout=60).json() == {"words": "a marker"}
     assert httpx.get(address, timeout=60).status_code == 401
     # once the planner has compiled its kernels

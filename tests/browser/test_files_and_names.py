@@ -114,7 +114,7 @@ def test_a_head_that_comes_in_is_offered_and_not_opened(open_page: Open, rest: R
     assert station.state("case")["id"] == before
     offer.click()
     station.wait_for("the new head", lambda: re.fullmatch(NAME, station.state("case")["name"]))
-    rest.client.delete(f"/api/cases/{station.state('case')['id']}").raise_for_status()
+    rest.client.delete(f"/api/v1/cases/{station.state('case')['id']}").raise_for_status()
     assert station.errors == []
 
 
@@ -123,8 +123,8 @@ def test_an_import_that_goes_on_is_found_after_a_reload_and_cancelled(
 ) -> None:
     """Its stage and share are there again; cancelled, it says so and leaves no head."""
     station = open_page().ready()
-    heads = [case["id"] for case in rest.client.get("/api/cases").raise_for_status().json()]
-    others = [job["id"] for job in rest.client.get("/api/jobs").raise_for_status().json()]
+    heads = [case["id"] for case in rest.client.get("/api/v1/cases").raise_for_status().json()]
+    others = [job["id"] for job in rest.client.get("/api/v1/jobs").raise_for_status().json()]
     u = np.arange(256, dtype=np.float32) * 0.4
     sines, cosines = np.sin(u), np.cos(u)
     walls = sines[:, None, None] * cosines[None, :, None] + sines[None, :, None] * cosines[None, None, :]
@@ -145,9 +145,10 @@ def test_an_import_that_goes_on_is_found_after_a_reload_and_cancelled(
     row.get_by_role("button", name="Cancel").click()
     station.wait_for("the word", lambda: station.said("was cancelled. Nothing of it is kept"))
     assert not row.is_visible()
-    (job,) = (job for job in rest.client.get("/api/jobs").json() if job["kind"] == "import" and job["id"] not in others)
+    jobs = rest.client.get("/api/v1/jobs").json()
+    (job,) = (job for job in jobs if job["kind"] == "import" and job["id"] not in others)
     assert (job["state"], job["error"]["code"], job["result"]) == ("cancelled", "job_cancelled", None)
-    assert [case["id"] for case in rest.client.get("/api/cases").raise_for_status().json()] == heads
+    assert [case["id"] for case in rest.client.get("/api/v1/cases").raise_for_status().json()] == heads
     station.drawn()
     assert not re.search(NAME, page.locator("#cases").inner_text())
     assert station.errors == []
@@ -156,13 +157,13 @@ def test_an_import_that_goes_on_is_found_after_a_reload_and_cancelled(
 def test_hostile_names_are_text_and_nothing_else(open_page: Open, rest: Rest) -> None:
     """HAZ-32: names of head, plan, points and targets that are markup are shown, never run."""
     station = open_page().see_scene()
-    case = rest.client.get("/api/cases/head-phantom").json()["name"]
+    case = rest.client.get("/api/v1/cases/head-phantom").json()["name"]
     try:
         for payload in HOSTILE:
             plan_id = rest.short_plan(payload, 2)
-            rest.client.patch("/api/cases/head-phantom", json={"name": payload}).raise_for_status()
+            rest.client.patch("/api/v1/cases/head-phantom", json={"name": payload}).raise_for_status()
             item = rest.plan(plan_id)["points"][0]["id"]
-            rest.client.patch(f"/api/plans/{plan_id}/points/{item}", json={"label": payload}).raise_for_status()
+            rest.client.patch(f"/api/v1/plans/{plan_id}/points/{item}", json={"label": payload}).raise_for_status()
             station.open_plan(plan_id)
             station.page.evaluate("(id) => vfix.request('item.select', { item_id: id })", item)
             expect(station.page.locator("#where")).to_contain_text(payload, use_inner_text=True)
@@ -175,11 +176,11 @@ def test_hostile_names_are_text_and_nothing_else(open_page: Open, rest: Rest) ->
         assert station.page.frames[-1].evaluate("window.executed") is None
         assert station.errors == []
     finally:
-        rest.client.patch("/api/cases/head-phantom", json={"name": case}).raise_for_status()
+        rest.client.patch("/api/v1/cases/head-phantom", json={"name": case}).raise_for_status()
 
 
 ELSEWHERE = """<!doctype html><title>elsewhere</title><a href="{base}/">the planner</a>
-<img src="{base}/api/plans/head-phantom-sample/evaluation">"""
+<img src="{base}/api/v1/plans/head-phantom-sample/evaluation">"""
 
 
 def test_other_ports_may_link_to_the_planner_and_nothing_more(

@@ -36,7 +36,7 @@ def station(open_page: Open, rest: Rest) -> Iterator[Workstation]:
     opened.page.click("[data-step=patient]")
     opened.wait_for("Patient", lambda: opened.state("step")["name"] == "patient")
     yield opened
-    path = "/api/cases/head-phantom/structures"
+    path = "/api/v1/cases/head-phantom/structures"
     for item in rest.client.get(path).json():
         if item["role"] == "spare":
             rest.client.delete(f"{path}/{item['id']}").raise_for_status()
@@ -115,7 +115,7 @@ def test_what_is_dropped_says_what_it_is(station: Workstation, tmp_path: Path) -
     expect(dialog).to_contain_text("segmentation")
     dialog.locator("button.primary").click()
     station.wait_for("the structure", lambda: names(station) == ["eye_left"])
-    assert sum(url.endswith("/api/cases") for url in sent) == 1
+    assert sum(url.endswith("/api/v1/cases") for url in sent) == 1
     assert sum(url.endswith("/structures") for url in sent) == 0
     notes = station.page.locator("[data-structure] .structure-notes")
     notes.locator("summary").click()
@@ -145,7 +145,7 @@ def test_one_of_several_series_is_chosen(station: Workstation, rest: Rest, tmp_p
     save_dicom(scout, folder / "a")
     save_dicom(fine, folder / "b")  # under the same file names
     (folder / "README.txt").write_text("of the disc")
-    before = {case["id"] for case in rest.client.get("/api/cases").json()}
+    before = {case["id"] for case in rest.client.get("/api/v1/cases").json()}
     dialog: Any = station.page.locator("dialog")
 
     def chosen() -> Any:
@@ -156,9 +156,9 @@ def test_one_of_several_series_is_chosen(station: Workstation, rest: Rest, tmp_p
         dialog.locator("select").select_option(index=next(n for n, text in enumerate(options) if "Canary" in text))
         station.picture("series")
         dialog.locator("button.primary").click()
-        station.wait_for("the head", lambda: len(rest.client.get("/api/cases").json()) > len(before))
-        (made,) = (case for case in rest.client.get("/api/cases").json() if case["id"] not in before)
-        rest.client.delete(f"/api/cases/{made['id']}").raise_for_status()
+        station.wait_for("the head", lambda: len(rest.client.get("/api/v1/cases").json()) > len(before))
+        (made,) = (case for case in rest.client.get("/api/v1/cases").json() if case["id"] not in before)
+        rest.client.delete(f"/api/v1/cases/{made['id']}").raise_for_status()
         return made
 
     made = chosen()

@@ -84,7 +84,7 @@ def test_the_shaft_is_turned_by_its_ball(open_page: OpenPage, rest: Rest) -> Non
     plan_id = rest.copy_of_sample("Turned")
     point = rest.plan(plan_id)["points"][2]
     body = {"direction": [0.0, -0.95, -0.31]}
-    rest.client.put(f"/api/plans/{plan_id}/points/{point['id']}/shaft", json=body).raise_for_status()
+    rest.client.put(f"/api/v1/plans/{plan_id}/points/{point['id']}/shaft", json=body).raise_for_status()
     station = opened(open_page, plan_id)
     page, before = station.page, rest.plan(plan_id)
     page.locator(f"tr[data-item='{point['id']}']").click()

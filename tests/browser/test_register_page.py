@@ -28,8 +28,8 @@ Open = Callable[..., Workstation]
 @pytest.fixture(autouse=True)
 def no_registrations_left(rest: Rest) -> Iterator[None]:
     yield
-    for one in got(rest, "/api/cases/head-phantom/registrations"):
-        rest.client.delete(f"/api/registrations/{one['id']}")
+    for one in got(rest, "/api/v1/cases/head-phantom/registrations"):
+        rest.client.delete(f"/api/v1/registrations/{one['id']}")
 
 
 def got(rest: Rest, path: str) -> Any:
@@ -144,9 +144,9 @@ def test_from_beads_to_a_plan_that_uses_them(open_page: Open, rest: Rest, artefa
     station.wait_for("the crosses", lambda: page.locator(".slice-measured").count() >= 5)
     assert "not how exact the tool is" in page.locator("#error-words").inner_text()
     assert "simulated pointer" in page.locator("#fit-cautions").inner_text()
-    targets = len(got(rest, f"/api/plans/{plan_id}")["targets"])
+    targets = len(got(rest, f"/api/v1/plans/{plan_id}")["targets"])
     assert page.locator("#error-table tbody tr").count() == targets + 1
-    stored = got(rest, f"/api/registrations/{key}")
+    stored = got(rest, f"/api/v1/registrations/{key}")
     shown = registration(station)
     assert stored["fit"]["fre_mm"] == pytest.approx(shown["fit"]["fre_mm"])
     np.testing.assert_allclose(
@@ -154,8 +154,8 @@ def test_from_beads_to_a_plan_that_uses_them(open_page: Open, rest: Rest, artefa
     )
     page.click("#use-registration")
     station.wait_for("the use", lambda: station.state("plan_use")["here"])
-    assert got(rest, f"/api/plans/{plan_id}")["registration"] == key
-    used = got(rest, f"/api/plans/{plan_id}/registration")
+    assert got(rest, f"/api/v1/plans/{plan_id}")["registration"] == key
+    used = got(rest, f"/api/v1/plans/{plan_id}/registration")
     assert (used["state"], len(used["errors"]["targets"])) == ("ready", targets)
 
     name = shown["pairs"][2]["label"]
@@ -189,7 +189,7 @@ def test_from_beads_to_a_plan_that_uses_them(open_page: Open, rest: Rest, artefa
     station.picture("register-wrong")
     page.click("#leave-out")
     station.wait_for("the fit of four", lambda: registration(station)["fit"]["used"] == 4)
-    assert got(rest, f"/api/registrations/{key}")["pairs"][2]["enabled"] is False
+    assert got(rest, f"/api/v1/registrations/{key}")["pairs"][2]["enabled"] is False
     page.evaluate("document.activeElement?.blur()")
     page.keyboard.press("Control+z")
     station.wait_for("the undo", lambda: registration(station)["fit"]["used"] == 5)
@@ -207,9 +207,9 @@ def test_from_beads_to_a_plan_that_uses_them(open_page: Open, rest: Rest, artefa
     expect(page.locator("#surface-warning")).to_contain_text("not the accuracy")
     expect(page.locator("#fit-state")).to_contain_text("took no part")
     expect(page.locator("#error-words")).to_contain_text("No error is known")
-    refined = got(rest, f"/api/registrations/{key}")
+    refined = got(rest, f"/api/v1/registrations/{key}")
     assert (refined["made_from"], refined["surface"]["refinement"]["kept"]) == ("surface", 45)
-    assert got(rest, f"/api/plans/{plan_id}/registration")["state"] == "ready"
+    assert got(rest, f"/api/v1/plans/{plan_id}/registration")["state"] == "ready"
     station.picture("register-refined")
     page.click("#fit-pairs")
     expect(page.locator("#surface-figures dd")).to_have_count(0)
@@ -220,7 +220,7 @@ def test_from_beads_to_a_plan_that_uses_them(open_page: Open, rest: Rest, artefa
     expect(page.locator("#pairs .row").first).to_contain_text("weight 0.25")
     page.click("#forget-surface")
     expect(page.locator("#forget-surface")).to_be_hidden()
-    assert got(rest, f"/api/registrations/{key}")["surface"] is None
+    assert got(rest, f"/api/v1/registrations/{key}")["surface"] is None
 
     # A path that is traced is one of the plan's, and Plan shows it.
     page.get_by_text("Trace a path").click()
@@ -228,7 +228,7 @@ def test_from_beads_to_a_plan_that_uses_them(open_page: Open, rest: Rest, artefa
     expect(page.locator("#trace-words")).to_contain_text("‘Traced path 1’ was added and is the chosen path now")
     page.evaluate("(id) => vfix.request('registration.duplicate', { registration_id: id })", key)
     expect(page.locator("#trace-words")).to_have_text("")  # the path came through the other one
-    traced = got(rest, f"/api/plans/{plan_id}")
+    traced = got(rest, f"/api/v1/plans/{plan_id}")
     assert [path["name"] for path in traced["paths"]] == ["Path 1", "Traced path 1"]
     page.click("[data-step=plan]")
     expect(page.locator("table.points").first).to_contain_text(f"P{len(traced['points'])}")
@@ -258,7 +258,7 @@ def test_measured_points_of_a_table_are_brought_into_order(open_page: Open, rest
     expect(page.locator(".order-head")).to_contain_text("FRE 0.00 mm")
     page.locator("#orders button.order").click()
     station.wait_for("a good fit", lambda: registration(station)["fit"]["fre_mm"] < 0.01)
-    stored = got(rest, f"/api/registrations/{key}")
+    stored = got(rest, f"/api/v1/registrations/{key}")
     np.testing.assert_allclose(np.reshape(stored["transform"], (4, 4))[:3, 3], [5.0, 0.0, 0.0], atol=1e-6)
     with page.expect_download() as waiting:
         page.click("[data-format=tfm]")
@@ -266,7 +266,7 @@ def test_measured_points_of_a_table_are_brought_into_order(open_page: Open, rest
     waiting.value.save_as(file)
     page.set_input_files("#transform-file", file)
     station.wait_for("the given one", lambda: registration(station).get("made_from") == "given")
-    came = got(rest, f"/api/registrations/{registration(station)['id']}")
+    came = got(rest, f"/api/v1/registrations/{registration(station)['id']}")
     np.testing.assert_allclose(came["transform"], stored["transform"], atol=1e-9)
     assert came["name"] == "out"
     expect(page.locator("#fit-state")).to_contain_text("Said by the file, and not checked here: 5 points, FRE 0.00 mm")
@@ -304,7 +304,7 @@ def test_pointer_and_robot_are_practised_and_a_registration_goes_to_the_base(
     page.set_input_files("#robot-files", [tmp_path / "marker_to_tracker.csv", tmp_path / "flange_to_base.csv"])
     expect(page.locator("#tracker-figures")).to_contain_text("6 poses, from a table")
     np.testing.assert_allclose(
-        np.reshape(got(rest, f"/api/registrations/{key}")["robot"]["transform"], (4, 4)), np.eye(4), atol=1e-6
+        np.reshape(got(rest, f"/api/v1/registrations/{key}")["robot"]["transform"], (4, 4)), np.eye(4), atol=1e-6
     )
     page.click("#simulate-tracker")
     expect(page.locator("#tracker-figures")).to_contain_text("30 poses, simulated")
@@ -323,7 +323,7 @@ def test_pointer_and_robot_are_practised_and_a_registration_goes_to_the_base(
     expect(page.locator("#error-words")).to_contain_text("The error of the robot's calibration is in it.")
     page.click("#use-registration")
     station.wait_for("the use", lambda: station.state("plan_use")["here"])
-    used = got(rest, f"/api/plans/{plan_id}/registration")
+    used = got(rest, f"/api/v1/plans/{plan_id}/registration")
     assert (used["registration"], used["state"]) == (registration(station)["id"], "ready")
     station.picture("register-base")
 
@@ -333,5 +333,5 @@ def test_pointer_and_robot_are_practised_and_a_registration_goes_to_the_base(
     page.select_option("#registered-to", "base")
     station.wait_for("its frame", lambda: registration(station)["calibration"]["to"] == "base")
     expect(page.locator("#registered-to-words")).to_contain_text("The robot itself touches the points")
-    assert got(rest, f"/api/registrations/{registration(station)['id']}")["to"] == "base"
+    assert got(rest, f"/api/v1/registrations/{registration(station)['id']}")["to"] == "base"
     assert station.errors == []

@@ -249,7 +249,7 @@ def test_a_target_is_inspected_at_the_end_of_the_path(open_page: Open, rest: Res
     station.page.mouse.up()
 
     others = [target for target in rest.plan(plan_id)["targets"] if target["label"] != "pharyngeal wall"]
-    rest.client.delete(f"/api/plans/{plan_id}/points/{others[0]['id']}").raise_for_status()
+    rest.client.delete(f"/api/v1/plans/{plan_id}/points/{others[0]['id']}").raise_for_status()
     expect(station.page.locator("#panel")).to_contain_text("plan has changed", use_inner_text=True)
     assert [target["label"] for target in station.state("driven")["targets"]] == names, "what is driven is shown"
     station.page.select_option("[aria-label='Target to inspect']", label=others[1]["label"])

@@ -76,7 +76,7 @@ def test_the_path_is_drawn_once_more_where_bone_hides_it(open_page: Open, rest: 
     station.wait_for("its second pass", lambda: station.page.evaluate(LINES) == expected)
     point = station.state("plan")["points"][4]
     x, y, z = point["position"]
-    rest.client.patch(f"/api/plans/{plan_id}/points/{point['id']}", json={"position": [x, y, z + 1.0]})
+    rest.client.patch(f"/api/v1/plans/{plan_id}/points/{point['id']}", json={"position": [x, y, z + 1.0]})
     station.page.evaluate("vfix.layer.hooks.redraw()")
     station.wait_for("it to follow", lambda: station.page.evaluate(LINES) == expected)
     assert station.errors == []

@@ -41,14 +41,15 @@ def test_a_threshold_is_shown_and_becomes_a_structure(open_page: Callable[..., W
     station.picture("segment")
     page.click("#segment-make")
     station.wait_for(
-        "the structure", lambda: "Nasal air" in str(rest.client.get("/api/cases/head-phantom").json()), DRIVEN_S
+        "the structure", lambda: "Nasal air" in str(rest.client.get("/api/v1/cases/head-phantom").json()), DRIVEN_S
     )
-    made = [item for item in rest.client.get("/api/cases/head-phantom").json()["structures"] if item["role"] == "spare"]
+    structures = rest.client.get("/api/v1/cases/head-phantom").json()["structures"]
+    made = [item for item in structures if item["role"] == "spare"]
     assert made[0]["name"] == "Nasal air"
     assert "−1100" in made[0]["notes"][0] or "−400" in made[0]["notes"][0]
     page.click("[data-step=plan]")
     station.wait_for("no tint in another step", lambda: page.evaluate(TINTED) is None)
-    rest.client.delete(f"/api/cases/head-phantom/structures/{made[0]['id']}").raise_for_status()
+    rest.client.delete(f"/api/v1/cases/head-phantom/structures/{made[0]['id']}").raise_for_status()
     assert not station.errors
 
 
@@ -61,11 +62,11 @@ def test_a_stroke_is_painted_at_once_kept_and_taken_back(open_page: Callable[...
     page.keyboard.press("Enter")
     page.wait_for_selector("#paint-hold[aria-pressed=true]")
     page.fill("#paint-radius", "9")
-    address = "/api/cases/head-phantom/labels"
+    address = "/api/v1/cases/head-phantom/labels"
     (made,) = rest.client.get(address).json()
 
     def strokes() -> int:
-        return int(rest.client.get(f"/api/labels/{made['id']}").json()["strokes"])
+        return int(rest.client.get(f"/api/v1/labels/{made['id']}").json()["strokes"])
 
     def painted() -> int:
         """Pixels of the axial slice in the label's pink."""
@@ -99,6 +100,6 @@ def test_a_stroke_is_painted_at_once_kept_and_taken_back(open_page: Callable[...
     page.click("[data-step=plan]")
     station.wait_for("no more than its structure's outline in another step", lambda: painted() < 0.6 * whole)
     structure = rest.client.get(address).json()[0]["structure"]
-    rest.client.delete(f"/api/cases/head-phantom/structures/{structure}").raise_for_status()
-    rest.client.patch(f"/api/labels/{made['id']}", json={"deleted": True}).raise_for_status()
+    rest.client.delete(f"/api/v1/cases/head-phantom/structures/{structure}").raise_for_status()
+    rest.client.patch(f"/api/v1/labels/{made['id']}", json={"deleted": True}).raise_for_status()
     assert not station.errors

@@ -344,13 +344,13 @@ def test_a_second_volume_is_laid_over_by_a_transform(open_page: Open, rest: Rest
     image.SetDirection(nose.direction.ravel().tolist())
     SimpleITK.WriteImage(image, str(tmp_path / "nose.nrrd"), True)
     with (tmp_path / "nose.nrrd").open("rb") as file:
-        answer = rest.client.post("/api/cases", files={"file": ("nose.nrrd", file)}, data={"name": "Second"})
+        answer = rest.client.post("/api/v1/cases", files={"file": ("nose.nrrd", file)}, data={"name": "Second"})
     job = answer.raise_for_status().json()["id"]
     station = opened(open_page)
     page = station.page
 
     def imported() -> Any:
-        now = rest.client.get(f"/api/jobs/{job}").json()
+        now = rest.client.get(f"/api/v1/jobs/{job}").json()
         assert now["state"] != "failed", now
         return now["state"] == "done"
 
@@ -406,5 +406,5 @@ def test_a_second_volume_is_laid_over_by_a_transform(open_page: Open, rest: Rest
     expect(page.locator("#overlay-transform")).to_have_value("1 0 0 0 0 1 0 0 0 0 1 80 0 0 0 1")
     page.locator("#overlay-case").select_option(label="None")
     station.wait_for("nothing over it", lambda: station.state("second_volume")["laid"] is None)
-    rest.client.delete(f"/api/cases/{rest.client.get(f'/api/jobs/{job}').json()['result']}").raise_for_status()
+    rest.client.delete(f"/api/v1/cases/{rest.client.get(f'/api/v1/jobs/{job}').json()['result']}").raise_for_status()
     assert station.errors == []

@@ -17,11 +17,11 @@ WIDE = {"width": 1440, "height": 900}
 
 
 def plan_with_ends(rest: Rest) -> str:
-    plan = rest.client.post("/api/cases/head-phantom/plans", json={"name": "Suggest"}).json()
+    plan = rest.client.post("/api/v1/cases/head-phantom/plans", json={"name": "Suggest"}).json()
     tool = {"tool": {"name": "straight_pointer"}}  # of which two ways pierce nothing
-    rest.client.patch(f"/api/plans/{plan['id']}", json=tool).raise_for_status()
-    rest.client.post(f"/api/plans/{plan['id']}/points", json={"position": ENTRY})
-    rest.client.post(f"/api/plans/{plan['id']}/targets", json={"position": TARGET})
+    rest.client.patch(f"/api/v1/plans/{plan['id']}", json=tool).raise_for_status()
+    rest.client.post(f"/api/v1/plans/{plan['id']}/points", json={"position": ENTRY})
+    rest.client.post(f"/api/v1/plans/{plan['id']}/targets", json={"position": TARGET})
     return str(plan["id"])
 
 
@@ -61,7 +61,7 @@ def test_a_path_is_suggested_previewed_used_and_undone(open_page: OpenPage, rest
     station.wait_for("the undone path", lambda: len(station.state("plan")["points"]) == 1)
     expect(standing).to_have_text(re.compile("^Choose one"), use_inner_text=True)
     expect(page.locator("#alternatives li[aria-current=true]")).to_have_count(0)
-    rest.client.post(f"/api/plans/{plan_id}/points", json={"position": INNER}).raise_for_status()
+    rest.client.post(f"/api/v1/plans/{plan_id}/points", json={"position": INNER}).raise_for_status()
     expect(standing).to_contain_text("earlier path", use_inner_text=True)
     assert station.errors == []
 

@@ -300,10 +300,10 @@ class Rest:
 
     def copy_of_sample(self, name: str) -> str:
         wish = {"name": name, "copy_of": self.sample()["id"]}
-        return str(self.client.post("/api/cases/head-phantom/plans", json=wish).raise_for_status().json()["id"])
+        return str(self.client.post("/api/v1/cases/head-phantom/plans", json=wish).raise_for_status().json()["id"])
 
     def empty_plan(self, name: str) -> str:
-        made = self.client.post("/api/cases/head-phantom/plans", json={"name": name}).raise_for_status().json()
+        made = self.client.post("/api/v1/cases/head-phantom/plans", json={"name": name}).raise_for_status().json()
         return str(made["id"])
 
     def short_plan(self, name: str, points: int) -> str:
@@ -311,19 +311,19 @@ class Rest:
         plan_id = self.empty_plan(name)
         for point in self.sample()["points"][:points]:
             body = {"position": point["position"], "label": point["label"]}
-            self.client.post(f"/api/plans/{plan_id}/points", json=body).raise_for_status()
+            self.client.post(f"/api/v1/plans/{plan_id}/points", json=body).raise_for_status()
         return plan_id
 
     def delete_plans(self) -> None:
         """Take all plans but the sample off the list."""
-        plans = self.client.get("/api/plans", params={"case_id": "head-phantom"}).raise_for_status().json()
+        plans = self.client.get("/api/v1/plans", params={"case_id": "head-phantom"}).raise_for_status().json()
         for plan in plans:
             if plan["id"] != "head-phantom-sample":
-                self.client.patch(f"/api/plans/{plan['id']}", json={"locked": False})
-                self.client.delete(f"/api/plans/{plan['id']}").raise_for_status()
+                self.client.patch(f"/api/v1/plans/{plan['id']}", json={"locked": False})
+                self.client.delete(f"/api/v1/plans/{plan['id']}").raise_for_status()
 
     def plan(self, plan_id: str) -> Any:
-        return self.client.get(f"/api/plans/{plan_id}").raise_for_status().json()
+        return self.client.get(f"/api/v1/plans/{plan_id}").raise_for_status().json()
 
 
 def launch(playwright: Playwright) -> Browser:

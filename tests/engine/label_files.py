@@ -12,7 +12,7 @@ from highdicom.sr.coding import CodedConcept
 from pydicom.uid import UID, generate_uid
 
 from tests.engine.imaging_phantoms import dicom_slices
-from vfix_engine.anatomy.labels.reading import Place
+from vfix_engine.anatomy.labels.reading import AnatomyPlace
 from vfix_engine.files.volume import Volume
 
 RAS = np.diag([-1.0, -1.0, 1.0, 1.0])
@@ -24,8 +24,8 @@ def ellipsoid(shape: tuple[int, int, int], centre: tuple[float, ...], radii: tup
     return sum(((a - c) / r) ** 2 for a, c, r in zip((i, j, k), centre, radii, strict=True)) <= 1.0
 
 
-def place_of(volume: Volume) -> Place:
-    return Place(volume.bounds, volume.transform_index_to_lps, volume.hu.shape[::-1])
+def place_of(volume: Volume) -> AnatomyPlace:
+    return AnatomyPlace(volume.bounds, volume.transform_index_to_lps, volume.hu.shape[::-1])
 
 
 def save_seg_nrrd(

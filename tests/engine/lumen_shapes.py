@@ -7,7 +7,7 @@ import numpy as np
 from vfix_engine.pathway.cavity import body_cavity
 from vfix_engine.pathway.pathway import Pathway
 from vfix_engine.robots.snake import SnakeModel
-from vfix_engine.snake.bending.bending import DIRECTIONS, Direction, bend_angles, tip_displacement
+from vfix_engine.snake.bending.bending import DIRECTIONS, BendAxis, bend_angles, tip_displacement
 
 
 def straight(length: float = 300.0, radius: float = 12.0, contours: int = 31, angles: int = 1, **more) -> Pathway:
@@ -78,7 +78,7 @@ SHAPES = {
 }
 
 
-def small_bend(direction: Direction) -> np.ndarray:
+def small_bend(direction: BendAxis) -> np.ndarray:
     """d^{e±} or d^{o±} (3,) in mm: of five links bent with m = 0 and ± 5° (13), named after where the tip goes."""
     quarter = DIRECTIONS[direction]
     epsilon = np.radians(5.0) * (1.0 if quarter in (0, 3) else -1.0)

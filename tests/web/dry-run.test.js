@@ -38,7 +38,7 @@ test("a longer run shows its stage and its share, is cancelled, and is offered a
   assert.equal(run.stage.textContent, "Driving the path, 25 %");
   assert.equal(run.bar.style.width, "25%");
   await run.cancel();
-  assert.ok(asked.includes("DELETE /api/jobs/job-1"));
+  assert.ok(asked.includes("DELETE /api/v1/jobs/job-1"));
   run.update({ words: "cancelled", level: "unknown", short: "Not known: cancelled", cancelled: true, job: null });
   assert.equal(run.progress.hidden, true);
   assert.equal(run.again.hidden, false);

@@ -19,16 +19,16 @@ const job = (fields) => ({ id: "job-1", state: "running", stage: "reading", frac
 
 test("an error has the planner's words, code and what is missing", async () => {
   answering(json({ error: { code: "frame_error", message: "name the frame.", details: { missing: ["frame"] } } }, 400));
-  const error = await post("/api/x", {}).catch((reason) => reason);
+  const error = await post("/api/v1/x", {}).catch((reason) => reason);
   assert.ok(error instanceof PlannerError);
   assert.deepEqual([error.message, error.code, missing(error)], ["name the frame.", "frame_error", ["frame"]]);
 });
 
 test("an answer that is no JSON, and no answer, are said in words", async () => {
   answering(new Response("<html>", { status: 502 }));
-  await assert.rejects(remove("/api/x"), { message: "The planner answered 502." });
+  await assert.rejects(remove("/api/v1/x"), { message: "The planner answered 502." });
   globalThis.fetch = async () => { throw new TypeError("network"); };
-  await assert.rejects(remove("/api/x"), { message: "The planner does not answer." });
+  await assert.rejects(remove("/api/v1/x"), { message: "The planner does not answer." });
 });
 
 test("what carries no details misses nothing", () => {
@@ -38,7 +38,7 @@ test("what carries no details misses nothing", () => {
 
 test("204 is null", async () => {
   answering(new Response(null, { status: 204 }));
-  assert.equal(await remove("/api/x"), null);
+  assert.equal(await remove("/api/v1/x"), null);
 });
 
 test("a job is watched until it is done", async () => {
@@ -47,7 +47,7 @@ test("a job is watched until it is done", async () => {
   const done = await finished(job({ state: "queued" }), (now) => seen.push(now.fraction), 1);
   assert.equal(done.result, "case-1");
   assert.deepEqual(seen, [0.5, 0.9]);
-  assert.deepEqual(asked, [["GET", "/api/jobs/job-1"], ["GET", "/api/jobs/job-1"]]);
+  assert.deepEqual(asked, [["GET", "/api/v1/jobs/job-1"], ["GET", "/api/v1/jobs/job-1"]]);
 });
 
 test("a job that fails throws what the planner says", async () => {
@@ -69,5 +69,5 @@ test("jobs that wait or run go on, the others do not", async () => {
   const states = ["queued", "running", "done", "failed", "cancelled"];
   const asked = answering(json(states.map((state) => job({ state }))));
   assert.deepEqual((await jobs()).map(goesOn), [true, true, false, false, false]);
-  assert.deepEqual(asked, [["GET", "/api/jobs"]]);
+  assert.deepEqual(asked, [["GET", "/api/v1/jobs"]]);
 });

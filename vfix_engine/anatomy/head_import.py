@@ -29,7 +29,7 @@ from .surface_uncertainty import SurfaceUncertainty, uncertainty_of
 READ_SECONDS = 30.0
 EXTRACT_SECONDS = 300.0
 
-Result = TypeVar("Result")
+_Result = TypeVar("_Result")
 
 
 @dataclass(frozen=True)
@@ -173,7 +173,7 @@ def _read_volume(
     return read_or_ask(partial(read_ct_of_head, series=series, files=files), path, frame, unit, assume)
 
 
-def read_or_ask(read: Callable[..., Result], path: Path, frame: str | None, unit: str | None, assume: bool) -> Result:
+def read_or_ask(read: Callable[..., _Result], path: Path, frame: str | None, unit: str | None, assume: bool) -> _Result:
     """Read a file. A missing frame or unit is reported only where some answer would make the file readable."""
     try:
         return read(path, frame, unit, assume=assume)

@@ -7,7 +7,7 @@ kept may reach into a region by `PIECE_MM`, and nothing outside of the regions i
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,10 +22,9 @@ from vfix_engine.geometry.shape_distance import signed_distance
 from vfix_engine.geometry.shape_surface import border_triangles
 from vfix_engine.geometry.shapes import Shape
 from vfix_engine.proximity.fields.side import SurfaceSide
+from vfix_engine.proximity.fit import InsideTest
 from vfix_engine.proximity.proximity import ProximityTree
 from vfix_engine.proximity.quarters import quarters
-
-Inside = Callable[[Array], BoolArray]
 
 PIECE_MM = 0.03  # longest edge of a piece that is kept although it may reach into a region
 NUDGE_MM = 0.01  # how far beyond a border it is decided whether another region goes on there
@@ -42,7 +41,7 @@ class OpenedBone:
 
 
 def opened_bone(
-    mesh: TriangleMesh, regions: Sequence[Shape], volume: Volume | None = None, *, inside: Inside | None = None
+    mesh: TriangleMesh, regions: Sequence[Shape], volume: Volume | None = None, *, inside: InsideTest | None = None
 ) -> OpenedBone:
     """The bone of a surface without what lies inside of regions.
 
@@ -69,7 +68,7 @@ def opened_bone(
     return OpenedBone(opened, removed_mm3(regions, inside))
 
 
-def removed_mm3(regions: Sequence[Shape], inside: Inside) -> float:
+def removed_mm3(regions: Sequence[Shape], inside: InsideTest) -> float:
     """Volume of the bone inside of regions in mm³, counted on a grid of 0.2 mm, or coarser in large regions.
 
     inside: whether points (n, 3) lie in bone.
@@ -95,7 +94,7 @@ def removed_mm3(regions: Sequence[Shape], inside: Inside) -> float:
     return total
 
 
-def without_regions(inside: Inside, regions: Sequence[Shape]) -> Inside:
+def without_regions(inside: InsideTest, regions: Sequence[Shape]) -> InsideTest:
     """Whether points lie in the bone that is left."""
 
     def left(points: Array) -> BoolArray:
@@ -107,7 +106,7 @@ def without_regions(inside: Inside, regions: Sequence[Shape]) -> Inside:
     return left
 
 
-def _inside_of(mesh: TriangleMesh, volume: Volume | None) -> Inside:
+def _inside_of(mesh: TriangleMesh, volume: Volume | None) -> InsideTest:
     if volume is not None:
         return lambda points: volume.sample(points) >= BONE_HU
     side = SurfaceSide(ProximityTree(mesh))
@@ -137,7 +136,7 @@ def _pieces_outside(triangles: Array, regions: Sequence[Shape]) -> Array:
     return np.concatenate(kept)
 
 
-def _new_surface(regions: Sequence[Shape], number: int, inside: Inside) -> Array:
+def _new_surface(regions: Sequence[Shape], number: int, inside: InsideTest) -> Array:
     """The border of a region within bone and outside of the other regions: triangles (n, 3, 3), normals into it."""
     others = [region for index, region in enumerate(regions) if index != number]
     kept = [np.zeros((0, 3, 3))]

@@ -24,12 +24,11 @@ from vfix_engine.anatomy.way_round_kernel import (
     kinds_along,
     way_round,
 )
-from vfix_engine.arrays import Array
+from vfix_engine.arrays import Array, IndexArray
 from vfix_engine.proximity.fields.distance_field import DistanceField, FieldGrid
 
 Kinds = npt.NDArray[np.uint8]
-Indices = npt.NDArray[np.intp]
-Ends = Literal["room", "body", "tip"]
+PiercingEnd = Literal["room", "body", "tip"]
 
 WIDE_MM = 2.0  # of the air that counts as a way
 ENTRY_MM = 20.0  # of the entry: vestibule and rim of the nose, which give way further
@@ -58,8 +57,8 @@ class TissueRun:
     gives_mm: float
     begin: tuple[float, float, float]
     end: tuple[float, float, float]
-    outside: Ends
-    inside: Ends
+    outside: PiercingEnd
+    inside: PiercingEnd
     steady_mm: float = 0.0
 
     @property
@@ -100,7 +99,7 @@ class Piercing:
     no run. worst, row: the gravest run of all, and its pose; None where the axis passes no tissue. known: of all poses.
     """
 
-    rows: Indices
+    rows: IndexArray
     sideways_mm: Array
     over_mm: Array
     worst: TissueRun | None
@@ -157,7 +156,13 @@ class Ways:
         return PoseWays(tuple(runs), known)
 
     def _run(
-        self, points: Array, first: int, last: int, outer: Indices, inner: Indices, ends: tuple[Ends, Ends]
+        self,
+        points: Array,
+        first: int,
+        last: int,
+        outer: IndexArray,
+        inner: IndexArray,
+        ends: tuple[PiercingEnd, PiercingEnd],
     ) -> TissueRun:
         window = int(WINDOW_MM / _SAMPLE_MM)
         around = _thinned(points[max(first - window, 0) : last + window + 1])
@@ -347,8 +352,8 @@ def _stretches(kinds: Kinds) -> Iterator[tuple[int, int, int]]:
         yield int(same[first]), int(first), int(after) - 1
 
 
-def _beside(kinds: Kinds, first: int, step: int) -> Indices:
-    """Indices of the air that begins at an index and goes on in a direction, at most 15 mm of it."""
+def _beside(kinds: Kinds, first: int, step: int) -> IndexArray:
+    """IndexArray of the air that begins at an index and goes on in a direction, at most 15 mm of it."""
     found, most = list[int](), int(WINDOW_MM / _SAMPLE_MM)
     while 0 <= first < len(kinds) and kinds[first] in (AIR, ROOM) and len(found) < most:
         found.append(first)
@@ -356,7 +361,7 @@ def _beside(kinds: Kinds, first: int, step: int) -> Indices:
     return np.array(found, dtype=np.intp)
 
 
-def _ends(kinds: Kinds, beside: Indices) -> Ends:
+def _ends(kinds: Kinds, beside: IndexArray) -> PiercingEnd:
     near = beside[: int(_ROOM_WITHIN_MM / _SAMPLE_MM)]
     return "room" if (kinds[near] == ROOM).any() else "body"
 

@@ -1,1 +1,1 @@
-"""May the tool move so: the proof that a whole motion keeps every margin, compiled."""
+"""Certificate: the proof that a tool respects every margin during a whole motion, compiled."""

@@ -1,11 +1,11 @@
-"""Which of the hundreds of pairs can bind in the next step, compiled.
+"""Selection of the pairs that can be active in the next step, out of hundreds, compiled.
 
-A pair's row is −n·ΔP ≤ bound, and no point of segment s moves further than m_s in one step within the joints' box:
-a row with a bound of m_s or more holds for every such step and may be left out without any change of the answer.
-That box keeps the accelerations. An emergency's program has a wider one (``joint_bounds``), in which a row that was
-left out may be missed; as with every row, the certificate then refuses what comes too near.
-Of the others those are kept that say something of their own, nearest first (``geometry.pairs.select``).
-What that drops is nearly a copy of a nearer row; should it matter all the same, the certificate refuses the step.
+A pair's row is −n·ΔP ≤ bound, and no point of segment s moves further than m_s in one step within the joint bounds:
+a row with a bound of m_s or more holds for every such step and is left out without effect on the solution.
+Those joint bounds include the accelerations. The program of an emergency has wider ones (``joint_bounds``), which may
+violate a row that was left out; as with every row, the certificate then refuses a motion that comes too near.
+Of the remaining rows, nearly redundant ones are dropped, nearest first kept (``geometry.pairs.select``).
+A dropped row nearly equals a nearer one; where the difference matters, the certificate refuses the step.
 """
 
 from __future__ import annotations
@@ -17,15 +17,15 @@ from ..kernels.compiled import compiled
 from ..proximity.pairs import COSINE, MAX_ROWS, RADIUS_MM, select
 from ..virtual_fixtures.state_kernel import BODY, SEGMENT, TRIANGLE
 from ..virtual_fixtures.stopping import stopping_distance
-from .world import StepConstants
+from .constants import StepConstants
 
 
 @compiled
 def largest_moves(box: Array, position: Array, jacobian: Array, start: Array, end: Array, move: Array) -> None:
-    """Bound (S,) in mm of how far any point of each segment moves in the next step: at one of its ends.
+    """Bound (S,) in mm of the displacement of any point of each segment in the next step, reached at one of its ends.
 
     Args:
-        box: (2, n) least and largest Δq, see ``step_box``.
+        box: (2, n) lower and upper bounds of Δq, see ``step_box``.
     """
     n = box.shape[1]
     for s in range(len(move)):
@@ -45,11 +45,11 @@ def largest_moves(box: Array, position: Array, jacobian: Array, start: Array, en
 
 @compiled
 def binding(
-    world: StepConstants, move: Array, rows: Array, labels: Int32Array, body: Int32Array, found: int, pairs: Array
+    constants: StepConstants, move: Array, rows: Array, labels: Int32Array, body: Int32Array, found: int, pairs: Array
 ) -> int:
-    """Write those of some pairs, at least one, that can bind, nearest to their margin first; how many they are.
+    """Write the pairs that can be active, at least one, by increasing distance to their margin; return their number.
 
-    The nearest of all is always the first of them: where it cannot bind, but a pair of a faster segment can, both are
+    The nearest of all pairs is always the first: if it cannot be active but a pair of a faster segment can, both are
     written.
 
     Args:
@@ -58,10 +58,10 @@ def binding(
     """
     limit = np.empty(len(move))
     for s in range(len(move)):
-        limit[s] = stopping_distance(move[s], world.change)
+        limit[s] = stopping_distance(move[s], constants.change)
     free, nearest = np.empty(found), 0
     for i in range(found):
-        free[i] = rows[i, 0] - world.keep[body[i]]
+        free[i] = rows[i, 0] - constants.buffered_margin[body[i]]
         if free[i] < free[nearest]:
             nearest = i
     waiting, slack = np.empty(found, np.int32), np.empty(found)

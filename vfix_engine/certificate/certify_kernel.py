@@ -1,15 +1,15 @@
-"""The certificate, compiled: a motion is kept only when the tool provably keeps its distance during all of it.
+"""The certificate, compiled: a motion is accepted only if the tool provably keeps its distance throughout.
 
-Between two poses the joints move linearly.
-A point of the tool's axis at share s of the motion is at most s·h + C/8 away from its start and (1 − s)·h + C/8 from
-its end, where h is the length of its chord and C bounds its second derivative (``sweep_kernel.bend``).
-Distance to a body changes no faster than the point moves, so the distance during the motion is at least
+Between two poses the joints are interpolated linearly.
+A point of the tool's axis at fraction s of the motion is at most s·h + C/8 away from its start and (1 − s)·h + C/8 from
+its end, where h is the length of its chord and C bounds its second derivative (``sweep_kernel.acceleration_bound``).
+The distance to an obstacle is Lipschitz continuous with constant 1, so the distance during the motion is at least
 (c_0 + c_1 − h) / 2 − C/8, with c_0 and c_1 the distances at the ends (HAZ-01, HAZ-02).
-Where that is not enough the motion is halved and both halves are certified; a motion that still is not enough
-after ``HALVINGS`` is refused.
-From a state already inside a margin only motions that never deepen are kept (HAZ-04).
-No joint leaves its range, and one outside it moves back or stands still (HAZ-06).
-A surface that has reached the axis of a segment cannot tell deep from shallow, so from there nothing is kept.
+If that bound is not sufficient, the motion is bisected and both halves are certified; a motion that is not certified
+after ``HALVINGS`` bisections is refused.
+From a state already inside a margin only motions that never decrease the clearance are accepted (HAZ-04).
+No joint leaves its range, and a joint outside its range moves back or stands still (HAZ-06).
+Once a surface has reached the axis of a segment the penetration depth is unknown, so no motion is accepted from there.
 """
 
 from __future__ import annotations
@@ -21,21 +21,21 @@ from ..kernels.compiled import compiled, inlined
 from ..virtual_fixtures.joint_limits import step_box
 from ..virtual_fixtures.state_kernel import BROKEN_COUNT, PAIR_COUNT, StateViews, state_views
 from .bind_kernel import binding, largest_moves
-from .measure_kernel import covered, measure, place
-from .sweep_kernel import bend, chords
-from .world import Cover, StepConstants, unpack_cover, unpack_world
+from .constants import CandidateTriangles, StepConstants, unpack_candidates, unpack_constants
+from .measure_kernel import candidates_suffice, measure, place
+from .sweep_kernel import acceleration_bound, chords
 
-AT_LIMIT = 1e-6  # [mm or rad] a step that misses the end of a joint's range by less, as a solver's may, ends there
-SWEEP_TOLERANCE_MM = 1e-3  # how far the bound between two poses may reach under the margin
+AT_LIMIT = 1e-6  # [mm or rad] tolerance of solvers: a step that exceeds a joint's range by less ends at its limit
+SWEEP_TOLERANCE_MM = 1e-3  # how far the bound between two poses may be below the margin
 HALVINGS = 5
 _GRID = 1 << HALVINGS
 
-KEPT, REFUSED, UNCOVERED, OVERFULL = range(4)  # what a verdict can be
+KEPT, REFUSED, UNCOVERED, OVERFULL = range(4)  # verdicts
 
 
 @compiled
 def _above(distance: Array, floor: Array) -> bool:
-    """Whether every distance is a number and no less than its floor."""
+    """Whether every distance is a number not below its floor."""
     for b in range(distance.shape[0]):
         for s in range(distance.shape[1]):
             if not (distance[b, s] >= floor[b, s] and distance[b, s] < np.inf):
@@ -45,7 +45,7 @@ def _above(distance: Array, floor: Array) -> bool:
 
 @compiled
 def _clear_between(one: Array, two: Array, chord: Array, sag: float, floor: Array) -> bool:
-    """Whether the bound between two poses keeps the floor, with distances ``one`` and ``two`` (B, S) at its ends."""
+    """Whether the bound between two poses respects the floor; ``one``, ``two``: distances (B, S) at its ends."""
     for b in range(floor.shape[0]):
         for s in range(floor.shape[1]):
             least = 0.5 * (one[b, s] + two[b, s] - chord[s]) - sag
@@ -56,14 +56,14 @@ def _clear_between(one: Array, two: Array, chord: Array, sag: float, floor: Arra
 
 @inlined
 def _clear_in_halves(
-    world: StepConstants, cover: Cover, q: Array, step: Array, start: Array, end: Array, distance: Array,
-    last_start: Array, last_end: Array, last_distance: Array, curve: float, floor: Array,
+    constants: StepConstants, candidates: CandidateTriangles, q: Array, step: Array, start: Array, end: Array,
+    distance: Array, last_start: Array, last_end: Array, last_distance: Array, curve: float, floor: Array,
 ) -> int:  # fmt: skip
-    """Verdict on a motion that needs to be looked at in between; its poses lie on a grid of ``_GRID`` steps."""
+    """Verdict on a motion that needs intermediate poses; they lie on a grid of ``_GRID`` steps."""
     n, count, bodies = len(q), len(start), len(floor)
     starts, ends = np.empty((_GRID + 1, count, 3)), np.empty((_GRID + 1, count, 3))
     distances = np.empty((_GRID + 1, bodies, count))
-    for s in range(count):  # whole slices would compile numba's texts about shapes, which takes seconds
+    for s in range(count):  # array slices would compile numba's code for shape messages, which takes seconds
         for k in range(3):
             starts[0, s, k], ends[0, s, k] = start[s, k], end[s, k]
             starts[_GRID, s, k], ends[_GRID, s, k] = last_start[s, k], last_end[s, k]
@@ -87,10 +87,10 @@ def _clear_in_halves(
         middle = (i + j) // 2
         for k in range(n):
             between[k] = q[k] + middle / _GRID * step[k]
-        place(world, between, position, rotation, jacobian, starts[middle], ends[middle])
-        if not covered(world, cover, starts[middle], ends[middle]):
+        place(constants, between, position, rotation, jacobian, starts[middle], ends[middle])
+        if not candidates_suffice(constants, candidates, starts[middle], ends[middle]):
             return UNCOVERED
-        measure(world, cover, starts[middle], ends[middle], -np.inf, distances[middle], rows, labels, body)
+        measure(constants, candidates, starts[middle], ends[middle], -np.inf, distances[middle], rows, labels, body)
         if not _above(distances[middle], floor):
             return REFUSED
         stack[top, 0], stack[top, 1] = middle, j
@@ -101,18 +101,18 @@ def _clear_in_halves(
 
 @compiled
 def _complete(
-    world: StepConstants, state: StateViews, rows: Array, labels: Int32Array, body: Int32Array, found: int
+    constants: StepConstants, state: StateViews, rows: Array, labels: Int32Array, body: Int32Array, found: int
 ) -> None:
-    """Write the joints' box of the step from a measured state, and those of its pairs that can bind in that step."""
+    """Write the joint bounds of a measured state's next step, and its pairs that can be active in that step."""
     state.counts[BROKEN_COUNT] = step_box(
-        state.q, state.velocity, world.lower, world.upper, world.speed, world.acceleration, world.dt,
-        state.box[0], state.box[1],
+        state.q, state.velocity, constants.lower, constants.upper, constants.speed, constants.acceleration,
+        constants.dt, state.box[0], state.box[1],
     )  # fmt: skip
     state.counts[PAIR_COUNT] = 0
     if found > 0:
-        move = np.empty(len(world.radius))
+        move = np.empty(len(constants.radius))
         largest_moves(state.box, state.position, state.jacobian, state.start, state.end, move)
-        state.counts[PAIR_COUNT] = binding(world, move, rows, labels, body, found, state.pairs)
+        state.counts[PAIR_COUNT] = binding(constants, move, rows, labels, body, found, state.pairs)
 
 
 @compiled
@@ -121,25 +121,25 @@ def measure_state(
     boxes: Float32Array, corners: Array, label: Int32Array, first: Int32Array, poses: Array,
     numbers_out: Array, rows: Array, labels: Int32Array, body: Int32Array,
 ) -> tuple[int, int]:  # fmt: skip
-    """Complete a packed state whose joints and velocity are given.
+    """Complete a packed state whose joints and velocity are set.
 
     Args: see ``certify_motion``.
 
     Returns:
-        KEPT, UNCOVERED or OVERFULL, and how many rows are needed, see ``certify_motion``.
+        KEPT, UNCOVERED or OVERFULL, and the required number of rows, see ``certify_motion``.
     """
-    world = unpack_world(numbers, counts)
-    cover = unpack_cover(len(world.radius), boxes, corners, label, first, poses)
-    state = state_views(numbers_out, len(world.lower), len(world.radius), len(world.margin))
-    place(world, state.q, state.position, state.rotation, state.jacobian, state.start, state.end)
-    if not covered(world, cover, state.start, state.end):
+    constants = unpack_constants(numbers, counts)
+    candidates = unpack_candidates(len(constants.radius), boxes, corners, label, first, poses)
+    state = state_views(numbers_out, len(constants.lower), len(constants.radius), len(constants.margin))
+    place(constants, state.q, state.position, state.rotation, state.jacobian, state.start, state.end)
+    if not candidates_suffice(constants, candidates, state.start, state.end):
         return UNCOVERED, 0
     found = measure(
-        world, cover, state.start, state.end, world.threshold, state.distance, rows, labels, body
+        constants, candidates, state.start, state.end, constants.threshold, state.distance, rows, labels, body
     )  # fmt: skip
     if found > len(rows):
         return OVERFULL, found
-    _complete(world, state, rows, labels, body, found)
+    _complete(constants, state, rows, labels, body, found)
     return KEPT, 0
 
 
@@ -149,57 +149,57 @@ def certify_motion(
     boxes: Float32Array, corners: Array, label: Int32Array, first: Int32Array, poses: Array,
     before: Array, step: Array, after: Array, rows: Array, labels: Int32Array, body: Int32Array,
 ) -> tuple[int, int, float]:  # fmt: skip
-    """Certify the motion from the packed state ``before`` by ``step`` (n,), and write the state that it ends in.
+    """Certify the motion from the packed state ``before`` by ``step`` (n,), and write the state at its end.
 
     Args:
-        numbers, counts: a ``PackedWorld``; boxes … poses: a packed cover.
-        after: out, a packed state (see ``state_kernel``); its pose is written whatever the verdict.
+        numbers, counts: a ``PackedConstants``; boxes … poses: packed candidates.
+        after: out, a packed state (see ``state_kernel``); its pose is written for every verdict.
         rows, labels, body: (R, …) workspace for the pairs within the threshold.
 
     Returns:
-        KEPT, REFUSED, UNCOVERED (gather the triangles around the end with the returned displacement as more slack) or
-        OVERFULL (so many rows are needed); how many rows are needed; how far from its place at the end any point of
-        the tool is during the motion, mm.
+        KEPT, REFUSED, UNCOVERED (gather the triangles around the end pose with the returned displacement as additional
+        slack) or OVERFULL (the workspace has too few rows); the required number of rows; the largest distance in mm of
+        a point of the tool during the motion from its final position.
     """
-    world = unpack_world(numbers, counts)
-    cover = unpack_cover(len(world.radius), boxes, corners, label, first, poses)
-    n, count, bodies = len(world.lower), len(world.radius), len(world.margin)
+    constants = unpack_constants(numbers, counts)
+    candidates = unpack_candidates(len(constants.radius), boxes, corners, label, first, poses)
+    n, count, bodies = len(constants.lower), len(constants.radius), len(constants.margin)
     state, new = state_views(before, n, count, bodies), state_views(after, n, count, bodies)
     q, start, end, distance = state.q, state.start, state.end, state.distance
     new_q, new_start, new_end, new_distance = new.q, new.start, new.end, new.distance
-    made = np.empty(n)  # the step, ended at the joints' ranges
+    made = np.empty(n)  # the step, clipped to the joints' ranges
     for j in range(n):
-        low, high = min(world.lower[j], q[j]), max(world.upper[j], q[j])
+        low, high = min(constants.lower[j], q[j]), max(constants.upper[j], q[j])
         new_q[j], made[j] = q[j] + step[j], step[j]
         if not (np.abs(step[j]) < np.inf and low - AT_LIMIT <= new_q[j] <= high + AT_LIMIT):
             return REFUSED, 0, 0.0
         if not low <= new_q[j] <= high:
             new_q[j] = min(max(new_q[j], low), high)
             made[j] = new_q[j] - q[j]
-        new.velocity[j] = made[j] / world.dt
-    place(world, new_q, new.position, new.rotation, new.jacobian, new_start, new_end)
+        new.velocity[j] = made[j] / constants.dt
+    place(constants, new_q, new.position, new.rotation, new.jacobian, new_start, new_end)
     chord, floor = np.empty(count), np.empty((bodies, count))
     chords(start, end, new_start, new_end, chord)
-    curve = bend(world.chain, world.links, world.reach, q, made)
+    curve = acceleration_bound(constants.chain, constants.links, constants.reach, q, made)
     displacement = chord.max() + curve / 8.0
-    if not covered(world, cover, new_start, new_end):
+    if not candidates_suffice(constants, candidates, new_start, new_end):
         return UNCOVERED, 0, displacement
-    found = measure(world, cover, new_start, new_end, world.threshold, new_distance, rows, labels, body)
+    found = measure(constants, candidates, new_start, new_end, constants.threshold, new_distance, rows, labels, body)
     if found > len(rows):
         return OVERFULL, found, displacement
     for b in range(bodies):
         for s in range(count):
-            # A surface has no inside: nearer to an axis than a motion may deviate, it might be crossed unseen.
-            if b < len(cover.frame) and distance[b, s] <= SWEEP_TOLERANCE_MM - world.radius[s]:
+            # A surface has no inside: closer to an axis than the sweep tolerance, a crossing could go undetected.
+            if b < len(candidates.frame) and distance[b, s] <= SWEEP_TOLERANCE_MM - constants.radius[s]:
                 return REFUSED, 0, displacement
-            floor[b, s] = min(distance[b, s], world.margin[b])
+            floor[b, s] = min(distance[b, s], constants.margin[b])
     if not _above(new_distance, floor):
         return REFUSED, 0, displacement
     if not _clear_between(distance, new_distance, chord, curve / 8.0, floor):
         verdict = _clear_in_halves(
-            world, cover, q, made, start, end, distance, new_start, new_end, new_distance, curve, floor
+            constants, candidates, q, made, start, end, distance, new_start, new_end, new_distance, curve, floor
         )
         if verdict != KEPT:
             return verdict, 0, displacement
-    _complete(world, new, rows, labels, body, found)
+    _complete(constants, new, rows, labels, body, found)
     return KEPT, 0, displacement

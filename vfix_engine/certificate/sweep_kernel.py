@@ -1,4 +1,4 @@
-"""How near the tool can come between two poses: the bound that the certificate rests on (HAZ-02)."""
+"""Bounds of the tool's motion between two poses, on which the certificate relies (HAZ-02)."""
 
 from __future__ import annotations
 
@@ -7,19 +7,19 @@ import numpy as np
 from ..arrays import Array, IntArray
 from ..kernels.compiled import compiled
 from ..robots.chain_kernel import Chain
-from .world import unpack_world
+from .constants import unpack_constants
 
 
 @compiled
-def bend(chain: Chain, links: Array, reach: float, q: Array, step: Array) -> float:
-    """Bound of |P''(s)| in mm for every point P of the tool on the motion q + s·step, s in [0, 1].
+def acceleration_bound(chain: Chain, links: Array, reach: float, q: Array, step: Array) -> float:
+    """Bound ‖P''(s)‖ in mm for every point P of the tool on the motion q + s·step, s in [0, 1].
 
-    ∂²P/∂q_i∂q_j, i ≤ j counted from the base, is z_i × ∂P/∂q_j for a revolute joint i and nothing for a prismatic one.
-    |∂P/∂q_j| is 1 for a prismatic joint j and at most the lever of a revolute one: the summed lengths of everything
-    between its origin and the point, prismatic joints with their larger extension on the way.
+    ∂²P/∂q_i∂q_j, i ≤ j counted from the base, is z_i × ∂P/∂q_j for a revolute joint i and 0 for a prismatic one.
+    ‖∂P/∂q_j‖ is 1 for a prismatic joint j and at most the lever arm of a revolute one: the summed lengths of all links
+    between its origin and the point, prismatic joints with their largest extension during the motion.
 
     Args:
-        links: (n,) distance of each joint's frame from the frame of the joint before it.
+        links: (n,) distance of each joint's frame from that of the previous joint.
         reach: distance of the tool's farthest point from the last joint's frame.
     """
     lever, beyond, bound = reach, 0.0, 0.0
@@ -37,17 +37,17 @@ def bend(chain: Chain, links: Array, reach: float, q: Array, step: Array) -> flo
 
 @compiled
 def motion_sag(numbers: Array, counts: IntArray, q: Array, q_after: Array) -> float:
-    """How far in mm a point of the tool may be from the straight line between its places at joints q and q_after.
+    """Bound the deviation in mm of a point of the tool from the chord between its positions at q and q_after.
 
-    numbers, counts: a ``PackedWorld``.
+    numbers, counts: a ``PackedConstants``.
     """
-    world = unpack_world(numbers, counts)
-    return bend(world.chain, world.links, world.reach, q, q_after - q) / 8.0
+    constants = unpack_constants(numbers, counts)
+    return acceleration_bound(constants.chain, constants.links, constants.reach, q, q_after - q) / 8.0
 
 
 @compiled
 def chords(start: Array, end: Array, new_start: Array, new_end: Array, chord: Array) -> None:
-    """Largest displacement (S,) of any point of each segment between two poses: that of one of its ends."""
+    """Largest displacement (S,) of any point of each segment between two poses, which one of its ends has."""
     for s in range(len(chord)):
         one, two = 0.0, 0.0
         for k in range(3):

@@ -1,8 +1,9 @@
-"""Control: tasks, one QP, certificate, explanation.
+"""Control: tasks, the quadratic program of a step, its certificate, and the explanation of the result.
 
-One step: the tasks and fixtures give rows, the boundary adds its own (``build_step``), the QP gives a joint step
-(``solve_step``), and the certificate takes or refuses it (``certify_step``).
-The controller does these three, tries less where a step is refused, and names what held it.
+One step: tasks and fixtures give objective and constraint rows, the distance pairs and joints add theirs
+(``build_step``), the QP gives a joint step (``solve_step``), and the certificate accepts or refuses it
+(``certify_step``).
+The controller runs these three, tries a smaller step where one is refused, and names the limiting constraints.
 """
 
 from ..virtual_fixtures import StepState

@@ -1,7 +1,7 @@
-"""The admittance law: from the hand's force to the tip's desired velocity (Li 2007, eq. 9-11).
+"""Admittance law: from the force of the user's hand to the desired velocity of the tip (Li 2007, eq. 9-11).
 
-With D = [t 0 0] the operators of (9) are span [D] = t tᵀ and kernel ⟨D⟩ = I − [D], t the unit tangent.
-Vectors are three numbers each (``geometry.triples``); the functions are part of the compiled requests of the tasks.
+With D = [t 0 0] the operators of (9) are span [D] = t tᵀ and kernel ⟨D⟩ = I − [D], with t the unit tangent.
+Vectors are triples of floats (``geometry.triples``); the functions are inlined into the compiled requests of the tasks.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from ..kernels.triples import Triple, dot, minus, norm, over, plus, times
 
 @shared
 def saturate(vector: Triple, cap: float) -> Triple:
-    """The vector, shortened to length ``cap`` where it is longer."""
+    """Scale the vector down to length ``cap`` if it is longer."""
     size = norm(vector)
     if size <= cap:
         return vector[0], vector[1], vector[2]
@@ -25,18 +25,18 @@ def saturate(vector: Triple, cap: float) -> Triple:
 def path_velocity(
     force: Triple, tangent: Triple, offset: Triple, gain: float, k_d: float, k_tau: float, capture: float
 ) -> Triple:
-    """Desired tip velocity in mm/s that follows a path and comes back to it.
+    """Compute the desired tip velocity in mm/s that follows a path and corrects deviations from it.
 
     Args:
-        force: the hand's force in N.
-        tangent: unit tangent t of the path at the closest point.
-        offset: u, from the tip to the closest point of the path in mm.
-        gain: k in mm/s/N; k_d: blend of (11); k_tau: compliance across the preferred direction of (10).
-        capture: offset in mm from which on the correction is full. As printed u is a length, so that a far-off tip
-            is all correction and a near one hardly any; u / capture, cut at length 1, keeps k_d a blend.
+        force: force of the hand in N.
+        tangent: unit tangent t of the path at the point closest to the tip.
+        offset: vector u from the tip to that point in mm.
+        gain: admittance k in mm/s/N; k_d: blend factor of (11); k_tau: compliance across the preferred direction (10).
+        capture: offset in mm at which the correction saturates. In the printed law u has units of length, so a distant
+            tip is only corrected and a near one hardly at all; u / capture, limited to length 1, keeps k_d a blend.
 
-    The printed law loses the sign of D_c: a hand that pushes outwards would move the tool away from the path.
-    Here only the part of the force along d_c counts, so such a hand moves nothing (docs/concepts.md).
+    The printed law loses the sign of D_c: a hand that pushes away from the path would move the tool away.
+    Here only the component of the force along d_c counts, so such a force causes no motion (docs/concepts.md).
     """
     along = times(dot(tangent, force), tangent)
     across = minus(offset, times(dot(tangent, offset), tangent))
@@ -54,13 +54,13 @@ def path_velocity(
 
 @shared
 def approach_velocity(force: Triple, towards: Triple, gain: float, fastest: float = math.inf) -> Triple:
-    """Velocity that brings a point straight to its goal while a hand is on the grip.
+    """Compute the velocity that moves a point straight to its goal while the hand applies a force.
 
-    The speed is the hand's, ``gain`` × its force; the direction is the guide's: no force, no motion.
+    The speed is ``gain`` × force, the direction is that to the goal: without force there is no motion.
 
     Args:
-        towards: from the point to its goal in mm.
-        fastest: speed in mm/s from which it can still stop at the goal.
+        towards: vector from the point to its goal in mm.
+        fastest: largest speed in mm/s from which the point can still stop at the goal.
     """
     distance = norm(towards)
     if distance == 0.0:
@@ -70,10 +70,10 @@ def approach_velocity(force: Triple, towards: Triple, gain: float, fastest: floa
 
 @shared
 def slew_limited(now: Triple, wanted: Triple, change: float) -> tuple[Triple, float]:
-    """The velocity one step nearer to the wanted one, and the share s of the change from one to the other.
+    """Limit the change of velocity in one step; return the new velocity and the fraction s of the change.
 
-    A tool has inertia: v = v_now + s (v_wanted − v_now), so that ‖v − v_now‖ ≤ change, an acceleration × dt.
-    A hand that is gone wants 0: the same line brings the tool to rest, along its fixture.
+    A tool has inertia: v = v_now + s (v_wanted − v_now) with ‖v − v_now‖ ≤ change, an acceleration × dt.
+    Without a hand v_wanted is 0, and the same equation decelerates the tool along its fixture.
     """
     difference = minus(wanted, now)
     size = norm(difference)

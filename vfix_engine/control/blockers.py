@@ -1,4 +1,4 @@
-"""Which constraints act on a step: values while it is controlled, words where they are shown."""
+"""Constraints that limit a step, as values for control and as words for display."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ..virtual_fixtures.state_kernel import BODY, SEGMENT
 from .problem import Problem
 from .program import Solution
 
-_ACTIVE = 1e-7  # multiplier, in units of the scaled objective
+_ACTIVE = 1e-7  # smallest multiplier of an active constraint, in units of the scaled objective
 _WORDS = {
     "target": "the hold on the target",
     "certificate": "the motion could not be certified",
@@ -23,15 +23,15 @@ _WORDS = {
 
 @dataclass(frozen=True, eq=False)
 class LimitingConstraint:
-    """One reason why the tool moves less than the hand wants.
+    """One reason why the tool moves less than the hand asks.
 
     kind: 'bone', 'zone', 'joint' (at the end of its range), 'speed', 'acceleration', 'certificate', 'solver', 'task' or
-    'fixture' (its rows are no numbers), or the word of a task or fixture.
-    structure: id of the anatomy or the zone, or the name of the joint; '' where there is none.
+        'fixture' (its rows are not finite), or the name that a task or fixture gives its rows.
+    structure: id of the anatomy or zone, or name of the joint; '' if there is none.
     weight: multiplier of the row, in units of the scaled objective.
     part: segment of the tool; distance_mm: from it to the structure; point: (3,) on the structure, patient frame.
-    joint: its number from 0 on, −1 where the blocker is none.
-    words: of a fixture's own row.
+    joint: index of the joint from 0, or −1 if the constraint is not a joint's.
+    words: description of a fixture's own row.
     """
 
     kind: str
@@ -45,11 +45,11 @@ class LimitingConstraint:
 
     @property
     def text(self) -> str:
-        """In words: 'bone on the shaft, 0.4 mm away', 'joint 6 (insertion) at its limit'."""
+        """Describe the constraint: 'bone on the shaft, 0.4 mm away', 'joint 6 (insertion) at its limit'."""
         return self.words_with({})
 
     def words_with(self, names: Mapping[str, str]) -> str:
-        """In words, with the names of structures by their id; a structure without a name by its id."""
+        """Describe the constraint with the names of structures by id; a structure without a name is shown by its id."""
         if self.kind in ("bone", "zone"):
             bone = self.kind == "bone"
             name = names.get(self.structure, self.structure) if bone else f"structure to spare '{self.structure}'"
@@ -61,7 +61,7 @@ class LimitingConstraint:
 
 
 def active_constraints(problem: Problem, solution: Solution) -> tuple[LimitingConstraint, ...]:
-    """The active rows by their multipliers, strongest first, one per structure and part, joint or reason."""
+    """Return the active constraints by decreasing multiplier, one per structure and part, joint or reason."""
     found: dict[object, LimitingConstraint] = {}
 
     def note(key: object, blocker: LimitingConstraint) -> None:
@@ -84,12 +84,12 @@ def active_constraints(problem: Problem, solution: Solution) -> tuple[LimitingCo
 
 
 def nearest(state: StepState) -> tuple[LimitingConstraint, ...]:
-    """The nearest structure, where the certificate held a step that no row had slowed."""
+    """Return the nearest structure, for a step that the certificate refused although no row was active."""
     return (pair_blocker(state, 0, 1.0),) if len(state.pairs) else (LimitingConstraint("certificate"),)
 
 
 def unsolved(problem: Problem) -> LimitingConstraint:
-    """Why no program has an answer: whoever asks for numbers that are not finite, or nobody by name."""
+    """Return the reason why the program has no solution: the source of non-finite rows, or the solver."""
     if not _finite(problem.request.objectives, problem.request.constraints) or not np.isfinite(problem.scale):
         tasks = problem.tasks if isinstance(problem.tasks, (list, tuple)) else (problem.tasks,)
         names = " or ".join(type(task).__name__ for task in tasks)
@@ -109,7 +109,7 @@ def _finite(objectives: Sequence[Objective], constraints: Sequence[Constraint]) 
 
 
 def pair_blocker(state: StepState, index: int, weight: float) -> LimitingConstraint:
-    """The blocker of one pair of a measured state."""
+    """Return the limiting constraint of one distance pair of a measured state."""
     pair, context = state.pairs[index], state.context
     body, part = int(pair[BODY]), context.tool.segment_names[int(pair[SEGMENT])]
     kind = "zone" if body > 0 else "bone"
@@ -117,13 +117,13 @@ def pair_blocker(state: StepState, index: int, weight: float) -> LimitingConstra
 
 
 def _joint_blocker(problem: Problem, joint: int, weight: float) -> LimitingConstraint:
-    """A joint at its limit, at its top speed, or gathering speed."""
-    world, (low, high) = problem.context.world, problem.joint_box
+    """Return the constraint of a joint at its limit, at its top speed, or at its acceleration limit."""
+    constants, (low, high) = problem.context.constants, problem.joint_box
     name = problem.context.robot.robot.joints[joint].name
     bound = float(high[joint] if weight > 0 else low[joint])
-    last, change = problem.state.velocity[joint] * world.dt, world.acceleration[joint] * world.dt**2
+    last, change = problem.state.velocity[joint] * constants.dt, constants.acceleration[joint] * constants.dt**2
     kind = "joint"
-    if abs(bound) >= world.speed[joint] * world.dt * (1.0 - 1e-9):
+    if abs(bound) >= constants.speed[joint] * constants.dt * (1.0 - 1e-9):
         kind = "speed"
     elif abs(abs(bound - last) - change) <= 1e-9 * (change + abs(last)):
         kind = "acceleration"
@@ -131,7 +131,7 @@ def _joint_blocker(problem: Problem, joint: int, weight: float) -> LimitingConst
 
 
 def _row_blocker(constraint: Constraint, row: int, weight: float) -> LimitingConstraint:
-    """The blocker of a constraint's row."""
+    """Return the limiting constraint for one row of a constraint."""
     text = constraint.text or ("",)
     words = text[row] if len(text) == len(constraint.bound) else text[0]
     return LimitingConstraint(constraint.kind, weight=weight, words=words)

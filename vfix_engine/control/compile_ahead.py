@@ -1,7 +1,7 @@
-"""The kernels of a step called one by one, each for the types that the whole step has for it, without a tree.
+"""Compile the kernels of a step one by one for the argument types of the full step, without building a tree.
 
-A kernel that is compiled and kept already is only put into those that call it. So one process calls these while another
-one builds a tree, and the whole step is put together afterwards (simulation/preparation.py).
+A kernel that is compiled and cached is only linked into its callers. So one process can call these kernels while
+another one builds a tree; the full step is linked afterwards (simulation/preparation.py).
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from ..arrays import Array
 from ..certificate.bind_kernel import binding, largest_moves
 from ..certificate.certify_kernel import certify_motion, measure_state
-from ..certificate.measure_kernel import covered, measure, place
-from ..certificate.sweep_kernel import bend, chords
-from ..certificate.world import StepConstants, unpack_cover, unpack_world
+from ..certificate.constants import StepConstants, unpack_candidates, unpack_constants
+from ..certificate.measure_kernel import candidates_suffice, measure, place
+from ..certificate.sweep_kernel import acceleration_bound, chords
 from ..geometry.capsules import Segments
 from ..geometry.mesh import TriangleMesh
 from ..proximity.candidate_kernels import pack
@@ -36,37 +36,37 @@ from .surroundings import Surroundings
 
 
 def call_parts(robot: PlacedRobot, tool: Tool, settings: ControlSettings) -> None:
-    """Distances to triangles and shapes, kinematics, and the certificate over them and over ``call_motion``."""
+    """Compile distances to triangles and shapes, kinematics, and the certificate (with ``call_motion``)."""
     around = _surroundings(robot, tool, settings)
-    around.gather(around.world.start, around.world.end)
-    world = unpack_world(*around.packed)
-    numbers, state = _state(world)
-    # Distances first: the process with the tree will be asking for their kernels.
-    cover = unpack_cover(len(world.radius), *around.arrays[2:])
+    around.gather(around.constants.start, around.constants.end)
+    constants = unpack_constants(*around.packed)
+    numbers, state = _state(constants)
+    # Distances first: the process with the tree needs their kernels next.
+    candidates = unpack_candidates(len(constants.radius), *around.arrays[2:])
     rows, labels, body = _one_pair()
-    measure(world, cover, state.start, state.end, world.threshold, state.distance, rows, labels, body)
-    covered(world, cover, state.start, state.end)
-    place(world, state.q, state.position, state.rotation, state.jacobian, state.start, state.end)
+    measure(constants, candidates, state.start, state.end, constants.threshold, state.distance, rows, labels, body)
+    candidates_suffice(constants, candidates, state.start, state.end)
+    place(constants, state.q, state.position, state.rotation, state.jacobian, state.start, state.end)
     measure_state(*around.arrays, numbers, rows, labels, body)
     certify_motion(*around.arrays, numbers, np.zeros(len(state.q)), numbers.copy(), rows, labels, body)
 
 
 def call_motion(robot: PlacedRobot, tool: Tool, settings: ControlSettings) -> None:
-    """How far the tool can move, between two poses and in a step, and which pairs can bind."""
-    world = unpack_world(*_surroundings(robot, tool, settings).packed)
-    _, s = _state(world)
+    """Compile the motion bounds between two poses and within a step, and the selection of pairs that can bind."""
+    constants = unpack_constants(*_surroundings(robot, tool, settings).packed)
+    _, s = _state(constants)
     rows, labels, body = _one_pair()
-    move, pairs = np.empty(len(world.radius)), np.empty((MAX_ROWS, PAIR))
+    move, pairs = np.empty(len(constants.radius)), np.empty((MAX_ROWS, PAIR))
     chords(s.start, s.end, s.start, s.end, move)
-    bend(world.chain, world.links, world.reach, s.q, s.velocity)
-    limits = (world.lower, world.upper, world.speed, world.acceleration, world.dt)
+    acceleration_bound(constants.chain, constants.links, constants.reach, s.q, s.velocity)
+    limits = (constants.lower, constants.upper, constants.speed, constants.acceleration, constants.dt)
     step_box(s.q, s.velocity, *limits, s.box[0], s.box[1])
     largest_moves(s.box, s.position, s.jacobian, s.start, s.end, move)
-    binding(world, move, rows, labels, body, 1, pairs)
+    binding(constants, move, rows, labels, body, 1, pairs)
 
 
 def call_solver(robot: PlacedRobot, tool: Tool, settings: ControlSettings) -> None:
-    """The program of a step that wants one joint to move, and its solver."""
+    """Compile the program of a step that moves one joint, and its solver."""
     packed = _surroundings(robot, tool, settings).packed
     joints, segments, bodies = packed.counts[:3].tolist()
     numbers = np.zeros(state_size(joints, segments, bodies))
@@ -84,36 +84,36 @@ def call_solver(robot: PlacedRobot, tool: Tool, settings: ControlSettings) -> No
 
 
 def call_requests(robot: PlacedRobot, tool: Tool, settings: ControlSettings) -> None:
-    """What the tasks ask of a step."""
-    world = unpack_world(*_surroundings(robot, tool, settings).packed)
-    sizes = len(world.lower), len(world.radius), len(world.margin)
-    guide, before = (task_numbers(settings, tool), *sizes), _state(world)[0]
-    load_requests(guide, before)
-    load_shaft_rows(guide, before)
+    """Compile the requests of the tasks."""
+    constants = unpack_constants(*_surroundings(robot, tool, settings).packed)
+    sizes = len(constants.lower), len(constants.radius), len(constants.margin)
+    kernel_sizes, before = (task_numbers(settings, tool), *sizes), _state(constants)[0]
+    load_requests(kernel_sizes, before)
+    load_shaft_rows(kernel_sizes, before)
 
 
-def _state(world: StepConstants) -> tuple[Array, StateViews]:
-    """An empty packed state and its parts."""
-    sizes = len(world.lower), len(world.radius), len(world.margin)
+def _state(constants: StepConstants) -> tuple[Array, StateViews]:
+    """Return an empty packed state and its views."""
+    sizes = len(constants.lower), len(constants.radius), len(constants.margin)
     numbers = np.zeros(state_size(*sizes))
     return numbers, state_views(numbers, *sizes)
 
 
 def _one_pair() -> tuple[Array, NDArray[np.int32], NDArray[np.int32]]:
-    """Workspace for one pair."""
+    """Return a workspace for one pair."""
     return np.ones((1, 10)), np.zeros((1, 2), np.int32), np.zeros(1, np.int32)
 
 
 def _surroundings(robot: PlacedRobot, tool: Tool, settings: ControlSettings) -> Surroundings:
-    tree: Any = _OneTriangle()  # of a tree, surroundings ask for candidates only
+    tree: Any = _OneTriangle()  # surroundings only ask a tree for candidates
     return Surroundings(robot, tool, tree, settings)
 
 
 class _OneTriangle:
-    """Stands for a surface where no tree has been built."""
+    """Stand-in for a surface whose tree has not been built."""
 
     def candidates(self, segments: Segments, reach: float) -> CandidateList:
-        """The triangle, near every segment."""
+        """Return the triangle as a candidate of every segment."""
         labels = np.zeros((len(segments), 2), np.int32)
         labels[:, 0] = np.arange(len(segments))
         mesh = TriangleMesh(np.eye(3), np.arange(3)[None])

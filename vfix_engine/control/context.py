@@ -1,6 +1,6 @@
-"""One tool among its surroundings: measures step states and certifies motions (HAZ-01, HAZ-02, HAZ-04).
+"""One tool in its surroundings: measures step states and certifies motions (HAZ-01, HAZ-02, HAZ-04).
 
-What a certificate means, and why it holds: see ``certify_kernel`` and docs/safety.md.
+For the meaning and the proof of a certificate see ``certify_kernel`` and docs/safety.md.
 """
 
 from __future__ import annotations
@@ -29,18 +29,18 @@ from .settings import ControlSettings
 from .step_kernel import answer_size, fused_step, program_size
 from .surroundings import SLACK_MM, Surroundings
 
-_PAIRS = 2048  # that the workspace holds at first
-LEAD = 0.8  # of the slack, how far ahead of a moving tool the triangles around it are gathered
+_PAIRS = 2048  # initial capacity of the workspace
+LEAD = 0.8  # lookahead of the candidate search for a moving tool, as a fraction of the slack
 _RESTING_MM = 1e-6  # a shorter motion has no direction
-_ATTEMPTS = 4  # a motion is certified at most once more for each thing that can be missing
+_ATTEMPTS = 4  # a motion is certified again at most once for each kind of missing data
 
 
 class FusedStep(NamedTuple):
-    """What the fused kernel made of a program: its verdict, see ``certify_kernel``, and where its numbers lie.
+    """Result of the fused kernel: its verdict (see ``certify_kernel``) and the location of its numbers.
 
-    needed, displacement: what it missed where it could not decide, see ``provide``.
-    share: of the wanted motion that the answer makes; rows, scale: of the program, in ``workspace``.
-    answer: see ``step_kernel.answer_views``; after: the state at the end of the motion, as numbers.
+    needed, displacement: data that was missing where it could not decide, see ``provide``.
+    share: fraction of the wanted motion that the solution achieves; rows, scale: of the program, in ``workspace``.
+    answer: see ``step_kernel.answer_views``; after: packed state at the end of the motion.
     """
 
     verdict: int
@@ -55,18 +55,18 @@ class FusedStep(NamedTuple):
 
 
 class ControlContext:
-    """Robot, tool, anatomy, zones and settings of a control step; what stays the same from step to step.
+    """Robot, tool, anatomy, zones and settings: everything that is constant over the steps of a controller.
 
-    It keeps workspaces and a cache of near triangles; neither changes any result.
-    One context serves one thread, and one ``Problem`` at a time: the next one uses the workspace of its numbers again.
+    It holds workspaces and a cache of near triangles; neither affects any result.
+    A context serves one thread and one ``Problem`` at a time: the next problem reuses the workspace.
 
     Args:
-        robot: placed in the patient frame; tool: in its hold.
-        tree: the anatomy, body 0; zones: further bodies, each with its own margin.
+        robot: placed in the patient frame; tool: attached to its flange.
+        tree: the anatomy, obstacle 0; zones: further obstacles, each with its own margin.
         settings: of the controller; the control period is ``settings.dt_s``.
 
     Raises:
-        InputError: the robot is not placed, the tool is a name, or the anatomy is not indexed.
+        InputError: the robot is not placed, the tool is not a ``Tool``, or the anatomy is not indexed.
     """
 
     def __init__(
@@ -80,14 +80,15 @@ class ControlContext:
         _check_kinds(robot, tool, tree)
         self.robot, self.tool, self.tree, self.settings = robot, tool, tree, settings
         self.surroundings = surroundings = Surroundings(robot, tool, tree, settings, zones)
-        self.zones, self.world, self.packed = surroundings.zones, surroundings.world, surroundings.packed
-        world = surroundings.world
-        self.layout = Layout(len(world.lower), world.radius, len(world.margin))
-        # What the tasks' kernels take: settings and tool, and the sizes of a packed state.
-        self.guide = (task_numbers(settings, tool), len(world.lower), len(world.radius), len(world.margin))
+        self.zones, self.constants, self.packed = surroundings.zones, surroundings.constants, surroundings.packed
+        constants = surroundings.constants
+        self.layout = Layout(len(constants.lower), constants.radius, len(constants.margin))
+        # Arguments of the tasks' kernels: settings and tool, and the sizes of a packed state.
+        sizes = len(constants.lower), len(constants.radius), len(constants.margin)
+        self.kernel_sizes = (task_numbers(settings, tool), *sizes)
         self.no_rows = qp.join_constraints((), self.layout.dof + 1)
-        self.no_share = np.zeros(self.layout.dof)
-        self.generation = 0  # of the problem that the program's workspace belongs to
+        self.no_gain = np.zeros(self.layout.dof)
+        self.generation = 0  # number of the problem that owns the program's workspace
         self._rows = MAX_ROWS
         self._program = np.empty(program_size(self.layout.dof + 1, self._rows))
         self._state_size = self.layout.size
@@ -97,21 +98,21 @@ class ControlContext:
 
     @property
     def structures(self) -> tuple[str, ...]:
-        """The id of every body, in the order of ``StepState.distance``."""
+        """Ids of all obstacles, in the order of ``StepState.distance``."""
         return (self.surroundings.structure, *(zone.name for zone in self.zones))
 
     @property
     def fixtures(self) -> tuple[Fixture, ...]:
-        """The fixtures of every step among these surroundings: anatomy and zones, then the joints' limits."""
-        deceleration, keep = self.settings.approach_deceleration_mm_per_s2, self.world.keep.tolist()
-        bodies = [Boundary(keep[i], deceleration, i, name) for i, name in enumerate(self.structures)]
+        """Fixtures of every step in these surroundings: anatomy and zones, then the joints' limits."""
+        deceleration, margins = self.settings.approach_deceleration_mm_per_s2, self.constants.buffered_margin.tolist()
+        bodies = [Boundary(margins[i], deceleration, i, name) for i, name in enumerate(self.structures)]
         return (*bodies, JointLimits())
 
     def start(self, q: ArrayLike) -> StepState:
-        """The state at q (n,), at rest, refused where it is outside the joints' ranges or inside a margin (HAZ-04).
+        """Return the state at rest at q (n,); refuse joints outside their ranges or a tool inside a margin (HAZ-04).
 
         Raises:
-            StartRefused: says which joint or how much clearance is missing, and to what.
+            StartRefused: the message names the joint, or the missing clearance and the structure.
         """
         robot = self.robot.robot
         try:
@@ -136,12 +137,12 @@ class ControlContext:
         return state
 
     def measure(self, q: ArrayLike, velocity: ArrayLike | None = None) -> StepState:
-        """The state at joints q (n,), at rest unless a velocity (n,) is given, without any verdict.
+        """Return the state at joints q (n,), at rest unless a velocity (n,) is given, without checking it.
 
         Distances are exact up to the threshold.
 
         Raises:
-            InputError: q or velocity is not n finite numbers.
+            InputError: q or velocity does not have n finite numbers.
         """
         layout, numbers = self.layout, np.empty(self.layout.size)
         layout.part(numbers, "q")[:] = self._joints("q", q)
@@ -154,27 +155,27 @@ class ControlContext:
         raise ControlError("the surroundings of the tool could not be gathered")
 
     def _joints(self, what: str, values: ArrayLike) -> Array:
-        """n finite numbers, one a joint. Raises InputError."""
+        """Convert to n finite numbers, one per joint. Raises InputError."""
         joints = real_array(what, values)
         if joints.shape != (self.layout.dof,) or not np.isfinite(joints).all():
             raise InputError(f"{what} is {joints.tolist()!r:.80}; it is {self.layout.dof} finite joint values")
         return joints
 
     def sag_mm(self, before: StepState, after: StepState) -> float:
-        """How far a point of the tool may be from the straight line between its places before and after a motion."""
+        """Bound the deviation in mm of a point of the tool from the chord between its two positions in a motion."""
         return motion_sag(*self.packed, before.q, after.q)
 
     def remeasured(self, state: StepState) -> StepState:
-        """The same state, measured here: among these surroundings, with these margins."""
+        """Return the same state measured in this context, with its surroundings and margins."""
         return state if state.measured_by(self) else self.measure(state.q, state.velocity)
 
     def certify(self, state: StepState, step: Array) -> StepState | None:
-        """The state after ``step`` (n,) if all of the motion keeps every body's margin, else None.
+        """Return the state after ``step`` (n,) if the whole motion respects every obstacle's margin, else None.
 
-        From a state already inside a margin only motions that never deepen are accepted (HAZ-04).
+        From a state inside a margin only motions that never decrease the clearance are accepted (HAZ-04).
 
         Raises:
-            ControlError: the state was not measured here.
+            ControlError: the state was not measured by this context.
         """
         if not state.measured_by(self):
             raise ControlError("a motion is certified from a state that was measured among the same surroundings")
@@ -190,20 +191,22 @@ class ControlContext:
         return None
 
     def fused_step(
-        self, state: StepState, wanted: qp.ObjectiveRows, given: qp.ConstraintRows, scale: float, along: Array
+        self, state: StepState, wanted: qp.ObjectiveRows, given: qp.ConstraintRows, scale: float, motion_gain: Array
     ) -> FusedStep:
-        """Assemble, solve and certify a program without slacks in one compiled call."""
+        """Assemble, solve and certify a program without slack variables in one compiled call."""
         after = np.empty(self._state_size)
         if given is self.no_rows:
             workspace, answer = self._program, np.empty(self._answer_size)
         else:
             dof, count = self.layout.dof, len(given.bound) + MAX_ROWS
             workspace, answer = self.program_workspace(dof + 1, count), np.empty(answer_size(dof, dof + 1, count))
-        found = fused_step(self._table, state.numbers, *wanted, given.matrix, given.bound, scale, along, answer, after)
+        found = fused_step(
+            self._table, state.numbers, *wanted, given.matrix, given.bound, scale, motion_gain, answer, after
+        )
         return FusedStep(*found, workspace, answer, after)
 
     def program_workspace(self, unknowns: int, rows: int) -> Array:
-        """The workspace of a program, large enough for so many unknowns and rows."""
+        """Return the workspace of a program, enlarged if needed for the given numbers of unknowns and rows."""
         usual = unknowns == self.layout.dof + 1
         if usual and rows <= self._rows:
             return self._program
@@ -216,12 +219,12 @@ class ControlContext:
         return self._program
 
     def _made_table(self) -> IntArray:
-        """What every fused step is handed, as one; the arrays are kept here, so that their memory is."""
+        """Build the argument table of the fused steps; the arrays are kept as attributes to keep their memory alive."""
         self._in_table = (*self.surroundings.arrays, *self._pairs, self._program)
         return table_of(self._in_table)
 
     def __getstate__(self) -> dict[str, Any]:
-        """Without the table, whose addresses are those of this context's arrays: a copy makes its own."""
+        """Omit the table, which holds addresses of this context's arrays; a copy builds its own."""
         state = self.__dict__.copy()
         del state["_table"], state["_in_table"]
         return state
@@ -231,14 +234,14 @@ class ControlContext:
         self._table = self._made_table()
 
     def provide(self, verdict: int, needed: int, before: Array, after: Array, displacement: float) -> None:
-        """What a kernel missed on the motion between two states: workspace for pairs, or the triangles around it."""
+        """Provide what a kernel lacked for the motion between two states: pair workspace, or triangles around it."""
         if verdict == OVERFULL:
             self._pairs = _pair_workspace(2 * needed)
         else:
             part = self.layout.part
             start, end = part(before, "start"), part(before, "end")
             new_start, new_end = part(after, "start"), part(after, "end")
-            # A tool that moves goes on for a while: triangles are gathered around where it will be.
+            # A moving tool usually continues: gather triangles around its extrapolated pose.
             ahead = LEAD * SLACK_MM / displacement if displacement > _RESTING_MM else 0.0
             self.surroundings.gather(
                 new_start + ahead * (new_start - start), new_end + ahead * (new_end - end), displacement
@@ -247,7 +250,7 @@ class ControlContext:
 
 
 def context_of(state: StepState) -> ControlContext:
-    """The context that measured the state; ControlError where none did."""
+    """Return the context that measured the state; ControlError if there is none."""
     context = getattr(state, "context", None)
     if not isinstance(context, ControlContext) or not state.measured_by(context):
         raise ControlError("the state was not measured by a ControlContext; take one from its measure()")
@@ -255,12 +258,12 @@ def context_of(state: StepState) -> ControlContext:
 
 
 def _pair_workspace(pairs: int) -> tuple[Array, Int32Array, Int32Array]:
-    """Rows, labels and bodies of so many pairs, see ``measure_kernel.measure``."""
+    """Allocate rows, labels and obstacle indices for that many pairs, see ``measure_kernel.measure``."""
     return np.empty((pairs, 10)), np.empty((pairs, 2), np.int32), np.empty(pairs, np.int32)
 
 
 def _check_kinds(robot: Any, tool: Any, tree: Any) -> None:
-    """InputError for what a caller takes for a placed robot, a tool or an index of the anatomy."""
+    """Raise InputError for arguments of wrong types."""
     if not isinstance(robot, PlacedRobot):
         raise InputError(f"the robot is a {type(robot).__name__}; place it: robot.placed(base, tool)")
     if not isinstance(tool, Tool):

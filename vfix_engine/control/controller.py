@@ -28,16 +28,16 @@ from .step_request import StepRequest, Task
 class Controller:
     """Turns tasks into certified joint steps for one robot with one tool among anatomy and no-fly zones.
 
-    ``step`` builds, solves and certifies (``build_step``, ``solve_step``, ``certify_step``), relaxes what has no answer
-    (``relaxations``), and holds the tool where nothing can be certified.
+    ``step`` builds, solves and certifies (``build_step``, ``solve_step``, ``certify_step``), relaxes programs that are
+    infeasible (``relaxations``), and holds the tool if nothing can be certified.
 
     Args:
-        tree: the anatomy, body 0; zones: further bodies, each with its own margin.
-        fixtures: of every step whatever the task is; their rows join the task's, and every verdict asks them.
+        tree: the anatomy, obstacle 0; zones: further obstacles, each with its own margin.
+        fixtures: active in every step; their rows are added to the task's, and each of them checks every motion.
         solver: of the QP; 'dual' is part of the compiled step, 'daqp' is called natively, others through qpsolvers.
 
     Raises:
-        ControlError: no such solver is installed.
+        ControlError: the solver is not installed.
     """
 
     def __init__(
@@ -57,15 +57,15 @@ class Controller:
         self.zones = self.context.zones
 
     def with_anatomy(self, tree: Proximity, zones: Sequence[Zone] | None = None) -> Controller:
-        """The same controller among anatomy that has moved; states of this one are measured anew at its next step.
+        """Return the same controller with anatomy that has moved; it measures states of the old one again.
 
-        ``zones`` are those that moved with it, all of them; None: as they were.
+        ``zones`` replaces all zones; None keeps them.
         """
         zones = self.zones if zones is None else zones
         return Controller(self.robot, self.tool, tree, self.settings, self.solver, zones, self.fixtures)
 
     def start(self, q: Array) -> StepState:
-        """The state at q (n,), at rest; ``ControlContext.start`` or a fixture refuses it. Raises StartRefused."""
+        """Return the state at rest at q (n,). Raises StartRefused, see ``ControlContext.start``, also by a fixture."""
         state = self.context.start(q)
         for fixture in self.fixtures:
             refuse = getattr(fixture, "refuse_start", None)
@@ -74,16 +74,16 @@ class Controller:
         return state
 
     def measure(self, q: Array, velocity: Array | None = None) -> StepState:
-        """The state at q (n,), at rest unless a velocity (n,) is given, without any verdict. Raises InputError."""
+        """Return the state at q (n,), at rest unless a velocity (n,) is given, unchecked. Raises InputError."""
         return self.context.measure(q, velocity)
 
     def certify(self, state: StepState, step: Array) -> StepState | None:
-        """The certificate alone: the state after a joint step (n,), whoever proposes it, or None where it is refused.
+        """Return the state after a joint step (n,) from any source if the certificate accepts it, else None.
 
-        Limits of the joints' speeds and the standing fixtures have no say in it.
+        Joint speed limits and the controller's fixtures are not checked.
 
         Raises:
-            InputError: the step is not n numbers.
+            InputError: the step does not have n numbers.
         """
         given = real_array("the step", step)
         if given.shape != (self.context.layout.dof,):
@@ -91,10 +91,10 @@ class Controller:
         return self.context.certify(self.context.remeasured(state), given)
 
     def step(self, state: StepState, tasks: Task | Sequence[Task], command: Any = None) -> StepReport:
-        """One certified step; never raises on bad luck: what cannot be certified is held (HAZ-01, HAZ-03).
+        """Make one certified step; where no motion can be certified the tool is held, without raising (HAZ-01, HAZ-03).
 
         Raises:
-            InputError: what is no state, task or command, or rows of wrong shapes.
+            InputError: state, task or command has the wrong type, or rows have wrong shapes.
         """
         if not isinstance(state, StepState):
             raise InputError(f"the state is a {type(state).__name__}; it must be a StepState, such as of start(q)")
@@ -103,9 +103,9 @@ class Controller:
         return take_step(build_step(state, tasks, self.fixtures, command), self.solver)
 
     def warm_up(self, state: StepState) -> None:
-        """Load all compiled code that a step may need, also that of unusual steps; nothing moves.
+        """Load all compiled code that a step can need, also in rare cases; nothing moves.
 
-        A kernel that is compiled where it is first needed would halt a running robot for seconds.
+        A kernel that is compiled at its first call would stop a running robot for seconds.
         """
         dof = len(state.q)
         task = StepRequest((Objective(np.zeros((1, dof + 1)), np.zeros(1)),), (), 1.0, np.zeros(dof))
@@ -114,8 +114,8 @@ class Controller:
         problem = build_step(state, task)
         for relaxation in RELAXATIONS:
             solve_step(relaxation.change(problem), self.solver)
-        load_requests(self.context.guide, state.numbers)
-        load_shaft_rows(self.context.guide, state.numbers)
+        load_requests(self.context.kernel_sizes, state.numbers)
+        load_shaft_rows(self.context.kernel_sizes, state.numbers)
         for fixture in self.fixtures:
             load = getattr(fixture, "warm_up", None)
             if load is not None:

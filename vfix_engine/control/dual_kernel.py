@@ -1,10 +1,10 @@
 """The dual active-set method of Goldfarb and Idnani (1983) for small dense QPs, compiled.
 
-Minimise ½ xᵀH x + fᵀx subject to lower ≤ x ≤ upper and G x ≤ h, H positive definite.
-It begins at the minimum without limits and adds one violated limit after the other, dropping those whose multiplier
-would turn negative, so that every point on the way is the minimum under the limits it knows.
-With H = L Lᵀ the kernel keeps J = L⁻ᵀQ and the triangle R of the active normals N: Jᵀ N = (R; 0).
-Its answer is never believed as it is: ``problem_kernel.check_kkt`` checks it like any other solver's.
+Minimise ½ xᵀH x + fᵀx subject to lower ≤ x ≤ upper and G x ≤ h, with H positive definite.
+The method starts at the unconstrained minimum and adds one violated constraint after the other, dropping those whose
+multiplier would become negative, so that every iterate is the minimum under the active set.
+With H = L Lᵀ the kernel updates J = L⁻ᵀQ and the triangular factor R of the active normals N: Jᵀ N = (R; 0).
+Its solution is verified by ``problem_kernel.check_kkt`` like that of any other solver.
 """
 
 from __future__ import annotations
@@ -14,14 +14,14 @@ import numpy as np
 from ..arrays import Array, BoolArray, IntArray
 from ..kernels.compiled import compiled, inlined
 
-MOST_TURNS = 300  # limits added or dropped; the problems of a step need a dozen
-_VIOLATED = 1e-9  # in units of the step's length: what is left of a limit by rounding
-_DEPENDENT = 1e-20  # squared share of a normal outside of the active ones that is rounding
+MOST_TURNS = 300  # iterations; the programs of a step need about a dozen
+_VIOLATED = 1e-9  # tolerance of a constraint for rounding, in units of the step's length
+_DEPENDENT = 1e-20  # squared fraction of a normal outside the span of the active ones that counts as rounding
 
 
 @inlined
 def _inverse_factor(hessian: Array, inverse: Array) -> bool:
-    """L⁻ᵀ of H = L Lᵀ as an upper triangle; False where H is not positive definite."""
+    """Compute L⁻ᵀ of H = L Lᵀ as an upper triangle; False if H is not positive definite."""
     size = len(hessian)
     factor = np.zeros((size, size))
     for j in range(size):
@@ -46,7 +46,7 @@ def _inverse_factor(hessian: Array, inverse: Array) -> bool:
 
 @inlined
 def _excess(rows: Array, upper: Array, lower: Array, x: Array, limit: int) -> float:
-    """How far x is beyond a limit: the unknowns' upper ones come first, then their lower ones, then the rows'."""
+    """Return the violation of a constraint by x; indices: upper bounds of the unknowns, their lower bounds, rows."""
     size = len(x)
     if limit < size:
         value = x[limit] - upper[limit]
@@ -62,7 +62,7 @@ def _excess(rows: Array, upper: Array, lower: Array, x: Array, limit: int) -> fl
 
 @inlined
 def _most_violated(rows: Array, upper: Array, lower: Array, x: Array, active: BoolArray) -> tuple[int, float]:
-    """The inactive limit that x is furthest beyond, and how far; −1 where there is none."""
+    """Return the inactive constraint with the largest violation, and the violation; −1 if there is none."""
     size = len(x)
     worst, most = -1, _VIOLATED
     for a in range(size):
@@ -82,7 +82,7 @@ def _most_violated(rows: Array, upper: Array, lower: Array, x: Array, active: Bo
 
 @inlined
 def _against(rows: Array, basis: Array, limit: int, d: Array) -> None:
-    """d = −Jᵀ a, a the normal of a limit: the direction off it."""
+    """Compute d = −Jᵀ a with a the normal of a constraint."""
     size = len(basis)
     for k in range(size):
         if limit < size:
@@ -97,7 +97,7 @@ def _against(rows: Array, basis: Array, limit: int, d: Array) -> None:
 
 @compiled
 def _turn(basis: Array, one: int, two: int, c: float, s: float) -> None:
-    """Rotate two columns of J."""
+    """Apply a Givens rotation to two columns of J."""
     for i in range(len(basis)):
         a, b = basis[i, one], basis[i, two]
         basis[i, one], basis[i, two] = c * a + s * b, c * b - s * a
@@ -105,7 +105,7 @@ def _turn(basis: Array, one: int, two: int, c: float, s: float) -> None:
 
 @inlined
 def _add(basis: Array, triangle: Array, d: Array, count: int) -> None:
-    """Make d the column ``count`` of R by rotations that empty its numbers beyond that."""
+    """Append d as column ``count`` of R, with rotations that zero its entries beyond that."""
     for k in range(len(d) - 1, count, -1):
         size = np.hypot(d[k - 1], d[k])
         if size > 0.0:
@@ -118,7 +118,7 @@ def _add(basis: Array, triangle: Array, d: Array, count: int) -> None:
 
 @inlined
 def _drop(basis: Array, triangle: Array, members: IntArray, weights: Array, count: int, place: int) -> None:
-    """Take column ``place`` out of R and make it a triangle again."""
+    """Remove column ``place`` from R and restore the triangle."""
     for j in range(place, count - 1):
         members[j], weights[j] = members[j + 1], weights[j + 1]
         for k in range(count):
@@ -137,13 +137,13 @@ def _drop(basis: Array, triangle: Array, members: IntArray, weights: Array, coun
 def solve_dual(
     hessian: Array, gradient: Array, rows: Array, upper: Array, lower: Array, x: Array, multiplier: Array
 ) -> bool:
-    """Write the minimiser x (c,) and the multipliers (c + m,), positive at an upper limit.
+    """Write the minimiser x (c,) and the multipliers (c + m,), positive at an upper bound.
 
     Args:
-        upper, lower: (c + m,) limits of the unknowns, then of the rows; lower ones of rows are not looked at.
+        upper, lower: (c + m,) bounds of the unknowns, then of the rows; lower bounds of rows are ignored.
 
     Returns:
-        False where H is not positive definite, the limits contradict each other or rounding gets the upper hand.
+        False if H is not positive definite, the constraints are inconsistent or rounding errors prevent convergence.
     """
     size = len(gradient)
     basis, triangle = np.empty((size, size)), np.empty((size, size))
@@ -207,7 +207,7 @@ def solve_dual(
 
 @inlined
 def _write_multipliers(members: IntArray, weights: Array, count: int, size: int, multiplier: Array) -> None:
-    """The multipliers of all limits from those of the active ones."""
+    """Scatter the multipliers of the active constraints into those of all constraints."""
     multiplier[:] = 0.0
     for j in range(count):
         limit = members[j]

@@ -1,4 +1,4 @@
-"""One control step as a quadratic program: its rows by name, its numbers, and who has a say in its verdict."""
+"""One control step as a quadratic program: its named rows, its numbers, and the fixtures that check its result."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from .step_request import StepRequest, Task
 
 
 class Row(NamedTuple):
-    """One inequality row of a problem, for people: a·Δq ≤ bound, in ``unit``.
+    """One inequality row of a problem for display: a·Δq ≤ bound, in ``unit``.
 
-    name: what it is; kind: 'bone', 'zone', 'joint', or the word of a task or fixture.
+    name: description; kind: 'bone', 'zone', 'joint', or the name that a task or fixture gives.
     """
 
     name: str
@@ -34,24 +34,24 @@ class Problem:
     """The program of one step over x = (Δq / L, λ, slacks / L), Δq (n,) in mm and rad.
 
     Minimise ½ xᵀH x + fᵀx subject to lower ≤ x ≤ upper and G x ≤ h.
-    Its numbers lie in the workspace of its ``ControlContext``: building the next problem overwrites them, and
-    reading them after that raises ControlError.
+    Its numbers are stored in the workspace of its ``ControlContext``: building the next problem overwrites them, and
+    reading them afterwards raises ControlError.
 
-    state: the step begins here; request: of all tasks together; fixtures: those of every step.
-    objectives, constraints: of tasks and fixtures; the rows of the boundary, the zones and the joints come with the
-    state. Anatomy, zones and joints have their say in the verdict through the certificate.
-    scale: length L of the wanted step in mm; rests: nothing is wanted, the tool comes to rest.
-    brakes: it does so without a program, as gently as every limit of the joints allows.
-    box: (2, n) least and largest Δq; tasks: as they were handed to ``build_step``.
+    state: start of the step; request: of all tasks together; fixtures: active in every step.
+    objectives, constraints: of tasks and fixtures; the rows of anatomy, zones and joints are derived from the state.
+        Anatomy, zones and joint limits are checked by the certificate.
+    scale: length L of the wanted step in mm; rests: no motion is requested, the tool decelerates to rest.
+    brakes: it does so without a program, within the acceleration limits of the joints.
+    box: (2, n) lower and upper bounds of Δq; tasks: as passed to ``build_step``.
     """
 
     rests = False
     brakes = False
-    box: Array | None = None  # None: that of the state
+    box: Array | None = None  # None: the bounds of the state
     tasks: Task | Sequence[Task] = ()
-    share = 1.0  # of the wanted motion that the fused kernel's answer makes
-    own_failed = False  # the fused kernel has found no answer that passes its check
-    full_refused = False  # the motion of its whole answer is refused
+    share = 1.0  # fraction of the wanted motion that the fused kernel's solution achieves
+    own_failed = False  # the fused kernel found no solution that passes its check
+    full_refused = False  # the certificate refused the full step of its solution
     _program: Program | None = None
     _filled: tuple[Array, int, float] | None = None
     _answer: Array | None = None
@@ -72,17 +72,17 @@ class Problem:
         self._generation = context.generation = context.generation + 1
 
     @property
-    def along(self) -> Array:
-        """(n,) share of the wanted motion that a unit of each joint's motion makes; 0 where there is none to make."""
-        along = self.request.along
-        return self.context.no_share if along is None or self.rests else along
+    def motion_gain(self) -> Array:
+        """(n,) wanted motion, as a fraction, per unit of each joint's motion; 0 if no motion is wanted."""
+        motion_gain = self.request.motion_gain
+        return self.context.no_gain if motion_gain is None or self.rests else motion_gain
 
     @property
     def joined(self) -> tuple[qp.ObjectiveRows, qp.ConstraintRows]:
-        """The rows of all objectives and of all constraints, each in one array.
+        """Rows of all objectives and of all constraints, each in one array.
 
         Raises:
-            InputError: a row has another number of columns than n + 1.
+            InputError: a row does not have n + 1 columns.
         """
         if self._joined is None:
             size, constraints = self.context.layout.dof + 1, self.constraints
@@ -92,10 +92,10 @@ class Problem:
 
     @property
     def program(self) -> Program:
-        """The numbers of the program; the rows of the constraints come first, then those of the state's pairs.
+        """Numbers of the program; the rows of the constraints come first, then those of the state's pairs.
 
         Raises:
-            ControlError: another problem was built since; its numbers are where this one's were.
+            ControlError: another problem has been built since and overwrote them.
         """
         if self._generation != self.context.generation:
             raise ControlError("the problem's numbers are overwritten: another problem was built since")
@@ -109,18 +109,18 @@ class Problem:
 
     @property
     def joint_box(self) -> Array:
-        """(2, n) least and largest Δq in mm and rad."""
+        """(2, n) lower and upper bounds of Δq in mm and rad."""
         box: Array = self.state.box if self.box is None else self.box
         return box
 
     @property
     def rows(self) -> tuple[Row, ...]:
-        """Every row by name, in the order of ``program.rows``; then both sides of every joint."""
+        """All rows with their names, in the order of ``program.rows``; then both bounds of every joint."""
         return row_names(self)
 
     @property
     def row_count(self) -> int:
-        """Inequality rows the way the papers count them: constraints and both sides of every joint bound."""
+        """Number of inequality rows as the papers count them: constraints and both bounds of every joint."""
         if self._filled is not None:
             return self._filled[1] + 2 * self.context.layout.dof
         return self.program.row_count
@@ -131,7 +131,7 @@ class Problem:
         constraints: Sequence[Constraint] | None = None,
         box: Array | None = None,
     ) -> Problem:
-        """This step with another program, as a relaxation makes it."""
+        """Return this step with another program, as a relaxation builds it."""
         other = object.__new__(Problem)
         other.__dict__.update(self.__dict__)
         other._program, other._filled, other._answer = program, None, None
@@ -141,7 +141,7 @@ class Problem:
         return other
 
     def without(self, kind: str) -> Problem:
-        """This step without the constraints of a kind, which overwrites this one; itself where there are none."""
+        """Return this step without the constraints of a kind, overwriting this one; itself if there are none."""
         kept = tuple(c for c in self.constraints if c.kind != kind)
         if len(kept) == len(self.constraints):
             return self
@@ -150,14 +150,14 @@ class Problem:
         return other
 
     def fused_step(self) -> StepState | None:
-        """Assemble, solve and certify this problem, which has no slacks, in one compiled call.
+        """Assemble, solve and certify this problem, which has no slack variables, in one compiled call.
 
-        The problem is filled as ``solve_step`` would fill it.
-        None where there is no answer or the motion is refused, which the problem then says as well.
+        The program is the one that ``solve_step`` would assemble.
+        Returns None if there is no solution or the motion is refused, and records which in this problem.
         """
         context, state = self.context, self.state
         wanted, given = self.joined
-        done = context.fused_step(state, wanted, given, self.scale, self.along)
+        done = context.fused_step(state, wanted, given, self.scale, self.motion_gain)
         solved = done.verdict != UNSOLVED
         self._filled = done.workspace, done.rows, done.scale
         self._answer = done.answer if solved else None
@@ -170,7 +170,7 @@ class Problem:
         return context.certify(state, self.found_step())
 
     def found_solution(self) -> Solution | None:
-        """The fused kernel's answer, with arrays of its own; None where it has none or has not run."""
+        """Return the fused kernel's solution in arrays of its own; None if it has none or has not run."""
         if self._answer is None or self._filled is None:
             return None
         dof = self.context.layout.dof
@@ -178,7 +178,7 @@ class Problem:
         return Solution(step, float(x[dof]), multiplier, dof + 1)
 
     def found_step(self) -> Array:
-        """The step (n,) of that answer."""
+        """Return the step (n,) of that solution."""
         if self._answer is None:
             raise ControlError("the fused kernel has found no answer to this problem")
         return self._answer[: self.context.layout.dof]

@@ -1,8 +1,8 @@
-"""Rows to one scaled QP in the solver's layout, and the check of its answer, compiled (Li 2007, eq. 3, 20, 21).
+"""Assembly of the scaled QP of a step in the solver's layout, and the check of its solution (Li 2007, eq. 3, 20, 21).
 
-Unknowns: y = (Δq / L, λ, slacks / L) with L the length of the wanted step, so that tolerances mean the same at every
+Unknowns: y = (Δq / L, λ, slacks / L) with L the length of the wanted step, so that tolerances are independent of the
 speed; the objective is divided by L².
-Limits come as the solver wants them: those of the unknowns first, then those of the rows.
+Bounds are in the solver's order: those of the unknowns first, then those of the rows.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..arrays import Array, IntArray
-from ..certificate.world import StepConstants, unpack_world
+from ..certificate.constants import StepConstants, unpack_constants
 from ..kernels.compiled import compiled, inlined
 from ..virtual_fixtures.boundary import approach
 from ..virtual_fixtures.state_kernel import BODY, StateViews, binding_pairs, state_views
@@ -18,8 +18,8 @@ from ..virtual_fixtures.stopping import approach_bound
 
 UNBOUNDED = 1e30
 PRIMAL_TOLERANCE = 1e-6  # of a row, in units of the step's length
-DUAL_TOLERANCE = 1e-5  # of the stationarity residual, in units of the objective's gradient
-REGULARISATION = 1e-9  # keeps H positive definite where an objective says nothing, e.g. about λ
+DUAL_TOLERANCE = 1e-5  # of the stationarity residual, relative to the objective's gradient
+REGULARISATION = 1e-9  # keeps H positive definite where no objective depends on an unknown, e.g. λ
 
 
 @inlined
@@ -42,20 +42,21 @@ def add_objective(matrix: Array, target: Array, weight: Array, scale: float, hes
 @compiled
 def fill(
     matrix: Array, target: Array, weight: Array, regularisation: Array, given: Array, bound: Array,
-    pairs: Array, keep: Array, change: float, position: Array, jacobian: Array, scale: float,
+    pairs: Array, buffered_margin: Array, change: float, position: Array, jacobian: Array, scale: float,
     hessian: Array, gradient: Array, rows: Array, upper: Array, lower: Array,
 ) -> None:  # fmt: skip
-    """H, f, G and the limits of all rows of one step, the given constraints first, then one row per pair.
+    """Fill H, f, G and the bounds of one step: the given constraints first, then one row per pair.
 
-    Unknowns beyond n + 1 are slacks: their columns and limits are left at 0 for the caller to write.
+    Unknowns beyond n + 1 are slack variables: their columns and bounds stay 0 for the caller to fill.
 
     Args:
         matrix, target, weight: objective rows (m, n + 1), (m,), (m,).
-        regularisation: (n + 1, n + 1) matrix WᵀW of objective rows without target that every step has.
+        regularisation: (n + 1, n + 1) matrix WᵀW of the objective rows without target that every step has.
         given, bound: constraint rows (k, n + 1), (k,).
-        pairs: (p, 13), see ``state_kernel``; keep: (B,) mm, distance to each body; change: see ``approach_bound``.
+        pairs: (p, 13), see ``state_kernel``; buffered_margin: (B,) mm, per obstacle;
+            change: see ``approach_bound``.
         position, jacobian: of the tip, (3,), (6, n); scale: L in mm.
-        hessian, gradient, rows, upper, lower: out, (c, c), (c,), (k + p, c), (c + k + p,) twice.
+        hessian, gradient, rows, upper, lower: out, (c, c), (c,), (k + p, c), and twice (c + k + p,).
     """
     size = len(regularisation)
     hessian[:] = 0.0
@@ -76,16 +77,16 @@ def fill(
             rows[i, a] = given[i, a]
         rows[i, size - 1] /= scale
         upper[first + i] = bound[i] / scale
-    # One row per pair: it comes nearer by no more than it may (Li 2007, eq. 16-17, and approach_bound).
+    # One row per pair bounds its approach (Li 2007, eq. 16-17, and approach_bound).
     done = len(bound)
     for i in range(len(pairs)):
         approach(pairs[i, 1:4], pairs[i, 4:7], position, jacobian, rows[done + i])
-        upper[first + done + i] = approach_bound(pairs[i, 0] - keep[int(pairs[i, BODY])], change) / scale
+        upper[first + done + i] = approach_bound(pairs[i, 0] - buffered_margin[int(pairs[i, BODY])], change) / scale
 
 
 @compiled
 def set_box(low: Array, high: Array, scale: float, upper: Array, lower: Array) -> None:
-    """Limits of Δq (n,), and 0 … 1 for λ."""
+    """Set the bounds of Δq (n,), and 0 … 1 for λ."""
     n = len(low)
     for j in range(n):
         lower[j], upper[j] = low[j] / scale, high[j] / scale
@@ -94,24 +95,24 @@ def set_box(low: Array, high: Array, scale: float, upper: Array, lower: Array) -
 
 @compiled
 def assemble(
-    world: StepConstants, state: StateViews, matrix: Array, target: Array, weight: Array, given: Array, bound: Array,
-    scale: float, hessian: Array, gradient: Array, rows: Array, upper: Array, lower: Array,
+    constants: StepConstants, state: StateViews, matrix: Array, target: Array, weight: Array, given: Array,
+    bound: Array, scale: float, hessian: Array, gradient: Array, rows: Array, upper: Array, lower: Array,
 ) -> float:  # fmt: skip
-    """The QP of one step from a measured state: ``fill`` with the box of the joints' limits.
+    """Assemble the QP of one step from a measured state: ``fill``, and the bounds of the joints.
 
     Args:
         scale: length of the wanted step in mm; the others as in ``fill``.
 
     Returns:
-        The scale L that was taken.
-        What the joints do already counts for L as well, so that a robot that has to brake under a light hand is no
-        badly scaled problem.
+        The scale L that is used. It includes the present motion of the joints, so that the problem of a robot that
+        brakes under a light hand is well scaled.
     """
-    for j in range(len(world.lower)):
-        scale = max(scale, abs(state.velocity[j]) * world.dt)
+    for j in range(len(constants.lower)):
+        scale = max(scale, abs(state.velocity[j]) * constants.dt)
     fill(
-        matrix, target, weight, world.regularisation, given, bound, binding_pairs(state), world.keep, world.change,
-        state.position, state.jacobian, scale, hessian, gradient, rows, upper, lower,
+        matrix, target, weight, constants.regularisation, given, bound, binding_pairs(state),
+        constants.buffered_margin, constants.change, state.position, state.jacobian, scale, hessian, gradient,
+        rows, upper, lower,
     )  # fmt: skip
     set_box(state.box[0], state.box[1], scale, upper, lower)
     return scale
@@ -123,11 +124,11 @@ def prepare(
     given: Array, bound: Array, scale: float,
     hessian: Array, gradient: Array, rows: Array, upper: Array, lower: Array,
 ) -> float:  # fmt: skip
-    """``assemble`` with a packed world and a packed state."""
-    world = unpack_world(numbers, counts)
-    state = state_views(before, len(world.lower), len(world.radius), len(world.margin))
+    """``assemble`` with packed constants and a packed state."""
+    constants = unpack_constants(numbers, counts)
+    state = state_views(before, len(constants.lower), len(constants.radius), len(constants.margin))
     return assemble(
-        world, state, matrix, target, weight, given, bound, scale, hessian, gradient, rows, upper, lower
+        constants, state, matrix, target, weight, given, bound, scale, hessian, gradient, rows, upper, lower
     )  # fmt: skip
 
 
@@ -136,14 +137,14 @@ def check_kkt(
     hessian: Array, gradient: Array, rows: Array, upper: Array, lower: Array, x: Array, multiplier: Array,
     primal: float, dual: float,
 ) -> bool:  # fmt: skip
-    """Whether x fulfils the Karush-Kuhn-Tucker conditions within tolerance; if so it is put exactly into its limits.
+    """Check the Karush-Kuhn-Tucker conditions of x within tolerance; if they hold, clip x to its bounds.
 
-    Nothing is violated, multipliers balance the gradient, have the right sign and belong to limits that are reached.
+    Primal feasibility, stationarity, the signs of the multipliers and complementarity are checked.
 
     Args:
-        x: (c,) in and out; only its own limits are made exact, those of the rows stay within tolerance.
-        upper, lower: (c + m,) of the unknowns, then of the rows; multiplier: the same, positive at an upper limit.
-        primal: of a limit; dual: of the gradient, relative to its largest term.
+        x: (c,) in and out; only its own bounds are made exact, rows hold within tolerance.
+        upper, lower: (c + m,) of the unknowns, then of the rows; multiplier: the same, positive at an upper bound.
+        primal: tolerance of a bound; dual: of the gradient, relative to its largest term.
     """
     size = len(x)
     balance, largest, idle = np.empty(size), 0.0, 0.0

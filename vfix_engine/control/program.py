@@ -1,4 +1,4 @@
-"""A quadratic program as numbers, and its answer."""
+"""A quadratic program in numbers, and its solution."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from ..arrays import Array
 from ..errors import ControlError
 from .problem_kernel import set_box
 
-RETREAT = 100.0  # what a missing mm² of a retreat costs where not all of it can be had, against one of the wanted step
+RETREAT = 100.0  # cost of each mm² by which a retreat is missed, relative to the wanted step
 
 
 class Solution(NamedTuple):
-    """The answer to a program: step Δq (n,) in mm and rad, progress λ, and the multipliers of all unknowns and rows.
+    """Solution of a program: step Δq (n,) in mm and rad, progress λ, and the multipliers of all unknowns and rows.
 
-    why: why there is none; '' where the answer fulfils the Karush-Kuhn-Tucker conditions.
+    why: reason for the lack of a solution; '' if the solution fulfils the Karush-Kuhn-Tucker conditions.
     """
 
     step: Array
@@ -27,7 +27,7 @@ class Solution(NamedTuple):
 
     @property
     def found(self) -> bool:
-        """Whether there is an answer; it has been checked then."""
+        """Whether there is a (checked) solution."""
         return not self.why
 
     @property
@@ -35,7 +35,7 @@ class Solution(NamedTuple):
         """The step Δq (n,) in mm and rad.
 
         Raises:
-            ControlError: there is no answer; the message says why.
+            ControlError: there is no solution; the message gives the reason.
         """
         if self.why:
             raise ControlError(f"the step has no solution: {self.why}")
@@ -43,12 +43,12 @@ class Solution(NamedTuple):
 
     @property
     def row_multiplier(self) -> Array:
-        """Of every constraint row (m,)."""
+        """Multipliers of the constraint rows (m,)."""
         return self.multiplier[self.unknowns :]
 
     @property
     def bound_multiplier(self) -> Array:
-        """Of every joint's limits (n,), positive at the upper one."""
+        """Multipliers of the joints' bounds (n,), positive at the upper one."""
         return self.multiplier[: len(self.step)]
 
 
@@ -56,7 +56,7 @@ class Program(NamedTuple):
     """One scaled QP over y = (Δq / L, λ, slacks / L), c unknowns and m rows; ``scale`` L in mm, ``joints`` n.
 
     hessian: (c, c); gradient: (c,); rows: (m, c).
-    upper, lower: (c + m,) limits of the unknowns, then of the rows.
+    upper, lower: (c + m,) bounds of the unknowns, then of the rows.
     """
 
     hessian: Array
@@ -69,43 +69,43 @@ class Program(NamedTuple):
 
     @property
     def bound(self) -> Array:
-        """h (m,)."""
+        """Right-hand side h (m,)."""
         return self.upper[len(self.gradient) :]
 
     @property
     def low(self) -> Array:
-        """Least value of every unknown (c,)."""
+        """Lower bounds of the unknowns (c,)."""
         return self.lower[: len(self.gradient)]
 
     @property
     def high(self) -> Array:
-        """Largest value of every unknown (c,)."""
+        """Upper bounds of the unknowns (c,)."""
         return self.upper[: len(self.gradient)]
 
     @property
     def row_count(self) -> int:
-        """Inequality rows the way the papers count them: constraints and both sides of every joint bound."""
+        """Number of inequality rows as the papers count them: constraints and both bounds of every joint."""
         return len(self.rows) + 2 * self.joints
 
     def holdable(self, first: int = 0) -> Program:
-        """The same problem with every bound widened so far that x = 0 is feasible, from row ``first`` on.
+        """Return the same problem with bounds widened from row ``first`` on until x = 0 is feasible.
 
-        What the widened rows asked for, such as a retreat from both walls of a gap, is a strong wish from then on.
+        What the widened rows required, such as a retreat from both walls of a gap, becomes an objective of high weight.
         """
         upper = self.upper.copy()
         bound = upper[len(self.gradient) :]
         asked = (bound < 0.0) & (np.arange(len(bound)) >= first)
-        asked &= ~self.rows[:, self.joints + 1 :].any(axis=1)  # a soft row is never in the way
+        asked &= ~self.rows[:, self.joints + 1 :].any(axis=1)  # a soft row never makes the problem infeasible
         rows, target = self.rows[asked], bound[asked]
         bound[asked] = 0.0
-        # A row too large to be squared makes a problem whose answer does not pass the check, as anywhere else.
+        # If squaring a row overflows, the solution fails its check like any other.
         with np.errstate(over="ignore", invalid="ignore"):
             hessian = self.hessian + RETREAT * (rows.T @ rows)
             gradient = self.gradient - RETREAT * (target @ rows)
         return self._replace(hessian=hessian, gradient=gradient, upper=upper)
 
     def boxed(self, low: Array, high: Array) -> Program:
-        """The same problem with another box (n,), (n,) for Δq."""
+        """Return the same problem with other bounds (n,), (n,) of Δq."""
         upper, lower = self.upper.copy(), self.lower.copy()
         set_box(low, high, self.scale, upper, lower)
         return self._replace(upper=upper, lower=lower)

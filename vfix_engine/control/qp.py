@@ -1,7 +1,7 @@
-"""All objectives and constraints as one QP, solved, and the answer checked (Li 2007, eq. 20-21).
+"""Assemble all objectives and constraints into one QP, solve it, and check the solution (Li 2007, eq. 20-21).
 
 Program: minimise ½ xᵀH x + fᵀx subject to G x ≤ h and low ≤ x ≤ high, x = (Δq, λ, slacks of soft constraints).
-The step is scaled by its length L before solving, so that tolerances mean the same at every speed.
+The step is scaled by its length L before solving, so that tolerances are independent of the speed.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from .program import Program, Solution
 from .step_kernel import program_size, program_views
 
 _FLOAT = np.dtype(np.float64)
-DUAL = "dual"  # our own solver, a part of the compiled step
+DUAL = "dual"  # the package's own solver, part of the compiled step
 DAQP = "daqp"  # called natively
 
 
@@ -37,7 +37,7 @@ class ObjectiveRows(NamedTuple):
 
 
 class ConstraintRows(NamedTuple):
-    """Rows of several constraints: matrix (k, n + 1), bound (k,); soft: first row, constraint of those with slacks."""
+    """Rows of several constraints: matrix (k, n + 1), bound (k,); soft: (first row, constraint) of each soft one."""
 
     matrix: Array
     bound: Array
@@ -45,12 +45,12 @@ class ConstraintRows(NamedTuple):
 
     @property
     def slacks(self) -> int:
-        """How many slack variables they need."""
+        """Number of slack variables."""
         return sum([_slack_count(constraint) for _, constraint in self.soft])
 
 
 def join_objectives(objectives: Sequence[Objective], size: int) -> ObjectiveRows:
-    """The rows of all objectives as contiguous arrays; ``size``: n + 1."""
+    """Stack the rows of all objectives in contiguous arrays; ``size``: n + 1."""
     if len(objectives) == 1:
         alone = objectives[0]
         matrix, target = alone.matrix, alone.target
@@ -73,7 +73,7 @@ def join_objectives(objectives: Sequence[Objective], size: int) -> ObjectiveRows
 
 
 def _as_compiled(matrix: Array, bound: Array, size: int) -> bool:
-    """Whether kernels take these rows as they are: a copy takes longer than to look."""
+    """Whether the kernels accept these rows without a copy, which would take longer than this check."""
     return (
         type(matrix) is np.ndarray
         and type(bound) is np.ndarray
@@ -91,7 +91,7 @@ def _weights(count: int, weight: float) -> Array:
 
 
 def join_constraints(constraints: Sequence[Constraint], size: int) -> ConstraintRows:
-    """The rows of all constraints as contiguous arrays; ``size``: n + 1."""
+    """Stack the rows of all constraints in contiguous arrays; ``size``: n + 1."""
     if len(constraints) == 1:
         alone = constraints[0]
         if alone.penalty is None and _as_compiled(alone.matrix, alone.bound, size):
@@ -116,13 +116,13 @@ def join_constraints(constraints: Sequence[Constraint], size: int) -> Constraint
 
 
 def program_in(workspace: Array, joints: int, slacks: int, rows: int, scale: float) -> Program:
-    """The program in a packed workspace, see ``step_kernel.ProgramViews``; its values are left as they are."""
+    """Return views of the program in a packed workspace, see ``step_kernel.ProgramViews``; values stay unchanged."""
     p = program_views(workspace, joints + 1 + slacks, rows)
     return Program(p.hessian, p.gradient, p.rows, p.upper, p.lower, scale, joints)
 
 
 def soften(problem: Program, constraints: ConstraintRows) -> None:
-    """Write the slacks of soft constraints into a filled problem: G x − s ≤ h at the cost ½ p s² + c s."""
+    """Write the slack variables of soft constraints into a filled problem: G x − s ≤ h at the cost ½ p s² + c s."""
     slack = problem.joints + 1
     for row, constraint in constraints.soft:
         if constraint.penalty is None:
@@ -139,10 +139,10 @@ def soften(problem: Program, constraints: ConstraintRows) -> None:
 def stack(
     objectives: Sequence[Objective], constraints: Sequence[Constraint], low: Array, high: Array, scale: float
 ) -> Program:
-    """One QP from given rows alone (eq. 3, 20, 21).
+    """Build one QP from the given rows only (eq. 3, 20, 21).
 
     Args:
-        low, high: box (n,) for Δq.
+        low, high: bounds (n,) of Δq.
         scale: L, the length of the wanted step in mm.
     """
     n = len(low)
@@ -159,25 +159,25 @@ def stack(
 
 
 def check_solver(solver: str) -> None:
-    """ControlError unless ``solve`` knows that name."""
+    """Raise ControlError if ``solve`` does not support the solver."""
     if solver not in (DUAL, DAQP):
-        from .named_solvers import check_name  # brings every solver that is installed: half a second
+        from .named_solvers import check_name  # imports every installed solver: half a second
 
         check_name(solver, (DUAL, DAQP))
 
 
 def solve(problem: Program, solver: str = DUAL, own_failed: bool = False) -> Solution | None:
-    """The minimiser, or None when the problem has none or the solver's answer does not pass its check.
+    """Return the minimiser, or None if there is none or the solver's result fails its check.
 
-    Several solvers return a finite, wrong x on an infeasible problem, so the answer is checked by its residuals:
-    no row violated, and the gradient balanced by multipliers of the right sign, of rows that are reached.
+    Several solvers return a finite, wrong x for an infeasible problem, so the residuals of the Karush-Kuhn-Tucker
+    conditions are checked: feasibility, stationarity, and multipliers of the right sign on active rows only.
 
     Args:
-        solver: 'dual' is our own (``dual_kernel``), 'daqp' is called natively; any other goes through qpsolvers.
-        own_failed: 'dual' has been asked already, in the fused kernel, and had no answer that passes the check.
+        solver: 'dual' is the package's own (``dual_kernel``), 'daqp' is called natively; others go through qpsolvers.
+        own_failed: 'dual' already ran in the fused kernel and found no solution that passes the check.
     """
     if solver == DUAL:
-        # Where rounding got the upper hand over our own, another one is asked before the step is given up.
+        # Where rounding errors defeat the dual solver, another one is tried before the step is given up.
         own = None if own_failed else _checked(problem, _solve_here(problem))
         return own or _checked(problem, _solve_natively(problem))
     if solver == DAQP:
@@ -189,7 +189,7 @@ def solve(problem: Program, solver: str = DUAL, own_failed: bool = False) -> Sol
 
 
 def _checked(problem: Program, answer: tuple[Array, Array] | None) -> Solution | None:
-    """The answer, if there is one and it passes the check."""
+    """Return the solution if there is one and it passes the check."""
     if answer is None:
         return None
     x, multiplier = answer
@@ -211,7 +211,7 @@ def _solve_natively(problem: Program) -> tuple[Array, Array] | None:
 
 
 def _slack_count(constraint: Constraint) -> int:
-    """How many slacks the rows of a constraint share; a hard one has none."""
+    """Number of slack variables that the rows of a constraint share; 0 for a hard one."""
     if constraint.penalty is None or len(constraint.bound) == 0:
         return 0
     return 1 if constraint.shared else len(constraint.bound)
@@ -223,5 +223,5 @@ def _read_only(array: NDArray[Any]) -> NDArray[Any]:
 
 
 _NOTHING = _read_only(np.zeros(0))
-# Nothing near: the same types that a state's pairs have, so that the kernels need no second compilation.
+# No pairs, with the dtypes of a state's pairs, so that the kernels need no second compilation.
 _NO_PAIRS = _read_only(np.zeros((0, PAIR)))

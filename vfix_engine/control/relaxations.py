@@ -1,8 +1,8 @@
-"""What a step tries when its program has no answer, as a table; and how much of an answer is made.
+"""Relaxations of a step whose program has no solution, as a table; and the fraction of a solution that is made.
 
-Where ``as_is`` has no answer, a retreat out of a margin is made as far as the accelerations allow (``relax_retreat``).
-Where braking within the accelerations is not enough, keeping the distance comes first (``drop_acceleration``).
-Walls on opposite sides may leave no slack for the buffer: then standing still must be allowed (``allow_hold``).
+If ``as_is`` has no solution, a retreat out of a margin is limited to what the accelerations allow (``relax_retreat``).
+If braking within the accelerations does not suffice, keeping the distance has priority (``drop_acceleration``).
+Walls on opposite sides can leave no room for the buffer: then standing still must be feasible (``allow_hold``).
 """
 
 from __future__ import annotations
@@ -22,16 +22,16 @@ from .program import Solution
 from .step import Certified, Refused, braking, certify_step, refused_by, solve_step
 from .step_report import StepReport
 
-SHARES = (1.0, 0.5, 0.25, 0.1)  # of a step that are tried before holding
-MARGIN_SHARES = (0.03, 0.01)  # and inside a margin, where the bound between two poses leaves only its tolerance
-HELD_SHARE = 0.02  # a step that achieves less of the wanted motion than this counts as held
-SLOWED_SHARE = 0.9  # a step that achieves less of it is explained
-_ROUNDING = 1e-9  # share of an acceleration limit that is the last bits of a velocity
+SHARES = (1.0, 0.5, 0.25, 0.1)  # fractions of a step that are tried before holding
+MARGIN_SHARES = (0.03, 0.01)  # more inside a margin, where the bound between two poses leaves only its tolerance
+HELD_SHARE = 0.02  # a step that achieves a smaller fraction of the wanted motion counts as held
+SLOWED_SHARE = 0.9  # a step that achieves a smaller fraction is explained
+_ROUNDING = 1e-9  # tolerance of an acceleration limit for rounding of the velocity, relative
 
 
 @dataclass(frozen=True)
 class Relaxation:
-    """One way to state a step; base: the one that it is made from; gentle: every acceleration limit is kept."""
+    """One variant of a step; base: the variant it derives from; gentle: every acceleration limit still holds."""
 
     name: str
     base: str | None
@@ -44,20 +44,20 @@ def _as_is(problem: Problem) -> Problem:
 
 
 def _relax_retreat(problem: Problem) -> Problem:
-    """The rows of the pairs may be missed, at a price, as far as standing still misses them."""
+    """Soften the rows of the pairs, at a cost, up to the values at which standing still is feasible."""
     program = problem.program
     return problem.changed(program.holdable(len(program.rows) - len(problem.state.pairs)))
 
 
 def _drop_acceleration(problem: Problem) -> Problem:
-    """Range and speed of the joints hold, no limit on acceleration."""
+    """Keep range and speed limits of the joints, drop their acceleration limits."""
     problem = problem.without("acceleration")
-    low, high = joint_bounds(problem.context.robot.robot, problem.state.q, problem.context.world.dt)
+    low, high = joint_bounds(problem.context.robot.robot, problem.state.q, problem.context.constants.dt)
     return problem.changed(problem.program.boxed(low, high), box=np.stack([low, high]))
 
 
 def _allow_hold(problem: Problem) -> Problem:
-    """Every row may be missed, at a price, as far as standing still misses it."""
+    """Soften every row, at a cost, up to the value at which standing still is feasible."""
     return problem.changed(problem.program.holdable())
 
 
@@ -70,10 +70,10 @@ RELAXATIONS = (
 
 
 def take_step(problem: Problem, solver: str, fused: bool = True) -> StepReport:
-    """Solve and certify a problem, relaxed where it must be; what cannot be certified is held (HAZ-01, HAZ-03).
+    """Solve and certify a problem, relaxed if necessary; hold where no motion can be certified (HAZ-01, HAZ-03).
 
     Args:
-        fused: the usual course of things in one compiled call; the result is the same without.
+        fused: try one compiled call first, which covers the usual case; the result is the same without.
     """
     if problem.brakes:
         return _brake(problem)
@@ -94,13 +94,13 @@ def take_step(problem: Problem, solver: str, fused: bool = True) -> StepReport:
 
 
 def _largest_share(attempt: Problem, solution: Solution, gentle: bool, problem: Problem) -> StepReport:
-    """The largest certified share of the solution's step; ``problem``: the step as it was stated."""
+    """Report the largest certified fraction of the solution's step; ``problem``: the step before relaxation."""
     state, dq = attempt.state, solution.step
-    inside = bool((state.distance < attempt.context.world.margin[:, None]).any())
+    inside = bool((state.distance < attempt.context.constants.margin[:, None]).any())
     shares = (*SHARES, *MARGIN_SHARES) if inside else SHARES
     for share in shares[1:] if attempt.full_refused else shares:
         step = dq
-        if share < 1.0:  # less of a step is more of braking, not of halting: it keeps the accelerations
+        if share < 1.0:  # a fraction of the step must brake within the accelerations, not stop abruptly
             slow = braking(state)
             step = slow + share * (dq - slow)
         verdict = certify_step(attempt, step)
@@ -111,12 +111,12 @@ def _largest_share(attempt: Problem, solution: Solution, gentle: bool, problem: 
 
 
 def _moved_whole(problem: Problem, after: StepState) -> StepReport:
-    """The report of the fused kernel's step, as it goes nearly always: nothing slows it and nothing has to give way."""
+    """Report the fused kernel's full step, the usual case: nothing slows it and nothing is relaxed."""
     request, state = problem.request, problem.state
-    share = 1.0 if request.along is None else problem.share
+    share = 1.0 if request.motion_gain is None else problem.share
     if share < SLOWED_SHARE or problem.rests or state.numbers[state.layout.broken_place]:
         return _moved(problem, after, problem.share, 1.0, None)
-    # Without the keywords and defaults of a call, which take as long as everything else here.
+    # Bypasses the keyword and default handling of a call, which takes as long as the rest of this function.
     return tuple.__new__(
         StepReport,
         (after, "moved", share, (), problem.row_count, False, partial(_explained, problem), request.ramp_fraction),
@@ -137,14 +137,14 @@ def _moved(
     gentle: bool = True,
     problem: Problem | None = None,
 ) -> StepReport:
-    """The report of a certified step; ``solution`` None: it is still in the workspace, as the fused kernel left it."""
+    """Report a certified step; ``solution`` None: it is still in the fused kernel's workspace."""
     request, whole, state = attempt.request, share == 1.0 and gentle, attempt.state
     broken = state.numbers[state.layout.broken_place]
     emergency = False
     if broken or not whole:
         made = attempt.found_step() if step is None else step
         emergency = exceeds_acceleration(attempt if problem is None else problem, made, with_rows=not whole)
-    if request.along is None or attempt.rests:
+    if request.motion_gain is None or attempt.rests:
         achieved = 1.0
 
     def explain() -> tuple[LimitingConstraint, ...]:
@@ -154,7 +154,7 @@ def _moved(
     outcome = "moved" if share == 1.0 else "shrunk"
     if achieved < SLOWED_SHARE:
         why, gathering = _why(attempt, solution)
-        # A robot that gathers speed is not held, however little it makes of its first step.
+        # An accelerating robot is not held, however small the fraction of its first step.
         if achieved < HELD_SHARE and (why or not gathering):
             outcome, why = "held", why or nearest(attempt.state)
     report = StepReport(after, outcome, achieved, why, attempt.row_count, emergency, explain, request.ramp_fraction)
@@ -162,14 +162,14 @@ def _moved(
 
 
 def _refusing(verdict: Certified | Refused) -> tuple[LimitingConstraint, ...]:
-    """The fixture that does not admit where a motion ends, by the words of its rows; nothing where it is another."""
+    """Describe the fixture that does not admit the final state by the words of its rows; empty if none is at fault."""
     by = None if isinstance(verdict, Certified) else verdict.by
     words = getattr(by, "words", "")
     return (LimitingConstraint("fixture", words=words),) if words else ()
 
 
 def _held(problem: Problem, why: tuple[LimitingConstraint, ...], rows: int) -> StepReport:
-    """The tool stays where it is."""
+    """Report that the tool stays in place."""
     state = problem.state
     emergency = exceeds_acceleration(problem, np.zeros(len(state.q)))
     report = StepReport(_stopped(state), "held", 0.0, why or nearest(state), rows, emergency)
@@ -181,7 +181,7 @@ def _idle(report: StepReport) -> StepReport:
 
 
 def _brake(problem: Problem) -> StepReport:
-    """A robot that nobody drives comes to rest: the largest certified share of the braking step."""
+    """Decelerate a robot without a hand on it: the largest certified fraction of the braking step."""
     state = problem.state
     if not state.velocity.any():
         return StepReport(state, "idle", 1.0, (), 0)
@@ -195,13 +195,13 @@ def _brake(problem: Problem) -> StepReport:
 
 
 def _stopped(state: StepState) -> StepState:
-    """The same pose at rest."""
+    """Return the same pose with zero velocity."""
     stopped: StepState = state.context.measure(state.q) if state.velocity.any() else state
     return stopped
 
 
 def _why(attempt: Problem, solution: Solution | None) -> tuple[tuple[LimitingConstraint, ...], bool]:
-    """What acts on a step, but for accelerations; and whether those do as well."""
+    """Return the constraints that limit a step except accelerations, and whether accelerations limit it too."""
     found = attempt.found_solution() if solution is None else solution
     every = () if found is None else active_constraints(attempt, found)
     why = tuple(b for b in every if b.kind != "acceleration")
@@ -209,17 +209,17 @@ def _why(attempt: Problem, solution: Solution | None) -> tuple[tuple[LimitingCon
 
 
 def _achieved(attempt: Problem, step: Array) -> float:
-    """The part of the wanted motion that a step makes, summed in the order of the fused kernel."""
+    """Return the achieved fraction of the wanted motion, summed in the order of the fused kernel."""
     share = 0.0
-    for part, motion in zip(attempt.along.tolist(), step.tolist(), strict=True):
+    for part, motion in zip(attempt.motion_gain.tolist(), step.tolist(), strict=True):
         share += part * motion
     return share
 
 
 def exceeds_acceleration(problem: Problem, step: Array, with_rows: bool = True) -> bool:
     """Whether a step exceeds an acceleration limit: of a joint, or of a constraint (``with_rows``)."""
-    world = problem.context.world
-    last, change = problem.state.velocity * world.dt, world.acceleration * world.dt**2
+    constants = problem.context.constants
+    last, change = problem.state.velocity * constants.dt, constants.acceleration * constants.dt**2
     if (np.abs(step - last) > change + _ROUNDING * (change + np.abs(last))).any():
         return True
     return with_rows and any(

@@ -1,13 +1,13 @@
-"""What the tasks ask of a step, compiled: from a packed state and the hand's command to rows over (Δq, λ).
+"""Task requests, compiled: from a packed state and the hand's command to objective rows over (Δq, λ).
 
-A task that asks for a motion ΔP_d with a progress variable λ has the rows ‖J Δq − λ ΔP_d‖² + w_λ² ‖ΔP_d‖² (1 − λ)²:
-the desired motion, or as much of it as can be had. Li 2007, eq. 14 asks for (1 − ε_t) of the motion and is infeasible
-as soon as the anatomy stops the tool; λ slows the tool down along the wanted direction instead.
+A task that requests a motion ΔP_d with a progress variable λ has the rows ‖J Δq − λ ΔP_d‖² + w_λ² ‖ΔP_d‖² (1 − λ)²:
+the desired motion, or the largest feasible fraction of it. Li 2007, eq. 14 requires (1 − ε_t) of the motion and is
+infeasible as soon as the anatomy stops the tool; λ slows the tool down along the desired direction instead.
 
-Every kernel takes ``task``, the numbers of ``TaskNumbers``; the sizes n, s, b of the packed state ``before``
-(``fixtures.state_kernel``); and ``reach``, the longest motion in mm, or rad of a turn.
-It writes the objective's rows ``matrix`` (m, n + 1) and ``target`` (m,), and ``along`` (n,), and returns what a
-``StepRequest`` has besides: length of the wanted step, whether it has a direction, compliance, ramp fraction.
+Every kernel takes ``task``, the packed ``TaskNumbers``; the sizes n, s, b of the packed state ``before``
+(``fixtures.state_kernel``); and ``reach``, the longest motion in mm, or rad for a rotation.
+It writes the objective rows ``matrix`` (m, n + 1) and ``target`` (m,), and ``motion_gain`` (n,), and returns the other
+fields of a ``StepRequest``: length of the wanted step, whether it has a direction, compliance, ramp fraction.
 """
 
 from __future__ import annotations
@@ -31,19 +31,20 @@ from .settings import ControlSettings
 
 Asked = tuple[float, bool, float, float]
 
-# What progress is worth against an error across the wanted direction, w_λ.
-# A tenth along a path: a hand that pushes along a blocked one may buy little error across it.
+# w_λ, the weight of progress against errors across the desired direction. A tenth along a path: where it is blocked,
+# a hand that pushes along it causes only a small error across it.
 PATH_REWARD, VIEW_REWARD = 0.1, 0.3
-_NOTHING_MM = 1e-9  # a shorter wanted step is none
-_TURNING_MM = 1e-6  # stands for the length of one on its way from one direction to another
+_NOTHING_MM = 1e-9  # a shorter wanted step counts as none
+_TURNING_MM = 1e-6  # substitute for the step length while the velocity reverses
 
 
 class TaskNumbers(NamedTuple):
-    """What tasks ask of settings and tool; mm, rad, s, N.
+    """Settings and tool dimensions that the tasks use; mm, rad, s, N.
 
-    gain … tolerance, deceleration: settings of their names; distance: of the virtual point P_v from the tip.
-    sight_speed: from which the tool stops in sight of anatomy; speed_change, turn_change: of the wanted velocity and
-    turn in one step; axis: of the view, grip: where the hand holds the tool, in the tip frame.
+    gain … tolerance, deceleration: settings of the same names; distance: of the virtual point P_v from the tip.
+    sight_speed: largest speed from which the tool stops within sight of anatomy; speed_change, turn_change: largest
+    change of the desired velocity and angular velocity in one step; axis: optical axis, grip: point that the hand
+    holds, both in the tip frame.
     """
 
     dt: Annotated[float, ()]
@@ -66,7 +67,7 @@ task_views = packing(TaskNumbers).views
 
 
 def task_numbers(settings: ControlSettings, tool: Tool) -> Array:
-    """The packed numbers of settings and tool."""
+    """Pack the numbers of settings and tool."""
     dt = settings.dt_s
     return packed(
         TaskNumbers(
@@ -82,13 +83,13 @@ def task_numbers(settings: ControlSettings, tool: Tool) -> Array:
 @compiled
 def free_request(
     task: Array, n: int, s: int, b: int, before: Array, force: Triple, torque: Triple, reach: float,
-    matrix: Array, target: Array, along: Array,
+    matrix: Array, target: Array, motion_gain: Array,
 ) -> Asked:  # fmt: skip
     """Rows ‖J_v Δq − ΔP_d‖² + lever² ‖J_ω Δq − Δθ_d‖² (Li 2007, eq. 4), m = 6; ``torque`` in N·mm about the tip."""
     t, state = task_views(task), state_views(before, n, s, b)
     push = saturate(times(t.gain, force), min(t.sight_speed, stoppable_speed(reach, t.speed_change, t.dt)))
     turn = saturate(times(t.rotation_gain, torque), sight_turn(state, t.sight_speed))
-    # One share for both: an angle counts as much of the change that is allowed as a displacement.
+    # One fraction limits both: translation and rotation are compared as fractions of their allowed changes.
     per_speed, per_turn, lever = 1.0 / t.speed_change, 1.0 / t.turn_change, t.distance
     now = np.dot(state.jacobian, state.velocity)
     now_push, now_turn = times(per_speed, triple_at(now, 0)), times(per_turn, triple_at(now, 3))
@@ -99,7 +100,7 @@ def free_request(
         ramp = 1.0 / size
         new_push, new_turn = plus(now_push, times(ramp, more_push)), plus(now_turn, times(ramp, more_turn))
     step, angle = times(t.dt, over(new_push, per_speed)), times(t.dt, over(new_turn, per_turn))
-    wish, wish_angle = times(t.dt, push), times(t.dt, times(lever, turn))
+    wanted, wish_angle = times(t.dt, push), times(t.dt, times(lever, turn))
     scaled, jacobian = times(lever, angle), np.empty((6, n))
     for k in range(3):
         target[k], target[3 + k] = step[k], scaled[k]
@@ -114,9 +115,9 @@ def free_request(
     if moves:
         share = np.dot(target, jacobian)
         for j in range(n):
-            along[j] = share[j] / square
+            motion_gain[j] = share[j] / square
     if not length > _NOTHING_MM:
-        length = _turning(math.sqrt(_squared(wish, wish_angle)), state.velocity)
+        length = _turning(math.sqrt(_squared(wanted, wish_angle)), state.velocity)
     whole = math.sqrt(_squared(times(t.dt, times(per_speed, push)), times(t.dt, times(per_turn, turn))))
     fraction = 1.0
     if whole > 0.0:
@@ -127,13 +128,13 @@ def free_request(
 @compiled
 def path_request(
     task: Array, n: int, s: int, b: int, before: Array, force: Triple, place: Triple, tangent: Triple,
-    behind: float, ahead: float, reach: float, matrix: Array, target: Array, along: Array,
+    behind: float, ahead: float, reach: float, matrix: Array, target: Array, motion_gain: Array,
 ) -> Asked:  # fmt: skip
     """The tip follows a path (Li 2007, eq. 9-15), m = 4.
 
     Args:
-        place, tangent: of the path's point closest to the tip; behind, ahead: arc length that is left there, so that
-            no step leaves the path at its ends.
+        place, tangent: position and tangent of the path point closest to the tip; behind, ahead: remaining arc length
+            in each direction, so that no step leaves the path at its ends.
     """
     t, state = task_views(task), state_views(before, n, s, b)
     wanted = path_velocity(
@@ -149,13 +150,13 @@ def path_request(
     desired = times(t.dt, plus(velocity, times(kept - forwards, tangent)))  # eq. 12
     _write_progress(jacobian, 1.0, desired, PATH_REWARD, matrix, target)
     compliance = t.gain * t.dt * ramp * progress_weight(PATH_REWARD)
-    return _asked(jacobian, desired, times(t.dt, wanted), state.velocity, compliance, along)
+    return _asked(jacobian, desired, times(t.dt, wanted), state.velocity, compliance, motion_gain)
 
 
 @compiled
 def approach_request(
     task: Array, n: int, s: int, b: int, before: Array, force: Triple, goal: Triple, of_view: bool, reach: float,
-    matrix: Array, target: Array, along: Array,
+    matrix: Array, target: Array, motion_gain: Array,
 ) -> Asked:  # fmt: skip
     """The tip, or with ``of_view`` the virtual point P_v, moves straight to ``goal`` and stops there, m = 4."""
     t, state = task_views(task), state_views(before, n, s, b)
@@ -174,22 +175,22 @@ def approach_request(
     desired = times(t.dt, velocity)
     _write_progress(jacobian, 1.0, desired, reward, matrix, target)
     compliance = t.gain * t.dt * ramp * progress_weight(reward)
-    return _asked(jacobian, desired, times(t.dt, wanted), state.velocity, compliance, along)
+    return _asked(jacobian, desired, times(t.dt, wanted), state.velocity, compliance, motion_gain)
 
 
 @compiled
 def inspect_request(
     task: Array, n: int, s: int, b: int, before: Array, torque: Triple, goal: Triple, inner: float, reach: float,
-    matrix: Array, target: Array, along: Array, planes: Array, bound: Array,
+    matrix: Array, target: Array, motion_gain: Array, planes: Array, bound: Array,
 ) -> Asked:  # fmt: skip
     """The rotation kτΔt of (24) with a progress variable, and ‖J Δq + (P_v − P_t)‖², m = 7.
 
-    Inside the ball the centre is still the best place: the last three rows ask for it.
+    Inside the ball the centre is still preferred: the last three rows pull towards it.
 
     Args:
         torque: in N·mm; goal: P_t; inner: ``polyhedra.ball_inner``.
-        planes, bound: out, (32, n + 1), (32,): ‖P_v + J Δq − P_t‖ ≤ ε_t as planes of a polyhedron inside that ball
-            (eq. 22-23); the virtual point can stop before each of them, and come back from beyond it.
+        planes, bound: out, (32, n + 1), (32,): ‖P_v + J Δq − P_t‖ ≤ ε_t as half-spaces of a polyhedron inside that ball
+            (eq. 22-23); the virtual point can stop before each of them, and returns from beyond it.
     """
     t, state = task_views(task), state_views(before, n, s, b)
     wanted = times(t.rotation_gain, torque)
@@ -215,40 +216,42 @@ def inspect_request(
         for j in range(n):
             planes[i, j] = rows[i, j]
     compliance = t.distance * t.distance * t.rotation_gain * t.dt * ramp * progress_weight(VIEW_REWARD)
-    length, moves, compliance, fraction = _asked(turning, turn, times(t.dt, wanted), state.velocity, compliance, along)
+    length, moves, compliance, fraction = _asked(
+        turning, turn, times(t.dt, wanted), state.velocity, compliance, motion_gain
+    )
     return t.distance * length, moves, compliance, fraction
 
 
 @compiled
 def stays_in_view(task: Array, n: int, s: int, b: int, before: Array, after: Array, goal: Triple) -> bool:
-    """Whether P_v ends in the ball of ε_t about P_t, or no further out than before."""
+    """Whether P_v ends in the ball of radius ε_t about P_t, or no further out than before."""
     t = task_views(task)
     error = norm(minus(view_place(t, state_views(after, n, s, b)), goal))
     admissible: bool = error <= max(t.tolerance, norm(minus(view_place(t, state_views(before, n, s, b)), goal)))
     return admissible
 
 
-def load_requests(guide: tuple[Array, int, int, int], before: Array) -> None:
-    """Call every kernel once: one that is loaded where it is first needed would halt a running robot.
+def load_requests(kernel_sizes: tuple[Array, int, int, int], before: Array) -> None:
+    """Call every kernel once, because loading one at its first use would stop a running robot.
 
     Args:
-        guide: of a ``ControlContext``; before: numbers of a state.
+        kernel_sizes: of a ``ControlContext``; before: packed state.
     """
-    n, no = guide[1], (0.0, 0.0, 0.0)
-    matrix, target, along = np.empty((7, n + 1)), np.empty(7), np.empty(n)
+    n, no = kernel_sizes[1], (0.0, 0.0, 0.0)
+    matrix, target, motion_gain = np.empty((7, n + 1)), np.empty(7), np.empty(n)
     planes, bound = np.empty((len(BALL_DIRECTIONS), n + 1)), np.empty(len(BALL_DIRECTIONS))
-    free_request(*guide, before, no, no, math.inf, matrix[:6], target[:6], along)
-    path_request(*guide, before, no, no, no, 0.0, 0.0, math.inf, matrix, target, along)
-    approach_request(*guide, before, no, no, True, math.inf, matrix, target, along)
-    inspect_request(*guide, before, no, no, 1.0, math.inf, matrix, target, along, planes, bound)
-    stays_in_view(*guide, before, before, no)
+    free_request(*kernel_sizes, before, no, no, math.inf, matrix[:6], target[:6], motion_gain)
+    path_request(*kernel_sizes, before, no, no, no, 0.0, 0.0, math.inf, matrix, target, motion_gain)
+    approach_request(*kernel_sizes, before, no, no, True, math.inf, matrix, target, motion_gain)
+    inspect_request(*kernel_sizes, before, no, no, 1.0, math.inf, matrix, target, motion_gain, planes, bound)
+    stays_in_view(*kernel_sizes, before, before, no)
 
 
 @shared
 def progress_weight(reward: float) -> float:
-    """What a missing part of the wanted motion costs with a progress variable, 1 without one: w_λ² / (1 + w_λ²).
+    """Cost of a missing fraction of the desired motion: w_λ² / (1 + w_λ²) with a progress variable, 1 without.
 
-    For a motion x ΔP_d the best λ is (x + w_λ²) / (1 + w_λ²), which leaves ½ w_λ² / (1 + w_λ²) ‖ΔP_d‖² (1 − x)².
+    For a motion x ΔP_d the optimal λ is (x + w_λ²) / (1 + w_λ²), which leaves ½ w_λ² / (1 + w_λ²) ‖ΔP_d‖² (1 − x)².
     """
     return reward * reward / (1.0 + reward * reward)
 
@@ -257,7 +260,7 @@ def progress_weight(reward: float) -> float:
 def _write_progress(
     jacobian: Array, lever: float, desired: Triple, reward: float, matrix: Array, target: Array
 ) -> None:
-    """Four rows of a motion with a progress variable; ``lever`` makes an angle comparable to a displacement."""
+    """Write the four rows of a motion with a progress variable; ``lever`` converts rotation to displacement."""
     n = jacobian.shape[1]
     weight = reward * norm(desired)
     for k in range(3):
@@ -270,15 +273,17 @@ def _write_progress(
 
 
 @shared
-def _asked(jacobian: Array, desired: Triple, wish: Triple, velocity: Array, compliance: float, along: Array) -> Asked:
-    """What a kernel returns for the motion ``desired``, a step on its way to the speed of the step ``wish``."""
+def _asked(
+    jacobian: Array, desired: Triple, wanted: Triple, velocity: Array, compliance: float, motion_gain: Array
+) -> Asked:
+    """Return a kernel's result for the motion ``desired``, an accelerating step towards the final step ``wanted``."""
     square = dot(desired, desired)
     moves = square > _NOTHING_MM * _NOTHING_MM
     if moves:
-        for j in range(len(along)):
+        for j in range(len(motion_gain)):
             column = jacobian[0, j], jacobian[1, j], jacobian[2, j]
-            along[j] = dot(desired, column) / square
-    length, whole = norm(desired), norm(wish)
+            motion_gain[j] = dot(desired, column) / square
+    length, whole = norm(desired), norm(wanted)
     fraction = min(length / whole, 1.0) if whole > 0.0 else 1.0
     if not length > _NOTHING_MM:
         length = _turning(whole, velocity)
@@ -286,13 +291,13 @@ def _asked(jacobian: Array, desired: Triple, wish: Triple, velocity: Array, comp
 
 
 @shared
-def _turning(wish: float, velocity: Array) -> float:
-    """Length that stands for a step of none: 0 where nothing is wanted.
+def _turning(wanted: float, velocity: Array) -> float:
+    """Return the scale of a desired step of length 0; 0 only if no motion is wanted or no joint moves.
 
-    A tool that moves against its hand, as on its way out of a margin, comes by a wish to stand still on the way to the
-    hand's. That is no rest: rows that ask for more must have their say.
+    A tool that moves against its hand, e.g. on its way out of a margin, has a desired velocity of 0 while it reverses.
+    That is not rest: rows that require motion must stay active.
     """
-    if wish > _NOTHING_MM:
+    if wanted > _NOTHING_MM:
         for j in range(len(velocity)):
             if velocity[j] != 0.0:
                 return _TURNING_MM
@@ -301,7 +306,7 @@ def _turning(wish: float, velocity: Array) -> float:
 
 @shared
 def stoppable_speed(remaining: float, change: float, dt: float) -> float:
-    """The speed from which the wanted motion can come to rest within ``remaining``; change: of it in one step."""
+    """Largest speed from which the wanted motion stops within ``remaining``; change: of the speed in one step."""
     if not remaining < math.inf:
         return math.inf
     return stoppable_step(remaining, change * dt) / dt
@@ -309,7 +314,7 @@ def stoppable_speed(remaining: float, change: float, dt: float) -> float:
 
 @shared
 def sight_turn(state: StateViews, sight_speed: float) -> float:
-    """The angular speed about the tip at which no end of the tool is faster than can be stopped in sight."""
+    """Largest angular speed about the tip at which every end of the tool can stop within sight."""
     farthest, tip = 0.0, triple_at(state.position, 0)
     for i in range(len(state.start)):
         for ends in (state.start, state.end):
@@ -320,14 +325,14 @@ def sight_turn(state: StateViews, sight_speed: float) -> float:
 
 @shared
 def view_place(t: TaskNumbers, state: StateViews) -> Triple:
-    """P_v, the point ``distance`` ahead of the tip on the optical axis."""
+    """Return P_v, the point ``distance`` ahead of the tip on the optical axis."""
     axis = np.dot(state.rotation, t.axis)
     return plus(triple_at(state.position, 0), times(t.distance, triple_at(axis, 0)))
 
 
 @shared
 def _carry(state: StateViews, point: Triple, jacobian: Array) -> None:
-    """Make the tip's Jacobian (3, n) that of the tool's material point that is at ``point`` now: J_v − r × J_ω."""
+    """Transform the tip's Jacobian (3, n) to that of the tool's material point now at ``point``: J_v − r × J_ω."""
     r = minus(point, triple_at(state.position, 0))
     for j in range(jacobian.shape[1]):
         a, b, c = state.jacobian[3, j], state.jacobian[4, j], state.jacobian[5, j]
@@ -339,7 +344,7 @@ def _carry(state: StateViews, point: Triple, jacobian: Array) -> None:
 
 @shared
 def _velocity(jacobian: Array, velocity: Array) -> Triple:
-    """J q̇ of a Jacobian (3, n)."""
+    """Return J q̇ for a Jacobian (3, n)."""
     return triple_at(np.dot(jacobian, velocity), 0)
 
 
@@ -350,5 +355,5 @@ def triple_at(values: Array, first: int) -> Triple:
 
 @shared
 def _squared(a: Triple, b: Triple) -> float:
-    """Squared length of a vector of six numbers."""
+    """Return the squared norm of a vector of six components, given as two triples."""
     return dot(a, a) + b[0] * b[0] + b[1] * b[1] + b[2] * b[2]

@@ -1,4 +1,4 @@
-"""Every number the controller can be given, with its range, unit and meaning."""
+"""Settings of the controller, each with its range, unit and label."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from typing import Any
 from ..errors import InputError
 from ..virtual_fixtures import stoppable_step
 
-# Settings that plans made earlier may still carry; they mean nothing any more and are passed over when read.
+# Settings of plans from earlier versions that no longer have an effect; they are ignored when read.
 RETIRED = frozenset({"group_flat_mm"})
 
 
 @dataclass(frozen=True)
 class Bound:
-    """What a setting may be: closed range, unit and a name a person reads."""
+    """Closed range of a setting, its unit and its label."""
 
     low: float
     high: float
@@ -26,11 +26,11 @@ class Bound:
 
 @dataclass(frozen=True)
 class ControlSettings:
-    """Settings of one rehearsal; immutable, checked on construction (InputError).
+    """Settings of the controller; immutable, validated on construction (InputError).
 
-    Printed by Li 2007: k_d = 0.2, k_tau = 0, weights of joints 0.01.
-    The other numbers are ours; docs/concepts.md gives the reasons.
-    surface_error_mm is how far the anatomy may lie outside its surface: it is added to the margin.
+    Values from Li 2007: k_d = 0.2, k_tau = 0, joint weights 0.01.
+    The other values are the package's own; docs/concepts.md gives the reasons.
+    surface_error_mm is the distance by which the anatomy can extend beyond its surface: it is added to the margin.
     """
 
     dt_s: float = 1e-3
@@ -61,27 +61,27 @@ class ControlSettings:
 
     @cached_property
     def reach_mm(self) -> float:
-        """How far the boundary looks: the threshold, and beyond the margin whatever that is."""
+        """Search distance of the boundary: the threshold, and at least a fixed distance beyond the margin."""
         return max(self.threshold_mm, self.kept_mm + 1.0)
 
     @property
     def kept_mm(self) -> float:
-        """The distance from the anatomy's surface that is kept: the margin, and what the surface may be off."""
+        """Enforced distance from the anatomy's surface: the margin plus the surface error."""
         return self.margin_mm + self.surface_error_mm
 
     @cached_property
     def sight_speed_mm_per_s(self) -> float:
-        """The speed that no part of the tool is asked to exceed: from it, it can stop before anatomy not seen yet."""
+        """Largest requested speed of any part of the tool: from it, the tool stops before anatomy not yet in sight."""
         change = self.approach_deceleration_mm_per_s2 * self.dt_s**2
         return stoppable_step(self.reach_mm - self.kept_mm, change) / self.dt_s
 
     @staticmethod
     def bounds() -> dict[str, Bound]:
-        """Allowed range of every setting, by field name."""
+        """Return the allowed range of every setting, by field name."""
         return dict(_BOUNDS)
 
     def clamped(self, /, **changes: float) -> ControlSettings:
-        """A copy with changes pulled into their ranges; a NaN or an unknown name raises InputError."""
+        """Return a copy with changes clipped to their ranges; a NaN or an unknown name raises InputError."""
         kept: dict[str, float] = {}
         for name, value in changes.items():
             if name not in _BOUNDS:
@@ -93,7 +93,7 @@ class ControlSettings:
 
     @classmethod
     def from_dict(cls, data: dict[str, Any]) -> ControlSettings:
-        """Settings from a plan's mapping; names in ``RETIRED`` are passed over, unknown ones raise InputError."""
+        """Create settings from a plan's mapping; names in ``RETIRED`` are ignored, unknown ones raise InputError."""
         known = {f.name for f in fields(cls)}
         unknown = sorted(set(data) - known - RETIRED)
         if unknown:
@@ -101,12 +101,12 @@ class ControlSettings:
         return cls(**{name: value for name, value in data.items() if name not in RETIRED})
 
     def to_dict(self) -> dict[str, float]:
-        """Every field by name, in the unit that the name ends in; ``from_dict`` reads it."""
+        """Return every field by name, in the unit of its suffix; the inverse of ``from_dict``."""
         return asdict(self)
 
 
 def _is_finite(value: Any) -> bool:
-    """Whether it is a finite number; an integer may be beyond every float, and a truth value is none."""
+    """Whether the value is a finite number; excludes booleans and integers too large for a float."""
     return isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) < math.inf
 
 

@@ -1,4 +1,4 @@
-"""How a shaft keeps the orientation that was planned for it while its tip moves along a path, compiled."""
+"""Rows that make the shaft follow its planned orientation while its tip moves along a path, compiled."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from ..virtual_fixtures.state_kernel import state_views
 from .admittance import saturate, slew_limited
 from .request_kernel import sight_turn, stoppable_speed, task_views, triple_at
 
-# Length by which an angle counts in the objective while the tip moves as it is asked to. It shrinks with the tip's
-# speed, so that an orientation that bone does not allow slows the tip down but never halts it (docs/concepts.md).
+# Length that weights an angle in the objective while the tip moves at the requested speed. It shrinks with the tip's
+# speed, so that an orientation that bone prevents slows the tip down but never stops it (docs/concepts.md).
 SHAFT_LEVER_MM = 5.0
-MOST_TURN_PER_MM = 0.1  # rad per mm of the tip's wanted motion: without a wish to move nothing turns
+MOST_TURN_PER_MM = 0.1  # rad per mm of the tip's wanted motion: without wanted motion the shaft does not rotate
 
 
 @compiled
@@ -24,14 +24,15 @@ def shaft_rows(
     task: Array, n: int, s: int, b: int, before: Array, stations: Array, frames: Array, twists: Array, has_roll: bool,
     at: float, step: float, wish: float, matrix: Array, target: Array,
 ) -> None:  # fmt: skip
-    """Rows lever · (J_ω Δq − Δθ_d) about the axes across the shaft, and about the shaft where a roll is planned, m = 3.
+    """Rows lever · (J_ω Δq − Δθ_d) about the axes across the shaft, and about the shaft if a roll is planned, m = 3.
 
-    Δθ_d is the planned turn along ``step`` and the way back to the plan, at a speed from which the tool can stop there.
+    Δθ_d is the planned rotation along ``step`` plus the correction towards the plan, at a speed from which the tool can
+    stop at the planned orientation.
 
     Args:
         stations, frames, twists: of ``ShaftDirections``; has_roll: False leaves the third row 0.
-        at: arc length of the path's point closest to the tip; step: length of the wanted motion along the path,
-            and wish: in all, above 0, mm.
+        at: arc length of the path point closest to the tip; step: length of the wanted motion along the path,
+            and wish: its total length, above 0, mm.
         matrix, target: out, (3, n + 1) and (3,).
     """
     t, state = task_views(task), state_views(before, n, s, b)
@@ -62,7 +63,7 @@ def shaft_rows(
 
 @shared
 def _turn(y: Triple, z: Triple, onto_y: Triple, onto_z: Triple, with_roll: bool) -> Triple:
-    """The turn in rad from one pair of axes onto another: of the shaft, and then about it."""
+    """Rotation vector in rad from one pair of axes to another: first of the shaft, then about it."""
     axis, angle = turn_between(y, onto_y, z)
     turn = times(angle, axis)
     if not with_roll:
@@ -73,7 +74,7 @@ def _turn(y: Triple, z: Triple, onto_y: Triple, onto_z: Triple, with_roll: bool)
 
 @shared
 def _write(row: int, about: Triple, lever: float, angle: Triple, jacobian: Array, matrix: Array, target: Array) -> None:
-    """One row of the turn about a unit vector; ``angle`` is lever · Δθ_d."""
+    """Write one row of the rotation about a unit vector; ``angle`` is lever · Δθ_d."""
     n = jacobian.shape[1]
     target[row], matrix[row, n] = dot(about, angle), 0.0
     for j in range(n):
@@ -81,7 +82,7 @@ def _write(row: int, about: Triple, lever: float, angle: Triple, jacobian: Array
         matrix[row, j] = lever * spin
 
 
-def load_shaft_rows(guide: tuple[Array, int, int, int], before: Array) -> None:
+def load_shaft_rows(kernel_sizes: tuple[Array, int, int, int], before: Array) -> None:
     """Call the kernel once, see ``request_kernel.load_requests``."""
-    plan, n = ShaftDirections(np.zeros(1), np.eye(1, 3)), guide[1]
-    shaft_rows(*guide, before, *plan.table, False, 0.0, 0.0, 1.0, np.empty((3, n + 1)), np.empty(3))
+    plan, n = ShaftDirections(np.zeros(1), np.eye(1, 3)), kernel_sizes[1]
+    shaft_rows(*kernel_sizes, before, *plan.table, False, 0.0, 0.0, 1.0, np.empty((3, n + 1)), np.empty(3))

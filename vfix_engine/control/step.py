@@ -1,8 +1,8 @@
 """One control step in three functions: build the problem, solve it, certify the motion.
 
 ``problem = build_step(state, tasks, fixtures, command)``, ``solution = solve_step(problem)`` and
-``verdict = certify_step(problem, solution.dq)`` are what ``Controller.step`` does; besides, it knows what to try where
-a program has no answer (``relaxations``).
+``verdict = certify_step(problem, solution.dq)`` are what ``Controller.step`` runs, with the relaxations of infeasible
+programs in addition (``relaxations``).
 """
 
 from __future__ import annotations
@@ -24,20 +24,20 @@ from .problem import Problem
 from .program import Solution
 from .step_request import StepRequest, Task, request_of
 
-CERTIFICATE = "certificate"  # who refuses a motion that may touch anatomy or a zone
-_STOPPING_MM = 1e-6  # stands for the length of the wanted step where the program brings the tool to rest
+CERTIFICATE = "certificate"  # name of the verdict that refuses a motion that may touch anatomy or a zone
+_STOPPING_MM = 1e-6  # substitute for the length of the wanted step while the tool decelerates to rest
 
 
 @dataclass(frozen=True, eq=False)
 class Certified:
-    """The whole motion keeps every margin, and every task and fixture admits where it ends."""
+    """The whole motion respects every margin, and every task and fixture admits its final state."""
 
     next_state: StepState
 
 
 @dataclass(frozen=True, eq=False)
 class Refused:
-    """The motion must not be made. by: 'certificate', 'task', or the fixture that does not admit its end."""
+    """The motion must not be made. by: 'certificate', 'task', or the fixture that refuses its final state."""
 
     by: str | Fixture
 
@@ -49,24 +49,24 @@ def build_step(
     command: Any = None,
     dt: float | None = None,
 ) -> Problem:
-    """The problem of the step from ``state``.
+    """Build the problem of the step from ``state``.
 
-    Anatomy, zones and joint limits belong to the context that measured the state: their rows and their verdict are part
+    Anatomy, zones and joint limits belong to the context that measured the state: their rows and their checks are part
     of every problem.
 
     Args:
-        state: from ``Controller.start``, ``ControlContext.measure``, or a step before.
-        tasks: what the tool is to do; their objectives share one progress variable.
-        fixtures: of every step; their rows join those of the tasks.
-        command: handed to every task, for those that come along a ``HandCommand``.
-        dt: control period in s; it is that of the state's context and may be left out.
+        state: from ``Controller.start``, ``ControlContext.measure``, or a previous step.
+        tasks: what the tool does; their objectives share one progress variable.
+        fixtures: active in every step; their rows are added to those of the tasks.
+        command: passed to every task; tasks driven by a hand need a ``HandCommand``.
+        dt: control period in s; optional, must equal that of the state's context.
 
     Returns:
         The problem; the next one that is built from a state of the same context overwrites its numbers.
 
     Raises:
         ControlError: the state was not measured by a ``ControlContext``.
-        InputError: there is no task, its rows have wrong shapes, or dt is not the context's.
+        InputError: there is no task, its rows have wrong shapes, or dt differs from the context's.
     """
     context = context_of(state)
     if dt is not None and dt != context.settings.dt_s:
@@ -86,16 +86,16 @@ def build_step(
 
 
 def solve_step(problem: Problem, solver: str = qp.DUAL) -> Solution:
-    """The answer of the problem, checked by the Karush-Kuhn-Tucker conditions.
+    """Solve the problem and check the Karush-Kuhn-Tucker conditions of its solution.
 
     Args:
-        solver: 'dual' (our own), 'daqp', or any that qpsolvers finds installed, such as 'osqp'.
+        solver: 'dual' (built in), 'daqp', or any solver installed for qpsolvers, such as 'osqp'.
 
     Returns:
-        The solution; where there is none, ``found`` is False, ``why`` says why and reading ``dq`` raises.
+        The solution; if there is none, ``found`` is False, ``why`` gives the reason and reading ``dq`` raises.
 
     Raises:
-        ControlError: no such solver; or another problem was built since.
+        ControlError: the solver is not installed; or another problem was built since.
     """
     if problem.brakes:
         return Solution(braking(problem.state), 0.0, np.zeros(0), 0)
@@ -106,12 +106,12 @@ def solve_step(problem: Problem, solver: str = qp.DUAL) -> Solution:
 
 
 def certify_step(problem: Problem, dq: ArrayLike) -> Certified | Refused:
-    """The verdict on the joint step dq (n,) in mm and rad, whoever proposes it.
+    """Check the joint step dq (n,) in mm and rad, from any source.
 
-    The certificate is asked about the whole motion, then every task and every fixture about the state that it ends in.
+    The certificate checks the whole motion, then every task and every fixture the state at its end.
 
     Raises:
-        InputError: dq is not n numbers.
+        InputError: dq does not have n numbers.
     """
     step = real_array("the step", dq)
     if step.shape != problem.state.q.shape:
@@ -124,7 +124,7 @@ def certify_step(problem: Problem, dq: ArrayLike) -> Certified | Refused:
 
 
 def refused_by(problem: Problem, after: StepState) -> str | Fixture | None:
-    """Who does not admit a certified state: the task, or a fixture; None where everybody does."""
+    """Return the task or fixture that does not admit a certified state; None if all do."""
     verdict = problem.request.is_admissible
     if verdict is not None and not verdict(after):
         return "task"
@@ -135,10 +135,10 @@ def refused_by(problem: Problem, after: StepState) -> str | Fixture | None:
 
 
 def verdict_of(fixture: Fixture) -> Callable[[StepState, StepState], bool]:
-    """``is_admissible`` of a fixture, or ``keeps``, its name in earlier versions.
+    """Return the fixture's ``is_admissible``, or ``keeps``, its name in earlier versions.
 
     Raises:
-        InputError: the fixture has none.
+        InputError: the fixture has neither.
     """
     verdict = getattr(fixture, "is_admissible", None) or getattr(fixture, "keeps", None)
     if verdict is None:
@@ -151,22 +151,22 @@ def verdict_of(fixture: Fixture) -> Callable[[StepState, StepState], bool]:
 
 
 def braking(state: StepState) -> Array:
-    """The step (n,) of a robot that comes to rest, within every limit of its joints."""
+    """Return the step (n,) that decelerates the robot within every limit of its joints."""
     if not state.velocity.any():
         return np.zeros(len(state.q))
-    world = state.context.world
-    step: Array = np.clip(brake(state.velocity, world.acceleration, world.dt), state.box[0], state.box[1])
+    constants = state.context.constants
+    step: Array = np.clip(brake(state.velocity, constants.acceleration, constants.dt), state.box[0], state.box[1])
     return step
 
 
 def _rest(state: StepState, request: StepRequest, fixtures: Sequence[Fixture]) -> Problem:
-    """Nothing is wanted: the tool stands still, or comes to rest as gently as every limit asks for."""
+    """Build the problem of a step without wanted motion: the tool stands still, or decelerates within all limits."""
     limits: tuple[Constraint, ...] = ()
     if fixtures and state.velocity.any():
-        # What would bring the tool anywhere is left out: without a hand it only comes to rest.
+        # Objectives and soft rows are omitted: without a hand the tool only decelerates.
         standing = _rows(state, request, 0.0, fixtures)
         limits = _inequalities(tuple(c for rows in standing for c in rows.constraints if c.penalty is None))
-        if (state.distance >= state.context.world.margin[:, None]).all():
+        if (state.distance >= state.context.constants.margin[:, None]).all():
             constraints = (*_inequalities(request.constraints), *limits)
             problem = Problem(state, request, fixtures, request.objectives, constraints, _STOPPING_MM)
             problem.rests = True
@@ -177,7 +177,7 @@ def _rest(state: StepState, request: StepRequest, fixtures: Sequence[Fixture]) -
 
 
 def _rows(state: StepState, request: StepRequest, scale: float, fixtures: Sequence[Fixture]) -> list[Rows]:
-    """What the fixtures give to this step."""
+    """Collect the rows of the fixtures for this step."""
     context: ControlContext = state.context
     settings = context.settings
     compliance = settings.gain_mm_per_s_per_n * settings.dt_s if request.compliance is None else request.compliance
@@ -193,5 +193,5 @@ def _rows(state: StepState, request: StepRequest, scale: float, fixtures: Sequen
 
 
 def _inequalities(constraints: Sequence[Constraint]) -> tuple[Constraint, ...]:
-    """Equality rows as two inequalities each."""
+    """Convert each equality row to two inequalities."""
     return tuple([c.as_inequalities() if c.equality else c for c in constraints])

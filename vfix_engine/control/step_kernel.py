@@ -1,6 +1,6 @@
 """A whole step in one compiled call: program, solution, check, predicted pose and certificate (Li 2007, section IV).
 
-It is the usual course of things, made of the same parts that ``step`` calls one by one where anything is unusual.
+It handles the usual case with the same parts that ``step`` calls one by one in all other cases.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from typing import Annotated, NamedTuple
 
 from ..arrays import Array, Float32Array, Int32Array, IntArray
 from ..certificate.certify_kernel import certify_motion
-from ..certificate.world import unpack_world
+from ..certificate.constants import unpack_constants
 from ..kernels.array_table import float32_at, float64_at, int32_at, int64_at
 from ..kernels.compiled import compiled, shared
 from ..kernels.packed import packing
@@ -17,11 +17,11 @@ from ..virtual_fixtures.state_kernel import PAIR_COUNT, state_views
 from .dual_kernel import solve_dual
 from .problem_kernel import DUAL_TOLERANCE, PRIMAL_TOLERANCE, assemble, check_kkt
 
-UNSOLVED = 4  # what a step can end in besides the verdicts of ``certify_kernel``
+UNSOLVED = 4  # outcome of a step in addition to the verdicts of ``certify_kernel``
 
 
 class ProgramViews(NamedTuple):
-    """A program as it is packed; c unknowns, m rows; see ``program.Program``."""
+    """Layout of a packed program; c unknowns, m rows; see ``program.Program``."""
 
     hessian: Annotated[Array, "c", "c"]
     gradient: Annotated[Array, "c"]
@@ -31,7 +31,7 @@ class ProgramViews(NamedTuple):
 
 
 class AnswerViews(NamedTuple):
-    """The answer to a program as it is packed; n joints.
+    """Layout of the packed solution of a program; n joints.
 
     step: (n,) Δq in mm and rad; x: (c,) the scaled unknowns; multiplier: (c + m,).
     """
@@ -50,7 +50,7 @@ answer_views, answer_size = ANSWER.views, ANSWER.size
 def unpack_table(
     t: IntArray,
 ) -> tuple[Array, IntArray, Float32Array, Array, Int32Array, Int32Array, Array, Array, Int32Array, Int32Array, Array]:
-    """The arrays of a table (``array_table.table_of``): what every step of a context is handed; compiled code only."""
+    """Arrays of a table (``array_table.table_of``), the constant arguments of a context's steps; compiled code only."""
     return (
         float64_at(t[0], (t[1],)), int64_at(t[2], (t[3],)),
         float32_at(t[4], (t[5],)), float64_at(t[6], (t[7],)), int32_at(t[8], (t[9],)),
@@ -63,29 +63,29 @@ def unpack_table(
 @compiled
 def fused_step(
     table: IntArray, before: Array, matrix: Array, target: Array, weight: Array, given: Array, bound: Array,
-    scale: float, along: Array, answer: Array, after: Array,
+    scale: float, motion_gain: Array, answer: Array, after: Array,
 ) -> tuple[int, int, float, float, int, float]:  # fmt: skip
-    """One step of a program without slacks.
+    """Make one step of a program without slack variables.
 
     Args:
-        table: of packed world, packed cover, the pairs' workspace (see ``certify_motion``) and the program's (out, see
-            ``ProgramViews``), in the order of ``unpack_table``; before: a packed state.
+        table: of packed constants, packed candidates, the pairs' workspace (see ``certify_motion``) and the program's
+            (out, see ``ProgramViews``), in the order of ``unpack_table``; before: a packed state.
         matrix … bound: rows of the program, see ``problem_kernel.fill``; scale: length of the wanted step in mm.
-        along: (n,) part of the wanted motion that each joint's motion makes.
+        motion_gain: (n,) fraction of the wanted motion per unit of each joint's motion.
         answer: out, see ``AnswerViews``; after: out, see ``certify_motion``.
 
     Returns:
-        The verdict of ``certify_motion``, its rows and its displacement, or UNSOLVED; the part of the wanted motion
-        that is made; how many rows the program has; its scale.
+        The verdict of ``certify_motion``, its rows and its displacement, or UNSOLVED; the achieved fraction of the
+        wanted motion; the number of rows of the program; its scale.
     """
     numbers, counts, boxes, corners, label, first, poses, rows, labels, body, workspace = unpack_table(table)
-    world = unpack_world(numbers, counts)
-    n = len(world.lower)
-    state = state_views(before, n, len(world.radius), len(world.margin))
+    constants = unpack_constants(numbers, counts)
+    n = len(constants.lower)
+    state = state_views(before, n, len(constants.radius), len(constants.margin))
     m = len(bound) + int(state.counts[PAIR_COUNT])
     p, a = program_views(workspace, n + 1, m), answer_views(answer, n, n + 1, m)
     scale = assemble(
-        world, state, matrix, target, weight, given, bound, scale, p.hessian, p.gradient, p.rows, p.upper, p.lower
+        constants, state, matrix, target, weight, given, bound, scale, p.hessian, p.gradient, p.rows, p.upper, p.lower
     )  # fmt: skip
     if not solve_dual(p.hessian, p.gradient, p.rows, p.upper, p.lower, a.x, a.multiplier):
         return UNSOLVED, 0, 0.0, 0.0, m, scale
@@ -96,7 +96,7 @@ def fused_step(
     share = 0.0
     for j in range(n):
         a.step[j] = a.x[j] * scale
-        share += along[j] * a.step[j]
+        share += motion_gain[j] * a.step[j]
     verdict, needed, displacement = certify_motion(
         numbers, counts, boxes, corners, label, first, poses, before, a.step, after, rows, labels, body
     )

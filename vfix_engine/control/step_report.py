@@ -1,4 +1,4 @@
-"""What became of one step."""
+"""Result of one step."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from .blockers import LimitingConstraint
 
 
 class StepReport(NamedTuple):
-    """What became of one step.
+    """Result of one step.
 
-    outcome: 'idle' (nothing wanted), 'moved', 'shrunk' (part of the solution) or 'held'.
-    share: part of the wanted motion that was made.
-    blockers: what made it less, strongest first; known where the share is under 0.9.
-    rows: inequality rows of its program; emergency: a joint, or a limit on acceleration, had to give way so that the
-    tool keeps its distance.
-    ramp_fraction: the wanted motion as a part of the hand's wish, see ``StepRequest``.
+    outcome: 'idle' (no wanted motion), 'moved', 'shrunk' (a fraction of the solution) or 'held'.
+    share: achieved fraction of the wanted motion.
+    blockers: constraints that reduced it, strongest first; computed if the fraction is below 0.9.
+    rows: inequality rows of the program; emergency: a joint limit or an acceleration limit was relaxed so that the tool
+        keeps its distance.
+    ramp_fraction: the wanted motion as a fraction of the hand's request, see ``StepRequest``.
     """
 
     state: StepState
@@ -30,10 +30,10 @@ class StepReport(NamedTuple):
     ramp_fraction: float = 1.0
 
     def active_constraints(self) -> tuple[LimitingConstraint, ...]:
-        """What acts on the step, strongest first: a tool that slides along bone loses no motion and still touches."""
+        """Constraints active in the step, strongest first; a tool can slide along bone without loss of motion."""
         return self.blockers or self.explain()
 
     @property
     def held(self) -> bool:
-        """Whether the hand pushes and the tool makes next to nothing of it."""
+        """Whether the hand pushes and the tool achieves almost none of the wanted motion."""
         return self.outcome == "held"

@@ -1,4 +1,4 @@
-"""What a task asks of one control step, and what a task is."""
+"""The request of a task for one control step, and the protocol of a task."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def _zero() -> Array:
 
 
 def _is_vector(value: Any) -> bool:
-    """Whether it is a float array of three finite numbers."""
+    """Whether the value is a float array of three finite numbers."""
     if type(value) is not np.ndarray or value.dtype is not _FLOAT or value.shape != (3,):
         return False
     x, y, z = value.tolist()
@@ -32,14 +32,14 @@ def _is_vector(value: Any) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class HandCommand:
-    """What the hand does during one step; patient frame.
+    """Input of the hand in one step; patient frame.
 
-    force: (3,) in N, already capped; torque: (3,) in N·mm about the point that the task moves.
-    reach: longest motion, in mm of the point or rad of the turn that the task moves; in teleoperation how far the
-    leader is ahead.
+    force: (3,) in N, already limited; torque: (3,) in N·mm about the point that the task moves.
+    reach: longest motion, in mm of the point or rad of the rotation that the task controls; in teleoperation the
+        distance by which the leader is ahead.
 
     Raises:
-        InputError: force or torque is not three finite numbers, or the reach is no number from 0 on.
+        InputError: force or torque is not three finite numbers, or the reach is not a number ≥ 0.
     """
 
     force: Array = field(default_factory=_zero)
@@ -62,51 +62,52 @@ class HandCommand:
 
 @dataclass(frozen=True, eq=False)
 class StepRequest:
-    """Rows of one step and what is known about them; only ``objectives`` is mandatory.
+    """Rows of one step and their properties; only ``objectives`` is mandatory.
 
     objectives, constraints: rows over x = (Δq, λ), without those of the fixtures, the boundary and the joints.
-    scale: length L of the wanted step in mm; 0: nothing is wanted, the tool comes to rest.
-    None: the length of the weighted targets, ‖√w b‖ over all objective rows.
-    along: (n,) share of the wanted motion that a unit of each joint's motion makes; a step that makes little of it is
-    reported as held. None: derived from the rows without progress variable, Σ w bᵀA / Σ w bᵀb.
-    is_admissible: verdict on the predicted state; False refuses the step. None: no verdict.
-    compliance: in mm/N, see ``Situation``; None: gain · dt, where the objectives weigh the tip's motion with 1.
-    ramp_fraction: the wanted motion as a share of what the hand asks for; it gets there at a bounded acceleration.
+    scale: length L of the wanted step in mm; 0: no motion is wanted, the tool decelerates to rest.
+        None: the length of the weighted targets, ‖√w b‖ over all objective rows.
+    motion_gain: (n,) fraction of the wanted motion per unit of each joint's motion; a step that achieves little of it
+        is reported as held. None: derived from the rows without progress variable, Σ w bᵀA / Σ w bᵀb.
+    is_admissible: check of the predicted state; False refuses the step. None: no check.
+    compliance: in mm/N, see ``Situation``; None: gain · dt, for objectives that weight the tip's motion by 1.
+    ramp_fraction: the wanted motion as a fraction of the hand's request, which it reaches at a bounded acceleration.
 
-    A request is a task of its own, one that asks for the same whatever the state.
+    A request is itself a task, which is independent of the state.
     """
 
     objectives: tuple[Objective, ...]
     constraints: tuple[Constraint, ...] = ()
     scale: float | None = None
-    along: Array | None = None
+    motion_gain: Array | None = None
     is_admissible: Callable[[StepState], bool] | None = None
     compliance: float | None = None
     ramp_fraction: float = 1.0
 
     def request(self, state: StepState, command: Any) -> StepRequest:
-        """This request."""
+        """Return this request."""
         return self
 
 
 class Task(Protocol):
-    """What the tool is to do: an immutable object that asks for rows step by step.
+    """What the tool does: an immutable object that requests rows step by step.
 
-    Whatever changes between two steps is in the state or in the command, so that a step can be repeated.
+    Everything that changes between two steps is in the state or in the command, so that a step can be repeated.
     """
 
     def request(self, state: StepState, command: Any) -> StepRequest:
-        """The request for the step from ``state`` under ``command``, usually a ``HandCommand``."""
+        """Return the request for the step from ``state`` under ``command``, usually a ``HandCommand``."""
 
 
 def request_of(tasks: Task | Sequence[Task], state: StepState, command: Any) -> StepRequest:
-    """One request of one or several tasks, with its scale known.
+    """Combine one or several tasks into one request with a known scale.
 
     The objectives and constraints of all tasks act together and share one progress variable λ.
-    The scale is the largest of all; what is derived from one task, such as ``along``, comes from the first that has it.
+    The scale is the largest one; properties of a single task, such as ``motion_gain``, are those of the first task that
+    has them.
 
     Raises:
-        InputError: there is no task, or a task answers something that is no ``StepRequest``.
+        InputError: there is no task, or a task returns something other than a ``StepRequest``.
     """
     if isinstance(tasks, (list, tuple)):
         if not tasks:
@@ -126,7 +127,7 @@ def _asked(task: Any, state: StepState, command: Any) -> StepRequest:
 
 
 def completed(request: StepRequest) -> StepRequest:
-    """The request with the scale and share that its rows imply where it names none."""
+    """Fill in the scale and motion gain that the rows imply where the request has none."""
     if not isinstance(request, StepRequest):
         raise InputError(f"a task's request is a {type(request).__name__}; it must be a StepRequest")
     if isinstance(request.objectives, Objective):
@@ -144,20 +145,20 @@ def completed(request: StepRequest) -> StepRequest:
     objectives = [o for o in rows if len(o.target) and not np.any(o.matrix[:, -1])]
     size = sum(o.weight * float(o.target @ o.target) for o in objectives)
     whole = sum(o.weight * float(o.target @ o.target) for o in rows)
-    along = request.along
-    if along is None and 0.0 < size < math.inf:
-        along = np.sum([o.weight * (o.target @ o.matrix[:, :-1]) for o in objectives], axis=0) / size
-    return replace(request, scale=float(np.sqrt(whole)), along=along)
+    motion_gain = request.motion_gain
+    if motion_gain is None and 0.0 < size < math.inf:
+        motion_gain = np.sum([o.weight * (o.target @ o.matrix[:, :-1]) for o in objectives], axis=0) / size
+    return replace(request, scale=float(np.sqrt(whole)), motion_gain=motion_gain)
 
 
 def joined(requests: Sequence[StepRequest]) -> StepRequest:
-    """One request of several completed ones, see ``request_of``."""
+    """Join several completed requests into one, see ``request_of``."""
     verdicts = [r.is_admissible for r in requests if r.is_admissible is not None]
     return StepRequest(
         tuple(o for r in requests for o in r.objectives),
         tuple(c for r in requests for c in r.constraints),
         max(r.scale or 0.0 for r in requests),
-        next((r.along for r in requests if r.along is not None), None),
+        next((r.motion_gain for r in requests if r.motion_gain is not None), None),
         (lambda after: all(verdict(after) for verdict in verdicts)) if verdicts else None,
         next((r.compliance for r in requests if r.compliance is not None), None),
         min(r.ramp_fraction for r in requests),

@@ -1,4 +1,4 @@
-"""What is near the tool: the bodies that it keeps away from, and the triangles of theirs that can matter now."""
+"""Surroundings of the tool: the obstacles it must avoid, and those of their triangles that are near."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..arrays import Array, Float32Array, Int32Array, IntArray
-from ..certificate.world import StepConstants, pack_poses, pack_world
+from ..certificate.constants import StepConstants, pack_candidates, pack_constants
 from ..geometry.capsules import Segments
 from ..geometry.shapes import shape_table
 from ..proximity.candidate_kernels import Candidates
@@ -17,20 +17,20 @@ from ..virtual_fixtures import joint_regularisation
 from ..virtual_fixtures.zones import ANATOMY, Zone, bodies, ordered
 from .settings import ControlSettings
 
-BUFFER_MM = 0.012  # rows keep this much more than the margin, so that the certificate rarely has to say no
-BEYOND_MARGIN_MM = 1.0  # pairs are looked for at least this far beyond every body's margin
-SLACK_MM = 1.0  # how far the tool may move before the triangles around it are gathered anew
+BUFFER_MM = 0.012  # added to the margin in the rows, so that the certificate rarely refuses a step
+BEYOND_MARGIN_MM = 1.0  # pairs are searched at least this far beyond every obstacle's margin
+SLACK_MM = 1.0  # distance that the tool may move before the candidate triangles are gathered again
 
 
 Packed = tuple[Array, IntArray, Float32Array, Array, Int32Array, Int32Array, Array]
 
 
 class Surroundings:
-    """The bodies around one tool: the anatomy, then surfaces, then shapes (``zones.ordered``).
+    """The obstacles around one tool: the anatomy, then surfaces, then shapes (``zones.ordered``).
 
-    ``arrays`` are the packed world and cover, see ``world.py``.
-    The cover holds the triangles around the tool as it was when they were gathered.
-    It is a cache only: the answers of the kernels that use it are exact for every pose, whatever was asked before.
+    ``arrays`` holds the packed constants and candidates, see ``constants.py``.
+    The candidates are the triangles near the tool's pose at the time they were gathered.
+    It is only a cache: the kernels that use it are exact for every pose, independent of previous queries.
     """
 
     def __init__(
@@ -40,25 +40,32 @@ class Surroundings:
         self.structure = ANATOMY
         patches, _ = bodies(self.zones)
         self.surfaces = (tree, *patches)
-        self.world = _world_of(robot, tool, settings, self.zones)
-        self.packed = pack_world(self.world)
-        self.arrays = self._gathered(Segments(self.world.start, self.world.end, self.world.radius), -1.0)
+        self.constants = _world_of(robot, tool, settings, self.zones)
+        self.packed = pack_constants(self.constants)
+        self.arrays = self._gathered(Segments(self.constants.start, self.constants.end, self.constants.radius), -1.0)
 
     def gather(self, start: Array, end: Array, further: float = 0.0) -> None:
-        """Gather the triangles around a pose of the tool's segments (S, 3), (S, 3), with more slack than usual."""
-        self.arrays = self._gathered(Segments(start, end, self.world.radius), SLACK_MM + further)
+        """Gather the triangles around a pose of the tool's segments (S, 3), (S, 3), with additional slack."""
+        self.arrays = self._gathered(Segments(start, end, self.constants.radius), SLACK_MM + further)
 
     def _gathered(self, segments: Segments, slack: float) -> Packed:
-        """World and cover that hold for poses within ``slack`` mm of this one; for none where that is negative."""
-        reach = self.world.threshold + slack if slack >= 0.0 else 0.0
+        """Constants and candidates valid for poses within ``slack`` mm of this one; for none if it is negative."""
+        reach = self.constants.threshold + slack if slack >= 0.0 else 0.0
         lists = [surface.candidates(segments, reach).arrays for surface in self.surfaces]
-        cover = lists[0] if len(lists) == 1 else _joined(lists)
-        poses = pack_poses(slack, segments.start, segments.end, cover.frame)
-        return *self.packed, cover.boxes, cover.corners, cover.label, cover.offset.reshape(len(lists), -1), poses
+        candidates = lists[0] if len(lists) == 1 else _joined(lists)
+        poses = pack_candidates(slack, segments.start, segments.end, candidates.frame)
+        return (
+            *self.packed,
+            candidates.boxes,
+            candidates.corners,
+            candidates.label,
+            candidates.offset.reshape(len(lists), -1),
+            poses,
+        )
 
 
 def _world_of(robot: PlacedRobot, tool: Tool, settings: ControlSettings, zones: Sequence[Zone] = ()) -> StepConstants:
-    """All that stays the same for one tool among an anatomy and ``zones``, which are ordered."""
+    """Constants of one tool among an anatomy and ``zones``, which are ordered."""
     margin = np.array([settings.kept_mm, *(zone.margin_mm for zone in zones)])
     model, chain = robot.robot, robot.chain
     rows = joint_regularisation(model).matrix
@@ -77,7 +84,7 @@ def _world_of(robot: PlacedRobot, tool: Tool, settings: ControlSettings, zones: 
         acceleration=_fixed(model.acceleration),
         shapes=shape_table(bodies(zones)[1]),
         margin=_fixed(margin),
-        keep=_fixed(margin + BUFFER_MM),
+        buffered_margin=_fixed(margin + BUFFER_MM),
         threshold=float(max(settings.reach_mm, margin.max() + BEYOND_MARGIN_MM)),
         change=float(settings.approach_deceleration_mm_per_s2 * settings.dt_s**2),
         dt=float(settings.dt_s),
@@ -86,7 +93,7 @@ def _world_of(robot: PlacedRobot, tool: Tool, settings: ControlSettings, zones: 
 
 
 def _joined(lists: Sequence[Candidates]) -> Candidates:
-    """The triangles of several surfaces one after the other; frames (4 M,) and offsets (M (S + 1),) as well."""
+    """Concatenate the triangles of several surfaces, and their frames (4 M,) and offsets (M (S + 1),)."""
     nodes = np.cumsum([0, *(int(each.offset[-1]) for each in lists)])
     return Candidates(
         np.concatenate([each.boxes for each in lists]),
@@ -98,7 +105,7 @@ def _joined(lists: Sequence[Candidates]) -> Candidates:
 
 
 def _fixed(values: Array) -> Array:
-    """A read-only contiguous copy."""
+    """Return a read-only contiguous copy."""
     copy = np.array(values, dtype=np.float64, order="C")
     copy.setflags(write=False)
     return copy

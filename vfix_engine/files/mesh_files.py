@@ -18,7 +18,7 @@ from vfix_engine.errors import FrameError, MeshError
 from vfix_engine.files.frame_report import FrameReport, named_unit_of, resolve_frame, to_lps_mm
 from vfix_engine.files.mesh_glb import read_glb
 from vfix_engine.files.mesh_obj import read_obj
-from vfix_engine.files.mesh_parts import Arrays, check_count
+from vfix_engine.files.mesh_parts import MeshArrays, check_count
 from vfix_engine.files.mesh_ply import read_ply
 from vfix_engine.files.mesh_stl import read_stl
 from vfix_engine.files.mesh_vtk import read_vtk, read_vtp
@@ -119,5 +119,10 @@ def _check(vertices: npt.NDArray[Any], faces: npt.NDArray[Any]) -> None:
         )
 
 
-_READERS: dict[str, Callable[[bytes], Arrays]] = {"stl": read_stl, "obj": read_obj, "ply": read_ply, "glb": read_glb}
+_READERS: dict[str, Callable[[bytes], MeshArrays]] = {
+    "stl": read_stl,
+    "obj": read_obj,
+    "ply": read_ply,
+    "glb": read_glb,
+}
 _VTK_READERS = {"vtk": read_vtk, "vtp": read_vtp}  # that know the frame of their fields too

@@ -14,9 +14,8 @@ import numpy as np
 import numpy.typing as npt
 
 from vfix_engine.errors import MeshError
+from vfix_engine.files.mesh_parts import MeshArrays
 from vfix_engine.json_text import parse_json
-
-Arrays = tuple[npt.NDArray[Any], npt.NDArray[Any]]
 
 _JSON, _BIN = 0x4E4F534A, 0x004E4942
 _TYPES = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
@@ -27,7 +26,7 @@ _MAX_NODES = 10_000
 _NOT_READ = {"KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_mesh_quantization"}
 
 
-def read_glb(data: bytes) -> Arrays:
+def read_glb(data: bytes) -> MeshArrays:
     """Corners (n, 3) as the file gives them and triangles (m, 3). Raises MeshError."""
     try:
         return _File(data).surface()
@@ -54,7 +53,7 @@ class _File:
             words = ", ".join(sorted(packed))
             raise MeshError(f"the GLB file is packed ({words}), which is not read; save it unpacked.")
 
-    def surface(self) -> Arrays:
+    def surface(self) -> MeshArrays:
         vertices: list[npt.NDArray[Any]] = []
         faces: list[npt.NDArray[Any]] = []
         count = 0

@@ -12,7 +12,7 @@ import numpy as np
 
 from vfix_engine.errors import MeshError
 from vfix_engine.files.mesh_parts import (
-    Arrays,
+    MeshArrays,
     check_count,
     check_last_line,
     fans,
@@ -31,7 +31,7 @@ _KNOWN = _PASSED_OVER | _FREE_FORM | {b"v", b"f", b"fo", b"call", b"csh"}
 _CORNER_WORDS = (4, 5, 7, 8)  # with three coordinates, a weight, a colour, or both
 
 
-def read_obj(data: bytes) -> Arrays:
+def read_obj(data: bytes) -> MeshArrays:
     """Corners (n, 3) as the file gives them and triangles (m, 3). Raises MeshError."""
     data = without_mark(data, "OBJ")
     check_last_line(data, "OBJ")

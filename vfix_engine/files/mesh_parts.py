@@ -12,7 +12,7 @@ import numpy.typing as npt
 from vfix_engine.errors import MeshError
 
 MAX_TRIANGLES = 5_000_000
-Arrays = tuple[npt.NDArray[Any], npt.NDArray[Any]]
+MeshArrays = tuple[npt.NDArray[Any], npt.NDArray[Any]]
 _DECIMAL_COMMA = re.compile(rb"\d,\d")
 
 

@@ -19,7 +19,7 @@ import numpy.typing as npt
 
 from vfix_engine.errors import MeshError
 from vfix_engine.files.mesh_parts import (
-    Arrays,
+    MeshArrays,
     check_count,
     check_last_line,
     fans,
@@ -68,10 +68,10 @@ class _Element:
 
 
 # Of each item a value, or a list of values, for each property; or all as a structured array with the fields v0, v1, …
-Rows = Iterator[list[Any]] | npt.NDArray[Any]
+PlyRows = Iterator[list[Any]] | npt.NDArray[Any]
 
 
-def read_ply(data: bytes) -> Arrays:
+def read_ply(data: bytes) -> MeshArrays:
     """Corners (n, 3) as the file gives them and triangles (m, 3). Raises MeshError."""
     data = without_mark(data, "PLY")
     head = _HEADER.match(data[:_HEADER_BYTES])
@@ -109,7 +109,7 @@ def _elements(lines: list[list[bytes]]) -> list[_Element]:
     return elements
 
 
-def _surface(parts: Iterable[tuple[_Element, Rows]]) -> Arrays:
+def _surface(parts: Iterable[tuple[_Element, PlyRows]]) -> MeshArrays:
     vertices, faces = np.empty((0, 3)), np.empty((0, 3), dtype=np.int64)
     for element, rows in parts:
         if element.name == b"vertex":
@@ -121,7 +121,7 @@ def _surface(parts: Iterable[tuple[_Element, Rows]]) -> Arrays:
     return vertices, faces
 
 
-def _corners(element: _Element, rows: Rows) -> npt.NDArray[np.float64]:
+def _corners(element: _Element, rows: PlyRows) -> npt.NDArray[np.float64]:
     at = [n for name in (b"x", b"y", b"z") if (n := element.at(name)) is not None and not element.properties[n].length]
     if len(at) != 3:
         raise MeshError("the corners of the PLY file have no x, y and z.")
@@ -130,7 +130,7 @@ def _corners(element: _Element, rows: Rows) -> npt.NDArray[np.float64]:
     return np.array([[row[n] for n in at] for row in rows], dtype=np.float64)
 
 
-def _triangles(element: _Element, rows: Rows) -> npt.NDArray[np.int64]:
+def _triangles(element: _Element, rows: PlyRows) -> npt.NDArray[np.int64]:
     check_count(element.count)
     at = element.at(*_CORNERS)
     if at is None or not element.properties[at].length or element.properties[at].kind in "fd":
@@ -149,7 +149,7 @@ def _triangles(element: _Element, rows: Rows) -> npt.NDArray[np.int64]:
 # -- text
 
 
-def _of_text(body: bytes, elements: list[_Element]) -> Arrays:
+def _of_text(body: bytes, elements: list[_Element]) -> MeshArrays:
     """A text PLY has one row for each item; each has as many values as its properties take."""
     claimed, there = sum(one.count for one in elements), sum(1 for _ in rows_of(body))
     if there != claimed:
@@ -194,7 +194,7 @@ def _read(words: list[bytes], one: _Property) -> Any:
 # -- binary
 
 
-def _of_bytes(body: bytes, elements: list[_Element], order: str) -> Arrays:
+def _of_bytes(body: bytes, elements: list[_Element], order: str) -> MeshArrays:
     needed = sum(one.least_bytes for one in elements)
     if needed > len(body):
         raise MeshError(
@@ -214,7 +214,7 @@ class _Bytes:
     def __init__(self, body: bytes, order: str) -> None:
         self._body, self._order, self.at = body, order, 0
 
-    def rows(self, element: _Element) -> Rows:
+    def rows(self, element: _Element) -> PlyRows:
         """A structured array where all items are alike, which most files have, else item by item."""
         if (dtype := self._alike(element)) is not None:
             size = element.count * dtype.itemsize

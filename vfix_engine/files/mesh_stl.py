@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from vfix_engine.errors import MeshError
-from vfix_engine.files.mesh_parts import Arrays, check_count, fault_of, number_of, without_mark
+from vfix_engine.files.mesh_parts import MeshArrays, check_count, fault_of, number_of, without_mark
 
 _RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 _HEADER = 84  # [byte] of a binary file, with the number of triangles
@@ -26,7 +26,7 @@ _FACET = [b"facet", b"normal", b"", b"", b"", b"outer", b"loop", *3 * _CORNER, b
 _FIRST_CORNER = 8  # number of the word in a facet
 
 
-def read_stl(data: bytes) -> Arrays:
+def read_stl(data: bytes) -> MeshArrays:
     """Corners (n, 3) as the file gives them and triangles (m, 3). Raises MeshError.
 
     Corners that coincide exactly become one: STL stores each triangle on its own.

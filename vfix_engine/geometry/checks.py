@@ -1,4 +1,4 @@
-"""Checks of what callers give: points and the range of coordinates; mm."""
+"""Checks of arguments: points and the range of coordinates; mm."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ..validate import FARTHEST_MM
 
 
 def out_of_range(points: Array) -> tuple[int, str] | None:
-    """Index of the first of finite points (n, 3) with a coordinate above ``FARTHEST_MM``, and what to say of it."""
+    """Index of the first of finite points (n, 3) with a coordinate above ``FARTHEST_MM``, and its description."""
     far = np.flatnonzero((np.abs(points) > FARTHEST_MM).any(axis=1))
     if not len(far):
         return None
@@ -22,10 +22,10 @@ def out_of_range(points: Array) -> tuple[int, str] | None:
 
 
 def checked_points(points: ArrayLike) -> NDArray[np.float64]:
-    """Points (n, 3) as float64.
+    """Convert points (n, 3) to float64.
 
     Raises:
-        InputError: points that are not finite or not of that shape.
+        InputError: points are not finite or not of that shape.
     """
     places = np.array(points, dtype=np.float64, order="C")
     if places.ndim != 2 or places.shape[1] != 3 or not np.isfinite(places).all():

@@ -1,4 +1,4 @@
-"""A curve in the patient frame, dense in arc length and straight beyond its ends."""
+"""A curve in the patient frame, sampled densely by arc length and extended straight beyond its ends."""
 
 from __future__ import annotations
 
@@ -10,22 +10,22 @@ from numpy.typing import ArrayLike, NDArray
 from ..arrays import Array
 from ..errors import PathwayError
 
-_SAME = 1e-9  # [mm] neighbours nearer than that are the same point
-_FINE = 8  # points of the spline per sample while its length is measured
+_SAME = 1e-9  # [mm] neighbours closer than that coincide
+_FINE = 8  # points of the spline per sample for the arc-length integration
 
 
 @dataclass(frozen=True, eq=False)
 class Curve:
     """Dense polyline in the patient frame; s is the arc length from its first point in mm.
 
-    Before 0 and beyond ``length`` the curve goes straight on along its end tangents.
+    Before 0 and beyond ``length`` the curve continues straight along its end tangents.
 
     Args:
         points: (N, 3) mm, evenly spaced along the curve.
-        step_mm: their spacing.
+        step_mm: the spacing.
 
     Raises:
-        PathwayError: fewer than two points, points that are not finite, neighbours in one place, a step that is
+        PathwayError: fewer than two points, points that are not finite, neighbours that coincide, or a step that is
             not positive.
     """
 
@@ -40,7 +40,7 @@ class Curve:
         ahead = np.diff(points, axis=0)
         tangents = np.empty_like(points)
         tangents[1:-1] = points[2:] - points[:-2]
-        # Of second order, as the middle; of two points there is only the chord.
+        # Second-order accurate, as in the interior; two points only have the chord.
         tangents[0] = 3.0 * ahead[0] - ahead[1] if len(points) > 2 else ahead[0]
         tangents[-1] = 3.0 * ahead[-1] - ahead[-2] if len(points) > 2 else ahead[-1]
         size = np.linalg.norm(tangents, axis=1, keepdims=True)
@@ -58,7 +58,7 @@ class Curve:
         """The cubic spline through points (n, 3), n ≥ 2, resampled every ``step_mm`` or a little less.
 
         Raises:
-            PathwayError: as the class.
+            PathwayError: see the class.
         """
         from scipy.interpolate import make_interp_spline  # imported here: slow to load
 
@@ -79,7 +79,7 @@ class Curve:
         return (len(self.points) - 1) * self.step_mm
 
     def position(self, s: ArrayLike) -> Array:
-        """Points at the arc lengths s (scalar or (m,)): (3,) or (m, 3) mm; straight on beyond the ends."""
+        """Points at the arc lengths s (scalar or (m,)): (3,) or (m, 3) mm; extrapolated straight beyond the ends."""
         places = _finite(s)
         index, share = self._between(places)
         share = share[..., None]
@@ -99,11 +99,11 @@ class Curve:
     def closest(self, point: ArrayLike, near_s: float | None = None, window: float | None = None) -> float:
         """Arc length in [0, length] of the point of the curve nearest to ``point`` (3,).
 
-        With ``near_s`` and ``window`` only the arc within ``window`` mm of ``near_s`` is looked at, so that a
-        neighbouring loop of the lumen is never taken for the place.
+        With ``near_s`` and ``window`` only the arc within ``window`` mm of ``near_s`` is searched, so that a
+        neighbouring loop of the lumen is never mistaken for the position.
 
         Raises:
-            PathwayError: a point that is not finite, or a window that misses the curve.
+            PathwayError: the point is not finite, or the window does not overlap the curve.
         """
         target = np.asarray(point, dtype=np.float64)
         low, high = 0.0, self.length
@@ -121,10 +121,10 @@ class Curve:
         return float(min(max((first + best + share[best]) * self.step_mm, low), high))
 
     def bending(self, window_mm: float = 4.0) -> Array:
-        """Curvature (N,) in 1/mm at the points: turn of the tangent over ``window_mm`` of the curve, over its length.
+        """Curvature (N,) in 1/mm at the points: rotation of the tangent over ``window_mm`` of the curve, per length.
 
         Raises:
-            PathwayError: a window that is not positive.
+            PathwayError: the window is not positive.
         """
         if not (np.isfinite(window_mm) and window_mm > 0.0):
             raise PathwayError(f"the window of a curvature must be positive, not {window_mm} mm")
@@ -137,14 +137,14 @@ class Curve:
         return curvature
 
     def _between(self, places: Array) -> tuple[NDArray[np.intp], Array]:
-        """Number of the sample before each place and the share of the distance to the next."""
+        """Index of the sample before each arc length, and the fraction of the interval to the next one."""
         steps = np.clip(places / self.step_mm, 0.0, len(self.points) - 1)
         index = np.minimum(steps.astype(np.intp), len(self.points) - 2)
         return index, steps - index
 
 
 def _checked(points: ArrayLike) -> Array:
-    """A copy (n, 3) of points that a curve can go through."""
+    """Return a validated copy (n, 3) of the points."""
     control = np.array(points, dtype=np.float64, order="C")
     if control.ndim != 2 or control.shape[1] != 3 or len(control) < 2:
         raise PathwayError(f"a curve needs at least two points (n, 3), not {control.shape}")

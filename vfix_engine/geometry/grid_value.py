@@ -1,4 +1,4 @@
-"""The value of a distance grid at a position, inlined into kernels that ask for many."""
+"""Interpolation in a distance grid, inlined into kernels that evaluate many points."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from ..kernels.compiled import inlined
 
 @inlined
 def grid_value(values: Any, origin: Any, step: float, x: float, y: float, z: float) -> float:
-    """Trilinear value of a grid (K, J, I) at a position in mm; NaN outside of it."""
+    """Trilinear value of a grid (K, J, I) at a position in mm; NaN outside the grid."""
     top_k, top_j, top_i = values.shape[0] - 1, values.shape[1] - 1, values.shape[2] - 1
     a, b, c = (x - origin[0]) / step, (y - origin[1]) / step, (z - origin[2]) / step
     if not (0.0 <= a <= top_i and 0.0 <= b <= top_j and 0.0 <= c <= top_k):

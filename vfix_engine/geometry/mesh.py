@@ -23,7 +23,7 @@ class TriangleMesh:
         faces: (F, 3) indices into the vertices.
 
     Raises:
-        MeshError: wrong shapes, no triangle, a vertex that is not finite or a kilometre away, an index out of range
+        MeshError: wrong shapes, no triangle, a vertex that is not finite or a kilometre away, or an index out of range
             (HAZ-09).
     """
 
@@ -65,7 +65,7 @@ class TriangleMesh:
 
     @cached_property
     def bounds(self) -> Array:
-        """Lowest and highest corner (2, 3) of the box around the triangles, in mm."""
+        """Lowest and highest corner (2, 3) of the axis-aligned bounding box of the triangles, in mm."""
         used = self.vertices[np.unique(self.faces)]
         box: Array = np.array([used.min(axis=0), used.max(axis=0)])
         box.setflags(write=False)
@@ -83,13 +83,13 @@ class TriangleMesh:
 
     @cached_property
     def volume_mm3(self) -> float:
-        """Volume [mm³] that a closed surface encloses, negative where its normals point inwards."""
+        """Volume [mm³] enclosed by a closed surface, negative if its normals point inwards."""
         a, b, c = np.moveaxis(self.triangles - self.bounds.mean(axis=0), 1, 0)
         return float(np.einsum("ij,ij->", a, np.cross(b, c))) / 6.0
 
     @cached_property
     def content_hash(self) -> str:
-        """SHA-256 (hex) over vertices and faces: equal for equal meshes only."""
+        """SHA-256 (hex) of vertices and faces: equal only for equal meshes."""
         digest = hashlib.sha256(f"{self.vertices.shape} {self.faces.shape}".encode())
         digest.update(self.vertices.astype("<f8").tobytes())
         digest.update(self.faces.astype("<i4").tobytes())

@@ -1,4 +1,4 @@
-"""The path through the anatomy: an interpolating B-spline, parameterised by arc length."""
+"""Path through the anatomy: an interpolating B-spline, parameterised by arc length."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from .checks import out_of_range
 from .path_kernels import arc_table, closest_on_path, sample
 
 _TABLE_STEP_MM = 0.1  # mm between the entries of the arc-length table
-_MAX_ENTRIES = 50_000  # entries of the table at most
-_COINCIDENT_MM = 1e-9  # mm: control points nearer than that are the same point
+_MAX_ENTRIES = 50_000  # largest number of entries of the table
+_COINCIDENT_MM = 1e-9  # control points closer than that coincide
 
 
 class SplinePath:
@@ -25,7 +25,7 @@ class SplinePath:
         degree: of the spline, reduced to n − 1 for fewer points.
 
     Raises:
-        PlanError: too few points, points that are not finite or a kilometre away, two neighbours in the same place.
+        PlanError: too few points, points that are not finite or a kilometre away, or two neighbours that coincide.
     """
 
     def __init__(self, points: ArrayLike, degree: int = 5):
@@ -49,7 +49,8 @@ class SplinePath:
         self.points, self.degree = control, min(degree, len(control) - 1)
         from scipy.interpolate import make_interp_spline  # imported here: slow to load
 
-        # With chord lengths as parameter the speed is near 1 and the curve does not oscillate between uneven points.
+        # With chord lengths as parameter ‖dp/du‖ is near 1 and the curve does not oscillate between unevenly spaced
+        # points.
         spline = make_interp_spline(np.concatenate([[0.0], np.cumsum(chords)]), control, k=self.degree)
         breaks = np.unique(spline.t)
         powers = range(self.degree, -1, -1)
@@ -83,7 +84,7 @@ class SplinePath:
         does not jump to another branch of the path. Otherwise the whole path is searched.
 
         Raises:
-            PlanError: a point or an arc length that is not finite.
+            PlanError: a point or an arc length is not finite.
         """
         target = np.array(point, dtype=np.float64)
         low, high = 0.0, self.length

@@ -11,7 +11,7 @@ import numpy as np
 from ..arrays import Array
 from ..kernels.compiled import compiled
 
-# Gauss-Legendre with eight nodes on [−1, 1]: exact to rounding over a step of the table.
+# Gauss-Legendre quadrature with eight nodes on [−1, 1]: exact up to rounding over a step of the table.
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 
 
@@ -51,14 +51,14 @@ def _arc(coefficients: Array, x0: float, x1: float, out: Array) -> float:
 
 @compiled
 def _copy3(into: Array, values: Array) -> None:
-    """Copy (3,). An assignment of slices compiles numba's shape errors into the kernel, which takes seconds."""
+    """Copy (3,). Slice assignment would compile numba's shape errors into the kernel, which takes seconds."""
     for j in range(3):
         into[j] = values[j]
 
 
 @compiled
 def arc_table(breaks: Array, coefficients: Array, step: float) -> tuple[Array, Array, Array]:
-    """Parameters, arc lengths and points at entries no further apart than ``step`` in the parameter."""
+    """Parameters, arc lengths and points of a table with a spacing of at most ``step`` in the parameter."""
     count = 1
     for m in range(len(coefficients)):
         count += max(int(np.ceil((breaks[m + 1] - breaks[m]) / step)), 4)
@@ -82,7 +82,7 @@ def arc_table(breaks: Array, coefficients: Array, step: float) -> tuple[Array, A
 
 @compiled
 def parameter_at(breaks: Array, coefficients: Array, u: Array, s: Array, wanted: float, out: Array) -> float:
-    """Parameter at an arc length, by Newton's method within one interval of the table."""
+    """Return the parameter at an arc length, by Newton's method within one interval of the table."""
     begin: float = u[0]
     finish: float = u[-1]
     if wanted <= 0.0:
@@ -109,7 +109,7 @@ def parameter_at(breaks: Array, coefficients: Array, u: Array, s: Array, wanted:
 
 @compiled
 def _unit_tangent(coefficients: Array, x: float, width: float, out: Array, tangent: Array) -> None:
-    """Unit tangent of a piece; where the derivative vanishes, that of a point close by."""
+    """Unit tangent of a piece; where the derivative vanishes, that of a nearby point."""
     _evaluate(coefficients, x, out)
     size = np.sqrt(out[1, 0] ** 2 + out[1, 1] ** 2 + out[1, 2] ** 2)
     if size < 1e-9:
@@ -187,8 +187,8 @@ def closest_on_path(
     stop = parameter_at(breaks, coefficients, u, s, high, out)
     first = _interval(u, start)
     last = _interval(u, stop) + 1
-    # No point of an interval is nearer than half of the sum of its ends' distances minus its arc length. The interval
-    # of the smallest lower bound is searched first, so that its result rejects nearly all others.
+    # Every point of an interval is at least half of (the sum of its ends' distances minus its arc length) away. The
+    # interval with the smallest lower bound is searched first, so that its result rejects nearly all others.
     lower_bound = np.empty(last - first)
     for i in range(first, last):
         lower_bound[i - first] = 0.5 * (_gap(points[i], target) + _gap(points[i + 1], target) - s[i + 1] + s[i])

@@ -1,4 +1,4 @@
-"""The planned orientation of a tool's shaft along a path: a direction, and for a bent tool a roll, over arc length."""
+"""Planned orientation of a tool's shaft along a path: a direction, and for a bent tool a roll, over arc length."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from ..kernels.triples import triple
 from .shaft_kernels import frames_at, turn_between, turned
 
 _SUPERIOR, _POSTERIOR = np.array([0.0, 0.0, 1.0]), np.array([0.0, 1.0, 0.0])
-_STEEP = 0.95  # a shaft with more of the superior direction in it has its bend towards posterior for 'up'
+_STEEP = 0.95  # a shaft with a larger superior component uses posterior as the reference for its bend
 
 
 def upright_frame(shaft: Array) -> Array:
-    """Rotation (3, 3) of a tip frame that is as upright as can be.
+    """Return the tip frame (3, 3) that is as upright as possible for a shaft direction.
 
     The y axis is the unit vector ``shaft`` (3,), from the tail towards the tip. The z axis, towards which a tool bends,
-    points to superior, or to posterior where the shaft itself runs up or down.
+    points to superior, or to posterior if the shaft itself is nearly vertical.
     """
     side = np.cross(shaft, _SUPERIOR if abs(shaft[2]) < _STEEP else _POSTERIOR)
     side /= np.linalg.norm(side)
@@ -28,9 +28,9 @@ def upright_frame(shaft: Array) -> Array:
 
 
 def rolled_frame(direction: ArrayLike, roll: float) -> Array:
-    """Tip frame (3, 3) of a shaft whose tail lies in ``direction`` (3,) from its tip, turned by ``roll`` rad about it.
+    """Return the tip frame (3, 3) of a shaft with its tail in ``direction`` (3,) from its tip, and a ``roll`` in rad.
 
-    With roll 0 it is the upright frame; the turn is right-handed about ``direction``.
+    With roll 0 it is the upright frame; the rotation is right-handed about ``direction``.
     """
     towards = np.asarray(direction, dtype=np.float64)
     frame = upright_frame(-towards / np.linalg.norm(towards))
@@ -40,7 +40,7 @@ def rolled_frame(direction: ArrayLike, roll: float) -> Array:
 
 
 def roll_of(frame: ArrayLike) -> float:
-    """The roll in rad, −π … π, of a tip frame (3, 3): the inverse of ``rolled_frame``."""
+    """Return the roll in rad, −π … π, of a tip frame (3, 3): the inverse of ``rolled_frame``."""
     given = np.asarray(frame, dtype=np.float64)
     x, _, z = upright_frame(given[:, 1]).T
     return float(np.arctan2(-given[:, 2] @ x, given[:, 2] @ z))
@@ -48,21 +48,21 @@ def roll_of(frame: ArrayLike) -> float:
 
 @dataclass(frozen=True, eq=False)
 class ShaftDirections:
-    """Directions of the shaft at stations along a path, and in between by the smallest turn.
+    """Directions of the shaft at stations along a path, interpolated by the smallest rotation.
 
-    Before the first station and behind the last one, the shaft keeps the direction that it has there.
-    The roll is that of the tip frame against the most upright one (``rolled_frame``). Between two stations with a roll
-    the tool turns evenly about its shaft, the shorter way round; between them and a station without, it is carried
-    along without a twist of its own.
+    Before the first station and after the last one the direction is constant.
+    The roll is measured from the upright tip frame (``rolled_frame``). Between two stations with a roll the tool
+    rotates uniformly about its shaft, the shorter way; between a station with and one without, the frame is parallel
+    transported.
 
     Args:
         stations: (m,) arc lengths in mm, increasing.
-        directions: (m, 3) from the tip towards the tail, patient frame; of any length but 0.
+        directions: (m, 3) from the tip towards the tail, patient frame; of any nonzero length.
         rolls: (m,) in rad, NaN where the roll is free; None: free everywhere.
 
     Raises:
-        PlanError: no station, arc lengths that do not increase, a direction without a length, two neighbouring
-            directions that are opposite, or numbers of different counts.
+        PlanError: there is no station, arc lengths do not increase, a direction is zero, two neighbouring
+            directions are opposite, or the lengths of the arguments differ.
     """
 
     stations: Array
@@ -95,7 +95,7 @@ class ShaftDirections:
             object.__setattr__(self, name, value)
 
     def frame(self, s: ArrayLike) -> Array:
-        """Tip frames at the arc lengths s (scalar or (n,)): (3, 3) or (n, 3, 3); their roll is free without one."""
+        """Tip frames at the arc lengths s (scalar or (n,)), (3, 3) or (n, 3, 3); without rolls it is arbitrary."""
         places = np.asarray(s, dtype=np.float64)
         found: Array = frames_at(*self.table, np.atleast_1d(places))
         return found[0] if places.ndim == 0 else found
@@ -107,9 +107,9 @@ class ShaftDirections:
 
 
 def _carried(stations: Array, unit: Array, rolls: Array) -> tuple[Array, Array]:
-    """Frames (m, 3, 3) at the stations, and the twist (m − 1,) from each to the next.
+    """Return frames (m, 3, 3) at the stations, and the twist (m − 1,) from each to the next.
 
-    A frame is carried from station to station without a twist; the rolls that are given are turns against it, spread
+    The frames are parallel transported from station to station; given rolls are rotations relative to them, distributed
     over the arc length between them.
     """
     count = len(stations)

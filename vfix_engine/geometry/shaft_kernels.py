@@ -1,8 +1,8 @@
 """Orientation of a shaft between stations along a path, compiled.
 
-A frame is a rotation (3, 3) whose y axis runs along the shaft towards the tip. Between two stations the y axis goes
-along the great circle, the frame with it without a twist of its own (parallel transport), and ``twist`` rad about y in
-proportion to the arc length.
+A frame is a rotation (3, 3) whose y axis points along the shaft towards the tip. Between two stations the y axis
+follows a great circle; the frame is parallel transported with it and rotated about y by ``twist`` rad in proportion to
+the arc length.
 """
 
 from __future__ import annotations
@@ -15,12 +15,12 @@ from ..arrays import Array
 from ..kernels.compiled import compiled, shared
 from ..kernels.triples import Triple, cross, dot, norm, over, plus, times
 
-_OPPOSITE = 1e-12  # sine of the angle below which two axes have no great circle of their own
+_OPPOSITE = 1e-12  # sine of the angle below which two axes do not define a great circle
 
 
 @shared
 def turned(vector: Triple, axis: Triple, angle: float) -> Triple:
-    """A vector turned about a unit axis by ``angle`` rad (Rodrigues' formula)."""
+    """Rotate a vector about a unit axis by ``angle`` rad (Rodrigues' formula)."""
     c, s = math.cos(angle), math.sin(angle)
     along = times((1.0 - c) * dot(axis, vector), axis)
     return plus(plus(times(c, vector), times(s, cross(axis, vector))), along)
@@ -34,9 +34,9 @@ def column(frame: Array, number: int) -> Triple:
 
 @shared
 def turn_between(first: Triple, second: Triple, across: Triple) -> tuple[Triple, float]:
-    """Unit axis and angle in rad of the smallest turn from one unit vector to another.
+    """Unit axis and angle in rad of the smallest rotation from one unit vector to another.
 
-    across: unit vector across ``first``, the axis where the two are opposite and any would do.
+    across: unit vector perpendicular to ``first``, used as the axis if the two are opposite.
     """
     normal = cross(first, second)
     sine, cosine = norm(normal), dot(first, second)
@@ -47,7 +47,7 @@ def turn_between(first: Triple, second: Triple, across: Triple) -> tuple[Triple,
 
 @shared
 def axes_at(stations: Array, frames: Array, twists: Array, s: float) -> tuple[Triple, Triple]:
-    """The y and z axes of the frame at arc length s; before the first station and behind the last one, theirs.
+    """The y and z axes of the frame at arc length s; constant before the first and after the last station.
 
     Args:
         stations: (m,) increasing, in mm; frames: (m, 3, 3); twists: (m − 1,) in rad, from each frame to the next.

@@ -11,10 +11,10 @@ from .shapes import Box, CapsuleShape, HalfSpace, Shape, Sphere
 
 
 def signed_distance(shape: Shape, points: ArrayLike) -> Array:
-    """Distance (n,) of points (n, 3), patient frame, from the surface of a shape; inside it is minus the depth.
+    """Signed distance (n,) of points (n, 3), patient frame, from the surface of a shape; inside it is minus the depth.
 
     Raises:
-        InputError: points of another shape, or no solid shape.
+        InputError: points have another shape, or ``shape`` is not a solid shape.
     """
     places = np.asarray(points, dtype=np.float64)
     if places.ndim != 2 or places.shape[1] != 3:

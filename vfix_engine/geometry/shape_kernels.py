@@ -20,7 +20,7 @@ from ..kernels.compiled import compiled
 from .shapes import BOX, CAPSULE, SPHERE
 from .triangle_kernels import edge_pair
 
-_COINCIDENT = 1e-9  # mm below which the direction between two points is rounding
+_COINCIDENT = 1e-9  # mm; below it the direction between two points is dominated by rounding
 
 
 @compiled
@@ -54,13 +54,14 @@ def shape_rows(
 ) -> tuple[int, float]:
     """Append the pairs of one capsule and one shape within ``threshold`` mm: the closest pair, and those of both ends.
 
-    A capsule along a face touches it over its whole length; the rows of its ends prevent it from tilting into the face.
+    A capsule along a face touches it over its whole length; the rows of its ends prevent it from rotating into the
+    face.
 
     Args:
         rows: output (m, 10) with space for three rows from ``found`` on.
 
     Returns:
-        The number of rows, and the distance of the closest pair, whatever the threshold.
+        The number of rows, and the distance of the closest pair, independent of the threshold.
     """
     closest = rows[found]
     shape_row(kind, data, p, d, radius, closest)
@@ -83,7 +84,7 @@ def shape_rows(
 
 @compiled
 def _across(d: Array, row: Array) -> None:
-    """Write a unit vector across d as the row's normal; any unit vector where d is zero."""
+    """Write a unit vector perpendicular to d as the row's normal; any unit vector if d is zero."""
     least = 0
     for i in range(1, 3):
         if abs(d[i]) < abs(d[least]):
@@ -121,7 +122,7 @@ def _capsule_row(data: Array, p: Array, d: Array, row: Array) -> tuple[float, fl
     squared, t, s = edge_pair(d[0], d[1], d[2], ax, ay, az, ex, ey, ez)
     size = np.sqrt(squared)
     if size < _COINCIDENT:
-        # The shortest separation is across both axes; where they are parallel, or one is a point, across the longer.
+        # The shortest separation is perpendicular to both axes; if they are parallel, or one is a point, to the longer.
         nx, ny, nz = d[1] * ez - d[2] * ey, d[2] * ex - d[0] * ez, d[0] * ey - d[1] * ex
         length = np.sqrt(nx * nx + ny * ny + nz * nz)
         dd = d[0] * d[0] + d[1] * d[1] + d[2] * d[2]

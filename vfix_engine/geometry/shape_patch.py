@@ -13,10 +13,10 @@ from .triangle_kernels import segment_triangle
 
 
 def patch_around(mesh: TriangleMesh, centre: ArrayLike, radius_mm: float) -> TriangleMesh:
-    """The triangles with any point within ``radius_mm`` of ``centre`` (3,), mm; triangles stay whole.
+    """Return the triangles with any point within ``radius_mm`` of ``centre`` (3,), mm; triangles are not cut.
 
     Raises:
-        InputError: no triangle is that near, or the centre or radius is not finite, or the radius not positive.
+        InputError: no triangle is that near, the centre or radius is not finite, or the radius is not positive.
     """
     try:
         middle = np.array(centre, dtype=np.float64)
@@ -37,10 +37,10 @@ def patch_around(mesh: TriangleMesh, centre: ArrayLike, radius_mm: float) -> Tri
 
 
 def patch_of(mesh: TriangleMesh, chosen: ArrayLike) -> TriangleMesh:
-    """The chosen triangles of a mesh: a mask (F,) of booleans, or indices (n,) of faces.
+    """Return selected triangles of a mesh, by a boolean mask (F,) or indices (n,) of faces.
 
     Raises:
-        InputError: an empty choice, a mask of another length, or an index out of range.
+        InputError: the selection is empty, the mask has another length, or an index is out of range.
     """
     faces = np.asarray(chosen)
     if faces.dtype == np.bool_:

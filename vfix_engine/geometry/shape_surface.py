@@ -1,4 +1,4 @@
-"""Triangles of the border of a convex solid, with every vertex on it: a lathe of sphere and capsule, grids of a box."""
+"""Triangulated border of a convex solid, with every vertex on it: surfaces of revolution, and grids for a box."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ MOST_TRIANGLES = 200_000
 
 
 def border_triangles(shape: Shape, edge_mm: float) -> Array:
-    """Triangles (n, 3, 3) of a shape's border, normals out of the shape, with edges of about `edge_mm`.
+    """Triangulate a shape's border, (n, 3, 3), with outward normals and edges of about `edge_mm`.
 
-    Round borders are inscribed: no triangle leaves the shape. Longer edges are taken where there would be more than
+    Round borders are inscribed: no triangle extends beyond the shape. Edges are longer if there would be more than
     200,000 triangles.
 
     Raises:
-        InputError: a half-space, whose border has no end.
+        InputError: the shape is a half-space, whose border is unbounded.
     """
     if isinstance(shape, Sphere):
         return _lathe(shape.centre, shape.centre, shape.radius, edge_mm)
@@ -30,12 +30,12 @@ def border_triangles(shape: Shape, edge_mm: float) -> Array:
 
 
 def _edge(area_mm2: float, edge_mm: float) -> float:
-    """The edge, or a longer one where an area of two triangles per square would have too many."""
+    """Return the edge length, increased if an area with two triangles per square would have too many."""
     return max(edge_mm, float(np.sqrt(2.0 * area_mm2 / MOST_TRIANGLES)))
 
 
 def _lathe(start: Array, end: Array, radius: float, edge_mm: float) -> Array:
-    """A capsule, turned about its axis from the pole behind its start to the one beyond its end."""
+    """Triangulate a capsule as a surface of revolution, from the pole behind its start to the one beyond its end."""
     along = end - start
     length = float(np.linalg.norm(along))
     axis = along / length if length > 0.0 else np.array([0.0, 0.0, 1.0])
@@ -76,7 +76,7 @@ def _box(box: Box, edge_mm: float) -> Array:
 
 
 def _of_grid(places: Array) -> Array:
-    """Two triangles for each cell of a grid of places (m, n, 3)."""
+    """Return two triangles for each cell of a grid of points (m, n, 3)."""
     a, b, c, d = places[:-1, :-1], places[:-1, 1:], places[1:, 1:], places[1:, :-1]
     pairs = np.stack([np.stack([a, b, c], axis=-2), np.stack([a, c, d], axis=-2)], axis=2)
     return pairs.reshape(-1, 3, 3)

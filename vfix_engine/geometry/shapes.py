@@ -18,7 +18,7 @@ __all__ = ["Box", "CapsuleShape", "HalfSpace", "Shape", "ShapeTable", "Sphere", 
 
 SPHERE, CAPSULE, BOX, HALF_SPACE = range(4)
 DATA_WIDTH = 16
-_FAR_MM = 1e5  # 100 m: beyond it is no patient, and squares lose digits
+_FAR_MM = 1e5  # 100 m: no patient is beyond it, and squares lose precision
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +104,7 @@ Shape = Sphere | CapsuleShape | Box | HalfSpace
 
 
 class ShapeTable(NamedTuple):
-    """Shapes as the compiled kernels read them.
+    """Shapes in the layout of the compiled kernels.
 
     kind: (z,) SPHERE, CAPSULE, BOX or HALF_SPACE.
     data: (z, 16) mm, unused entries 0. Sphere: centre 3, radius. Capsule: start 3, end − start 3, radius.
@@ -116,10 +116,10 @@ class ShapeTable(NamedTuple):
 
 
 def shape_table(shapes: Sequence[Shape]) -> ShapeTable:
-    """The table of a sequence of shapes, in its order; read-only.
+    """Pack a sequence of shapes, in its order; read-only.
 
     Raises:
-        InputError: something in the sequence is not a shape.
+        InputError: an element of the sequence is not a shape.
     """
     kind, data = np.zeros(len(shapes), np.int64), np.zeros((len(shapes), DATA_WIDTH))
     for i, shape in enumerate(shapes):
@@ -144,7 +144,7 @@ def _numbers(shape: Shape) -> tuple[int, Array]:
 
 
 def _numeric(words: str, value: ArrayLike) -> Array:
-    """A copy as float64; InputError with ``words`` for anything that is not numeric, text included."""
+    """Copy as float64; InputError with ``words`` for anything that is not numeric, including text."""
     try:
         array = np.array(value)
     except (TypeError, ValueError) as error:
@@ -155,7 +155,7 @@ def _numeric(words: str, value: ArrayLike) -> Array:
 
 
 def _vector(what: str, value: ArrayLike) -> Array:
-    """A read-only copy (3,) of finite numbers within ``_FAR_MM``."""
+    """Return a read-only copy (3,) of finite numbers within ``_FAR_MM``."""
     vector = _numeric(f"{what} must be three numbers in mm", value)
     if vector.shape != (3,) or not np.isfinite(vector).all():
         raise InputError(f"{what} must be three finite numbers in mm, not {vector.tolist()}")
@@ -178,7 +178,7 @@ def _length(what: str, value: float) -> float:
 def _rigid(transform: ArrayLike) -> Array:
     matrix = _numeric("a box needs a rigid transform of 4 x 4 numbers", transform)
     matrix = rigid_transform(matrix, "a box's transform")
-    # The nearest rotation: an error of 1e-6 in orthonormality would be an error of the distance.
+    # The nearest rotation: an orthonormality error of 1e-6 would become an error of the distance.
     left, _, right = np.linalg.svd(matrix[:3, :3])
     matrix[:3, :3] = left @ right
     _vector("a box's centre", matrix[:3, 3])

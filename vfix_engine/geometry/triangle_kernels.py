@@ -1,8 +1,8 @@
 """Closest points between a segment and a triangle, compiled.
 
 The distance is smallest where the segment crosses the face, at an end of the segment above the face, or on an edge of
-the triangle. Each case proposes a pair of points that lie on segment and triangle, and the nearest pair is the result.
-Near a degeneracy a case may be missed, but every result is the distance of an actual pair of points (HAZ-08).
+the triangle. Each case yields a pair of points on segment and triangle, and the nearest pair is the result.
+Near a degeneracy a case can be missed, but every result is the distance of an actual pair of points (HAZ-08).
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ def face_point(
 ) -> tuple[float, float, float]:  # fmt: skip
     """Foot of the point r on the plane of the triangle (0, u, v) with normal n = u × v, nn = n·n > 0.
 
-    Returns (squared distance, α, β) with the foot α·u + β·v; ∞ when it lies outside.
+    Returns (squared distance, α, β) with the foot α·u + β·v; ∞ if the foot lies outside.
     """
     alpha = ((ry * vz - rz * vy) * nx + (rz * vx - rx * vz) * ny + (rx * vy - ry * vx) * nz) / nn
     beta = ((uy * rz - uz * ry) * nx + (uz * rx - ux * rz) * ny + (ux * ry - uy * rx) * nz) / nn
@@ -70,9 +70,9 @@ def segment_triangle(
     """Closest points of the segment p + t·d, t in [0, 1], and a triangle given by its corners (mm).
 
     Returns (squared distance, t, point on the triangle x, y, z, whether the segment crosses the face).
-    Any segment and any triangle, also without length or area.
+    Segments of zero length and triangles without area are allowed.
     """
-    # Relative to p, so that no digits are lost far from the origin.
+    # Relative to p, to keep precision far from the origin.
     ax, ay, az = x0 - px, y0 - py, z0 - pz
     ux, uy, uz = x1 - x0, y1 - y0, z1 - z0
     vx, vy, vz = x2 - x0, y2 - y0, z2 - z0
@@ -80,7 +80,7 @@ def segment_triangle(
     nn = nx * nx + ny * ny + nz * nz
     uu, vv = ux * ux + uy * uy + uz * uz, vx * vx + vy * vy + vz * vz
     thin = nn < _THIN * uu * vv
-    height = -(ax * nx + ay * ny + az * nz)  # of p over the plane, times |n|
+    height = -(ax * nx + ay * ny + az * nz)  # of p above the plane, times |n|
     climb = dx * nx + dy * ny + dz * nz
     solid = nn > 1e-30 * uu * vv
     best, bt, bx, by, bz = float("inf"), 0.0, 0.0, 0.0, 0.0

@@ -1,4 +1,4 @@
-"""Length and products of single vectors: bitwise equal to NumPy's, and several times faster for one vector."""
+"""Norm and cross products of single vectors: bitwise equal to NumPy's, and several times faster for one vector."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """Constant arrays passed to compiled code as one table of addresses.
 
-Each array argument costs a call 0.1 µs, and a control step has a dozen arrays that do not change.
+Each array argument costs a call 0.1 µs, and a control step has a dozen constant arrays.
 Compiled code reads from their memory without a reference: the owner of a table must keep its arrays alive.
 """
 

@@ -14,7 +14,7 @@ from .kernel_cache import KernelCache, cache_folder
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
-# No kernel is passed to C as a function pointer; that wrapper took an eighth of the compile time.
+# No kernel is passed to C as a function pointer; compiling that wrapper took an eighth of the compile time.
 _EVERY: dict[str, Any] = {"error_model": "numpy", "no_cfunc_wrapper": True}
 _NO_REFCOUNT: dict[str, Any] = _EVERY | {"_nrt": False}
 
@@ -35,7 +35,7 @@ def vectorised(function: Function) -> Function:
 def no_refcount(function: Function) -> Function:
     """As ``compiled``, without reference counting: for functions that allocate no array.
 
-    They read and write the arrays of their caller only. Reference counting of arrays and slices took more than half of
+    They only read and write the arrays of their caller. Reference counting of arrays and slices took more than half of
     the time of a query.
     """
     return _cached(function, numba.njit(**_NO_REFCOUNT)(function))
@@ -52,11 +52,11 @@ def shared(function: Function) -> Function:
 
 
 def _cached(function: Function, dispatcher: Any) -> Function:
-    """The kernel with its cache on disk: NUMBA_CACHE_DIR where it is set, else the folder of kernel_cache.py."""
+    """Attach the cache on disk to a kernel: NUMBA_CACHE_DIR if set, else the folder of kernel_cache.py."""
     if config.CACHE_DIR:  # type: ignore[attr-defined]
         dispatcher.enable_caching()
     elif cache_folder() is not None:
-        # As enable_caching() does with numba's own cache.
+        # The counterpart of numba's enable_caching().
         dispatcher._cache = KernelCache(function)
     _without_literal_types(dispatcher)
     _without_garbage_collection(dispatcher)
@@ -64,9 +64,9 @@ def _cached(function: Function, dispatcher: Any) -> Function:
 
 
 def _without_literal_types(dispatcher: Any) -> None:
-    """Compile for the integer type instead of a literal: to numba a constant 0 has its own type.
+    """Compile for the integer type instead of a literal: in numba a constant 0 has its own type.
 
-    A kernel called with a constant and with a variable would be compiled twice, and so would all that it calls. LLVM
+    A kernel called with a constant and with a variable would be compiled twice, and so would all its callees. LLVM
     propagates constants when it inlines the kernel.
     """
     template_of, unliteral = dispatcher.get_call_template, cast(Any, types.unliteral)

@@ -1,11 +1,11 @@
 """Cache of compiled kernels on disk.
 
-numba's own cache lies beside the code, which a system-wide installation cannot write, and depends only on the file of a
-kernel: a kernel that calls a changed one would keep the old one. This cache lies in the user's cache folder, in a
-folder named after the content of all source files of the engine. A change makes a new folder, and folders that were
-not used for two weeks are removed. VFIX_CACHE sets another location; NUMBA_CACHE_DIR selects numba's own cache.
+numba's own cache lies beside the code, where a system-wide installation cannot write, and depends only on the file of a
+kernel: a kernel that calls a changed one would not be recompiled. This cache lies in the user's cache folder, in a
+folder named after a hash of all source files of the engine. A change creates a new folder, and folders unused for two
+weeks are removed. VFIX_CACHE sets another location; NUMBA_CACHE_DIR selects numba's own cache.
 
-The cache holds code: whoever can write to it can run it. The folder is accessible to its owner only.
+The cache holds executable code: whoever can write to it can run code as the user. Only its owner has access.
 """
 
 from __future__ import annotations
@@ -29,26 +29,26 @@ from numba.core import caching
 from numba.core.codegen import ll as llvm  # type: ignore[attr-defined]
 from numba.core.serialize import dumps
 
-UNUSED_S = 14 * 86_400  # s after which an unused folder is removed
+UNUSED_S = 14 * 86_400  # s without use after which a folder is removed
 _PACKAGE = Path(__file__).resolve().parents[1]
 
 
 def cache_root() -> Path:
-    """Folder of all compiled kernels of this user."""
+    """Return the folder of all compiled kernels of this user."""
     named = os.environ.get("VFIX_CACHE")
     return Path(named).expanduser() if named else Path(platformdirs.user_cache_dir("vfix", appauthor=False))
 
 
 @cache
 def cache_folder() -> Path | None:
-    """The folder for the present sources, created if missing; None where it cannot be used."""
+    """Return the folder for the present sources, created if missing; None if it cannot be used."""
     kernels = cache_root() / "kernels"
     folder = kernels / fingerprint()
     try:
         if not folder.is_dir():
             folder.mkdir(mode=0o700, parents=True, exist_ok=True)
             remove_unused(kernels)
-        with suppress(PermissionError):  # another user's folder may be read
+        with suppress(PermissionError):  # a readable folder of another user is acceptable
             os.utime(folder)
         others_write = os.name == "posix" and folder.stat().st_mode & 0o022
         readable = os.access(folder, os.R_OK | os.X_OK)
@@ -59,7 +59,7 @@ def cache_folder() -> Path | None:
 
 @cache
 def fingerprint() -> str:
-    """Hash of all that a compiled kernel depends on: sources, Python, numba, LLVM and the processor."""
+    """Hash everything that a compiled kernel depends on: sources, Python, numba, LLVM and the processor."""
     digest = hashlib.sha256()
     for part in (sys.implementation.cache_tag, numba.__version__, str(llvm.llvm_version_info)):
         digest.update(str(part).encode())
@@ -69,7 +69,7 @@ def fingerprint() -> str:
 
 
 def hash_of_sources(package: Path) -> bytes:
-    """Hash of names and contents of all modules of a package, since constants of any module can be part of a kernel."""
+    """Hash names and contents of all modules of a package, since constants of any module can be part of a kernel."""
     digest = hashlib.sha256()
     for name, file in sorted((file.relative_to(package).as_posix(), file) for file in package.rglob("*.py")):
         digest.update(name.encode() + b"\0" + hashlib.sha256(file.read_bytes()).digest())
@@ -77,7 +77,7 @@ def hash_of_sources(package: Path) -> bytes:
 
 
 def remove_unused(kernels: Path) -> None:
-    """Remove folders of kernels that were not used for ``UNUSED_S``."""
+    """Remove folders of kernels unused for ``UNUSED_S``."""
     with suppress(OSError):
         for folder in kernels.iterdir():
             if folder.is_dir() and time.time() - folder.stat().st_mtime > UNUSED_S:
@@ -113,15 +113,15 @@ class _CacheImpl(caching.CompileResultCacheImpl):
 class KernelFiles:
     """Compiled versions of one kernel, each in a file named after its argument types.
 
-    numba keeps one index per kernel, which it reads, changes and writes without a lock: of two processes that compile
-    the kernel for different types at the same time, one may get the machine code of the other.
+    numba has one index per kernel, which it reads, changes and writes without a lock: if two processes compile the
+    kernel for different types at the same time, one can get the machine code of the other.
     """
 
     def __init__(self, folder: Path, name: str) -> None:
         self._folder, self._name = folder, name
 
     def load(self, key: Any) -> Any:
-        """What was saved under the key; None if nothing was."""
+        """Return what was saved under the key, or None."""
         try:
             return pickle.loads(self._file(key).read_bytes())
         except FileNotFoundError:
@@ -148,7 +148,7 @@ class KernelFiles:
 
 
 class KernelCache(caching.FunctionCache):
-    """numba's cache of one function in the folder above. Where it cannot be written, kernels are compiled anew.
+    """numba's cache of one function in the folder above. If it is not writable, kernels are compiled in every process.
 
     all_saved: whether every kernel compiled by this process was written.
     """
@@ -168,7 +168,7 @@ class KernelCache(caching.FunctionCache):
             KernelCache.all_saved = False
 
     def load_overload(self, signature: Any, target_context: Any) -> Any:
-        """Read a compiled kernel; None where it is missing or unreadable."""
+        """Read a compiled kernel; None if it is missing or unreadable."""
         with suppress(OSError, EOFError):
             return super().load_overload(signature, target_context)  # type: ignore[no-untyped-call]
         return None

@@ -1,7 +1,7 @@
 """Records packed into one array, with named views for Python and compiled code.
 
 A record is a ``NamedTuple`` whose annotations give the shapes of its fields: ``q: Annotated[Array, "n"]``.
-Offsets, total size and views follow from this table.
+Offsets, total size and views are derived from these annotations.
 """
 
 from __future__ import annotations
@@ -16,10 +16,10 @@ from .views import view
 
 
 class Packing(NamedTuple):
-    """The layout of a record; ``sizes`` are those that its shapes name, in the order of ``names``.
+    """Layout of a record; ``sizes`` are the values of the names in its shapes, in the order of ``names``.
 
-    views(array, *sizes): the record with views of ``array`` as its fields; a field of shape () is a number. Python and
-        compiled code.
+    views(array, *sizes): the record with views of ``array`` as its fields; a field of shape () is a number. For Python
+        and compiled code.
     size(*sizes): length of the array.
     places(*sizes): name → (first, last, shape) of each field.
     """
@@ -30,7 +30,7 @@ class Packing(NamedTuple):
 
 
 def packing(record: type[Any], *names: str) -> Packing:
-    """The packing of a record (a NamedTuple class) whose shapes are integers and expressions of ``names``."""
+    """Return the packing of a record (a NamedTuple class) whose shapes are integers and expressions of ``names``."""
     shapes = {name: get_args(hint)[1:] for name, hint in get_type_hints(record, include_extras=True).items()}
     lines, values, places, offset = [], [], [], "0"
     for i, (name, shape) in enumerate(shapes.items()):
@@ -54,5 +54,5 @@ def packing(record: type[Any], *names: str) -> Packing:
 
 
 def packed(record: Any) -> Array:
-    """The fields of a record in one array, in the order that ``views`` reads."""
+    """Pack the fields of a record into one array, in the order of ``views``."""
     return np.concatenate([np.ravel(np.asarray(value, dtype=np.float64)) for value in record])

@@ -1,9 +1,9 @@
-"""Compiling a world's kernels ahead, once for each installation, in processes beside the planner.
+"""Ahead-of-time compilation of a world's kernels, once per installation, in separate processes beside the planner.
 
-A kernel is compiled where it is first called, and most of that time the interpreter waits; in processes of their own
-several are compiled at once and the planner answers meanwhile. They leave what they compiled in the folder of
-geometry/kernel_cache.py, from where every later process reads it.
-What is called to that end is the world's: a module that ends in ``compile_parts(sys.argv[1:], its parts)``.
+A kernel is compiled at its first call, during which the interpreter is mostly blocked; in processes of their own
+several are compiled at once while the planner responds. They write the compiled kernels to the folder of
+geometry/kernel_cache.py, from which every later process loads them.
+Each world defines what is called: a module that ends in ``compile_parts(sys.argv[1:], its parts)``.
 """
 
 from __future__ import annotations
@@ -20,21 +20,21 @@ from pathlib import Path
 
 from .kernel_cache import KernelCache, cache_folder
 
-MOST_S = 600.0  # a process that takes longer hangs
+MOST_S = 600.0  # timeout of a process
 _LOOK_S = 0.1
 _GO = b"."
-_NOT_KEPT = 3  # exit status of a process whose kernels could not all be written
-_NICE = 10  # of processes that nobody waits for
+_NOT_KEPT = 3  # exit status of a process that could not write all of its kernels
+_NICE = 10  # of processes whose result is not awaited
 
 
 @dataclass(frozen=True, eq=False)
 class Preparation:
     """The kernels of one world.
 
-    module: of its parts. processes: the parts of each process; after each part but the last it waits until the other
-    processes are as far, since a later part puts their kernels into its own. done: name of the file that says so.
-    kernels: how many are in the folder at the end, for the progress. spare: nobody waits for it, so it yields the
-    processor to whoever else wants it.
+    module: contains its parts. processes: the parts of each process; after each part but the last a process waits until
+    the others have reached the same point, since a later part links their kernels. done: name of the file that marks
+    completion. kernels: their number in the folder at the end, for the progress. spare: the result is not awaited, so
+    the processes run at low priority.
     """
 
     module: str
@@ -48,22 +48,22 @@ class Preparation:
         self._idle.set()
 
     def is_prepared(self) -> bool:
-        """Whether nothing is to be done: all is compiled already, or what is compiled cannot be kept in our folder."""
+        """Whether there is nothing to do: everything is compiled, or compiled kernels cannot be saved in the folder."""
         folder = cache_folder()
         if os.environ.get("NUMBA_CACHE_DIR") or folder is None:
             return True
         return (folder / self.done).exists() or not os.access(folder, os.W_OK)
 
     def progress(self) -> float:
-        """Share of the kernels that are compiled and kept already, below 1 as long as it goes on."""
+        """Fraction of the kernels that are compiled and saved, below 1 until completion."""
         folder = cache_folder()
         return 0.99 if folder is None else min(saved_kernels(folder) / self.kernels, 0.99)
 
     def prepare(self) -> None:
-        """Compile everything; returns when it is done.
+        """Compile everything; return on completion.
 
-        Raises subprocess.SubprocessError when a process fails, OSError when it cannot even begin; the kernels are then
-        compiled where they are first called.
+        Raises subprocess.SubprocessError if a process fails, OSError if it cannot be started; the kernels are then
+        compiled at their first call.
         """
         folder = cache_folder()
         if self.is_prepared() or folder is None:
@@ -77,21 +77,21 @@ class Preparation:
             self._idle.set()
 
     def wait(self, go_on: Callable[[], object] = bool) -> None:
-        """Return once none of it runs in this process: compiling the same a second time would slow both down.
+        """Wait until no preparation runs in this process: compiling the same kernels twice would slow both down.
 
-        go_on: called now and then; what it raises ends the waiting.
+        go_on: called periodically; an exception from it ends the waiting.
         """
         while not self._idle.wait(_LOOK_S):
             go_on()
 
     def _run_all(self) -> bool:
-        """All at once, in threads that keep no planner from ending. Whether all kernels were kept."""
+        """Run all processes at once, in daemon threads; return whether all kernels were saved."""
         meeting, failures, kept = threading.Barrier(len(self.processes)), list[Exception](), list[bool]()
 
         def run(parts: Sequence[str]) -> None:
             try:
                 kept.append(self._run_one(parts, meeting))
-            except Exception as failure:  # whatever it is, the others do not wait for this one
+            except Exception as failure:  # on any failure, the other processes must not wait for this one
                 failures.append(failure)
                 meeting.abort()
 
@@ -105,7 +105,7 @@ class Preparation:
         return all(kept)
 
     def _run_one(self, parts: Sequence[str], meeting: threading.Barrier) -> bool:
-        """One process with its parts; returns whether all of its kernels were kept."""
+        """Run one process with its parts; return whether all of its kernels were saved."""
         root = str(Path(__file__).resolve().parents[2])
         paths = os.pathsep.join([root, *filter(None, [os.environ.get("PYTHONPATH")])])
         command = [sys.executable, "-m", self.module, *(["--spare"] if self.spare else []), *parts]
@@ -133,29 +133,29 @@ class Preparation:
 
 
 def saved_kernels(folder: Path) -> int:
-    """How many kernels have a compiled version in the folder."""
+    """Number of kernels with a compiled version in the folder."""
     return len({file.name.rsplit(".", 2)[0] for file in folder.glob("*.nbc")})
 
 
 def compile_parts(arguments: Sequence[str], table: Mapping[str, Callable[[], None]]) -> None:
-    """What one of these processes does: the parts that are named, one after the other; it ends the process."""
+    """Main function of such a process: compile the named parts one after the other, then exit."""
     go = threading.Event()
     threading.Thread(target=_listen, args=(go,), daemon=True).start()
     if "--spare" in arguments and hasattr(os, "nice"):
         os.nice(_NICE)
-    gc.disable()  # compilers make many objects and little garbage; looking for it took a tenth of the time
+    gc.disable()  # compilers create many objects and little garbage; collection took a tenth of the time
     for place, compile_part in enumerate([table[part] for part in arguments if part != "--spare"]):
         if place > 0:
             print(flush=True)
             go.wait()
             go.clear()
         compile_part()
-    # Nothing is left to be done, and taking all of it apart takes a second.
+    # Skip the interpreter's shutdown, which takes a second.
     os._exit(0 if KernelCache.all_saved else _NOT_KEPT)
 
 
 def _listen(go: threading.Event) -> None:
-    """The planner holds the other end of stdin; when it ends, so does this process."""
+    """Exit when the planner, which holds the other end of stdin, exits."""
     while os.read(0, 1):
         go.set()
     os._exit(1)

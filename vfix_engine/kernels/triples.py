@@ -1,6 +1,6 @@
-"""Vectors of three numbers as tuples: compiled code keeps them in registers, plain Python may use them as well.
+"""Vectors of three floats as tuples: compiled code keeps them in registers, and plain Python can use them as well.
 
-Every product is summed from the first term on, as ``numpy.dot`` does for vectors that short.
+Sums of products start with the first term, as in ``numpy.dot`` for such short vectors.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ Triple = tuple[float, float, float]
 
 
 def triple(vector: NDArray[np.float64]) -> Triple:
-    """The numbers of an array (3,)."""
+    """Convert an array (3,)."""
     x, y, z = vector.tolist()
     return x, y, z
 

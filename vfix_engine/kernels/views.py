@@ -1,6 +1,6 @@
-"""Views of parts of an array without cost in compiled code.
+"""Views of parts of an array without overhead in compiled code.
 
-A slice with ``reshape`` takes compiled code 30 ns, and a control step makes dozens.
+A slice with ``reshape`` costs compiled code 30 ns, and a control step makes dozens.
 """
 
 from __future__ import annotations
@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 
 
 def view(array: NDArray[Any], first: int, shape: tuple[int, ...]) -> NDArray[Any]:
-    """View of a contiguous array: its items from index ``first`` on, with the shape ``shape``.
+    """Return a view of a contiguous array: its items from index ``first`` on, in the shape ``shape``.
 
-    In compiled code the view holds no reference and nothing is checked. Use it on arguments of the call only and do not
-    return it to Python; a function that returns views is ``shared``.
+    In compiled code the view holds no reference and is not bounds checked. Use it only on arguments of the call and do
+    not return it to Python; a function that returns views is ``shared``.
     """
     return array.reshape(-1)[first : first + int(np.prod(shape))].reshape(shape)
 

@@ -1,1 +1,1 @@
-"""Proximity: how near segments come to triangles, exactly, by a tree of boxes."""
+"""Proximity: exact distances between segments and triangles by a bounding volume hierarchy, and distance fields."""

@@ -1,4 +1,4 @@
-"""Rotations that are given by one axis."""
+"""Rotations determined by one axis."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from ..arrays import Array
 
 
 def rotation_z_to(direction: ArrayLike) -> Array:
-    """Rotation (3, 3) that takes +z to a direction (3,) of any length but 0; the turn about it is left open."""
+    """Return a rotation (3, 3) that maps +z to a direction (3,) of any nonzero length; its roll is arbitrary."""
     z = np.asarray(direction, dtype=np.float64)
     z = z / np.linalg.norm(z)
     x = np.cross(np.eye(3)[np.abs(z).argmin()], z)

@@ -3,10 +3,10 @@
 A block holds 16 triangles as 9 × 16 numbers: the x of all first corners, then their y, and so on. Loops over the 16
 lanes have no branch and no call, so that the compiler vectorises them.
 
-The method projects along the line through the segment. The line becomes a point and a triangle becomes a flat one, so
-that their distance is that of a point from three edges. This is exact for needles and points too, because the error of
-a position along a short edge is short.
-Distance is convex along the line. Where the nearest point of the line lies beyond an end of the segment, that end is
+The method projects along the line through the segment. The line becomes a point and the triangle becomes planar, so
+that their distance is that of a point from three edges. This is exact for slivers and degenerate triangles too, because
+the error of a position along a short edge is short.
+Distance is convex along the line. If the nearest point of the line lies beyond an end of the segment, that end is
 the nearest point of the segment, and the lane gets its distance.
 Lanes whose triangle the line crosses are rare; the scalar kernel computes them.
 Each result is the distance of two points that lie on segment and triangle, as in ``triangle_kernels``.
@@ -22,7 +22,7 @@ from ..kernels.compiled import inlined, no_refcount, vectorised
 
 LANES = 16
 CORNERS = 9 * LANES  # numbers in a block of triangles
-QUERY = 16  # numbers that describe a segment: p, d, two unit vectors across d, d / d·d, t where d is zero
+QUERY = 16  # numbers that describe a segment: p, d, two unit vectors perpendicular to d, d / d·d, t where d is zero
 WORK = 16 * LANES  # workspace of a block: squared gap, t, point (3), crossing flag; then the columns of ``finish``
 COLUMNS = 6 * LANES  # offset of the ten columns of a row: distance, normal, point on the axis, point on the surface
 

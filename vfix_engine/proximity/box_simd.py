@@ -8,8 +8,8 @@ span of the centroids, span of the corners, largest rounding error of a corner, 
 centroid, and one unused.
 
 The bound is the gap along the direction g from the segment's nearest point to the centre: |g| minus the support of the
-box or triangle along g. The rounding errors of facets and of the computation are subtracted, so that a bound is never
-above the distance.
+box or triangle along g. The rounding errors of facets and of the computation are subtracted, so that a bound never
+exceeds the distance.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ PROBE = 12  # constants of a segment: p relative to the origin, d, d / d·d, rou
 _INFINITY_BITS = np.int32(0x7F800000)  # the bits of infinity
 _ZERO = np.float32(0.0)
 _ONE = np.float32(1.0)
-# Rounding allowance, relative to the largest coordinate: above the about 40 roundings of 2⁻²⁴ of a bound.
+# Rounding allowance, relative to the largest coordinate: larger than the about 40 roundings of 2⁻²⁴ of a bound.
 _ROUNDING = 1e-5
-_ROTATION_SHARE = np.float32(0.125)  # of that allowance: above the roundings of the vector from the axis to a centroid
+_ROTATION_SHARE = np.float32(0.125)  # of that allowance, for the rounding of the vector from the axis to a centroid
 _HALF = np.float32(1.5)
 _TEN = np.int32(0x7FE000)  # the upper ten bits of the mantissa of a float32
 _FROM_ONE = np.int32(0x3F800000)  # the bits of 1
@@ -47,7 +47,7 @@ def describe_single(p: Array, d: Array, frame: Array, probe: Float32Array) -> No
         probe[3 + k] = d[k]
         probe[6 + k] = d[k] * share
         far += abs(p[k] - frame[k]) + abs(d[k])
-    # Where float32 overflows when a coordinate is squared, the allowance is infinite and nothing is rejected.
+    # If squaring a coordinate overflows float32, the allowance is infinite and nothing is rejected.
     probe[9] = _ROUNDING * far if far < FARTHEST else np.inf
 
 

@@ -1,4 +1,4 @@
-"""Construction of the wide box tree: blocks of 16 triangles, nodes of 16 boxes, no pointers.
+"""Construction of the 16-wide bounding volume hierarchy: blocks of 16 triangles, nodes of 16 boxes, no pointers.
 
 Triangles are sorted so that every run of 16, of 16², and so on, is compact: ranges are split at the median along their
 longest extent, at a power of two of blocks. The children of node i of a level are the nodes 16 i … 16 i + 15 of the
@@ -19,7 +19,7 @@ from .bvh16_search import HEAD, tree_views
 from .candidate_kernels import box_of_block, empty_boxes, put_box
 
 
-class Wide(NamedTuple):
+class Bvh16(NamedTuple):
     """The tree as arrays; B blocks, N nodes, lengths in mm.
 
     store: the buffer of all other arrays.
@@ -243,7 +243,7 @@ def _measure_facets(block: Array, frame: Array, here: Int32Array) -> None:
     head[5], head[6] = np.sqrt(off) * 1.000001, np.sqrt(far) * 1.000001
 
 
-def build_wide(vertices: Array, faces: Int32Array, order: Int32Array | None = None) -> Wide:
+def build_bvh16(vertices: Array, faces: Int32Array, order: Int32Array | None = None) -> Bvh16:
     """The tree over vertices (V, 3) in mm and faces (F, 3); ``order`` (F,) replaces the sorting."""
     frame = np.empty(4)
     centres = centres_of(vertices, faces, frame)
@@ -259,4 +259,4 @@ def build_wide(vertices: Array, faces: Int32Array, order: Int32Array | None = No
     fill_blocks(vertices, faces, order, corners, label)
     fill_boxes(corners, frame, level, boxes)
     fill_facets(corners, frame, facets)
-    return Wide(store, boxes, corners, label, facets, frame, level)
+    return Bvh16(store, boxes, corners, label, facets, frame, level)

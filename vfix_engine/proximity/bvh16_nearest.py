@@ -1,11 +1,10 @@
-"""Nearest-triangle queries of the wide box tree, compiled."""
+"""Nearest-triangle queries of the 16-wide bounding volume hierarchy, compiled."""
 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..arrays import Array, Float32Array, Int32Array
+from ..arrays import Array, Float32Array, Int32Array, UInt64Array
 from ..kernels.compiled import compiled, inlined, no_refcount
 from .block_kernels import CORNERS, LANES, QUERY, WORK, block_gaps
 from .box_simd import FACETS, NODE, PROBE, box_gaps, facet_bounds
@@ -29,8 +28,6 @@ from .bvh16_search import (
     workspace_of,
 )  # fmt: skip
 from .candidate_kernels import append_block, nearest_of_block
-
-Lanes = NDArray[np.uint64]
 
 
 @no_refcount
@@ -152,7 +149,7 @@ def _clearance(store: Array, tool: Array, upper: float, workspace: Array) -> tup
 
 
 @compiled
-def wide_clearance(store: Array, tool: Array, upper: float) -> float:
+def bvh16_clearance(store: Array, tool: Array, upper: float) -> float:
     """Smallest distance of the tool's surface, or ``upper`` when nothing is nearer."""
     return _clearance(store, tool, upper, np.empty(WORKSPACE))[0]
 
@@ -164,7 +161,7 @@ def _store_nearest(work: Array, lane: int, numbers: Array) -> None:
 
 
 @compiled
-def wide_closest(store: Array, tool: Array) -> tuple[Array, float, int, int]:
+def bvh16_closest(store: Array, tool: Array) -> tuple[Array, float, int, int]:
     """The row of the pair with the smallest distance (see ``pair_from_row``), the distance, segment and triangle."""
     buffer = np.empty(11)
     segment, triangle = _closest(store, tool, buffer, np.empty(WORKSPACE))
@@ -205,7 +202,7 @@ def _nearest_row(start: Array, end: Array, radius: float, numbers: Array, row: A
 @inlined
 def _one_row(
     corners: Array, label: Int32Array, place: int, start: Array, end: Array, radius: float, frame: Array,
-    rows: Array, labels: Int32Array, numbers: Array, singles: Float32Array, places: Int32Array, lanes: Lanes,
+    rows: Array, labels: Int32Array, numbers: Array, singles: Float32Array, places: Int32Array, lanes: UInt64Array,
 ) -> None:  # fmt: skip
     """The row of one segment and the triangle at one place."""
     block, alone = place // LANES, places[:LANES]
@@ -219,7 +216,7 @@ def _one_row(
 
 
 @compiled
-def wide_points(store: Array, points: Array) -> tuple[Array, Array, Int32Array]:
+def bvh16_points(store: Array, points: Array) -> tuple[Array, Array, Int32Array]:
     """Distance (n,), closest point (n, 3) and triangle (n,) of each point (n, 3)."""
     distance, closest, triangle = np.empty(len(points)), np.empty(points.shape), np.empty(len(points), np.int32)
     _points(store, points, distance, closest, triangle, np.empty(WORKSPACE))

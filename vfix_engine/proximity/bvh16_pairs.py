@@ -1,11 +1,10 @@
-"""Pairs within a distance: query of the wide box tree, compiled."""
+"""Query of all pairs within a distance, by the 16-wide bounding volume hierarchy, compiled."""
 
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..arrays import Array, Int32Array
+from ..arrays import Array, Int32Array, UInt64Array
 from ..kernels.compiled import compiled, no_refcount
 from .block_kernels import CORNERS, LANES, QUERY, WORK
 from .box_simd import NODE, PROBE, box_gaps
@@ -28,11 +27,9 @@ from .bvh16_search import (
 )
 from .candidate_kernels import append_block
 
-Lanes = NDArray[np.uint64]
-
 
 @compiled
-def wide_pairs(store: Array, tool: Array, threshold: float, capacity: int) -> tuple[Array, int]:
+def bvh16_pairs(store: Array, tool: Array, threshold: float, capacity: int) -> tuple[Array, int]:
     """The buffer (see ``pairs_from_buffer``) and the number of all pairs with distance − radius ≤ threshold, in mm.
 
     ``capacity``: expected number of pairs; more take a second pass.
@@ -96,7 +93,7 @@ def _pairs(store: Array, tool: Array, threshold: float, buffer: Array, workspace
 @no_refcount
 def _rows_of_gathered(
     corners: Array, label: Int32Array, gathered: Int32Array, count: int, radius: float, limit: float, segment: int,
-    rows: Array, labels: Int32Array, found: int, numbers: Array, names: Int32Array, lanes: Lanes,
+    rows: Array, labels: Int32Array, found: int, numbers: Array, names: Int32Array, lanes: UInt64Array,
 ) -> tuple[int, int]:  # fmt: skip
     """Append the rows of the last at most 16 gathered triangles: (number still gathered, number of rows)."""
     block = numbers[NUMBERS - CORNERS : NUMBERS]

@@ -1,4 +1,4 @@
-"""Shared parts of the queries of the wide box tree, compiled: traversal and gathering of triangles.
+"""Common parts of the queries of the 16-wide bounding volume hierarchy, compiled: traversal, gathering of triangles.
 
 A query allocates its workspace in one function and searches in another, which allocates nothing
 (``compiled.no_refcount``).
@@ -7,20 +7,17 @@ A query allocates its workspace in one function and searches in another, which a
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..arrays import Array, Float32Array, Int32Array
+from ..arrays import Array, Float32Array, Int32Array, UInt64Array
 from ..kernels.compiled import inlined, no_refcount
 from .block_kernels import CORNERS, LANES, QUERY, WORK, describe
 from .box_simd import FACETS, NODE, PROBE, describe_single, facet_gaps
-
-Lanes = NDArray[np.uint64]
 
 STACK = 16 * 10  # entries of the traversal stack: at most 16 per level of a 32-bit index
 REMAINING = 256  # blocks whose exact distances are computed together
 
 # Workspace of a query: float64, float32 and int32.
-NEAREST = QUERY + WORK + 4  # of the nearest so far: t on the segment, the triangle's point minus p (3)
+NEAREST = QUERY + WORK + 4  # data of the nearest triangle so far: t on the segment, the triangle's point minus p (3)
 NUMBERS = NEAREST + 4 + CORNERS
 SINGLES = PROBE + LANES + STACK + REMAINING
 NAMES = STACK + REMAINING
@@ -36,7 +33,7 @@ _GATHER_ABOVE = 6  # of 16 triangles beyond the limit; with no more of them the 
 def tree_views(store: Array) -> tuple[Array, Int32Array, Array, Int32Array, Float32Array, Int32Array]:
     """Views of the arrays of a tree in its buffer: frame, level, corners, facets, boxes, label.
 
-    To pass six arrays instead of one took a third of the time of a query.
+    Passing six arrays instead of one took a third of the time of a query.
     """
     head = store[4:HEAD].view(np.int32)
     level = head[1 : 1 + head[0]]
@@ -50,12 +47,12 @@ def tree_views(store: Array) -> tuple[Array, Int32Array, Array, Int32Array, Floa
     )  # fmt: skip
 
 
-# This and the next three are for no_refcount kernels only: their views have no reference count.
+# This and the next three are only for no_refcount kernels: their views are not reference counted.
 tree_views_compiled = no_refcount(tree_views)
 
 
 @no_refcount
-def workspace_of(workspace: Array) -> tuple[Array, Float32Array, Int32Array, Lanes]:
+def workspace_of(workspace: Array) -> tuple[Array, Float32Array, Int32Array, UInt64Array]:
     """The workspace of a query in one array (WORKSPACE,): NUMBERS float64, SINGLES float32, PLACES int32, LANES + 1."""
     one, two, three = NUMBERS, NUMBERS + SINGLES // 2, NUMBERS + SINGLES // 2 + PLACES // 2
     return (
@@ -83,7 +80,7 @@ def tool_of(packed: Array) -> tuple[Array, Array, Array]:
 @no_refcount
 def describe_segment(start: Array, end: Array, frame: Array, numbers: Array, singles: Float32Array) -> None:
     """Write the constants of the segment from ``start`` to ``end`` (3,) into the workspace of a query."""
-    # Also the start: a read-only array is another type, for which the callees would be compiled again.
+    # Copies the start too: a read-only array is another type, for which the callees would be compiled again.
     p, d = numbers[:3], numbers[QUERY + WORK : QUERY + WORK + 3]
     for k in range(3):
         p[k], d[k] = start[k], end[k] - start[k]
@@ -122,7 +119,7 @@ def push_within(
 ) -> int:
     """Append the places of a block's triangles that may be within ``limit``; return the new count.
 
-    −1 where most of the block may be within: then the whole block is measured, which costs less than gathering.
+    −1 if most of the block may be within: then the whole block is measured, which costs less than gathering.
     """
     over = facet_gaps(facets[FACETS * block : FACETS * (block + 1)], probe, np.float32(limit), gaps)
     if over == LANES:

@@ -9,20 +9,17 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..arrays import Array, Float32Array, Int32Array
+from ..arrays import Array, Float32Array, Int32Array, UInt64Array
 from ..kernels.compiled import compiled, no_refcount
 from .block_kernels import COLUMNS, CORNERS, LANES, QUERY, WORK, block_gaps, describe, finish
 from .box_simd import NODE, PROBE, box_gaps, describe_single
 from .rows_kernel import own_normal
 
-Lanes = NDArray[np.uint64]
-
 NUMBERS = QUERY + WORK
 SINGLES = PROBE + LANES
 _COLUMNS, _FIRST, _STRIDE = np.uint64(10), np.uint64(COLUMNS), np.uint64(LANES)
-_COINCIDENT = 1e-9  # mm below which the direction between two points is rounding
+_COINCIDENT = 1e-9  # mm; below it the direction between two points is dominated by rounding
 _FAR = np.float32(1e30)
 
 
@@ -90,7 +87,7 @@ def _head_of(segments: int) -> int:
 
 
 _head = no_refcount(_head_of)
-list_views_compiled = no_refcount(list_views)  # for no_refcount kernels only: its views have no reference count
+list_views_compiled = no_refcount(list_views)  # only for no_refcount kernels: its views are not reference counted
 
 
 @compiled
@@ -148,7 +145,7 @@ def _fill(
 
 @no_refcount
 def _touching_row(corners: Array, j: int, query: Array, spare: Array, row: Array) -> None:
-    """Where axis and triangle intersect, the row's normal is that of the triangle, right-handed about its corners."""
+    """Set the row's normal to that of the triangle, right-handed about its corners, if axis and triangle intersect."""
     ux, uy, uz = corners[48 + j] - corners[j], corners[64 + j] - corners[16 + j], corners[80 + j] - corners[32 + j]
     vx, vy, vz = corners[96 + j] - corners[j], corners[112 + j] - corners[16 + j], corners[128 + j] - corners[32 + j]
     x, y, z = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
@@ -161,11 +158,11 @@ def _touching_row(corners: Array, j: int, query: Array, spare: Array, row: Array
 @no_refcount
 def append_block(
     corners: Array, label: Int32Array, query: Array, radius: float, limit: float, segment: int,
-    work: Array, lanes: Lanes, rows: Array, labels: Int32Array, found: int, best: float,
+    work: Array, lanes: UInt64Array, rows: Array, labels: Int32Array, found: int, best: float,
 ) -> tuple[int, float]:  # fmt: skip
     """Append the rows of a block's pairs within ``limit`` mm of the axis.
 
-    rows: (R, 10); of more than R rows the first R are written and all are counted.
+    rows: (R, 10); if there are more than R rows, the first R are written and all are counted.
 
     Returns:
         The number of rows so far and the smallest squared distance so far.
@@ -181,7 +178,7 @@ def append_block(
     for i in range(passing):
         least = min(least, work[lanes[i]])
     for i in range(min(passing, len(labels) - found)):
-        # Unsigned indices: numba checks the sign of signed ones.
+        # Unsigned indices: numba checks the sign of signed indices.
         j, row = lanes[i], np.uint64(found + i)
         for k in range(_COLUMNS):
             rows[row, k] = work[j + _FIRST + _STRIDE * k]
@@ -208,7 +205,7 @@ def segment_pairs(
 
     Returns:
         The number of rows and the smallest distance of their pairs in mm, ∞ without pairs.
-        Of more than R rows the first R are written and all are counted.
+        If there are more than R rows, the first R are written and all are counted.
     """
     numbers, singles, lanes = np.empty(NUMBERS), np.empty(SINGLES, np.float32), np.empty(LANES + 1, np.uint64)
     return pairs_into(
@@ -221,7 +218,7 @@ def segment_pairs(
 def pairs_into(
     boxes: Float32Array, corners: Array, label: Int32Array, frame: Array, first: int, last: int,
     p: Array, d: Array, radius: float, threshold: float, segment: int, rows: Array, labels: Int32Array, found: int,
-    numbers: Array, singles: Float32Array, lanes: Lanes,
+    numbers: Array, singles: Float32Array, lanes: UInt64Array,
 ) -> tuple[int, float]:  # fmt: skip
     """``segment_pairs`` with a workspace: (NUMBERS,), (SINGLES,) float32 and (17,) uint64."""
     limit = threshold + radius
@@ -286,7 +283,7 @@ def least_with(
 
 @no_refcount
 def nearest_of_block(corners: Array, query: Array, best: float, work: Array) -> tuple[float, int]:
-    """The minimum of ``best`` and the 16 distances, in mm from the axis, and its lane; −1 where ``best`` is smaller."""
+    """Return the minimum of ``best`` and the 16 distances in mm from the axis, and its lane; −1 if it is ``best``."""
     if block_gaps(corners, query, best, work) == 0:
         return best, -1
     square, where = best * best, -1

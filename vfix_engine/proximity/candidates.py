@@ -1,4 +1,4 @@
-"""Candidate list: the triangles near a tool, for exact queries of the control loop while it moves little."""
+"""Candidate list: the triangles near a tool, for exact queries of the control loop during small motions."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .pairs import Pairs, pairs_from_buffer
 class CandidateList:
     """Triangles within ``reach`` mm of each segment's surface in one pose of the tool.
 
-    Answers are exact among these triangles; ``valid_for`` tells whether they are exact for the whole mesh.
+    Results are exact among these triangles; ``valid_for`` checks whether they are exact for the whole mesh.
 
     Args:
         segments: the pose.
@@ -33,10 +33,10 @@ class CandidateList:
         return self._size
 
     def valid_for(self, segments: Segments, threshold: float) -> bool:
-        """Whether no triangle outside the list can be within ``threshold`` mm of the tool in this pose.
+        """Whether every triangle within ``threshold`` mm of the tool in this pose is in the list.
 
         A point of the axis moves no further than the ends of its segment, and distance is 1-Lipschitz in the position;
-        a larger radius adds its growth.
+        an increase of the radius is added.
         """
         built = self.segments
         return len(segments) == len(built) and still_valid(
@@ -48,11 +48,11 @@ class CandidateList:
         return pairs_from_buffer(*list_pairs(self._store, segments.packed, threshold, self._size))
 
     def min_distance_per_segment(self, segments: Segments) -> Array:
-        """Smallest distance (S,) from each segment's surface to the anatomy; ∞ where nothing is within reach."""
+        """Smallest distance (S,) from each segment's surface to the anatomy; ∞ if no triangle is within reach."""
         return _least(*self.arrays, segments.start, segments.end, segments.radius)
 
     def clearance(self, segments: Segments) -> float:
-        """Smallest distance from the whole tool's surface to the anatomy; ∞ when nothing is within reach."""
+        """Smallest distance from the whole tool's surface to the anatomy; ∞ if no triangle is within reach."""
         return float(self.min_distance_per_segment(segments).min(initial=np.inf))
 
 
@@ -65,7 +65,7 @@ def still_valid(
         for k in range(3):
             one += (new_start[s, k] - start[s, k]) ** 2
             two += (new_end[s, k] - end[s, k]) ** 2
-        # Slightly less than the slack, so that rounding does not decide.
+        # Slightly less than the slack, as an allowance for rounding.
         if not np.sqrt(max(one, two)) + max(new_radius[s] - radius[s], 0.0) <= slack - 1e-9:
             return False
     return True
@@ -73,7 +73,7 @@ def still_valid(
 
 @compiled
 def list_pairs(store: Array, tool: Array, threshold: float, size: int) -> tuple[Array, int]:
-    """As ``wide_pairs``, for a candidate list of ``size`` triangles."""
+    """Query all pairs as ``bvh16_pairs`` does, in a candidate list of ``size`` triangles."""
     buffer = np.empty(11 * size)
     return buffer, _pairs_into(store, tool, threshold, buffer, np.empty(WORKSPACE))
 

@@ -1,4 +1,4 @@
-"""The point nearest to a given one where a ball fits outside the bone."""
+"""Nearest point at which a ball fits outside the bone."""
 
 from __future__ import annotations
 
@@ -11,30 +11,30 @@ from ..arrays import Array
 from ..errors import PlanError
 from .proximity import Proximity
 
-Inside = Callable[[Array], NDArray[np.bool_]]
+InsideTest = Callable[[Array], NDArray[np.bool_]]
 
-_GRIDS = (1.0, 0.5)  # mm, spacing of the search: coarse first, the finer one finds narrow passages
-_LARGEST_MM = 60.0  # of clearance and ``max_move``
+_GRIDS = (1.0, 0.5)  # mm, spacings of the search: coarse first, the finer one finds narrow passages
+_LARGEST_MM = 60.0  # largest ``clearance`` and ``max_move``
 _REFINEMENTS = 40
 
 
 def nearest_free_point(
-    tree: Proximity, point: ArrayLike, clearance: float, *, inside_bone: Inside | None, max_move: float = 30.0
+    tree: Proximity, point: ArrayLike, clearance: float, *, inside_bone: InsideTest | None, max_move: float = 30.0
 ) -> Array:
-    """The point (3,) nearest to ``point`` (3,) where a ball of radius ``clearance`` mm touches no bone.
+    """Return the point (3,) nearest to ``point`` (3,) at which a ball of radius ``clearance`` mm touches no bone.
 
     Grid points are tested in the order of their distance; the first that fits is then moved towards ``point`` by
-    bisection. The result always fits and is nearest up to about the spacing of the grid, 0.5 or 1 mm.
+    bisection. The result always fits and is the nearest up to about the grid spacing, 0.5 or 1 mm.
 
     Args:
         tree: of the bone surface.
         point, clearance: in mm, patient frame.
-        inside_bone: takes points (n, 3) and returns a mask (n,) of those inside bone, from an image or ``side.py``;
-            without it only the distance from the surface counts.
+        inside_bone: maps points (n, 3) to a mask (n,) of those inside bone, from an image or ``side.py``;
+            None: only the distance from the surface is tested.
         max_move: largest distance from ``point`` in mm.
 
     Raises:
-        PlanError: no such point within ``max_move``, or ``point`` is not finite.
+        PlanError: there is no such point within ``max_move``, or ``point`` is not finite.
     """
     target = np.array(point, dtype=np.float64)
     if target.shape != (3,) or not np.isfinite(target).all():
@@ -64,7 +64,7 @@ def nearest_free_point(
 
 
 def _offsets_by_distance(spacing: float, reach: float) -> Array:
-    """Offsets (n, 3) of a cubic grid inside the ball of radius ``reach``, nearest first, in a fixed order."""
+    """Offsets (n, 3) of a cubic grid inside the ball of radius ``reach``, nearest first, in a deterministic order."""
     half = int(reach / spacing)
     steps = np.arange(-half, half + 1) * spacing
     grid: Array = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), axis=-1).reshape(-1, 3)
@@ -75,7 +75,7 @@ def _offsets_by_distance(spacing: float, reach: float) -> Array:
 
 
 def _first_fit(target: Array, offsets: Array, fits: Callable[[Array], NDArray[np.bool_]]) -> Array | None:
-    """The first point that fits; tested in growing batches."""
+    """Return the first point that fits; tested in growing batches."""
     at, batch = 0, 256
     while at < len(offsets):
         places = target + offsets[at : at + batch]
@@ -88,8 +88,8 @@ def _first_fit(target: Array, offsets: Array, fits: Callable[[Array], NDArray[np
 
 
 def _closest_fit(target: Array, place: Array, fits: Callable[[Array], NDArray[np.bool_]]) -> Array:
-    """The point moved straight towards the target as far as it fits, by bisection."""
-    low, high = 0.0, 1.0  # share of the displacement back from the place; ``low`` always fits
+    """Move the point straight towards the target as far as it fits, by bisection."""
+    low, high = 0.0, 1.0  # fraction of the displacement back to the given point; ``low`` always fits
     for _ in range(_REFINEMENTS):
         middle = 0.5 * (low + high)
         if fits((place + middle * (target - place))[None])[0]:

@@ -30,7 +30,7 @@ class Pairs:
     """N closest pairs of tool segments and triangles; lengths in mm, patient frame.
 
     distance: (N,) from the capsule's surface to the anatomy; negative inside the capsule.
-    normal: (N, 3) unit vectors from the surface to the axis; the triangle's own normal where the two coincide.
+    normal: (N, 3) unit vectors from the surface to the axis; the triangle's own normal where they intersect.
     on_tool: (N, 3) points P_k on the axis; on_surface: (N, 3) points P_b on the anatomy (Li 2007, III.D).
     segment: (N,) index of the tool's segment.
     triangle: (N,) index of the face; −1 for a grouped pair of the covariance tree.
@@ -47,7 +47,7 @@ class Pairs:
         return len(self.distance)
 
     def __getattr__(self, name: str) -> Any:
-        """Make a column of the kernel's rows on first access."""
+        """Create a column of the kernel's rows on first access."""
         place, own = _COLUMNS.get(name), self.__dict__
         if place is None or not ("_rows" in own or "_buffer" in own):
             raise AttributeError(f"pairs have no {name}")
@@ -57,7 +57,7 @@ class Pairs:
         return column
 
     def take(self, rows: NDArray[np.int64]) -> Pairs:
-        """The pairs with these indices, in that order."""
+        """Return the pairs with these indices, in that order."""
         return Pairs(
             self.distance[rows],
             self.normal[rows],
@@ -128,8 +128,8 @@ def rows_and_labels(buffer: Array, found: int) -> tuple[Array, Int32Array]:
 def reduce_pairs(pairs: Pairs, max_rows: int = MAX_ROWS, cosine: float = COSINE, radius: float = RADIUS_MM) -> Pairs:
     """The at most ``max_rows`` nearest pairs that are not redundant, nearest first.
 
-    A pair is redundant when a nearer one of the same segment is kept whose normal agrees within ``cosine`` and whose
-    point on the axis lies within ``radius`` mm: its row would be nearly the same and weaker.
+    A pair is redundant if a nearer selected pair of the same segment has a normal that agrees within ``cosine`` and a
+    point on the axis within ``radius`` mm: its row would be nearly the same and weaker.
     """
     rows = select(pairs.distance, pairs.normal, pairs.on_tool, pairs.segment, max_rows, cosine, radius)
     return pairs.take(rows)

@@ -1,4 +1,4 @@
-"""Proximity queries between tool and anatomy: one protocol, two implementations with equal results.
+"""Proximity queries between tool and anatomy: one protocol, two implementations with the same results.
 
 Distances are from the surface of the tool's capsules to the triangles, in mm; they are exact.
 """
@@ -15,9 +15,9 @@ from ..errors import InputError
 from ..geometry.capsules import Segments
 from ..geometry.checks import checked_points
 from ..geometry.mesh import TriangleMesh
-from .bvh16_build import build_wide
-from .bvh16_nearest import wide_clearance, wide_closest, wide_points
-from .bvh16_pairs import wide_pairs
+from .bvh16_build import build_bvh16
+from .bvh16_nearest import bvh16_clearance, bvh16_closest, bvh16_points
+from .bvh16_pairs import bvh16_pairs
 from .candidate_kernels import pack
 from .candidates import CandidateList
 from .covariance.tree import CovarianceTree
@@ -28,7 +28,7 @@ __all__ = [
 ]  # fmt: skip
 
 
-_FIRST_CAPACITY = 256  # pairs of a query before its buffer has to grow
+_FIRST_CAPACITY = 256  # initial number of pairs in a query's buffer
 
 
 class Proximity(Protocol):
@@ -48,14 +48,14 @@ class Proximity(Protocol):
         ...
 
     def clearance(self, segments: Segments, upper: float = np.inf) -> float:
-        """Smallest distance from the whole tool's surface to the mesh, or ``upper`` when nothing is nearer than that.
+        """Smallest distance from the whole tool's surface to the mesh, or ``upper`` if no triangle is nearer than that.
 
-        Where an axis intersects the mesh this is minus the segment's radius, whatever the depth.
+        Where an axis intersects the mesh this is minus the segment's radius, independent of the depth.
         """
         ...
 
     def closest(self, segments: Segments) -> Pair:
-        """The pair of the smallest distance."""
+        """Return the pair with the smallest distance."""
         ...
 
     def point_distance(self, points: ArrayLike) -> tuple[Array, Array, Int32Array]:
@@ -72,7 +72,7 @@ class Proximity(Protocol):
 
 
 class ProximityTree:
-    """The default implementation of ``Proximity``: a box tree with 16 children per node over blocks of 16 triangles.
+    """The default implementation of ``Proximity``: a 16-wide bounding volume hierarchy over blocks of 16 triangles.
 
     Args:
         mesh: the anatomy; triangles without area count as segments or points.
@@ -83,14 +83,14 @@ class ProximityTree:
 
     def _place(self, mesh: TriangleMesh, order: Int32Array | None) -> None:
         self.mesh = mesh
-        self.arrays = wide = build_wide(mesh.vertices, mesh.faces, order)
+        self.arrays = wide = build_bvh16(mesh.vertices, mesh.faces, order)
         self._capacity = _FIRST_CAPACITY
         self._store = wide.store
 
     def moved(self, mesh: TriangleMesh) -> ProximityTree:
-        """The tree refitted to the same faces with other vertices, about four times as fast as a new one.
+        """Refit the tree to the same faces with moved vertices, about four times as fast as building a new one.
 
-        The order of the triangles is kept. Answers are exact for any motion, and fast while neighbours stay close.
+        The order of the triangles is kept. Results are exact for any motion, and fast while neighbours stay close.
 
         Raises:
             InputError: the mesh has another number of faces.
@@ -109,29 +109,29 @@ class ProximityTree:
 
     def pairs_within(self, segments: Segments, threshold: float) -> Pairs:
         """See ``Proximity.pairs_within``."""
-        if threshold != threshold:  # every comparison with NaN is false: nothing would seem to be near
+        if threshold != threshold:  # every comparison with NaN is false, so no pair would be found
             raise InputError("the threshold of a query is NaN; it is a distance in mm")
         capacity = self._capacity
-        buffer, found = wide_pairs(self._store, segments.packed, threshold, capacity)
-        if 5 * found > 4 * capacity:  # the next query is likely to find as many; too small a buffer only costs time
+        buffer, found = bvh16_pairs(self._store, segments.packed, threshold, capacity)
+        if 5 * found > 4 * capacity:  # the next query is likely to find as many; a buffer too small only costs time
             self._capacity = 2 * found
         return pairs_from_buffer(buffer, found)
 
     def clearance(self, segments: Segments, upper: float = np.inf) -> float:
         """See ``Proximity.clearance``."""
-        return wide_clearance(self._store, segments.packed, upper)
+        return bvh16_clearance(self._store, segments.packed, upper)
 
     def closest(self, segments: Segments) -> Pair:
-        """The pair of the smallest distance."""
-        return pair_from_row(*wide_closest(self._store, segments.packed))
+        """See ``Proximity.closest``."""
+        return pair_from_row(*bvh16_closest(self._store, segments.packed))
 
     def point_distance(self, points: ArrayLike) -> tuple[Array, Array, Int32Array]:
         """See ``Proximity.point_distance``."""
-        return wide_points(self._store, checked_points(points))
+        return bvh16_points(self._store, checked_points(points))
 
     def candidates(self, segments: Segments, reach: float) -> CandidateList:
         """See ``Proximity.candidates``."""
-        buffer, found = wide_pairs(self._store, segments.packed, reach, 2 * self._capacity)
+        buffer, found = bvh16_pairs(self._store, segments.packed, reach, 2 * self._capacity)
         labels = rows_and_labels(buffer, found)[1]
         store = pack(self.mesh.vertices, self.mesh.faces, labels, len(segments), self.arrays.frame)
         return CandidateList(segments, reach, store, found)

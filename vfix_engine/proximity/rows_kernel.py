@@ -8,7 +8,7 @@ from ..arrays import Array, Int32Array
 from ..geometry.triangle_kernels import segment_point, segment_triangle
 from ..kernels.compiled import compiled
 
-_COINCIDENT = 1e-9  # mm below which the direction between two points is rounding
+_COINCIDENT = 1e-9  # mm; below it the direction between two points is dominated by rounding
 
 
 @compiled
@@ -22,10 +22,10 @@ def fits(p: Array, d: Array, dd: float, sphere: Array, limit: float) -> bool:
 
 @compiled
 def widened(rows: Array, labels: Int32Array) -> tuple[Array, Int32Array]:
-    """The same rows with twice the capacity."""
+    """Return the same rows with twice the capacity."""
     count = len(rows)
     more_rows, more_labels = np.empty((2 * count, 10)), np.empty((2 * count, 2), np.int32)
-    for i in range(count):  # not as slices, whose errors take a second to compile
+    for i in range(count):  # without slices, whose error handling takes a second to compile
         for k in range(10):
             more_rows[i, k] = rows[i, k]
         more_labels[i, 0], more_labels[i, 1] = labels[i, 0], labels[i, 1]
@@ -34,7 +34,7 @@ def widened(rows: Array, labels: Int32Array) -> tuple[Array, Int32Array]:
 
 @compiled
 def own_normal(d: Array, normal: Array, row: Array) -> None:
-    """Write the triangle's normal into the row; for a triangle without area, any direction across the segment."""
+    """Write the triangle's normal into the row; without an area, any direction perpendicular to the segment."""
     if normal[0] != 0.0 or normal[1] != 0.0 or normal[2] != 0.0:
         row[1], row[2], row[3] = normal[0], normal[1], normal[2]
         return

@@ -5,7 +5,7 @@ those measured at the patient and the moving points those of the image: the tran
 ``transform_image_to_patient`` of ``vfix_engine.frames.ImageRegistration``.
 """
 
-from .beads import Bead, BeadSearch, NoBead, find_beads, smallest_bead_mm
+from .beads import BeadSearch, DetectedBead, NoBead, find_beads, smallest_bead_mm
 from .chained_error import target_errors_mm
 from .correspondence import Candidate, Match, match_points
 from .expected_error import estimated_factor, expected_fre_mm, fle_from_fre_mm
@@ -18,9 +18,9 @@ from .tracker import SimulatedTracker
 from .transform_files import read_transform, write_transform
 
 __all__ = [
-    "Bead",
     "BeadSearch",
     "Candidate",
+    "DetectedBead",
     "HandEye",
     "Match",
     "NoBead",

@@ -34,7 +34,7 @@ _MOST = 20_000  # components that are looked at
 
 
 @dataclass(frozen=True, eq=False)
-class Bead:
+class DetectedBead:
     """A bead in a CT.
 
     position_mm: (3,) its centre, LPS. diameter_mm: of the ball that holds as much as was measured; too large where the
@@ -63,7 +63,7 @@ class BeadSearch:
     show. left_out: dense places of a bead's size that were refused.
     """
 
-    beads: tuple[Bead, ...]
+    beads: tuple[DetectedBead, ...]
     cautions: tuple[str, ...]
     left_out: tuple[NoBead, ...]
 
@@ -106,13 +106,13 @@ def find_beads(
     if diameter_mm is not None:
         factor = _SIZE if diameter_mm >= PRECISE * volume.resolution_mm else _COARSE_SIZE
         sizes = (diameter_mm / factor, diameter_mm * factor)
-    beads: list[Bead] = []
+    beads: list[DetectedBead] = []
     left_out: list[NoBead] = []
     places = _components(volume, threshold_hu, sizes[1], progress)
     for count, dense in enumerate(places):
         progress("Judging dense places", 0.4 + 0.5 * count / len(places))
         found = _judged(volume, dense, sizes)
-        if isinstance(found, Bead):
+        if isinstance(found, DetectedBead):
             beads.append(found)
         else:
             left_out.append(found)
@@ -181,7 +181,7 @@ def _cut_out(volume: Volume, labels: NDArray[np.int32], part: Slices, label: int
     return _Dense(full, own, other, volume.hu[full].astype(np.float64))
 
 
-def _judged(volume: Volume, dense: _Dense, sizes: tuple[float, float]) -> Bead | NoBead:
+def _judged(volume: Volume, dense: _Dense, sizes: tuple[float, float]) -> DetectedBead | NoBead:
     from scipy import ndimage  # imported here: slow to load
 
     near = ndimage.binary_dilation(dense.own, iterations=_DILATION) & ~dense.other
@@ -202,7 +202,7 @@ def _judged(volume: Volume, dense: _Dense, sizes: tuple[float, float]) -> Bead |
         return NoBead(position, f"it is as large as a ball of {diameter:.1f} mm")
     if _elongation(volume, (ijk - centre) * volume.spacing, share) > _LONGEST:
         return NoBead(position, "it is elongated")
-    return Bead(position, diameter, float(dense.hu[dense.own].max()), int(dense.own.sum()))
+    return DetectedBead(position, diameter, float(dense.hu[dense.own].max()), int(dense.own.sum()))
 
 
 def _attached(dense: _Dense) -> bool:
@@ -236,7 +236,9 @@ def _elongation(volume: Volume, offsets: Array, share: Array) -> float:
     return float(blurred[2] / (blurred[0] + voxel))
 
 
-def _cautions(volume: Volume, diameter_mm: float | None, beads: list[Bead], left_out: list[NoBead]) -> list[str]:
+def _cautions(
+    volume: Volume, diameter_mm: float | None, beads: list[DetectedBead], left_out: list[NoBead]
+) -> list[str]:
     cautions = []
     smallest, voxel = smallest_bead_mm(volume), volume.resolution_mm
     if diameter_mm is None:

@@ -7,12 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..arrays import Array
+from ..arrays import Array, IndexArray
 from ..errors import InputError
 from .points import ON_A_LINE, Registration, checked_points, register_points
 from .rigid_fit import residual_lengths, rigid_fits
-
-Indices = NDArray[np.intp]
 
 MOST_POINTS = 8  # of the smaller set; 40,320 orders
 MOST_IN_LARGER = 40
@@ -29,8 +27,8 @@ _SHOWN = 24  # candidates at most
 class Candidate:
     """One order. fixed, moving: (k,) indices of the pairs, ascending in the smaller set."""
 
-    fixed: Indices
-    moving: Indices
+    fixed: IndexArray
+    moving: IndexArray
     registration: Registration
 
     @property
@@ -56,13 +54,13 @@ class Match:
         return self.candidates[0].registration
 
     @property
-    def fixed(self) -> Indices:
-        """Indices (k,) of the fixed points in the best order; pair i is ``fixed[i]`` and ``moving[i]``."""
+    def fixed(self) -> IndexArray:
+        """IndexArray (k,) of the fixed points in the best order; pair i is ``fixed[i]`` and ``moving[i]``."""
         return self.candidates[0].fixed
 
     @property
-    def moving(self) -> Indices:
-        """Indices (k,) of the moving points in the best order."""
+    def moving(self) -> IndexArray:
+        """IndexArray (k,) of the moving points in the best order."""
         return self.candidates[0].moving
 
     @property
@@ -133,7 +131,7 @@ def _beside_a_line(points: Array) -> NDArray[np.bool_]:
     return beside
 
 
-def _orders(few: Array, many: Array) -> Indices:
+def _orders(few: Array, many: Array) -> IndexArray:
     """Orders (k, n): row r takes point i of ``few`` to point ``r[i]`` of ``many``, those that agree best first."""
     apart_few = np.linalg.norm(few[:, None] - few[None], axis=2)
     apart_many = np.linalg.norm(many[:, None] - many[None], axis=2)

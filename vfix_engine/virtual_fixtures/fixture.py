@@ -21,13 +21,13 @@ class Situation:
     """The inputs of a fixture in one step; patient frame.
 
     state: joints, tip and segments before the step.
-    pairs: N closest pairs of the tool and all bodies that can bind in this step, nearest first.
-    body: (N,) index of the body of each pair: 0 the anatomy, then the zones.
+    pairs: N closest pairs of the tool and the obstacles that can be active in this step, nearest first.
+    body: (N,) index of the obstacle of each pair: 0 the anatomy, then the zones.
     dt_s: control period in s.
     scale_mm: length of the step that the command asks for.
     compliance_mm_per_n: weight of a force in the task's objectives; a force F opposed to the motion adds
         −compliance · F · ΔP to them.
-    anatomy: surface of body 0, for fixtures that query distances themselves; the controller always sets it.
+    anatomy: surface of obstacle 0, for fixtures that query distances themselves; the controller always sets it.
     deceleration_mm_per_s2: deceleration before a boundary, see ``stop_before``.
     """
 
@@ -43,9 +43,9 @@ class Situation:
     deceleration_mm_per_s2: float = 300.0
 
     def stop_before(self, slack: ArrayLike) -> NDArray[np.float64]:
-        """Bounds (m,) in mm of rows that approach a limit and can still stop before it.
+        """Return bounds (m,) in mm of rows that approach a limit, such that the tool can stop before it.
 
-        A row a·Δq ≤ slack may use all of the slack in one step, after which the tool cannot stop in time. The bound
+        A row a·Δq ≤ slack allows all of the slack in one step, after which the tool cannot stop in time. The bound
         returned here is the longest step after which it can (``stopping.approach_bound``).
 
         Args:
@@ -72,7 +72,7 @@ class Fixture(Protocol):
     def is_admissible(self, before: StepState, after: StepState) -> bool:
         """Whether the fixture allows the predicted state ``after``; False refuses the motion.
 
-        One that can be violated at a start has ``refuse_start(state, parts)``, which raises StartRefused; ``warm_up``
-        of one that has compiled code loads it.
-        Soft fixtures always return True. Where it refuses a motion, a fixture that has ``words`` is named by them.
+        A fixture that a start can violate has ``refuse_start(state, parts)``, which raises StartRefused; one with
+        compiled code has ``warm_up``, which loads it.
+        Soft fixtures always return True. A refusal is described by ``words`` if the fixture has them.
         """

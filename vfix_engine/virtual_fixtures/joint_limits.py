@@ -14,9 +14,9 @@ from .rows import Constraint, Objective
 from .state import StepState
 from .stopping import stoppable_up_to
 
-MOTION_WEIGHT = 0.01  # of a millimetre of joint motion against a millimetre of tip motion (Li 2007, eq. (19))
+MOTION_WEIGHT = 0.01  # weight of 1 mm of joint motion relative to 1 mm of tip motion (Li 2007, eq. (19))
 
-ROUNDING = 1e-9  # share of a step below which a missed limit is rounding of q
+ROUNDING = 1e-9  # a limit missed by a smaller fraction of a step is rounding of q
 
 
 def joint_bounds(robot: RobotModel, q: Array, dt: float) -> tuple[Array, Array]:
@@ -42,7 +42,7 @@ def step_box(
     low: Array,
     high: Array,
 ) -> int:
-    """Write the box low ≤ Δq ≤ high in which every joint keeps all of its limits (HAZ-06).
+    """Write the bounds low ≤ Δq ≤ high within which every joint respects all of its limits (HAZ-06).
 
     Per joint, with w = q̇_prev·dt the previous step and e = a·dt²:
 
@@ -51,13 +51,13 @@ def step_box(
     - range (Li 2007, eq. (18)), with the ability to stop in it: D(Δq) ≤ upper − q and D(−Δq) ≤ q − lower, D the
       stopping distance of ``stopping.py``.
 
-    After any step in the box the next box is not empty. Let 0 < Δq ≤ high. The next box contains max(Δq − e, 0), the
+    After any step within the bounds the next bounds are feasible. Let 0 < Δq ≤ high. They contain max(Δq − e, 0), the
     hardest braking: its acceleration is allowed, it is slower, it moves away from ``lower``, and its stopping distance
-    D(Δq − e) = D(Δq) − Δq ≤ (upper − q) − Δq is within the slack that is left. The same holds for Δq < 0, and after
-    Δq = 0 the next box contains 0. So hardest braking is a stopping sequence inside all limits.
+    D(Δq − e) = D(Δq) − Δq ≤ (upper − q) − Δq is within the remaining slack. The same holds for Δq < 0, and after
+    Δq = 0 they contain 0. So hardest braking is a stopping sequence within all limits.
 
-    A joint outside its range may move back but not further out. Where range and speed leave no step that keeps the
-    acceleration limit, which only a velocity from elsewhere can bring about, the acceleration limit is given up.
+    A joint outside its range may move back but not further out. If no step respects range, speed and acceleration,
+    which requires a velocity that did not result from these bounds, the acceleration limit is dropped.
 
     Args:
         q, velocity: joints (n,) in mm or rad, and joint velocity of the previous step (n,) in mm/s or rad/s.
@@ -66,7 +66,7 @@ def step_box(
         low, high: output (n,) in mm or rad.
 
     Returns:
-        The number of joints that cannot keep their acceleration limit; 0 in a motion that stayed in the box since rest.
+        Number of joints that violate their acceleration limit; 0 for a motion that stayed within the bounds since rest.
     """
     broken = 0
     for i in range(len(q)):
@@ -77,7 +77,7 @@ def step_box(
         most = stoppable_up_to(fastest, upper[i] - q[i], change)
         slower, faster = last - change, last + change
         low[i], high[i] = max(least, slower), min(most, faster)
-        if low[i] > high[i]:  # no common step: the end of the hard interval that is nearest
+        if low[i] > high[i]:  # empty intersection: use the nearest end of the hard interval
             gap = low[i] - high[i]
             low[i] = high[i] = most if slower > most else least
             if gap > ROUNDING * (change + abs(last)):
@@ -87,11 +87,11 @@ def step_box(
 
 @compiled
 def brake(velocity: Array, acceleration: Array, dt: float) -> Array:
-    """The next joint step (n,), in mm or rad, of a robot that brakes: along its joint velocity, slower.
+    """Return the next joint step (n,), in mm or rad, of a braking robot: along its joint velocity, but slower.
 
-    All joints slow down by the same share, the largest that every acceleration limit allows, and stop in the same step,
-    so that the tool stops on its present course. A joint near the end of its range may have to brake harder:
-    ``np.clip`` to the box of :func:`step_box` does that within the acceleration limits.
+    All joints slow down by the same fraction, the largest that every acceleration limit allows, and stop in the same
+    step, so that the tool keeps its direction while it stops. A joint near the end of its range may have to brake
+    harder: ``np.clip`` to the bounds of :func:`step_box` does that within the acceleration limits.
 
     Args:
         velocity: joint velocity of the last step (n,); acceleration: limits (n,); dt: control period in s.
@@ -119,11 +119,11 @@ def joint_regularisation(robot: RobotModel) -> Objective:
 class JointLimits:
     """Range, speed and acceleration of every joint as a fixture, with joint regularisation.
 
-    The controller uses the box of :func:`step_box` instead; this class is for programs built without a controller.
+    The controller uses the bounds of :func:`step_box` instead; this class is for programs built without a controller.
     """
 
     def rows(self, now: Situation) -> Rows:
-        """n objective rows; constraint rows ±Δq, those of sliding joints in mm, those of turning joints in rad."""
+        """n objective rows; constraint rows ±Δq, in mm for prismatic and in rad for revolute joints."""
         robot, dof = now.robot, len(now.robot.joints)
         low, high = np.empty(dof), np.empty(dof)
         limits = (robot.lower, robot.upper, robot.speed, robot.acceleration)
@@ -139,5 +139,5 @@ class JointLimits:
         return Rows((joint_regularisation(robot),), tuple(constraints))
 
     def is_admissible(self, before: StepState, after: StepState) -> bool:
-        """True: the rows bound the step, and no pose is refused."""
+        """Always True: the rows bound the step, and no pose is refused."""
         return True

@@ -1,11 +1,11 @@
-"""How deep a tool lies in a region with an inside, from signed distances on grids (compiled).
+"""Penetration depth of a tool in a solid region, from signed distances on grids (compiled).
 
-A region is two grids of signed distances, a fine one before a coarse one; what neither knows is free. Numbers of the
-region come packed, see ``soft_region.region_numbers``.
+A region is two grids of signed distances, a fine one that takes precedence over a coarse one; space outside both is
+free. The numbers of the region are packed, see ``soft_region.region_numbers``.
 
 At a point p of the axis of a capsule of radius r, with the signed distance d(p), the depth of the tool's surface below
-the region's border is layer + r − d(p) at most, since a signed distance changes no faster than its point moves. The
-excess is that depth, with the error of d added, over the greatest depth allowed at p.
+the region's border is at most layer + r − d(p), since a signed distance is Lipschitz continuous with constant 1. The
+excess is that depth, plus the error of d, minus the greatest depth allowed at p.
 """
 
 from __future__ import annotations
@@ -17,22 +17,22 @@ import numpy as np
 from ..kernels.compiled import compiled, inlined
 from .boundary import approach
 
-LEAST_ADVANCE_MM = 0.1  # along an axis, where it is looked at most closely
-WINDOW_MM = 1.0  # of an axis: each has one row at most
-CONTACT = 9  # numbers of a contact: segment, place (3), depth, excess, direction out (3), 0 where there is none
-STEEPEST = 1.5  # how fast an excess changes at most, per mm: the distance by 1, the greatest depth by 0.5
+LEAST_ADVANCE_MM = 0.1  # smallest sampling interval along an axis
+WINDOW_MM = 1.0  # of an axis: each window has at most one row
+CONTACT = 9  # columns of a contact: segment, position (3), depth, excess, outward direction (3), 0 if undefined
+STEEPEST = 1.5  # Lipschitz bound of the excess per mm: 1 of the distance, 0.5 of the greatest depth
 
-# Places of the packed numbers: origin (3), step and error of both grids; layer; greatest depth; place (3), radius and
-# greatest depth of where it may be deeper, and how fast the one goes over into the other, per mm.
+# Offsets of the packed numbers: origin (3), step and error of both grids; layer; greatest depth; centre (3), radius and
+# greatest depth of the deeper place, and the slope of the transition between the two depths, per mm.
 FINE, COARSE, LAYER, DEPTH, DEEPER, NUMBERS = 0, 5, 10, 11, 12, 18
-_FAR = 1e3  # [mm] stands for the distance of what is not known
+_FAR = 1e3  # [mm] substitute for an unknown distance
 _LONGEST_ADVANCE_MM = 4.0
-_FLAT = 0.2  # a smaller gradient shows no direction
+_FLAT = 0.2  # a smaller gradient has no reliable direction
 
 
 @inlined
 def _in_grid(values: Any, x: float, y: float, z: float) -> float:
-    """The trilinear value at a position in grid units; NaN outside."""
+    """Trilinear interpolation at a position in grid units; NaN outside the grid."""
     top_k, top_j, top_i = values.shape[0] - 1, values.shape[1] - 1, values.shape[2] - 1
     if not (0.0 <= x <= top_i and 0.0 <= y <= top_j and 0.0 <= z <= top_k):
         return np.nan
@@ -48,7 +48,7 @@ def _in_grid(values: Any, x: float, y: float, z: float) -> float:
 
 @compiled
 def _distance(fine: Any, coarse: Any, numbers: Any, x: float, y: float, z: float) -> Any:
-    """Signed distance at a place and its error, mm; _FAR where it is not known, and how far around it is not either."""
+    """Signed distance at a point and its error, mm; _FAR where unknown, with the distance to the known space."""
     step = numbers[FINE + 3]
     found = _in_grid(fine, (x - numbers[FINE]) / step, (y - numbers[FINE + 1]) / step, (z - numbers[FINE + 2]) / step)
     if found == found:
@@ -68,7 +68,7 @@ def _distance(fine: Any, coarse: Any, numbers: Any, x: float, y: float, z: float
 
 @inlined
 def _allowed(numbers: Any, x: float, y: float, z: float) -> float:
-    """The greatest depth at a place, mm."""
+    """Greatest allowed depth at a point, mm."""
     a, b, c = x - numbers[DEEPER], y - numbers[DEEPER + 1], z - numbers[DEEPER + 2]
     beyond = max(np.sqrt(a * a + b * b + c * c) - numbers[DEEPER + 3], 0.0)
     return float(max(numbers[DEEPER + 4] - numbers[DEEPER + 5] * beyond, numbers[DEPTH]))
@@ -79,11 +79,11 @@ def largest_excess(
     fine: Any, coarse: Any, numbers: Any, start: Any, end: Any, radius: Any, share: float, start_2: Any, end_2: Any,
     floor: float,
 ) -> tuple[float, int, float]:  # fmt: skip
-    """The largest excess of a tool in mm, its segment, and how far along its axis it is, as a share.
+    """Return the largest excess of a tool in mm, its segment, and its position as a fraction of the segment's axis.
 
-    Where the excess is less than ``floor``: ``floor``, −1 and 0.
-    The tool is at ``share`` of the straight motion of its segments from (start, end) to (start_2, end_2), each (S, 3).
-    Between the places that are looked at it may be larger by STEEPEST · LEAST_ADVANCE_MM / 2.
+    If the excess is less than ``floor``: ``floor``, −1 and 0.
+    The tool is at fraction ``share`` of the straight motion of its segments from (start, end) to (start_2, end_2),
+    each (S, 3). Between the samples the excess can be larger by STEEPEST · LEAST_ADVANCE_MM / 2.
     """
     worst, segment, place = floor, -1, 0.0
     first, along = np.empty(3), np.empty(3)
@@ -114,13 +114,13 @@ def keeps_depth(
     fine: Any, coarse: Any, numbers: Any, start: Any, end: Any, radius: Any, start_2: Any, end_2: Any,
     sag: float, limit: float, between: float, most: int,
 ) -> bool:  # fmt: skip
-    """Whether the whole motion of a tool from (start, end) to (start_2, end_2) keeps its excess.
+    """Whether the excess stays within its limit during the motion of a tool from (start, end) to (start_2, end_2).
 
-    The excess of every pose that is looked at is at most ``limit``, or that of the first pose where it is larger.
-    Poses are looked at so closely that between them it is larger by ``between`` at most.
+    The excess of every sampled pose is at most ``limit``, or that of the first pose if it is larger.
+    Poses are sampled so densely that the excess between them is larger by at most ``between``.
 
     Args:
-        sag: how far a point may be from the straight line between its places, mm. most: poses to look at, at most.
+        sag: largest deviation of a point from its chord, mm. most: largest number of sampled poses.
     """
     chord = 0.0
     for s in range(len(radius)):
@@ -130,7 +130,7 @@ def keeps_depth(
             two += (end_2[s, k] - end[s, k]) ** 2
         chord = max(chord, one, two)
     chord = np.sqrt(chord)
-    clear = limit - STEEPEST * (chord + sag)  # no place of the motion is farther than that from its last pose
+    clear = limit - STEEPEST * (chord + sag)  # the motion stays within chord + sag of its last pose
     last, _, _ = largest_excess(fine, coarse, numbers, start, end, radius, 1.0, start_2, end_2, clear)
     if last <= clear:
         return True
@@ -152,7 +152,7 @@ def keeps_depth(
 
 @compiled
 def _direction(fine: Any, coarse: Any, numbers: Any, place: Any, out: Any) -> bool:
-    """The unit direction out of the region at a place, by differences over one grid step, or over more deep inside."""
+    """Write the unit direction out of the region at a point, by differences over one grid step, or more deep inside."""
     reach = numbers[FINE + 3]
     for _ in range(4):
         size = 0.0
@@ -176,10 +176,10 @@ def _direction(fine: Any, coarse: Any, numbers: Any, place: Any, out: Any) -> bo
 def contacts(
     fine: Any, coarse: Any, numbers: Any, start: Any, end: Any, radius: Any, ahead: float, limit: float, found: Any
 ) -> int:
-    """The deepest place of every window of the tool's axes, where it is in the region or may be in the next step.
+    """Write the deepest point of every window of the tool's axes that is in the region or can be in the next step.
 
-    ahead: how far the tool may move, mm; limit: excess above which a row is needed.
-    found: (m, CONTACT) out; the number of rows written is returned.
+    ahead: largest displacement of the tool in the step, mm; limit: excess above which a row is needed.
+    found: (m, CONTACT) out; returns the number of contacts written.
     """
     count = 0
     place, along, out = np.empty(3), np.empty(3), np.empty(3)
@@ -225,7 +225,7 @@ def contacts(
 
 @compiled
 def contact_rows(numbers: Any, chosen: Any, hard: bool, position: Any, jacobian: Any, matrix: Any) -> None:
-    """Rows over Δq of the growth of contacts' depth, or of their excess (``hard``): its first n columns are written."""
+    """Write rows over Δq (the first n columns) of the growth of the contacts' depth, or of their excess (``hard``)."""
     normal, place = np.empty(3), np.empty(3)
     for n in range(len(chosen)):
         away = 0.0
@@ -235,6 +235,6 @@ def contact_rows(numbers: Any, chosen: Any, hard: bool, position: Any, jacobian:
         away = np.sqrt(away)
         edge = numbers[DEEPER + 4] - numbers[DEEPER + 5] * (away - numbers[DEEPER + 3])
         if hard and away > numbers[DEEPER + 3] and edge > numbers[DEPTH]:
-            for k in range(3):  # the greatest depth shrinks away from the place
+            for k in range(3):  # the greatest depth decreases away from the centre of the deeper place
                 normal[k] -= numbers[DEEPER + 5] * (place[k] - numbers[DEEPER + k]) / away
         approach(normal, place, position, jacobian, matrix[n])

@@ -1,12 +1,12 @@
-"""Soft regions: tissue with an inside, which pushes back like a spring and is hard beyond a greatest depth.
+"""Soft regions: solid tissue that pushes back like a spring and is hard beyond a greatest depth.
 
-A ``SoftZone`` is a layer over a surface, which has no inside: a tool whose axis has crossed it is pushed on. A region
-is a solid, given by its signed distance d: the depth of the tool is δ = max over its axis of layer + r − d, and the
-spring points out of the solid wherever the tool is, deep inside as well. The spring is that of ``soft_zone.py``.
+A ``SoftZone`` is a layer over a surface, which has no inside: a tool whose axis has crossed it is pushed further in. A
+region is a solid, given by its signed distance d: the depth of the tool is δ = max over its axis of layer + r − d, and
+the spring always points out of the solid, also deep inside. The spring is that of ``soft_zone.py``.
 
-The greatest depth is kept by hard rows and by a certificate over the whole motion. Between two poses every point of the
-tool's axis is within C/8 of the straight line between its places (``sweep_kernel.bend``), so poses at shares of that
-line, h apart, bound the excess of all of the motion: it is larger than theirs by STEEPEST · (h / 2 + C/8) at most.
+The greatest depth is enforced by hard rows and by a certificate over the whole motion. Between two poses every point of
+the tool's axis is within C/8 of its chord (``sweep_kernel.acceleration_bound``), so poses sampled on the chord at
+intervals h bound the excess during the motion: it exceeds that of the samples by at most STEEPEST · (h / 2 + C/8).
 """
 
 from __future__ import annotations
@@ -44,22 +44,22 @@ from .state import StepState
 from .stopping import approach_bounds
 from .zones import check_name, check_number, check_positive
 
-DEEPEST_MM = 50.0  # of a greatest depth
-ERROR_STEPS = 1.0  # error of a field in steps of its grid: √3/2 of interpolation, the rest of the points' own values
-EDGE_PER_MM = 0.5  # how fast the greatest depth changes at the edge of a deeper place
-RESERVE_MM = 0.15  # kept under the greatest depth for what lies between the places and poses that are looked at
-_BETWEEN_MM = RESERVE_MM - 0.5 * STEEPEST * LEAST_ADVANCE_MM - 0.005  # of it, for what lies between poses
-_BUFFER_MM = 0.02  # rows keep this much more, so that the certificate rarely has to say no
-_MOST_POSES = 64  # of one motion that are looked at; one that needs more is refused
+DEEPEST_MM = 50.0  # largest allowed value of a greatest depth
+ERROR_STEPS = 1.0  # error of a field in grid steps: √3/2 of interpolation, the rest of the samples' own values
+EDGE_PER_MM = 0.5  # slope of the greatest depth at the edge of a deeper place
+RESERVE_MM = 0.15  # subtracted from the greatest depth for the excess between sampled points and poses
+_BETWEEN_MM = RESERVE_MM - 0.5 * STEEPEST * LEAST_ADVANCE_MM - 0.005  # of it, for the excess between poses
+_BUFFER_MM = 0.02  # additional distance in the rows, so that the certificate rarely refuses a step
+_MOST_POSES = 64  # samples of one motion; one that needs more is refused
 _HARD_ROWS = 16
-_CONTACTS = 512  # windows of the tool's axes, at most
+_CONTACTS = 512  # largest number of windows of the tool's axes
 
 
 @dataclass(frozen=True, eq=False)
 class DeeperPlace:
-    """Where a region may be pressed deeper: within ``radius_mm`` of ``centre`` (3,), patient frame, mm.
+    """Part of a region with a greater allowed depth: within ``radius_mm`` of ``centre`` (3,), patient frame, mm.
 
-    Around it the greatest depth goes over into the region's own by 0.5 mm per mm.
+    Around it the greatest depth decreases to the region's own by 0.5 mm per mm.
     Raises InputError for a centre that is not three finite numbers, or a radius or depth out of range.
     """
 
@@ -79,14 +79,14 @@ class DeeperPlace:
 class SoftRegion:
     """A solid with a stiffness in N/mm, and the greatest depth to which the tool's surface may be pressed into it.
 
-    field: signed distance to the solid. Where it is not known, nothing holds the tool. Its error is taken to be one
-        step of the grid that answers (``ERROR_STEPS``).
-    max_depth_mm: below the border of the solid, or of the layer of ``layer_mm`` around it; None: no bound. The tool is
-        held before it by that error and 0.15 mm, so that no part of it is ever deeper, between two poses neither.
-    deeper: a place where the greatest depth is larger.
+    field: signed distance to the solid; where it is unknown, the tool is free. Its error is taken as one step of the
+        grid that is used (``ERROR_STEPS``).
+    max_depth_mm: below the border of the solid, or of the layer of ``layer_mm`` around it; None: unbounded. The tool is
+        stopped earlier by that error and 0.15 mm, so that no part of it exceeds the depth, also between two poses.
+    deeper: a part where the greatest depth is larger.
 
     Raises:
-        InputError: names the region and what is wrong with it.
+        InputError: the message names the region and the invalid value.
     """
 
     name: str
@@ -130,25 +130,25 @@ class SoftRegion:
 
     @property
     def words(self) -> str:
-        """Who refuses a motion, for people."""
+        """Description of the region in a refusal."""
         return f"{self.name} at its greatest depth"
 
     @property
     def held_before_mm(self) -> float:
-        """How much less than the greatest depth the tool is let in, where the first grid of the field answers."""
+        """How far before the greatest depth the tool is stopped, if the first grid of the field is used."""
         return ERROR_STEPS * self.field.grids[0].step_mm + RESERVE_MM
 
     def penetration(self, state: StepState) -> float:
-        """δ in mm, the depth of the tool by the field; 0 outside."""
+        """δ in mm, the depth of the tool according to the field; 0 outside."""
         found = self._contacts(state, 0.0, 0.0)
         return max(float(found[:, 4].max()), 0.0) if len(found) else 0.0
 
     def excess(self, state: StepState) -> float:
-        """How much deeper than allowed the tool may be, in mm, the error of the field added; at least −50 mm."""
+        """Largest depth beyond the allowed one in mm, including the error of the field; at least −50 mm."""
         return self._deepest(state)[0]
 
     def _deepest(self, state: StepState) -> tuple[float, int, float]:
-        """The largest excess in mm, its segment, and the share of that one's axis; −50, −1 and 0 where it is less."""
+        """The largest excess in mm, its segment, and the fraction along its axis; −50, −1 and 0 if it is less."""
         at = state.segments
         found: tuple[float, int, float] = largest_excess(
             self._fine, self._coarse, self.numbers, at.start, at.end, at.radius, 0.0, at.start, at.end, -DEEPEST_MM
@@ -156,7 +156,7 @@ class SoftRegion:
         return found
 
     def refuse_start(self, state: StepState, parts: Sequence[str]) -> None:
-        """Refuse a start that is deeper than allowed (HAZ-04). Raises StartRefused."""
+        """Refuse a start deeper than allowed (HAZ-04). Raises StartRefused."""
         if self.max_depth_mm is None:
             return
         excess, segment, share = self._deepest(state)
@@ -182,7 +182,7 @@ class SoftRegion:
         contact_rows(self.numbers, np.zeros((1, CONTACT)), True, tip.position, tip.jacobian, row)
 
     def allowed_mm(self, place: Array) -> float:
-        """The greatest depth at a place (3,), mm; infinite without a bound."""
+        """Greatest allowed depth at a point (3,), mm; ∞ without a bound."""
         if self.max_depth_mm is None:
             return math.inf
         if self.deeper is None:
@@ -191,11 +191,11 @@ class SoftRegion:
         return max(self.deeper.max_depth_mm - EDGE_PER_MM * beyond, self.max_depth_mm)
 
     def rows(self, now: Situation) -> Rows:
-        """One soft constraint, the spring, and one hard one, the greatest depth."""
+        """One soft constraint for the spring, and one hard one for the greatest depth."""
         ahead = LOOK_AHEAD * now.scale_mm
         found = self._contacts(now.state, ahead, -RESERVE_MM - _near_mm(now))
         if len(found):
-            found = found[found[:, 6:].any(axis=1)]  # in the very middle every way leads out, and none needs a row
+            found = found[found[:, 6:].any(axis=1)]  # the very centre has no outward direction, and needs no row
         near = found[found[:, 5] > -RESERVE_MM - _near_mm(now)]
         constraints = []
         if len(found) and found[:, 4].max() > -ahead:
@@ -205,13 +205,13 @@ class SoftRegion:
         return Rows((), tuple(constraints))
 
     def _spring(self, found: Array, now: Situation) -> Constraint:
-        """δ − n·ΔP ≤ s for the deepest contacts, all with the same s, as of a soft zone."""
+        """δ − n·ΔP ≤ s for the deepest contacts, all with the same slack s, as in a soft zone."""
         found = found[np.argsort(-found[:, 4], kind="stable")[:MAX_ROWS]]
         depth = max(float(found[0, 4]), 0.0)
-        least = max(depth - now.scale_mm, 0.0)  # lower limit of the slack: no faster outwards than the command
+        least = max(depth - now.scale_mm, 0.0)  # lower bound of the slack: no faster outwards than the command
         penalty = now.compliance_mm_per_n * self.stiffness_n_per_mm
         worst = found[found[:, 5].argmax()]
-        held = worst[5] > -RESERVE_MM - 2.0 * _BUFFER_MM  # then that is what holds the tool, whatever the spring does
+        held = worst[5] > -RESERVE_MM - 2.0 * _BUFFER_MM  # then the hard bound stops the tool, not the spring
         text = self._bound_words(worst, now) if held else f"{self.name}, {depth:.1f} mm deep"
         index = np.arange(len(found))
         matrix = self._matrix(found, now, False)
@@ -220,7 +220,7 @@ class SoftRegion:
         )
 
     def _bound(self, found: Array, now: Situation) -> Constraint:
-        """No contact's excess grows beyond 0, and each can be stopped before it."""
+        """Bound every contact's excess by 0, approached only as fast as the tool can stop."""
         found = found[np.argsort(-found[:, 5], kind="stable")[:_HARD_ROWS]]
         change = now.deceleration_mm_per_s2 * now.dt_s**2
         bound = approach_bounds(-RESERVE_MM - _BUFFER_MM - found[:, 5], change)
@@ -232,7 +232,7 @@ class SoftRegion:
         return f"{self.name} on the {part}, at its greatest depth of {allowed:.1f} mm"
 
     def is_admissible(self, before: StepState, after: StepState) -> bool:
-        """Whether the whole motion keeps the greatest depth, or from deeper never gets deeper still."""
+        """Whether the whole motion respects the greatest depth, or never gets deeper from a start beyond it."""
         if self.max_depth_mm is None:
             return True
         one, two = before.segments, after.segments
@@ -255,12 +255,12 @@ class SoftRegion:
 
 
 def _near_mm(now: Situation) -> float:
-    """How far from its bound an excess needs a row: the tool must be able to stop before it."""
+    """Excess below its bound from which a row is needed, so that the tool can stop before the bound."""
     return max(1.0, 2.0 * LOOK_AHEAD * now.scale_mm)
 
 
 def _numbers(region: SoftRegion) -> Array:
-    """Packed numbers of a region, see ``region_kernel``."""
+    """Pack the numbers of a region, see ``region_kernel``."""
     numbers = np.empty(NUMBERS)
     for first, grid in ((FINE, region.field.grids[0]), (COARSE, region.field.grids[-1])):
         numbers[first : first + 3], numbers[first + 3] = grid.origin, grid.step_mm

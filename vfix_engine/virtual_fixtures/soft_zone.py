@@ -12,7 +12,7 @@ In equilibrium a constant force f straight into the layer gives δ = f / k.
 All pairs share one slack because U depends on the deepest penetration only: more pairs are not more springs.
 
 Without a command the controller is idle. With one, the tissue moves the tool outwards no faster than the command asks
-for: the slack may not fall below δ − (length of the desired step), so that leaving faster gains nothing.
+for: the slack is at least δ − (length of the desired step), so that leaving faster has no lower cost.
 docs/concepts.md derives both.
 """
 
@@ -37,7 +37,7 @@ from .zones import SHAPES, check_name, check_number, check_positive
 STIFFEST_N_PER_MM = 100.0  # stiffer than tissue: use a no-fly zone instead
 THICKEST_MM = 20.0
 MAX_ROWS = 12  # rows of one zone
-LOOK_AHEAD = 4.0  # lengths of the desired step: other parts of the tool move faster than its tip
+LOOK_AHEAD = 4.0  # in lengths of the desired step: other parts of the tool move faster than its tip
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +50,7 @@ class SoftZone:
     A soft zone refuses no motion; bone and no-fly zones under it keep their margins.
 
     Raises:
-        InputError: names the zone and what is wrong with it.
+        InputError: the message names the zone and the invalid value.
     """
 
     name: str
@@ -84,7 +84,7 @@ class SoftZone:
         if len(pairs) == 0:
             return Rows()
         depth = max(self.thickness_mm - float(pairs.distance.min()), 0.0)
-        least = max(depth - now.scale_mm, 0.0)  # lower limit of the slack: no faster outwards than the command
+        least = max(depth - now.scale_mm, 0.0)  # lower bound of the slack: no faster outwards than the command
         penalty = now.compliance_mm_per_n * self.stiffness_n_per_mm
         wall = boundary(pairs, now.state.tip, self.thickness_mm)
         text = f"{self.name}, {depth:.1f} mm deep"
@@ -95,7 +95,7 @@ class SoftZone:
         return Rows((), (constraint,))
 
     def is_admissible(self, before: StepState, after: StepState) -> bool:
-        """True: a soft zone refuses no pose. The certificate checks the structures under it."""
+        """Always True: a soft zone refuses no pose. The certificate checks the structures under it."""
         return True
 
     def _pairs(self, segments: Segments, anatomy: Proximity | None, further: float) -> Pairs:

@@ -17,7 +17,7 @@ from .state_kernel import BODY, BROKEN_COUNT, PAIR_COUNT, SEGMENT, STATE, TRIANG
 
 @dataclass(frozen=True, eq=False)
 class Layout:
-    """Layout of a packed state: n joints, S segments with radius (S,) in mm, B bodies; ``size`` is its length."""
+    """Layout of a packed state: n joints, S segments with radius (S,) in mm, B obstacles; ``size`` is its length."""
 
     dof: int
     radius: Array
@@ -45,15 +45,15 @@ class StepState:
     q: joints (n,).
     velocity: joint velocity (n,) in mm/s or rad/s of the previous step; 0 at a start.
     tip: pose and Jacobian of the tip; segments: the S axis segments of the tool.
-    distance: (B, S) from every body to the surface of every segment, exact below the boundary threshold and cut there.
-        Body 0 is the anatomy; the zones follow in the order of ``zones.ordered``.
+    distance: (B, S) from every obstacle to the surface of every segment, exact below the boundary threshold and capped
+        there. Obstacle 0 is the anatomy; the zones follow in the order of ``zones.ordered``.
     context: the ``ControlContext`` that measured the state; None for a state made by hand.
 
     A measured state has, as read-only views:
-    pairs: (N, 13), the pairs that can bind in the next step, nearest to their margin first, see ``state_kernel``.
-    box: (2, n), smallest and largest Δq that all joint limits allow in the next step, see ``joint_limits.step_box``.
+    pairs: (N, 13), the pairs that can be active in the next step, nearest to their margin first, see ``state_kernel``.
+    box: (2, n), lower and upper bounds of Δq in the next step from all joint limits, see ``joint_limits.step_box``.
     position: (3,) of the tip, as in ``tip``.
-    broken: number of joints that cannot keep their acceleration limit in the next step.
+    broken: number of joints that must exceed their acceleration limit in the next step.
     """
 
     q: Array
@@ -70,7 +70,7 @@ class StepState:
 
     @property
     def body(self) -> Int32Array:
-        """(N,) the body of each pair."""
+        """(N,) obstacle of each pair."""
         body: Int32Array = self.pairs[:, BODY].astype(np.int32)
         return body
 
@@ -87,14 +87,14 @@ class StepState:
 
     @classmethod
     def measured(cls, context: Any, layout: Layout, numbers: Array) -> StepState:
-        """The state of packed numbers, which it owns from then on; views are made on first access."""
+        """Return the state of packed numbers, which it then owns; views are created on first access."""
         state = object.__new__(cls)
         own = state.__dict__
         own["context"], own["layout"], own["numbers"] = context, layout, numbers
         return state
 
     def __getattr__(self, name: str) -> Any:
-        """Make a part of a measured state on first access."""
+        """Create a view of a measured state on first access."""
         own = self.__dict__
         make = _PARTS.get(name)
         if make is None or "numbers" not in own:
@@ -112,7 +112,7 @@ def _tip(numbers: Array, layout: Layout) -> TipState:
 
 
 def _segments(numbers: Array, layout: Layout) -> Segments:
-    # Without the checks of ``Segments``: these are read-only copies of measured numbers.
+    # Bypasses the checks of ``Segments``: these are read-only copies of measured numbers.
     segments, count = object.__new__(Segments), len(layout.radius)
     first, last = layout.places["start"][0], layout.places["end"][1]
     packed = np.concatenate((numbers[first:last], layout.radius))

@@ -1,4 +1,4 @@
-"""The step state packed into one array, which compiled code takes and returns as a whole.
+"""The step state packed into one array, which compiled code accepts and returns as a whole.
 
 ``StateViews`` is the table of its fields, for Python and compiled code.
 """
@@ -13,20 +13,21 @@ from ..kernels.packed import packing
 from ..kernels.views import view
 from ..proximity.pairs import MAX_ROWS
 
-PAIR = 13  # columns of a pair: the ten of ``geometry.rows_kernel``, then segment, triangle and body
+PAIR = 13  # columns of a pair: the ten of ``geometry.rows_kernel``, then segment, triangle and obstacle
 SEGMENT, TRIANGLE, BODY = 10, 11, 12
 PAIR_COUNT, BROKEN_COUNT = 0, 1
 
 
 class StateViews(NamedTuple):
-    """A packed step state; n joints, S segments, B bodies; patient frame, mm and rad.
+    """A packed step state; n joints, S segments, B obstacles; patient frame, mm and rad.
 
     q, velocity: (n,) joints and joint velocity.
     position (3,), rotation (3, 3), jacobian (6, n): of the tip.
     start, end: (S, 3) of the tool's axis segments.
-    distance: (B, S) from every body to the surface of every segment.
-    box: (2, n) smallest and largest Δq of the next step, see ``joint_limits.step_box``.
-    counts: number of pairs that can bind in the next step; number of joints that cannot keep their acceleration limit.
+    distance: (B, S) from every obstacle to the surface of every segment.
+    box: (2, n) lower and upper bounds of Δq in the next step, see ``joint_limits.step_box``.
+    counts: number of pairs that can be active in the next step; number of joints that must exceed their acceleration
+        limit.
     pairs: capacity for ``MAX_ROWS`` pairs, nearest to their margin first.
     """
 

@@ -1,4 +1,4 @@
-"""Stopping distance in discrete time: the longest step after which something can still come to rest in time.
+"""Stopping distance in discrete time: the longest step after which a motion can still stop in time.
 
 Notation: w is the length of a step, in mm or rad; e = a·dt² is the largest change of w from one step to the next.
 
@@ -19,7 +19,7 @@ import numpy as np
 from ..arrays import Array
 from ..kernels.compiled import compiled
 
-_ROUNDED_UP = 1.0 + 1e-12  # more than rounding can change
+_ROUNDED_UP = 1.0 + 1e-12  # factor larger than rounding errors
 
 
 @compiled
@@ -27,12 +27,12 @@ def stoppable_step(slack: float, change: float) -> float:
     """The longest step w with D(w) ≤ slack, so that the steps after it can stop within the slack.
 
     Exact up to rounding: D is the maximum of the lines of its pieces, and a square root gives the piece of ``slack``.
-    After a step w ≤ stoppable_step(R, e) the next step may be w − e, because D(w − e) = D(w) − w ≤ R − w, the slack
-    that is left; and so on until a step is not longer than e.
+    After a step w ≤ stoppable_step(R, e) the next step may be w − e, because D(w − e) = D(w) − w ≤ R − w, the
+    remaining slack; and so on until a step is not longer than e.
 
     Args:
         slack: distance to the limit, in mm or rad; 0 or a negative slack allows no step: 0.
-        change: e = acceleration · dt²; ∞: the motion can stop at once.
+        change: e = acceleration · dt²; ∞: the motion can stop within one step.
     """
     if not slack > 0.0:
         return 0.0
@@ -44,7 +44,7 @@ def stoppable_step(slack: float, change: float) -> float:
 
 @compiled
 def stoppable_up_to(longest: float, slack: float, change: float) -> float:
-    """min(longest, stoppable_step(slack, change)), without the square root where ``longest`` is the smaller one.
+    """min(longest, stoppable_step(slack, change)), without the square root if ``longest`` is the smaller one.
 
     D(w) ≤ (w + e/2)² / 2e, so a slack above that bound lets ``longest`` stop.
     """
@@ -87,12 +87,12 @@ def approach_bounds(slacks: Array, change: float) -> Array:
 
 @compiled
 def approach_bound(slack: float, change: float) -> float:
-    """The bound, in mm, of a boundary row −n·ΔP_k ≤ bound (Li 2007, eq. (16), has ``slack`` itself there).
+    """Return the bound, in mm, of a boundary row −n·ΔP_k ≤ bound (Li 2007, eq. (16), uses ``slack`` itself).
 
     Outside the margin it is the longest approach from which the point can still stop before the margin: about
-    √(2 · change · slack) far away, and all of the slack in the last step.
-    Inside the margin it is negative: the point must retreat, by at most ``change``, which is what a robot at rest can
-    do in one step. So the row by itself never makes a program infeasible.
+    √(2 · change · slack) at a distance, and all of the slack in the last step.
+    Inside the margin it is negative: the point must retreat, by at most ``change``, which a robot can achieve from rest
+    in one step. So the row by itself never makes a program infeasible.
 
     Args:
         slack: distance to the margin in mm; negative inside it.

@@ -4,7 +4,7 @@
      "zones": [{"name": "optic nerve", "margin_mm": 1.0, "shape": {"kind": "capsule", …}}],
      "soft_zones": [{"name": "mucosa", "thickness_mm": 1.5, "stiffness_n_per_mm": 0.5, "shape": {"kind": "anatomy"}}]}
 
-A soft zone may have a ``max_depth_mm``, beyond which it is hard.
+A soft zone may have a ``max_depth_mm``, the depth beyond which it is hard.
 
 docs/formats.md lists the shapes.
 """
@@ -27,12 +27,12 @@ from .zones import ANATOMY, Zone, check_number, check_positive, ordered
 
 SCHEMA = "vfix-zones/1"
 MOST_ZONES = 64  # of each kind; each costs time in every step
-_DEEPEST_MM = 20.0  # of a greatest depth
+_DEEPEST_MM = 20.0  # largest allowed ``max_depth_mm``
 
 
 @dataclass(frozen=True, eq=False)
 class ZoneSet:
-    """The zones of a file or a plan: no-fly zones, the hard parts of soft ones among them, and soft zones."""
+    """The zones of a file or a plan: no-fly zones, including the hard cores of soft ones, and soft zones."""
 
     zones: tuple[Zone, ...] = ()
     soft_zones: tuple[SoftZone | SoftRegion, ...] = ()
@@ -46,7 +46,7 @@ class _Surfaces:
     by_id: Mapping[str, TriangleMesh]
 
     def of(self, shape: dict[str, Any]) -> TriangleMesh:
-        """The surface of the structure that a shape names; the anatomy where it names none."""
+        """Return the surface of the structure that a shape names, or the anatomy if it names none."""
         wanted, kind = shape.get("structure", ANATOMY), shape["kind"]
         if not self.by_id:
             article = "an anatomy" if kind == "anatomy" else f"a {kind}"
@@ -60,16 +60,16 @@ class _Surfaces:
 def zones_from_dict(
     data: dict[str, Any], anatomy: TriangleMesh | None = None, structures: Mapping[str, TriangleMesh] | None = None
 ) -> ZoneSet:
-    """The zones of a mapping of the schema vfix-zones/1.
+    """Create zones from a mapping of the schema vfix-zones/1.
 
     Args:
-        anatomy: the surface that the tool is driven in.
-        structures: surfaces of the case by the id of their structure, which shapes of the kinds 'patch' and 'anatomy'
-            are parts of; None: the anatomy alone, as 'bone'.
+        anatomy: surface that the tool is driven in.
+        structures: surfaces of the case by the id of their structure, for shapes of the kinds 'patch' and 'anatomy';
+            None: only the anatomy, as 'bone'.
 
     Raises:
         FrameError: the mapping does not state LPS and mm (HAZ-14).
-        InputError: names the zone and what is wrong with it.
+        InputError: the message names the zone and the invalid value.
     """
     if data.get("schema") != SCHEMA:
         raise InputError(f"the schema of the zones is {str(data.get('schema'))!r:.60}; {SCHEMA!r} can be read")
@@ -116,7 +116,7 @@ def _soft_zone(entry: dict[str, Any], surfaces: _Surfaces) -> SoftZone:
 
 
 def _core(entry: dict[str, Any], soft: SoftZone) -> tuple[Zone, ...]:
-    """The hard part of a soft zone that has a greatest depth."""
+    """Hard core of a soft zone that has a greatest depth."""
     depth = entry.get("max_depth_mm")
     if depth is None:
         return ()
@@ -128,7 +128,7 @@ def _core(entry: dict[str, Any], soft: SoftZone) -> tuple[Zone, ...]:
 
 
 def _only(entry: dict[str, Any], names: set[str], named: str, optional: frozenset[str] = frozenset()) -> None:
-    """Refuse missing and unknown fields, so that a misspelt field does not become a default."""
+    """Refuse missing and unknown fields, so that a misspelt field is not replaced by a default."""
     for missing in sorted(names - set(entry)):
         raise InputError(f"{named} does not say its '{missing}'")
     for unknown in sorted(set(entry) - names - optional):
@@ -136,7 +136,7 @@ def _only(entry: dict[str, Any], names: set[str], named: str, optional: frozense
 
 
 def _with_zone_named(named: str, make: Callable[[], Shape | Proximity | None]) -> Shape | Proximity | None:
-    """The result of ``make``; an InputError names the zone."""
+    """Return the result of ``make``; an InputError is raised again with the name of the zone."""
     try:
         return make()
     except InputError as error:
@@ -144,7 +144,7 @@ def _with_zone_named(named: str, make: Callable[[], Shape | Proximity | None]) -
 
 
 def _solid(shape: Any, surfaces: _Surfaces) -> Shape | Proximity | None:
-    """A shape, the tree of a surface, or None for the anatomy itself."""
+    """Return a shape, the tree of a surface, or None for the anatomy itself."""
     kind = shape.get("kind") if isinstance(shape, dict) else None
     if not isinstance(kind, str) or kind not in _FIELDS:
         raise InputError(f"the kind of its shape is {str(kind)!r:.40}; known are {', '.join(_FIELDS)}")
@@ -187,7 +187,7 @@ def _surface(vertices: Any, faces: Any) -> TriangleMesh:
 
 
 def _rows_of_four(values: Any) -> list[Any]:
-    """A transform (4, 4) out of 16 numbers, row by row."""
+    """Convert 16 numbers to a transform (4, 4), row by row."""
     if not isinstance(values, list) or len(values) != 16:
         raise InputError("transform_box_to_patient must be 16 numbers, row by row")
     return [values[i : i + 4] for i in range(0, 16, 4)]

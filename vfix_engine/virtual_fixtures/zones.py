@@ -1,7 +1,7 @@
 """No-fly zones: solid shapes and patches of surface that no part of the tool enters, each with its own margin.
 
-A zone is a body beside the anatomy. Its pairs give boundary rows (Li 2007, eq. (16)) with the zone's margin, and the
-certificate checks its distance like that of bone.
+A zone is an obstacle in addition to the anatomy. Its pairs give boundary rows (Li 2007, eq. (16)) with the zone's
+margin, and the certificate checks its distance like that of bone.
 """
 
 from __future__ import annotations
@@ -27,13 +27,13 @@ _LONGEST_NAME = 80
 
 @dataclass(frozen=True, eq=False)
 class Zone:
-    """A solid or a surface that the tool stays out of, by at least ``margin_mm``.
+    """A solid or a surface from which the tool keeps a distance of at least ``margin_mm``.
 
     solid: a shape, or the tree of a surface (``ProximityTree``).
-    A shape has an inside. A surface has none: the margin holds on both of its sides.
+    A shape has an inside. A surface has none: the margin applies on both of its sides.
 
     Raises:
-        InputError: names the zone and what is wrong with it.
+        InputError: the message names the zone and the invalid value.
     """
 
     name: str
@@ -56,17 +56,17 @@ class Zone:
 
     @classmethod
     def around(cls, name: str, mesh: TriangleMesh, centre: ArrayLike, radius_mm: float, margin_mm: float) -> Zone:
-        """A zone of the anatomy within ``radius_mm`` of ``centre`` (3,), in mm, patient frame."""
+        """Create a zone from the anatomy within ``radius_mm`` of ``centre`` (3,), in mm, patient frame."""
         return cls(name, _tree(name, lambda: patch_around(mesh, centre, radius_mm)), margin_mm)
 
     @classmethod
     def of_faces(cls, name: str, mesh: TriangleMesh, chosen: ArrayLike, margin_mm: float) -> Zone:
-        """A zone of the triangles of a mesh that a mask (F,) or indices (k,) select."""
+        """Create a zone from the triangles of a mesh selected by a mask (F,) or by indices (k,)."""
         return cls(name, _tree(name, lambda: patch_of(mesh, chosen)), margin_mm)
 
 
 def _tree(name: str, patch: Callable[[], TriangleMesh]) -> ProximityTree:
-    """The tree of a patch; an InputError names the zone."""
+    """Build the tree of a patch; an InputError is raised again with the name of the zone."""
     try:
         return ProximityTree(patch())
     except InputError as error:
@@ -74,7 +74,7 @@ def _tree(name: str, patch: Callable[[], TriangleMesh]) -> ProximityTree:
 
 
 def ordered(zones: Sequence[Zone]) -> tuple[Zone, ...]:
-    """Zones in the order of their bodies, from body 1 on: surfaces first, then shapes.
+    """Return zones in the order of their obstacles, from 1: surfaces first, then shapes.
 
     Raises:
         InputError: two zones have the same name.
@@ -94,13 +94,13 @@ def bodies(zones: Sequence[Zone]) -> tuple[tuple[Proximity, ...], tuple[Shape, .
 
 
 def refuse_start(zones: Sequence[Zone], distance: Array, parts: Sequence[str]) -> None:
-    """Refuse a start that is inside a zone or its margin (HAZ-04).
+    """Refuse a start inside a zone or its margin (HAZ-04).
 
     Args:
-        zones: in the order of their bodies; distance: (z, S) from each to each segment in mm; parts: S names.
+        zones: in the order of their obstacles; distance: (z, S) from each zone to each segment in mm; parts: S names.
 
     Raises:
-        StartRefused: names the zone, the part of the tool and the distance.
+        StartRefused: the message names the zone, the part of the tool and the distance.
     """
     for zone, row in zip(zones, distance, strict=True):
         worst = int(row.argmin())
@@ -114,7 +114,7 @@ def refuse_start(zones: Sequence[Zone], distance: Array, parts: Sequence[str]) -
 
 
 def check_name(name: object, what: str) -> str:
-    """The name of a zone: one line of printable text, at most 80 characters; InputError otherwise."""
+    """Return the name of a zone: one line of printable text, at most 80 characters; InputError otherwise."""
     if not isinstance(name, str) or not name.strip() or not name.isprintable():
         raise InputError(f"a {what} needs a name of visible characters")
     if len(name) > _LONGEST_NAME:
@@ -123,14 +123,14 @@ def check_name(name: object, what: str) -> str:
 
 
 def check_number(value: object, what: str) -> float:
-    """The value as float; InputError for text and booleans. NaN and infinity pass."""
+    """Return the value as a float; InputError for text and booleans. NaN and infinity are accepted."""
     if isinstance(value, bool) or not isinstance(value, (int, float, np.floating, np.integer)):
         raise InputError(f"{what} must be a number")
     return float(value)
 
 
 def check_positive(value: object, what: str, largest: float) -> float:
-    """A positive number up to ``largest``; InputError otherwise."""
+    """Return a positive number up to ``largest``; InputError otherwise."""
     number = check_number(value, what)
     if not 0.0 < number <= largest:  # NaN fails as well
         raise InputError(f"{what} is {number:g}; it must be positive, {largest:g} at most")

@@ -75,7 +75,7 @@ export class IslandPreview {
     try {
       const job = await post(`${addressOf(caseId)}/full`, wish);
       if (key !== this.key) {
-        remove(`/api/jobs/${encodeURIComponent(job.id)}`).catch(() => {});
+        remove(`/api/v1/jobs/${encodeURIComponent(job.id)}`).catch(() => {});
         return;
       }
       this.job = job.id;
@@ -89,7 +89,7 @@ export class IslandPreview {
 
   /** Whatever looks at every voxel looks for something that is not wanted any more. */
   stop() {
-    if (this.job) remove(`/api/jobs/${encodeURIComponent(this.job)}`).catch(() => {}); // it has ended
+    if (this.job) remove(`/api/v1/jobs/${encodeURIComponent(this.job)}`).catch(() => {}); // it has ended
     this.job = null;
   }
 
@@ -118,5 +118,5 @@ export class IslandPreview {
 
 /** @param {string} caseId */
 function addressOf(caseId) {
-  return `/api/cases/${encodeURIComponent(caseId)}/segment/islands`;
+  return `/api/v1/cases/${encodeURIComponent(caseId)}/segment/islands`;
 }

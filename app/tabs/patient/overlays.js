@@ -91,7 +91,7 @@ export class OverlaysGroup {
 
   /** @param {string} id */
   address(id) {
-    return `/api/cases/${encodeURIComponent(this.caseId)}/overlays/${encodeURIComponent(id)}`;
+    return `/api/v1/cases/${encodeURIComponent(this.caseId)}/overlays/${encodeURIComponent(id)}`;
   }
 
   /** @param {Promise<unknown>} answer */

@@ -114,7 +114,7 @@ export class PaintGroup {
     this.lock.title = item?.locked ? "Unlock" : "Lock";
     this.hold.disabled = this.colour.disabled = Boolean(item?.locked);
     if (item && document.activeElement !== this.colour) this.colour.value = item.colour;
-    for (const link of this.files) link.setAttribute("href", `/api/labels/${encodeURIComponent(this.chosen)}/file?form=${link.dataset.form}`);
+    for (const link of this.files) link.setAttribute("href", `/api/v1/labels/${encodeURIComponent(this.chosen)}/file?form=${link.dataset.form}`);
     if (!hasVolume) this.words.textContent = "This head came without a CT, so there is nothing to paint on.";
     else if (!item) this.words.textContent = "Paint what a threshold misses, or take away what it takes too much of, voxel by voxel.";
     else this.words.textContent = item.unreadable || (item.locked ? `${item.name} is locked: unlock it to paint.` : STATES[item.surface]);
@@ -191,7 +191,7 @@ export class PaintGroup {
     this.surface.disabled = true;
     try {
       /** @type {JobPublic} */
-      const job = await post(`/api/labels/${encodeURIComponent(this.chosen)}/surface`, {});
+      const job = await post(`/api/v1/labels/${encodeURIComponent(this.chosen)}/surface`, {});
       this.begun.add(job.id);
       this.jobs.watch(job);
     } catch (error) {

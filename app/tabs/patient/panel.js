@@ -193,7 +193,7 @@ export default class PatientPanel {
     tellLeftOut(what.leftOut);
     const open = this.connection.state.case;
     const structures = open && (intoOpen || isSegmentation(what.files));
-    const address = structures ? `/api/cases/${encodeURIComponent(open.id)}/structures` : "/api/cases";
+    const address = structures ? `/api/v1/cases/${encodeURIComponent(open.id)}/structures` : "/api/v1/cases";
     await this.send(address, name, formOf(what, !structures && this.describe.input.checked));
   }
 
@@ -205,7 +205,7 @@ export default class PatientPanel {
     const what = await sorted(found);
     const open = this.connection.state.case;
     tellLeftOut(what.leftOut);
-    if (open) await this.send(`/api/cases/${encodeURIComponent(open.id)}/overlays`, uploadWords(what.files), formOf(what, this.overlays.describe.input.checked));
+    if (open) await this.send(`/api/v1/cases/${encodeURIComponent(open.id)}/overlays`, uploadWords(what.files), formOf(what, this.overlays.describe.input.checked));
   }
 
   /**
@@ -285,7 +285,7 @@ export default class PatientPanel {
     if (!(error instanceof Error) || !open.length) throw error;
     if (this.connection.state.rehearsal?.state === "running") await whenReady(`${name} does not say all that is needed.`, "Answer");
     const answer = await (open.includes("into") ? this.askInto(name) : this.askWhatIsMissing(name, error, open));
-    const path = `/api/jobs/${encodeURIComponent(job.id)}`;
+    const path = `/api/v1/jobs/${encodeURIComponent(job.id)}`;
     if (!answer) {
       await remove(`${path}/upload`);
       return;
@@ -377,6 +377,6 @@ function seriesQuestion(series) {
  */
 async function save(head) {
   if (!head || (head.images && !await askForImages(head.name))) return;
-  download(`/api/cases/${encodeURIComponent(head.id)}/archive?with_images=true`);
+  download(`/api/v1/cases/${encodeURIComponent(head.id)}/archive?with_images=true`);
   note(`‘${head.name}’ is packed with its scan, structures, plans and registrations; the browser saves it as a zip.`);
 }

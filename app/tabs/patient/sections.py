@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Literal, TypedDict
 
-from app.cases.structures import Origin
+from app.cases.structures import StructureOrigin
 
 
 class CaseEntry(TypedDict):
@@ -40,7 +40,7 @@ class StructureEntry(TypedDict):
     shown: bool
     triangles: int
     notes: list[str]
-    origin: Origin
+    origin: StructureOrigin
 
 
 class StructuresSection(TypedDict):

@@ -182,7 +182,7 @@ export class SegmentGroup {
     this.showBusy();
     try {
       /** @type {JobPublic} */
-      const job = await post(`/api/cases/${encodeURIComponent(this.case.id)}/segment`, wish);
+      const job = await post(`/api/v1/cases/${encodeURIComponent(this.case.id)}/segment`, wish);
       this.jobs.watch(job);
     } catch (error) {
       note(/** @type {Error} */ (error).message, { error: true });

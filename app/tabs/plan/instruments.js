@@ -134,7 +134,7 @@ export class InstrumentsGroup {
     form.append("file", file);
     try {
       /** @type {OwnRobotPublic} */
-      const own = await upload("/api/robots", form, () => {});
+      const own = await upload("/api/v1/robots", form, () => {});
       await this.connection.request("plan.robot", { name: own.name, urdf: own.urdf, tool_frame: own.tool_frame });
       if (own.ends.length > 1) note(`‘${file.name}’ has ${own.ends.length} ends. The tool is held by ‘${own.tool_frame}’; choose another link where that is wrong.`);
     } catch (error) {

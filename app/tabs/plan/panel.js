@@ -277,7 +277,7 @@ export default class PlanPanel {
   async export(format) {
     const { plan, plan_use: use, case: head } = this.connection.state;
     if (!plan || (format === "slicer" && head?.images && !await askForImages(head.name))) return;
-    const path = `/api/plans/${encodeURIComponent(plan.id)}/export`;
+    const path = `/api/v1/plans/${encodeURIComponent(plan.id)}/export`;
     download(format === "slicer" ? `${path}/slicer?with_images=true` : `${path}?format=${encodeURIComponent(format)}`);
     if (format === "slicer") note("The folder for 3D Slicer is being made; its download begins in some seconds.");
     if (use?.registration && format === "json") note(`The file names the registration ‘${use.name ?? use.registration}’ and does not hold it. To take both elsewhere, save the head in Patient; or export the transform in Register as well.`, { stay: true });
@@ -302,7 +302,7 @@ export default class PlanPanel {
     for (const [key, value] of Object.entries(answers)) form.append(key, value);
     try {
       /** @type {PlanPublic} */
-      const plan = await upload(`/api/cases/${encodeURIComponent(caseId)}/plans/import`, form, () => {});
+      const plan = await upload(`/api/v1/cases/${encodeURIComponent(caseId)}/plans/import`, form, () => {});
       this.connection.send("plan.open", { plan_id: plan.id });
       const doubts = [plan.told, await this.wanting(plan)].filter(Boolean);
       note([`‘${file.name}’ was imported as a plan.`, ...doubts].join(" "), { stay: doubts.length > 0 });
@@ -318,7 +318,7 @@ export default class PlanPanel {
   async wanting({ id, registration }) {
     if (!registration) return "";
     /** @type {PlanRegistrationPublic} */
-    const used = await read(`/api/plans/${encodeURIComponent(id)}/registration`);
+    const used = await read(`/api/v1/plans/${encodeURIComponent(id)}/registration`);
     return used.state === "ready" ? "" : used.words;
   }
 

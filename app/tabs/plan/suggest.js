@@ -94,9 +94,9 @@ export class SuggestGroup {
     this.button.disabled = true;
     this.words.textContent = "";
     try {
-      const found = await this.work.run(`/api/plans/${encodeURIComponent(plan.id)}/suggestions`, { entry, target: target.position });
+      const found = await this.work.run(`/api/v1/plans/${encodeURIComponent(plan.id)}/suggestions`, { entry, target: target.position });
       this.words.textContent = found ? "" : "The search was cancelled.";
-      if (found) this.show(await read(`/api/suggestions/${encodeURIComponent(found)}`));
+      if (found) this.show(await read(`/api/v1/suggestions/${encodeURIComponent(found)}`));
     } catch (error) {
       this.words.textContent = sentence(/** @type {Error} */ (error).message);
     } finally {
@@ -198,8 +198,8 @@ export class ToolTableGroup {
     this.button.disabled = true;
     this.words.textContent = "";
     try {
-      const found = await this.work.run(`/api/plans/${encodeURIComponent(plan.id)}/tools`, {});
-      this.show(found ? await read(`/api/tool_tables/${encodeURIComponent(found)}`) : null);
+      const found = await this.work.run(`/api/v1/plans/${encodeURIComponent(plan.id)}/tools`, {});
+      this.show(found ? await read(`/api/v1/tool_tables/${encodeURIComponent(found)}`) : null);
       if (!found) this.words.textContent = "The drives were cancelled.";
     } catch (error) {
       this.words.textContent = sentence(/** @type {Error} */ (error).message);

@@ -58,7 +58,7 @@ export class CalibrationGroup {
   }
 
   path() {
-    return `/api/registrations/${encodeURIComponent(this.registration?.id ?? "")}`;
+    return `/api/v1/registrations/${encodeURIComponent(this.registration?.id ?? "")}`;
   }
 
   /**

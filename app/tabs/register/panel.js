@@ -183,7 +183,7 @@ export default class RegisterPanel {
   /** @param {string} format */
   export(format) {
     const { registration } = this.connection.state;
-    if (registration) download(`/api/registrations/${encodeURIComponent(registration.id)}/export?format=${encodeURIComponent(format)}`);
+    if (registration) download(`/api/v1/registrations/${encodeURIComponent(registration.id)}/export?format=${encodeURIComponent(format)}`);
   }
 
   async import() {
@@ -196,7 +196,7 @@ export default class RegisterPanel {
     form.append("file", file);
     try {
       /** @type {RegistrationPublic} */
-      const made = await upload(`/api/cases/${encodeURIComponent(caseId)}/registrations/import`, form, () => {});
+      const made = await upload(`/api/v1/cases/${encodeURIComponent(caseId)}/registrations/import`, form, () => {});
       await this.connection.request("registration.open", { registration_id: made.id });
       note(importedWords(made), { stay: made.fit.simulated || !made.said?.to });
     } catch (error) {

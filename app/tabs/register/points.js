@@ -131,7 +131,7 @@ export class PointsGroup {
     this.measuring = true;
     this.update(registration, this.pointer);
     try {
-      const answer = await send(`/api/registrations/${encodeURIComponent(registration.id)}/pairs/${encodeURIComponent(pairId)}/measure`, {});
+      const answer = await send(`/api/v1/registrations/${encodeURIComponent(registration.id)}/pairs/${encodeURIComponent(pairId)}/measure`, {});
       await this.connection.request("registration.look");
       note(`Measured; the tip was still within ${mm(answer.spread_mm, 2)} rms.`);
     } catch (error) {
@@ -150,7 +150,7 @@ export class PointsGroup {
     form.append("file", file);
     try {
       /** @type {RegistrationPublic} */
-      const read = await upload(`/api/registrations/${encodeURIComponent(this.registration.id)}/measured`, form, () => {});
+      const read = await upload(`/api/v1/registrations/${encodeURIComponent(this.registration.id)}/measured`, form, () => {});
       if (read.told) note(read.told, { stay: true });
       await this.connection.request("registration.look");
       note("The points were read. Check that each belongs to its bead, or press ‘Match order’.");

@@ -84,7 +84,7 @@ export class SurfaceGroup {
   }
 
   address() {
-    return `/api/registrations/${encodeURIComponent(this.registration?.id ?? "")}/surface`;
+    return `/api/v1/registrations/${encodeURIComponent(this.registration?.id ?? "")}/surface`;
   }
 
   /**

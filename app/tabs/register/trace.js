@@ -73,7 +73,7 @@ export class TraceGroup {
 
   /** @param {string} end */
   address(end) {
-    return `/api/plans/${encodeURIComponent(this.view.plan?.id ?? "")}/traced${end}`;
+    return `/api/v1/plans/${encodeURIComponent(this.view.plan?.id ?? "")}/traced${end}`;
   }
 
   named() {

@@ -3,54 +3,64 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from app.cases.service import Case
 from app.cases.settings import settings_in_case
-from app.drives.recordings import Recording
+from app.drives.prepared_drive import PreparedDrive
+from app.drives.runs import Measure
+from app.kit.jobs import Progress
 from app.kit.values import Position
 from app.planning.evaluation import registered_key
+from app.planning.plan_evaluation import PlanEvaluation
 from app.planning.rehearsal_options import NO_SWITCHES, Switches
+from app.planning.run_sideways import measure_sideways
 from app.planning.shaft import shaft_of
 from app.plans.instruments import plan_tool
 from app.plans.model import drive_parts
 from app.plans.service import Plan
 from app.services import Services
-from app.store.errors import StorageError
 from app.tabs.rehearse.driven import Planned
 from app.tabs.rehearse.refusal import refuse_where_centre_stops, refuse_where_tissue_stops
 from app.workspace.plan_items import curve_points, plan_items
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import PlanError
 from vfix_engine.geometry.path import SplinePath
-from vfix_engine.worlds.rigid.realtime import SceneSpec
+from vfix_engine.robots import PlacedRobot
+from vfix_engine.worlds.rigid.rigid_spec import RigidSpec, SceneSpec
+from vfix_engine.worlds.rigid.snapshot import RigidSnapshot
 
 if TYPE_CHECKING:
     from app.scene.plan import PlanItem
 
 
-@dataclass(frozen=True, eq=False)
-class Prepared:
-    """A scene that is ready to be handed to a control process.
+@dataclass(frozen=True, eq=False, kw_only=True)
+class PreparedRehearsal(PreparedDrive[RigidSnapshot]):
+    """The rehearsal of a plan, ready to be handed to a control process.
 
-    items: points and targets of the plan it was made of; curve: places (n, 3) along its path, LPS [mm].
-    recording: what keeps the drive's run; None where nothing is kept.
-    switches: what its standing fixtures come from. planned: what its dry run came to, None where it is not known.
-    plan_key: of what it was made of, its registration as it was read for it; None where that was not read.
-    unrecorded: why the drive's run cannot be kept; '' where it can.
+    robot: as it is placed. items: points and targets of the plan it was made of; curve: places (n, 3) along its path,
+    LPS [mm]. switches: what its standing fixtures come from. planned: what its dry run came to, None where it is not
+    known. made_of: the plan's key, its registration as it was read for it; None where that was not read.
     """
 
-    spec: SceneSpec
+    spec: RigidSpec
     settings: ControlSettings
+    robot: PlacedRobot
     items: tuple[PlanItem, ...] = ()
     curve: npt.NDArray[np.float64] | None = None
-    recording: Recording | None = None
     switches: Switches = NO_SWITCHES
     planned: Planned | None = None
-    plan_key: PlanKey | None = None
-    unrecorded: str = ""
+    made_of: PlanKey | None = None
+
+    def refusal(self, asked: ControlSettings, in_force: ControlSettings, snapshot: RigidSnapshot | None) -> str:
+        """A margin that the tool does not have where it stands."""
+        if snapshot is None or not snapshot.clearance_mm < asked.margin_mm > in_force.margin_mm:
+            return ""
+        return f"the tool is {snapshot.clearance_mm:.2f} mm from bone here. Draw it back first."
 
     def target_index(self, target_id: str) -> int:
         """Place of a target in the scene's list. Raises PlanError where the scene does not have it."""
@@ -76,7 +86,7 @@ def plan_key(plan: Plan, registered: str = "") -> PlanKey:
     return PlanKey(plan.id, plan.case_hash, repr(drive_parts(plan)), targets, registered)
 
 
-def prepare(services: Services, plan: Plan, switches: Switches = NO_SWITCHES) -> Prepared:
+def prepare(services: Services, plan: Plan, switches: Switches = NO_SWITCHES) -> PreparedRehearsal:
     """Scene and settings of a plan; placing and standing fixtures are those of its dry run with these switches.
 
     The dry run is a job, which can be cancelled, and the one that others wait for who ask for the same.
@@ -89,10 +99,30 @@ def prepare(services: Services, plan: Plan, switches: Switches = NO_SWITCHES) ->
     found = services.dry_runs.evaluate(plan, switches)  # the very poses whose clearance colours the path
     refuse_where_centre_stops(services, plan, switches, found)
     refuse_where_tissue_stops(services, plan, switches, found)
+    scene = _scene(services, plan, case, found)
+    tissue = None if found.profile.tissue is None else services.fields.of_plan(plan).tissue
+    measure_by = partial(_sideways, services, plan)
+    recording, unrecorded = services.recordings.attempt(plan.case_id, plan.id, plan.name, measure_by)
+    return PreparedRehearsal(
+        spec=RigidSpec(scene, settings),
+        settings=settings,
+        recording=recording,
+        unrecorded=unrecorded,
+        made_of=plan_key(plan, registered_key(found.registered)),
+        robot=scene.robot_model().placed(np.asarray(scene.base)),
+        items=tuple(plan_items(plan)),
+        curve=curve_points(SplinePath(np.asarray(scene.path_points))),
+        switches=switches,
+        planned=Planned.of(found, tissue, services.planning.ways(plan)),
+    )
+
+
+def _scene(services: Services, plan: Plan, case: Case, found: PlanEvaluation) -> SceneSpec:
+    """The scene of a plan, placed as in its dry run."""
     targets = np.array([target.position for target in plan.targets], dtype=np.float64).reshape(-1, 3)
     points = np.array([point.position for point in plan.points], dtype=np.float64)
     mesh = services.planning.bone(plan).mesh
-    spec = SceneSpec(
+    return SceneSpec(
         vertices=np.asarray(mesh.vertices),
         faces=np.asarray(mesh.faces),
         robot=services.instruments.robot(plan.robot),
@@ -107,13 +137,9 @@ def prepare(services: Services, plan: Plan, switches: Switches = NO_SWITCHES) ->
         structure_names=case.structure_names(),
         shaft=shaft_of(plan, SplinePath(points)),
     )
-    curve = curve_points(SplinePath(points))
-    tissue = None if found.profile.tissue is None else services.fields.of_plan(plan).tissue
-    items, unrecorded = tuple(plan_items(plan)), ""
-    try:
-        recording = services.recordings.new(plan)
-    except StorageError as error:
-        recording, unrecorded = None, str(error)
-    key = plan_key(plan, registered_key(found.registered))
-    planned = Planned.of(found, tissue, services.planning.ways(plan))
-    return Prepared(spec, settings, items, curve, recording, switches, planned, key, unrecorded)
+
+
+def _sideways(services: Services, plan: Plan, progress: Progress) -> Measure | None:
+    """How far air leads round the tissue that the tool passes is measured once the drive has ended."""
+    progress("Looking for ways round tissue", 0.1)
+    return measure_sideways(services.planning.ways(plan))

@@ -2,70 +2,39 @@
 
 from __future__ import annotations
 
-from typing import Literal, NotRequired, TypedDict
+from typing import NotRequired, TypedDict
 
+from app.drives.sections import DetailsSection, DriveMotion, DriveSection
 from app.messages.sections import Position
 from app.workspace.sections import CurveSection, ItemsSection
 
-RehearsalPhase = Literal["absent", "starting", "ready", "running", "paused", "silent", "failed"]
 
-
-class MotionView(TypedDict, total=False):
+class MotionView(DriveMotion, total=False):
     """The newest snapshot of the controller; absent while no robot is in place. Numbers that do not exist are None.
 
     so_far: least clearance and greatest depth in soft tissue while driven, beside the dry run's, in words; '' before.
-    taken_ms: when the snapshot was taken over from the control process, ms since 1970-01-01 UTC; None while it rests.
     """
 
     mode: str
     phase: str
     held: bool
     reason: str
-    holding: str
     so_far: str
-    force_n: float | None
     tip_error_mm: float | None
     clearance_mm: float | None
     clearance_capped: bool
     margin_mm: float | None
-    progress_mm: float | None
-    length_mm: float | None
     target_error_mm: float | None
     path_done: bool
-    taken_ms: int | None
-    tip: Position
     grip: Position
     virtual_point: Position
 
 
-class RehearsalSection(MotionView):
-    """The rehearsal and who drives it; mine: this window holds the handle, holder: who else does.
+class RehearsalSection(MotionView, DriveSection):
+    """The rehearsal of a plan: the drive, and what is the rigid tool's."""
 
-    unrecorded: why the drive is not recorded, or not to its end; None where it is.
-    """
-
-    state: RehearsalPhase
-    words: str
-    mine: bool
-    holder: str | None
-    can_take: bool
-    unrecorded: str | None
     plan_changed: NotRequired[bool]
     target_id: NotRequired[str | None]
-
-
-class DetailsSection(TypedDict, total=False):
-    """How the control loop keeps its period; empty while no robot is in place."""
-
-    loop_hz: float | None
-    step_us: float | None
-    step_us_p99: float | None
-    lateness_us_p50: float | None
-    lateness_us_p99: float | None
-    overruns: int
-    rows: int
-    steps: int
-    priority: str
 
 
 class SettingField(TypedDict):

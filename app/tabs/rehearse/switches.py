@@ -15,7 +15,7 @@ from app.planning.rehearsal_options import (
     TURN_RAD_PER_S,
     Switches,
 )
-from app.planning.remote_centre import TOLERANCE_MM, Place, centre_at, entry_mm, path_of, point_places
+from app.planning.remote_centre import TOLERANCE_MM, PathPlace, centre_at, entry_mm, path_of, point_places
 from app.planning.verdict import NOSTRIL_MM
 from app.plans.service import Plan
 from app.services import Services
@@ -83,7 +83,7 @@ class CentrePlaces:
         if key == self._key:
             self.known = found
 
-    def at_mm(self, place: Place) -> float | None:
+    def at_mm(self, place: PathPlace) -> float | None:
         """The arc length of a place; None where it is not known, or there is none."""
         if self.known is None:
             return None
@@ -91,7 +91,7 @@ class CentrePlaces:
             return next((s for point, _, s in self.known.points if point == place.point), None)
         return self.known.entry if place.at_mm is None else min(place.at_mm, self.known.path.length)
 
-    def centre(self, place: Place) -> RemoteCentre | None:
+    def centre(self, place: PathPlace) -> RemoteCentre | None:
         """The fixture at a place; None where it cannot be there."""
         found = self._looked_at(self.at_mm(place))
         return found if isinstance(found, RemoteCentre) else None
@@ -108,7 +108,7 @@ class CentrePlaces:
                 self._last = key, str(error)
         return self._last[1]
 
-    def section(self, place: Place) -> CentreSection | None:
+    def section(self, place: PathPlace) -> CentreSection | None:
         """For the page; None without a path."""
         known = self.known
         if known is None:
@@ -130,7 +130,7 @@ class CentrePlaces:
         at = "" if known.entry is None else f", {known.entry:.1f} mm"
         return f"Entry into the head{at}" if known.has_ct else f"First path point{at}"
 
-    def _trouble(self, known: _Known, place: Place, at: float | None) -> str:
+    def _trouble(self, known: _Known, place: PathPlace, at: float | None) -> str:
         if at is None:
             gone = "The path point of the remote centre is not there any more; choose another place."
             return gone if place.point is not None else known.trouble
@@ -138,9 +138,9 @@ class CentrePlaces:
         return found if isinstance(found, str) else ""
 
 
-def place_of(choice: str | None, at_mm: float | None) -> Place:
+def place_of(choice: str | None, at_mm: float | None) -> PathPlace:
     """The place that the page has chosen: a path point, a place in mm, or the entry."""
-    return Place(choice, at_mm if choice is None else None)
+    return PathPlace(choice, at_mm if choice is None else None)
 
 
 def options_section(

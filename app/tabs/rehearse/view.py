@@ -2,23 +2,20 @@
 
 from __future__ import annotations
 
-import math
-from typing import Any
+from typing import cast
 
 import numpy as np
 
-from app.tabs.rehearse.drive_record import DriveRecord
+from app.drives import view as of_any_drive
+from app.drives.sections import DetailsSection
+from app.drives.view import drive_section, number, place
+from app.tabs.rehearse.drive_session import RehearsalRecord
 from app.tabs.rehearse.driven import FELT_N, SoFar
-from app.tabs.rehearse.sections import (
-    DetailsSection,
-    MotionView,
-    RehearsalSection,
-    SettingsSection,
-    ToolSection,
-)
+from app.tabs.rehearse.sections import MotionView, RehearsalSection, SettingsSection, ToolSection
 from vfix_engine.anatomy.surface_uncertainty import SurfaceUncertainty
 from vfix_engine.control import ControlSettings
-from vfix_engine.worlds.rigid.snapshot import RigidSnapshot, Timing
+from vfix_engine.runtime.requests import SetTask
+from vfix_engine.worlds.rigid.snapshot import RigidSnapshot
 
 # What a person at the page may turn; the rest stays as the plan says.
 SHOWN_SETTINGS = {
@@ -40,19 +37,11 @@ _STANDS = "The pull points where the tool does not go in this mode"
 
 
 def rehearsal_section(
-    now: DriveRecord, before: RigidSnapshot | None = None, so_far: SoFar | None = None
+    now: RehearsalRecord, before: RigidSnapshot | None = None, so_far: SoFar | None = None
 ) -> RehearsalSection:
     """Lengths in mm, force in N; numbers that do not exist are null. before: the snapshot shown before this one."""
     snapshot, state = now.snapshot, now.shown_state
-    base: RehearsalSection = {
-        "state": state,
-        "words": now.words,
-        "mine": now.mine,
-        "holder": "Another window" if now.holder is not None and not now.mine else None,
-        "can_take": now.holder is None,
-        "unrecorded": now.unrecorded or None,
-        "target_id": now.target_id if snapshot is not None and snapshot.mode == "inspect" else None,
-    }
+    base = cast(RehearsalSection, {**drive_section(now), "target_id": _target_id(now)})
     if snapshot is None or state not in ("ready", "running", "paused"):
         return base
     motion: MotionView = {
@@ -62,18 +51,18 @@ def rehearsal_section(
         "reason": snapshot.reason,
         "holding": holding_words(snapshot, before, "" if so_far is None else so_far.held_last),
         "so_far": "" if so_far is None else so_far.words,
-        "force_n": _number(np.linalg.norm(snapshot.force), 3),
-        "tip_error_mm": _number(snapshot.tip_error_mm, 4),
-        "clearance_mm": _number(snapshot.clearance_mm, 3),
+        "force_n": number(np.linalg.norm(snapshot.force), 3),
+        "tip_error_mm": number(snapshot.tip_error_mm, 4),
+        "clearance_mm": number(snapshot.clearance_mm, 3),
         "clearance_capped": bool(snapshot.clearance_mm >= snapshot.threshold_mm),
-        "margin_mm": _number(snapshot.margin_mm, 3),
-        "progress_mm": _number(snapshot.progress_mm, 2),
-        "length_mm": _number(snapshot.length_mm, 2),
-        "target_error_mm": _number(snapshot.target_error_mm, 4),
+        "margin_mm": number(snapshot.margin_mm, 3),
+        "progress_mm": number(snapshot.progress_mm, 2),
+        "length_mm": number(snapshot.length_mm, 2),
+        "target_error_mm": number(snapshot.target_error_mm, 4),
         "path_done": snapshot.phase == "done" or snapshot.mode == "inspect",
-        "tip": _place(snapshot.tip),
-        "grip": _place(snapshot.grip),
-        "virtual_point": _place(snapshot.virtual_point),
+        "tip": place(snapshot.tip),
+        "grip": place(snapshot.grip),
+        "virtual_point": place(snapshot.virtual_point),
     }
     return {**base, **motion}
 
@@ -97,29 +86,19 @@ def holding_words(snapshot: RigidSnapshot, before: RigidSnapshot | None, held_la
     return "Nothing, the tool is free to move"
 
 
+def _target_id(now: RehearsalRecord) -> str | None:
+    """The target that is inspected, of those of the robot that is there."""
+    if now.snapshot is None or now.snapshot.mode != "inspect" or now.prepared is None:
+        return None
+    targets = [item.id for item in now.prepared.items if item.kind == "target"]
+    asked = now.requested
+    return targets[asked.target] if isinstance(asked, SetTask) and asked.target < len(targets) else None
+
+
 def details_section(snapshot: RigidSnapshot | None) -> DetailsSection:
-    """How the control loop is doing."""
-    if snapshot is None:
-        return {}
-    timing = snapshot.timing
-    return {
-        "loop_hz": _number(timing.loop_hz, 0),
-        "step_us": _number(timing.step_us, 0),
-        "step_us_p99": _number(timing.step_us_p99, 0),
-        "lateness_us_p50": _number(timing.lateness_us_p50, 1),
-        "lateness_us_p99": _number(timing.lateness_us_p99, 1),
-        "overruns": timing.overruns,
-        "rows": snapshot.rows,
-        "steps": snapshot.steps,
-        "priority": _priority(timing),
-    }
-
-
-def _priority(timing: Timing) -> str:
-    """Whether the loop has its real-time priority now, and why not."""
-    if timing.real_time:
-        return "Held"
-    return f"None: {timing.without_why}" if timing.without_why else "Taken while somebody drives"
+    """How the control loop is doing, with the rows of its program."""
+    found = of_any_drive.details_section(snapshot)
+    return found if snapshot is None else {**found, "rows": snapshot.rows}
 
 
 def settings_section(
@@ -158,12 +137,3 @@ def tool_section(snapshot: RigidSnapshot | None) -> ToolSection:
     pairs = zip(snapshot.segments_start, snapshot.segments_end, strict=True)
     segments = [[[round(float(v), 2) for v in end] for end in pair] for pair in pairs]
     return {"segments": segments, "radii_mm": [round(float(radius), 3) for radius in snapshot.radius]}
-
-
-def _number(value: Any, digits: int) -> float | None:
-    number = float(value)
-    return round(number, digits) if math.isfinite(number) else None
-
-
-def _place(values: Any) -> list[float]:
-    return [round(float(value), 4) for value in values]

@@ -56,6 +56,6 @@ export class JobLine {
 
   async cancel() {
     this.cancelButton.disabled = true;
-    if (this.job) await remove(`/api/jobs/${encodeURIComponent(this.job)}`).catch(() => { this.cancelButton.disabled = false; });
+    if (this.job) await remove(`/api/v1/jobs/${encodeURIComponent(this.job)}`).catch(() => { this.cancelButton.disabled = false; });
   }
 }

@@ -126,7 +126,7 @@ export class JobList extends EventTarget {
   async cancel(id, button) {
     button.disabled = true;
     try {
-      await remove(`/api/jobs/${encodeURIComponent(id)}`);
+      await remove(`/api/v1/jobs/${encodeURIComponent(id)}`);
     } catch {
       button.disabled = false; // the planner did not hear it
     }

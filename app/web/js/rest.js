@@ -97,7 +97,7 @@ export function remove(path) {
  * @returns {Promise<JobPublic[]>}
  */
 export function jobs() {
-  return call("/api/jobs");
+  return call("/api/v1/jobs");
 }
 
 /**
@@ -106,7 +106,7 @@ export function jobs() {
  * @returns {Promise<JobPublic>}
  */
 export function jobNow(id) {
-  return call(`/api/jobs/${encodeURIComponent(id)}`);
+  return call(`/api/v1/jobs/${encodeURIComponent(id)}`);
 }
 
 /**

@@ -262,7 +262,7 @@ export class Slices extends EventTarget {
    */
   addresses(state, axis) {
     const { window, level, planes } = state.slices;
-    const address = `/api/cases/${encodeURIComponent(state.case.id)}/slices/${axis}`
+    const address = `/api/v1/cases/${encodeURIComponent(state.case.id)}/slices/${axis}`
       + `?position_mm=${planes[axis].position.toFixed(3)}&window=${window}&level=${level}`;
     const fine = planes[axis].detail && state.case.detail;
     return fine ? [address, `${address}&volume=${encodeURIComponent(fine)}`] : [address];

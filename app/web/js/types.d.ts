@@ -798,29 +798,25 @@ export interface TrackerView {
   words: string;
 }
 
-/**
- * The rehearsal and who drives it; mine: this window holds the handle, holder: who else does.
- *
- * unrecorded: why the drive is not recorded, or not to its end; None where it is.
- */
+/** The rehearsal of a plan: the drive, and what is the rigid tool's. */
 export interface RehearsalSection {
+  holding?: string;
+  force_n?: number | null;
+  progress_mm?: number | null;
+  length_mm?: number | null;
+  taken_ms?: number | null;
+  tip?: [number, number, number];
   mode?: string;
   phase?: string;
   held?: boolean;
   reason?: string;
-  holding?: string;
   so_far?: string;
-  force_n?: number | null;
   tip_error_mm?: number | null;
   clearance_mm?: number | null;
   clearance_capped?: boolean;
   margin_mm?: number | null;
-  progress_mm?: number | null;
-  length_mm?: number | null;
   target_error_mm?: number | null;
   path_done?: boolean;
-  taken_ms?: number | null;
-  tip?: [number, number, number];
   grip?: [number, number, number];
   virtual_point?: [number, number, number];
   state: "absent" | "starting" | "ready" | "running" | "paused" | "silent" | "failed";
@@ -839,7 +835,7 @@ export interface ItemsSection {
   targets: ItemEntry[];
 }
 
-/** How the control loop keeps its period; empty while no robot is in place. */
+/** How the control loop keeps its period; empty while no robot is in place. rows: of a program that is solved. */
 export interface DetailsSection {
   loop_hz?: number | null;
   step_us?: number | null;

@@ -25,7 +25,7 @@ from vfix_engine.errors import VfixError
 
 
 def test_cases_are_listed_shown_renamed_and_taken_off(client: Client) -> None:
-    (case,) = [c for c in client.get("/api/cases").json() if c["id"] == HEAD_PHANTOM]
+    (case,) = [c for c in client.get("/api/v1/cases").json() if c["id"] == HEAD_PHANTOM]
     assert case["frame"] == {"name": "LPS", "assumed": False}
     (bone,) = case["structures"]
     assert (case["kind"], bone["id"], bone["role"], bone["deviation_mm"]) == ("head", "bone", "bone", 0.112)
@@ -34,7 +34,7 @@ def test_cases_are_listed_shown_renamed_and_taken_off(client: Client) -> None:
     name = "<script>alert(1)</script>"
     assert client.patch(CASE, json={"name": name}).json()["name"] == name
     assert client.patch(CASE, json={"name": case["name"], "deleted": True}).json()["deleted_at"]
-    assert case["id"] not in [c["id"] for c in client.get("/api/cases").json()]
+    assert case["id"] not in [c["id"] for c in client.get("/api/v1/cases").json()]
     assert client.post(f"{CASE}/restore").json() == case
 
 
@@ -64,9 +64,9 @@ def test_what_the_store_refuses_has_a_status_of_its_own(
 @pytest.mark.parametrize(
     ("method", "path", "body", "status", "code"),
     [
-        ("GET", "/api/cases/nobody", None, 404, "not_found"),
-        ("GET", "/api/plans/nobody/export", None, 404, "not_found"),
-        ("GET", "/api/jobs/nobody", None, 404, "not_found"),
+        ("GET", "/api/v1/cases/nobody", None, 404, "not_found"),
+        ("GET", "/api/v1/plans/nobody/export", None, 404, "not_found"),
+        ("GET", "/api/v1/jobs/nobody", None, 404, "not_found"),
         ("GET", f"{CASE}/surfaces/brain", None, 404, "not_found"),
         ("GET", f"{CASE}/slices/axial?position_mm=9000", None, 422, "image_error"),
         ("GET", f"{CASE}/slices/axial?position_mm=nan", None, 422, "request_invalid"),
@@ -178,7 +178,7 @@ def test_an_error_is_not_as_long_as_what_was_sent(client: Client, body: dict[str
 def test_everything_is_described(client: Client) -> None:
     described = client.get("/openapi.json").json()
     paths, schemas = described["paths"], described["components"]["schemas"]
-    assert {"/api/cases", "/api/plans/{plan_id}/export", "/api/cases/{case_id}/slices/{axis}"} <= set(paths)
+    assert {"/api/v1/cases", "/api/v1/plans/{plan_id}/export", "/api/v1/cases/{case_id}/slices/{axis}"} <= set(paths)
     assert {"CasePublic", "CaseUpdate", "PlanCreate", "PlanPublic", "PlanUpdate"} <= set(schemas)
     for operation in (operation for path in paths.values() for operation in path.values()):
         assert re.search(r"\w", operation["description"])
@@ -190,13 +190,13 @@ def test_runs_are_listed_read_and_deleted(client: Client, phantom_services: Serv
     (listed,) = client.get(f"{CASE}/runs").json()
     assert (listed["id"], listed["origin"], listed["world"], listed["whole"]) == (run.id, "page", "rigid", True)
     assert (listed["ticks"], listed["lost"], "manifest" in listed) == (100, 2, False)
-    assert client.get("/api/runs?plan_id=nobody").json() == []
+    assert client.get("/api/v1/runs?plan_id=nobody").json() == []
     assert client.get(f"{CASE}/runs?plan_id={SAMPLE_PLAN}").json() == [listed]
-    shown = client.get(f"/api/runs/{run.id}").json()
+    shown = client.get(f"/api/v1/runs/{run.id}").json()
     assert shown["manifest"]["seed"] == 7
     assert {key: value for key, value in shown.items() if key != "manifest"} == listed
-    assert client.get(f"/api/runs/{run.id}/files/ticks.f64").content == bytes(800)
-    for path in ("/api/runs/nobody", f"/api/runs/{run.id}/files/notes.txt", "/api/cases/nobody/runs"):
+    assert client.get(f"/api/v1/runs/{run.id}/files/ticks.f64").content == bytes(800)
+    for path in ("/api/v1/runs/nobody", f"/api/v1/runs/{run.id}/files/notes.txt", "/api/v1/cases/nobody/runs"):
         assert client.get(path).status_code == 404
-    assert client.delete(f"/api/runs/{run.id}").status_code == 204
-    assert client.get("/api/runs").json() == []
+    assert client.delete(f"/api/v1/runs/{run.id}").status_code == 204
+    assert client.get("/api/v1/runs").json() == []

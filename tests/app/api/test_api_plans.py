@@ -9,7 +9,7 @@ from rest_client import CASE, PLAN, Client
 
 def test_a_plan_is_made_edited_undone_and_deleted(client: Client) -> None:
     plan = client.post(f"{CASE}/plans", json={"name": "REST"}).json()
-    path = f"/api/plans/{plan['id']}"
+    path = f"/api/v1/plans/{plan['id']}"
     point = client.post(f"{path}/points", json={"position": [1, 2, 3], "revision": 1}).json()
     assert point["position"] == [1.0, 2.0, 3.0]
     moved = client.patch(f"{path}/points/{point['id']}", json={"position": [4, 5, 6]}).json()
@@ -33,7 +33,7 @@ def test_a_plan_is_made_edited_undone_and_deleted(client: Client) -> None:
 def test_a_tool_is_no_path(client: Client, name: str) -> None:
     """HAZ-19: no file of the server is opened, and the plan can be read as before."""
     plan = client.post(f"{CASE}/plans", json={"name": "No path"}).json()
-    path = f"/api/plans/{plan['id']}"
+    path = f"/api/v1/plans/{plan['id']}"
     answer = client.patch(path, json={"tool": {"name": name}})
     assert (answer.status_code, "letters, digits" in answer.text) == (422, True)
     assert client.get(path).json() == plan
@@ -42,7 +42,7 @@ def test_a_tool_is_no_path(client: Client, name: str) -> None:
 
 def test_every_edit_tells_the_revision_that_it_made_and_may_ask_for_the_one_before(client: Client) -> None:
     made = client.post(f"{CASE}/plans", json={"name": "editions"})
-    path, tag = f"/api/plans/{made.json()['id']}", made.headers["etag"]
+    path, tag = f"/api/v1/plans/{made.json()['id']}", made.headers["etag"]
     assert (tag, client.get(path).headers["etag"]) == ('"1"', '"1"')
     first: dict[str, str] = {}
     edits: list[tuple[str, str, dict[str, object] | None]] = [
@@ -87,7 +87,7 @@ def test_a_copy_asks_for_the_revision_of_its_source(client: Client) -> None:
     new = client.post(f"{CASE}/plans", json={"name": "new"}, headers={"If-Match": '"1"'})
     assert (new.status_code, new.json()["error"]["code"]) == (422, "input_error")
     for plan in (source, copy.json()["id"]):
-        client.delete(f"/api/plans/{plan}")
+        client.delete(f"/api/v1/plans/{plan}")
 
 
 @pytest.mark.parametrize("tag", ["7", 'W/"7"', '"7", "8"', '"seven"', '"' + "7" * 40 + '"', ""])
@@ -117,7 +117,7 @@ def test_an_export_can_be_imported_again(client: Client, form: str) -> None:
         assert [p["label"] for p in made.json()[kind]] == [p["label"] for p in plan[kind]]
         assert np.allclose([p["position"] for p in made.json()[kind]], [p["position"] for p in plan[kind]], atol=1e-6)
     assert (made.json()["name"].startswith(f"{plan['name']} "), made.json()["frame"]) == (True, "LPS")
-    client.delete(f"/api/plans/{made.json()['id']}")
+    client.delete(f"/api/v1/plans/{made.json()['id']}")
 
 
 def test_a_plan_of_another_case_is_asked_about(client: Client) -> None:
@@ -128,7 +128,7 @@ def test_a_plan_of_another_case_is_asked_about(client: Client) -> None:
     assert "another case" in error["message"]
     made = client.post(f"{CASE}/plans/import", files=files, data={"other_case": "yes"})
     assert made.json()["robot"]["base"] is None
-    client.delete(f"/api/plans/{made.json()['id']}")
+    client.delete(f"/api/v1/plans/{made.json()['id']}")
 
 
 def test_a_file_without_a_frame_is_asked_about(client: Client) -> None:
@@ -138,18 +138,18 @@ def test_a_file_without_a_frame_is_asked_about(client: Client) -> None:
     assert (error["code"], error["details"]) == ("frame_error", {"missing": ["frame"]})
     made = client.post(f"{CASE}/plans/import", files=files, data={"frame": "RAS", "name": "Told"}).json()
     assert (made["name"], made["points"][0]["position"]) == ("Told", [-1.0, -2.0, 3.0])
-    client.delete(f"/api/plans/{made['id']}")
+    client.delete(f"/api/v1/plans/{made['id']}")
 
 
 def test_targets_are_taken_from_another_plan(client: Client) -> None:
     made, other = (client.post(f"{CASE}/plans", json={"name": name}).json()["id"] for name in ("To", "From"))
-    client.post(f"/api/plans/{other}/targets", json={"position": [1, 2, 3], "label": "ostium"})
-    taken = client.post(f"/api/plans/{made}/targets/take", json={"plan": other}).json()["targets"]
+    client.post(f"/api/v1/plans/{other}/targets", json={"position": [1, 2, 3], "label": "ostium"})
+    taken = client.post(f"/api/v1/plans/{made}/targets/take", json={"plan": other}).json()["targets"]
     assert [(one["label"], one["position"]) for one in taken] == [("ostium", [1, 2, 3])]
-    again = client.post(f"/api/plans/{made}/targets/take", json={"plan": other})
+    again = client.post(f"/api/v1/plans/{made}/targets/take", json={"plan": other})
     assert (again.status_code, "not here already" in again.text) == (422, True)
     for plan_id in (made, other):
-        client.delete(f"/api/plans/{plan_id}")
+        client.delete(f"/api/v1/plans/{plan_id}")
 
 
 def test_whether_points_are_a_path_or_targets_is_asked(client: Client) -> None:
@@ -160,4 +160,4 @@ def test_whether_points_are_a_path_or_targets_is_asked(client: Client) -> None:
     assert client.post(f"{CASE}/plans/import", files=files, data={"points_as": "zones"}).status_code == 422
     made = client.post(f"{CASE}/plans/import", files=files, data={"points_as": "targets"}).json()
     assert (made["points"], [target["label"] for target in made["targets"]]) == ([], ["a"])
-    client.delete(f"/api/plans/{made['id']}")
+    client.delete(f"/api/v1/plans/{made['id']}")

@@ -11,8 +11,8 @@ from app.services import Services
 
 def test_poses_are_those_of_the_dry_run(client: Client, phantom_services: Services) -> None:
     made = client.post(f"{CASE}/plans", json={"name": "not driven", "copy_of": SAMPLE_PLAN}).json()["id"]
-    client.patch(f"/api/plans/{made}", json={"settings": {"margin_mm": 0.4317}})
-    refused = client.get(f"/api/plans/{made}/tool-poses")
+    client.patch(f"/api/v1/plans/{made}", json={"settings": {"margin_mm": 0.4317}})
+    refused = client.get(f"/api/v1/plans/{made}/tool-poses")
     assert refused.status_code == 404, refused.text[:300]
     assert refused.json()["error"]["code"] == "not_found"
     assert "evaluation" in refused.json()["error"]["message"]

@@ -11,7 +11,7 @@ from tests.engine.urdf_texts import GOOD
 
 def test_robot_and_tool_are_set_and_travel_with_an_export(client: Client) -> None:
     plan = client.post(f"{CASE}/plans", json={"name": "Robots"}).json()
-    path = f"/api/plans/{plan['id']}"
+    path = f"/api/v1/plans/{plan['id']}"
     assert (plan["tool"], plan["tool_shape"], plan["robot"]["urdf"]) == ("bent_30", {}, None)
     tool = client.patch(path, json={"tool": {"name": "shaver_40", "bend_deg": 30.0}}).json()
     assert (tool["tool"], tool["tool_shape"]) == ("shaver_40", {"bend_deg": 30.0})
@@ -21,7 +21,7 @@ def test_robot_and_tool_are_set_and_travel_with_an_export(client: Client) -> Non
     assert client.patch(path, json={"robot": {"name": "arm_6"}}).json()["robot"]["name"] == "arm_6"
     assert client.patch(path, json={"robot": {"name": "spoon"}}).status_code == 422
 
-    own = client.post("/api/robots", files={"file": ("mine.urdf", GOOD.encode())}).json()
+    own = client.post("/api/v1/robots", files={"file": ("mine.urdf", GOOD.encode())}).json()
     assert (own["name"], own["links"], own["tool_frame"]) == ("mine", ["b", "c"], "c")
     robot = {name: own[name] for name in ("name", "urdf", "tool_frame")}
     assert client.patch(path, json={"robot": robot}).json()["robot"]["urdf"] == own["urdf"]
@@ -30,10 +30,10 @@ def test_robot_and_tool_are_set_and_travel_with_an_export(client: Client) -> Non
     again = client.post(f"{CASE}/plans/import", files={"file": ("plan.json", text.encode())}).json()
     assert (again["robot"]["urdf"], again["robot"]["tool_frame"]) == (own["urdf"], "c")
     for made in (plan["id"], again["id"]):
-        client.delete(f"/api/plans/{made}")
+        client.delete(f"/api/v1/plans/{made}")
 
 
 def test_a_urdf_that_is_none_is_refused_in_words(client: Client) -> None:
-    answer = client.post("/api/robots", files={"file": ("bad.urdf", b"<robot name='x'><link name='a'/></robot>")})
+    answer = client.post("/api/v1/robots", files={"file": ("bad.urdf", b"<robot name='x'><link name='a'/></robot>")})
     assert answer.status_code == 422
     assert "no joint" in answer.json()["error"]["message"]

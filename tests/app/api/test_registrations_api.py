@@ -22,11 +22,11 @@ def made(client: Client) -> Any:
     answer = client.post(f"{CASE}/registrations", json={"name": "Beads"})
     assert answer.status_code == 201
     yield answer.json()
-    client.delete(f"/api/registrations/{answer.json()['id']}")
+    client.delete(f"/api/v1/registrations/{answer.json()['id']}")
 
 
 def test_from_beads_to_a_plan_that_uses_them(client: Client, phantom_services: Services, made: dict[str, Any]) -> None:
-    path = f"/api/registrations/{made['id']}"
+    path = f"/api/v1/registrations/{made['id']}"
     assert (made["made_from"], made["schema"], made["fit"]["state"]) == ("none", "vfix-registration/4", "waiting")
     job = client.post(f"{path}/beads", json={"diameter_mm": 4.0}).json()
     assert phantom_services.jobs.wait(job["id"], 120.0).state == "done"
@@ -50,31 +50,31 @@ def test_from_beads_to_a_plan_that_uses_them(client: Client, phantom_services: S
     assert table["path"]["worst"]["within_95_mm"] == max(table["path"]["within_95_mm"])
     plan = client.post(f"{CASE}/plans", json={"name": "Registered", "copy_of": SAMPLE_PLAN}).json()
     assert plan["registration"] is None
-    none = client.get(f"/api/plans/{plan['id']}/registration").json()
+    none = client.get(f"/api/v1/plans/{plan['id']}/registration").json()
     assert (none["state"], none["registration"], none["errors"]) == ("none", None, None)
-    used = client.request("PUT", f"/api/plans/{plan['id']}/registration", json={"registration": made["id"]})
+    used = client.request("PUT", f"/api/v1/plans/{plan['id']}/registration", json={"registration": made["id"]})
     assert used.json()["registration"] == made["id"]
     assert used.headers["ETag"] == f'"{used.json()["revision"]}"'
-    told = client.get(f"/api/plans/{plan['id']}/registration").json()
+    told = client.get(f"/api/v1/plans/{plan['id']}/registration").json()
     assert (told["state"], told["name"], told["errors"]["targets"]) == ("ready", "Beads", table["targets"])
     client.delete(path)
-    gone = client.get(f"/api/plans/{plan['id']}/registration").json()
+    gone = client.get(f"/api/v1/plans/{plan['id']}/registration").json()
     assert (gone["state"], gone["registration"]) == ("deleted", made["id"])
     client.post(f"{path}/restore")
-    nothing = client.request("PUT", f"/api/plans/{plan['id']}/registration", json={"registration": None}).json()
+    nothing = client.request("PUT", f"/api/v1/plans/{plan['id']}/registration", json={"registration": None}).json()
     assert nothing["registration"] is None
-    undone = client.post(f"/api/plans/{plan['id']}/undo").json()
+    undone = client.post(f"/api/v1/plans/{plan['id']}/undo").json()
     assert (undone["registration"], undone["told"]) == (made["id"], "Undone: The plan uses no registration any more.")
-    assert client.get(f"/api/plans/{plan['id']}").json()["told"] == ""
+    assert client.get(f"/api/v1/plans/{plan['id']}").json()["told"] == ""
     back = client.post(f"{path}/undo").json()
     assert back["told"].startswith(f"Undone: Point ‘{back['pairs'][-1]['label']}’: the measured place is given")
     assert client.post(f"{path}/redo").json()["told"] == back["told"].replace("Undone", "Redone")
     assert client.get(path).json()["told"] == ""
-    client.delete(f"/api/plans/{plan['id']}")
+    client.delete(f"/api/v1/plans/{plan['id']}")
 
 
 def test_pairs_are_typed_ordered_and_taken_back(client: Client, made: dict[str, Any]) -> None:
-    path, rng = f"/api/registrations/{made['id']}", np.random.default_rng(3)
+    path, rng = f"/api/v1/registrations/{made['id']}", np.random.default_rng(3)
     places = (rng.uniform(-80.0, 80.0, (5, 3))).tolist()
     ids = []
     for place in places:
@@ -102,11 +102,11 @@ def test_pairs_are_typed_ordered_and_taken_back(client: Client, made: dict[str, 
     copy = client.post(f"{CASE}/registrations", json={"name": "Copy", "copy_of": made["id"]}).json()
     assert copy["pairs"] == client.get(path).json()["pairs"]
     assert {one["id"] for one in client.get(f"{CASE}/registrations").json()} >= {copy["id"], made["id"]}
-    client.delete(f"/api/registrations/{copy['id']}")
+    client.delete(f"/api/v1/registrations/{copy['id']}")
 
 
 def test_a_table_of_measured_points_comes_in(client: Client, made: dict[str, Any]) -> None:
-    path = f"/api/registrations/{made['id']}"
+    path = f"/api/v1/registrations/{made['id']}"
     for label, place in (("a", [0, 0, 0]), ("b", [50, 0, 0]), ("c", [0, 70, 0])):
         client.post(f"{path}/pairs", json={"label": label, "in_image": [float(x) for x in place]})
     table = "# unit=mm\n# frame=patient\nlabel,x,y,z\nc,10,80,5\nb,60,10,5\na,10,10,5\n"
@@ -122,7 +122,7 @@ def test_a_table_of_measured_points_comes_in(client: Client, made: dict[str, Any
 
 
 def test_revisions_locks_and_wrong_wishes(client: Client, made: dict[str, Any]) -> None:
-    path = f"/api/registrations/{made['id']}"
+    path = f"/api/v1/registrations/{made['id']}"
     shown = client.get(path)
     etag = shown.headers["ETag"]
     assert client.post(f"{path}/pairs", json={"in_image": [0.0, 0.0, 0.0]}, headers={"If-Match": etag}).is_success
@@ -142,15 +142,15 @@ def test_revisions_locks_and_wrong_wishes(client: Client, made: dict[str, Any]) 
     assert client.patch(f"{path}/pairs/none", json={"label": "x"}).status_code == 404
     assert client.post(f"{path}/pairs/{pair}/touch", json={"noise_mm": -1.0}).status_code == 422
     assert client.get(f"{path}/order").status_code == 422
-    assert client.get("/api/registrations/none").status_code == 404
-    plan = f"/api/plans/{SAMPLE_PLAN}/registration"
+    assert client.get("/api/v1/registrations/none").status_code == 404
+    plan = f"/api/v1/plans/{SAMPLE_PLAN}/registration"
     assert client.request("PUT", plan, json={"registration": made["id"]}).status_code == 422
     assert client.request("PUT", plan, json={"registration": "none"}).status_code == 404
-    assert client.get(f"/api/plans/{SAMPLE_PLAN}").json()["registration"] is None
+    assert client.get(f"/api/v1/plans/{SAMPLE_PLAN}").json()["registration"] is None
 
 
 def test_a_transform_is_exported_and_imported(client: Client, made: dict[str, Any]) -> None:
-    path = f"/api/registrations/{made['id']}"
+    path = f"/api/v1/registrations/{made['id']}"
     assert client.get(f"{path}/export").status_code == 422
     for place in ([0.0, 0.0, 0.0], [50.0, 0.0, 0.0], [0.0, 70.0, 0.0], [0.0, 0.0, 40.0]):
         client.post(f"{path}/pairs", json={"in_image": place, "measured": [place[1] + 3.0, -place[0], place[2]]})
@@ -171,7 +171,7 @@ def test_a_transform_is_exported_and_imported(client: Client, made: dict[str, An
         again = client.post(f"{CASE}/registrations/import", files=files).json()
         assert again["name"] == "Beads 3"
         for one in (came.json(), again):
-            client.delete(f"/api/registrations/{one['id']}")
+            client.delete(f"/api/v1/registrations/{one['id']}")
     broken = client.post(f"{CASE}/registrations/import", files={"file": ("a.tfm", b"no transform", "text/plain")})
     assert broken.status_code == 422
     assert "ITK" in broken.json()["error"]["message"]
@@ -186,20 +186,20 @@ def test_a_transform_says_or_is_told_what_it_is_to(client: Client) -> None:
     ours = tfm_text(pose(), ["registration: from the image (LPS, mm) to the robot's base (mm)", "simulated: yes"])
     came = imported(foreign).json()
     assert (came["to"], came["said"]["to"], came["fit"]["simulated"]) == ("patient", None, False)
-    assert client.patch(f"/api/registrations/{came['id']}", json=turn).json()["to"] == "base"
+    assert client.patch(f"/api/v1/registrations/{came['id']}", json=turn).json()["to"] == "base"
     assert imported(foreign, to="base").json()["to"] == "base"
     assert imported(foreign, to="moon").status_code == imported(ours, to="patient").status_code == 422
     made = imported(ours).json()
     assert (made["to"], made["fit"]["simulated"], made["said"]["to"]) == ("base", True, "base")
     assert "it is simulated" in made["fit"]["cautions"][0]
-    assert client.patch(f"/api/registrations/{made['id']}", json={"to": "patient"}).status_code == 422
-    plan = f"/api/plans/{SAMPLE_PLAN}/registration"
+    assert client.patch(f"/api/v1/registrations/{made['id']}", json={"to": "patient"}).status_code == 422
+    plan = f"/api/v1/plans/{SAMPLE_PLAN}/registration"
     client.request("PUT", plan, json={"registration": made["id"]})
     assert client.get(plan).json()["doubts"] == made["fit"]["cautions"]
     client.request("PUT", plan, json={"registration": None})
     for one in client.get(f"{CASE}/registrations").json():
         if one["name"].startswith("A"):
-            client.delete(f"/api/registrations/{one['id']}")
+            client.delete(f"/api/v1/registrations/{one['id']}")
 
 
 def touched_beads(client: Client, path: str) -> dict[str, Any]:
@@ -211,7 +211,7 @@ def touched_beads(client: Client, path: str) -> dict[str, Any]:
 
 
 def test_it_is_refined_on_a_surface(client: Client, phantom_services: Services, made: dict[str, Any]) -> None:
-    path, wait = f"/api/registrations/{made['id']}", phantom_services.jobs.wait
+    path, wait = f"/api/v1/registrations/{made['id']}", phantom_services.jobs.wait
     assert client.post(f"{path}/surface/refine", json={}).status_code == 422
     fitted = touched_beads(client, path)
     job = client.post(f"{path}/surface/touch", json={"count": 40, "noise_mm": 0.1, "seed": 1})
@@ -244,9 +244,9 @@ def test_it_is_refined_on_a_surface(client: Client, phantom_services: Services, 
 
 
 def test_a_traced_path_comes_into_a_plan(client: Client, made: dict[str, Any]) -> None:
-    path = f"/api/registrations/{made['id']}"
+    path = f"/api/v1/registrations/{made['id']}"
     plan = client.post(f"{CASE}/plans", json={"name": "Traced", "copy_of": SAMPLE_PLAN}).json()
-    traced = f"/api/plans/{plan['id']}/traced"
+    traced = f"/api/v1/plans/{plan['id']}/traced"
     refused = client.post(f"{traced}/simulated", json={})
     assert "no registration" in refused.json()["error"]["message"]
     fitted = touched_beads(client, path)
@@ -254,7 +254,7 @@ def test_a_traced_path_comes_into_a_plan(client: Client, made: dict[str, Any]) -
     assert (done.status_code, done.json()["name"], done.json()["traced_from"]) == (201, "Traced path 1", "simulated")
     assert done.headers["ETag"] == f'"{done.json()["plan"]["revision"]}"'
     assert done.json()["plan"]["path_id"] == done.json()["path"]
-    client.request("PUT", f"/api/plans/{plan['id']}/registration", json={"registration": made["id"]})
+    client.request("PUT", f"/api/v1/plans/{plan['id']}/registration", json={"registration": made["id"]})
     transform = np.reshape(fitted["transform"], (4, 4))
     line = np.linspace([0.0, -20.0, 0.0], [0.0, 40.0, 0.0], 100) @ transform[:3, :3].T + transform[:3, 3]
     rows = "".join(f"{x!r},{y!r},{z!r}\n" for x, y, z in line.tolist())
@@ -267,7 +267,7 @@ def test_a_traced_path_comes_into_a_plan(client: Client, made: dict[str, Any]) -
     assert (again.status_code, "same name" in again.json()["error"]["message"]) == (422, True)
     assert client.post(f"{traced}/tracked", json={"seconds": 5.0}).status_code == 422
     assert client.post(f"{traced}/tracked", json={"seconds": 900.0}).status_code == 422
-    client.delete(f"/api/plans/{plan['id']}")
+    client.delete(f"/api/v1/plans/{plan['id']}")
 
 
 @pytest.mark.parametrize(
@@ -286,13 +286,13 @@ def test_a_traced_path_comes_into_a_plan(client: Client, made: dict[str, Any]) -
 def test_what_cannot_be_is_refused_at_once(
     client: Client, made: dict[str, Any], method: str, path: str, body: dict[str, Any], words: str
 ) -> None:
-    answer = client.request(method, f"/api/registrations/{made['id']}{path}", json=body)
+    answer = client.request(method, f"/api/v1/registrations/{made['id']}{path}", json=body)
     assert (answer.status_code, words in answer.text) == (422, True), answer.text
-    assert client.get(f"/api/registrations/{made['id']}").json()["revision"] == made["revision"]
+    assert client.get(f"/api/v1/registrations/{made['id']}").json()["revision"] == made["revision"]
 
 
 def test_a_revision_is_asked_for_as_it_was_told(client: Client, made: dict[str, Any]) -> None:
-    path, revision = f"/api/registrations/{made['id']}", made["revision"]
+    path, revision = f"/api/v1/registrations/{made['id']}", made["revision"]
     for match in (f'"0{revision}"', f'W/"{revision}"', f"{revision}"):
         answer = client.patch(path, json={"name": "Other"}, headers={"If-Match": match})
         assert (answer.status_code, "one ETag" in answer.text) == (422, True)

@@ -23,7 +23,7 @@ from app.services import Services
 from app.store.models import DocumentStateRow
 from app.workspace.case_view import case_section
 from tests.engine.label_files import ellipsoid, save_dicom_seg, save_nifti, save_seg_nrrd
-from vfix_engine.anatomy.labels.label_map import Label
+from vfix_engine.anatomy.labels.label_map import CroppedLabel
 from vfix_engine.anatomy.labels.surfaces import surface_of
 from vfix_engine.errors import InputError
 from vfix_engine.files.volume import Volume
@@ -73,12 +73,12 @@ def sent(client: Client, path: str, *files: Path, **fields: Any) -> dict[str, An
 
 
 def structures(client: Client, case: Case) -> list[dict[str, Any]]:
-    return [item for item in client.get(f"/api/cases/{case.id}/structures").json() if item["role"] == "spare"]
+    return [item for item in client.get(f"/api/v1/cases/{case.id}/structures").json() if item["role"] == "spare"]
 
 
 def test_a_segmentation_over_rest(client: Client, phantom_services: Services, head: Case, tmp_path: Path) -> None:
     """Uploaded, listed, renamed, recoloured and deleted; the case's own hash and surfaces stay."""
-    job = sent(client, f"/api/cases/{head.id}/structures", seg_nrrd(tmp_path))
+    job = sent(client, f"/api/v1/cases/{head.id}/structures", seg_nrrd(tmp_path))
     assert (job["state"], job["kind"], job["case_id"], job["result"]) == ("done", "structures", head.id, head.id)
     eye, nerve = structures(client, head)
     assert [eye["name"], nerve["name"]] == ["Left eye", "Optic nerve"]
@@ -87,10 +87,10 @@ def test_a_segmentation_over_rest(client: Client, phantom_services: Services, he
     mesh = phantom_services.cases.structure_mesh(head.id, eye["id"])
     inside = scan().index_to_lps(np.argwhere(EYE)[:, ::-1])
     assert np.abs(mesh.bounds - [inside.min(axis=0), inside.max(axis=0)]).max() <= 1.25
-    case = client.get(f"/api/cases/{head.id}").json()
+    case = client.get(f"/api/v1/cases/{head.id}").json()
     assert case["content_hash"] == head.content_hash
     assert list(phantom_services.cases.display_meshes(head.id)) == ["bone"]
-    path = f"/api/cases/{head.id}/structures"
+    path = f"/api/v1/cases/{head.id}/structures"
     changed = client.patch(f"{path}/{eye['id']}", json={"name": "Eye <left>", "colour": "#00ff00"}).json()
     assert (changed["name"], changed["colour"]) == ("Eye <left>", "#00ff00")
     assert client.patch(f"{path}/{eye['id']}", json={"colour": "red"}).status_code == 422
@@ -106,14 +106,14 @@ def test_a_segmentation_over_rest(client: Client, phantom_services: Services, he
     assert client.delete(f"{path}/nobody").status_code == 404
     assert client.delete(f"{path}/{eye['id']}").status_code == 200
     assert [item["name"] for item in structures(client, head)] == ["Optic nerve"]
-    assert client.post("/api/cases/nobody/structures", files={"file": ("x.seg.nrrd", b"")}).status_code == 404
+    assert client.post("/api/v1/cases/nobody/structures", files={"file": ("x.seg.nrrd", b"")}).status_code == 404
 
 
 def test_names_come_along_in_a_table(client: Client, head: Case, tmp_path: Path) -> None:
     labels = save_nifti(tmp_path / "x.nii.gz", np.where(EYE, 1, np.where(NERVE, 2, 0)), scan().transform_index_to_lps)
     table = tmp_path / "names.csv"
     table.write_text("label,name\n1,eye\n")
-    job = sent(client, f"/api/cases/{head.id}/structures", labels, names=table)
+    job = sent(client, f"/api/v1/cases/{head.id}/structures", labels, names=table)
     assert job["state"] == "done"
     found = structures(client, head)
     assert [item["name"] for item in found] == ["eye", "Label 2"]
@@ -137,7 +137,7 @@ def test_a_coarse_map_tells_how_far_its_surface_may_be_off(
         transform = np.diag([1.0, 1.0, size, 1.0])
         transform[:3, 3] = scan().bounds.mean(axis=0) - [25.0, 20.0, 7.5 * size]
         file = save_nifti(tmp_path / f"{size}.nii.gz", EYE.astype(np.uint8)[::2], transform)
-        assert sent(client, f"/api/cases/{head.id}/structures", file)["state"] == "done"
+        assert sent(client, f"/api/v1/cases/{head.id}/structures", file)["state"] == "done"
         made = structures(client, head)[-1]
         assert made["deviation_mm"] == off
         assert any("its surface may be 2.50 mm off" in note for note in made["notes"]) == bool(off)
@@ -150,13 +150,13 @@ def test_a_folder_of_masks_names_structures_after_its_files(
     """Each mask lands where the label map of all of them does; what is imported again is told apart by its name."""
     folder = masks(tmp_path / "Canary Doe")
     files = sorted(folder.glob("*.nii.gz"))
-    assert sent(client, f"/api/cases/{head.id}/structures", *files)["state"] == "done"
+    assert sent(client, f"/api/v1/cases/{head.id}/structures", *files)["state"] == "done"
     made = structures(client, head)
     assert [item["name"] for item in made] == ["Eye left", "Optic nerve left"]
     assert made[0]["notes"] == ["'Liver' has no voxel and was left out.", COARSE]
     labels = np.where(EYE, 1, np.where(NERVE, 2, 0)).astype(np.uint8)
     whole = save_nifti(tmp_path / "map.nii.gz", labels, scan().transform_index_to_lps)
-    sent(client, f"/api/cases/{head.id}/structures", whole)
+    sent(client, f"/api/v1/cases/{head.id}/structures", whole)
     cases = phantom_services.cases
     for one, other in zip(structures(client, head)[:2], structures(client, head)[2:], strict=True):
         mesh, same = (cases.structure_mesh(head.id, item["id"]) for item in (one, other))
@@ -165,9 +165,9 @@ def test_a_folder_of_masks_names_structures_after_its_files(
     with zipfile.ZipFile(archive, "w") as packed:
         for file in folder.iterdir():
             packed.write(file, f"segmentations/{file.name}")
-    assert sent(client, f"/api/cases/{head.id}/structures", archive)["state"] == "done"
+    assert sent(client, f"/api/v1/cases/{head.id}/structures", archive)["state"] == "done"
     assert [item["name"] for item in structures(client, head)[4:]] == ["Eye left 2", "Optic nerve left 2"]
-    asked: Any = wait(client, client.post("/api/cases", files={"file": ("m.zip", archive.read_bytes())}).json())
+    asked: Any = wait(client, client.post("/api/v1/cases", files={"file": ("m.zip", archive.read_bytes())}).json())
     assert asked["error"]["details"]["missing"] == ["into"]
 
 
@@ -175,10 +175,10 @@ def test_a_folder_of_something_else_is_no_folder_of_masks(client: Client, head: 
     labels = np.where(EYE, 1, np.where(NERVE, 2, 0)).astype(np.uint8)
     folder = masks(tmp_path / "masks")
     save_nifti(folder / "all_of_them.nii.gz", labels, scan().transform_index_to_lps)
-    refused = sent(client, f"/api/cases/{head.id}/structures", *sorted(folder.glob("*.nii.gz")))
+    refused = sent(client, f"/api/v1/cases/{head.id}/structures", *sorted(folder.glob("*.nii.gz")))
     assert "'All of them' holds several values" in str(refused["error"])
     (folder / "slice.dcm").write_bytes(b"not DICOM")
-    refused = sent(client, f"/api/cases/{head.id}/structures", *sorted(folder.glob("*.*[mz]")))
+    refused = sent(client, f"/api/v1/cases/{head.id}/structures", *sorted(folder.glob("*.*[mz]")))
     assert "one NIfTI mask for each structure" in str(refused["error"])
     assert structures(client, head) == []
 
@@ -196,10 +196,10 @@ def test_a_segmentation_sent_as_a_head_waits_for_its_case(
     )
     for file in files:
         before = len(structures(client, head))
-        asked = sent(client, "/api/cases", file, names=table)
+        asked = sent(client, "/api/v1/cases", file, names=table)
         assert asked["error"]["code"] == "segmentation_found"
         assert asked["error"]["details"] == {"missing": ["into"]}
-        answer = f"/api/jobs/{asked['id']}/answer"
+        answer = f"/api/v1/jobs/{asked['id']}/answer"
         assert client.post(answer, json={"into": "nobody"}).status_code == 404
         done = wait(client, client.post(answer, json={"into": head.id}).json())
         assert (done["state"], done["kind"]) == ("done", "structures"), done
@@ -214,16 +214,16 @@ def test_a_wrong_answer_costs_no_second_upload(client: Client, phantom_services:
     made = trimesh.creation.icosphere(subdivisions=3, radius=60.0)
     rows = [f"v {x} {y} {z}" for x, y, z in made.vertices] + [f"f {a} {b} {c}" for a, b, c in made.faces + 1]
     file.write_text("\n".join(rows) + "\n")
-    asked = sent(client, "/api/cases", file)
+    asked = sent(client, "/api/v1/cases", file)
     given = {"frame": "LPS", "units": "m"}
-    wrong = wait(client, client.post(f"/api/jobs/{asked['id']}/answer", json=given).json())
+    wrong = wait(client, client.post(f"/api/v1/jobs/{asked['id']}/answer", json=given).json())
     assert wrong["error"]["code"] == "answer_unusable"  # type: ignore[index]
     assert "cannot be a head" in wrong["error"]["message"]  # type: ignore[index]
     assert wrong["error"]["details"] == {"missing": ["frame", "unit"]}  # type: ignore[index]
-    right = client.post(f"/api/jobs/{wrong['id']}/answer", json={"frame": "RAS", "units": "mm"}).json()
+    right = client.post(f"/api/v1/jobs/{wrong['id']}/answer", json={"frame": "RAS", "units": "mm"}).json()
     done = wait(client, right)
     assert done["state"] == "done", done
-    assert client.get(f"/api/cases/{done['result']}").json()["frame"] == {"name": "RAS", "assumed": False}
+    assert client.get(f"/api/v1/cases/{done['result']}").json()["frame"] == {"name": "RAS", "assumed": False}
     assert not list(phantom_services.settings.temporary_dir.rglob("x.obj"))
     phantom_services.purge.run(str(done["result"]))
 
@@ -233,32 +233,32 @@ def test_a_map_without_a_place_waits_for_its_frame(client: Client, head: Case, t
     image.set_sform(None, code=0)
     image.set_qform(None, code=0)
     nibabel.save(image, tmp_path / "x.nii")
-    asked = sent(client, f"/api/cases/{head.id}/structures", tmp_path / "x.nii")
+    asked = sent(client, f"/api/v1/cases/{head.id}/structures", tmp_path / "x.nii")
     assert asked["error"]["details"] == {"missing": ["frame"]}
-    done = wait(client, client.post(f"/api/jobs/{asked['id']}/answer", json={"frame": "LPS"}).json())
+    done = wait(client, client.post(f"/api/v1/jobs/{asked['id']}/answer", json={"frame": "LPS"}).json())
     assert done["state"] == "done", done
 
 
 def test_a_structure_that_a_plan_uses_stays(
     client: Client, phantom_services: Services, head: Case, tmp_path: Path
 ) -> None:
-    sent(client, f"/api/cases/{head.id}/structures", seg_nrrd(tmp_path))
+    sent(client, f"/api/v1/cases/{head.id}/structures", seg_nrrd(tmp_path))
     eye, _ = structures(client, head)
-    plan = client.post(f"/api/cases/{head.id}/plans", json={"name": "Sparing"}).json()
+    plan = client.post(f"/api/v1/cases/{head.id}/plans", json={"name": "Sparing"}).json()
     with phantom_services.store.writing() as session:
         state = session.get(DocumentStateRow, (plan["id"], 0))
         assert state is not None
         state.refs = [*state.refs, {"kind": "structure", "id": eye["id"]}]
     with pytest.raises(InputError, match="the plan 'Sparing'"):
         phantom_services.structures.delete(head.id, eye["id"])
-    client.delete(f"/api/plans/{plan['id']}")
+    client.delete(f"/api/v1/plans/{plan['id']}")
     phantom_services.structures.delete(head.id, eye["id"])
 
 
 def test_a_label_that_touches_itself_still_has_an_inside() -> None:
     """Speckle meets corner to corner: its surface is no manifold, and has no border all the same."""
     mask = np.random.default_rng(1).random((12, 12, 12)) > 0.5
-    mesh = surface_of(Label(1, "", None, mask, np.zeros(3, dtype=np.int64), np.eye(4))).mesh
+    mesh = surface_of(CroppedLabel(1, "", None, mask, np.zeros(3, dtype=np.int64), np.eye(4))).mesh
     assert not is_closed(mesh)
     assert encloses(mesh)
     assert not encloses(TriangleMesh(mesh.vertices, mesh.faces[1:]))

@@ -6,7 +6,7 @@ from dataclasses import asdict
 import numpy as np
 import pytest
 
-from app.cases.service import Bead, Case, CaseFrame, CaseService
+from app.cases.service import Case, CaseBead, CaseFrame, CaseService
 from app.cases.structures import Provenance, is_closed, within_a_sentence
 from app.kit.cache import Cache
 from app.kit.errors import NotFound
@@ -30,7 +30,7 @@ def a_volume() -> Volume:
 
 def test_a_case_comes_back_bit_for_bit(store: Store, cases: CaseService, case: Case) -> None:
     mesh = cases.case_surface(case.id)
-    bead = Bead("bead 1", (1.0, 2.0, 3.0))
+    bead = CaseBead("bead 1", (1.0, 2.0, 3.0))
     frame = CaseFrame("RAS", assumed=True)
     made = cases.create("CT", frame=frame, surfaces={"bone": mesh}, volume=a_volume(), beads=(bead,))
     again = CaseService(store)

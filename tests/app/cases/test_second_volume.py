@@ -57,7 +57,7 @@ def mr_series(folder: Path) -> Path:
 
 def sent(client: Client, case_id: str, *files: Path, **fields: str) -> dict[str, Any]:
     parts = [("file", (file.name, file.read_bytes())) for file in files]
-    answer = client.post(f"/api/cases/{case_id}/overlays", files=parts, data=fields)
+    answer = client.post(f"/api/v1/cases/{case_id}/overlays", files=parts, data=fields)
     assert answer.status_code == 202, answer.text
     return wait(client, answer.json())
 
@@ -66,23 +66,24 @@ def test_an_mr_is_laid_over_a_head_and_is_no_head(client: Client, head: Case, tm
     files = sorted(mr_series(tmp_path / "Canary Doe").iterdir())
     job = sent(client, head.id, *files)
     assert (job["state"], job["kind"], job["result"]) == ("done", "overlay", head.id), job
-    (made,) = client.get(f"/api/cases/{head.id}/overlays").json()
+    (made,) = client.get(f"/api/v1/cases/{head.id}/overlays").json()
     assert re.fullmatch(r"MR 1, \d{1,2} \w{3} \d\d:\d\d", made["name"])
-    grid = client.get(f"/api/cases/{head.id}/volume", params={"volume": made["id"]}).json()
+    grid = client.get(f"/api/v1/cases/{head.id}/volume", params={"volume": made["id"]}).json()
     answer = client.get(grid["voxels"])
     stored = np.frombuffer(answer.content, "<i2").reshape(24, 30, 36)
     np.testing.assert_array_equal(stored, scan(40, 900).hu + 1024)  # as the file stores it
     np.testing.assert_allclose(grid["origin_mm"], scan().origin, atol=1e-6)
     assert made["level"] - made["window"] / 2 >= 1064 - 1
-    after = client.get(f"/api/cases/{head.id}").json()
+    after = client.get(f"/api/v1/cases/{head.id}").json()
     assert after["content_hash"] == head.content_hash
     assert [volume["name"] for volume in after["volumes"]] == ["ct"]
-    assert client.patch(f"/api/cases/{head.id}/overlays/{made['id']}", json={"name": "T2"}).json()[0]["name"] == "T2"
-    refused = wait(client, client.post("/api/cases", files=[("file", (f.name, f.read_bytes())) for f in files]).json())
+    assert client.patch(f"/api/v1/cases/{head.id}/overlays/{made['id']}", json={"name": "T2"}).json()[0]["name"] == "T2"
+    uploaded = [("file", (f.name, f.read_bytes())) for f in files]
+    refused = wait(client, client.post("/api/v1/cases", files=uploaded).json())
     assert refused["state"] == "failed"
     assert "not a CT image" in str(refused["error"])
-    assert client.delete(f"/api/cases/{head.id}/overlays/{made['id']}").json() == []
-    assert client.get(f"/api/cases/{head.id}/volume", params={"volume": made["id"]}).status_code == 404
+    assert client.delete(f"/api/v1/cases/{head.id}/overlays/{made['id']}").json() == []
+    assert client.get(f"/api/v1/cases/{head.id}/volume", params={"volume": made["id"]}).status_code == 404
 
 
 def test_fractions_of_an_image_are_scaled_and_told(
@@ -105,7 +106,7 @@ def test_a_plan_keeps_what_lies_over_it(client: Client, phantom_services: Servic
     """In its document with undo, in its file, and in the words of what changed."""
     plan = phantom_services.plans.create(head.id, "Over")
     wish: dict[str, Any] = {"case": "head-phantom", "transform": list(MOVED), "opacity": 0.25, "other_head": True}
-    answer = client.request("PUT", f"/api/plans/{plan.id}/second-volume", json={"second_volume": wish})
+    answer = client.request("PUT", f"/api/v1/plans/{plan.id}/second-volume", json={"second_volume": wish})
     told = answer.json()["second_volume"]
     assert told == {**wish, "volume": None, "window": 2500.0, "level": 600.0}
     kept = phantom_services.plans.get(plan.id)
@@ -116,9 +117,9 @@ def test_a_plan_keeps_what_lies_over_it(client: Client, phantom_services: Servic
     words = ("The second volume lies elsewhere.", "Opacity of the second volume: 75 % instead of 25 %.")
     assert changes(kept.content, faded) == words
     assert changes(kept.content, plan.content) == ("A second volume is not laid over the head any more.",)
-    assert client.post(f"/api/plans/{plan.id}/undo").json()["second_volume"] is None
-    assert client.post(f"/api/plans/{plan.id}/redo").json()["second_volume"] == told
-    nothing = client.request("PUT", f"/api/plans/{plan.id}/second-volume", json={"second_volume": None})
+    assert client.post(f"/api/v1/plans/{plan.id}/undo").json()["second_volume"] is None
+    assert client.post(f"/api/v1/plans/{plan.id}/redo").json()["second_volume"] == told
+    nothing = client.request("PUT", f"/api/v1/plans/{plan.id}/second-volume", json={"second_volume": None})
     assert nothing.json()["second_volume"] is None
     old = json.loads(to_native_json(kept))
     del old["second_volume"]
@@ -127,7 +128,7 @@ def test_a_plan_keeps_what_lies_over_it(client: Client, phantom_services: Servic
 
 def test_another_heads_volume_is_asked_about(client: Client, phantom_services: Services, head: Case) -> None:
     """HAZ-38: both are named with their dates, and the answer is kept in the plan."""
-    plan, path = phantom_services.plans.create(head.id, "Of whom"), "/api/plans/{}/second-volume"
+    plan, path = phantom_services.plans.create(head.id, "Of whom"), "/api/v1/plans/{}/second-volume"
     wish = {"case": "head-phantom"}
     refused = client.request("PUT", path.format(plan.id), json={"second_volume": wish})
     assert refused.status_code == 422
@@ -178,7 +179,7 @@ def test_what_cannot_be_laid_over_is_refused(
     plan = phantom_services.plans.create(head.id, "Refused")
     body = json.dumps({"second_volume": {"case": head.id, **wish}})
     answer = client.request(
-        "PUT", f"/api/plans/{plan.id}/second-volume", content=body, headers={"Content-Type": "application/json"}
+        "PUT", f"/api/v1/plans/{plan.id}/second-volume", content=body, headers={"Content-Type": "application/json"}
     )
     assert answer.status_code == 422, answer.text
     assert phantom_services.plans.get(plan.id).second_volume is None
@@ -214,7 +215,7 @@ def test_a_volume_that_is_not_there_or_beside_the_head_is_told(
 ) -> None:
     plan = phantom_services.plans.create(head.id, "Elsewhere")
     laid = {"second_volume": {"case": head.id, **wish}}
-    answer = client.request("PUT", f"/api/plans/{plan.id}/second-volume", json=laid)
+    answer = client.request("PUT", f"/api/v1/plans/{plan.id}/second-volume", json=laid)
     assert answer.status_code == 422
     assert words in answer.text
     assert phantom_services.plans.get(plan.id).second_volume is None

@@ -57,7 +57,7 @@ def test_without_a_peer_it_says_what_to_install(
     module: types.ModuleType, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setitem(sys.modules, "coal", None)  # as if it were not installed
-    module.run = lambda args: {"coal": str(report.need_coal())}  # type: ignore[attr-defined]
+    module.run = lambda args: {"coal": str(report.need("coal"))}  # type: ignore[attr-defined]
     assert cli.main(["bench", "sample", "--json"]) == 2
     said = capsys.readouterr()
     assert "pip install 'vfix[test]'" in said.err

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import re
 import subprocess
 import sys
 import xml.etree.ElementTree as ElementTree
@@ -14,12 +13,14 @@ import numpy as np
 import pytest
 
 from app import cli
-from benchmarks import lumen, lumen_bends, lumen_controls, lumen_gpu, svg_plot
+from benchmarks import lumen, lumen_bends, lumen_controls, lumen_gpu, lumen_plots, plots
 from benchmarks.lumen_peers import NumpyQuery, literal_query
 from benchmarks.lumen_scene import Scene
 from benchmarks.lumen_threads import ThreadedQuery
 from vfix_engine.pathway.packed import pack
 from vfix_engine.pathway.query.query import Query, deviation_of_points
+
+TEXT = "{http://www.w3.org/2000/svg}text"
 
 
 @pytest.fixture(scope="module")
@@ -34,7 +35,7 @@ def test_it_measures_compares_and_draws(
     monkeypatch.setattr(lumen, "SHARES", (0.5, 1.0))
     monkeypatch.setattr(lumen_gpu, "measure", lambda *asked: None)  # also where there is a GPU
     for figure in ("figure_7c", "figure_8"):  # their own test looks at what is in them
-        monkeypatch.setattr(lumen_bends, figure, lambda *asked: "drawn")
+        monkeypatch.setattr(lumen_bends, figure, lambda *asked: plots.empty_figure(1.0, 1.0, 0.0, "drawn", ""))
     folder = tmp_path / "plots"
     options = ["--vertices", "400", "--rounds", "3", "--threads", "1", "--plots", str(folder), "--json"]
     assert cli.main(["bench", "lumen", *options]) == 0
@@ -59,10 +60,12 @@ def test_it_measures_compares_and_draws(
     assert [result["meets"][f"{scene}_within_1_ms"] for scene in ("inside", "mixed")] == [None, None]
     names = ("lumen_vertices", "lumen_inside", "lumen_cost", "lumen_bends")
     assert result["plots"] == [str(folder / f"{name}.svg") for name in names]
-    assert [Path(drawn).read_text(encoding="utf-8") for drawn in result["plots"][2:]] == ["drawn", "drawn"]
-    for picture in result["plots"][:2]:
-        words = [text.text for text in ElementTree.parse(picture).iter("{http://www.w3.org/2000/svg}text")]
-        assert {"vfix, one core", "as printed, compiled", "numpy", "1 ms"} <= set(words)
+    first, second, *bends = ({text.text for text in ElementTree.parse(one).iter(TEXT)} for one in result["plots"])
+    assert bends == [{"drawn"}, {"drawn"}]
+    for words in (first, second):
+        assert {"vfix, one core", "as printed, compiled", "numpy", "1 ms", "time of one query"} <= words
+    assert "number of vertices" in first
+    assert "vertices inside, %" in second
 
 
 def test_a_run_says_which_targets_it_meets() -> None:
@@ -100,6 +103,14 @@ def test_it_refuses(
     monkeypatch.setattr(lumen_gpu.gpu, "available", lambda: False)
     assert cli.main(["bench", "lumen", *options]) == 2
     assert words in capsys.readouterr().err
+
+
+def test_without_matplotlib_plots_are_refused_before_anything_is_measured(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    assert cli.main(["bench", "lumen", "--plots", str(tmp_path / "plots")]) == 2
+    assert "--plots draws with matplotlib, which is not installed: pip install 'vfix[test]'" in capsys.readouterr().err
 
 
 def test_the_mixed_scene_has_a_fifth_outside(scene: Scene) -> None:
@@ -179,20 +190,24 @@ def test_a_gpu_is_measured_and_held_against_the_loops() -> None:
 
 
 def test_names_lie_apart_and_near_to_their_lines() -> None:
-    assert svg_plot.spread([10.0, 50.0], 17.0) == [10.0, 50.0]
-    assert svg_plot.spread([10.0, 12.0, 14.0], 10.0) == pytest.approx([2.0, 12.0, 22.0])
-    places = svg_plot.spread([0.0, 1.0, 30.0, 35.0, 36.0], 10.0)
+    assert plots.spread([10.0, 50.0], 17.0) == [10.0, 50.0]
+    assert plots.spread([10.0, 12.0, 14.0], 10.0) == pytest.approx([2.0, 12.0, 22.0])
+    places = plots.spread([0.0, 1.0, 30.0, 35.0, 36.0], 10.0)
     assert np.diff(places).min() >= 10.0 - 1e-9
     assert np.abs(np.array(places) - [0.0, 1.0, 30.0, 35.0, 36.0]).max() < 10.0
 
 
-def test_a_plot_puts_values_where_they_belong() -> None:
-    axis = svg_plot.Axis("x & y", [1.0, 10.0, 100.0], lambda v: f"{v:g}", log=True)
-    line = svg_plot.Line("a < b", [1.0, 10.0, 100.0], [1.0, None, 100.0], "#123456")
-    text = svg_plot.plot("title", "below", axis, axis, [line], level=(10.0, "ten"))
-    circles = re.findall(r'<circle cx="([\d.]+)" cy="([\d.]+)"', text)
-    left, right = svg_plot.LEFT, svg_plot.WIDTH - svg_plot.RIGHT
-    top, bottom = svg_plot.TOP, svg_plot.HEIGHT - svg_plot.BOTTOM
-    assert [(float(u), float(v)) for u, v in circles] == [(left, bottom), (right, top)]
-    names = [node.text for node in ElementTree.fromstring(text).iter("{http://www.w3.org/2000/svg}text")]
-    assert {"a < b", "x & y", "ten", "title", "below"} <= set(names)
+def test_a_plot_has_what_was_measured_and_leaves_out_what_was_not() -> None:
+    def row(vertices: int, us: float | None) -> dict[str, float | None]:
+        names = ("ours_us", "2_threads_us", "every_vertex_us", "literal_us", "numpy_us")
+        return dict.fromkeys(names, us) | {"vertices": vertices, "inside_percent": 50.0, "outside_percent": 20.0}
+
+    rows = [row(500, 10.0), row(1000, None), row(2000, 40.0)]
+    gpu = {"vertices_sweep": [{"vertices": 500, "us": 30.0}]}
+    figures = lumen_plots.sweeps_drawn({"vertices_sweep": rows, "inside_sweep": rows}, 1000, gpu)
+    lines = {line.get_label(): line for line in figures["lumen_vertices.svg"].axes[0].get_lines()}
+    np.testing.assert_allclose(lines["vfix, one core"].get_xydata(), [[500.0, 10e-6], [2000.0, 40e-6]])
+    np.testing.assert_allclose(lines["vfix, GPU"].get_xydata(), [[500.0, 30e-6]])
+    words = {text.get_text() for text in figures["lumen_vertices.svg"].axes[0].texts}
+    assert {"vfix, one core", "vfix, 2 threads", "vfix, GPU"} <= words
+    assert "vfix, GPU" not in {text.get_text() for text in figures["lumen_inside.svg"].axes[0].texts}

@@ -156,7 +156,7 @@ def test_a_recording_is_stored_by_a_job_once_its_drive_has_ended(
 ) -> None:
     jobs = Jobs()
     plan = plans.create(case.id, "Plan")
-    recording = Recordings(jobs, runs, lambda plan: None).new(plan)
+    recording = Recordings(jobs, runs).new(case.id, plan.id, plan.name)
     assert recording is not None
     part = write_run(recording.folder.with_name(recording.folder.name + ".part"), whole=False)  # its writer was cut off
     recording.keep()
@@ -207,7 +207,8 @@ def test_what_a_killed_planner_recorded_of_a_drive_is_kept_at_the_next_start(
 def test_a_drive_without_a_step_leaves_no_run(runs: RunService, plans: PlanService, case: Case) -> None:
     jobs = Jobs()
     for ticks in (0, None):
-        recording = Recordings(jobs, runs, lambda plan: None).new(plans.create(case.id, "Plan"))
+        plan = plans.create(case.id, "Plan")
+        recording = Recordings(jobs, runs).new(case.id, plan.id, plan.name)
         assert recording is not None
         if ticks is not None:
             write_run(recording.folder, ticks)
@@ -222,5 +223,7 @@ def test_where_nothing_can_be_written_there_is_no_recording(
 ) -> None:
     plan = plans.create(case.id, "Plan")
     monkeypatch.setattr(store, "_refusal", StorageError("full"))
+    recordings = Recordings(Jobs(), RunService(store))
     with pytest.raises(StorageError, match="only read"):
-        Recordings(Jobs(), RunService(store), lambda plan: None).new(plan)
+        recordings.new(case.id, plan.id, plan.name)
+    assert recordings.attempt(case.id, plan.id, plan.name) == (None, "the data folder is only read.")

@@ -24,7 +24,7 @@ from rest_client import Client, opened_client
 from app.api import archives as routes
 from app.api import router
 from app.cases.model import HEAD_PHANTOM
-from app.cases.service import Bead, Case, CaseFrame
+from app.cases.service import Case, CaseBead, CaseFrame
 from app.cli import main
 from app.commands import case_archive
 from app.exchange.archive import ArchiveWriter
@@ -79,7 +79,7 @@ def head(services: Services) -> Case:
     volume = Volume(hu, np.zeros(3), np.ones(3), np.eye(3), slice_thickness_mm=1.5)
     case = services.cases.create(
         "Head", frame=CaseFrame("RAS", True), surfaces={"bone": mesh}, volume=volume,
-        beads=(Bead("m", (1.0, 2.0, 3.0)),), notes=("doubtful",),
+        beads=(CaseBead("m", (1.0, 2.0, 3.0)),), notes=("doubtful",),
     )  # fmt: skip
     plan = services.plans.create(case.id, "Way ü", PlanContent(POINTS, zones=(PlanZone("z", "Eye", SPHERE),)))
     services.versions.save(plan.id, "First")
@@ -538,24 +538,24 @@ def rest(services: Services) -> Iterator[Client]:
 def test_rest_goes_there_and_back(services: Services, head: Case, archive: Path, rest: Client) -> None:
     """HAZ-34: what holds images is asked about."""
     before = left_of(services)
-    refused = rest.get(f"/api/cases/{head.id}/archive")
+    refused = rest.get(f"/api/v1/cases/{head.id}/archive")
     assert (refused.status_code, "with_images=true" in refused.text) == (422, True)  # HAZ-34
-    answer = rest.get(f"/api/cases/{head.id}/archive?with_images=true")
+    answer = rest.get(f"/api/v1/cases/{head.id}/archive?with_images=true")
     assert answer.status_code == 200
     assert answer.content == archive.read_bytes()
     assert 'filename="Head.zip"' in answer.headers["content-disposition"]
     assert left_of(services) == before
-    for address in ("/api/cases/archive", "/api/cases"):  # the second is where the page sends every file
+    for address in ("/api/v1/cases/archive", "/api/v1/cases"):  # the second is where the page sends every file
         job = rest.post(address, files={"file": ("Head.zip", answer.content)}).json()
         ended = services.jobs.wait(job["id"], 60)
         assert ended.state == "done"
         assert content_of(services, str(ended.result)) == content_of(services, head.id)
-    assert rest.get("/api/cases/none/archive").status_code == 404
+    assert rest.get("/api/v1/cases/none/archive").status_code == 404
 
 
 def test_an_archive_that_is_refused_fails_its_job(services: Services, rest: Client) -> None:
     before = left_of(services)
-    job = rest.post("/api/cases/archive", files={"file": ("a.zip", b"no zip")}).json()
+    job = rest.post("/api/v1/cases/archive", files={"file": ("a.zip", b"no zip")}).json()
     ended = services.jobs.wait(job["id"], 60)
     assert ended.state == "failed"
     assert "no zip" in str(ended.error)
@@ -610,7 +610,7 @@ async def _left_by_client(services: Services, case_id: str, place: str, monkeypa
                 raise OSError("the client is gone")
 
         scope = {
-            "type": "http", "method": "GET", "path": f"/api/cases/{case_id}/archive", "raw_path": b"", "headers": [],
+            "type": "http", "method": "GET", "path": f"/api/v1/cases/{case_id}/archive", "raw_path": b"", "headers": [],
             "query_string": b"with_images=true", "scheme": "http", "server": ("127.0.0.1", 80), "client": None,
             "http_version": "1.1", "root_path": "", "asgi": {"version": "3.0", "spec_version": "2.4"},
         }  # fmt: skip

@@ -202,10 +202,10 @@ def test_rest_and_the_command_line_say_the_same(
     tmp_path: Path, capsys: pytest.CaptureFixture[str],
 ) -> None:  # fmt: skip
     query = {"frame": "base", "format": "json", "registration": registration}
-    answer = client.get(f"/api/plans/{plan.id}/export", params=query)
+    answer = client.get(f"/api/v1/plans/{plan.id}/export", params=query)
     assert answer.status_code == 200
     assert answer.text == phantom_services.base_export.text(plan, "json", registration)
-    assert client.get(f"/api/plans/{SAMPLE_PLAN}/export", params={"frame": "base"}).status_code == 422
+    assert client.get(f"/api/v1/plans/{SAMPLE_PLAN}/export", params={"frame": "base"}).status_code == 422
     monkeypatch.setenv("VFIX_HOME", str(phantom_services.settings.home))
     out = tmp_path / "plan.json"
     arguments = ["plan", "export", plan.id, str(out), "--frame", "base", "--registration", registration]
@@ -222,7 +222,7 @@ def test_the_placing_of_the_dry_run_is_kept_with_the_plan(
     plans = phantom_services.plans
     made = plans.duplicate(SAMPLE_PLAN, "To be placed")
     assert made.robot["base"] is None
-    answer = client.post(f"/api/plans/{made.id}/placing")
+    answer = client.post(f"/api/v1/plans/{made.id}/placing")
     assert answer.status_code == 200
     placed = plans.get(made.id)
     np.testing.assert_array_equal(placed.robot["base"], phantom_services.planning.evaluate(made).base.ravel())

@@ -22,7 +22,7 @@ import trimesh
 from rest_client import Client
 
 from app.cases.model import HEAD_PHANTOM
-from app.cases.service import Bead, Case, CaseFrame
+from app.cases.service import Case, CaseBead, CaseFrame
 from app.cli import main
 from app.exchange.markups import from_markups
 from app.exchange.slicer import SCENE
@@ -75,7 +75,7 @@ def head(phantom_services: Services) -> Case:
     mesh = TriangleMesh(corners, np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]))
     made = phantom_services.cases.create(
         "Head", frame=CaseFrame("LPS", False), surfaces={"bone": mesh}, volume=a_volume(),
-        beads=(Bead("marker", (9.0, 8.0, 1 / 7)),),
+        beads=(CaseBead("marker", (9.0, 8.0, 1 / 7)),),
     )  # fmt: skip
     content = RegistrationContent("patient", tuple(TURN.ravel().tolist()), made_from="given")
     phantom_services.registrations.create(made.id, "Left/right: ü", content)
@@ -388,9 +388,9 @@ def test_rest_sends_the_folder_as_a_zip_and_leaves_nothing(
 ) -> None:
     """HAZ-34: what holds images is asked about."""
     before = list(phantom_services.store.scratch.open().iterdir())
-    refused = client.get(f"/api/plans/{plan.id}/export/slicer")
+    refused = client.get(f"/api/v1/plans/{plan.id}/export/slicer")
     assert (refused.status_code, "with_images=true" in refused.text) == (422, True)  # HAZ-34
-    answer = client.get(f"/api/plans/{plan.id}/export/slicer?with_images=true")
+    answer = client.get(f"/api/v1/plans/{plan.id}/export/slicer?with_images=true")
     assert answer.status_code == 200
     with zipfile.ZipFile(io.BytesIO(answer.content)) as packed:
         sent = {name.removeprefix("Way/"): packed.read(name) for name in packed.namelist() if not name.endswith("/")}

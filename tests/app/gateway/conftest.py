@@ -6,6 +6,7 @@ import pytest
 from knocking import Planner, listening, other_routes
 
 from app.api import router as api_router
+from app.api.moved import router as moved_router
 from app.session import router as session_router
 
 
@@ -18,5 +19,5 @@ def planner(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Planner]:
 @pytest.fixture(scope="module")
 def whole_planner(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Planner]:
     """The planner's own routers over no services at all: nothing may get as far as a service."""
-    with listening(tmp_path_factory.mktemp("home"), [api_router, session_router]) as running:
+    with listening(tmp_path_factory.mktemp("home"), [api_router, session_router, moved_router]) as running:
         yield running

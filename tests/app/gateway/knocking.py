@@ -113,17 +113,17 @@ def other_routes() -> APIRouter:
         return {"word": word}
 
     for method in ("GET", "POST", "PUT", "PATCH", "DELETE"):
-        router.add_api_route("/api/echo/{word}", echo, methods=[method], operation_id=f"echo_{method}")
+        router.add_api_route("/api/v1/echo/{word}", echo, methods=[method], operation_id=f"echo_{method}")
 
-    @router.get("/api/slow")
+    @router.get("/api/v1/slow")
     async def slow() -> None:
         await asyncio.sleep(1.5)
 
-    @router.post("/api/takes")
+    @router.post("/api/v1/takes")
     async def takes(numbers: list[int]) -> int:
         return len(numbers)
 
-    @router.get("/api/broken")
+    @router.get("/api/v1/broken")
     async def broken() -> None:
         raise ValueError("Jane Doe, born 1970")
 

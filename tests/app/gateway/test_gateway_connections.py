@@ -54,8 +54,8 @@ def test_who_does_not_ask_in_time_is_let_go(
 
 def test_a_request_that_is_answered_slowly_is_not_cut_off(planner: Planner, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(connections, "HEAD_DEADLINE_S", 1.0)  # less than the answer takes
-    assert planner.http("GET", "/api/slow", planner.bearer).status == 200
-    request = f"GET /api/slow HTTP/1.1\r\nHost: {planner.host}\r\n{': '.join(planner.bearer)}\r\n\r\n".encode()
+    assert planner.http("GET", "/api/v1/slow", planner.bearer).status == 200
+    request = f"GET /api/v1/slow HTTP/1.1\r\nHost: {planner.host}\r\n{': '.join(planner.bearer)}\r\n\r\n".encode()
     with socket.create_connection(("127.0.0.1", planner.port), timeout=60) as connection:
         for _ in range(2):  # of one connection
             connection.sendall(request)
@@ -67,7 +67,7 @@ def test_a_request_that_is_answered_slowly_is_not_cut_off(planner: Planner, monk
 
 def test_a_body_is_refused_before_it_is_sent(planner: Planner) -> None:
     """Who asks first (`Expect`) or sends all the same gets the answer in words (HAZ-30)."""
-    head = f"POST /api/takes HTTP/1.1\r\nHost: {planner.host}\r\n{': '.join(planner.bearer)}\r\n"
+    head = f"POST /api/v1/takes HTTP/1.1\r\nHost: {planner.host}\r\n{': '.join(planner.bearer)}\r\n"
     claimed = f"{head}Content-Type: application/json\r\nContent-Length: {{}}\r\n".encode()
     first = claimed.replace(b"{}", b"1000000000") + b"Expect: 100-continue\r\n\r\n"
     whole = claimed.replace(b"{}", b"3000000") + b"\r\n" + b"[" * 3_000_000
@@ -85,7 +85,8 @@ def test_who_sends_a_whole_body_before_reading_gets_the_answer(
     planner: Planner, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """And then the connection's end. A reset would throw the answer away before the client has read it."""
-    head = f"POST /api/takes HTTP/1.1\r\nHost: {planner.host}\r\n{': '.join(planner.bearer)}\r\nConnection: close\r\n"
+    bearer = ": ".join(planner.bearer)
+    head = f"POST /api/v1/takes HTTP/1.1\r\nHost: {planner.host}\r\n{bearer}\r\nConnection: close\r\n"
     size = 24 << 20  # more than what the sockets between them hold
 
     def answer(head: str, body: bytes) -> bytes:
@@ -104,7 +105,7 @@ def test_who_sends_a_whole_body_before_reading_gets_the_answer(
         assert status.startswith(b"HTTP/1.1 413 ")
         assert b"connection: close" in rest.lower()
         assert f"{MAX_BODY_BYTES >> 10} KiB".encode() in rest
-    elsewhere = claimed.replace("POST /api/takes", "POST /api/nothing-here")  # answered without a look at the body
+    elsewhere = claimed.replace("POST /api/v1/takes", "POST /api/v1/nothing")  # answered without a look at the body
     assert answer(elsewhere, bytes(size)).startswith(b"HTTP/1.1 404 ")
     monkeypatch.setattr(body_limit, "DRAIN_BYTES", 1 << 20)
     received = list[int]()

@@ -8,7 +8,7 @@ from starlette.routing import Mount, Route, WebSocketRoute
 
 
 def test_the_enumeration_sees_every_kind_of_route(planner: Planner) -> None:
-    assert {"/", "/docs", "/openapi.json", "/scene/", "/api/echo/x", "/static"} <= set(http_paths(planner))
+    assert {"/", "/docs", "/openapi.json", "/scene/", "/api/v1/echo/x", "/static"} <= set(http_paths(planner))
     assert {"/scene/ws", "/session"} <= set(websocket_paths(planner))
     assert all(issubclass(kind(route), Route | WebSocketRoute | Mount) for route in all_routes(planner.app.routes))
 
@@ -58,7 +58,7 @@ def test_foreign_host_or_origin_is_refused_with_the_right_token(planner: Planner
     assert len(pairs) >= 30
     for host, origin in pairs:
         named = [planner.cookie] if origin is None else [planner.cookie, ("Origin", origin)]
-        for method, path in (("GET", "/"), ("POST", "/api/echo/x"), ("GET", f"/?token={planner.settings.token}")):
+        for method, path in (("GET", "/"), ("POST", "/api/v1/echo/x"), ("GET", f"/?token={planner.settings.token}")):
             answer = planner.http(method, path, *named, host=host)
             # An HTTP/1.1 request without any Host is malformed before it is foreign.
             assert answer.status == (400 if host == "" else 403), (method, host, origin)
@@ -70,11 +70,11 @@ def test_foreign_host_or_origin_is_refused_with_the_right_token(planner: Planner
 def test_a_tunnel_from_another_port_is_told(planner: Planner) -> None:
     """Of our own names only: another page learns nothing of the planner."""
     for host in (f"localhost:{planner.port + 1}", "127.0.0.1:9", "localhost"):
-        error = json.loads(planner.http("GET", "/api/echo/x", planner.cookie, host=host).body)["error"]
+        error = json.loads(planner.http("GET", "/api/v1/echo/x", planner.cookie, host=host).body)["error"]
         assert error["code"] == "host_refused"
         assert f"ssh -L {planner.port}:127.0.0.1:{planner.port}" in error["message"], host
     for host in (f"evil.example:{planner.port + 1}", "127.0.0.2:9", f"evil@localhost:{planner.port}"):
-        error = json.loads(planner.http("GET", "/api/echo/x", planner.cookie, host=host).body)["error"]
+        error = json.loads(planner.http("GET", "/api/v1/echo/x", planner.cookie, host=host).body)["error"]
         assert str(planner.port) not in error["message"], host
 
 
@@ -119,13 +119,13 @@ def test_the_page_itself_and_a_typed_address_reach_everything(planner: Planner) 
 
 def test_localhost_is_a_name_of_the_loopback_address(planner: Planner) -> None:
     host = f"localhost:{planner.port}"
-    assert planner.http("POST", "/api/echo/x", planner.cookie, ("Origin", f"http://{host}"), host=host).status == 200
+    assert planner.http("POST", "/api/v1/echo/x", planner.cookie, ("Origin", f"http://{host}"), host=host).status == 200
 
 
 def test_a_browser_must_name_its_origin_to_change_anything(planner: Planner) -> None:
     for method in ("POST", "PUT", "PATCH", "DELETE"):
-        assert planner.http(method, "/api/echo/x", planner.cookie).status == 403
-        assert planner.http(method, "/api/echo/x", planner.cookie, ("Origin", planner.origin)).status == 200
+        assert planner.http(method, "/api/v1/echo/x", planner.cookie).status == 403
+        assert planner.http(method, "/api/v1/echo/x", planner.cookie, ("Origin", planner.origin)).status == 200
     assert planner.handshake("/session", planner.cookie).status == 403
     assert planner.handshake("/session", planner.bearer).status == 101  # a script has no origin and no cookie
 
@@ -148,7 +148,7 @@ def test_wrong_tokens(planner: Planner) -> None:
     ]
     for headers in wrong:
         assert planner.http("GET", "/", *headers).status == 401, headers
-    for path in ("/docs", "/api/echo/x", "/scene/"):
+    for path in ("/docs", "/api/v1/echo/x", "/scene/"):
         assert planner.http("GET", f"{path}?token={token}").status == 401, "the address opens the page only"
 
 
@@ -214,7 +214,7 @@ def test_raw_attempts_are_refused(planner: Planner, request_text: str) -> None:
 
 def test_the_list_of_routes_needs_no_other_host(planner: Planner) -> None:
     page = planner.http("GET", "/docs", planner.bearer).body.decode()
-    assert "/api/echo/{word}" in page
+    assert "/api/v1/echo/{word}" in page
     assert "<script" not in page
     assert "http" not in page.replace("HTTPS_PROXY", "").lower().split("<body>")[1]
 
@@ -230,7 +230,7 @@ def test_errors_have_one_shape(planner: Planner) -> None:
 
 
 def test_an_unexpected_error_says_nothing_of_the_data(planner: Planner, caplog: pytest.LogCaptureFixture) -> None:
-    answer = planner.http("GET", "/api/broken", planner.bearer)
+    answer = planner.http("GET", "/api/v1/broken", planner.bearer)
     assert answer.status == 500
     assert json.loads(answer.body)["error"]["code"] == "internal_error"
     assert answer.headers["X-Content-Type-Options"] == "nosniff"

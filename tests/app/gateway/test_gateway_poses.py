@@ -18,16 +18,18 @@ from knocking import Planner, eventually, listening
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import ClientConnection, connect
 
+from app.drives import poses_route
+from app.drives.poses import MAX_READERS
+from app.drives.shared_drives import DriveKey, SharedDrives
 from app.messages.client import Client
 from app.messages.version import VERSION
 from app.tabs.rehearse import routes
-from app.tabs.rehearse.poses import MAX_READERS
-from app.tabs.rehearse.shared_drives import SharedDrives
 from vfix_engine.runtime.ring import Ring, RowReader, write_layout
 from vfix_engine.worlds.rigid.snapshot import RigidSnapshot
 
 PLAN = "plan-1"
-PATH = f"/api/steps/rehearse/poses?plan={PLAN}"
+KEY = DriveKey("case-1", PLAN)
+PATH = f"/api/v1/steps/rehearse/poses?plan={PLAN}"
 WATCHER = Client("tab-one-0", "watches")
 
 
@@ -57,7 +59,7 @@ class _Mailbox:
 @pytest.fixture
 def drives() -> SharedDrives:
     made = SharedDrives()
-    made._drives[PLAN] = _Mailbox()  # type: ignore[assignment]
+    made._drives[KEY] = _Mailbox()  # type: ignore[assignment]
     return made
 
 
@@ -89,7 +91,7 @@ def _end(reader: ClientConnection) -> int | None:
 
 
 def test_a_reader_gets_the_newest_row_and_its_columns(planner: Planner, drives: SharedDrives) -> None:
-    mailbox: Any = drives.find(PLAN)
+    mailbox: Any = drives.find(None, PLAN)
     mailbox.newest = _snapshot(1)
     with _open(planner) as reader:
         hello = json.loads(reader.recv(timeout=60))
@@ -110,10 +112,10 @@ def test_a_reader_that_is_slow_gets_no_old_rows(
     planner: Planner, drives: SharedDrives, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Between two rows that it takes a thousand are published; it is sent the last of them."""
-    mailbox: Any = drives.find(PLAN)
+    mailbox: Any = drives.find(None, PLAN)
     mailbox.newest = _snapshot(0)
     taken = threading.Event()
-    send_bytes = routes.WebSocket.send_bytes
+    send_bytes = poses_route.WebSocket.send_bytes
 
     async def slow(self: Any, data: bytes) -> None:
         await send_bytes(self, data)
@@ -121,7 +123,7 @@ def test_a_reader_that_is_slow_gets_no_old_rows(
             mailbox.newest = _snapshot(steps)
         taken.set()
 
-    monkeypatch.setattr(routes.WebSocket, "send_bytes", slow)
+    monkeypatch.setattr(poses_route.WebSocket, "send_bytes", slow)
     with _open(planner) as reader:
         columns = json.loads(reader.recv(timeout=60))["fields"]
         at = columns.index("steps")
@@ -132,7 +134,7 @@ def test_a_reader_that_is_slow_gets_no_old_rows(
 
 def test_at_control_rate_every_step_comes(planner: Planner, drives: SharedDrives) -> None:
     """2,000 steps in two seconds, in batches; a reader that came too late is told what it has missed."""
-    mailbox: Any = drives.find(PLAN)
+    mailbox: Any = drives.find(None, PLAN)
     memory = Ring.memory()
     try:
         write_layout(memory, [("t", "s"), ("tip_x", "mm")])
@@ -164,7 +166,7 @@ def test_at_control_rate_every_step_comes(planner: Planner, drives: SharedDrives
 
 def test_what_a_reader_is_refused_for(planner: Planner, drives: SharedDrives) -> None:
     for plan in ("another", "../../etc", ""):
-        with _open(planner, f"/api/steps/rehearse/poses?plan={plan}") as reader:
+        with _open(planner, f"/api/v1/steps/rehearse/poses?plan={plan}") as reader:
             assert _end(reader) == 4404, plan
     with _open(planner) as talker:
         talker.send("hello")
@@ -177,7 +179,7 @@ def test_what_a_reader_is_refused_for(planner: Planner, drives: SharedDrives) ->
 
 
 def test_a_drive_that_ends_ends_the_channel(planner: Planner, drives: SharedDrives) -> None:
-    mailbox: Any = drives.find(PLAN)
+    mailbox: Any = drives.find(None, PLAN)
     mailbox.newest, mailbox.watchers = _snapshot(1), {WATCHER.id}
     with _open(planner) as reader:
         reader.recv(timeout=60)
@@ -187,7 +189,7 @@ def test_a_drive_that_ends_ends_the_channel(planner: Planner, drives: SharedDriv
 
 def test_another_robot_ends_the_channel(planner: Planner, drives: SharedDrives) -> None:
     """Its rows have other columns."""
-    mailbox: Any = drives.find(PLAN)
+    mailbox: Any = drives.find(None, PLAN)
     mailbox.newest = _snapshot(1)
     with _open(planner) as reader:
         reader.recv(timeout=60)

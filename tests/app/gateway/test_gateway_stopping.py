@@ -35,7 +35,7 @@ def long_plan(home: Path) -> str:
 
 def asked(address: str, plan: str) -> tuple[int, str]:
     """Status of a plan's evaluation, and the code of the error where it is one."""
-    route = f"{address}/api/plans/{plan}/evaluation"
+    route = f"{address}/api/v1/plans/{plan}/evaluation"
     request = urllib.request.Request(route, headers={"Authorization": f"Bearer {TOKEN}"})
     try:
         with urllib.request.urlopen(request, timeout=300) as answer:
@@ -46,7 +46,7 @@ def asked(address: str, plan: str) -> tuple[int, str]:
 
 def wait_until_driven(address: str, plan: str) -> None:
     """Until a dry run of the plan is on its way."""
-    request = urllib.request.Request(f"{address}/api/jobs", headers={"Authorization": f"Bearer {TOKEN}"})
+    request = urllib.request.Request(f"{address}/api/v1/jobs", headers={"Authorization": f"Bearer {TOKEN}"})
     deadline = time.monotonic() + 300.0  # the geometry engine and the head are loaded first
     while time.monotonic() < deadline:
         with urllib.request.urlopen(request, timeout=60) as answer:

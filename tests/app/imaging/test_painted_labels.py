@@ -138,10 +138,10 @@ def test_an_acknowledged_stroke_is_in_the_store_of_a_planner_that_starts_later(
 
 
 def test_over_rest(client: Client, case_id: str) -> None:
-    answer = client.post(f"/api/cases/{case_id}/labels", json={"name": "Wall"})
+    answer = client.post(f"/api/v1/cases/{case_id}/labels", json={"name": "Wall"})
     made = answer.json()
     assert answer.headers["ETag"] == f'"{made["revision"]}"'
-    address = f"/api/labels/{made['id']}"
+    address = f"/api/v1/labels/{made['id']}"
     assert (made["volume"], made["strokes"], made["structure"]) == ("ct", 0, None)
     stroke = {"brush": "disc", "radius_mm": 2.0, "points": [[5, 6, 10], [8, 6, 10]], "normal": [0, 0, 1]}
     painted = client.post(f"{address}/strokes", json=stroke)
@@ -163,19 +163,19 @@ def test_over_rest(client: Client, case_id: str) -> None:
     assert client.get(f"{address}/file?form=seg.nrrd").content.startswith(b"NRRD0005")
     job = client.post(f"{address}/surface").json()
     for _ in range(600):
-        job = client.get(f"/api/jobs/{job['id']}").json()
+        job = client.get(f"/api/v1/jobs/{job['id']}").json()
         if job["state"] in ("done", "failed"):
             break
         time.sleep(0.05)
     assert job["state"] == "done", job
-    (listed,) = client.get(f"/api/cases/{case_id}/labels").json()
+    (listed,) = client.get(f"/api/v1/cases/{case_id}/labels").json()
     assert (listed["structure"], listed["changed"]) == (job["result"], False)
     assert client.patch(address, json={"colour": "#0072b2"}).json()["colour"] == "#0072b2"
     assert client.patch(address, json={"locked": True}).json()["locked"]
     assert client.post(f"{address}/strokes", json=stroke).status_code == 423
     client.patch(address, json={"locked": False})
     assert client.patch(address, json={"deleted": True}).json()["deleted_at"]
-    assert client.get(f"/api/cases/{case_id}/labels").json() == []
+    assert client.get(f"/api/v1/cases/{case_id}/labels").json() == []
 
 
 def test_on_the_command_line(

@@ -107,23 +107,23 @@ def test_a_smoothed_structure_grows_the_margin_of_its_zone(phantom_services: Ser
 
 def test_over_rest(client: Client, case_id: str) -> None:
     """The route, its job and its errors."""
-    began = client.post(f"/api/cases/{case_id}/segment", json={"name": "Bone", "preset": "bone"})
+    began = client.post(f"/api/v1/cases/{case_id}/segment", json={"name": "Bone", "preset": "bone"})
     assert began.status_code == 202
     for _ in range(600):
-        job = client.get(f"/api/jobs/{began.json()['id']}").json()
+        job = client.get(f"/api/v1/jobs/{began.json()['id']}").json()
         if job["state"] in ("done", "failed"):
             break
         time.sleep(0.05)
     assert job["state"] == "done", job
-    listed = client.get(f"/api/cases/{case_id}/structures").json()
+    listed = client.get(f"/api/v1/cases/{case_id}/structures").json()
     assert job["result"] in [item["id"] for item in listed]
-    wrong = client.post(f"/api/cases/{case_id}/segment", json={"name": "x"})
+    wrong = client.post(f"/api/v1/cases/{case_id}/segment", json={"name": "x"})
     assert wrong.status_code == 422
 
 
 def test_islands_are_told_at_half_resolution_at_once_and_in_full_as_a_job(client: Client, case_id: str) -> None:
     """The kept voxels are those of the large ball; nothing is stored."""
-    address, wish = f"/api/cases/{case_id}/segment/islands", {"preset": "bone", "largest": True}
+    address, wish = f"/api/v1/cases/{case_id}/segment/islands", {"preset": "bone", "largest": True}
     large = np.where(np.indices(ct().hu.shape)[2] < 36, ct().hu > 0, False)
     half = client.post(address, json=wish)
     assert (half.status_code, half.headers["X-Step"], half.headers["X-Left-Out"]) == (200, "2", "1")
@@ -131,7 +131,7 @@ def test_islands_are_told_at_half_resolution_at_once_and_in_full_as_a_job(client
     np.testing.assert_array_equal(mask_of_runs(runs, (20, 20, 30)), large[::2, ::2, ::2])
     job = client.post(f"{address}/full", json=wish).json()
     for _ in range(600):
-        job = client.get(f"/api/jobs/{job['id']}").json()
+        job = client.get(f"/api/v1/jobs/{job['id']}").json()
         if job["state"] in ("done", "failed"):
             break
         time.sleep(0.05)
@@ -142,7 +142,7 @@ def test_islands_are_told_at_half_resolution_at_once_and_in_full_as_a_job(client
     assert client.get(f"{address}/islands-gone").status_code == 404
     assert client.post(address, json={"low_hu": 5000, "high_hu": 6000}).status_code == 422
     assert client.post(address, json={"low_hu": True, "high_hu": 100}).status_code == 422
-    assert len(client.get(f"/api/cases/{case_id}/structures").json()) == 1
+    assert len(client.get(f"/api/v1/cases/{case_id}/structures").json()) == 1
 
 
 def test_bone_that_was_not_seen_is_told_in_words(services: Services) -> None:

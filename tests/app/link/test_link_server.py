@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 import pytest
 
 from app.link import server as module
-from app.link.messages import HEADER_BYTES, Header, Message, Point, PointList, Text, pack, parse_header, unpack
+from app.link.messages import HEADER_BYTES, Header, LinkMessage, ListPoint, PointList, Text, pack, parse_header, unpack
 from app.link.server import LinkServer
 from vfix_engine.errors import InputError, PlanError
 
@@ -20,9 +20,9 @@ class Heard:
     """A listener that answers, or refuses what is called 'No'."""
 
     def __init__(self) -> None:
-        self.messages: list[Message] = []
+        self.messages: list[LinkMessage] = []
 
-    def __call__(self, message: Message) -> str:
+    def __call__(self, message: LinkMessage) -> str:
         self.messages.append(message)
         if message.name == "No":
             raise PlanError("the plan is locked.")
@@ -64,7 +64,7 @@ def exactly(opened: socket.socket, count: int) -> bytes:
     return data
 
 
-def receive(opened: socket.socket) -> Message | None:
+def receive(opened: socket.socket) -> LinkMessage | None:
     header = parse_header(exactly(opened, HEADER_BYTES))
     message = unpack(header, exactly(opened, header.size))
     return Text(message.name, message.text) if isinstance(message, Text) else message
@@ -107,14 +107,14 @@ def test_a_large_message_does_not_hold_up_the_other_clients(
     """Its checksum is compared on another thread; meanwhile the others are served."""
     begun, go_on = threading.Event(), threading.Event()
 
-    def slow(header: Header, body: bytes) -> Message | None:
+    def slow(header: Header, body: bytes) -> LinkMessage | None:
         begun.set()
         assert go_on.wait(5.0)
         return unpack(header, body)
 
     monkeypatch.setattr(module, "unpack", slow)
     with connect(server) as large, connect(server) as other:
-        large.sendall(pack(PointList("Path", (Point("P", (0.0, 0.0, 0.0)),) * 1900)))
+        large.sendall(pack(PointList("Path", (ListPoint("P", (0.0, 0.0, 0.0)),) * 1900)))
         assert begun.wait(5.0)
         server.tell([Text("A", "1")])
         assert receive(other) == Text("A", "1")

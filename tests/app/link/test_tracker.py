@@ -9,10 +9,10 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from fastcrc import crc64
 
 from app.link import LinkFault, LinkServer, Pose, Text, TrackerClient, Transform
 from app.link import tracker as module
-from app.link.crc64 import crc64
 from app.link.messages import HEADER_BYTES, pack, parse_header
 from vfix_engine.registration import SimulatedTracker, calibrate_pivot
 from vfix_engine.registration.tracker import TIP_MM
@@ -218,7 +218,7 @@ def extended(message: Transform, status: str) -> bytes:
     key, value = b"StylusTipToReferenceTransformStatus", status.encode()
     index = struct.pack(">HHHI", 1, len(key), 3, len(value))
     body = struct.pack(">HHII", 12, len(index), len(key + value), 0) + packed[58:] + index + key + value
-    return b"\0\2" + packed[2:42] + struct.pack(">QQ", len(body), crc64(body)) + body
+    return b"\0\2" + packed[2:42] + struct.pack(">QQ", len(body), crc64.ecma_182(body)) + body
 
 
 def test_what_is_no_pose_of_the_tool_is_passed_over() -> None:
@@ -325,7 +325,7 @@ def hear(tracker: TrackerClient, data: bytes) -> None:
 
 def raw(kind: bytes, name: str, body: bytes, checksum: int | None = None) -> bytes:
     head = struct.pack(
-        ">H12s20sQQQ", 1, kind, name.encode(), 0, len(body), crc64(body) if checksum is None else checksum
+        ">H12s20sQQQ", 1, kind, name.encode(), 0, len(body), crc64.ecma_182(body) if checksum is None else checksum
     )
     return head + body
 

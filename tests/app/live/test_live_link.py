@@ -15,7 +15,7 @@ import pytest
 from app.cases.service import Case
 from app.documents import Documents
 from app.kit.errors import PlanLocked
-from app.link import LinkFault, Point, PointList, Text, Transform
+from app.link import LinkFault, ListPoint, PointList, Text, Transform
 from app.link.messages import HEADER_BYTES, parse_header
 from app.live import LiveBoard, LiveLink, frames
 from app.live import incoming as module
@@ -66,9 +66,9 @@ def intake(parts: Parts, monkeypatch: pytest.MonkeyPatch) -> Intake:
     return Intake(parts.live, parts.plans, parts.versions, parts.registrations)
 
 
-def in_scene(points: tuple[PlanPoint, ...]) -> tuple[Point, ...]:
+def in_scene(points: tuple[PlanPoint, ...]) -> tuple[ListPoint, ...]:
     """Points as they come back from Slicer: RAS, rounded to float32."""
-    return tuple(Point(p.label, tuple((RAS * p.position).astype(np.float32).tolist())) for p in points)
+    return tuple(ListPoint(p.label, tuple((RAS * p.position).astype(np.float32).tolist())) for p in points)
 
 
 def test_the_plan_is_told_in_the_scenes_frame(plan: Plan) -> None:
@@ -155,7 +155,7 @@ def test_an_echo_proposes_nothing(parts: Parts, intake: Intake, plan: Plan) -> N
 
 def test_a_moved_point_becomes_a_version_and_the_open_plan_stays(parts: Parts, intake: Intake, plan: Plan) -> None:
     sent = list(in_scene(POINTS))
-    sent[1] = Point("end", (-4.0, 5.0, 6.0))
+    sent[1] = ListPoint("end", (-4.0, 5.0, 6.0))
     intake.hear(PointList("Path", tuple(sent)))
     (words,) = intake.settle()
     assert "From 3D Slicer: Path" in words
@@ -171,13 +171,13 @@ def test_a_moved_point_becomes_a_version_and_the_open_plan_stays(parts: Parts, i
 
 
 def test_new_targets_get_identifiers_of_their_own(parts: Parts, intake: Intake, plan: Plan) -> None:
-    intake.hear(PointList("Targets", (*in_scene(TARGETS), Point("F-2", (1.0, 1.0, 1.0)))))
+    intake.hear(PointList("Targets", (*in_scene(TARGETS), ListPoint("F-2", (1.0, 1.0, 1.0)))))
     intake.settle()
     (version,) = parts.versions.list(plan.id)
     assert version.content.targets[0] == TARGETS[0]
     assert version.content.targets[1].position == (-1.0, -1.0, 1.0)
     assert version.content.points == POINTS
-    intake.hear(PointList("Targets", (Point("F-3", (9.0, 9.0, 9.0)),)))
+    intake.hear(PointList("Targets", (ListPoint("F-3", (9.0, 9.0, 9.0)),)))
     intake.settle()
     assert [one.name for one in parts.versions.list(plan.id)] == [
         "From 3D Slicer: Targets",
@@ -190,7 +190,7 @@ def test_proposals_without_end_leave_the_users_versions_room(
 ) -> None:
     monkeypatch.setattr("app.plans.versions.MAX_PROPOSED", 2)
     for x in range(4):
-        intake.hear(PointList("Targets", (Point("T", (float(x), 0.0, 0.0)),)))
+        intake.hear(PointList("Targets", (ListPoint("T", (float(x), 0.0, 0.0)),)))
         assert "Proposed as version" in intake.settle()[0]
     assert [one.name for one in parts.versions.list(plan.id)] == [
         "From 3D Slicer: Targets 3",
@@ -202,7 +202,7 @@ def test_only_what_rests_is_proposed(parts: Parts, plan: Plan, monkeypatch: pyte
     monkeypatch.setattr(module, "SETTLED_S", 0.2)
     intake = Intake(parts.live, parts.plans, parts.versions, parts.registrations)
     for x in range(20):  # a hand that drags
-        intake.hear(PointList("Targets", (Point("T", (float(x), 0.0, 0.0)),)))
+        intake.hear(PointList("Targets", (ListPoint("T", (float(x), 0.0, 0.0)),)))
         assert intake.settle() == []
     time.sleep(0.25)
     assert len(intake.settle()) == 1
@@ -213,12 +213,12 @@ def test_only_what_rests_is_proposed(parts: Parts, plan: Plan, monkeypatch: pyte
 def test_a_locked_plan_refuses(parts: Parts, intake: Intake, plan: Plan) -> None:
     parts.plans.editor(plan.id).set_locked(True)
     with pytest.raises(PlanLocked, match="unlock it"):
-        intake.hear(PointList("Path", (Point("P", (0.0, 0.0, 0.0)),)))
+        intake.hear(PointList("Path", (ListPoint("P", (0.0, 0.0, 0.0)),)))
     assert intake.settle() == []
 
 
 def test_one_that_is_locked_meanwhile_refuses(parts: Parts, intake: Intake, plan: Plan) -> None:
-    intake.hear(PointList("Path", (Point("P", (0.0, 0.0, 0.0)),)))
+    intake.hear(PointList("Path", (ListPoint("P", (0.0, 0.0, 0.0)),)))
     parts.plans.editor(plan.id).set_locked(True)
     assert "locked" in intake.settle()[0]
     assert parts.versions.list(plan.id) == ()
@@ -227,25 +227,25 @@ def test_one_that_is_locked_meanwhile_refuses(parts: Parts, intake: Intake, plan
 def test_a_deleted_plan_refuses(parts: Parts, intake: Intake, plan: Plan) -> None:
     parts.plans.delete(plan.id)
     with pytest.raises(PlanError, match="is deleted"):
-        intake.hear(PointList("Path", (Point("P", (0.0, 0.0, 0.0)),)))
+        intake.hear(PointList("Path", (ListPoint("P", (0.0, 0.0, 0.0)),)))
 
 
 def test_without_an_open_plan_all_is_refused(parts: Parts, intake: Intake) -> None:
     with pytest.raises(PlanError, match="no plan is open"):
-        intake.hear(PointList("Path", (Point("P", (0.0, 0.0, 0.0)),)))
+        intake.hear(PointList("Path", (ListPoint("P", (0.0, 0.0, 0.0)),)))
 
 
 @pytest.mark.parametrize(
     ("points", "words"),
     [
         ((), "0 points"),
-        (tuple(Point("P", (0.0, 0.0, float(n))) for n in range(301)), "301 points"),
-        ((Point("P", (2e4, 0.0, 0.0)),), "beyond 10000 mm"),
-        ((Point("a\nb", (0.0, 0.0, 0.0)),), "control character"),
+        (tuple(ListPoint("P", (0.0, 0.0, float(n))) for n in range(301)), "301 points"),
+        ((ListPoint("P", (2e4, 0.0, 0.0)),), "beyond 10000 mm"),
+        ((ListPoint("a\nb", (0.0, 0.0, 0.0)),), "control character"),
     ],
 )
 def test_points_that_are_no_plans_are_refused(
-    intake: Intake, plan: Plan, points: tuple[Point, ...], words: str
+    intake: Intake, plan: Plan, points: tuple[ListPoint, ...], words: str
 ) -> None:
     with pytest.raises(InputError, match=words):
         intake.hear(PointList("Path", points))
@@ -319,7 +319,7 @@ def test_a_registration_beyond_reach_is_refused(parts: Parts, intake: Intake, pl
 
 def test_what_nobody_asked_for_is_passed_over(intake: Intake, plan: Plan) -> None:
     assert intake.hear(Text("Path", "words")) == ""
-    assert intake.hear(PointList("Fiducials", (Point("P", (math.nan, 0.0, 0.0)),))) == ""
+    assert intake.hear(PointList("Fiducials", (ListPoint("P", (math.nan, 0.0, 0.0)),))) == ""
     assert intake.hear(Transform("ToolTip", np.zeros((4, 4)))) == ""
     assert intake.settle() == []
 

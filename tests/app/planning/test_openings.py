@@ -75,5 +75,5 @@ def test_dry_run_and_drive_are_in_the_opened_bone(phantom_services: Services, op
     assert "mm³ of bone are removed first" in remark
     prepared = prepare(services, plan)
     mesh = services.planning.bone(plan).mesh
-    np.testing.assert_array_equal(prepared.spec.faces, mesh.faces)
+    np.testing.assert_array_equal(prepared.spec.scene.faces, mesh.faces)
     assert prepared.settings.surface_error_mm == services.cases.get(plan.case_id).uncertainty.added_mm > 0.0

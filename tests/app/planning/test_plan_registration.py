@@ -143,7 +143,7 @@ def test_what_is_driven_judged_and_written_is_of_one_reading(phantom_services: S
     read.append(first)  # the page has told which plan is driven by this reading; the robot is placed by the next one
     prepared = prepare(services, plan)
     assert read == [first, other]
-    assert prepared.plan_key == plan_key(plan, registered_key(other)) != plan_key(plan, registered_key(first))
+    assert prepared.made_of == plan_key(plan, registered_key(other)) != plan_key(plan, registered_key(first))
     assert prepared.recording is not None
     prepared.recording.keep()
 

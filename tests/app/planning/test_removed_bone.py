@@ -68,11 +68,11 @@ def test_rest_and_the_command_line_tell_the_same(
     plan = phantom_services.plans.duplicate(SAMPLE_PLAN)
     for region in _with_regions(phantom_services).removed_bone:
         phantom_services.plans.editor(plan.id).removed_bone.add(region.shape, region.name)
-    told: dict[str, Any] = client.get(f"/api/plans/{plan.id}/removed-bone/volumes").json()
+    told: dict[str, Any] = client.get(f"/api/v1/plans/{plan.id}/removed-bone/volumes").json()
     assert [region["name"] for region in told["regions"]] == ["A", "B", "FAR"]
     assert told["words"] == f"{told['removed_mm3']:.0f} mm³ of bone are removed in all."
-    assert client.get(f"/api/plans/{plan.id}/report").json()["removed"] == told
-    evaluation = client.get(f"/api/plans/{plan.id}/evaluation").json()
+    assert client.get(f"/api/v1/plans/{plan.id}/report").json()["removed"] == told
+    evaluation = client.get(f"/api/v1/plans/{plan.id}/evaluation").json()
     assert evaluation["removed_mm3"] == pytest.approx(told["removed_mm3"])
     monkeypatch.setattr(plan_command, "build_services", lambda _: phantom_services)
     assert main(["plan", "evaluate", plan.id, "--json"]) == 0

@@ -36,7 +36,7 @@ ENDED = ("done", "failed", "cancelled")
 
 def waited(client: Client, job: dict[str, Any]) -> dict[str, Any]:
     for _ in range(6000):
-        now: dict[str, Any] = client.get(f"/api/jobs/{job['id']}").json()
+        now: dict[str, Any] = client.get(f"/api/v1/jobs/{job['id']}").json()
         if now["state"] in ENDED:
             return now
         time.sleep(0.1)
@@ -69,11 +69,11 @@ def plan(phantom_services: Services) -> Plan:
 
 def test_a_suggestion_is_found_used_and_undone(client: Client, phantom_services: Services, plan: Plan) -> None:
     phantom_case = phantom_services.cases.get(PHANTOM_ID)
-    job = client.post(f"/api/plans/{plan.id}/suggestions", json={}).json()
+    job = client.post(f"/api/v1/plans/{plan.id}/suggestions", json={}).json()
     assert job["kind"] == "suggestion"
     done = waited(client, job)
     assert done["state"] == "done", done
-    found = client.get(f"/api/suggestions/{done['result']}").json()
+    found = client.get(f"/api/v1/suggestions/{done['result']}").json()
     assert found["none"] is None
     assert found["plan_id"] == plan.id
     best = found["alternatives"][0]
@@ -94,7 +94,8 @@ def test_a_suggestion_is_found_used_and_undone(client: Client, phantom_services:
     tails = np.array([point["direction"] for point in best["points"]])
     assert np.linalg.norm(tails, axis=1) == pytest.approx(1.0)
     assert (tails[:, 1] < 0.0).all()  # the tool comes from in front of the face
-    used = client.post(f"/api/suggestions/{found['id']}/use", json={"alternative": 0, "revision": plan.revision}).json()
+    wanted = {"alternative": 0, "revision": plan.revision}
+    used = client.post(f"/api/v1/suggestions/{found['id']}/use", json=wanted).json()
     assert len(used["points"]) == len(best["points"])
     assert used["points"][3]["direction"] == pytest.approx(best["points"][3]["direction"])
     driven = phantom_services.dry_runs.evaluate(phantom_services.plans.get(plan.id))
@@ -104,19 +105,19 @@ def test_a_suggestion_is_found_used_and_undone(client: Client, phantom_services:
     assert (best["verdict"], best["short"], best["words"]) == (report.verdict, report.short, report.words)
     assert (best["nearest"], best["margin_mm"]) == (report.nearest, report.margin_mm)
     assert driven.min_clearance_mm == pytest.approx(best["least_clearance_mm"], abs=0.02)  # driven as suggested
-    undone = client.post(f"/api/plans/{plan.id}/undo", json={}).json()
+    undone = client.post(f"/api/v1/plans/{plan.id}/undo", json={}).json()
     assert [point["id"] for point in undone["points"]] == ["p-1"]
     assert best["short_of_target_mm"] == pytest.approx(0.0, abs=1e-6)
-    other = client.patch(f"/api/plans/{plan.id}", json={"tool": {"name": "bent_30"}})
+    other = client.patch(f"/api/v1/plans/{plan.id}", json={"tool": {"name": "bent_30"}})
     assert other.status_code == 200, other.text
-    refused = client.post(f"/api/suggestions/{found['id']}/use", json={})
+    refused = client.post(f"/api/v1/suggestions/{found['id']}/use", json={})
     assert refused.status_code == 409
     assert "'straight_pointer'" in refused.json()["error"]["message"]
-    client.post(f"/api/plans/{plan.id}/undo", json={})
-    stale = client.post(f"/api/suggestions/{found['id']}/use", json={"revision": plan.revision})
+    client.post(f"/api/v1/plans/{plan.id}/undo", json={})
+    stale = client.post(f"/api/v1/suggestions/{found['id']}/use", json={"revision": plan.revision})
     assert stale.status_code == 409
-    assert client.post(f"/api/suggestions/{found['id']}/use", json={"alternative": 99}).status_code == 404
-    assert client.get("/api/suggestions/nobody").status_code == 404
+    assert client.post(f"/api/v1/suggestions/{found['id']}/use", json={"alternative": 99}).status_code == 404
+    assert client.get("/api/v1/suggestions/nobody").status_code == 404
 
 
 def an_alternative() -> Alternative:
@@ -154,15 +155,15 @@ def a_verdict(level: Level) -> Verdict:
 
 
 def test_a_suggestion_can_be_cancelled(client: Client, plan: Plan) -> None:
-    job = client.post(f"/api/plans/{plan.id}/suggestions", json={"target": (3.0, 64.0, -3.5)}).json()
-    client.delete(f"/api/jobs/{job['id']}")
+    job = client.post(f"/api/v1/plans/{plan.id}/suggestions", json={"target": (3.0, 64.0, -3.5)}).json()
+    client.delete(f"/api/v1/jobs/{job['id']}")
     assert waited(client, job)["state"] == "cancelled"
 
 
 def test_both_ends_are_needed(client: Client, phantom_services: Services) -> None:
     empty = phantom_services.plans.create(PHANTOM_ID, "Empty")
     for wish, words in (({}, "entry"), ({"entry": ENTRY}, "target")):
-        answer = client.post(f"/api/plans/{empty.id}/suggestions", json=wish)
+        answer = client.post(f"/api/v1/plans/{empty.id}/suggestions", json=wish)
         assert answer.status_code == 422
         assert words in answer.json()["error"]["message"]
 
@@ -188,7 +189,7 @@ def test_ends_that_cannot_be_used_are_refused_before_anything_is_measured(
 
     monkeypatch.setattr(phantom_services.fields, "around", measured)
     empty = phantom_services.plans.create(PHANTOM_ID, "Ends")
-    answer = client.post(f"/api/plans/{empty.id}/suggestions", json={"entry": entry, "target": target})
+    answer = client.post(f"/api/v1/plans/{empty.id}/suggestions", json={"entry": entry, "target": target})
     assert answer.status_code == 422
     assert words in answer.json()["error"]["message"]
     monkeypatch.setattr(plan_command, "build_services", lambda settings: phantom_services)
@@ -221,7 +222,7 @@ def test_a_path_that_ends_before_its_target_says_so() -> None:
 
 def test_tools_are_compared_along_a_path(client: Client, phantom_services: Services) -> None:
     sample = phantom_services.plans.list(PHANTOM_ID)[0]
-    job = client.post(f"/api/plans/{sample.id}/tools")
+    job = client.post(f"/api/v1/plans/{sample.id}/tools")
     assert job.status_code == 202
     table = phantom_services.suggestions.table(waited(client, job.json())["result"])
     by_name = {row.tool: row for row in table.rows}

@@ -133,7 +133,7 @@ def test_tissue_has_a_level_of_its_own(length: float | None, depth: float | None
 
 def test_a_report_has_every_path_and_the_cones_of_the_targets(phantom_services: Services, client: Client) -> None:
     plan = phantom_services.plans.get(SAMPLE_PLAN)
-    answer = client.get(f"/api/plans/{plan.id}/report")
+    answer = client.get(f"/api/v1/plans/{plan.id}/report")
     assert answer.status_code == 200
     report = json.loads(answer.text)
     chosen = report["chosen"]
@@ -144,17 +144,17 @@ def test_a_report_has_every_path_and_the_cones_of_the_targets(phantom_services: 
     near, label = min((float(np.linalg.norm(np.subtract(end, one.position))), one.label) for one in plan.targets)
     assert f" The path ends {near:.1f} mm before the nearest target, ‘{label}’." in chosen["words"]
     away = "right" if plan.points[0].position[0] > 0 else "left"
-    edited = client.patch(f"/api/plans/{plan.id}/paths/{plan.path_id}", json={"entry_side": away})
+    edited = client.patch(f"/api/v1/plans/{plan.id}/paths/{plan.path_id}", json={"entry_side": away})
     assert edited.status_code == 200
-    told = client.get(f"/api/plans/{plan.id}/report").json()["chosen"]
+    told = client.get(f"/api/v1/plans/{plan.id}/report").json()["chosen"]
     assert f"said to enter at the {away} nostril" in told["side_caution"]
     assert (told["verdict"], told["reason"]) == ("unknown", "side")
     assert told["words"].endswith(f"{chosen['words'].removeprefix('Fits.')} {told['side_caution']}")
-    client.post(f"/api/plans/{plan.id}/undo", json={})
+    client.post(f"/api/v1/plans/{plan.id}/undo", json={})
     cones = {target["label"]: target["cone_deg"] for target in chosen["targets"]}
     assert 5.0 < cones["pharyngeal wall"] < 60.0
     assert set(cones) == {target.label for target in plan.targets}
-    assert client.get(f"/api/plans/{plan.id}/report?path=nowhere").status_code == 422
+    assert client.get(f"/api/v1/plans/{plan.id}/report?path=nowhere").status_code == 422
     with pytest.raises(PlanError, match="no path 'nowhere'"):
         phantom_services.path_reports.of_plan(plan, "nowhere")
 

@@ -13,7 +13,7 @@ from app.exchange.plan_files import read_plan
 from app.plans.imported_places import content_notes, measured_notes
 from app.plans.model import PlanContent, PlanPoint
 
-CASE = "/api/cases/head-phantom"
+CASE = "/api/v1/cases/head-phantom"
 BOX = ((-60.0, -60.0, -60.0), (60.0, 60.0, 60.0))
 HALF = "label,x,y,z\na,0.1,0.1,0.1\nb,0.3,0.4,0.2\nc,0.4,0.4,0.4\n"
 
@@ -66,12 +66,12 @@ def test_the_answer_to_an_import_tells_what_is_doubtful(client: Client) -> None:
     assert plan["told"].startswith(
         "The file does not name its unit; mm was assumed. The points of the path lie within 0.52 mm"
     )
-    assert client.get(f"/api/plans/{plan['id']}").json()["told"] == ""
-    client.delete(f"/api/plans/{plan['id']}")
+    assert client.get(f"/api/v1/plans/{plan['id']}").json()["told"] == ""
+    client.delete(f"/api/v1/plans/{plan['id']}")
     made = client.post(f"{CASE}/registrations", json={"name": "Metres"}).json()
     table = b"# unit=mm\n# frame=patient\n" + HALF.encode()
-    read = client.post(f"/api/registrations/{made['id']}/measured", files={"file": ("m.csv", table)}).json()
+    read = client.post(f"/api/v1/registrations/{made['id']}/measured", files={"file": ("m.csv", table)}).json()
     assert read["told"].startswith(
         "The measured points lie within 0.52 mm, too close for a registration. Is the file in"
     )
-    client.delete(f"/api/registrations/{made['id']}")
+    client.delete(f"/api/v1/registrations/{made['id']}")

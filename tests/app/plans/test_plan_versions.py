@@ -186,7 +186,7 @@ def test_versions_over_rest_and_on_the_command_line(
     case = services.cases.create("Tube", frame=CaseFrame("LPS", assumed=False), surfaces={"bone": curved_tube()[0]})
     plan = services.plans.create(case.id, "Corridor")
     client: Client = opened_client(services)
-    path = f"/api/plans/{plan.id}"
+    path = f"/api/v1/plans/{plan.id}"
     made = client.post(f"{path}/versions", json={"name": "Empty"}, headers={"If-Match": '"1"'})
     assert (made.status_code, made.json()["revision"]) == (201, 1)
     version = made.json()["id"]

@@ -70,7 +70,7 @@ def drive(services: Services, plan: Plan) -> tuple[list[RigidSnapshot], RigidSna
     """Every pose of the scripted hand in the scene that the control process gets, and the last one."""
     poses: list[RigidSnapshot] = []
     prepared = prepare(services, plan)
-    last = HeadlessRun(Rehearsal(prepared.spec.build(), prepared.settings), poses.append).follow()
+    last = HeadlessRun(Rehearsal(prepared.spec.scene.build(), prepared.settings), poses.append).follow()
     return poses, last
 
 
@@ -165,17 +165,17 @@ def test_a_structure_that_no_drive_could_keep_is_refused_at_once(
     rest: Client, services: Services, tube: str, wish: dict[str, Any], words: str
 ) -> None:
     plan = services.plans.create(tube, "Never kept", content())
-    answer = rest.post(f"/api/plans/{plan.id}/zones", json=wish)
+    answer = rest.post(f"/api/v1/plans/{plan.id}/zones", json=wish)
     assert answer.status_code == 422, answer.text
     assert words in answer.json()["error"]["message"]
     patch = {"shape": PATCH, "kind": "soft", "margin_mm": 1.0, "max_depth_mm": 1.0, "name": "lining"}
-    added = rest.post(f"/api/plans/{plan.id}/zones", json=patch)
+    added = rest.post(f"/api/v1/plans/{plan.id}/zones", json=patch)
     assert added.status_code == 201, added.text
     zone_id = services.plans.get(plan.id).zones[0].id
-    deeper = rest.patch(f"/api/plans/{plan.id}/zones/{zone_id}", json={"max_depth_mm": 2.0})
+    deeper = rest.patch(f"/api/v1/plans/{plan.id}/zones/{zone_id}", json={"max_depth_mm": 2.0})
     assert deeper.status_code == 422
     assert "'lining' cannot be kept" in deeper.json()["error"]["message"]
-    assert rest.patch(f"/api/plans/{plan.id}/zones/{zone_id}", json={"kind": "hard"}).status_code == 200
+    assert rest.patch(f"/api/v1/plans/{plan.id}/zones/{zone_id}", json={"kind": "hard"}).status_code == 200
 
 
 def test_a_click_goes_clear_of_what_is_spared(services: Services, tube: str) -> None:
@@ -331,7 +331,7 @@ def rest(services: Services) -> Iterator[Client]:
 def test_regions_and_paths_over_rest(rest: Client, services: Services, tube: str) -> None:
     """Each edit tells the revision that it made, asks for the one before, and is refused on a locked plan."""
     plan = services.plans.create(tube, "REST", content())
-    path = f"/api/plans/{plan.id}"
+    path = f"/api/v1/plans/{plan.id}"
     made = rest.post(f"{path}/zones", json={"shape": ACROSS, "name": "eye", "revision": plan.revision}).json()
     bone = rest.post(f"{path}/removed-bone", json={"shape": ACROSS}).json()
     edits: list[tuple[str, str, dict[str, Any] | None]] = [
@@ -398,6 +398,6 @@ def test_what_cannot_be_is_refused_and_changes_nothing(
     rest: Client, services: Services, tube: str, method: str, place: str, body: Any, status: int
 ) -> None:
     plan = services.plans.create(tube, "Refused", content(zone(ACROSS)))
-    answer = rest.request(method, f"/api/plans/{plan.id}{place}", json=body)
+    answer = rest.request(method, f"/api/v1/plans/{plan.id}{place}", json=body)
     assert (answer.status_code, answer.json()["error"]["message"] != "") == (status, True)
     assert services.plans.get(plan.id) == plan

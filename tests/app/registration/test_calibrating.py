@@ -345,7 +345,7 @@ def test_a_calibration_that_was_used_stays(phantom_services: Services, calibrati
 
 
 def test_over_rest(client: Client, made: str) -> None:
-    path = f"/api/registrations/{made}"
+    path = f"/api/v1/registrations/{made}"
     robot, tracker = paired_poses()
     answer = client.post(f"{path}/pointer", files={"file": ("p.csv", table(swung(), "pointer_to_tracker"))})
     assert answer.status_code == 200
@@ -375,18 +375,18 @@ def test_over_rest(client: Client, made: str) -> None:
     assert (based.json()["to"], based.json()["name"]) == ("base", "Beside the robot")
     np.testing.assert_allclose(based.json()["transform"], stored["robot"]["transform"], atol=1e-6)
     # A table of the tracker's is taken to the base in a registration to it, too.
-    again = client.post(f"/api/registrations/{based.json()['id']}/measured", files=tracked).json()
+    again = client.post(f"/api/v1/registrations/{based.json()['id']}/measured", files=tracked).json()
     np.testing.assert_allclose(again["transform"], based.json()["transform"], atol=1e-6)
-    assert client.delete(f"/api/registrations/{based.json()['id']}/robot").status_code == 422
+    assert client.delete(f"/api/v1/registrations/{based.json()['id']}/robot").status_code == 422
     empty = client.post(f"{CASE}/registrations", json={"name": "Direct", "to": "base"}).json()
     assert empty["to"] == "base"
-    one = client.post(f"/api/registrations/{empty['id']}/pairs", json={"in_image": BEADS[0]}).json()["pair"]
-    touched = client.post(f"/api/registrations/{empty['id']}/pairs/{one}/touch", json={"noise_mm": 0.0}).json()
+    one = client.post(f"/api/v1/registrations/{empty['id']}/pairs", json={"in_image": BEADS[0]}).json()["pair"]
+    touched = client.post(f"/api/v1/registrations/{empty['id']}/pairs/{one}/touch", json={"noise_mm": 0.0}).json()
     place = (simulated_pose(HEAD_PHANTOM, "base") @ [*BEADS[0], 1.0])[:3]
     np.testing.assert_allclose(touched["pairs"][0]["measured"], place, atol=1e-9)
-    refused = client.post(f"/api/registrations/{empty['id']}/measured", files=tracked)
+    refused = client.post(f"/api/v1/registrations/{empty['id']}/measured", files=tracked)
     assert refused.status_code == 422
-    assert client.patch(f"/api/registrations/{empty['id']}", json={"to": "patient"}).status_code == 422
+    assert client.patch(f"/api/v1/registrations/{empty['id']}", json={"to": "patient"}).status_code == 422
     assert client.post(f"{CASE}/registrations", json={"name": "C", "copy_of": made, "to": "base"}).status_code == 422
     simulated = client.post(f"{path}/robot/simulate", json={"noise_mm": 0.2, "seed": 1}).json()["robot"]
     assert (simulated["measured_from"], simulated["poses"]) == ("simulated", 30)

@@ -53,7 +53,7 @@ def tracked(phantom_services: Services, pointer: Pointer) -> Services:
 def test_a_point_is_measured_with_the_pointer(tracked: Services, pointer: Pointer) -> None:
     client = opened_client(tracked)
     made = client.post(f"{CASE}/registrations", json={"name": "Tracked"}).json()
-    path = f"/api/registrations/{made['id']}"
+    path = f"/api/v1/registrations/{made['id']}"
     pair = client.post(f"{path}/pairs", json={"in_image": [8.2, 4.9, 71.8]}).json()["pair"]
     answer = client.post(f"{path}/pairs/{pair}/measure", json={"seconds": 0.5}).json()
     (stored,) = answer["registration"]["pairs"]
@@ -104,7 +104,7 @@ def test_the_tracked_pointer_is_calibrated_and_its_tip_measures(tracked: Service
     """A point is that of the tip from then on, and in the robot's base where the registration is to that."""
     client = opened_client(tracked)
     made = client.post(f"{CASE}/registrations", json={"name": "Tip", "to": "base"}).json()
-    path = f"/api/registrations/{made['id']}"
+    path = f"/api/v1/registrations/{made['id']}"
     pair = client.post(f"{path}/pairs", json={"in_image": [8.2, 4.9, 71.8]}).json()["pair"]
     assert client.post(f"{path}/pointer/track", json={"seconds": 60.0}).status_code == 422
     found = client.post(f"{path}/pointer/track", json={"seconds": 5.0}).json()["pointer"]

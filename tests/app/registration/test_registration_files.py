@@ -17,7 +17,7 @@ from app.documents import Document
 from app.registration.calibration import registered_to, simulated_robot, why_not_to_base
 from app.registration.document import FiducialPair, RegistrationContent
 from app.registration.editor import MeasuredPoint, RegistrationEditor, with_measured
-from app.registration.files import Format, export_text, name_of, read_measured, read_transform
+from app.registration.files import TransformFormat, export_text, name_of, read_measured, read_transform
 from app.registration.fit_report import report_of
 from app.registration.said_by_file import SaidByFile
 from app.services import Services
@@ -139,7 +139,7 @@ def test_a_transform_goes_out_and_comes_back(editor: RegistrationEditor) -> None
 
 
 @pytest.mark.parametrize("form", ["tfm", "json"])
-def test_a_file_says_what_it_is_to_and_that_it_is_simulated(editor: RegistrationEditor, form: Format) -> None:
+def test_a_file_says_what_it_is_to_and_that_it_is_simulated(editor: RegistrationEditor, form: TransformFormat) -> None:
     """Figures of a file are words; that it is simulated counts, and is said of what is exported again."""
     made = content_of(0.3)
     pairs = tuple(replace(pair, measured_from="simulated") for pair in made.pairs)

@@ -19,7 +19,7 @@ from app.session import client_sessions
 from app.session.client_session import ClientSession
 from app.session.client_sessions import ClientSessions, TooManyTabs
 from app.store.errors import StorageError
-from app.tabs.rehearse.commands import HandCommand
+from app.tabs.rehearse.commands import HoldCommand
 from app.workspace.layers import Layer
 from app.workspace.plan_items import plan_items
 
@@ -266,12 +266,12 @@ def test_a_client_that_comes_back_with_less_gives_up_its_handle(sessions: Client
     settle(session)
     drive = rehearse_tab(session).drive
     assert drive is not None
-    session.command(HandCommand(type="rehearsal.take"))
+    session.command(HoldCommand(type="rehearsal.take"))
     assert drive.lease.holder == CLIENT
     session.greet("watches")
     settle(session)
     assert drive.lease.holder is None
-    session.command(HandCommand(type="rehearsal.take"))
+    session.command(HoldCommand(type="rehearsal.take"))
     assert drive.lease.holder is None
 
 

@@ -16,7 +16,7 @@ from app.services import Services
 from app.session import client_sessions
 from app.session.client_session import ClientSession
 from app.session.client_sessions import ClientSessions, TabTaken, TooManyTabs
-from app.tabs.rehearse.commands import HandCommand, SetMode
+from app.tabs.rehearse.commands import HoldCommand, SetMode
 from app.workspace.commands import SetCross
 from vfix_engine.errors import PlanError
 
@@ -161,7 +161,7 @@ def test_every_command_that_asks_for_a_reply_gets_one(
     elif broken != "nothing":
         error = PlanError("open a plan first.") if broken == "refused" else RuntimeError("of Doe, John")
         monkeypatch.setattr(tab, "handle_now" if broken == "urgent" else "handle", lambda command: fail(error))
-    command = HandCommand(type="heartbeat", id=1) if broken == "urgent" else SetMode(type="rehearsal.mode", mode="free")
+    command = HoldCommand(type="heartbeat", id=1) if broken == "urgent" else SetMode(type="rehearsal.mode", mode="free")
     assert session.command(command, lambda ok, result: replies.append((ok, result)))
     settle(session)
     failed = "That did not work; the planner's log says why."

@@ -14,7 +14,7 @@ from app.documents.rows import touch
 from app.kit.cache import Cache
 from app.kit.jobs import Job
 from app.planning.rehearsal_options import NO_SWITCHES, Switches
-from app.planning.remote_centre import Place
+from app.planning.remote_centre import PathPlace
 from app.scene import palette
 from app.services import Services
 from app.store.errors import StorageError
@@ -92,7 +92,7 @@ def test_a_dry_run_is_made_again_when_somebody_asks_and_with_the_switches_of_the
     assert asked == [NO_SWITCHES]
     step.handle(c.EditCommand(type="dry_run.again"))
     sections_of(step)
-    phantom_services.switches.turn(plan.id, Switches(centre=Place(at_mm=3.0)))
+    phantom_services.switches.turn(plan.id, Switches(centre=PathPlace(at_mm=3.0)))
     sections_of(step)  # where the remote centre would be is nothing while it is off
     phantom_services.switches.turn(plan.id, Switches(speed_limit=True))
     sections_of(step)

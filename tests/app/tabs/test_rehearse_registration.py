@@ -11,10 +11,10 @@ import pytest
 from registration_contents import content_of
 from session_doubles import CLIENT, HEAD, SAMPLE, Heard, Robot, put_in_place, workspace_of
 
+from app.drives.shared_drives import SharedDrives
 from app.plans.service import Plan
 from app.services import Services
 from app.tabs.rehearse import commands as c
-from app.tabs.rehearse.shared_drives import SharedDrives
 from app.tabs.rehearse.tab import RehearseTab
 from vfix_engine.errors import PlanError
 
@@ -56,7 +56,7 @@ class Driven:
         robot, drive = RobotOnItsWay(steps), self.tab.drive
         assert drive is not None
         put_in_place(drive, robot, self.plan)
-        drive._plan_key = self.tab._key(self.plan)
+        drive._made_of = self.tab._key(self.plan)
         drive.lease.take(CLIENT)
         return robot
 

@@ -10,20 +10,20 @@ import numpy as np
 import pytest
 from session_doubles import CLIENT, SAMPLE, Later, Now, Robot, fail, other_case, put_in_place, sections_of, workspace_of
 
+from app.drives.shared_drives import SharedDrives
 from app.messages.client import Client
 from app.planning import head_tissue
 from app.planning.head_tissue import MAX_DEPTH_MM, NOSTRIL_DEPTH_MM
 from app.planning.rehearsal_options import NO_SWITCHES, Standing, Switches, standing
-from app.planning.remote_centre import ENTRY, Place, centre_at, path_of, place_mm
+from app.planning.remote_centre import ENTRY, PathPlace, centre_at, path_of, place_mm
 from app.plans.model import without_placing
 from app.plans.service import Plan
 from app.services import Services
 from app.tabs.rehearse import commands as c
 from app.tabs.rehearse.preparation import plan_key, prepare
-from app.tabs.rehearse.shared_drives import SharedDrives
 from app.tabs.rehearse.switches import CentrePlaces, options_section
 from app.tabs.rehearse.tab import RehearseTab
-from vfix_engine.errors import PlanError
+from vfix_engine.errors import ControlError, PlanError
 from vfix_engine.virtual_fixtures import CartesianLimits, RemoteCentre, SoftRegion
 from vfix_engine.worlds.rigid.dry_run import DryRun
 
@@ -78,12 +78,12 @@ def test_the_remote_centre_is_where_the_path_enters_the_head(phantom_services: S
 def test_the_remote_centre_can_be_at_a_point_or_anywhere_along_the_path(phantom_services: Services) -> None:
     plan = phantom_services.plans.get(SAMPLE)
     path = path_of(plan)
-    assert place_mm(Place(plan.points[1].id), plan, path, None) == pytest.approx(10.7, abs=0.1)
-    assert place_mm(Place(at_mm=12.5), plan, path, None) == 12.5
-    assert place_mm(Place(at_mm=1e4), plan, path, None) == path.length
+    assert place_mm(PathPlace(plan.points[1].id), plan, path, None) == pytest.approx(10.7, abs=0.1)
+    assert place_mm(PathPlace(at_mm=12.5), plan, path, None) == 12.5
+    assert place_mm(PathPlace(at_mm=1e4), plan, path, None) == path.length
     assert place_mm(ENTRY, plan, path, None) == 0.0  # without a CT: where the tool goes in
     with pytest.raises(PlanError, match="not there any more"):
-        place_mm(Place("p-gone"), plan, path, None)
+        place_mm(PathPlace("p-gone"), plan, path, None)
     with pytest.raises(PlanError, match="at the end of the path"):
         centre_at(path, path.length)
     with pytest.raises(PlanError, match="leads back out past the remote centre"):
@@ -136,10 +136,10 @@ def test_the_page_lists_places_for_the_remote_centre_and_says_which_cannot_be(ph
     assert (section["chosen"], section["at_mm"], section["trouble"]) == ("entry", 7.0, "")
     centre = places.centre(ENTRY)
     assert centre is not None
-    last = places.section(Place(plan.points[-1].id))
+    last = places.section(PathPlace(plan.points[-1].id))
     assert last is not None
     assert "at the end of the path" in last["trouble"]
-    assert places.centre(Place(plan.points[-1].id)) is None
+    assert places.centre(PathPlace(plan.points[-1].id)) is None
     waiting = CentrePlaces(phantom_services, later, lambda act: act())
     waiting.ask(plan)
     early = waiting.section(ENTRY)
@@ -174,8 +174,8 @@ def test_the_dry_run_is_that_of_the_drive_and_says_which_switches_are_on(phantom
     assert largest_error(found.run, centre) <= centre.tolerance_mm + 1e-9
     assert largest_error(plain.run, centre) > 1.2 * centre.tolerance_mm
     prepared = prepare(phantom_services, plan, switches)
-    assert prepared.spec.fixtures == found.standing.fixtures
-    assert prepared.spec.base is found.base
+    assert prepared.spec.scene.fixtures == found.standing.fixtures
+    assert prepared.spec.scene.base is found.base
     assert prepared.switches == switches
 
 
@@ -225,7 +225,7 @@ def test_a_remote_centre_that_stops_the_tool_is_refused_before_the_start(phantom
     plan = phantom_services.plans.get(SAMPLE)
     straight = replace(plan, tool="straight_pointer", robot=without_placing(plan.robot))
     with pytest.raises(PlanError) as refused:
-        prepare(phantom_services, straight, Switches(remote_centre=True, centre=Place(at_mm=3.0)))
+        prepare(phantom_services, straight, Switches(remote_centre=True, centre=PathPlace(at_mm=3.0)))
     words = str(refused.value)
     assert words.startswith("with the remote centre at 3.0 mm the tool gets 43 of 90 mm: bone on the shaft")
     assert "Without the remote centre it gets to the end. No other tool" in words
@@ -258,7 +258,7 @@ def test_a_switch_comes_into_force_with_a_reset_and_the_page_says_so(phantom_ser
     assert section["centre"]["chosen"] == "entry"
     assert "Reset to entry" in section["words"]
     tab.handle(wish.model_copy(update={"centre_point": plan.points[1].id}))
-    assert tab.wanted.centre == Place(plan.points[1].id)
+    assert tab.wanted.centre == PathPlace(plan.points[1].id)
     tab.handle(wish.model_copy(update={"centre_mm": 12.0}))
     section = sections_of(tab)["options"]
     assert section["centre"] is not None
@@ -268,10 +268,10 @@ def test_a_switch_comes_into_force_with_a_reset_and_the_page_says_so(phantom_ser
     assert (drive.state, drive.is_for(plan_key(plan))) == ("starting", True)  # it is placed anew, with the fixture
 
     drive.lease.let_go(CLIENT)
-    assert drive.read(OTHER).may_switch
-    assert not drive.read(Client("tab-three", "watches")).may_switch  # reads only, also where nobody holds the handle
+    assert drive.read(OTHER).may_prepare
+    assert not drive.read(Client("tab-three", "watches")).may_prepare  # reads only, also where nobody holds the handle
     drive.lease.take(OTHER)
-    with pytest.raises(PlanError, match="holds the handle"):
+    with pytest.raises(ControlError, match="holds the handle"):
         tab.handle(wish)
     assert {item["refusal"] for item in sections_of(tab)["options"]["items"]} == {"Another window holds the handle."}
     tab.close()

@@ -8,20 +8,22 @@ from typing import Any
 
 import numpy as np
 import pytest
-from session_doubles import CLIENT, SAMPLE, Heard, Later, Robot, fail, put_in_place, sections_of, workspace_of
+from session_doubles import CLIENT, SAMPLE, Heard, Robot, fail, put_in_place, sections_of, workspace_of
 
 from app.cases.model import Case
+from app.drives.drive_record import DriveRecord
+from app.drives.shared_drives import SharedDrives
 from app.messages.client import Client
 from app.plans.instruments import plan_tool
 from app.plans.service import Plan
 from app.services import Services
 from app.store.errors import StorageError
 from app.tabs.rehearse import commands as c
-from app.tabs.rehearse.drive_record import DriveRecord
+from app.tabs.rehearse.drive_session import RehearsalDrive
 from app.tabs.rehearse.preparation import plan_key, prepare
-from app.tabs.rehearse.shared_drives import SharedDrives
 from app.tabs.rehearse.tab import RehearseTab
-from vfix_engine.errors import PlanError
+from vfix_engine.errors import ControlError
+from vfix_engine.runtime.requests import SetTask
 
 OTHER = Client("tab-two-0", "holds")
 
@@ -34,6 +36,12 @@ def _tab(services: Services, plan: Plan, heard: Heard | None = None) -> Rehearse
     workspace.plan.opened()
     tab.active = True
     return tab
+
+
+def _accepted(drive: RehearsalDrive) -> None:
+    """A margin has come into force, which the plan has not kept yet."""
+    assert drive._exchange is not None
+    drive._exchange._accepted = {"margin_mm": 0.5}
 
 
 def _act(tab: RehearseTab, name: str) -> None:
@@ -67,9 +75,9 @@ def test_settings_in_force_are_kept_in_the_plan(phantom_services: Services, lock
     tab = _tab(services, plan, heard)
     drive = tab.drive
     assert drive is not None
-    drive.open(plan_key(plan), lambda: None, Later())  # type: ignore[arg-type,return-value]
+    put_in_place(drive, Robot(), plan)
     drive.lease.take(CLIENT)
-    drive._talk._accepted = {"margin_mm": 0.5}
+    _accepted(drive)
     everything = tab.tick()
     after = services.plans.get(plan.id)
     assert drive.is_for(plan_key(after))
@@ -93,18 +101,18 @@ def test_a_disk_that_refuses_keeps_no_robot_running_and_no_setting_is_forgotten(
     drive = tab.drive
     assert drive is not None
     drive.lease.take(CLIENT)
-    drive._talk._accepted = {"margin_mm": 0.5}
+    _accepted(drive)
     with monkeypatch.context() as full:
         full.setattr(plans, "editor", lambda plan_id: fail(StorageError("the disk is full")))
-        words = tab._hear()
+        words = tab.hear()
         assert [said.endswith("the plan could not keep them: the disk is full") for said in words] == [True]
-        assert tab._hear() == [], "it is said once"
+        assert tab.hear() == [], "it is said once"
         tab.give_up()
     assert robot.told[-2:] == ["pause", "release"]
     assert drive.lease.holder is None
     tab.come_back()
     drive.lease.take(CLIENT)
-    assert tab._hear() == []
+    assert tab.hear() == []
     assert plans.get(plan.id).settings["margin_mm"] == 0.5
 
 
@@ -132,7 +140,7 @@ def test_a_rehearsal_goes_on_along_what_it_was_placed_for_and_says_that_the_plan
     assert robot.told == ["run"]
     tab.handle(c.SetMode(type="rehearsal.mode", mode="inspect", target_id=second.id))
     assert tab.drive is not None
-    assert tab.read().target_id == second.id
+    assert tab.read().requested == SetTask("inspect", 1)
     _act(tab, "reset")
     assert not robot.alive
     assert tab.drive.is_for(plan_key(editor.plan))
@@ -155,13 +163,13 @@ def test_a_watcher_is_told_that_it_only_watches(rehearsing: tuple[RehearseTab, P
     robot = _in_place(tab, plan)
     assert tab.drive is not None
     tab.drive.lease.take(OTHER)
-    with pytest.raises(PlanError, match="only the window that holds the handle"):
+    with pytest.raises(ControlError, match="only the window that holds the handle"):
         _act(tab, name)
     for command in (
         c.SetMode(type="rehearsal.mode", mode="free"),
-        c.SetRehearsalSettings(type="rehearsal.settings", values={"margin_mm": 1.0}),
+        c.SetDriveSettings(type="rehearsal.settings", values={"margin_mm": 1.0}),
     ):
-        with pytest.raises(PlanError, match="only the window that holds the handle"):
+        with pytest.raises(ControlError, match="only the window that holds the handle"):
             tab.handle(command)
     assert robot.alive
     assert robot.told == []
@@ -195,8 +203,8 @@ def test_what_is_driven_has_the_names_of_the_cases_structures(
     phantom_services: Services, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(Case, "structure_words", lambda case, structure_id: "Skull base")
-    spec = prepare(phantom_services, phantom_services.plans.get(SAMPLE)).spec
-    assert spec.structure_names == {"bone": "skull base"}
+    scene = prepare(phantom_services, phantom_services.plans.get(SAMPLE)).spec.scene
+    assert scene.structure_names == {"bone": "skull base"}
 
 
 def test_those_who_are_connected_hear_where_the_tool_is(rehearsing: tuple[RehearseTab, Plan]) -> None:
@@ -207,11 +215,12 @@ def test_those_who_are_connected_hear_where_the_tool_is(rehearsing: tuple[Rehear
     robot = services.instruments.robot(plan.robot).placed(evaluation.base, plan_tool(plan))
     row = len(evaluation.run.q) // 2
     snapshot: Any = SimpleNamespace(q=evaluation.run.q[row])
+    prepared: Any = SimpleNamespace(robot=robot)
     before = services.live.tool[0]
-    tab._tell_tool(DriveRecord(snapshot=snapshot, robot=robot, mine=False))
+    tab._tell_tool(DriveRecord(snapshot=snapshot, prepared=prepared, mine=False))
     assert services.live.tool[0] == before
     for _ in range(2):
-        tab._tell_tool(DriveRecord(snapshot=snapshot, robot=robot, mine=True))
+        tab._tell_tool(DriveRecord(snapshot=snapshot, prepared=prepared, mine=True))
     told, pose = services.live.tool
     assert told == before + 1
     assert pose is not None

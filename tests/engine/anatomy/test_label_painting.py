@@ -13,7 +13,7 @@ import pytest
 from scipy import ndimage
 from scipy.spatial.transform import Rotation
 
-from vfix_engine.anatomy.labels.label_map import Label
+from vfix_engine.anatomy.labels.label_map import CroppedLabel
 from vfix_engine.anatomy.labels.painting import Stroke, draw_stroke, mask_of_runs, reaches, runs_of
 from vfix_engine.anatomy.labels.seg_nrrd import read_seg_nrrd
 from vfix_engine.anatomy.labels.surfaces import surface_of
@@ -149,7 +149,7 @@ def test_a_closed_surface_becomes_the_voxels_that_it_was_made_of() -> None:
     """A shell with a ball in it and holes, as the mask's own surface gives it back."""
     rng = np.random.default_rng(5)
     mask = ndimage.gaussian_filter(rng.random(SHAPE), 2.0) > 0.5
-    label = Label(1, "", None, mask, np.zeros(3, dtype=np.int64), tilted())
+    label = CroppedLabel(1, "", None, mask, np.zeros(3, dtype=np.int64), tilted())
     np.testing.assert_array_equal(voxels_inside(surface_of(label).mesh, tilted(), SHAPE), mask)
 
 
@@ -167,11 +167,11 @@ def test_a_box_is_filled_and_an_open_surface_is_refused() -> None:
         voxels_inside(TriangleMesh(corners, faces[:-1]), np.eye(4), SHAPE)
 
 
-def painted() -> Label:
+def painted() -> CroppedLabel:
     mask = np.zeros(SHAPE, dtype=bool)
     draw_stroke(mask, tilted(), Stroke("paint", "ball", 3.0, ((4.0, 20.0, 14.0),)))
     assert mask.any()
-    return Label(1, "Left wall", "#e69f00", mask, np.zeros(3, dtype=np.int64), tilted())
+    return CroppedLabel(1, "Left wall", "#e69f00", mask, np.zeros(3, dtype=np.int64), tilted())
 
 
 def test_a_written_nrrd_is_read_by_pynrrd(tmp_path: Path) -> None:

@@ -15,9 +15,15 @@ from imaging_phantoms import asymmetric_volume, dicom_slices, rotation, save_dic
 from label_files import ellipsoid, place_of, save_dicom_seg, save_nifti, save_seg_nrrd
 
 from vfix_engine.anatomy.labels import label_map
-from vfix_engine.anatomy.labels.label_map import Label
+from vfix_engine.anatomy.labels.label_map import CroppedLabel
 from vfix_engine.anatomy.labels.names import read_names
-from vfix_engine.anatomy.labels.reading import Place, SegmentationRequest, _read, read_label_map, read_segmentation
+from vfix_engine.anatomy.labels.reading import (
+    AnatomyPlace,
+    SegmentationRequest,
+    _read,
+    read_label_map,
+    read_segmentation,
+)
 from vfix_engine.anatomy.labels.surfaces import surface_of
 from vfix_engine.anatomy.surface import extract_surface
 from vfix_engine.errors import FrameError, ImageError, InputError
@@ -46,7 +52,7 @@ def centres(mask: np.ndarray, volume: Volume) -> np.ndarray:
     return sorted_rows(volume.index_to_lps(np.argwhere(mask)[:, ::-1]))
 
 
-def label_centres(label: Label) -> np.ndarray:
+def label_centres(label: CroppedLabel) -> np.ndarray:
     index = np.argwhere(label.mask)[:, ::-1] + label.first
     return sorted_rows(index @ label.transform[:3, :3].T + label.transform[:3, 3])
 
@@ -61,7 +67,7 @@ def silent(stage: str, fraction: float) -> None:
 
 def read_here(file: Path, volume: Volume | None, **told: Any) -> Any:
     """Without a worker, so that a fault is seen where it is."""
-    place = place_of(volume) if volume is not None else Place(np.array([[-50.0] * 3, [50.0] * 3]))
+    place = place_of(volume) if volume is not None else AnatomyPlace(np.array([[-50.0] * 3, [50.0] * 3]))
     names = told.pop("names", None)
     return _read(file, names, told.get("frame"), told.get("unit"), False, place, progress=silent)
 
@@ -162,7 +168,9 @@ def test_surfaces_are_closed_and_turn_outwards(tmp_path: Path, volume: Volume) -
 
 
 def test_a_label_at_the_border_of_its_grid_is_closed_too() -> None:
-    surface = surface_of(Label(1, "", None, np.ones((2, 3, 4), dtype=bool), np.zeros(3, dtype=np.int64), np.eye(4)))
+    surface = surface_of(
+        CroppedLabel(1, "", None, np.ones((2, 3, 4), dtype=bool), np.zeros(3, dtype=np.int64), np.eye(4))
+    )
     assert surface.mesh.bounds == pytest.approx(np.array([[-0.5] * 3, [3.5, 2.5, 1.5]]))
 
 

@@ -10,7 +10,7 @@ import pytest
 from tests.engine.control.test_whole_step import controller_of
 from tests.engine.scenes import straight_scene, wall
 from vfix_engine.certificate.bind_kernel import binding, largest_moves
-from vfix_engine.certificate.world import StepConstants, unpack_world
+from vfix_engine.certificate.constants import StepConstants, unpack_constants
 from vfix_engine.proximity.pairs import COSINE, MAX_ROWS, RADIUS_MM
 from vfix_engine.virtual_fixtures.state_kernel import BODY, SEGMENT, TRIANGLE
 from vfix_engine.virtual_fixtures.stopping import stopping_distance
@@ -19,8 +19,8 @@ PAIR = 13  # numbers of a pair
 
 
 @pytest.fixture(scope="module")
-def world() -> StepConstants:
-    made: StepConstants = unpack_world(*controller_of(straight_scene(wall(90.0))).context.packed)
+def constants() -> StepConstants:
+    made: StepConstants = unpack_constants(*controller_of(straight_scene(wall(90.0))).context.packed)
     return made
 
 
@@ -35,11 +35,11 @@ def some_pairs(random: np.random.Generator, count: int, segments: int) -> tuple[
     return rows, labels, np.zeros(count, np.int32)
 
 
-def chosen_by_hand(world: StepConstants, move: np.ndarray, rows: np.ndarray, labels: np.ndarray) -> list[int]:
+def chosen_by_hand(constants: StepConstants, move: np.ndarray, rows: np.ndarray, labels: np.ndarray) -> list[int]:
     """Triangles of the pairs to be kept, nearest first, read off the definition."""
-    free = rows[:, 0] - world.keep[0]
+    free = rows[:, 0] - constants.buffered_margin[0]
     order = sorted(range(len(rows)), key=lambda i: (free[i], i))
-    can = [i for i in order if i == order[0] or free[i] < stopping_distance(move[labels[i, 0]], world.change)]
+    can = [i for i in order if i == order[0] or free[i] < stopping_distance(move[labels[i, 0]], constants.change)]
     kept: list[int] = []
     for i in can:
         copies = (
@@ -54,29 +54,29 @@ def chosen_by_hand(world: StepConstants, move: np.ndarray, rows: np.ndarray, lab
 
 
 @pytest.mark.parametrize("seed", range(40))
-def test_pairs_that_can_bind_are_those_of_a_plain_loop(world: StepConstants, seed: int) -> None:
+def test_pairs_that_can_bind_are_those_of_a_plain_loop(constants: StepConstants, seed: int) -> None:
     random = np.random.default_rng(seed)
-    segments = len(world.radius)
+    segments = len(constants.radius)
     rows, labels, body = some_pairs(random, int(random.integers(1, 60)), segments)
     move = random.choice([1e-4, 0.3, 2.0], segments)
     pairs = np.empty((MAX_ROWS, PAIR))
-    found = binding(world, move, rows, labels, body, len(rows), pairs)
-    kept = chosen_by_hand(world, move, rows, labels)
+    found = binding(constants, move, rows, labels, body, len(rows), pairs)
+    kept = chosen_by_hand(constants, move, rows, labels)
     assert pairs[:found, TRIANGLE].astype(int).tolist() == kept
     np.testing.assert_array_equal(pairs[:found, :10], rows[kept])
     np.testing.assert_array_equal(pairs[:found, SEGMENT], labels[kept, 0])
     np.testing.assert_array_equal(pairs[:found, BODY], 0)
 
 
-def test_a_pair_that_binds_is_kept_beside_a_nearer_one_that_cannot(world: StepConstants) -> None:
+def test_a_pair_that_binds_is_kept_beside_a_nearer_one_that_cannot(constants: StepConstants) -> None:
     """The nearest pair is on a segment that stands still, another one on a segment that moves fast."""
     rows, labels, body = some_pairs(np.random.default_rng(0), 2, 1)
-    rows[:, 0] = world.keep[0] + np.array([0.5, 1.0])
+    rows[:, 0] = constants.buffered_margin[0] + np.array([0.5, 1.0])
     labels[:, 0] = 0, 1
-    move = np.zeros(len(world.radius))
+    move = np.zeros(len(constants.radius))
     move[1] = 2.0
     pairs = np.empty((MAX_ROWS, PAIR))
-    assert binding(world, move, rows, labels, body, 2, pairs) == 2
+    assert binding(constants, move, rows, labels, body, 2, pairs) == 2
     assert pairs[:2, TRIANGLE].tolist() == [0.0, 1.0]
 
 

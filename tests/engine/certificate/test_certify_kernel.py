@@ -39,7 +39,7 @@ def motions(random: np.random.Generator, count: int) -> np.ndarray:
 def test_a_motion_that_is_kept_keeps_the_margin_and_one_that_is_refused_mostly_does_not(tube: Scene) -> None:
     context = controller_of(tube).context
     judge, random = CoalJudge(tube.tree.mesh), np.random.default_rng(7)
-    margin = float(context.world.margin[0])
+    margin = float(context.constants.margin[0])
     state, kept, refused, dipped = context.measure(np.zeros(7)), 0, 0, 0
     for step in motions(random, 40):
         after = context.certify(state, step)
@@ -62,7 +62,7 @@ def test_from_inside_the_margin_no_motion_that_is_kept_comes_nearer() -> None:
     context = controller_of(scene).context
     judge, random = CoalJudge(scene.tree.mesh), np.random.default_rng(8)
     state = context.measure(np.zeros(7))
-    before, margin, kept = state.clearance, float(context.world.margin[0]), 0
+    before, margin, kept = state.clearance, float(context.constants.margin[0]), 0
     assert 0.0 < before < margin
     for step in motions(random, 120):
         if context.certify(state, step) is not None:

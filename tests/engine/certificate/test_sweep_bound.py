@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.engine.robots.test_robot import SHIPPED, random_base
-from vfix_engine.certificate.sweep_kernel import bend
+from vfix_engine.certificate.sweep_kernel import acceleration_bound
 from vfix_engine.robots import Joint, RobotModel, Tool
 
 TOOL = Tool.load("shaver_40")
@@ -29,7 +29,7 @@ def worst_ratio(robot: RobotModel, random: np.random.Generator, count: int) -> f
         second = (points(at + h * step) - 2.0 * points(at) + points(at - h * step)) / h**2
         # A second difference of numbers of this size is no better than that.
         rounding = 1e-14 * np.abs(points(at)).max() / h**2
-        bound = bend(placed.chain, links, reach, q, step)
+        bound = acceleration_bound(placed.chain, links, reach, q, step)
         most = float(np.linalg.norm(second, axis=1).max()) - rounding
         assert most <= bound * (1.0 + 1e-5)
         worst = max(worst, most / bound) if bound > 0.0 else worst

@@ -83,9 +83,9 @@ def check(
     np.testing.assert_allclose(objective.target[:4], [0, 0, 0, weight], rtol=1e-9, atol=1e-15)
     moves = size > lever * 1e-9
     assert request.scale == pytest.approx(size if moves else request.scale, rel=1e-9)
-    if request.along is not None:
-        np.testing.assert_allclose(request.along, desired @ jacobian / size**2, rtol=1e-8)
-    assert (request.along is None) != moves
+    if request.motion_gain is not None:
+        np.testing.assert_allclose(request.motion_gain, desired @ jacobian / size**2, rtol=1e-8)
+    assert (request.motion_gain is None) != moves
     assert request.compliance == pytest.approx(worth * ramp * reward**2 / (1 + reward**2), rel=1e-9)
     whole = np.linalg.norm(wish)
     assert request.ramp_fraction == pytest.approx(min(size / whole, 1.0) if whole > 0 else 1.0, rel=1e-7)
@@ -97,10 +97,10 @@ def test_following_a_path(context: ControlContext) -> None:
     for state, hand in states(context):
         s, place, t = PATH.closest(state.tip.position)
         force, offset = hand.force, place - state.tip.position
-        along, across = t * (t @ force), offset - t * (t @ offset)
-        preferred = (1 - SETTINGS.k_d) * along
+        motion_gain, across = t * (t @ force), offset - t * (t @ offset)
+        preferred = (1 - SETTINGS.k_d) * motion_gain
         preferred = preferred + SETTINGS.k_d * np.linalg.norm(force) * cut(across / SETTINGS.capture_mm, 1.0)
-        wanted = SETTINGS.k_tau * gain * (force - along)
+        wanted = SETTINGS.k_tau * gain * (force - motion_gain)
         if np.linalg.norm(preferred) > 0.0:
             direction = preferred / np.linalg.norm(preferred)
             share = direction @ force
@@ -199,9 +199,9 @@ def test_moving_freely(context: ControlContext) -> None:
         np.testing.assert_allclose(objective.target, desired, rtol=1e-8, atol=1e-15)
         length = np.linalg.norm(desired)
         if length > 1e-9:
-            assert request.along is not None
+            assert request.motion_gain is not None
             assert request.scale == pytest.approx(length, rel=1e-9)
-            np.testing.assert_allclose(request.along, desired @ jacobian / length**2, rtol=1e-8)
+            np.testing.assert_allclose(request.motion_gain, desired @ jacobian / length**2, rtol=1e-8)
         assert request.compliance == pytest.approx(SETTINGS.gain_mm_per_s_per_n * dt * ramp, rel=1e-9)
         whole = np.linalg.norm(size * wanted)
         assert request.ramp_fraction == pytest.approx(min(np.linalg.norm(after) / whole, 1.0) if whole else 1.0)
@@ -212,7 +212,7 @@ def test_rest_is_told_from_a_turn_of_mind(context: ControlContext) -> None:
     still = context.measure(np.zeros(7))
     for task in (MoveFreely(), FollowPath(PATH), ApproachPath(PATH), ApproachTarget(GOAL), InspectTarget(GOAL)):
         request = task.request(still, HandCommand())
-        assert (request.scale, request.along) == (0.0, None)
+        assert (request.scale, request.motion_gain) == (0.0, None)
     velocity = np.linalg.pinv(still.tip.jacobian) @ np.array([-SETTINGS.acceleration_mm_per_s2 * 1e-3, 0, 0, 0, 0, 0])
     turning = MoveFreely().request(context.measure(still.q, velocity), HandCommand(np.array([0.1, 0.0, 0.0])))
     assert turning.scale is not None

@@ -103,9 +103,9 @@ def test_the_fused_kernel_and_the_single_calls_give_the_same_step_bit_by_bit(tub
         outcomes.append(same_report(near, near.measure(inside.q, random.normal(size=7)), task))
         never = Constraint("never", np.eye(8)[:1], -np.ones(1), np.arange(1), ("never",))
         always = Constraint("always", -np.eye(8)[:1], -np.ones(1), np.arange(1), ("always",))
-        stuck = StepRequest(task.objectives, (never, always), task.scale, task.along)
+        stuck = StepRequest(task.objectives, (never, always), task.scale, task.motion_gain)
         outcomes.append(same_report(near, inside, stuck))
-        no = StepRequest(task.objectives, (), task.scale, task.along, lambda _: False)
+        no = StepRequest(task.objectives, (), task.scale, task.motion_gain, lambda _: False)
         outcomes.append(same_report(near, inside, no))
     assert {"moved", "held"} <= set(outcomes)
 
@@ -115,7 +115,7 @@ def test_what_the_fused_kernel_has_solved_is_not_solved_again(tube: Scene, monke
     control = controller_of(tube)
     state = far(control)
     task = random_task(state, np.random.default_rng(2))
-    request = StepRequest(task.objectives, (), task.scale, task.along, lambda _: False)
+    request = StepRequest(task.objectives, (), task.scale, task.motion_gain, lambda _: False)
     monkeypatch.setattr("vfix_engine.control.qp.solve_dual", None)
     monkeypatch.setattr("vfix_engine.control.qp.daqp", None)
     assert control.step(state, request).held
@@ -328,7 +328,7 @@ def test_equality_rows_hold_exactly(control: Controller) -> None:
             asked = FREE.request(state, command)
             matrix = np.append(state.tip.jacobian[0], 0.0)[None, :]
             drift = Constraint("drift", matrix, np.array([0.01]), np.arange(1), ("the drift",), equality=True)
-            return StepRequest(asked.objectives, (drift,), asked.scale, asked.along)
+            return StepRequest(asked.objectives, (drift,), asked.scale, asked.motion_gain)
 
     state = driven(control, Sideways(), PUSH, 50)
     assert state.tip.position[0] == pytest.approx(0.5, abs=1e-4)

@@ -40,8 +40,8 @@ def tube() -> Scene:
 
 def narrow_tube() -> Scene:
     """A narrow tube around the whole bent tool: dozens of pairs, rows that bind."""
-    around, along = np.linspace(0.0, 2 * np.pi, 40, endpoint=False), np.linspace(-190.0, 40.0, 160)
-    angle, y = np.meshgrid(around, along)
+    around, motion_gain = np.linspace(0.0, 2 * np.pi, 40, endpoint=False), np.linspace(-190.0, 40.0, 160)
+    angle, y = np.meshgrid(around, motion_gain)
     vertices = np.column_stack([6.5 * np.cos(angle).ravel(), y.ravel(), 6.5 * np.sin(angle).ravel() - 3.75])
     i, j = (index.ravel() for index in np.meshgrid(np.arange(159), np.arange(40), indexing="ij"))
     a, b = i * 40 + j, i * 40 + (j + 1) % 40

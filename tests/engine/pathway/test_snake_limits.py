@@ -10,7 +10,7 @@ from lumen_shapes import arc, straight
 
 from vfix_engine.errors import InputError
 from vfix_engine.pathway.limits.limits import MOTION_TOLERANCE_MM, Configuration, HardLimits
-from vfix_engine.pathway.limits.limits_kernel import _bows, _turn_between, lipschitz_to_depth
+from vfix_engine.pathway.limits.limits_kernel import _acceleration_bounds, _turn_between, lipschitz_to_depth
 from vfix_engine.pathway.limits.limits_vertices import _growth
 from vfix_engine.pathway.packed import INSCRIBED_RADIUS, PackedPathway
 from vfix_engine.pathway.query.clearance import lipschitz_constant
@@ -330,15 +330,15 @@ def test_the_bow_bounds_the_second_derivative() -> None:
         base[:3, :3] = [[math.cos(angle), -math.sin(angle), 0], [math.sin(angle), math.cos(angle), 0], [0, 0, 1]]
         base[:3, 3] = rng.normal(size=3)
         two = Configuration(base, np.clip(one.q + rng.normal(size=10) * 0.2, -0.78, 0.78))
-        turn, bow = np.empty(3), np.empty(5)
+        turn, acceleration_bound = np.empty(3), np.empty(5)
         _turn_between(one.base, two.base, turn)
         np.testing.assert_allclose(turn, [0.0, 0.0, angle], atol=1e-12)
-        assert _bows(one.q, two.q, turn, shape, bow)
+        assert _acceleration_bounds(one.q, two.q, turn, shape, acceleration_bound)
         frames = [SNAKE.frames(*(lambda p: (p.q, p.base))(between(one, two, x)))[1:] for x in (0.49, 0.5, 0.51)]
         for link in range(5):
             own = vertices.points[vertices.start[link] : vertices.start[link + 1]]
             places = [own @ f[link, :3, :3].T + f[link, :3, 3] for f in frames]
             second = np.linalg.norm(places[0] - 2.0 * places[1] + places[2], axis=1).max() / 1e-4
-            assert second <= bow[link] * 1.001
-            worst = max(worst, second / bow[link])
+            assert second <= acceleration_bound[link] * 1.001
+            worst = max(worst, second / acceleration_bound[link])
     assert worst > 0.2

@@ -8,7 +8,7 @@ from geometry_oracle import every_distance, exact_distance
 
 from vfix_engine.proximity.block_kernels import LANES, QUERY, WORK, block_gaps, describe
 from vfix_engine.proximity.box_simd import FACETS, PROBE, describe_single, facet_bounds, facet_gaps
-from vfix_engine.proximity.bvh16_build import build_wide
+from vfix_engine.proximity.bvh16_build import build_bvh16
 
 _TINY = np.array([0.0, 1e-15, 1e-12, 1e-9, 1e-8, 1e-7, 1e-5, 1e-3])
 
@@ -98,7 +98,7 @@ def test_single_precision_never_leaves_a_triangle_out() -> None:
         along = random.normal() * (b - a) + random.normal() * (c - a)
         over = random.normal(size=3) * size * 10.0 ** random.uniform(-6, 0)  # just over a triangle, along its plane
         p, q = (a + b + c) / 3.0 + over - along, (a + b + c) / 3.0 + over + 10.0 ** random.uniform(-2, 1) * along
-        wide = build_wide(triangles.reshape(-1, 3), np.arange(3 * len(triangles), dtype=np.int32).reshape(-1, 3))
+        wide = build_bvh16(triangles.reshape(-1, 3), np.arange(3 * len(triangles), dtype=np.int32).reshape(-1, 3))
         describe_single(p, q - p, wide.frame, probe)
         for facets, label in zip(wide.facets.reshape(-1, FACETS), wide.label.reshape(-1, LANES), strict=True):
             truth = every_distance(p, q, triangles[label])

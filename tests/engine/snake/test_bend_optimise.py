@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-import re
-from xml.etree import ElementTree
 
 import cv2
 import numpy as np
 import pytest
+from matplotlib.contour import ContourSet
+from matplotlib.text import Text
 
-from benchmarks import lumen_bends, lumen_figure_7c
+from benchmarks import lumen_bends, lumen_figure_7c, lumen_figure_8
 from tests.engine.lumen_shapes import arc, small_bend, straight
 from vfix_engine.errors import InputError
 from vfix_engine.pathway.cavity import body_cavity
@@ -184,13 +184,15 @@ def test_the_map_has_the_bend_in_what_it_can_grow_into() -> None:
     assert max(excess[1]) <= 0.0
     towards = np.array([lumen_figure_7c.ask(case, *1.01 * corner)[2] for corner in corners])
     assert ((np.array(excess[2]) > 0.0) | (towards <= 0.0)).all()
-    picture = ElementTree.fromstring(lumen_bends.figure_7c(case, 21))
-    (ring,) = [one for one in picture.findall(".//{*}circle") if one.get("class") == "found"]
-    (region,) = [one for one in picture.findall(".//{*}path") if one.get("class") == "grown band"]
-    drawn = [float(v) for v in re.findall(r"[-0-9.]+", region.get("d", ""))]
-    place = (float(ring.get("cx", "nan")), float(ring.get("cy", "nan")))
-    assert cv2.pointPolygonTest(np.array(drawn, dtype=np.float32).reshape(-1, 1, 2), place, True) > -0.5  # px
-    assert len(picture.findall(".//{*}use")) > 20
+    figure = lumen_figure_7c.figure_7c(case, 21)
+    (ring,) = figure.findobj(lambda one: one.get_gid() == "found")
+    _, region = figure.findobj(lambda one: one.get_gid() == "grown")  # of the whole plane, and of the band
+    to_pixels = ring.axes.transData.transform
+    drawn, place = to_pixels(region.get_path().vertices), to_pixels(ring.get_xydata()[0])
+    assert cv2.pointPolygonTest(drawn.astype(np.float32).reshape(-1, 1, 2), place.tolist(), True) > -1.0  # px
+    for panel in figure.axes[:2]:
+        bands = panel.findobj(ContourSet)
+        assert [len(one.levels) for one in bands[:3]] == [13, 13, 13]
 
 
 def test_every_bend_is_drawn_from_two_sides() -> None:
@@ -199,10 +201,11 @@ def test_every_bend_is_drawn_from_two_sides() -> None:
     four, eight = control_bends(case, 4), control_bends(upright, 8)
     for bend in eight:
         assert (judged(upright, bend) <= upright.bound + 1e-9).all()
-    picture = ElementTree.fromstring(lumen_bends.figure_8((case, four), (upright, eight)))
-    assert len([one for one in picture.findall(".//{*}circle") if one.get("class") == "tip"]) == 2 * (4 + 8)
-    words = [one.text for one in picture.findall(".//{*}text")]
+    figure = lumen_figure_8.figure_8((case, four), (upright, eight))
+    assert len(figure.findobj(lambda one: one.get_gid() == "tip")) == 2 * (4 + 8)
+    words = [one.get_text() for one in figure.findobj(Text)]
     assert {f"{angle}°" for angle in range(0, 360, 45)} <= set(words)
+    assert {"x, mm", "y, mm", "z, mm"} <= set(words)
     np.testing.assert_array_equal(four[0].delta, optimise_primary(figure_8(), "e+").delta)
 
 

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from vfix_engine.anatomy.labels.label_map import MAX_LABELS, Label, LabelMap
+from vfix_engine.anatomy.labels.label_map import MAX_LABELS, CroppedLabel, LabelMap
 from vfix_engine.anatomy.labels.names import Looks, hex_colour
 from vfix_engine.errors import ImageError
 from vfix_engine.files.dicom import fault_named, pydicom_silenced
@@ -90,9 +90,9 @@ def _check_pixels(seg: Any, frames: int) -> None:
         )
 
 
-def _labels(seg: Any, written: dict[int, str], names: Looks) -> tuple[list[Label], list[str]]:
+def _labels(seg: Any, written: dict[int, str], names: Looks) -> tuple[list[CroppedLabel], list[str]]:
     """The segments with voxels, and the names or numbers of those without."""
-    labels: list[Label] = []
+    labels: list[CroppedLabel] = []
     empty: list[str] = []
     for number in seg.segment_numbers:
         described = seg.get_segment_description(number)
@@ -104,7 +104,7 @@ def _labels(seg: Any, written: dict[int, str], names: Looks) -> tuple[list[Label
     return labels, empty
 
 
-def _label(seg: Any, number: int, name: str, colour: str | None) -> Label | None:
+def _label(seg: Any, number: int, name: str, colour: str | None) -> CroppedLabel | None:
     from scipy.ndimage import find_objects
 
     try:
@@ -122,7 +122,7 @@ def _label(seg: Any, number: int, name: str, colour: str | None) -> Label | None
         return None
     transform = check_transform(affine, 1.0)
     first = np.array([part.start for part in box[::-1]], dtype=np.int64)
-    return Label(number, name, colour, values[box] == 1, first, transform)
+    return CroppedLabel(number, name, colour, values[box] == 1, first, transform)
 
 
 def _positions(seg: Any) -> npt.NDArray[np.float64]:

@@ -18,7 +18,7 @@ ROUNDED = 1e-3  # from a whole number, by a slope such as 0.99999 in the file
 
 
 @dataclass(frozen=True, eq=False)
-class Label:
+class CroppedLabel:
     """One label, cropped to its voxels.
 
     value: its number in the file. name: '' where the file and its table name none. colour: '#rrggbb', None where the
@@ -38,7 +38,7 @@ class Label:
 class LabelMap:
     """What a file of labels holds; empty: names or numbers of labels that the file declares and no voxel has."""
 
-    labels: tuple[Label, ...]
+    labels: tuple[CroppedLabel, ...]
     frame: FrameReport
     empty: tuple[str, ...] = ()
 
@@ -51,7 +51,7 @@ class LabelLook:
     colour: str | None = None
 
 
-def labels_of(values: npt.NDArray[Any], transform: Array, looks: dict[int, LabelLook]) -> tuple[Label, ...]:
+def labels_of(values: npt.NDArray[Any], transform: Array, looks: dict[int, LabelLook]) -> tuple[CroppedLabel, ...]:
     """The labels of a map (K, J, I) of whole numbers, in the order of their numbers; 0 is no label.
 
     Raises ImageError for values that are not labels, and where there are none or too many.
@@ -72,7 +72,7 @@ def labels_of(values: npt.NDArray[Any], transform: Array, looks: dict[int, Label
     for number in numbers:
         box, look = found[number - 1], looks.get(number, LabelLook())
         first = np.array([part.start for part in box[::-1]], dtype=np.int64)
-        labels.append(Label(number, look.name, look.colour, whole[box] == number, first, transform))
+        labels.append(CroppedLabel(number, look.name, look.colour, whole[box] == number, first, transform))
     return tuple(labels)
 
 

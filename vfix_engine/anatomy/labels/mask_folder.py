@@ -11,7 +11,7 @@ from pathlib import Path, PurePosixPath
 
 import numpy as np
 
-from vfix_engine.anatomy.labels.label_map import MAX_LABELS, ROUNDED, Label, LabelMap
+from vfix_engine.anatomy.labels.label_map import MAX_LABELS, ROUNDED, CroppedLabel, LabelMap
 from vfix_engine.errors import ImageError
 from vfix_engine.files.dicom_files import contents, names
 from vfix_engine.files.frame_report import FrameReport
@@ -46,7 +46,7 @@ def read_mask_folder(
     count = len(names(path))
     if count > MAX_LABELS:
         raise ImageError(f"there are {count} masks in it, and a segmentation may have {MAX_LABELS}.")
-    labels: list[Label] = []
+    labels: list[CroppedLabel] = []
     empty: list[str] = []
     notes: dict[str, None] = {}  # of all masks, each once
     report: FrameReport | None = None
@@ -69,7 +69,7 @@ def read_mask_folder(
 
 def _label_of(
     file: Path, name: str, number: int, told: tuple[str | None, str | None, bool]
-) -> tuple[Label | None, FrameReport]:
+) -> tuple[CroppedLabel | None, FrameReport]:
     try:
         values, transform, report = read_grid(file, told[0], told[1], assume=told[2])
     except ImageError as error:  # one of a hundred files: say which
@@ -88,4 +88,4 @@ def _label_of(
     axes = [np.flatnonzero(mask.any(axis=tuple(other for other in range(3) if other != axis))) for axis in range(3)]
     box = tuple(slice(int(one[0]), int(one[-1]) + 1) for one in axes)
     first = np.array([one[0] for one in axes[::-1]], dtype=np.int64)
-    return Label(number, name_of_mask(name), None, mask[box].copy(), first, transform), report
+    return CroppedLabel(number, name_of_mask(name), None, mask[box].copy(), first, transform), report

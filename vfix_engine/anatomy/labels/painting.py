@@ -17,7 +17,7 @@ from vfix_engine.anatomy.labels.painting_kernel import draw_line
 from vfix_engine.arrays import Array, BoolArray
 from vfix_engine.errors import ImageError
 
-Place = tuple[float, float, float]
+VoxelPlace = tuple[float, float, float]
 StrokeMode = Literal["paint", "erase"]
 Brush = Literal["disc", "ball"]
 
@@ -41,8 +41,8 @@ class Stroke:
     mode: StrokeMode
     brush: Brush
     radius_mm: float
-    points: tuple[Place, ...]
-    normal: Place = (0.0, 0.0, 1.0)
+    points: tuple[VoxelPlace, ...]
+    normal: VoxelPlace = (0.0, 0.0, 1.0)
 
     def __post_init__(self) -> None:
         if self.mode not in get_args(StrokeMode) or self.brush not in get_args(Brush):
@@ -84,7 +84,7 @@ def reaches(shape: tuple[int, ...], transform_index_to_lps: npt.ArrayLike, strok
     return any(_box(shape, affine, reach, start, end) is not None for start, end in lines)
 
 
-def _draw_line(mask: BoolArray, affine: Array, stroke: Stroke, start: Place, end: Place) -> None:
+def _draw_line(mask: BoolArray, affine: Array, stroke: Stroke, start: VoxelPlace, end: VoxelPlace) -> None:
     half = _half_layer(affine, stroke)
     box = _box(mask.shape, affine, stroke.radius_mm + half, start, end)
     if box is None:
@@ -121,7 +121,7 @@ def _half_layer(affine: Array, stroke: Stroke) -> float:
 
 
 def _box(
-    shape: tuple[int, ...], affine: Array, reach: float, start: Place, end: Place
+    shape: tuple[int, ...], affine: Array, reach: float, start: VoxelPlace, end: VoxelPlace
 ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]] | None:
     """First indices i, j, k of the voxels in reach of a line, and those after the last; None where there are none."""
     inverse = np.linalg.inv(affine[:3, :3])

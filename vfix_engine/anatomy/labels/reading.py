@@ -47,7 +47,7 @@ class SegmentationRequest:
 
 
 @dataclass(frozen=True, eq=False)
-class Place:
+class AnatomyPlace:
     """Where the anatomy of the case lies, to compare a segmentation with.
 
     bounds: (2, 3) LPS mm. transform: (4, 4) from the CT's index (i, j, k) to LPS mm, and sizes: (3,) its voxels along
@@ -75,7 +75,7 @@ def is_segmentation_file(path: Path) -> bool:
 
 def read_segmentation(
     request: SegmentationRequest,
-    place: Place,
+    place: AnatomyPlace,
     progress: ProgressCallback,
     *,
     cancellation: Cancellation | None = None,
@@ -104,7 +104,7 @@ def _read(
     frame: str | None,
     unit: str | None,
     assume: bool,
-    place: Place,
+    place: AnatomyPlace,
     *,
     progress: ProgressCallback,
 ) -> Segmentation:
@@ -165,7 +165,7 @@ def read_label_map(
     return LabelMap(labels_of(values, transform, names | own), report)
 
 
-def _share_outside(surface: LabelSurface, place: Place) -> float:
+def _share_outside(surface: LabelSurface, place: AnatomyPlace) -> float:
     """Share of the surface's vertices outside the CT, or outside the box of the case's surface."""
     if place.transform is None or place.sizes is None:
         low, high = place.bounds
@@ -183,7 +183,7 @@ def _noted(surface: LabelSurface, share: float) -> LabelSurface:
     return LabelSurface(**{**vars(surface), "notes": (note,)})
 
 
-def _grid_notes(found: LabelMap, place: Place) -> tuple[str, ...]:
+def _grid_notes(found: LabelMap, place: AnatomyPlace) -> tuple[str, ...]:
     if place.transform is None or place.sizes is None:
         return ()
     for label in found.labels:
@@ -210,7 +210,7 @@ def _on_grid(theirs: npt.NDArray[np.float64], ours: npt.NDArray[np.float64]) -> 
     )
 
 
-def _apart(found: LabelMap, place: Place) -> str:
+def _apart(found: LabelMap, place: AnatomyPlace) -> str:
     """Where both lie, in figures."""
     corners = [label.transform[:3, :3] @ label.first + label.transform[:3, 3] for label in found.labels]
     middle, centre = np.mean(corners, axis=0), place.bounds.mean(axis=0)

@@ -17,7 +17,7 @@ from typing import Any, BinaryIO
 import numpy as np
 import numpy.typing as npt
 
-from vfix_engine.anatomy.labels.label_map import MAX_LABELS, MAX_VALUE, Label, LabelLook, LabelMap, labels_of
+from vfix_engine.anatomy.labels.label_map import MAX_LABELS, MAX_VALUE, CroppedLabel, LabelLook, LabelMap, labels_of
 from vfix_engine.anatomy.labels.names import Looks, hex_colour
 from vfix_engine.errors import ImageError
 from vfix_engine.files.frame_report import MM_PER_UNIT, resolve_frame
@@ -43,7 +43,7 @@ def read_seg_nrrd(
     used_frame, used_unit, report = resolve_frame((file_frame, file_unit), (frame, unit), assume=assume)
     transform = np.diag([*(RAS_TO_LPS if used_frame == "RAS" else np.ones(3)), 1.0]) @ file_transform
     transform[:3] *= MM_PER_UNIT[used_unit]
-    labels: list[Label] = []
+    labels: list[CroppedLabel] = []
     empty: list[str] = []
     for layer, looks in _segments(keys, len(layers)).items():
         if not 0 <= layer < len(layers):

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from vfix_engine.anatomy.labels.label_map import Label
+from vfix_engine.anatomy.labels.label_map import CroppedLabel
 from vfix_engine.errors import ImageError
 from vfix_engine.geometry.mesh import TriangleMesh
 
@@ -32,7 +32,7 @@ class LabelSurface:
     notes: tuple[str, ...] = ()
 
 
-def surface_of(label: Label) -> LabelSurface:
+def surface_of(label: CroppedLabel) -> LabelSurface:
     """The surface of a label; a layer of empty voxels around it closes it, also at the border of the grid.
 
     Raises ImageError for one with more triangles than can be used.

@@ -12,7 +12,7 @@ import struct
 import numpy as np
 import numpy.typing as npt
 
-from vfix_engine.anatomy.labels.label_map import Label
+from vfix_engine.anatomy.labels.label_map import CroppedLabel
 from vfix_engine.errors import ImageError
 from vfix_engine.frames import RAS_TO_LPS
 
@@ -21,7 +21,7 @@ _NIFTI_BYTES = 352  # of the header, and four that say that there is no extensio
 _LEVEL = 6  # of gzip
 
 
-def label_file(label: Label, form: str) -> bytes:
+def label_file(label: CroppedLabel, form: str) -> bytes:
     """The file of a label, form: 'seg.nrrd' or 'nii.gz'. Raises ImageError for another form, or an empty label."""
     if form not in FORMS:
         raise ImageError(f"a label is written as {' or '.join(FORMS)}, not as {form!r:.20}.")
@@ -30,7 +30,7 @@ def label_file(label: Label, form: str) -> bytes:
     return seg_nrrd(label) if form == "seg.nrrd" else nifti(label)
 
 
-def seg_nrrd(label: Label) -> bytes:
+def seg_nrrd(label: CroppedLabel) -> bytes:
     """A segmentation of one segment, gzip-compressed; its grid is that of the label's mask."""
     k, j, i = label.mask.shape
     transform = _of_mask(label)
@@ -63,7 +63,7 @@ def seg_nrrd(label: Label) -> bytes:
     return ("\n".join(lines) + "\n\n").encode() + gzip.compress(_voxels(label), _LEVEL, mtime=0)
 
 
-def nifti(label: Label) -> bytes:
+def nifti(label: CroppedLabel) -> bytes:
     """A NIfTI-1 label map, gzip-compressed: 0 where the label is not. Its grid is that of the label's mask."""
     transform = np.diag([*RAS_TO_LPS, 1.0]) @ _of_mask(label)
     spacing = np.linalg.norm(transform[:3, :3], axis=0)
@@ -82,14 +82,14 @@ def nifti(label: Label) -> bytes:
     return gzip.compress(header + bytes(4) + _voxels(label), _LEVEL, mtime=0)
 
 
-def _of_mask(label: Label) -> npt.NDArray[np.float64]:
+def _of_mask(label: CroppedLabel) -> npt.NDArray[np.float64]:
     """(4, 4) from the index of the mask to LPS mm."""
     moved = label.transform.copy()
     moved[:3, 3] = label.transform[:3, :3] @ label.first + label.transform[:3, 3]
     return moved
 
 
-def _voxels(label: Label) -> bytes:
+def _voxels(label: CroppedLabel) -> bytes:
     values = np.where(label.mask, label.value, 0)
     return values.astype("<u1" if label.value < 256 else "<u2").tobytes()
 

@@ -1,7 +1,7 @@
-"""Tasks: what the tool is to do, each an immutable object that asks for the rows of one step (Li 2007, section IV).
+"""Tasks: what the tool does, each an immutable object that requests the rows of one step (Li 2007, section IV).
 
-Every guided task asks for a velocity that differs from the present one by no more than an acceleration allows, that can
-still stop where the task ends, and from which the tool can stop in sight of anatomy.
+Every guided task requests a velocity that differs from the present one by at most an allowed acceleration, from which
+the tool can stop at the end of the task and within sight of anatomy.
 Their settings are those of the state's ``ControlContext``.
 """
 

@@ -1,4 +1,4 @@
-"""The approach of path following: a tip that is off the path is guided onto it."""
+"""Approach of path following: a tip that is off the path is guided to it."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from .hand_request import context_for, request_with, shaft_objective
 
 @dataclass(frozen=True, eq=False)
 class ApproachPath:
-    """The tip moves straight to the path at the hand's speed: the hand's force sets the speed, not the direction.
+    """The tip moves straight to the path: the hand's force sets the speed, but not the direction.
 
     Args:
         path, nearest, shaft: see ``FollowPath``.
@@ -29,16 +29,16 @@ class ApproachPath:
     shaft: ShaftDirections | None = None
 
     def request(self, state: StepState, command: HandCommand) -> StepRequest:
-        """Four objective rows in mm with a progress variable, and three of the shaft; no use of ``command.torque``."""
+        """Return four objective rows in mm with a progress variable, and three of the shaft; the torque is not used."""
         context = context_for(self, state, command)
         near = self.nearest or PathPoint(*self.path.closest(state.tip.position))
         dof = context.layout.dof
-        matrix, target, along = np.empty((4, dof + 1)), np.empty(4), np.empty(dof)
+        matrix, target, motion_gain = np.empty((4, dof + 1)), np.empty(4), np.empty(dof)
         asked = approach_request(
-            *context.guide, state.numbers, triple(command.force), triple(near.position), False, command.reach,
-            matrix, target, along,
+            *context.kernel_sizes, state.numbers, triple(command.force), triple(near.position), False, command.reach,
+            matrix, target, motion_gain,
         )  # fmt: skip
         if self.shaft is None:
-            return request_with(matrix, target, along, asked)
+            return request_with(matrix, target, motion_gain, asked)
         turning = shaft_objective(context, state, self.shaft, float(near.s), 0.0, asked[0])
-        return request_with(matrix, target, along, asked, more=turning)
+        return request_with(matrix, target, motion_gain, asked, more=turning)

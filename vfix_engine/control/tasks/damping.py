@@ -1,4 +1,4 @@
-"""Damping: joint motion costs, so that a redundant robot keeps still where the other tasks leave freedom."""
+"""Damping: joint motion has a cost, so that the null space of the other tasks does not drift."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ class DampingTask:
     """Rows ‖W (Δq − k q̇ dt)‖²: k = 0 damps the velocity, k = 1 damps changes of the velocity.
 
     Args:
-        weight: of the rows against another task's; W is that of the joint regularisation, see ``joint_regularisation``.
-        keep: k, share of the present velocity that costs nothing, 0 to 1.
+        weight: of the rows relative to other tasks; for W see ``joint_regularisation``.
+        keep: k, fraction of the present velocity that has no cost, 0 to 1.
     """
 
     weight: float = 1.0
     keep: float = 0.0
 
     def request(self, state: StepState, command: Any) -> StepRequest:
-        """n objective rows in mm; it asks for no motion of its own."""
+        """Return n objective rows in mm; the task itself requests no motion."""
         context = context_of(state)
         matrix = joint_regularisation(context.robot.robot).matrix
         target = matrix[:, :-1] @ (self.keep * state.velocity * context.settings.dt_s)

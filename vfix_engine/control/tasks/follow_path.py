@@ -1,4 +1,4 @@
-"""Path following: the tip follows a path at the hand's force (Li 2007, eq. 9-15)."""
+"""Path following: the hand's force moves the tip along a path (Li 2007, eq. 9-15)."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from .hand_request import context_for, request_with, shaft_objective
 
 
 class PathPoint(NamedTuple):
-    """The path's point closest to the tip: arc length s in mm, position (3,), unit tangent (3,)."""
+    """Point of the path closest to the tip: arc length s in mm, position (3,), unit tangent (3,)."""
 
     s: float
     position: Array
@@ -31,10 +31,10 @@ class FollowPath:
 
     Args:
         path: in the patient frame, mm.
-        nearest: the path's point closest to the tip, as its caller tracks it along one branch from step to step;
-            None: the closest of the whole path.
-        shaft: the planned orientation of the shaft along the path, which it keeps as far as bone lets it; None: the
-            shaft turns only where something asks it to.
+        nearest: the path point closest to the tip, tracked by the caller along one branch from step to step;
+            None: the closest point of the whole path.
+        shaft: planned orientation of the shaft along the path, followed as far as the anatomy allows; None: the
+            shaft rotates only where another objective requires it.
     """
 
     path: SplinePath
@@ -42,17 +42,17 @@ class FollowPath:
     shaft: ShaftDirections | None = None
 
     def request(self, state: StepState, command: HandCommand) -> StepRequest:
-        """Four objective rows in mm with a progress variable, and three of the shaft; no use of ``command.torque``."""
+        """Return four objective rows in mm with a progress variable, and three of the shaft; the torque is not used."""
         context = context_for(self, state, command)
         near = self.nearest or PathPoint(*self.path.closest(state.tip.position))
         dof, behind = context.layout.dof, float(near.s)
-        matrix, target, along = np.empty((4, dof + 1)), np.empty(4), np.empty(dof)
+        matrix, target, motion_gain = np.empty((4, dof + 1)), np.empty(4), np.empty(dof)
         asked = path_request(
-            *context.guide, state.numbers, triple(command.force), triple(near.position), triple(near.tangent),
-            behind, self.path.length - behind, command.reach, matrix, target, along,
+            *context.kernel_sizes, state.numbers, triple(command.force), triple(near.position), triple(near.tangent),
+            behind, self.path.length - behind, command.reach, matrix, target, motion_gain,
         )  # fmt: skip
         if self.shaft is None:
-            return request_with(matrix, target, along, asked)
+            return request_with(matrix, target, motion_gain, asked)
         step = -float(matrix[:3, dof] @ near.tangent)  # column of the progress variable: minus the wanted motion
         turning = shaft_objective(context, state, self.shaft, behind, step, asked[0])
-        return request_with(matrix, target, along, asked, more=turning)
+        return request_with(matrix, target, motion_gain, asked, more=turning)

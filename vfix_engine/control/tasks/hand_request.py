@@ -1,4 +1,4 @@
-"""What the tasks that a hand drives share: where their numbers come from, and the request that they become."""
+"""Common parts of the tasks that a hand drives: their context, and the request that is built from their rows."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from ..step_request import HandCommand, StepRequest
 
 
 def context_for(task: object, state: StepState, command: HandCommand) -> ControlContext:
-    """The context that measured the state.
+    """Return the context that measured the state.
 
     Raises:
-        ControlError: none did. InputError: the command is no ``HandCommand``.
+        ControlError: there is none. InputError: the command is not a ``HandCommand``.
     """
     if not isinstance(command, HandCommand):
         raise InputError(f"{type(task).__name__} is driven by a HandCommand, not by {command!r:.60}")
@@ -30,30 +30,30 @@ def context_for(task: object, state: StepState, command: HandCommand) -> Control
 def request_with(
     matrix: Array,
     target: Array,
-    along: Array,
+    motion_gain: Array,
     asked: Asked,
     constraints: tuple[Constraint, ...] = (),
     is_admissible: Callable[[StepState], bool] | None = None,
     more: tuple[Objective, ...] = (),
 ) -> StepRequest:
-    """The request of a kernel's rows, see ``request_kernel``; ``more``: objectives beside them."""
+    """Build a request from a kernel's rows, see ``request_kernel``; ``more``: additional objectives."""
     length, moves, compliance, ramp_fraction = asked
     objectives = (Objective(matrix, target), *more)
-    share = along if moves else None
+    share = motion_gain if moves else None
     return StepRequest(objectives, constraints, length, share, is_admissible, compliance, ramp_fraction)
 
 
 def shaft_objective(
-    context: ControlContext, state: StepState, shaft: ShaftDirections, at: float, step: float, wish: float
+    context: ControlContext, state: StepState, shaft: ShaftDirections, at: float, step: float, wanted: float
 ) -> tuple[Objective, ...]:
-    """The objective that keeps the planned orientation of the shaft; none without a wish to move.
+    """Objective that follows the planned orientation of the shaft; empty without a wanted motion.
 
     Args:
-        at: arc length of the path's point closest to the tip.
-        step: length of the wanted motion along the path; wish: in all, mm.
+        at: arc length of the path point closest to the tip.
+        step: length of the wanted motion along the path; wanted: its total length, mm.
     """
-    if wish <= 0.0:
+    if wanted <= 0.0:
         return ()
     matrix, target = np.empty((3, context.layout.dof + 1)), np.empty(3)
-    shaft_rows(*context.guide, state.numbers, *shaft.table, shaft.has_roll, at, step, wish, matrix, target)
+    shaft_rows(*context.kernel_sizes, state.numbers, *shaft.table, shaft.has_roll, at, step, wanted, matrix, target)
     return (Objective(matrix, target),)

@@ -1,4 +1,4 @@
-"""Target inspection: the virtual point ahead of the tip reaches a target, then the tool swings about it (Li 2007)."""
+"""Target inspection: the virtual point ahead of the tip reaches a target, then the tool rotates about it (Li 2007)."""
 
 from __future__ import annotations
 
@@ -37,20 +37,20 @@ class ApproachTarget:
         object.__setattr__(self, "target", point("the target", self.target))
 
     def request(self, state: StepState, command: HandCommand) -> StepRequest:
-        """Four objective rows in mm with a progress variable; ``command.torque`` is not used."""
+        """Return four objective rows in mm with a progress variable; ``command.torque`` is not used."""
         context = context_for(self, state, command)
         dof = context.layout.dof
-        matrix, target, along = np.empty((4, dof + 1)), np.empty(4), np.empty(dof)
+        matrix, target, motion_gain = np.empty((4, dof + 1)), np.empty(4), np.empty(dof)
         asked = approach_request(
-            *context.guide, state.numbers, triple(command.force), triple(np.asarray(self.target)), True, command.reach,
-            matrix, target, along,
+            *context.kernel_sizes, state.numbers, triple(command.force), triple(np.asarray(self.target)), True,
+            command.reach, matrix, target, motion_gain,
         )  # fmt: skip
-        return request_with(matrix, target, along, asked)
+        return request_with(matrix, target, motion_gain, asked)
 
 
 @dataclass(frozen=True, eq=False)
 class InspectTarget:
-    """The virtual point stays on a target while the hand's torque swings the tool about it (eq. 22-25).
+    """The virtual point stays on a target while the hand's torque rotates the tool about it (eq. 22-25).
 
     Args:
         target: (3,) in the patient frame, mm.
@@ -62,28 +62,30 @@ class InspectTarget:
         object.__setattr__(self, "target", point("the target", self.target))
 
     def request(self, state: StepState, command: HandCommand) -> StepRequest:
-        """Seven objective rows and 32 planes in mm, and their verdict.
+        """Return seven objective rows and 32 planes in mm, and their check.
 
         ``command.force`` is not used, ``reach`` is in rad.
         """
         context, goal = context_for(self, state, command), triple(np.asarray(self.target))
         dof, count = context.layout.dof, len(_PLANES)
-        matrix, target, along = np.empty((7, dof + 1)), np.empty(7), np.empty(dof)
+        matrix, target, motion_gain = np.empty((7, dof + 1)), np.empty(7), np.empty(dof)
         planes, bound = np.empty((count, dof + 1)), np.empty(count)
         asked = inspect_request(
-            *context.guide, state.numbers, triple(command.torque), goal, ball_inner(), command.reach,
-            matrix, target, along, planes, bound,
+            *context.kernel_sizes, state.numbers, triple(command.torque), goal, ball_inner(), command.reach,
+            matrix, target, motion_gain, planes, bound,
         )  # fmt: skip
         constraints = (Constraint("target", planes, bound, _PLANES),)
-        return request_with(matrix, target, along, asked, constraints, partial(_is_admissible, context, state, goal))
+        return request_with(
+            matrix, target, motion_gain, asked, constraints, partial(_is_admissible, context, state, goal)
+        )
 
 
 def _is_admissible(context: ControlContext, before: StepState, goal: Triple, after: StepState) -> bool:
-    """The virtual point ends within the tolerance, or no further out than it was."""
-    return stays_in_view(*context.guide, before.numbers, after.numbers, goal)
+    """Whether the virtual point ends within the tolerance, or no further out than before."""
+    return stays_in_view(*context.kernel_sizes, before.numbers, after.numbers, goal)
 
 
 def view_point(state: StepState, tool: Tool, distance: float) -> Array:
-    """P_v (3,): the point ``distance`` mm ahead of the tip on the optical axis."""
+    """Return P_v (3,): the point ``distance`` mm ahead of the tip on the optical axis."""
     point: Array = state.tip.position + distance * tool.direction(state.tip.rotation)
     return point

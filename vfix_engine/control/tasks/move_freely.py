@@ -1,4 +1,4 @@
-"""Free cooperative motion: no path, the tool yields to the hand in every direction (k_τ = 1)."""
+"""Free cooperative motion without a path: the tool is compliant in every direction (k_τ = 1)."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from .hand_request import context_for, request_with
 
 @dataclass(frozen=True)
 class MoveFreely:
-    """The tool moves and turns as the hand's force and torque ask."""
+    """The tool translates and rotates with the hand's force and torque."""
 
     def request(self, state: StepState, command: HandCommand) -> StepRequest:
-        """Six objective rows in mm."""
+        """Return six objective rows in mm."""
         context = context_for(self, state, command)
         dof = context.layout.dof
-        matrix, target, along = np.empty((6, dof + 1)), np.empty(6), np.empty(dof)
+        matrix, target, motion_gain = np.empty((6, dof + 1)), np.empty(6), np.empty(dof)
         asked = free_request(
-            *context.guide, state.numbers, triple(command.force), triple(command.torque), command.reach,
-            matrix, target, along,
+            *context.kernel_sizes, state.numbers, triple(command.force), triple(command.torque), command.reach,
+            matrix, target, motion_gain,
         )  # fmt: skip
-        return request_with(matrix, target, along, asked)
+        return request_with(matrix, target, motion_gain, asked)

@@ -1,4 +1,4 @@
-"""Posture: the joints are drawn towards a preferred configuration, where the other tasks leave freedom."""
+"""Posture: attracts the joints to a preferred configuration within the null space of the other tasks."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ class PostureTask:
 
     Args:
         posture: q* (n,) in mm and rad.
-        weight: of the rows against another task's; W is that of the joint regularisation, see ``joint_regularisation``.
+        weight: of the rows relative to other tasks; for W see ``joint_regularisation``.
         time_s: time constant of the approach.
-        drives: False: it shapes the steps that another task asks for, and no hand means no motion.
+        drives: False: it shapes steps that another task requests, and nothing moves without a hand.
             True: it moves the robot by itself.
     """
 
@@ -33,7 +33,7 @@ class PostureTask:
     drives: bool = False
 
     def request(self, state: StepState, command: Any) -> StepRequest:
-        """n objective rows in mm.
+        """Return n objective rows in mm.
 
         Raises:
             InputError: the posture is not n finite numbers.

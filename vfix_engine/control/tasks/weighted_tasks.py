@@ -1,4 +1,4 @@
-"""Weighted sums of tasks: how much the wishes of one count against those of another."""
+"""Weighted sums of tasks."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from ..step_request import StepRequest, Task, completed, joined
 
 @dataclass(frozen=True, eq=False)
 class WeightedTasks:
-    """Several tasks as one: the objectives of task i count w_i times (Li 2007, eq. 3); hard constraints all hold.
+    """Several tasks as one: the objectives of task i are weighted by w_i (Li 2007, eq. 3); all hard constraints hold.
 
     Args:
-        parts: pairs (task, weight), the one that leads first.
+        parts: pairs (task, weight), the leading task first.
 
     Raises:
         InputError: there is no part, or a weight is not a finite number above 0.
@@ -36,7 +36,7 @@ class WeightedTasks:
         object.__setattr__(self, "parts", tuple(self.parts))
 
     def request(self, state: StepState, command: Any) -> StepRequest:
-        """All rows of all parts, see ``joined``."""
+        """Return all rows of all parts, see ``joined``."""
         return joined([_weighted(completed(task.request(state, command)), weight) for task, weight in self.parts])
 
 

@@ -81,10 +81,10 @@ def certify_motion(
     links = window.shape[0]
     here, there = np.empty((links, 3, 4)), np.empty((links, 3, 4))
     pose, joints, before = np.empty((4, 4)), np.empty(2 * links), np.empty(links)
-    limit, bow, turn, work = np.empty(links), np.empty(links), np.empty(3), np.empty(WORK)
+    limit, acceleration, turn, work = np.empty(links), np.empty(links), np.empty(3), np.empty(WORK)
     steep, level = np.empty(links), np.empty(links)
     _turn_between(base, base_end, turn)
-    if not _bows(q, q_end, turn, shape, bow):
+    if not _accelerations(q, q_end, turn, shape, acceleration):
         return 0.0, 0
     _place(base, base_end, turn, q, q_end, 0.0, pose, joints)
     snake_frames(joints, pose, shape[LENGTH], here)
@@ -110,7 +110,21 @@ def certify_motion(
             if not depth[link] <= limit[link]:
                 return done, poses
         if not _motion_is_kept(
-            rows, polar, window, here, there, lanes, start, before, depth, bow, steep, level, to - done, limit, shape
+            rows,
+            polar,
+            window,
+            here,
+            there,
+            lanes,
+            start,
+            before,
+            depth,
+            acceleration,
+            steep,
+            level,
+            to - done,
+            limit,
+            shape,
         ):
             size *= 0.5
             continue
@@ -134,7 +148,7 @@ def _motion_is_kept(
     start: IntArray,
     before: Array,
     after: Array,
-    bow: Array,
+    acceleration: Array,
     steep: Array,
     level: Array,
     part: float,
@@ -149,7 +163,7 @@ def _motion_is_kept(
     for link in range(len(before)):
         if limit[link] == np.inf:
             continue
-        travel = _chord(here[link], there[link], shape) + 0.25 * bow[link] * part * part
+        travel = _chord(here[link], there[link], shape) + 0.25 * acceleration[link] * part * part
         summed, first, last = before[link] + after[link], window[link, 0], window[link, 1]
         whole = max(before[link], after[link]) <= level[link]
         whole = whole and 0.5 * (summed + steep[link] * travel) <= level[link] + tolerance
@@ -215,15 +229,15 @@ def _chord(here: Array, there: Array, shape: Array) -> float:
 
 
 @compiled
-def _bows(q: Array, q_end: Array, turn: Array, shape: Array, bow: Array) -> bool:
+def _accelerations(q: Array, q_end: Array, turn: Array, shape: Array, acceleration: Array) -> bool:
     """Bound (L,) in mm of the second derivative of every link's vertices along the motion; False: not a number."""
     turned = sqrt(turn[0] * turn[0] + turn[1] * turn[1] + turn[2] * turn[2])
     summed = 0.0  # of the links before, each as long as ``length``
-    for link in range(len(bow)):
+    for link in range(len(acceleration)):
         turned += abs(q_end[2 * link] - q[2 * link]) + abs(q_end[2 * link + 1] - q[2 * link + 1])
-        bow[link] = summed + shape[REACH] * turned * turned
+        acceleration[link] = summed + shape[REACH] * turned * turned
         summed += shape[LENGTH] * turned * turned
-        if not bow[link] < np.inf:
+        if not acceleration[link] < np.inf:
             return False
     return True
 

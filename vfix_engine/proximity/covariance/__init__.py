@@ -1,1 +1,1 @@
-"""The covariance tree of Li 2007, section III.D, as the paper describes it: a reference for the wide tree."""
+"""The covariance tree as described in Li 2007, section III.D: a reference for the 16-wide tree."""

@@ -9,11 +9,11 @@ import numpy as np
 from ...arrays import Array, Int32Array
 from ...kernels.compiled import compiled
 
-STACK = 160  # entries of a traversal stack: a branch has at most _DEEPEST levels and the halvings below them
+STACK = 160  # entries of a traversal stack: a branch has at most _DEEPEST levels plus the bisections below them
 _DEEPEST = 96
 
 
-class Nodes(NamedTuple):
+class TreeNodes(NamedTuple):
     """The tree as arrays, children behind their parents.
 
     frame: (N, 4, 3): rows 0-2 the axes of the local frame (largest variance first), row 3 its origin.
@@ -134,7 +134,7 @@ def _split(members: Int32Array, along: Array, spare: Int32Array, halve: bool) ->
 def build(
     centres: Array, radii: Array, leaf_size: int
 ) -> tuple[Array, Array, Int32Array, Int32Array, Int32Array, Int32Array]:
-    """Nodes of the tree over sphere centres (F, 3) with radii (F,); the fields of ``Nodes``."""
+    """Nodes of the tree over sphere centres (F, 3) with radii (F,); the fields of ``TreeNodes``."""
     count = len(centres)
     capacity = 2 * count
     frame, box = np.empty((capacity, 4, 3)), np.empty((capacity, 2, 3))

@@ -18,7 +18,7 @@ from ..candidate_kernels import pack
 from ..candidates import CandidateList
 from ..pairs import Pair, Pairs, pair_from_row, pairs_from_rows
 from ..rows_kernel import write_row
-from .build import Nodes, build
+from .build import TreeNodes, build
 from .query import tree_nearest, tree_pairs, tree_points
 from .spheres import enclosing_spheres
 
@@ -39,7 +39,7 @@ class CovarianceTree:
             raise InputError(f"a leaf holds at least one triangle, not {leaf_size}")
         self.mesh = mesh
         centres, radii = enclosing_spheres(mesh.triangles)
-        self.nodes = Nodes(*build(centres, radii, leaf_size))
+        self.nodes = TreeNodes(*build(centres, radii, leaf_size))
         order = self.nodes.order
         # In the order of the leaves: neighbours in space are neighbours in memory.
         self._corners = np.ascontiguousarray(mesh.triangles[order].reshape(-1, 9))

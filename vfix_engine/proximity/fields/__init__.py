@@ -1,1 +1,1 @@
-"""Distance fields: the distance to a surface on a grid, for what asks often and needs no exact answer."""
+"""Distance fields: the distance to a surface sampled on a grid, for frequent queries that need no exact result."""

@@ -1,4 +1,4 @@
-"""Distance fields cut to what a tool can meet, in hundredths of a millimetre: they cross and are stored small."""
+"""Distance fields cropped to the tool's range and quantised to 0.01 mm, for transfer and storage."""
 
 from __future__ import annotations
 
@@ -8,19 +8,19 @@ from numpy.typing import ArrayLike, NDArray
 from ...arrays import Array
 from .distance_field import DistanceField, FieldGrid
 
-UNIT_MM = 0.01  # of a stored distance
+UNIT_MM = 0.01  # quantum of a stored distance
 _NOT_KNOWN = -32768
 _LONGEST = 32000  # [unit]
 
 
 def compact_field(field: DistanceField, focus: ArrayLike, further_mm: float, low: float, high: float) -> DistanceField:
-    """The first and the last grid of a field, in hundredths of a millimetre, cut to what matters around a box.
+    """Crop the first and the last grid of a field to the surroundings of a box, and quantise them to 0.01 mm.
 
     Args:
-        focus: (2, 3) LPS corners [mm]. The first grid is cut to it, the last one to `further_mm` around it.
-        low, high: distances [mm] are cut to this range, which must reach as far as slopes are asked for.
+        focus: (2, 3) LPS corners [mm]. The first grid is cropped to it, the last one to `further_mm` around it.
+        low, high: distances [mm] are clipped to this range, which must include all distances whose gradient is needed.
 
-    Raises InputError where a grid has less than two points left along an axis.
+    Raises InputError if a cropped grid has less than two points along an axis.
     """
     box = np.asarray(focus, dtype=np.float64)
     grids = [_cut(field.grids[0], box)]
@@ -30,7 +30,7 @@ def compact_field(field: DistanceField, focus: ArrayLike, further_mm: float, low
 
 
 def stored_values(values: NDArray[np.float32]) -> NDArray[np.int16] | NDArray[np.float32]:
-    """Values of a grid as int16 in hundredths of a millimetre where that is exact, else as they are."""
+    """Return the values of a grid as int16 in units of 0.01 mm if that is exact, else unchanged."""
     units = np.where(np.isnan(values), _NOT_KNOWN, np.rint(np.nan_to_num(values, posinf=0.0, neginf=0.0) / UNIT_MM))
     if (np.abs(units) > -_NOT_KNOWN).any():
         return values
@@ -39,7 +39,7 @@ def stored_values(values: NDArray[np.float32]) -> NDArray[np.int16] | NDArray[np
 
 
 def values_of(stored: NDArray[np.int16] | NDArray[np.float32]) -> NDArray[np.float32]:
-    """The inverse."""
+    """Return the values in mm: the inverse of ``stored_values``."""
     if stored.dtype != np.int16:
         return np.asarray(stored, dtype=np.float32)
     values = stored.astype(np.float32) * np.float32(UNIT_MM)

@@ -1,7 +1,7 @@
-"""Signed distance fields: solids with an inside, such as bone or soft tissue, on a fine grid within a coarse one.
+"""Signed distance fields of solids such as bone or soft tissue, on a fine grid within a coarse one.
 
-A field answers a point in about 20 ns and ranks many poses; `ProximityTree` measures exactly and judges the few that
-are left. Lengths in mm, positions in the patient frame (LPS).
+A field evaluates a point in about 20 ns and ranks many poses; `ProximityTree` measures the few remaining ones exactly.
+Lengths in mm, positions in the patient frame (LPS).
 """
 
 from __future__ import annotations
@@ -22,20 +22,20 @@ from .side import SurfaceSide
 LevelFunction = Callable[[Array], Array]
 GridShape = tuple[int, int, int]
 
-MOST_POINTS = 400_000_000  # of a grid: above that a step was mistyped, or the region is no head
-_BLOCK = 8  # grid steps of the blocks in which the border of a surface is looked for
-_BAND = 1.75  # [grid step] a point of the grid this near to a surface is measured exactly; more than a cell's diagonal
-# [grid step] radius of the piece of the border that a border point stands for: half of what lies between two of them
+MOST_POINTS = 400_000_000  # of a grid: a larger one results from a wrong step, or from a region larger than a head
+_BLOCK = 8  # grid steps of the blocks in which the border of a surface is searched
+_BAND = 1.75  # [grid step] grid points this near to a surface are measured exactly; more than a cell's diagonal
+# [grid step] radius of the disc of border that a border point represents: half the distance between two of them
 _DISC = 0.35
-_SLAB_POINTS = 1_000_000  # points at which a level is asked at once
+_SLAB_POINTS = 1_000_000  # points at which a level function is evaluated at once
 
 
 @dataclass(frozen=True, eq=False)
 class FieldGrid:
     """One cubic grid of a field.
 
-    values: (K, J, I) float32 signed distances [mm], indexed [k, j, i] along z, y, x; NaN where not known; read-only.
-    origin: (3,) LPS position [mm] of the point (0, 0, 0). step_mm: between neighbouring points.
+    values: (K, J, I) float32 signed distances [mm], indexed [k, j, i] along z, y, x; NaN where unknown; read-only.
+    origin: (3,) LPS position [mm] of the point (0, 0, 0). step_mm: grid spacing.
 
     Raises InputError for another shape or a step that is not positive.
     """
@@ -64,15 +64,15 @@ class FieldGrid:
 
 
 class DistanceField:
-    """Signed distance to the border of a solid: positive outside, negative inside, NaN where it is not known.
+    """Signed distance to the border of a solid: positive outside, negative inside, NaN where unknown.
 
     Args:
-        grids: finest first; a point is answered by the first grid that knows it.
+        grids: finest first; a point is evaluated by the first grid that knows it.
 
-    It is the distance to the solid as far as it is known: beyond the end of a scan there may be more of it, nearer.
+    It is the distance to the known part of the solid: beyond the end of a scan there may be a nearer part.
 
     Raises:
-        InputError: no grid.
+        InputError: there is no grid.
     """
 
     def __init__(self, grids: Sequence[FieldGrid]) -> None:
@@ -86,9 +86,9 @@ class DistanceField:
         return sum(grid.values.nbytes for grid in self.grids)
 
     def at(self, points: ArrayLike) -> Array:
-        """Signed distance (n,) in mm at points (n, 3): positive outside the solid, NaN where not known.
+        """Signed distance (n,) in mm at points (n, 3): positive outside the solid, NaN where unknown.
 
-        Trilinear between the points of the grid.
+        Uses trilinear interpolation.
 
         Raises:
             InputError: points that are not finite or not of that shape.
@@ -99,7 +99,7 @@ class DistanceField:
         """Signed distance (n,) in mm and its gradient (n, 3), of about unit length, pointing out of the solid.
 
         Raises:
-            InputError: as `at`.
+            InputError: see `at`.
         """
         found = self._interpolated(points, 4)
         return found[:, 0].copy(), found[:, 1:].copy()
@@ -113,51 +113,52 @@ class DistanceField:
 
 
 def field_of_level(level: LevelFunction, bounds: ArrayLike, step_mm: float) -> DistanceField:
-    """The field of the solid where a level is positive, on one grid.
+    """Compute the field of the solid in which a level function is positive, on one grid.
 
     Args:
-        level: the level (n,) at points (n, 3) in LPS mm, NaN where it is not known. Between two points of the grid the
-            border lies where its linear interpolation is 0, as marching cubes places a surface.
-        bounds: (2, 3) LPS corners [mm] of the grid. step_mm: of the grid.
+        level: returns the level (n,) at points (n, 3) in LPS mm, NaN where unknown. Between two grid points the
+            border is the zero of the linear interpolation, where marching cubes places the surface.
+        bounds: (2, 3) LPS corners [mm] of the grid. step_mm: grid spacing.
 
     Raises:
-        InputError: a box that is empty or far too large for the step, or nowhere a border of the solid.
+        InputError: the box is empty or far too large for the step, or contains no border of the solid.
     """
     return DistanceField([_level_grid(level, *_placed(bounds, step_mm, None))])
 
 
 def refined_by_level(field: DistanceField, level: LevelFunction, focus: ArrayLike, step_mm: float) -> DistanceField:
-    """The field with a finer grid in the box `focus`, (2, 3) LPS corners [mm], before its others.
+    """Add a finer grid in the box `focus`, (2, 3) LPS corners [mm], in front of the field's other grids.
 
     Raises:
-        InputError: as `field_of_level`; the box is first cut to that of the field's last grid.
+        InputError: see `field_of_level`; the box is first clipped to that of the field's last grid.
     """
     fine = _level_grid(level, *_placed(focus, step_mm, field.grids[-1].bounds))
     return DistanceField([_within(fine, field), *field.grids])
 
 
 def field_of_surface(tree: Proximity, bounds: ArrayLike, step_mm: float) -> DistanceField:
-    """The field of the solid within a surface, whose normals point out of it, on one grid.
+    """Compute the field of the solid enclosed by a surface with outward normals, on one grid.
 
-    Beside the surface each point of the grid is measured exactly. The inside is that of `SurfaceSide`: exact for a
-    closed surface, that of the nearest piece otherwise. Arguments as in `field_of_level`.
+    Grid points next to the surface are measured exactly. Inside and outside are those of `SurfaceSide`: exact for a
+    closed surface, else determined by the nearest face. Arguments as in `field_of_level`.
 
     Raises:
-        InputError: a box that is empty or far too large for the step, or no surface within.
+        InputError: the box is empty or far too large for the step, or contains no surface.
     """
     return DistanceField([_surface_grid(tree, *_placed(bounds, step_mm, None))])
 
 
 def refined_by_surface(field: DistanceField, tree: Proximity, focus: ArrayLike, step_mm: float) -> DistanceField:
-    """As `refined_by_level`, for the solid within a surface."""
+    """As `refined_by_level`, for the solid enclosed by a surface."""
     fine = _surface_grid(tree, *_placed(focus, step_mm, field.grids[-1].bounds))
     return DistanceField([_within(fine, field), *field.grids])
 
 
 def _placed(box: ArrayLike, step: float, within: Array | None) -> tuple[Array, GridShape, float]:
-    """Origin (3,), shape (K, J, I) and step of the grid over a box, cut to the box `within`, if any.
+    """Origin (3,), shape (K, J, I) and step of the grid over a box, clipped to the box `within`, if given.
 
-    The points of a grid that is cut lie at multiples of the step, so that a place has one distance in whichever box.
+    The points of a clipped grid lie at multiples of the step, so that the distance at a point does not depend on the
+    box.
     """
     corners = np.asarray(box, dtype=np.float64)
     if corners.shape != (2, 3) or not np.isfinite(corners).all():
@@ -189,7 +190,7 @@ def _level_grid(level: LevelFunction, origin: Array, shape: GridShape, step: flo
 
 
 def _sampled(level: LevelFunction, origin: Array, shape: GridShape, step: float) -> NDArray[np.float32]:
-    """The level (K, J, I) at the points of a grid, asked slab by slab."""
+    """Evaluate the level function at the points of a grid (K, J, I), slab by slab."""
     z, y, x = (origin[2 - axis] + step * np.arange(shape[axis]) for axis in range(3))
     values = np.empty(shape, np.float32)
     layers = max(1, _SLAB_POINTS // (shape[1] * shape[2]))
@@ -213,16 +214,16 @@ def _surface_grid(tree: Proximity, origin: Array, shape: GridShape, step: float)
     feet = np.zeros((len(kji), 6), np.float32)
     feet[:, :3] = (closest - origin) / step
     spread(nearest, feet)
-    # The nearest border point of a point away from the surface was passed on along its own side of the surface.
+    # The nearest border point propagates only along its own side of the surface, so its sign holds here.
     signs = sign[nearest]
     signs[own] = sign
     return FieldGrid(signs * distances(nearest, feet, step, 0.0), origin, step)
 
 
 def _beside(tree: Proximity, origin: Array, shape: GridShape, step: float) -> tuple[NDArray[np.int64], Array]:
-    """The grid's points (m, 3) as k, j, i beside the surface, and their closest points (m, 3) in mm.
+    """Grid points (m, 3) as k, j, i next to the surface, and their closest surface points (m, 3) in mm.
 
-    Blocks of points are halved as long as the surface may be near one of their points.
+    Blocks of points are bisected as long as the surface can be near one of their points.
     """
     blocks = [np.arange(0, count, _BLOCK, dtype=np.int64) for count in shape]
     first = np.stack(np.meshgrid(*blocks, indexing="ij"), axis=-1).reshape(-1, 3)
@@ -241,7 +242,7 @@ def _beside(tree: Proximity, origin: Array, shape: GridShape, step: float) -> tu
 
 
 def _within(fine: FieldGrid, whole: DistanceField) -> FieldGrid:
-    """The fine grid, its distances cut to those of the whole where the nearest border may lie outside of its box."""
+    """Limit the fine grid's distances to those of the whole where the nearest border can lie outside its box."""
     values = np.array(fine.values)
     k, j, i = (np.minimum(np.arange(n), n - 1 - np.arange(n)) for n in values.shape)
     to_side = np.minimum(np.minimum(k[:, None, None], j[:, None]), i) * np.float32(fine.step_mm)

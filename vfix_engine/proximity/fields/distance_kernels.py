@@ -11,16 +11,16 @@ import numpy as np
 
 from ...kernels.compiled import compiled, inlined
 
-_BEYOND = 0.99  # 1 / steps to a border that is not within one step: at most
-_LEAST_SHARE = 1e-3  # of a step: a border nearer to a grid point than this counts as that far away
-_EDGE = 1e-6  # [grid step] beyond the outermost points: rounding of the mapping
+_BEYOND = 0.99  # largest 1 / steps to a border that is not within one step
+_LEAST_SHARE = 1e-3  # of a step: smallest distance of a border from a grid point
+_EDGE = 1e-6  # [grid step] tolerance beyond the outermost points for rounding of the mapping
 
 
 @inlined
 def _slope(own: float, ahead: float, behind: float) -> float:
-    """How fast the border is reached from a grid point along one axis: 1 / steps to it, negative where it lies behind.
+    """Return 1 / steps from a grid point to the border along one axis, negative if the border lies behind.
 
-    Without a border within one step, what the level's slope says of it.
+    Without a border within one step it is estimated from the slope of the level.
     """
     least, slope = 2.0, 0.0
     if (own > 0.0) != (ahead > 0.0) and ahead == ahead:
@@ -37,10 +37,10 @@ def _slope(own: float, ahead: float, behind: float) -> float:
 
 @inlined
 def _foot(level: Any, k: int, j: int, i: int, foot: Any) -> bool:
-    """Write the border point (i, j, k) nearest to a grid point beside the border, and the unit direction to it.
+    """Write the border point (i, j, k) nearest to a grid point next to the border, and the unit direction to it.
 
-    The border is a plane through the zeros of the level on the grid's edges, as marching cubes places them. False where
-    no edge from the point crosses the border.
+    The border is a plane through the zeros of the level on the grid's edges, as marching cubes places them. Returns
+    False if no edge from the point crosses the border.
     """
     top_k, top_j, top_i = level.shape[0] - 1, level.shape[1] - 1, level.shape[2] - 1
     own = level[k, j, i]
@@ -57,9 +57,9 @@ def _foot(level: Any, k: int, j: int, i: int, foot: Any) -> bool:
 
 @compiled
 def border_feet(level: Any, nearest: Any) -> Any:
-    """Border points and unit normals (m, 6) beside the grid points of a level (K, J, I), NaN where it is not known.
+    """Border points and unit normals (m, 6) next to the grid points of a level (K, J, I), which is NaN where unknown.
 
-    nearest (K, J, I) int32: gets the row of its border point at each grid point beside the border, -1 elsewhere.
+    nearest (K, J, I) int32: set to the row of its border point at each grid point next to the border, -1 elsewhere.
     """
     count_k, count_j, count_i = level.shape
     foot, count = np.empty(6), 0
@@ -89,12 +89,11 @@ def _squared(feet: Any, row: int, x: int, y: int, z: int) -> float:
 
 @compiled
 def spread(nearest: Any, feet: Any) -> None:
-    """Give each grid point the row of its nearest border point, by passing rows on between neighbours in eight sweeps.
+    """Assign to each grid point its nearest border point, propagated between neighbours in eight sweeps.
 
-    nearest (K, J, I) int32: -1 where no row is known yet. feet (m, 6) float32: border
-    points in grid units, and unit normals. This is the vector distance
-    transform of Danielsson 1980, "Euclidean distance mapping", Computer Graphics and Image Processing 14(3), with
-    border points between the grid's points.
+    nearest (K, J, I) int32: rows of border points, -1 where unknown. feet (m, 6) float32: border points in grid units,
+    and unit normals. This is the vector distance transform of Danielsson 1980, "Euclidean distance mapping", Computer
+    Graphics and Image Processing 14(3), with border points between the grid points.
     """
     count_k, count_j, count_i = nearest.shape
     for sweep in range(8):
@@ -123,10 +122,10 @@ def spread(nearest: Any, feet: Any) -> None:
 
 @compiled
 def distances(nearest: Any, feet: Any, step: float, disc: float) -> Any:
-    """Distance (K, J, I) float32 in mm from each grid point to the border, `step` mm being the grid's step.
+    """Distance (K, J, I) float32 in mm from each grid point to the border; `step` is the grid spacing in mm.
 
-    disc: radius, in steps, of the piece of the border that a border point stands for. The distance to the point alone
-        is too large for most grid points, whose nearest place lies between two border points.
+    disc: radius, in steps, of the disc of border that a border point represents. The distance to the point alone is
+        too large for most grid points, whose nearest border lies between two border points.
     """
     count_k, count_j, count_i = nearest.shape
     values = np.empty(nearest.shape, np.float32)
@@ -171,7 +170,7 @@ def _cell(values: Any, x: float, y: float, z: float, out: Any) -> None:
 
 @compiled
 def interpolate(values: Any, origin: Any, step: float, points: Any, found: Any) -> None:
-    """Fill the rows of `found` that are NaN so far with the trilinear value and, in three more columns, its gradient.
+    """Fill the rows of `found` that are still NaN with the trilinear value and, in three more columns, its gradient.
 
     values (K, J, I) float32; origin (3,) and points (n, 3) mm; found (n, 1) or (n, 4): mm, and mm per mm.
     """

@@ -1,4 +1,4 @@
-"""A distance field of a solid from which shapes are taken away."""
+"""Distance field of a solid from which shapes are removed."""
 
 from __future__ import annotations
 
@@ -13,21 +13,21 @@ from ...geometry.shape_surface import border_triangles
 from ...geometry.shapes import Shape
 from .distance_field import DistanceField, FieldGrid
 
-_AROUND_MM = 10.0  # how far from a shape the depth in what is left is corrected
+_AROUND_MM = 10.0  # distance from a shape up to which the depth in the remaining solid is corrected
 
 
 def opened_field(field: DistanceField, shapes: Sequence[Shape]) -> DistanceField:
-    """The field without what lies in the shapes: the larger of its distance and of the depth in the shape.
+    """Remove shapes from a field's solid: the maximum of its distance and of the depth in the shape.
 
-    Outside of what is left it is never larger than the true distance. Places that are not known stay so.
+    Outside the remaining solid the result never exceeds the true distance. Unknown points stay unknown.
 
     Raises:
-        InputError: a half-space.
+        InputError: a shape is a half-space.
     """
     grids = list(field.grids)
     for shape in shapes:
         corners = border_triangles(shape, 2.0).reshape(-1, 3)
-        if not len(corners):  # smaller than numbers can tell apart
+        if not len(corners):  # the shape is smaller than the resolution of floats
             continue
         low, high = corners.min(axis=0) - _AROUND_MM, corners.max(axis=0) + _AROUND_MM
         grids = [_opened(grid, shape, low, high) for grid in grids]
@@ -41,11 +41,11 @@ def _opened(grid: FieldGrid, shape: Shape, low: Array, high: Array) -> FieldGrid
     if (last <= first).any():
         return grid
     axes = [grid.origin[k] + grid.step_mm * np.arange(first[k], last[k]) for k in range(3)]
-    z, y, x = np.meshgrid(*axes[::-1], indexing="ij")  # as the values are indexed
+    z, y, x = np.meshgrid(*axes[::-1], indexing="ij")  # in the index order of the values
     points = np.stack([x, y, z], axis=-1)
     depth = -signed_distance(shape, points.reshape(-1, 3)).reshape(points.shape[:3])
     values = np.array(grid.values)
     part = tuple(slice(a, b) for a, b in zip(first[::-1], last[::-1], strict=True))
-    values[part] = np.maximum(values[part], depth.astype(values.dtype))  # NaN stays NaN
+    values[part] = np.maximum(values[part], depth.astype(values.dtype))  # propagates NaN
     values.setflags(write=False)
     return replace(grid, values=values)

@@ -1,12 +1,12 @@
-"""The side of a surface on which a point lies, without an image.
+"""Side of a surface on which a point lies, from the surface alone.
 
 The sign of Bærentzen & Aanæs 2005, "Signed distance computation using the angle weighted pseudonormal", IEEE
 Transactions on Visualization and Computer Graphics 11(3), section 3: of the vector from the surface's closest point
 along the pseudo-normal of the face, edge or vertex that the closest point lies on.
 
-The side is exact for a closed surface without self-intersections. Otherwise it is the side of the nearest piece:
+The side is exact for a closed surface without self-intersections. Otherwise it is that of the nearest face:
 correct near an open surface, undefined where its rim is nearest, and reversed where the triangles are oriented inwards.
-Triangles without area do not count.
+Triangles without area are ignored.
 """
 
 from __future__ import annotations
@@ -14,20 +14,18 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ...arrays import Array
+from ...arrays import Array, IndexArray
 from ...geometry.mesh import TriangleMesh
 from ..proximity import Proximity
 
-Index = NDArray[np.intp]
-
-# A closest point nearer to an edge or corner than this share of the longest edge counts as on it. There the
+# A closest point nearer to an edge or corner than this fraction of the longest edge counts as on it. There the
 # pseudo-normals of both features give the same sign.
 _ON_FEATURE = 1e-6
-_ON_SURFACE = 1e-9  # [mm] below it rounding decides the sign
+_ON_SURFACE = 1e-9  # [mm]; below it the sign is determined by rounding
 
 
 class SurfaceSide:
-    """The inside and outside of a tree's mesh, whose normals point outside."""
+    """Inside and outside of a tree's mesh with outward normals."""
 
     def __init__(self, tree: Proximity) -> None:
         self._tree = tree
@@ -46,13 +44,13 @@ class SurfaceSide:
         return side
 
     def _normal_at(self, closest: Array, triangle: NDArray[np.int32]) -> Array:
-        """Pseudo-normal (n, 3) of the feature of each triangle (n,) that its point (n, 3) lies on; of any length."""
+        """Pseudo-normals (n, 3), not normalised, of the feature of each triangle (n,) that its point (n, 3) lies on."""
         corners = self._tree.mesh.triangles[triangle]
         along = np.roll(corners, -1, axis=1) - corners
         within = _ON_FEATURE * np.linalg.norm(along, axis=2).max(axis=1)
         to_corner = np.linalg.norm(closest[:, None] - corners, axis=2)
         to_edge = _edge_distance(closest, corners, along)
-        # A triangle without area has several nearest edges, each with another neighbour.
+        # A triangle without area has several nearest edges with different neighbours.
         near = to_edge <= np.minimum(to_edge.min(axis=1) + _ON_SURFACE, within)[:, None]
         at_edge = np.einsum("ni,nij->nj", near, self._edge_normals[triangle])
         normal = np.where(near.any(axis=1)[:, None], at_edge, self._tree.mesh.face_normals[triangle])
@@ -89,7 +87,7 @@ def _pseudo_normals(mesh: TriangleMesh) -> tuple[Array, Array]:
     return edges, corners
 
 
-def _summed(key: Index, values: Array) -> Array:
+def _summed(key: IndexArray, values: Array) -> Array:
     """For each key (F, 3) the sum (F, 3, 3) of the values (F, 3, 3) of all equal keys."""
     flat = key.ravel()
     totals: Array = np.empty((int(flat.max()) + 1, 3))
@@ -98,10 +96,10 @@ def _summed(key: Index, values: Array) -> Array:
     return totals[key]
 
 
-def _welded(vertices: Array) -> Index:
+def _welded(vertices: Array) -> IndexArray:
     """An index (V,) for each vertex (V, 3), equal for equal coordinates."""
     order = np.lexsort(vertices.T)
     placed = vertices[order]
-    number: Index = np.zeros(len(vertices), dtype=np.intp)
+    number: IndexArray = np.zeros(len(vertices), dtype=np.intp)
     number[order[1:]] = np.cumsum((placed[1:] != placed[:-1]).any(axis=1))
     return number

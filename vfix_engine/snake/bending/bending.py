@@ -21,10 +21,10 @@ if TYPE_CHECKING:
     from ...robots.snake_surface import LinkVertices
 
 
-Direction = Literal["e+", "o+", "e-", "o-"]
+BendAxis = Literal["e+", "o+", "e-", "o-"]
 
 # Where the tip goes to, as ϑ / (π/2): +x, +y, −x, −y of {l}. Even joints turn about y and odd ones about x.
-DIRECTIONS: dict[Direction, int] = {"e+": 0, "o+": 1, "e-": 2, "o-": 3}
+DIRECTIONS: dict[BendAxis, int] = {"e+": 0, "o+": 1, "e-": 2, "o-": 3}
 
 
 def bend_angles(m: float, q_c: float, links: int, odd: bool) -> Array:

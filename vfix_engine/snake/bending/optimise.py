@@ -10,7 +10,7 @@ import numpy as np
 
 from ...arrays import Array
 from ...errors import InputError
-from .bending import DIRECTIONS, BendProblem, Direction
+from .bending import DIRECTIONS, BendAxis, BendProblem
 from .bending_kernel import DistalPathway, Family
 from .bending_search import UTMOST, direction, search, survey
 
@@ -54,7 +54,7 @@ class _Side(NamedTuple):
     to_parameters: Array
 
 
-def optimise_primary(problem: BendProblem, direction: Direction, evaluations: int = EVALUATIONS) -> DistalBend:
+def optimise_primary(problem: BendProblem, direction: BendAxis, evaluations: int = EVALUATIONS) -> DistalBend:
     """The planar bend (10) to one side that has the least z_eff/z_max within the bounds (14)-(17).
 
     Raises:
@@ -83,9 +83,7 @@ def control_bends(problem: BendProblem, count: Literal[4, 8], evaluations: int =
     return tuple(found)
 
 
-def search_globally(
-    problem: BendProblem, heading: Direction | tuple[DistalBend, DistalBend], grid: int = 201
-) -> Survey:
+def search_globally(problem: BendProblem, heading: BendAxis | tuple[DistalBend, DistalBend], grid: int = 201) -> Survey:
     """The same problem asked everywhere: ``grid`` directions at ``grid`` places each, then closer round the best.
 
     For tests and figures. ``heading``: a direction, or the two bends that one is searched between.
@@ -126,7 +124,7 @@ def _within(problem: BendProblem) -> tuple[DistalPathway, bool]:
     return problem.lumen(np.maximum(problem.bound, at_rest)), bool((at_rest <= problem.bound).all())
 
 
-def _planar(problem: BendProblem, direction: Direction) -> _Side:
+def _planar(problem: BendProblem, direction: BendAxis) -> _Side:
     """(10) by the first and the last joint's value in q_max instead of (m, q_c): both are of the same size then."""
     if direction not in DIRECTIONS:
         raise InputError(f"{direction!r} is none of the directions {', '.join(DIRECTIONS)}")

@@ -5,18 +5,16 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from ...arrays import Array
+from ...arrays import Array, IndexArray
 from ...validate import point
 from .inspection_cone import DIRECTIONS, InspectionCone, spread_directions
-
-Index = NDArray[np.intp]
 
 _SIDES = 16  # of the round cone that stands for directions which span no area between them
 
 
-def cone_surface(cone: InspectionCone, target: ArrayLike, length_mm: float) -> tuple[Array, Index]:
+def cone_surface(cone: InspectionCone, target: ArrayLike, length_mm: float) -> tuple[Array, IndexArray]:
     """Vertices (n, 3) and faces (m, 3) of the cone, as wide as its directions really are; none of an empty one.
 
     The directions are joined to triangles with their neighbours on the sphere. A triangle whose three corners are
@@ -55,7 +53,7 @@ def mean_direction(cone: InspectionCone) -> Array:
     return unit
 
 
-def _round_cone(cone: InspectionCone, apex: Array, length_mm: float) -> tuple[Array, Index]:
+def _round_cone(cone: InspectionCone, apex: Array, length_mm: float) -> tuple[Array, IndexArray]:
     axis = mean_direction(cone)
     side = np.cross(axis, np.eye(3)[int(np.abs(axis).argmin())])
     side /= np.linalg.norm(side)
@@ -68,7 +66,7 @@ def _round_cone(cone: InspectionCone, apex: Array, length_mm: float) -> tuple[Ar
 
 
 @lru_cache(maxsize=1)
-def _net() -> tuple[Array, Index]:
+def _net() -> tuple[Array, IndexArray]:
     """The directions (DIRECTIONS, 3), and the triangles (T, 3) that they make with their neighbours."""
     from scipy.spatial import ConvexHull  # imported here: slow to load
 

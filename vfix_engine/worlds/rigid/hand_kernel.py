@@ -18,7 +18,7 @@ def torque_about_tip(
     """τ = (grip − tip) × f plus the twist about the shaft, in N·mm.
 
     Args:
-        task, n, s, b: of ``ControlContext.guide``; numbers: of the packed state; force: in N; twist: in N·mm.
+        task, n, s, b: of ``ControlContext.kernel_sizes``; numbers: of the packed state; force: in N; twist: in N·mm.
     """
     state = state_views(numbers, n, s, b)
     return _torque(state, minus(_grip(task_views(task), state), triple_at(state.position, 0)), force, twist)

@@ -13,12 +13,10 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ...arrays import Array
+from ...arrays import Array, IndexArray
 from ...proximity.proximity import Proximity
 from ...robots import Tool
 from ...validate import point, rotation_matrix
-
-Index = NDArray[np.intp]
 
 DIRECTIONS, ROLLS = 2000, 12  # 4.5 and 30 degrees apart
 _BESIDE = 6  # neighbours of a direction
@@ -103,7 +101,7 @@ def spread_directions() -> Array:
 
 
 @lru_cache(maxsize=2)
-def _sphere(rolls: int) -> tuple[Array, Index, Index]:
+def _sphere(rolls: int) -> tuple[Array, IndexArray, IndexArray]:
     """Rotations (D, rolls, 3, 3) with the shaft +y in each direction; neighbours (D, 6) of each direction, and by
     how many rolls (D, 6) the neighbour's frame is turned against its own.
     """

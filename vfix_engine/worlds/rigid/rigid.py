@@ -202,7 +202,7 @@ class RigidSystem:
             # Li 2007, V.F: the master moves the tip; on the grip a force turns the tool as well.
             turning = force if master is None else NO_FORCE
             turn = twist * settings.force_cap_n * self.scene.tool.grip_from_bend
-            torque = np.array(torque_about_tip(*controller.context.guide, state.tool.numbers, turning, turn))
+            torque = np.array(torque_about_tip(*controller.context.kernel_sizes, state.tool.numbers, turning, turn))
             hand = HandCommand(np.array(force), torque, reach)
             report = controller.step(state.tool, FREELY, hand)
             done = _Stepped(report, state.phase, state.nearest, hand.force, torque)
@@ -255,7 +255,7 @@ class RigidSystem:
         cap, tolerance, push = settings.force_cap_n, settings.target_tolerance_mm, np.array(force)
         turn = twist * cap * self.scene.tool.grip_from_bend
         off, lever, torque = torque_about_view(
-            *controller.context.guide, state.tool.numbers, force, turn, self._goals[number]
+            *controller.context.kernel_sizes, state.tool.numbers, force, turn, self._goals[number]
         )
         if off <= (tolerance if state.phase == "inspect_hold" else ON_TARGET_SHARE * tolerance):
             hand = HandCommand(push, np.array(torque), reach / lever)

@@ -36,7 +36,7 @@ from ...virtual_fixtures import (
     Zone,
 )
 
-Arrays = dict[str, NDArray[Any]]
+NamedArrays = dict[str, NDArray[Any]]
 SHAPES = {kind.__name__: kind for kind in (Sphere, CapsuleShape, Box, HalfSpace)}
 FIXTURES = {kind.__name__: kind for kind in (CartesianLimits, OrientationCone, RemoteCentre)}
 _ROUNDING = 1e-9  # what a unit vector may change by when it is normalised again
@@ -87,9 +87,9 @@ def tool_from(values: dict[str, Any]) -> Tool:
     return Tool(values["name"], values["title"], parts, values["grip_from_bend"], camera, values["source"])
 
 
-def zones_parts(zones: tuple[Zone, ...], key: str = "zone") -> tuple[list[dict[str, Any]], Arrays]:
+def zones_parts(zones: tuple[Zone, ...], key: str = "zone") -> tuple[list[dict[str, Any]], NamedArrays]:
     """Plain values of zones; a surface is named by the arrays that hold it."""
-    values, arrays = list[dict[str, Any]](), Arrays()
+    values, arrays = list[dict[str, Any]](), NamedArrays()
     for number, zone in enumerate(zones):
         shape = _shape_parts(zone.solid, f"{key}_{number}", arrays)
         values.append({"name": zone.name, "margin_mm": zone.margin_mm, "shape": shape})
@@ -101,7 +101,7 @@ def zones_from(values: list[dict[str, Any]], arrays: Mapping[str, NDArray[Any]])
     return tuple(Zone(one["name"], _shape_from(one["shape"], arrays), one["margin_mm"]) for one in values)
 
 
-def shaft_parts(shaft: ShaftDirections | None) -> Arrays:
+def shaft_parts(shaft: ShaftDirections | None) -> NamedArrays:
     """Arrays of a plan of the shaft; none where there is no plan."""
     if shaft is None:
         return {}
@@ -116,13 +116,13 @@ def shaft_from(arrays: Mapping[str, NDArray[Any]]) -> ShaftDirections | None:
     return ShaftDirections(arrays["shaft_stations"], arrays["shaft_directions"], arrays["shaft_rolls"])
 
 
-def fixtures_parts(fixtures: tuple[Fixture, ...]) -> tuple[list[dict[str, Any]], Arrays]:
+def fixtures_parts(fixtures: tuple[Fixture, ...]) -> tuple[list[dict[str, Any]], NamedArrays]:
     """Plain values of the library's own standing fixtures.
 
     Raises:
         InputError: one of another class, whose values nobody knows.
     """
-    values, arrays = list[dict[str, Any]](), Arrays()
+    values, arrays = list[dict[str, Any]](), NamedArrays()
     for number, one in enumerate(fixtures):
         values.append(_fixture_parts(one, f"fixture_{number}", arrays))
     return values, arrays
@@ -133,7 +133,7 @@ def fixtures_from(values: list[dict[str, Any]], arrays: Mapping[str, NDArray[Any
     return tuple(_fixture_from(one, arrays) for one in values)
 
 
-def _fixture_parts(one: Fixture, key: str, arrays: Arrays) -> dict[str, Any]:
+def _fixture_parts(one: Fixture, key: str, arrays: NamedArrays) -> dict[str, Any]:
     if isinstance(one, Weighted):
         return {"kind": "Weighted", "weight": one.weight, "fixture": _fixture_parts(one.fixture, key, arrays)}
     if isinstance(one, SoftZone):
@@ -163,7 +163,7 @@ def _fixture_from(values: dict[str, Any], arrays: Mapping[str, NDArray[Any]]) ->
     return found
 
 
-def _region_parts(one: SoftRegion, key: str, arrays: Arrays) -> dict[str, Any]:
+def _region_parts(one: SoftRegion, key: str, arrays: NamedArrays) -> dict[str, Any]:
     grids = []
     for number, grid in enumerate(one.field.grids):
         name = f"{key}_grid_{number}"
@@ -188,7 +188,7 @@ def _region_from(values: dict[str, Any], arrays: Mapping[str, NDArray[Any]]) -> 
     )  # fmt: skip
 
 
-def _shape_parts(solid: Shape | Proximity, key: str, arrays: Arrays) -> dict[str, Any]:
+def _shape_parts(solid: Shape | Proximity, key: str, arrays: NamedArrays) -> dict[str, Any]:
     kind = type(solid).__name__
     if kind in SHAPES:
         return {"kind": kind, "values": _values(solid)}

@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 
 from ...arrays import Array, IntArray
-from ...pathway.limits.backtracking import largest_share
+from ...pathway.limits.backtracking import largest_fraction
 from ...pathway.limits.limits import Configuration, HardLimits
 from ...pathway.packed import PackedPathway
 from ...pathway.query.query import Deviations, Query
@@ -124,7 +124,7 @@ class DistalSteps:
                 self._refused = Refusal(verdict, end, context.bound, self.distal, self._distal_query)
             return verdict.taken
 
-        share = largest_share(is_admissible, self._part)
+        share = largest_fraction(is_admissible, self._part)
         if share > 0.0 and by_joints:
             self._by_joints, self.control.steering = not self.straight, (0.0, 0.0)
         elif share > 0.0:

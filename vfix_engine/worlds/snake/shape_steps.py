@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...arrays import Array
-from ...pathway.limits.backtracking import largest_share
+from ...pathway.limits.backtracking import largest_fraction
 from ...pathway.limits.limits import Configuration, HardLimits
 from ...pathway.limits.link_bounds import LinkBounds, known_within
 from ...pathway.live_pathway import LivePathway
@@ -108,7 +108,7 @@ class ShapeSteps(DistalSteps):
             advances = self.tip_s + part * remaining != self.tip_s  # else joints would move and the tip would not
             return advances and self._certified(blended(self._conformed, ahead, part), dt)
 
-        share = largest_share(is_admissible, self._part)
+        share = largest_fraction(is_admissible, self._part)
         if share > 0.0:
             self.tip_s = self._conformed.tip_s
             if self._goal is not None:  # what the tissue asks for goes in with the robot
@@ -178,7 +178,7 @@ class ShapeSteps(DistalSteps):
             return Outcome("rest")
         due = self._live.share(self.t, dt)
         whole = due == 1.0 and self._fastest(goal, dt) <= 1.0
-        share = largest_share(
+        share = largest_fraction(
             lambda share: self._certified(blended(self._conformed, goal, share * due), dt), self._part
         )
         self._goal = None if share == 0.0 or (whole and share == 1.0) else goal

@@ -8,7 +8,7 @@ const BLOCK = 256; // triangles with one box: neighbours in the file are mostly 
 /** @typedef {{ vertices: Float32Array, faces: Uint32Array, boxes: Float32Array }} BlockedMesh boxes: low and high corner of each block of triangles, LPS mm */
 
 /**
- * A mesh as `GET /api/cases/{id}/surfaces/{name}?format=arrays` sends it.
+ * A mesh as `GET /api/v1/cases/{id}/surfaces/{name}?format=arrays` sends it.
  * @param {ArrayBuffer} buffer
  * @returns {BlockedMesh}
  */

@@ -75,7 +75,7 @@ async function fetched(address) {
  */
 async function load(caseId, name, tell) {
   const query = name === null ? "" : `?volume=${encodeURIComponent(name)}`;
-  const base = `/api/cases/${encodeURIComponent(caseId)}/volume`;
+  const base = `/api/v1/cases/${encodeURIComponent(caseId)}/volume`;
   /** @type {GridWords} */
   const words = await (await fetched(`${base}${query}`)).json();
   const grid = new Grid(words);
@@ -129,7 +129,7 @@ async function loadOutlines({ head: mine, caseId, outlines: wanted }) {
     const loaded = await Promise.all(wanted.map(async ({ name, colour, closed }) => {
       const known = outlines.find((one) => one.name === name); // one that is shown again, or has another colour
       if (known) return { ...known, colour };
-      const address = `/api/cases/${encodeURIComponent(caseId)}/surfaces/${encodeURIComponent(name)}?format=arrays&open_ends=${closed}`;
+      const address = `/api/v1/cases/${encodeURIComponent(caseId)}/surfaces/${encodeURIComponent(name)}?format=arrays&open_ends=${closed}`;
       return { name, colour, mesh: meshOf(await (await fetched(address)).arrayBuffer()) };
     }));
     if (mine !== head) return;
@@ -228,8 +228,8 @@ async function showLabel({ head: mine, caseId, labelId, volume, colour }) {
   try {
     if (labelId !== null) {
       /** @type {GridWords} */
-      const words = await (await fetched(`/api/cases/${encodeURIComponent(caseId)}/volume?volume=${encodeURIComponent(volume)}`)).json();
-      const runs = new Uint32Array(await (await fetched(`/api/labels/${encodeURIComponent(labelId)}/voxels`)).arrayBuffer());
+      const words = await (await fetched(`/api/v1/cases/${encodeURIComponent(caseId)}/volume?volume=${encodeURIComponent(volume)}`)).json();
+      const runs = new Uint32Array(await (await fetched(`/api/v1/labels/${encodeURIComponent(labelId)}/voxels`)).arrayBuffer());
       if (order !== labels) return;
       const grid = new Grid(words);
       label = { id: labelId, colour, grid, mask: maskOfRuns(grid.shape[0] * grid.shape[1] * grid.shape[2], runs) };

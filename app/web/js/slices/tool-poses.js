@@ -28,7 +28,7 @@ export class ToolPoses extends EventTarget {
     this.show(null);
     if (!plan || !done) return;
     try {
-      const response = await fetch(`/api/plans/${encodeURIComponent(plan.id)}/tool-poses`, { credentials: "same-origin" });
+      const response = await fetch(`/api/v1/plans/${encodeURIComponent(plan.id)}/tool-poses`, { credentials: "same-origin" });
       if (key === this.key && response.ok) this.show(await response.json());
     } catch {
       if (key === this.key) this.key = ""; // the line is down: asked again with the next state

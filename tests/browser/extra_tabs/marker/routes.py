@@ -5,6 +5,6 @@ from fastapi import APIRouter
 router = APIRouter()
 
 
-@router.get("/api/steps/marker/words")
+@router.get("/api/v1/steps/marker/words")
 async def words() -> dict[str, str]:
     return {"words": "a marker"}

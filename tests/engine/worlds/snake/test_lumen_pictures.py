@@ -128,7 +128,7 @@ def test_a_picture_shows_robot_pathway_and_lumen(made_up_course: SyntheticCourse
 
 def test_names_of_landmarks_lie_on_no_dot_and_on_no_name(monkeypatch: pytest.MonkeyPatch) -> None:
     """Three places a few pixels apart, as the valve and the appendix are on a real colon, and one that is ringed."""
-    written: list[tuple[str, picture_marks.Box]] = []
+    written: list[tuple[str, picture_marks.PixelBox]] = []
 
     def keep(
         picture: Array, words: str, at: tuple[int, int], scale: float, *_: object, bold: bool, **more: bool

@@ -14,7 +14,7 @@ from ....pathway.packed import PackedPathway
 from .camera_view import Picture, PinholeCamera
 
 Colour = tuple[int, int, int]
-Box = tuple[int, int, int, int]  # left, top, right, foot [px]
+PixelBox = tuple[int, int, int, int]  # left, top, right, foot [px]
 
 INK: Colour = (40, 44, 52)
 RIM: Colour = (0, 128, 140)
@@ -81,11 +81,11 @@ def draw_marks(
         pixels, _ = view.project(np.asarray(places[key], dtype=np.float64)[None])
         if np.isfinite(pixels).all() and (np.abs(pixels) < _FAR).all():
             spots[key] = round(float(pixels[0, 0])), round(float(pixels[0, 1]))
-    dots: dict[str, Box] = {}
+    dots: dict[str, PixelBox] = {}
     for key, (x, y) in spots.items():
         half = _DOT[key == ringed] + 2
         dots[key] = (x - half, y - half, x + half, y + half)
-    taken: list[Box] = []
+    taken: list[PixelBox] = []
     for key, (x, y) in spots.items():
         large = key == ringed
         radius, scale = _DOT[large], 0.6 if large else 0.45
@@ -101,7 +101,7 @@ def draw_marks(
         cv2.circle(picture, (x, y), _DOT[key == ringed], MARK, 2 if key == ringed else -1, cv2.LINE_AA)
 
 
-def _free(view: PinholeCamera, at: tuple[int, int], radius: int, wide: int, others: list[Box]) -> Box:
+def _free(view: PinholeCamera, at: tuple[int, int], radius: int, wide: int, others: list[PixelBox]) -> PixelBox:
     """The box of a name that lies on none of the others, as near to its dot as that goes: right or left, then lower."""
     x, y = at
     boxes = []
@@ -115,7 +115,7 @@ def _free(view: PinholeCamera, at: tuple[int, int], radius: int, wide: int, othe
     return (free or boxes or [(4, y + 5 - _LINE, 4 + wide, y + 5)])[0]
 
 
-def _meet(one: Box, two: Box) -> bool:
+def _meet(one: PixelBox, two: PixelBox) -> bool:
     return one[0] - 3 < two[2] and two[0] < one[2] + 3 and one[1] < two[3] + 3 and two[1] < one[3] + 3
 
 
@@ -140,7 +140,7 @@ def write(
     cv2.putText(picture, text, at, _FONT, scale, colour, weight, cv2.LINE_AA)
 
 
-def lighten(picture: Picture, box: Box) -> None:
+def lighten(picture: Picture, box: PixelBox) -> None:
     """Fade a part of a picture to nearly the colour of paper."""
     part = picture[max(box[1], 0) : max(box[3], 0), max(box[0], 0) : max(box[2], 0)]
     part[:] = np.rint(0.25 * part + 0.75 * np.array(PAPER)).astype(np.uint8)

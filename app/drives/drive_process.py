@@ -9,69 +9,77 @@ import threading
 from collections import deque
 from collections.abc import Callable
 from concurrent.futures import Executor
+from functools import partial
+from typing import Any, Generic, TypeVar
 
-import numpy as np
-
-from app.tabs.rehearse.drive_record import ProcessStatus
-from app.tabs.rehearse.preparation import Prepared
-from app.tabs.rehearse.recorded_process import RecordedProcess
-from app.tabs.rehearse.settings_exchange import SettingsExchange
-from vfix_engine.control import ControlSettings
+from app.drives.drive_record import ProcessStatus
+from app.drives.prepared_drive import PreparedDrive
+from app.drives.recorded_process import RecordedProcess
+from app.drives.settings_exchange import SettingsExchange
 from vfix_engine.error_places import error_places
 from vfix_engine.errors import ControlError, VfixError
-from vfix_engine.robots import PlacedRobot, RobotModel
+from vfix_engine.runtime.process import ControlProcess
+from vfix_engine.runtime.requests import Request, SetSettings
 from vfix_engine.runtime.ring import RowReader
-from vfix_engine.worlds.rigid.realtime import RehearsalProcess
-from vfix_engine.worlds.rigid.snapshot import RigidSnapshot
+from vfix_engine.runtime.settings import WorldSettings
+from vfix_engine.runtime.snapshot import Snapshot
+
+P = TypeVar("P", bound=PreparedDrive[Any])
+T = TypeVar("T", bound=Snapshot)
 
 SILENT_S = 2.0  # a process that shows no new snapshot for so long hangs; one that rests shows several a second
 _ENDED = "The control process ended. Start the rehearsal again."
 _LOG = logging.getLogger(__name__)
 
 
-class DriveProcess:
-    """At most one control process at a time, and what is known of it. Thread-safe."""
+class DriveProcess(Generic[P, T]):
+    """At most one control process at a time, of any world, and what is known of it. Thread-safe.
+
+    P is the type of what it is started with, T that of its snapshots.
+    """
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._checking = threading.Lock()  # taken before _lock: one thread at a time hears what the process says
-        self._process: RehearsalProcess | None = None
-        self._coming: RehearsalProcess | None = None  # being started
-        self._prepared: Prepared | None = None
-        self._robot: PlacedRobot | None = None
+        self._process: ControlProcess[T] | None = None
+        self._coming: ControlProcess[T] | None = None  # being started
+        self._prepared: P | None = None
         self._state: ProcessStatus = "absent"
         self._words = ""
-        self._plan_key: object = None
+        self._made_of: object = None  # what it was prepared from
         self._generation = 0
-        self._talk = SettingsExchange(ControlSettings())
+        self._exchange: SettingsExchange | None = None  # None until there is a process
         self._notes: list[str] = []  # of the process, until it is known whether they are about a setting
         self._words_for_holder: deque[str] = deque(maxlen=8)
         self._unrecorded = ""  # why this drive is not recorded, or not to its end
-        self._hand: str | None = None  # the tab whose hand holds the grip
-        self._target_id: str | None = None
+        self._hand: str | None = None  # the client whose hand holds the grip
+        self._requested: Request | None = None
 
     @property
     def state(self) -> ProcessStatus:
         with self._lock:
             return self._state
 
-    def is_for(self, plan_key: object) -> bool:
-        """Whether the robot that stands here, or comes, was placed for this revision of the plan."""
+    def is_for(self, made_of: object) -> bool:
+        """Whether the robot that stands here, or comes, was prepared from this."""
         with self._lock:
-            return self._plan_key == plan_key and self._state in ("starting", "ready", "silent")
+            return self._made_of == made_of and self._state in ("starting", "ready", "silent")
 
-    def open(self, plan_key: object, prepare: Callable[[], Prepared], executor: Executor) -> None:
-        """Place the robot and start its process in the background; one that runs is closed first."""
+    def open(self, made_of: object, prepare: Callable[[], P], executor: Executor, words: str = "Starting …") -> None:
+        """Prepare the drive and start its process in the background; one that runs is closed first.
+
+        made_of: what it is prepared from, see :meth:`is_for`. words: what is going on meanwhile.
+        """
         self.close()
         with self._lock:
             self._generation += 1
             generation = self._generation
-            self._state, self._words, self._plan_key = "starting", "Placing the robot at the entry …", plan_key
-            self._target_id = None
-        executor.submit(self._start, generation, plan_key, prepare)
+            self._state, self._words, self._made_of = "starting", words, made_of
+            self._requested = None
+        executor.submit(self._start, generation, made_of, prepare)
 
-    def _start(self, generation: int, plan_key: object, prepare: Callable[[], Prepared]) -> None:
-        process: RehearsalProcess | None = None
+    def _start(self, generation: int, made_of: object, prepare: Callable[[], P]) -> None:
+        process: ControlProcess[T] | None = None
         try:
             prepared = prepare()
             process = _process(prepared)
@@ -81,9 +89,6 @@ class DriveProcess:
                 self._coming = process
             process.start()
             process.wait_ready()
-            named = prepared.spec.robot
-            model = named if isinstance(named, RobotModel) else RobotModel.load(named)
-            robot = model.placed(np.asarray(prepared.spec.base))
         except VfixError as error:
             self._not_started(generation, process, str(error))
             return
@@ -93,11 +98,10 @@ class DriveProcess:
             return
         with self._checking, self._lock:  # not while another process is being heard
             if generation == self._generation:
-                self._process, self._coming = process, None
-                self._prepared, self._robot = prepared, robot
-                if prepared.plan_key not in (None, plan_key):  # the registration was changed before it was read
-                    self._plan_key = prepared.plan_key
-                self._talk = SettingsExchange(prepared.settings)
+                self._process, self._coming, self._prepared = process, None, prepared
+                if prepared.made_of not in (None, made_of):  # it was changed before it was read
+                    self._made_of = prepared.made_of
+                self._exchange = SettingsExchange(prepared.settings)
                 self._notes.clear()
                 self._words_for_holder.clear()
                 self._state, self._words = "ready", ""
@@ -105,7 +109,7 @@ class DriveProcess:
                 return
         process.close()
 
-    def _not_started(self, generation: int, process: RehearsalProcess | None, words: str) -> None:
+    def _not_started(self, generation: int, process: ControlProcess[T] | None, words: str) -> None:
         if process is not None:
             process.close()
         with self._lock:
@@ -117,7 +121,7 @@ class DriveProcess:
         """End the process, one that is only coming as well."""
         self._end("absent", "")
 
-    def _end(self, state: ProcessStatus, words: str, only: RehearsalProcess | None = None) -> None:
+    def _end(self, state: ProcessStatus, words: str, only: ControlProcess[T] | None = None) -> None:
         """only: end nothing unless this process is here; somebody else may have ended it, and another one comes."""
         with self._lock:
             if only is not None and self._process is not only:
@@ -125,8 +129,8 @@ class DriveProcess:
             self._generation += 1
             self._hand = None
             processes = [process for process in (self._process, self._coming) if process is not None]
-            self._process = self._coming = self._prepared = self._robot = None
-            self._state, self._words, self._plan_key = state, words, None
+            self._process = self._coming = self._prepared = self._exchange = None
+            self._state, self._words, self._made_of = state, words, None
             self._unrecorded = ""
         for process in processes:
             process.close()
@@ -134,7 +138,8 @@ class DriveProcess:
                 if event.kind == "unrecorded":
                     self._not_recorded(event.text, "It ended before its run was whole.")
 
-    def snapshot(self) -> RigidSnapshot | None:
+    def snapshot(self) -> T | None:
+        """The newest; None while there is no robot."""
         process = self._live()
         return None if process is None else process.snapshot()
 
@@ -156,13 +161,13 @@ class DriveProcess:
             if process is not None:
                 self._hear(process)
 
-    def _hear(self, process: RehearsalProcess) -> None:
+    def _hear(self, process: ControlProcess[T]) -> None:
         words = ""
         for event in process.events():
             if event.kind == "note":
                 self._notes.append(event.text)
             elif event.kind == "settings":
-                self._settings_told(process, ControlSettings.from_dict(json.loads(event.text)))
+                self._settings_answered(process, event.text)
             elif event.kind == "unrecorded":
                 with self._lock:
                     self._unrecorded = self._unrecorded or event.text
@@ -170,7 +175,7 @@ class DriveProcess:
             elif event.kind == "failed":
                 words = words or event.text
         with self._lock:
-            if not self._talk.open:
+            if self._exchange is None or not self._exchange.open:
                 self._words_for_holder.extend(self._notes)
                 self._notes.clear()
         if words or not process.alive:
@@ -183,49 +188,54 @@ class DriveProcess:
         with self._lock:
             self._words_for_holder.append(f"This drive is not recorded any more: {reason}. {what_now}")
 
-    def _watch(self, process: RehearsalProcess) -> None:
+    def _watch(self, process: ControlProcess[T]) -> None:
         """The age of the newest snapshot tells a process that hangs; one that wakes up again is shown again."""
         silent = process.silence_s
         with self._lock:
             if self._process is process and self._state in ("ready", "silent"):
                 self._state, self._words = ("ready", "") if silent < SILENT_S else ("silent", _silence(silent))
 
-    def _settings_told(self, process: RehearsalProcess, in_force: ControlSettings) -> None:
+    def _settings_answered(self, process: ControlProcess[T], text: str) -> None:
         """The answer to one change: what is in force now, the old settings where it was refused."""
         snapshot = process.snapshot()
         reason = self._notes[-1] if self._notes else ""
         with self._lock:
-            following = self._talk.told(in_force, reason, None if snapshot is None else snapshot.clearance_mm)
-            if self._talk.refusal and self._notes:
+            exchange, prepared = self._exchange, self._prepared
+            if exchange is None or prepared is None:
+                return
+            in_force = exchange.in_force.from_dict(json.loads(text))
+            to_send = exchange.answer(in_force, reason, partial(prepared.refusal, snapshot=snapshot))
+            if exchange.refusal and self._notes:
                 self._notes.pop()  # it is said beside the slider
-        if following is not None:
+        if to_send is not None:
             with contextlib.suppress(ControlError):  # it has ended: said by the check that follows
-                self._ask(process, following)
+                self._send_settings(process, to_send)
 
-    def plan_changed(self, before: object, after: object) -> None:
-        """The plan has changed in nothing but what this rehearsal has already: it is still the rehearsal of it."""
+    def made_of_changed(self, before: object, after: object) -> None:
+        """What it was prepared from has changed in nothing but what this drive has already: it is still the same."""
         with self._lock:
-            if self._plan_key == before:
-                self._plan_key = after
+            if self._made_of == before:
+                self._made_of = after
 
-    def _live(self) -> RehearsalProcess | None:
+    def _live(self) -> ControlProcess[T] | None:
         with self._lock:
             return self._process
 
-    def _ask(self, process: RehearsalProcess, settings: ControlSettings) -> None:
+    def _send_settings(self, process: ControlProcess[T], settings: WorldSettings) -> None:
         try:
-            process.set_settings(settings)
+            process.apply(SetSettings(settings))
         except ControlError:  # it was not sent: no answer will come
             with self._lock:
-                self._talk.forget()
+                if self._exchange is not None:
+                    self._exchange.forget()
             raise
 
 
-def _process(prepared: Prepared) -> RehearsalProcess:
-    """A process for a scene, not started; with a recording where there is one."""
+def _process(prepared: PreparedDrive[T]) -> ControlProcess[T]:
+    """A process for a world, not started; with a recording where there is one."""
     if prepared.recording is None:
-        return RehearsalProcess(prepared.spec, prepared.settings)
-    return RecordedProcess(prepared.spec, prepared.settings, prepared.recording)
+        return ControlProcess(prepared.spec)
+    return RecordedProcess(prepared.spec, prepared.recording)
 
 
 def _silence(seconds: float) -> str:

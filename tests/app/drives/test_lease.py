@@ -6,8 +6,8 @@ from hypothesis import settings as hypothesis_settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
 
+from app.drives.lease import Lease
 from app.messages.client import Client
-from app.tabs.rehearse.lease import Lease
 
 HOLDERS = [Client(name, "holds") for name in ("client-one-0", "client-two-0", "client-three")]
 CLIENTS = [*HOLDERS, Client("client-seer", "watches"), Client("client-guru", "instructs")]

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from hypothesis import settings as hypothesis_settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
 from test_shared_drive import ONE, THREE, TWO, Process
 
+from app.drives.shared_drives import DriveKey, SharedDrives
 from app.messages.client import Client
-from app.tabs.rehearse.shared_drives import SharedDrives
+
+PLAN = DriveKey("case", "plan")
 
 
 class DriveMachine(RuleBasedStateMachine):
@@ -18,8 +22,9 @@ class DriveMachine(RuleBasedStateMachine):
 
     def __init__(self) -> None:
         super().__init__()
-        self.drives, self.believed = SharedDrives(), None  # type: SharedDrives, Client | None
-        self.drive, self.process = self.drives.enter("plan", ONE), Process()
+        self.drives: SharedDrives[Any, Any] = SharedDrives()
+        self.believed: Client | None = None
+        self.drive, self.process = self.drives.enter(PLAN, ONE), Process()
         self._stand()
 
     def _stand(self) -> None:
@@ -39,7 +44,7 @@ class DriveMachine(RuleBasedStateMachine):
 
     @rule(client=clients)
     def comes_back(self, client: Client) -> None:
-        assert self.drives.enter("plan", client) is self.drive
+        assert self.drives.enter(PLAN, client) is self.drive
 
     @rule(client=clients)
     def is_abandoned(self, client: Client) -> None:
@@ -47,8 +52,8 @@ class DriveMachine(RuleBasedStateMachine):
         self.drives.leave(self.drive, client)
         if not self.drive.watchers:
             assert not self.process.alive
-            assert self.drives.find("plan") is None
-            self.drive, self.process, self.believed = self.drives.enter("plan", client), Process(), None
+            assert not self.drives.has(self.drive)
+            self.drive, self.process, self.believed = self.drives.enter(PLAN, client), Process(), None
             self._stand()
 
     @rule(client=clients, takes_hold=st.booleans())

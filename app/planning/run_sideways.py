@@ -6,7 +6,9 @@ A drive's process has no CT, and a step no time for it; the rows of the run say 
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +18,11 @@ from app.planning.piercing import PiercedReport, pierced_by_steps
 from vfix_engine.anatomy.piercing import Ways
 from vfix_engine.errors import InputError
 from vfix_engine.runtime.run import MANIFEST, SIDEWAYS, TICKS
+
+
+def measure_sideways(ways: Ways | None) -> Callable[[Path], dict[str, Any] | None] | None:
+    """:func:`add_sideways` with these ways; None where there are none, of a head without a CT."""
+    return None if ways is None else partial(add_sideways, ways=ways)
 
 
 def add_sideways(folder: Path, ways: Ways) -> dict[str, Any] | None:

@@ -8,22 +8,26 @@ from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
-import numpy as np
 import pytest
 from session_doubles import Now
 
+from app.drives import drive_process, shared_drive
+from app.drives.shared_drive import SharedDrive
+from app.drives.shared_drives import DriveKey, SharedDrives
 from app.messages.client import Client
 from app.scene.plan import PlanItem
-from app.tabs.rehearse import drive_process, shared_drive
-from app.tabs.rehearse.preparation import Prepared
-from app.tabs.rehearse.shared_drive import SharedDrive
-from app.tabs.rehearse.shared_drives import SharedDrives
+from app.tabs.rehearse.preparation import PreparedRehearsal
 from app.tabs.rehearse.view import rehearsal_section
 from tests.locks import Beside
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import ControlError, InputError, PlanError
 from vfix_engine.runtime.events import Event
+from vfix_engine.runtime.requests import Request, SetSettings, SetTask
+from vfix_engine.worlds.rigid.snapshot import RigidSnapshot
 
+Drive = SharedDrive[PreparedRehearsal, RigidSnapshot]
+PLAN = DriveKey("case", "plan")
+FREE = SetTask("free")
 ONE, TWO, THREE = (Client(name, "holds") for name in ("one", "two", "three"))
 
 
@@ -61,17 +65,18 @@ class Process:
         return lambda *values: self.told.append((name, *values))
 
 
-def _prepared() -> Prepared:
-    spec: Any = SimpleNamespace(robot="steady_hand", base=np.eye(4))
+def _prepared() -> PreparedRehearsal:
+    nothing: Any = None
     targets = [PlanItem(name, "target", name, (0.0, 0.0, 0.0)) for name in ("t-1", "t-2")]
-    return Prepared(spec, ControlSettings(), (PlanItem("p-1", "point", "P1", (0.0, 0.0, 0.0)), *targets))
+    items = (PlanItem("p-1", "point", "P1", (0.0, 0.0, 0.0)), *targets)
+    return PreparedRehearsal(spec=nothing, settings=ControlSettings(), robot=nothing, items=items)
 
 
 @pytest.fixture
-def drive(monkeypatch: pytest.MonkeyPatch) -> SharedDrive:
-    monkeypatch.setattr(drive_process, "RehearsalProcess", Process)
+def drive(monkeypatch: pytest.MonkeyPatch) -> Drive:
+    monkeypatch.setattr(drive_process, "ControlProcess", Process)
     monkeypatch.setattr(Process, "refuses", False)
-    made = SharedDrive()
+    made: Drive = SharedDrive()
     made.open("plan", _prepared, Now())
     return made
 
@@ -79,14 +84,14 @@ def drive(monkeypatch: pytest.MonkeyPatch) -> SharedDrive:
 @pytest.mark.parametrize("driven", ["plan", "plan behind another registration"])
 def test_a_robot_stands_for_what_it_was_placed_for(monkeypatch: pytest.MonkeyPatch, driven: str) -> None:
     """The registration may have been changed after the start was asked for, and changed back since."""
-    monkeypatch.setattr(drive_process, "RehearsalProcess", Process)
-    drive = SharedDrive()
-    drive.open("plan", lambda: replace(_prepared(), plan_key=driven), Now())
+    monkeypatch.setattr(drive_process, "ControlProcess", Process)
+    drive: Drive = SharedDrive()
+    drive.open("plan", lambda: replace(_prepared(), made_of=driven), Now())
     assert drive.is_for(driven)
     assert drive.is_for("plan") is (driven == "plan")
 
 
-def test_only_the_holder_moves_the_robot(drive: SharedDrive) -> None:
+def test_only_the_holder_moves_the_robot(drive: Drive) -> None:
     """HAZ-12: everything that another tab sends is ignored."""
     assert drive.lease.take(ONE)
     for tab in (TWO, ONE):
@@ -96,16 +101,17 @@ def test_only_the_holder_moves_the_robot(drive: SharedDrive) -> None:
         drive.run(tab)
         drive.pause(tab)
         drive.reset(tab)
-        drive.set_mode(tab, "inspect", "t-2")
+        drive.axes(tab, 0.5, 0.0, 0.0)
+        drive.apply(tab, FREE)
         drive.change_settings(tab, {"margin_mm": 1.0})
         if tab == TWO:
             assert Process.last.told == []
     names = [name for name, *_ in Process.last.told]
-    assert names == ["set_grip", "drive", "twist", "run", "pause", "reset", "set_mode", "set_settings"]
+    assert names == ["set_grip", "drive", "twist", "run", "pause", "reset", "axes", "apply", "apply"]
 
 
 def test_each_sign_of_the_holders_hand_makes_those_who_hear_it_prompt(
-    drive: SharedDrive, monkeypatch: pytest.MonkeyPatch
+    drive: Drive, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """HAZ-11: nobody else's does, nor what a click asks for."""
     heard: list[str] = []
@@ -123,17 +129,24 @@ def test_each_sign_of_the_holders_hand_makes_those_who_hear_it_prompt(
     assert len(heard) == 4
 
 
-def test_a_target_is_named_by_its_id_and_must_be_one_that_is_driven(drive: SharedDrive) -> None:
+def test_a_target_is_named_by_its_id_and_must_be_one_that_is_driven() -> None:
     """The process has the targets of the plan that it was started for, in their order."""
-    drive.lease.take(ONE)
-    drive.set_mode(ONE, "inspect", "t-2")
-    assert (Process.last.told, drive.read(ONE).target_id) == ([("set_mode", "inspect", 1)], "t-2")
+    assert _prepared().target_index("t-2") == 1
     with pytest.raises(PlanError, match="not part of this rehearsal"):
-        drive.set_mode(ONE, "inspect", "p-1")
-    assert drive.read(ONE).target_id == "t-2"
+        _prepared().target_index("p-1")
 
 
-def test_a_heartbeat_never_takes_hold(drive: SharedDrive) -> None:
+def test_everybody_reads_what_was_requested_last_of_the_robot_that_is_there(drive: Drive) -> None:
+    drive.lease.take(ONE)
+    drive.apply(ONE, FREE)
+    drive.change_settings(ONE, {"margin_mm": 1.0})
+    drive.apply(TWO, SetTask("path"))
+    assert drive.read(TWO).requested is FREE
+    drive.open("plan", _prepared, Now())
+    assert drive.read(TWO).requested is None
+
+
+def test_a_heartbeat_never_takes_hold(drive: Drive) -> None:
     """HAZ-11: only a press or a moved pointer does, whatever heartbeats come before, between and after."""
     drive.lease.take(ONE)
     drive.heartbeat(ONE)
@@ -145,7 +158,7 @@ def test_a_heartbeat_never_takes_hold(drive: SharedDrive) -> None:
     assert Process.last.told == [beat, grip, beat, ("release",), beat]
 
 
-def test_a_click_beside_the_grip_leaves_the_keys_alone(drive: SharedDrive) -> None:
+def test_a_click_beside_the_grip_leaves_the_keys_alone(drive: Drive) -> None:
     drive.lease.take(ONE)
     drive.drive(ONE, 1)
     drive.release_grip(ONE)
@@ -155,26 +168,31 @@ def test_a_click_beside_the_grip_leaves_the_keys_alone(drive: SharedDrive) -> No
     assert Process.last.told[-1] == ("release",)
 
 
-def _answer(drive: SharedDrive, monkeypatch: pytest.MonkeyPatch, *events: Event) -> None:
+def _answer(drive: Drive, monkeypatch: pytest.MonkeyPatch, *events: Event) -> None:
     monkeypatch.setattr(Process, "events", lambda self: list(events))
     drive.check()
     monkeypatch.setattr(Process, "events", lambda self: [])
 
 
-def _sent(drive: SharedDrive) -> list[ControlSettings]:
-    return [told[1] for told in Process.last.told if told[0] == "set_settings"]
+def _sent(drive: Drive) -> list[ControlSettings]:
+    asked = [told[1] for told in Process.last.told if told[0] == "apply"]
+    return [one.settings for one in asked if isinstance(one, SetSettings)]
+
+
+def _in_force(drive: Drive) -> ControlSettings:
+    settings = drive.read(ONE).settings
+    assert isinstance(settings, ControlSettings)
+    return settings
 
 
 def _told(settings: ControlSettings) -> Event:
     return Event("settings", json.dumps(settings.to_dict()))
 
 
-def test_a_setting_that_is_refused_is_not_shown_as_in_force(
-    drive: SharedDrive, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_setting_that_is_refused_is_not_shown_as_in_force(drive: Drive, monkeypatch: pytest.MonkeyPatch) -> None:
     """It is said once, beside the slider, without a word of a start; what was wished meanwhile does not carry it."""
     drive.lease.take(ONE)
-    old = drive.read(ONE).settings
+    old = _in_force(drive)
     drive.change_settings(ONE, {"margin_mm": 1.5})
     drive.change_settings(ONE, {"force_cap_n": 2.0})
     assert (drive.read(ONE).settings, len(_sent(drive))) == (old, 1)
@@ -187,7 +205,7 @@ def test_a_setting_that_is_refused_is_not_shown_as_in_force(
     )
     assert (_sent(drive)[-1].margin_mm, _sent(drive)[-1].force_cap_n) == (old.margin_mm, 2.0)
     _answer(drive, monkeypatch, _told(_sent(drive)[-1]))
-    assert (drive.read(ONE).refusal, drive.read(ONE).settings.force_cap_n) == ("", 2.0)
+    assert (drive.read(ONE).refusal, _in_force(drive).force_cap_n) == ("", 2.0)
     assert drive.read(TWO, take_words=True).words_for_holder == ()
     assert drive.read(ONE, take_words=True).words_for_holder == ("no such target",)
     assert drive.read(ONE).accepted == {"force_cap_n": 2.0}
@@ -195,9 +213,7 @@ def test_a_setting_that_is_refused_is_not_shown_as_in_force(
         drive.change_settings(ONE, {"self": 1.0})
 
 
-def test_settings_count_once_the_process_has_confirmed_them(
-    drive: SharedDrive, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_settings_count_once_the_process_has_confirmed_them(drive: Drive, monkeypatch: pytest.MonkeyPatch) -> None:
     """Two changes in a row both hold, and each is handed to the plan until that has kept it."""
     drive.lease.take(ONE)
     drive.change_settings(ONE, {"margin_mm": 0.5})
@@ -206,14 +222,14 @@ def test_settings_count_once_the_process_has_confirmed_them(
         assert len(_sent(drive)) == number
         _answer(drive, monkeypatch, _told(_sent(drive)[-1]))
     now = drive.read(ONE)
-    assert (now.settings.margin_mm, now.settings.force_cap_n, now.answered) == (0.5, 2.0, 2)
+    assert (_in_force(drive).margin_mm, _in_force(drive).force_cap_n, now.answered) == (0.5, 2.0, 2)
     assert drive.read(TWO).accepted == {}
     assert drive.read(ONE).accepted == {"margin_mm": 0.5, "force_cap_n": 2.0}
     drive.kept({"margin_mm": 0.4, "force_cap_n": 2.0})
     assert drive.read(ONE).accepted == {"margin_mm": 0.5}, "changed again while it was being kept"
 
 
-def test_a_process_that_does_not_read_is_sent_one_change_of_the_settings(drive: SharedDrive) -> None:
+def test_a_process_that_does_not_read_is_sent_one_change_of_the_settings(drive: Drive) -> None:
     """A pipe that nobody empties never fills, however long the slider is moved."""
     drive.lease.take(ONE)
     for n in range(1000):
@@ -221,21 +237,21 @@ def test_a_process_that_does_not_read_is_sent_one_change_of_the_settings(drive: 
     assert len(_sent(drive)) == 1
 
 
-def test_a_change_that_could_not_be_sent_is_not_waited_for(drive: SharedDrive, monkeypatch: pytest.MonkeyPatch) -> None:
-    def refuse(process: Process, settings: ControlSettings) -> None:
+def test_a_change_that_could_not_be_sent_is_not_waited_for(drive: Drive, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(process: Process, request: Request) -> None:
         raise ControlError("the control process does not answer")
 
     drive.lease.take(ONE)
-    monkeypatch.setattr(Process, "set_settings", refuse, raising=False)
+    monkeypatch.setattr(Process, "apply", refuse, raising=False)
     with pytest.raises(ControlError, match="does not answer"):
         drive.change_settings(ONE, {"margin_mm": 0.5})
     monkeypatch.undo()
     drive.change_settings(ONE, {"force_cap_n": 2.0})
     (sent,) = _sent(drive)
-    assert (sent.margin_mm, sent.force_cap_n) == (drive.read(ONE).settings.margin_mm, 2.0)
+    assert (sent.margin_mm, sent.force_cap_n) == (_in_force(drive).margin_mm, 2.0)
 
 
-def test_a_process_that_hangs_is_told_and_can_be_ended(drive: SharedDrive, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_process_that_hangs_is_told_and_can_be_ended(drive: Drive, monkeypatch: pytest.MonkeyPatch) -> None:
     """HAZ-10: the age of its newest snapshot tells it; one that wakes up again is shown again."""
     for silence, state in ((0.1, "ready"), (2.5, "silent"), (7.0, "silent"), (0.0, "ready"), (60.0, "silent")):
         monkeypatch.setattr(Process, "silence_s", silence)
@@ -246,12 +262,12 @@ def test_a_process_that_hangs_is_told_and_can_be_ended(drive: SharedDrive, monke
     assert (drive.state, Process.last.alive) == ("absent", False)
 
 
-def test_a_process_that_ends_with_a_word_passes_it_on(drive: SharedDrive, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_process_that_ends_with_a_word_passes_it_on(drive: Drive, monkeypatch: pytest.MonkeyPatch) -> None:
     _answer(drive, monkeypatch, Event("failed", "out of memory"))
     assert (drive.state, drive.read(ONE).words) == ("failed", "out of memory")
 
 
-def test_a_hand_is_forgotten_with_the_process_it_held(drive: SharedDrive) -> None:
+def test_a_hand_is_forgotten_with_the_process_it_held(drive: Drive) -> None:
     """HAZ-11: a plan edited in the middle of a drag leaves no hand behind for the next holder or the next process."""
     for end in (drive.close, lambda: drive.open("plan", _prepared, Now()), lambda: drive.leave(ONE)):
         drive.open("plan", _prepared, Now())
@@ -268,7 +284,7 @@ def test_a_hand_is_forgotten_with_the_process_it_held(drive: SharedDrive) -> Non
         drive.lease.let_go(TWO)
 
 
-def test_a_hand_that_was_let_go_of_has_to_take_hold_again(drive: SharedDrive) -> None:
+def test_a_hand_that_was_let_go_of_has_to_take_hold_again(drive: Drive) -> None:
     """HAZ-11: a drag goes on in a scene that missed the release; its moves are no hand."""
     drive.lease.take(ONE)
     drive.set_grip(ONE, (1.0, 2.0, 3.0))
@@ -286,34 +302,35 @@ def test_a_hand_that_was_let_go_of_has_to_take_hold_again(drive: SharedDrive) ->
 
 def test_a_page_that_comes_back_finds_the_drive_of_its_plan() -> None:
     """A drive that was given away meanwhile leaves no orphan: the page and the newcomer share one."""
-    drives = SharedDrives()
-    first = drives.enter("plan", ONE)
-    assert drives.enter("plan", TWO) is first
+    drives: SharedDrives[PreparedRehearsal, RigidSnapshot] = SharedDrives()
+    first = drives.enter(PLAN, ONE)
+    assert drives.enter(PLAN, TWO) is first
     drives.leave(first, ONE)
     drives.leave(first, TWO)
-    assert drives.enter("plan", ONE) is drives.enter("plan", TWO) is not first
+    assert drives.enter(PLAN, ONE) is drives.enter(PLAN, TWO) is not first
 
 
 def test_a_window_that_enters_while_the_last_one_leaves_keeps_its_robot(
-    drive: SharedDrive, monkeypatch: pytest.MonkeyPatch
+    drive: Drive, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    drives, close = SharedDrives(), SharedDrive.close
-    left, entered = drives.enter("plan", ONE), list[SharedDrive]()
+    drives: SharedDrives[PreparedRehearsal, RigidSnapshot] = SharedDrives()
+    close = SharedDrive.close
+    left, entered = drives.enter(PLAN, ONE), list[Drive]()
 
-    def close_late(closing: SharedDrive) -> None:
+    def close_late(closing: Drive) -> None:
         if not entered:
-            entered.append(drives.enter("plan", TWO))
+            entered.append(drives.enter(PLAN, TWO))
             entered[0].open("plan", _prepared, Now())
         close(closing)
 
     monkeypatch.setattr(SharedDrive, "close", close_late)
     drives.leave(left, ONE)
     assert entered[0].state == "ready"
-    assert drives.enter("plan", THREE) is entered[0]
+    assert drives.enter(PLAN, THREE) is entered[0]
 
 
 def test_the_holder_is_told_that_a_drive_is_not_recorded_any_more(
-    drive: SharedDrive, monkeypatch: pytest.MonkeyPatch
+    drive: Drive, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """HAZ-26: it is no answer to a setting that is on its way, and the drive goes on."""
     drive.lease.take(ONE)
@@ -328,7 +345,7 @@ def test_the_holder_is_told_that_a_drive_is_not_recorded_any_more(
 
 
 def test_a_run_that_cannot_be_finished_is_told_when_the_drive_has_ended(
-    drive: SharedDrive, monkeypatch: pytest.MonkeyPatch
+    drive: Drive, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The rest of it is written, and it gets its name, once its process has ended."""
     drive.lease.take(ONE)
@@ -342,7 +359,7 @@ def test_a_run_that_cannot_be_finished_is_told_when_the_drive_has_ended(
 
 
 def test_a_process_that_ends_while_another_is_coming_does_not_end_that_one(
-    drive: SharedDrive, monkeypatch: pytest.MonkeyPatch
+    drive: Drive, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """One window resets while another one hears the process that is being replaced."""
     started: list[Any] = []
@@ -362,12 +379,12 @@ def test_a_process_that_ends_while_another_is_coming_does_not_end_that_one(
 
 
 def test_two_windows_that_listen_at_once_hear_the_reason_of_a_refusal(
-    drive: SharedDrive, monkeypatch: pytest.MonkeyPatch
+    drive: Drive, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The note is heard by one thread and the answer it belongs to by the next, in this order."""
     drive.lease.take(ONE)
     drive.change_settings(ONE, {"margin_mm": 1.5})
-    said = [[Event("note", "the tube is narrow")], [_told(drive.read(ONE).settings)]]
+    said = [[Event("note", "the tube is narrow")], [_told(_in_force(drive))]]
     other = Beside(lambda: drive.check())
 
     def events(process: Process) -> list[Event]:
@@ -384,7 +401,7 @@ def test_two_windows_that_listen_at_once_hear_the_reason_of_a_refusal(
     assert drive.read(ONE, take_words=True).words_for_holder == ()
 
 
-def test_a_page_that_leaves_lets_go(drive: SharedDrive) -> None:
+def test_a_page_that_leaves_lets_go(drive: Drive) -> None:
     drive.lease.take(ONE)
     drive.set_grip(ONE, (1.0, 2.0, 3.0))
     drive.leave(ONE)
@@ -392,7 +409,7 @@ def test_a_page_that_leaves_lets_go(drive: SharedDrive) -> None:
     assert drive.lease.take(TWO)
 
 
-def test_settings_are_clamped_on_the_server(drive: SharedDrive) -> None:
+def test_settings_are_clamped_on_the_server(drive: Drive) -> None:
     """HAZ-05: whatever a slider is made to say."""
     drive.lease.take(ONE)
     bounds = ControlSettings.bounds()
@@ -402,9 +419,9 @@ def test_settings_are_clamped_on_the_server(drive: SharedDrive) -> None:
 
 
 def test_a_drive_says_why_it_could_not_start(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(drive_process, "RehearsalProcess", Process)
+    monkeypatch.setattr(drive_process, "ControlProcess", Process)
     monkeypatch.setattr(Process, "refuses", True)
-    drive = SharedDrive()
+    drive: Drive = SharedDrive()
     drive.open("plan", _prepared, Now())
     assert drive.state == "failed"
     assert "does not fit" in drive.read(ONE).words
@@ -415,8 +432,8 @@ def test_a_start_that_is_not_wanted_any_more_is_ended_at_once(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """It does not go on for its two minutes behind the back of the next one."""
-    monkeypatch.setattr(drive_process, "RehearsalProcess", Process)
-    drive = SharedDrive()
+    monkeypatch.setattr(drive_process, "ControlProcess", Process)
+    drive: Drive = SharedDrive()
     ended: list[bool] = []
 
     def wait_ready(process: Process) -> None:
@@ -429,14 +446,14 @@ def test_a_start_that_is_not_wanted_any_more_is_ended_at_once(
     assert (ended, drive.state) == ([True], "absent")
 
 
-def test_a_control_process_that_ends_is_noticed(drive: SharedDrive) -> None:
+def test_a_control_process_that_ends_is_noticed(drive: Drive) -> None:
     Process.last.alive = False
     drive.check()
     assert drive.state == "failed"
     assert "ended" in drive.read(ONE).words
 
 
-def test_a_role_says_what_a_client_may_do(drive: SharedDrive) -> None:
+def test_a_role_says_what_a_client_may_do(drive: Drive) -> None:
     """Who instructs changes mode and settings of a robot that another drives; who watches changes nothing."""
     teacher, watcher = Client("teacher", "instructs"), Client("watcher", "watches")
     drive.lease.take(ONE)
@@ -446,8 +463,8 @@ def test_a_role_says_what_a_client_may_do(drive: SharedDrive) -> None:
         drive.drive(client, 1)
         drive.run(client)
         drive.reset(client)
-        drive.set_mode(client, "free", None)
+        drive.apply(client, FREE)
         drive.change_settings(client, {"margin_mm": 1.0})
         told = [name for name, *_ in Process.last.told]
-        assert told == ([] if client is watcher else ["set_mode", "set_settings"])
+        assert told == ([] if client is watcher else ["apply", "apply"])
     assert drive.lease.holder == ONE

@@ -1,31 +1,39 @@
-"""A drive that clients share: one control process per plan, and the lease of its handle."""
+"""A drive that clients share: one control process, and the lease of its handle."""
 
 from __future__ import annotations
 
+from typing import Any, TypeVar
+
+from app.drives.drive_process import DriveProcess
+from app.drives.drive_record import DriveRecord
+from app.drives.lease import Lease
+from app.drives.prepared_drive import PreparedDrive
 from app.kit.prompt_threads import PROMPT_THREADS
 from app.kit.values import Position
 from app.messages.client import Client
-from app.tabs.rehearse.drive_process import DriveProcess
-from app.tabs.rehearse.drive_record import DriveRecord
-from app.tabs.rehearse.lease import Lease
-from vfix_engine.worlds.rigid.realtime import RehearsalProcess
+from vfix_engine.runtime.process import ControlProcess
+from vfix_engine.runtime.requests import Request
+from vfix_engine.runtime.snapshot import Snapshot
+
+P = TypeVar("P", bound=PreparedDrive[Any])
+T = TypeVar("T", bound=Snapshot)
 
 
-class SharedDrive(DriveProcess):
-    """The drive of one plan. What a client's role or the lease does not allow, its methods do not do. Thread-safe."""
+class SharedDrive(DriveProcess[P, T]):
+    """One drive. What a client's role or the lease does not allow, its methods do not do. Thread-safe."""
 
     def __init__(self) -> None:
         super().__init__()
         self.lease = Lease()
         self.watchers: set[str] = set()
 
-    def _held(self, client: Client) -> RehearsalProcess | None:
+    def _held(self, client: Client) -> ControlProcess[T] | None:
         return self._live() if self.lease.held_by(client) else None
 
-    def _instructed(self, client: Client) -> RehearsalProcess | None:
+    def _instructed(self, client: Client) -> ControlProcess[T] | None:
         return self._live() if self.lease.held_by(client) or client.role == "instructs" else None
 
-    def read(self, client: Client, take_words: bool = False) -> DriveRecord:
+    def read(self, client: Client, take_words: bool = False) -> DriveRecord[P, T]:
         """The drive as it is now; take_words: with what the process has said to the holder, which is said once."""
         with self._lock:
             process, holder = self._process, self.lease.holder
@@ -34,24 +42,24 @@ class SharedDrive(DriveProcess):
             words = tuple(self._words_for_holder) if mine and take_words else ()
             if words:
                 self._words_for_holder.clear()
+            exchange = self._exchange
             return DriveRecord(
                 state=self._state,
                 words=self._words,
                 snapshot=None if process is None else process.snapshot(),
                 prepared=self._prepared,
-                robot=self._robot,
-                plan_key=self._plan_key,
-                target_id=self._target_id,
-                settings=self._talk.in_force,
-                answered=self._talk.answered,
-                refusal=self._talk.refusal,
+                made_of=self._made_of,
+                requested=self._requested,
+                settings=None if exchange is None else exchange.in_force,
+                answered=0 if exchange is None else exchange.answered,
+                refusal="" if exchange is None else exchange.refusal,
                 holder=holder,
                 mine=mine,
                 hand_lost=mine and process is not None and process.hand_lost,
                 may_instruct=instructs,
-                may_switch=instructs or (holder is None and client.may_hold),
+                may_prepare=instructs or (holder is None and client.may_hold),
                 words_for_holder=words,
-                accepted=self._talk.accepted if mine else {},
+                accepted=exchange.accepted if mine and exchange is not None else {},
                 unrecorded=self._unrecorded,
             )
 
@@ -84,6 +92,12 @@ class SharedDrive(DriveProcess):
         if self._hand == client.id:
             self.release(client)
 
+    def axes(self, client: Client, camera_x: float, camera_y: float, insert: float, buttons: int = 0) -> None:
+        """Camera and insertion, from -1 to +1 of full speed, and the buttons held; they need heartbeats."""
+        if (process := self._held(client)) is not None:
+            process.axes(camera_x, camera_y, insert, buttons)
+            PROMPT_THREADS.hear()
+
     def drive(self, client: Client, direction: int) -> None:
         if (process := self._held(client)) is not None:
             process.drive(direction)
@@ -94,7 +108,7 @@ class SharedDrive(DriveProcess):
             process.twist(direction)
             PROMPT_THREADS.hear()
 
-    # -- the wishes of the holder
+    # -- what the holder asks for
 
     def run(self, client: Client) -> None:
         if (process := self._held(client)) is not None:
@@ -113,26 +127,20 @@ class SharedDrive(DriveProcess):
         if (process := self._held(client)) is not None:
             process.reset()
 
-    def set_mode(self, client: Client, mode: str, target_id: str | None) -> None:
-        """Another mode; target_id: what to inspect, a target of the scene that is driven. Raises PlanError."""
-        process = self._instructed(client)
-        with self._lock:
-            prepared = self._prepared
-        if process is None or prepared is None:
-            return
-        index = None if target_id is None else prepared.target_index(target_id)
-        process.set_mode(mode, index)
-        self._target_id = target_id or self._target_id
+    def apply(self, client: Client, request: Request) -> None:
+        """Send the process a request of its world; what it cannot do it says as a note."""
+        if (process := self._instructed(client)) is not None:
+            process.apply(request)
+            with self._lock:
+                self._requested = request
 
     def change_settings(self, client: Client, values: dict[str, float]) -> None:
         """Ask the process for other settings, clamped; raises InputError for an unknown name."""
         process = self._instructed(client)
-        if process is None:
-            return
         with self._lock:
-            settings = self._talk.wish(values)
-        if settings is not None:
-            self._ask(process, settings)
+            settings = None if process is None or self._exchange is None else self._exchange.ask(values)
+        if process is not None and settings is not None:
+            self._send_settings(process, settings)
 
     def leave(self, client: Client) -> None:
         """The client is gone: whatever it held is let go of at once (HAZ-11)."""
@@ -140,6 +148,7 @@ class SharedDrive(DriveProcess):
         self.lease.let_go(client)
 
     def kept(self, values: dict[str, float]) -> None:
-        """The plan has kept these settings, or never will."""
+        """The document has kept these settings, or never will."""
         with self._lock:
-            self._talk.kept(values)
+            if self._exchange is not None:
+                self._exchange.kept(values)

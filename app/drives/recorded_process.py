@@ -1,20 +1,24 @@
-"""A rehearsal whose run is kept when its process has ended."""
+"""A control process whose run is kept when it has ended."""
 
 from __future__ import annotations
 
 import threading
+from typing import TypeVar
 
 from app.drives.recordings import Recording
 from app.kit.prompt_threads import PROMPT_THREADS
-from vfix_engine.control import ControlSettings
-from vfix_engine.worlds.rigid.realtime import RehearsalProcess, SceneSpec
+from vfix_engine.runtime.process import ControlProcess
+from vfix_engine.runtime.snapshot import Snapshot
+from vfix_engine.runtime.system import SystemSpec
+
+T = TypeVar("T", bound=Snapshot)
 
 
-class RecordedProcess(RehearsalProcess):
-    """A RehearsalProcess with a recording, which is handed over once, by whoever closes the process first."""
+class RecordedProcess(ControlProcess[T]):
+    """A ControlProcess with a recording, which is handed over once, by whoever closes the process first."""
 
-    def __init__(self, scene: SceneSpec, settings: ControlSettings, recording: Recording) -> None:
-        super().__init__(scene, settings, record=recording.folder)
+    def __init__(self, spec: SystemSpec, recording: Recording) -> None:
+        super().__init__(spec, record=recording.folder)
         self._recording = recording
         self._one_keeper = threading.Lock()
         self._kept = False

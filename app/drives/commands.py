@@ -1,0 +1,50 @@
+"""Commands of a drive, the same for every world; a tab that drives declares those that it answers."""
+
+from __future__ import annotations
+
+from typing import Annotated, ClassVar, Literal
+
+from pydantic import Field
+
+from app.messages.fields import Command, Direction, Identifier
+
+Axis = Annotated[float, Field(ge=-1.0, le=1.0, allow_inf_nan=False)]
+
+
+class DriveCommand(Command):
+    type: Literal["rehearsal.start", "rehearsal.pause", "rehearsal.reset", "rehearsal.end"]
+
+
+class SetDriveSettings(Command):
+    type: Literal["rehearsal.settings"]
+    values: Annotated[
+        dict[Identifier, Annotated[float, Field(ge=-1e6, le=1e6, allow_inf_nan=False)]], Field(max_length=16)
+    ]
+
+
+class HoldCommand(Command):
+    """What a hand on the handle sends."""
+
+    urgent: ClassVar[bool] = True
+    type: Literal["heartbeat", "grip.release", "rehearsal.take", "rehearsal.let_go"]
+
+
+class Push(Command):
+    """A key or button for motion along the path or about the shaft."""
+
+    urgent: ClassVar[bool] = True
+    type: Literal["drive", "twist"]
+    direction: Direction
+
+
+class MoveAxes(Command):
+    """Camera and insertion, from -1 to +1 of full speed, while something is held."""
+
+    urgent: ClassVar[bool] = True
+    type: Literal["axes"]
+    camera_x: Axis = 0.0
+    camera_y: Axis = 0.0
+    insert: Axis = 0.0
+
+
+COMMANDS: tuple[type[Command], ...] = (DriveCommand, SetDriveSettings, HoldCommand, Push)

@@ -1,0 +1,59 @@
+"""The section of a drive that every tab with one publishes, under the name `rehearsal`."""
+
+from __future__ import annotations
+
+from typing import Literal, TypedDict
+
+from app.messages.sections import Position
+
+DrivePhase = Literal["absent", "starting", "ready", "running", "paused", "silent", "failed"]
+
+
+class DriveMotion(TypedDict, total=False):
+    """The newest snapshot of a world; absent while no robot is in place. Numbers that do not exist are None.
+
+    holding: what holds the robot, in words.
+    taken_ms: when the snapshot was taken over from the control process, ms since 1970-01-01 UTC; None while it rests.
+    """
+
+    holding: str
+    force_n: float | None
+    progress_mm: float | None
+    length_mm: float | None
+    taken_ms: int | None
+    tip: Position
+
+
+class DriveSection(DriveMotion):
+    """A drive and who holds its handle; mine: this window, holder: who else.
+
+    unrecorded: why the drive is not recorded, or not to its end; None where it is.
+    """
+
+    state: DrivePhase
+    words: str
+    mine: bool
+    holder: str | None
+    can_take: bool
+    unrecorded: str | None
+
+
+class DetailsSection(TypedDict, total=False):
+    """How the control loop keeps its period; empty while no robot is in place. rows: of a program that is solved."""
+
+    loop_hz: float | None
+    step_us: float | None
+    step_us_p99: float | None
+    lateness_us_p50: float | None
+    lateness_us_p99: float | None
+    overruns: int
+    rows: int
+    steps: int
+    priority: str
+
+
+class DriveSections(TypedDict):
+    """The drive of what is open, and its loop."""
+
+    rehearsal: DriveSection
+    details: DetailsSection
