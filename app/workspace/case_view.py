@@ -24,7 +24,7 @@ from app.scene.picking import BonePicker, Hit, hit_plane
 from app.scene.view import ClickRay
 from app.services import Services
 from app.workspace import commands as c
-from app.workspace.background import in_background
+from app.workspace.latest import Latest, Run
 from app.workspace.layers import Layer
 from app.workspace.sections import CaseSection, ViewSection
 from app.workspace.slice_view import Greys, SliceView
@@ -52,7 +52,7 @@ class CaseView:
 
     def __init__(self, services: Services, executor: Executor, post: Callable[[Callable[[], None]], Any]) -> None:
         """post: queues a request onto the session's thread."""
-        self._services, self._executor, self._post = services, executor, post
+        self._services, self._latest = services, Latest(executor, post)
         self.case_id: str | None = None
         self.loading = ""
         self.hidden: frozenset[str] = frozenset()  # structures that somebody has hidden, by id
@@ -61,7 +61,7 @@ class CaseView:
         self._look = Look()
         self._slices: SliceView | None = None
         self._picker: BonePicker | None = None
-        self._ticket = 0
+        self._opens = 0  # of cases, which tells two loaded ones apart
         self._pending_cross: Array | None = None
         self._opened_up = False
 
@@ -84,18 +84,15 @@ class CaseView:
         self._look = replace(self._look, cut="whole", slices="none")
         self._opened_up = False
         self._pending_cross = None
-        self._ticket += 1
-        ticket = self._ticket
+        self._opens += 1
 
-        def read() -> None:
+        def read(run: Run) -> tuple[TriangleMesh, BonePicker, Volume | None, Volume | None]:
             mesh = self._display_mesh(case.id)
-            loaded = (mesh, BonePicker(mesh), *self._volumes(case))
-            self._post(lambda: self._loaded(ticket, *loaded))
+            return (mesh, BonePicker(mesh), *self._volumes(case))
 
-        def failed(words: str) -> None:
-            self._post(lambda: self._failed(ticket, words))
-
-        in_background(self._executor, "The head could not be read", read, failed)
+        self._latest.ask(
+            "The head could not be read", read, lambda found: self._loaded(*found), self._failed, lane=case_id
+        )
 
     def _volumes(self, case: Case) -> tuple[Volume | None, Volume | None]:
         """The wide CT and a finer one of a part, where there are such."""
@@ -110,13 +107,9 @@ class CaseView:
                 return meshes[name]
         raise InputError("this head has no bone surface to show.")
 
-    def _loaded(
-        self, ticket: int, mesh: TriangleMesh, picker: BonePicker, volume: Volume | None, detail: Volume | None
-    ) -> None:
-        if ticket != self._ticket:
-            return
+    def _loaded(self, mesh: TriangleMesh, picker: BonePicker, volume: Volume | None, detail: Volume | None) -> None:
         bounds = np.asarray(mesh.bounds)
-        self.surface = ShownSurface(f"{self.case_id}:{ticket}", mesh, bounds)
+        self.surface = ShownSurface(f"{self.case_id}:{self._opens}", mesh, bounds)
         self._picker = picker
         centre = bounds.mean(axis=0)
         cross = centre if self._pending_cross is None else self._pending_cross
@@ -124,9 +117,8 @@ class CaseView:
         self._look = replace(self._look, cut_at=float(cross[0]))
         self.loading = ""
 
-    def _failed(self, ticket: int, words: str) -> None:
-        if ticket == self._ticket:
-            self.loading = words
+    def _failed(self, words: str) -> None:
+        self.loading = words
 
     # -- changes
 

@@ -26,21 +26,10 @@ class Judged:
 
     def __init__(self, workspace: Workspace) -> None:
         self._services = workspace.services
-        self.stored = DryRuns(
-            workspace.services,
-            workspace.executor,
-            lambda ticket, answer: workspace.post(lambda: self.stored.accept(ticket, answer)),
-        )
-        self.live = LivePreviews(
-            workspace.services,
-            workspace.executor,
-            lambda ticket, answer: workspace.post(lambda: self.live.accept(ticket, answer)),
-        )
+        self.stored = DryRuns(workspace.services, workspace.executor, workspace.post)
+        self.live = LivePreviews(workspace.services, workspace.executor, workspace.post)
         self.cones = Cones(
-            workspace.services,
-            workspace.executor,
-            lambda ticket, answer: workspace.post(lambda: self.cones.accept(ticket, answer)),
-            lambda words: workspace.post(lambda: workspace.note(words, error=True)),
+            workspace.services, workspace.executor, workspace.post, lambda words: workspace.note(words, error=True)
         )
         self.tool = ShownTool()
         self._key: Any = None

@@ -5,8 +5,8 @@ from __future__ import annotations
 from app.messages.sections import Section
 from app.planning.removed_bone import RemovedVolumes
 from app.plans.service import Plan
-from app.tabs.plan.latest import LatestQueue
 from app.tabs.plan.region_sections import RemovedBoneSection
+from app.workspace.latest import Latest
 from app.workspace.workspace import Workspace
 
 _FAILED = "The bone that is removed could not be counted"
@@ -16,7 +16,7 @@ class RemovedBoneCount:
     """The volumes of the newest regions that were asked for. Owned by the session's thread."""
 
     def __init__(self, workspace: Workspace) -> None:
-        self._workspace, self._lanes = workspace, LatestQueue(workspace.executor)
+        self._workspace, self._latest = workspace, Latest(workspace.executor, workspace.post)
         self._asked: object = None
         self._found: RemovedVolumes | str | None = None  # words: why there are none
 
@@ -26,26 +26,23 @@ class RemovedBoneCount:
         if asked == self._asked:
             return
         self._asked, self._found = asked, None
-        if plan is not None:
-            self._lanes.submit(
-                "count",
-                _FAILED,
-                lambda: self._tell(asked, self._workspace.services.removed_volumes.of_plan(plan)),
-                lambda words: self._tell(asked, words if words.startswith(_FAILED) else f"{_FAILED}: {words}"),
-            )
+        if plan is None:
+            self._latest.drop()
+            return
+        self._latest.ask(
+            _FAILED,
+            lambda run: self._workspace.services.removed_volumes.of_plan(plan),
+            self._show,
+            lambda words: self._show(words if words.startswith(_FAILED) else f"{_FAILED}: {words}"),
+        )
 
     def section(self) -> Section[RemovedBoneSection | None]:
         """The page's section; None without a plan, and while its bone is counted."""
         found = self._found
         return Section(found, lambda: _view(found))
 
-    def _tell(self, asked: object, found: RemovedVolumes | str) -> None:
-        """On the worker's thread."""
-        self._workspace.post(lambda: self._accept(asked, found))
-
-    def _accept(self, asked: object, found: RemovedVolumes | str) -> None:
-        if asked == self._asked:
-            self._found = found
+    def _show(self, found: RemovedVolumes | str) -> None:
+        self._found = found
 
 
 def _view(found: RemovedVolumes | str | None) -> RemovedBoneSection | None:

@@ -9,16 +9,17 @@ from app.kit.kept import Same
 from app.scene.cones import cone_edges
 from app.services import Services
 from app.tabs.plan import commands as c
-from app.tabs.plan.cones import Cones, Found, cone_words
+from app.tabs.plan.cones import Cones, cone_words
 from app.tabs.plan.dry_runs import Corridor
 from app.tabs.plan.edited_plan import EditedPlan
+from app.workspace.latest import Act
 from vfix_engine.worlds.rigid.cone_surface import cone_surface
 
 
 def test_the_cones_of_the_page_are_those_that_evaluate_tells(phantom_services: Services) -> None:
     plan = phantom_services.plans.duplicate(SAMPLE, "Cones")
-    edited, executor, ran = EditedPlan(phantom_services, plan.id), Later(), list[tuple[int, Found]]()
-    cones = Cones(phantom_services, executor, lambda *answer: ran.append(answer))
+    edited, executor, ran = EditedPlan(phantom_services, plan.id), Later(), list[Act]()
+    cones = Cones(phantom_services, executor, ran.append)
     cones.refresh(edited, Corridor("computing"))
     assert cones.section(edited).build()["state"] == "none"
     known = Corridor("done", evaluation=phantom_services.planning.evaluate(plan))
@@ -26,7 +27,7 @@ def test_the_cones_of_the_page_are_those_that_evaluate_tells(phantom_services: S
     cones.refresh(edited, known)
     assert len(executor.work) == 1
     executor.work.pop()()
-    cones.accept(*ran.pop())
+    ran.pop()()
     section = cones.section(edited).build()
     assert section["state"] == "current"
     told = phantom_services.path_reports.of_plan(plan).chosen.targets
@@ -50,7 +51,7 @@ def test_the_selected_target_alone_has_its_cone_drawn(phantom_services: Services
     found = phantom_services.planning.cones(plan)
     sections_of(step)
     cones, target = step._judged.cones, plan.targets[0]
-    cones.accept(cones._ticket, {t.id: (t.position, found[t.id]) for t in plan.targets})
+    cones._show({t.id: (t.position, found[t.id]) for t in plan.targets})
     step.handle(c.ItemCommand(type="item.select", item_id=plan.points[0].id))
     assert cones.layer(step._edited).key is None
     step.handle(c.ItemCommand(type="item.select", item_id=target.id))

@@ -24,35 +24,37 @@ from app.tabs.plan.dry_runs import Corridor, DryRuns, failed_run
 from app.tabs.plan.edited_plan import EditedPlan
 from app.tabs.plan.hints import plan_hint
 from app.tabs.plan.version_commands import VersionCommand
+from app.workspace.latest import Act
 from vfix_engine.anatomy.surface_uncertainty import SurfaceUncertainty
 from vfix_engine.errors import InputError, PlanError
 
 
 def test_the_dry_run_of_an_older_plan_is_not_shown_for_a_newer_one(monkeypatch: pytest.MonkeyPatch) -> None:
     """The answer waits in the inbox behind the very edit that makes it old."""
-    waiting: list[tuple[int, Corridor]] = []
+    waiting: list[Act] = []
     executor = Later()
-    runs = DryRuns(SimpleNamespace(), executor, lambda *answer: waiting.append(answer))  # type: ignore[arg-type]
+    runs = DryRuns(SimpleNamespace(), executor, waiting.append)  # type: ignore[arg-type]
     monkeypatch.setattr(runs, "_answer", lambda plan, *rest: Corridor("done", plan.id, completed=True))
     runs.ask(SimpleNamespace(id="old"), 0.3)
     executor.work.pop()()
     runs.ask(SimpleNamespace(id="new"), 0.3)
-    runs.accept(*waiting.pop())
+    waiting.pop()()
     assert runs.current.status == "computing"
     executor.work.pop()()
-    runs.accept(*waiting.pop())
+    waiting.pop()()
     assert runs.current.words == "new"
 
 
 def test_a_dry_run_whose_case_cannot_be_read_has_failed(
     phantom_services: Services, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    step, executor, ran = open_sample(phantom_services), Later(), list[Corridor]()
+    step, executor = open_sample(phantom_services), Later()
     monkeypatch.setattr(phantom_services.cases, "get", lambda case_id: fail(StorageError("the disk is broken")))
     monkeypatch.setattr(phantom_services.dry_runs, "evaluate", lambda *given: SimpleNamespace())
-    DryRuns(phantom_services, executor, lambda ticket, answer: ran.append(answer)).ask(step.plan, 0.3)
+    runs = DryRuns(phantom_services, executor, lambda act: act())
+    runs.ask(step.plan, 0.3)
     executor.work.pop()()
-    assert [(answer.status, answer.words) for answer in ran] == [("failed", "the disk is broken")]
+    assert (runs.current.status, runs.current.words) == ("failed", "the disk is broken")
 
 
 def test_the_pages_dry_run_is_the_one_that_others_ask_for(
@@ -70,7 +72,8 @@ def test_the_pages_dry_run_is_the_one_that_others_ask_for(
         return wait(job_id)
 
     monkeypatch.setattr(services.jobs, "wait", cancelled_while_awaited)
-    DryRuns(services, executor, lambda ticket, answer: ran.append(answer)).ask(plan, 0.45)
+    runs = DryRuns(services, executor, lambda act: (act(), ran.append(runs.current)))
+    runs.ask(plan, 0.45)
     executor.work.pop()()
     began, ended = ran
     assert (began.status, began.job) == ("computing", job.id)  # the page shows how far it is, and can cancel it
@@ -159,7 +162,7 @@ def test_the_verdict_names_bone_soft_tissue_and_what_the_margin_leaves_open(phan
     step = open_sample(phantom_services)
     ran: list[Corridor] = []
     executor = Later()
-    corridor = DryRuns(phantom_services, executor, lambda ticket, answer: ran.append(answer))
+    corridor = DryRuns(phantom_services, executor, lambda act: (act(), ran.append(corridor.current)))
     for margin in (0.3, 0.4):
         corridor.ask(step.plan, margin)
         executor.work.pop()()
@@ -183,10 +186,10 @@ def test_a_clearance_within_what_the_scan_leaves_open_is_no_fit(
     monkeypatch.setattr(Case, "uncertainty", SurfaceUncertainty(0.0, 4.0))
     monkeypatch.setattr(phantom_services.planning, "_evaluations", Cache(1))  # those known are of the case as it is
     step, executor = open_sample(phantom_services), Later()
-    ran: list[Corridor] = []
-    DryRuns(phantom_services, executor, lambda ticket, answer: ran.append(answer)).ask(step.plan, 0.3)
+    runs = DryRuns(phantom_services, executor, lambda act: act())
+    runs.ask(step.plan, 0.3)
     executor.work.pop()()
-    answer = ran[-1]
+    answer = runs.current
     assert re.match(
         r"Tight: bone may be nearer than the scan shows\. 1\.\d\d mm to bone at \d+ mm \(margin 0\.30\)\. "
         r"The shaft is nearest\. Bone may lie 2\.00 mm off its surface\. ",
