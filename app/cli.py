@@ -160,7 +160,20 @@ def _build_parser(chosen: str | None) -> tuple[argparse.ArgumentParser, VerbModu
             command.add_parser(subparsers)
         else:
             subparsers.add_parser(verb.name, help=verb.summary)
+    if chosen is not None and command is None and has_app() and (command := _of_documents(chosen)):
+        command.add_parser(subparsers)
     return parser, command
+
+
+def _of_documents(word: str) -> VerbModule | None:
+    """The verb of a kind of document without a module of its own; loaded for a word that is no other verb."""
+    if word in [verb.name for verb in VERBS]:
+        return None
+    from app.commands.documents import DocumentCommand
+    from app.operations.verbs import lines
+
+    kinds = lines().get(word, [])
+    return DocumentCommand(word, kinds[0]) if kinds else None
 
 
 if __name__ == "__main__":

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from app.documents import DocumentKind, Documents
     from app.link import TrackerClient
     from app.settings import Settings
 
@@ -98,6 +99,13 @@ class Services:
         self.archive_reader = ArchiveReader(store, cases)
         self.archive_line = AdmissionQueue("archives", at_once=1, most=8)
         self.live = LiveBoard()
+        self._other_documents: dict[str, Documents[Any]] = {}
+
+    def documents_of(self, kind: DocumentKind[Any]) -> Documents[Any]:
+        """Documents of a kind that has no service of its own; one object a kind."""
+        from app.documents import Documents
+
+        return self._other_documents.setdefault(kind.name, Documents(self.store, kind))
 
     def sweep(self) -> None:
         """Remove what planners that ended without doing so have left."""

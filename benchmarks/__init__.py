@@ -12,6 +12,7 @@ BENCHMARKS: tuple[str, ...] = (
     "durability",
     "import",
     "lumen",
+    "page",
     "piercing",
     "proximity",
     "realtime",

@@ -22,7 +22,7 @@ from vfix_engine.runtime.process import ControlProcess
 from vfix_engine.runtime.replay import replay
 from vfix_engine.runtime.run import Run
 from vfix_engine.worlds.snake import LumenContours, SnakeSettings, SnakeSystemSpec
-from vfix_engine.worlds.snake.drive_state import DriveSettings
+from vfix_engine.worlds.snake.settings import DriveSettings
 from vfix_engine.worlds.snake.snapshot import SnakeSnapshot
 
 BEAT_S = 0.02  # between two signs of the hand

@@ -3,29 +3,24 @@
 from __future__ import annotations
 
 import argparse
-import os
 import statistics
 import subprocess
 import sys
 import tempfile
 import time
 import urllib.request
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 from app.extras import has_app, need_app
 from benchmarks import report
+from benchmarks.planner import GIVE_UP_S, planner
 from vfix_engine.worlds.registry import RIGID, SNAKE
 
 SUMMARY = "the first start, which compiles the kernels, and later ones"
 FIRST_S, FIRST_MOST_S, LATER_S = 30.0, 60.0, 2.0  # aimed at, allowed while the page is there already, allowed
-GIVE_UP_S = 600.0
 LOOK_S = 0.05
 WARM_S = 3.0
-_ROOT = Path(__file__).resolve().parents[1]
-_SAYS = "vfix is at "
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -76,7 +71,8 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
 def _start(folder: Path, until_compiled: bool = False, linger_s: float = 0.0) -> dict[str, Any]:
     """One start and its end."""
     began = time.perf_counter()
-    with _planner(folder) as (address, process):
+    own = {"VFIX_HOME": str(folder / "home"), "VFIX_CACHE": str(folder / "cache"), "NUMBA_CACHE_DIR": ""}
+    with planner(own) as (address, process):
         told = {"address_s": time.perf_counter() - began}
         _ask(address)
         told["answer_s"] = time.perf_counter() - began
@@ -96,24 +92,6 @@ def _await(folder: Path, done: str, process: subprocess.Popen[str]) -> None:
         if process.poll() is not None or time.perf_counter() - began > GIVE_UP_S:
             raise report.BenchmarkRefused("the planner did not get its kernels compiled; see vfix doctor")
         time.sleep(LOOK_S)
-
-
-@contextmanager
-def _planner(folder: Path) -> Iterator[tuple[str, subprocess.Popen[str]]]:
-    """Its address, as soon as it says it, and its process, which ends with the block."""
-    own = {"VFIX_HOME": str(folder / "home"), "VFIX_CACHE": str(folder / "cache"), "PYTHONPATH": str(_ROOT)}
-    environment = {name: value for name, value in os.environ.items() if name != "NUMBA_CACHE_DIR"} | own
-    command = [sys.executable, "-m", "app.cli", "serve", "--no-browser", "--port", "0"]
-    with subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True) as process:
-        try:
-            assert process.stdout is not None
-            line = process.stdout.readline()
-            if not line.startswith(_SAYS):
-                raise report.BenchmarkRefused("the planner does not start here; see vfix doctor")
-            yield line.removeprefix(_SAYS).strip(), process
-        finally:
-            process.terminate()
-            process.wait(GIVE_UP_S)
 
 
 def _ask(address: str) -> None:

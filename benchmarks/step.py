@@ -13,15 +13,16 @@ from __future__ import annotations
 import argparse
 import gc
 import time
-from collections import Counter
-from typing import Any
+from collections import Counter, defaultdict
+from collections.abc import Callable
+from typing import Any, TypeVar
 
 import numpy as np
 
 from benchmarks import cases, report
 from benchmarks.stack import PARTS, Stack
 from benchmarks.step_parts import StepParts
-from benchmarks.whole_step import WholeStep
+from benchmarks.whole_step import WholeStep, stepping
 from vfix_engine.control import Controller, ControlSettings, HandCommand, StepReport, StepRequest, StepState, Task
 from vfix_engine.worlds.rigid.rehearsal import Command, Rehearsal
 
@@ -34,6 +35,7 @@ SAME_STEP = 1e-6  # relative to the length of the wanted step
 SAME_CLEARANCE_MM = 1e-6
 
 Moment = tuple[StepState, StepRequest]
+Answer = TypeVar("Answer")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -77,10 +79,7 @@ class _Drive:
         self._scene = scene = cases.drive(case, self._settings).scene
         self._stack = Stack(coal, case.mesh, scene.placed_robot(), scene.tool, self._settings)
         self._comparing = Stack(coal, case.mesh, scene.placed_robot(), scene.tool, self._settings, exact_check=False)
-        self._driven: list[float] = []
-        self._ours: list[float] = []
-        self._theirs: list[float] = []
-        self._theirs_comparing: list[float] = []
+        self._seconds: defaultdict[str, list[float]] = defaultdict(list)
         self._shares: list[tuple[float, ...]] = []
         self._steps_apart: list[float] = []
         self._clearances_apart: list[float] = []
@@ -103,16 +102,13 @@ class _Drive:
                     controller.step(*block[-1])  # not counted: the stack has just had the caches for itself
                 block = []
                 for task in tasks[first : first + BLOCK]:
-                    begin = time.perf_counter()
-                    done = controller.step(state, task)
-                    self._ours.append(time.perf_counter() - begin)
                     block.append((state, task))
-                    state = done.state
+                    state = self._timed("ours", controller.step, state, task).state
                 self._compare(block, controller)
                 if first % SPLIT_EVERY == 0:
                     parts.time(*block[-1])
                 gc.collect(0)
-            step_us = report.spread_us(self._ours)["median_us"]
+            step_us = report.spread_us(self._seconds["ours"])["median_us"]
             self._whole = WholeStep(self._scene, self._settings, self._stack).measure(step_us)
         finally:
             if collecting:
@@ -124,37 +120,33 @@ class _Drive:
         rehearsal = Rehearsal(self._scene, self._settings)
         state = rehearsal.start()
         rehearsal.step(state, Command(np.zeros(3), drive=1))  # compiles what is not yet
-        start, tasks, step = state.tool.q, list[StepRequest](), rehearsal.controller.step
+        start, tasks = state.tool.q, list[StepRequest]()
 
         def timed(state: StepState, task: Task, command: HandCommand) -> StepReport:
-            request = task.request(state, command)
-            begin = time.perf_counter()
-            done = step(state, request)
-            self._driven.append(time.perf_counter() - begin)
-            tasks.append(request)
-            return done
+            tasks.append(task.request(state, command))
+            return self._timed("in the rehearsal", own, state, tasks[-1])
 
-        rehearsal.controller.step = timed  # type: ignore[method-assign, assignment]
-        for _ in range(self._most):
-            state, snapshot = rehearsal.step(state, Command(np.zeros(3), drive=1))
-            if snapshot.phase == "done":
-                break
+        with stepping(rehearsal.controller, timed) as own:
+            for _ in range(self._most):
+                state, snapshot = rehearsal.step(state, Command(np.zeros(3), drive=1))
+                if snapshot.phase == "done":
+                    break
         return start, tasks, snapshot.progress_mm
+
+    def _timed(self, name: str, step: Callable[[StepState, StepRequest], Answer], *moment: *Moment) -> Answer:
+        begin = time.perf_counter()
+        answer = step(*moment)
+        self._seconds[name].append(time.perf_counter() - begin)
+        return answer
 
     def _compare(self, block: list[Moment], controller: Controller) -> None:
         """The stack's turn at some of the block's states."""
         moments = [moment for moment in block[::EVERY] if (moment[1].scale or 0.0) > 0.0]
-        answers = []
-        for state, task in moments[-1:]:
-            self._stack.step(state, task)  # not counted, as before a block
-        for state, task in moments:
-            begin = time.perf_counter()
-            answers.append(self._stack.step(state, task))
-            self._theirs.append(time.perf_counter() - begin)
-        for state, task in moments:
-            begin = time.perf_counter()
-            self._comparing.step(state, task)
-            self._theirs_comparing.append(time.perf_counter() - begin)
+        for moment in moments[-1:]:
+            self._stack.step(*moment)  # not counted, as before a block
+        answers = [self._timed("stack", self._stack.step, *moment) for moment in moments]
+        for moment in moments:
+            self._timed("comparing stack", self._comparing.step, *moment)
         for (state, task), theirs in zip(moments, answers, strict=True):
             self._shares.append(theirs.seconds)
             self._pairs.append(theirs.pairs)
@@ -170,9 +162,8 @@ class _Drive:
                 self._clearances_apart.append(abs(clearance - done.state.clearance))
 
     def _told(self, progress: float, parts: StepParts) -> dict[str, Any]:
-        ours, driven, theirs, comparing = (
-            report.spread_us(seconds) for seconds in (self._ours, self._driven, self._theirs, self._theirs_comparing)
-        )
+        names = ("ours", "in the rehearsal", "stack", "comparing stack")
+        ours, driven, theirs, comparing = (report.spread_us(self._seconds[name]) for name in names)
         apart, clearances = max(self._steps_apart), max(self._clearances_apart)
         shares = 1e6 * np.median(np.array(self._shares), axis=0)
         split, floor = parts.told(ours["median_us"])
@@ -180,7 +171,7 @@ class _Drive:
             "triangles": len(self._case.mesh.faces),
             "pair_threshold_mm": self._settings.reach_mm,
             "driven_mm": progress,
-            "steps": len(self._ours),
+            "steps": len(self._seconds["ours"]),
             **ours,
             "ratio_vs_stack": theirs["median_us"] / ours["median_us"],
             "p99_ratio_vs_stack": theirs["p99_us"] / ours["p99_us"],
@@ -190,7 +181,7 @@ class _Drive:
             "floor_us": floor,
             "stack": {
                 **theirs,
-                "steps": len(self._theirs),
+                "steps": len(self._seconds["stack"]),
                 "made_of": "Pinocchio, coal (collide with margin, distance at the predicted pose), qpsolvers with daqp",
                 "split_us": dict(zip(PARTS, shares.tolist(), strict=True)),
                 "with_a_mere_margin_check": comparing,

@@ -10,13 +10,13 @@ turn comes, is told as 'from_caches'.
 from __future__ import annotations
 
 import time
+from collections import defaultdict
 from collections.abc import Callable
 from typing import Any
 
 import numba
 import numpy as np
 
-from vfix_engine.arrays import Array
 from vfix_engine.certificate.certify_kernel import certify_motion
 from vfix_engine.certificate.constants import unpack_candidates, unpack_constants
 from vfix_engine.certificate.measure_kernel import measure, place
@@ -32,16 +32,28 @@ PARTS = ("kinematics", "proximity", "rows", "qp", "certificate")
 REPEATS = 20  # of a kernel for its floor
 CALLS = 7  # of a part, of which the median counts; the first is not counted
 
-_bare = numba.njit(error_model="numpy")
+
+def _bare(function: Any) -> Any:
+    return numba.njit(error_model="numpy")(function)
+
+
+def _repeated(kernel: Any) -> Any:
+    """The kernel so many times over in compiled code; the number of times is the first argument."""
+
+    def repeated(times, *arguments):  # type: ignore[no-untyped-def]
+        for _ in range(times):
+            kernel(*arguments)
+
+    return _bare(repeated)
 
 
 @_bare
-def _nothing(*arguments: Any) -> int:
+def _nothing(*_):  # type: ignore[no-untyped-def]
     return 0
 
 
 @_bare
-def _kinematics(times: int, numbers: Any, counts: Any, after: Array) -> None:
+def _kinematics(times, numbers, counts, after):  # type: ignore[no-untyped-def]
     constants = unpack_constants(numbers, counts)
     s = state_views(after, len(constants.lower), len(constants.radius), len(constants.margin))
     for _ in range(times):
@@ -49,49 +61,21 @@ def _kinematics(times: int, numbers: Any, counts: Any, after: Array) -> None:
 
 
 @_bare
-def _proximity(
-    times: int, numbers: Any, counts: Any, boxes: Any, corners: Any, label: Any, first: Any, poses: Any,
-    after: Array, rows: Array, labels: Any, body: Any,
-) -> None:  # fmt: skip
+def _proximity(times, numbers, counts, candidate_arrays, after, rows, labels, body):  # type: ignore[no-untyped-def]
     constants = unpack_constants(numbers, counts)
-    candidates = unpack_candidates(len(constants.radius), boxes, corners, label, first, poses)
+    candidates = unpack_candidates(len(constants.radius), *candidate_arrays)
     s = state_views(after, len(constants.lower), len(constants.radius), len(constants.margin))
     for _ in range(times):
         measure(constants, candidates, s.start, s.end, constants.threshold, s.distance, rows, labels, body)
 
 
 @_bare
-def _rows(
-    times: int, numbers: Any, counts: Any, before: Array, matrix: Array, target: Array, weight: Array,
-    given: Array, bound: Array, scale: float,
-    hessian: Array, gradient: Array, program: Array, upper: Array, lower: Array,
-) -> None:  # fmt: skip
-    for _ in range(times):
-        prepare(
-            numbers, counts, before, matrix, target, weight, given, bound, scale,
-            hessian, gradient, program, upper, lower,
-        )  # fmt: skip
+def _solve(hessian, gradient, rows, upper, lower, x, multiplier):  # type: ignore[no-untyped-def]
+    solve_dual(hessian, gradient, rows, upper, lower, x, multiplier)
+    check_kkt(hessian, gradient, rows, upper, lower, x, multiplier, PRIMAL_TOLERANCE, DUAL_TOLERANCE)
 
 
-@_bare
-def _qp(
-    times: int, hessian: Array, gradient: Array, program: Array, upper: Array, lower: Array, x: Array, multiplier: Array
-) -> None:
-    for _ in range(times):
-        solve_dual(hessian, gradient, program, upper, lower, x, multiplier)
-        check_kkt(hessian, gradient, program, upper, lower, x, multiplier, PRIMAL_TOLERANCE, DUAL_TOLERANCE)
-
-
-@_bare
-def _certify(
-    times: int, numbers: Any, counts: Any, boxes: Any, corners: Any, label: Any, first: Any, poses: Any,
-    before: Array, step: Array, after: Array, rows: Array, labels: Any, body: Any,
-) -> None:  # fmt: skip
-    for _ in range(times):
-        certify_motion(
-            numbers, counts, boxes, corners, label, first, poses,
-            before, step, after, rows, labels, body,
-        )  # fmt: skip
+_rows, _qp, _certify = (_repeated(kernel) for kernel in (prepare, _solve, certify_motion))
 
 
 class StepParts:
@@ -99,8 +83,8 @@ class StepParts:
 
     def __init__(self, controller: Controller):
         self._controller, self._step = controller, controller.step
-        self._taken: dict[str, list[float]] = {}
-        self._least: dict[str, list[float]] = {}
+        self._taken: defaultdict[str, list[float]] = defaultdict(list)
+        self._least: defaultdict[str, list[float]] = defaultdict(list)
 
     def time(self, state: StepState, task: StepRequest) -> None:
         """One pass over the parts of the step from a state that this controller has measured; nothing is kept of it."""
@@ -108,7 +92,7 @@ class StepParts:
         if scale is None or not scale > 0.0 or task.constraints:
             return
         context = self._controller.context
-        arrays, (rows, labels, body) = context.surroundings.arrays, context._pairs
+        arrays, pair = context.surroundings.arrays, context._pairs
         n, before = len(state.q), state.numbers
         wanted, given = qp.join_objectives(task.objectives, n + 1), context.no_rows
         workspace, after = np.zeros(program_size(n + 1, MAX_ROWS)), before.copy()
@@ -117,41 +101,37 @@ class StepParts:
         hessian, gradient, upper, lower, matrix = program_views(workspace, n + 1, len(state.pairs))
         step, x, multiplier = answer_views(answer, n, n + 1, len(state.pairs))
         solver = (hessian, gradient, matrix, upper, lower)
-        whole = (table_of((*arrays, rows, labels, body, workspace)), *inputs, np.zeros(n), answer, after)
-        called = _seconds(fused_step, whole)
-        self._note("handing over", _seconds(_nothing, whole), 0.0)
-        self._note("whole step", _seconds(self._step, (state, task)), 0.0)
-        self._note("compiled", called, 0.0)
+        whole = (table_of((*arrays, *pair, workspace)), *inputs, np.zeros(n), answer, after)
+        compiled = _seconds(fused_step, whole)
+        self._taken["handing_over"].append(_seconds(_nothing, whole))
+        self._taken["python"].append(_seconds(self._step, (state, task)) - compiled)
         self._part("rows", _rows, (*arrays[:2], *inputs, *solver))
         self._part("qp", _qp, (*solver, x, multiplier))
         step[:] = x[:n] * scale
         self._part("kinematics", _kinematics, (*arrays[:2], after))
-        self._part("proximity", _proximity, (*arrays, after, rows, labels, body))
-        self._part("certify", _certify, (*arrays, before, step, after, rows, labels, body))
+        self._part("proximity", _proximity, (*arrays[:2], arrays[2:], after, *pair))
+        self._part("certify", _certify, (*arrays, before, step, after, *pair))
 
     def told(self, median_us: float) -> tuple[dict[str, float], dict[str, float]]:
         """Median µs of each part, together those of a driven step, and of its floor.
 
         'handing_over' is what it takes to call compiled code, 'python' what is around that.
         """
-        taken = {name: 1e6 * float(np.median(values)) for name, values in self._taken.items()}
-        least = {name: 1e6 * float(np.median(values)) for name, values in self._least.items()}
+        taken, least = (
+            {name: 1e6 * float(np.median(values)) for name, values in every.items()}
+            for every in (self._taken, self._least)
+        )
         for every in (taken, least):
             every["certificate"] = max(every["certify"] - every["kinematics"] - every["proximity"], 0.0)
-        split = {name: taken[name] for name in PARTS}
-        split["handing_over"] = taken["handing over"]
-        split["python"] = max(taken["whole step"] - taken["compiled"], 0.0)
+        split = {name: max(taken[name], 0.0) for name in (*PARTS, "handing_over", "python")}
         split["from_caches"] = median_us - sum(split.values())
-        return split, {name: least[name] for name in PARTS} | dict.fromkeys(list(split)[len(PARTS) :], 0.0)
+        return split, {name: least.get(name, 0.0) for name in split}
 
     def _part(self, name: str, kernel: Callable[..., Any], arguments: tuple[Any, ...]) -> None:
         """As called, without the handing over, and many times in compiled code."""
         taken = _seconds(kernel, (1, *arguments)) - _seconds(kernel, (0, *arguments))
-        self._note(name, max(taken, 0.0), _seconds(kernel, (REPEATS, *arguments)) / REPEATS)
-
-    def _note(self, name: str, taken: float, least: float) -> None:
-        self._taken.setdefault(name, []).append(taken)
-        self._least.setdefault(name, []).append(least)
+        self._taken[name].append(max(taken, 0.0))
+        self._least[name].append(_seconds(kernel, (REPEATS, *arguments)) / REPEATS)
 
 
 def _seconds(call: Callable[..., Any], arguments: tuple[Any, ...]) -> float:

@@ -10,6 +10,8 @@ from __future__ import annotations
 
 import time
 from collections import Counter
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
 
@@ -17,8 +19,7 @@ import numpy as np
 
 from benchmarks import report
 from benchmarks.stack import Stack
-from vfix_engine.control import ControlSettings, StepReport
-from vfix_engine.control.step_request import StepRequest
+from vfix_engine.control import Controller, ControlSettings, HandCommand, StepReport, StepRequest, Task
 from vfix_engine.control.tasks import view_point
 from vfix_engine.runtime import Command, SetTask
 from vfix_engine.virtual_fixtures import StepState
@@ -32,6 +33,17 @@ WARM = 50  # steps of each drive that are not counted
 STEP_EVERY = 5  # steps between two whose controller's step is timed alone
 STACK_EVERY = 15  # free steps between two that the stack takes as well
 MOST_STEPS = 60_000  # to the inner end
+
+
+@contextmanager
+def stepping(controller: Controller, step: Callable[..., StepReport]) -> Iterator[Callable[..., StepReport]]:
+    """Another function takes the controller's steps meanwhile; the block has the controller's own."""
+    own = controller.step
+    controller.step = step  # type: ignore[method-assign]
+    try:
+        yield own
+    finally:
+        controller.step = own  # type: ignore[method-assign]
 
 
 class WholeStep:
@@ -112,39 +124,31 @@ class WholeStep:
 
     def _step_alone(self, state: RehearsalState, command: Command) -> float:
         """Seconds of the controller's step alone, from the same state with the same request."""
-        controller, asked = self._system.controller, list[tuple[StepState, StepRequest]]()
-        own = controller.step
+        asked: list[tuple[StepState, StepRequest]] = []
 
-        def asking(tool: Any, task: Any, hand: Any) -> StepReport:
+        def asking(tool: StepState, task: Task, hand: HandCommand) -> StepReport:
             asked.append((tool, task.request(tool, hand)))
-            return own(tool, asked[-1][1])
+            return own(*asked[-1])
 
-        controller.step = asking  # type: ignore[method-assign, assignment]
-        try:
+        with stepping(self._system.controller, asking) as own:
             self._system.step(state, command)
-        finally:
-            controller.step = own  # type: ignore[method-assign]
         begin = time.perf_counter()
         own(*asked[0])
         return time.perf_counter() - begin
 
     def _with_stack(self, state: RehearsalState, command: Command, after: RehearsalState) -> float:
         """Seconds of the same whole step with the stack in the controller's place."""
-        system, stack = self._system, self._stack
         assert after.last is not None
-        done, own = after.last.report, system.controller.step
+        done = after.last.report
 
-        def stacked(tool: Any, task: Any, hand: Any) -> StepReport:
-            stack.step(tool, task.request(tool, hand))
+        def stacked(tool: StepState, task: Task, hand: HandCommand) -> StepReport:
+            self._stack.step(tool, task.request(tool, hand))
             return done
 
-        system.controller.step = stacked  # type: ignore[method-assign, assignment]
-        try:
+        with stepping(self._system.controller, stacked):
             begin = time.perf_counter()
-            system.row(system.step(state, command), self._row)
+            self._system.row(self._system.step(state, command), self._row)
             return time.perf_counter() - begin
-        finally:
-            system.controller.step = own  # type: ignore[method-assign]
 
     def _pushed(self, state: RehearsalState, count: int, cap: float) -> Command:
         """Full force against the nearest bone, whatever that is now."""

@@ -15,6 +15,7 @@ import typing
 from pathlib import Path
 from typing import Annotated, Any, Literal, NotRequired, Union, get_args, get_origin
 
+from msgspec import NODEFAULT
 from pydantic import BaseModel
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -28,6 +29,7 @@ from app.api.suggestions import SuggestionPublic, ToolTablePublic  # noqa: E402
 from app.api.tracing import TracedPublic  # noqa: E402
 from app.messages import sections  # noqa: E402
 from app.messages.hello import Hello  # noqa: E402
+from app.operations.messages import messages  # noqa: E402
 from app.session import commands  # noqa: E402
 from app.session.sections import SessionSections  # noqa: E402
 from app.tabs.registry import specs  # noqa: E402
@@ -151,6 +153,8 @@ def command_fields() -> "dict[str, dict[str, tuple[Any, bool]]]":
         kinds, _ = fields.pop("type")
         fields.pop("id")
         found |= dict.fromkeys(get_args(kinds), fields)
+    for message in messages().values():
+        found[message.kind] = {name: (kind, default is NODEFAULT) for name, (kind, default) in message.fields().items()}
     return dict(sorted(found.items()))
 
 

@@ -36,11 +36,12 @@ ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
 from app import cli  # noqa: E402
-from app.api import router  # noqa: E402
+from app.api import described, router  # noqa: E402
 from app.cases.reading import case_content_from_json  # noqa: E402
 from app.commands.doctor import examine  # noqa: E402
 from app.documents import Documents  # noqa: E402
 from app.gateway.pages import page_router  # noqa: E402
+from app.operations.messages import messages as operation_messages  # noqa: E402
 from app.services import Services, build_services  # noqa: E402
 from app.session import commands  # noqa: E402
 from app.session import router as session_router  # noqa: E402
@@ -63,7 +64,7 @@ def rest() -> Items:
     app = FastAPI()
     for part in (page_router(), router, session_router, *tab_routers()):
         app.include_router(part)
-    document, items = app.openapi(), Items()
+    document, items = described(app.openapi()), Items()
     for path, methods in document["paths"].items():
         for method, route in methods.items():
             items[f"{method.upper()} {path}"] = _route(_without_words(route))
@@ -83,6 +84,8 @@ def messages() -> Items:
             items |= _schema(f"command {name}", schema)
         for name, one in inner.items():
             items |= _schema(f"command's {name}", one)
+    for message in operation_messages().values():
+        items |= _schema(f"command {message.kind}", message.schema())
     script = _declarations()
     made = script.Declarations()
     groups = (script.SessionSections, script.CaseSections, *(s.sections for s in script.specs() if s.sections))
@@ -240,9 +243,19 @@ def _changed(at: str, then: Any, now: Any) -> list[str]:
 
 
 def _without_words(value: Any, inside: bool = False) -> Any:
-    """Without what only people read. inside: the keys are names of fields, not of OpenAPI."""
+    """Without what only people read, and alike where libraries write the same differently.
+
+    inside: the keys are names of fields, not of OpenAPI.
+    """
     if isinstance(value, dict):
         kept = {key: inner for key, inner in value.items() if inside or key not in _WORDS}
+        if not inside:
+            if "const" in kept:
+                kept["enum"] = [kept.pop("const")]
+            if "enum" in kept:
+                kept["enum"] = sorted(kept["enum"], key=str)
+            if kept.get("default", 0) is None:
+                del kept["default"]
         return {key: _without_words(inner, key == "properties" and not inside) for key, inner in kept.items()}
     return [_without_words(one) for one in value] if isinstance(value, list) else value
 

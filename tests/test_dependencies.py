@@ -151,7 +151,7 @@ def test_every_module_of_the_page_loads_what_is_served_with_it_and_nothing_else(
     for module in modules:
         text = module.read_text(encoding="utf-8")
         found = re.findall(r'(?:^|[;}])(?:import|export)\b[^"\';]*?from ?"([^"]+)"', text, re.MULTILINE)
-        assert all(name.startswith(("./", "../", "/static/", "/steps/")) for name in found), module
+        assert all(name.startswith(("./", "../", "/static/", "/tabs/")) for name in found), module
         assert {name for name in found if name.startswith("/static/lib/")} <= files, module
         for name in found if ROOT / "app/web/lib" in module.parents else ():
             assert f"/static/{(module.parent / name).resolve().relative_to(ROOT / 'app/web')}" in files, module

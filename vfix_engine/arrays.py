@@ -1,4 +1,4 @@
-"""Types of arrays, for annotations; shapes and units stand in the docstrings."""
+"""Array types for annotations; docstrings state shapes and units."""
 
 import numpy as np
 from numpy.typing import NDArray

@@ -1,6 +1,6 @@
-"""What a log may hold of an error: its type and where it was raised, never its message (HAZ-33).
+"""What a log may contain of an error: its type and where it was raised, never its message (HAZ-33).
 
-A message quotes values, such as names in a file or of a file, and people put the patient's name there.
+A message can quote values, such as names in a file or of a file, which users often derive from the patient's name.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from collections.abc import Iterator
 
 
 def error_places(error: BaseException) -> str:
-    """Type and places of an error and of what it came from, one a line; an error of the system with its own words."""
+    """Types and locations of an error and its causes, one per line; for an OSError also the system's own text."""
     lines = list[str]()
     for known in _chain(error):
         lines.append(f"{'  from ' if lines else ''}{error_kind(known)}")
@@ -21,15 +21,15 @@ def error_places(error: BaseException) -> str:
 
 
 def error_kind(error: BaseException) -> str:
-    """The type of an error, on one line; of the system's own what the system says, such as that no room is left."""
+    """Type of an error, on one line; for an OSError with the system's own text, such as that no space is left."""
     numbers = (known.errno for known in _chain(error) if isinstance(known, OSError) and known.errno is not None)
     number = next(numbers, None)
-    # The system's words for the number: the text of an error may be anything.
+    # The text of the error number: the error's own text can contain anything.
     return type(error).__name__ if number is None else f"{type(error).__name__} ({os.strerror(number)})"
 
 
 def _chain(error: BaseException) -> Iterator[BaseException]:
-    """An error and what it came from, each once: a chain may be a circle."""
+    """Iterate over an error and its causes, each once, since a chain can be cyclic."""
     known: BaseException | None = error
     seen = set[int]()
     while known is not None and id(known) not in seen:

@@ -1,4 +1,4 @@
-"""The one error tree.
+"""The exception hierarchy.
 
     VfixError
     ├── InputError              an input is wrong
@@ -20,7 +20,7 @@ from typing import Any
 
 
 class VfixError(Exception):
-    """Base of every error that vfix raises on purpose."""
+    """Base class of all errors that vfix raises deliberately."""
 
 
 class InputError(VfixError):
@@ -30,7 +30,7 @@ class InputError(VfixError):
 class FrameError(InputError):
     """Frame or unit is missing, unknown or contradictory.
 
-    missing: what the file does not name and the user has to give: 'frame', 'unit', both or nothing.
+    missing: what the file does not state and the user must provide: 'frame', 'unit', both or nothing.
     """
 
     def __init__(self, message: str, missing: tuple[str, ...] = ()) -> None:
@@ -43,16 +43,16 @@ class ImageError(InputError):
 
 
 class SegmentationFound(ImageError):
-    """The file is a segmentation; it is imported into a case, whose id the user has to give."""
+    """The file is a segmentation; it is imported into a case, whose id the user must provide."""
 
     missing = ("into",)
 
 
 class SeriesUnclear(ImageError):
-    """There are several DICOM series, of which the user has to choose one.
+    """There are several DICOM series, one of which the user must select.
 
-    series: of each its number from 1, modality, description, size and spacing, to be shown and not kept: the
-    description may hold a name.
+    series: number from 1, modality, description, size and spacing of each, to be displayed but not stored: the
+    description may contain a name.
     """
 
     missing = ("series",)

@@ -1,31 +1,31 @@
-"""Frames, transforms and units of vfix, and the only functions that compose image and base.
+"""Frames, transforms and units of vfix, and the only functions that compose image and base transforms.
 
 Units
     mm, rad, s, N. Files in metres or in RAS are converted by their readers.
 
 Frames
-    image    of the CT or surface, LPS: +x to the patient's left, +y posterior, +z superior. Points of a plan,
+    image    frame of the CT or surface, LPS: +x to the patient's left, +y posterior, +z superior. Points of a plan,
              structures, zones and clearances are in it.
-    patient  of the patient during the procedure, such as a tracker's. Without a registration, as in a simulation, it is
-             the image's frame.
-    base     of the robot. Its joints, and a master that is aligned with it, are in this frame.
+    patient  frame of the patient during the procedure, such as a tracker's. Without a registration, as in a simulation,
+             it equals the image frame.
+    base     frame of the robot. Its joints, and a master that is aligned with it, are in this frame.
 
     RAS has x and y reversed: ``RAS_TO_LPS`` is its own inverse.
 
 Transforms
-    Right-handed, rigid, active: ``transform_a_to_b`` (4, 4) takes a point given in a to the same point given in b, as
+    Right-handed, rigid, active: ``transform_a_to_b`` (4, 4) maps the coordinates of a point in a to those in b,
     ``p_b = transform_a_to_b @ (x, y, z, 1)``. So ``transform_b_to_c @ transform_a_to_b`` is ``transform_a_to_c``, read
-    from the right. A direction takes the rotation alone. Vectors are columns; a file stores a transform row by row.
-    Quaternions, where a library asks for them, are (w, x, y, z); Pinocchio's and scipy's own are (x, y, z, w).
+    from the right. A direction uses the rotation only. Vectors are columns; a file stores a transform row by row.
+    Quaternions, where a library requires them, are (w, x, y, z); those of Pinocchio and scipy are (x, y, z, w).
 
 Image and base
     Two transforms lie between them, and each has one owner:
 
     placement     ``transform_base_to_patient``: the robot's base placement. A plan may contain it.
-    registration  ``transform_image_to_patient``, or directly ``transform_image_to_base``: how the image lies on the
-                  patient. A document of its own; see ``ImageRegistration``.
+    registration  ``transform_image_to_patient``, or directly ``transform_image_to_base``: the pose of the
+                  image relative to the patient. A document of its own; see ``ImageRegistration``.
 
-    Nothing else composes them: ``transform_image_to_base``, ``transform_base_to_image`` and ``placement_of`` here do.
+    Only ``transform_image_to_base``, ``transform_base_to_image`` and ``placement_of`` in this module compose them.
 """
 
 from __future__ import annotations
@@ -48,9 +48,9 @@ RAS_TO_LPS.setflags(write=False)
 
 @dataclass(frozen=True, eq=False)
 class ImageRegistration:
-    """How the image lies on the patient.
+    """Pose of the image relative to the patient.
 
-    transform: ``transform_image_to_patient`` (4, 4), rigid, mm; or ``transform_image_to_base`` where ``to`` is 'base',
+    transform: ``transform_image_to_patient`` (4, 4), rigid, mm; or ``transform_image_to_base`` if ``to`` is 'base',
         as a hand-eye calibration gives it.
 
     Raises:
@@ -67,7 +67,7 @@ class ImageRegistration:
 
 
 def inverse(transform: ArrayLike) -> Array:
-    """The inverse (4, 4) of a rigid transform; its rotation is exactly the transpose.
+    """Return the inverse (4, 4) of a rigid transform; its rotation is exactly the transpose.
 
     Raises:
         InputError: the transform is not rigid.
@@ -83,9 +83,9 @@ def inverse(transform: ArrayLike) -> Array:
 def transform_base_to_image(
     transform_base_to_patient: ArrayLike, registration: ImageRegistration | None = None
 ) -> Array:
-    """From the robot's base to the image (4, 4), mm: the transform with which a robot is drawn, placed and driven.
+    """Transform from the robot's base to the image (4, 4), mm, with which a robot is drawn, placed and driven.
 
-    registration: None where image and patient are one frame, as in a simulation; the result is then the placement.
+    registration: None if image and patient frame are equal, as in a simulation; the result is then the placement.
         A registration to the base does not use the placement.
 
     Raises:
@@ -101,7 +101,7 @@ def transform_base_to_image(
 def transform_image_to_base(
     transform_base_to_patient: ArrayLike, registration: ImageRegistration | None = None
 ) -> Array:
-    """From the image to the robot's base (4, 4), mm: placement⁻¹ ∘ registration."""
+    """Transform from the image to the robot's base (4, 4), mm: placement⁻¹ ∘ registration."""
     if registration is None:
         return inverse(transform_base_to_patient)
     if registration.to == "base":
@@ -110,12 +110,12 @@ def transform_image_to_base(
 
 
 def placement_of(transform_base_to_image: ArrayLike, registration: ImageRegistration | None = None) -> Array:
-    """The placement (4, 4), mm, of a robot whose base lies like this in the image: undoes `transform_base_to_image`.
+    """Placement (4, 4), mm, of a robot from its base's pose in the image: the inverse of `transform_base_to_image`.
 
-    registration: None where image and patient are one frame.
+    registration: None if image and patient frame are equal.
 
     Raises:
-        InputError: the transform is not rigid, or the image is registered to the base, which leaves the patient open.
+        InputError: the transform is not rigid, or the image is registered to the base, so that the patient is unknown.
     """
     base = rigid_transform(transform_base_to_image, "the robot's base")
     if registration is None:
@@ -126,7 +126,7 @@ def placement_of(transform_base_to_image: ArrayLike, registration: ImageRegistra
 
 
 def direction_in_base(direction_in_patient: ArrayLike, transform_base_to_patient: ArrayLike) -> Array:
-    """A direction, force or velocity (3,) of the patient's frame in the base's."""
+    """Convert a direction, force or velocity (3,) from the patient frame to the base frame."""
     rotation = np.asarray(transform_base_to_patient, dtype=np.float64)[:3, :3]
     turned: Array = rotation.T @ np.asarray(direction_in_patient, dtype=np.float64)
     return turned

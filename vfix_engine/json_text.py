@@ -1,4 +1,4 @@
-"""JSON from untrusted files: what is read here can be written, compared, reported and computed with."""
+"""Strict JSON from untrusted files: every accepted value can be written, compared, reported and computed with."""
 
 from __future__ import annotations
 
@@ -7,20 +7,20 @@ import math
 from collections.abc import Iterable
 from typing import Any, NoReturn
 
-MAX_DEPTH = 64  # of lists and objects in each other
-MAX_DIGITS = 300  # of a whole number: a float has 308
+MAX_DEPTH = 64  # of nested lists and objects
+MAX_DIGITS = 300  # of an integer: a float has 308
 _TOO_DEEP = f"it is nested more than {MAX_DEPTH} deep"
 
 
 def parse_json(text: str | bytes) -> Any:
-    """A JSON value without NaN and infinity, of bytes in UTF-8, 16 or 32.
+    """Parse a JSON value without NaN and infinity from text, or from bytes in UTF-8, 16 or 32.
 
-    No object has a key twice, of which readers take the first or the last. No number is too large for a float, and no
-    text has a half of a surrogate pair, which nothing could write again.
-    How deep is not left to the interpreter, whose limit depends on where it is called.
+    Rejects objects with duplicate keys, which readers resolve differently, numbers too large for a float, and unpaired
+    surrogates, which cannot be encoded again. The depth is limited explicitly, since the interpreter's limit depends on
+    the caller's stack.
 
     Raises:
-        ValueError: it is no such value; the message says what is wrong, without a full stop.
+        ValueError: the text is not such a value; the message gives the reason, without a full stop.
     """
     if isinstance(text, bytes):
         text = text.decode(json.detect_encoding(text))
@@ -57,7 +57,7 @@ def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 def _check_texts(text: str, data: Any) -> None:
-    if "\\u" in text:  # only an escape can be half of a pair
+    if "\\u" in text:  # only an escape can be an unpaired surrogate
         try:
             json.dumps(data, ensure_ascii=False).encode()
         except UnicodeEncodeError:

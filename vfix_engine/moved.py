@@ -1,6 +1,6 @@
-"""Modules under their names of version 0.1, for scripts and recordings that use those.
+"""Modules under their names of version 0.1, for scripts and recordings that use them.
 
-An import by an old name gives the module of the new one, with a DeprecationWarning.
+Importing an old name returns the module of the new name, with a DeprecationWarning.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from importlib.abc import Loader, MetaPathFinder
 from importlib.machinery import ModuleSpec
 from types import ModuleType
 
-# Old name to new name. A package stands for every module in it that is not named itself.
+# Old name to new name. A package stands for every module in it that is not listed itself.
 MOVED = {
     "vfix_engine.fixtures": "vfix_engine.virtual_fixtures",
     "vfix_engine.geometry.covariance": "vfix_engine.proximity.covariance",
@@ -54,9 +54,10 @@ MOVED = {
     "vfix_engine.lumen.system": "vfix_engine.worlds.snake",
     "vfix_engine.robots.placed": "vfix_engine.robots.model",
     "vfix_engine.simulation": "vfix_engine.worlds.rigid",
+    "vfix_engine.worlds.snake.drive_system": "vfix_engine.worlds.snake.requests",
 }
 
-# Classes that recordings hold under another name.
+# Classes that are recorded under another name.
 RENAMED = {
     "vfix_engine.snake.bending.optimise.Bend": "DistalBend",
     "vfix_engine.snake.bending.visual_motor.Steering": "BendDirection",
@@ -68,23 +69,23 @@ RENAMED = {
 
 
 def current_class(name: str) -> tuple[str, str]:
-    """Module and name of today for a class's full name of any version."""
+    """Return the present module and name for a class's full name of any version."""
     module, _, kind = name.rpartition(".")
     module = current_name(module)
     return module, RENAMED.get(f"{module}.{kind}", kind)
 
 
 def current_name(name: str) -> str:
-    """The name of today for a module's name of any version."""
+    """Return the present name for a module's name of any version; a moved module may have moved again."""
     parts = name.split(".")
     for length in range(len(parts), 0, -1):
         if (new := MOVED.get(".".join(parts[:length]))) is not None:
-            return ".".join([new, *parts[length:]])
+            return current_name(".".join([new, *parts[length:]]))
     return name
 
 
 class _Alias(Loader):
-    """Gives the module of the new name as it is, without a second copy of it."""
+    """Returns the module of the new name itself, without a second copy of it."""
 
     def __init__(self, module: ModuleType) -> None:
         self._module, self._spec = module, module.__spec__
@@ -93,7 +94,7 @@ class _Alias(Loader):
         return self._module
 
     def exec_module(self, module: ModuleType) -> None:
-        module.__spec__ = self._spec  # the import system has set that of the old name
+        module.__spec__ = self._spec  # the import system has replaced it by that of the old name
 
 
 class _Finder(MetaPathFinder):
@@ -113,6 +114,6 @@ class _Finder(MetaPathFinder):
 
 
 def find_old_names() -> None:
-    """Let imports by old names find the modules of today."""
+    """Install the finder, so that imports of old names find the present modules."""
     if not any(isinstance(finder, _Finder) for finder in sys.meta_path):
         sys.meta_path.insert(0, _Finder())

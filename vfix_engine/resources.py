@@ -6,6 +6,6 @@ from pathlib import Path
 
 
 def assets_dir() -> Path:
-    """Folder of the shipped assets (phantom, robots, tools, sample plans)."""
+    """Return the folder of the shipped assets (phantom, robots, tools, sample plans)."""
     installed = Path(__file__).resolve().parent / "assets"
     return installed if installed.is_dir() else installed.parents[1] / "assets"

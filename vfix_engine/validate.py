@@ -1,6 +1,6 @@
-"""Validation of arguments: arrays and numbers of the right kind, or an error that names them.
+"""Validation of arguments: arrays and numbers of the right kind, or an error that names the argument.
 
-Each function takes ``what``, the name of the value in the message, and the class of the error.
+Each function takes ``what``, the name of the argument in the message, and the class of the error.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from numpy.typing import ArrayLike
 from .arrays import Array
 from .errors import InputError
 
-FARTHEST_MM = 1e6  # a coordinate of a kilometre is an error of units; squares of much larger ones overflow
-ORTHONORMAL = 1e-6  # of RᵀR − I and of the last row, absolute: a tool of 300 mm is then off by 0.3 µm at most
+FARTHEST_MM = 1e6  # a coordinate above a kilometre indicates a wrong unit; squares of much larger ones overflow
+ORTHONORMAL = 1e-6  # tolerance of RᵀR − I and of the last row, absolute: at most 0.3 µm for a tool of 300 mm
 
 
 def real_array(what: str, value: ArrayLike, error: type[InputError] = InputError) -> Array:
-    """A contiguous copy of real numbers, whatever their shape.
+    """Return a contiguous copy of real numbers of any shape.
 
     Raises:
         error: text, complex numbers, rows of different lengths, or anything else that is not an array of real numbers.
@@ -36,7 +36,7 @@ def real_array(what: str, value: ArrayLike, error: type[InputError] = InputError
 
 
 def point(what: str, value: ArrayLike, error: type[InputError] = InputError) -> Array:
-    """A finite point (3,) in mm.
+    """Return a finite point (3,) in mm.
 
     Raises:
         error: anything else.
@@ -48,10 +48,10 @@ def point(what: str, value: ArrayLike, error: type[InputError] = InputError) -> 
 
 
 def real(what: str, value: Any, error: type[InputError] = InputError) -> float:
-    """A finite real number.
+    """Return a finite real number.
 
     Raises:
-        error: anything else, booleans included.
+        error: anything else, including booleans.
     """
     if isinstance(value, bool | np.bool_) or not isinstance(value, Real) or not math.isfinite(value):
         raise error(f"{what} must be a finite number, not {_short(value)}")
@@ -59,7 +59,7 @@ def real(what: str, value: Any, error: type[InputError] = InputError) -> float:
 
 
 def within(what: str, value: Any, low: float, high: float = math.inf, error: type[InputError] = InputError) -> float:
-    """A finite real number from ``low`` to ``high``, both included.
+    """Return a finite real number from ``low`` to ``high``, both included.
 
     Raises:
         error: anything else.
@@ -71,7 +71,7 @@ def within(what: str, value: Any, low: float, high: float = math.inf, error: typ
 
 
 def positive(what: str, value: Any, error: type[InputError] = InputError) -> float:
-    """A finite real number above 0.
+    """Return a finite real number above 0.
 
     Raises:
         error: anything else.
@@ -83,7 +83,7 @@ def positive(what: str, value: Any, error: type[InputError] = InputError) -> flo
 
 
 def whole(what: str, value: Any, low: int, high: float = math.inf, error: type[InputError] = InputError) -> int:
-    """An integer from ``low`` to ``high``, both included; 61.0 is accepted.
+    """Return an integer from ``low`` to ``high``, both included; 61.0 is accepted.
 
     Raises:
         error: anything else.
@@ -95,10 +95,10 @@ def whole(what: str, value: Any, low: int, high: float = math.inf, error: type[I
 
 
 def several(what: str, values: Any) -> tuple[Any, ...]:
-    """The values as a tuple.
+    """Return the values as a tuple.
 
     Raises:
-        InputError: a single value, or anything else that is no list.
+        InputError: a single value, or anything else that is not a list.
     """
     if isinstance(values, (str, bytes)) or not hasattr(values, "__iter__"):
         raise InputError(f"the {what} are a list, not a {type(values).__name__}; a single one is [it]")
@@ -106,10 +106,10 @@ def several(what: str, values: Any) -> tuple[Any, ...]:
 
 
 def rigid_transform(transform: ArrayLike, what: str, error: type[InputError] = InputError) -> Array:
-    """A copy of a rigid transform (4, 4), mm.
+    """Return a copy of a rigid transform (4, 4), mm.
 
     Raises:
-        error: the matrix is not rigid, or its place is beyond FARTHEST_MM; the message begins with ``what``.
+        error: the matrix is not rigid, or its translation exceeds FARTHEST_MM; the message begins with ``what``.
     """
     matrix = np.array(transform, dtype=np.float64, order="C")
     if matrix.shape != (4, 4) or not _is_rigid(matrix):
@@ -123,10 +123,10 @@ def rigid_transform(transform: ArrayLike, what: str, error: type[InputError] = I
 
 
 def rotation_matrix(rotation: ArrayLike, what: str, error: type[InputError] = InputError) -> Array:
-    """A copy of a rotation matrix (3, 3).
+    """Return a copy of a rotation matrix (3, 3).
 
     Raises:
-        error: the matrix is no rotation; the message begins with ``what``.
+        error: the matrix is not a rotation; the message begins with ``what``.
     """
     matrix = real_array(what, rotation, error)
     pose = np.eye(4)
@@ -146,17 +146,17 @@ def _short(value: object) -> str:
 
 
 def point_text(point: ArrayLike) -> str:
-    """A point (3,) in mm as text."""
+    """Format a point (3,) in mm."""
     x, y, z = np.asarray(point, dtype=np.float64).tolist()
     return f"({x:.1f}, {y:.1f}, {z:.1f}) in LPS mm"
 
 
 def _is_rigid(matrix: Array) -> bool:
-    """With Python floats, which are ten times as fast as NumPy here; control steps call this."""
+    """Check with Python floats, which are ten times as fast as NumPy here; control steps call this."""
     x, y, z, last = matrix.tolist()
     off = [_dot(a, b) - (a is b) for a, b in ((x, x), (y, y), (z, z), (x, y), (y, z), (z, x))]
     off += [*last[:3], last[3] - 1.0]
-    if not all(abs(value) <= ORTHONORMAL for value in off):  # NaN is refused as well
+    if not all(abs(value) <= ORTHONORMAL for value in off):  # also refuses NaN
         return False
     turn = (x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0])
     return _dot(turn, z) > 0.0 and all(abs(row[3]) <= FARTHEST_MM for row in (x, y, z))

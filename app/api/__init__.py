@@ -1,12 +1,14 @@
 """REST over the services: cases, plans, jobs, runs, pictures and exports. Not for clinical use."""
 
+from typing import Any
+
 from fastapi import APIRouter
 
 from app.api import (
     archives,
     cases,
     jobs,
-    labels,
+    label_files,
     overlays,
     pictures,
     plan_files,
@@ -27,16 +29,20 @@ from app.api import (
     tracing,
     volumes,
 )
+from app.api.dependencies import ERRORS
+from app.operations.rest import OperationRoutes
 
-__all__ = ["router"]
+__all__ = ["described", "router"]
 
+_operations = OperationRoutes(lambda request: request.app.state.services)
 router = APIRouter(prefix="/api/v1")
+router.include_router(_operations.router, responses=ERRORS)
 for part in (
     archives,
     cases,
     structures,
     segmentation,
-    labels,
+    label_files,
     volumes,
     overlays,
     pictures,
@@ -57,3 +63,9 @@ for part in (
     runs,
 ):
     router.include_router(part.router)
+
+
+def described(document: dict[str, Any]) -> dict[str, Any]:
+    """OpenAPI with the schemas that the routes of operations refer to."""
+    document.setdefault("components", {}).setdefault("schemas", {}).update(_operations.components)
+    return document

@@ -1,14 +1,13 @@
 """Shared by all routers: services, error responses, checked identifiers."""
 
-import re
 from typing import Annotated, Any, cast
 
 from fastapi import Depends, Header, Path, Request, Response
 from pydantic import BaseModel, ConfigDict, Field
 
 from app.api.error_statuses import ERROR_STATUSES
+from app.operations.rest import expected_revision
 from app.services import Services
-from vfix_engine.errors import InputError
 
 
 def _services(request: Request) -> Services:
@@ -16,7 +15,6 @@ def _services(request: Request) -> Services:
 
 
 ServicesDep = Annotated[Services, Depends(_services)]
-_ETAG = re.compile(r'"(0|[1-9][0-9]{0,14})"')  # as they are made: 7 is no 07
 Identifier = Annotated[str, Path(min_length=1, max_length=64, pattern=r"^[A-Za-z0-9_.\-]+$")]
 
 
@@ -30,17 +28,12 @@ class Condition:
             str | None, Header(description="the ETag that was seen; when the document has moved on, 412 and no change")
         ] = None,
     ) -> None:
-        self._response = response
-        match = _ETAG.fullmatch(if_match or "")
-        self._wanted = int(match[1]) if match else None
-        if match is None and if_match not in (None, "*"):
-            raise InputError('If-Match must be * or one ETag: a revision in quotes, such as "7".')
+        self._response, self._if_match = response, if_match
+        expected_revision(if_match, None)
 
     def expected(self, revision: int | None = None) -> int | None:
         """The expected revision; revision: that in the body of the request."""
-        if None not in (revision, self._wanted) and revision != self._wanted:
-            raise InputError(f"If-Match says revision {self._wanted} and the request {revision}; say one.")
-        return self._wanted if revision is None else revision
+        return expected_revision(self._if_match, revision)
 
     def tell(self, revision: int) -> None:
         """Set the ETag of the response."""

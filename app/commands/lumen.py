@@ -29,11 +29,12 @@ from vfix_engine.pathway.tissue_motion import breathing, peristalsis, together
 from vfix_engine.robots.snake import SnakeModel
 from vfix_engine.worlds.snake import DriveRecorder, DriveSpec
 from vfix_engine.worlds.snake.drive import OPERATORS, DriveReport, DriveSettings, Shot, drive_lumen
-from vfix_engine.worlds.snake.drive_state import CONTROLS, DriveState, Observer
 from vfix_engine.worlds.snake.look_plan import view_of
 from vfix_engine.worlds.snake.lumen import Lumen
 from vfix_engine.worlds.snake.picture.picture import LumenPictures
-from vfix_engine.worlds.snake.snake_drive import SnakeDrive
+from vfix_engine.worlds.snake.settings import CONTROLS
+from vfix_engine.worlds.snake.snake_drive import Observer, SnakeDrive
+from vfix_engine.worlds.snake.state import SnakeState
 
 if TYPE_CHECKING:  # a drive without a store keeps no run
     from app.commands.recorded_run import RecordedRun
@@ -251,7 +252,7 @@ class Album:
         ]
 
 
-def _allowed(state: DriveState) -> str:
+def _allowed(state: SnakeState) -> str:
     """The bounds of the links that are inside, where they are."""
     bound = state.bound[state.measured]
     if not len(bound):
@@ -262,7 +263,7 @@ def _allowed(state: DriveState) -> str:
 
 def _turned(shot: Shot) -> int:
     """Angle between the view and the straight view, in whole degrees."""
-    straight = shot.snake.camera(shot.state.q_conformed, shot.state.base)
+    straight = shot.snake.camera(shot.state.q_nominal, shot.state.base)
     return round(math.degrees(view_of(straight, shot.camera[:3, 2]).turned))
 
 

@@ -20,6 +20,7 @@ from app.documents.rows import (
     touch,
     write_state,
 )
+from app.kit.errors import NotFound
 from app.kit.names import MAX_NAME, check_name, unused_name
 from app.store import Store
 from app.store.models import CaseRow, DocumentRow, DocumentStateRow
@@ -39,6 +40,13 @@ class Documents(Generic[Content]):
         with self._store.reading() as session:
             rows = session.scalars(self._listed(case_id, include_deleted))
             return tuple(list_document(session, self.kind, row) for row in rows)
+
+    def of_case(self, case_id: str, include_deleted: bool = False) -> tuple[Document[Content], ...]:
+        """Documents of a case that is there, as `list`. Raises NotFound."""
+        with self._store.reading() as session:
+            if session.get(CaseRow, case_id) is None:
+                raise NotFound(f"there is no case {case_id!r:.80}.")
+        return self.list(case_id, include_deleted)
 
     def titles(self, case_id: str | None = None, include_deleted: bool = False) -> tuple[DocumentTitle, ...]:
         """Documents of a case, or of all, oldest first, without reading what they contain."""

@@ -6,6 +6,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Generic, Protocol
 
+import msgspec
+
 from app.documents.document import Content, Ref
 from app.kit.errors import DocumentConflict, DocumentLocked
 from vfix_engine.errors import InputError
@@ -45,6 +47,7 @@ class DocumentKind(Generic[Content]):
     refs: what a content refers to.
     upgrades: by older schema, the next schema and what makes the older JSON into that one's.
     changes: what changed between two contents, in sentences.
+    content_type: of its contents, where that is a `msgspec.Struct`.
     undo_hint: what a client does about a newest state that cannot be read; '{id}' is the document's.
     """
 
@@ -60,6 +63,7 @@ class DocumentKind(Generic[Content]):
     errors: DocumentErrors = DocumentErrors()
     changes: Callable[[Content, Content], tuple[str, ...]] = lambda before, after: ()
     undo_hint: str = "Take its newest edit back, or delete it."
+    content_type: type[Any] = object
 
     @property
     def has_settings(self) -> bool:
@@ -88,3 +92,31 @@ class DocumentKind(Generic[Content]):
         raise self.errors.refused(
             f"its schema {schema!r:.60} cannot be read; this vfix reads up to {self.schema!r}. Install a newer vfix."
         )
+
+
+def struct_kind(
+    content: type[Content], *, errors: DocumentErrors = DocumentErrors(), **declared: Any
+) -> DocumentKind[Content]:
+    """A kind whose content is a `msgspec.Struct`: its types say how it is read, with which bounds, and written.
+
+    declared: what else a `DocumentKind` says. Whatever is stored was read back before, so that it can be read.
+    """
+
+    def read(data: Mapping[str, Any]) -> Content:
+        try:
+            return msgspec.convert(data, content)
+        except msgspec.ValidationError as error:
+            raise errors.refused(f"{error}".replace("`", "").rstrip(".") + ".") from error
+
+    def write(value: Content) -> dict[str, Any]:
+        written: dict[str, Any] = msgspec.json.decode(msgspec.json.encode(value))
+        return written
+
+    return DocumentKind(
+        content_type=content,
+        read=read,
+        write=write,
+        check=lambda value: read(write(value)),
+        errors=errors,
+        **{"empty": content, **declared},
+    )

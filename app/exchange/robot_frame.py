@@ -28,7 +28,6 @@ from vfix_engine.errors import PlanError, VfixError
 from vfix_engine.frames import ImageRegistration, transform_image_to_base
 from vfix_engine.geometry.shaft_directions import roll_of, rolled_frame
 
-BaseForm = Literal["json", "csv"]
 JSON_SCHEMA, TABLE_SCHEMA = "vfix-plan-in-base/1", "vfix-plan-in-base-table/1"
 _STRAIGHT = 1e-6  # sine of the bend of a tool that has none
 _COLUMNS = ("kind", "label", "s_mm", "x", "y", "z", "shaft_x", "shaft_y", "shaft_z", "roll_deg")

@@ -3,13 +3,14 @@
 import contextlib
 from collections.abc import AsyncIterator, Sequence
 from contextlib import asynccontextmanager
-from typing import Protocol
+from typing import Any, Protocol
 
 from fastapi import APIRouter, FastAPI
 from starlette.staticfiles import StaticFiles
 from starlette.types import ASGIApp, Lifespan
 
 from app import __version__
+from app.api import described
 from app.gateway.body_limit import BodyLimit
 from app.gateway.error_answers import DiscreetErrors, install_error_answers
 from app.gateway.guard import Guard
@@ -47,6 +48,10 @@ class GuardedApplication(FastAPI):
             lifespan=lifespan,
         )
         self.state.settings = settings
+
+    def openapi(self) -> dict[str, Any]:
+        """With what operations on documents refer to."""
+        return described(super().openapi())
 
     def build_middleware_stack(self) -> ASGIApp:
         """Starlette calls this once, before the first request."""

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import dataclasses
 import secrets
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from msgspec.structs import replace
 
 from app.cases.files import STORED
 from app.cases.model import Case, CaseContent, SurfaceInfo, VolumeInfo
@@ -15,7 +16,7 @@ from app.cases.segments import MAX_STRUCTURES
 from app.cases.service import CaseService
 from app.cases.structures import Provenance, Structure, encloses
 from app.documents import Document, Documents
-from app.imaging.label_document import FIRST_COLOUR, LABEL, MOST_POINTS, MOST_STROKES, PaintedLabel
+from app.imaging.label_document import FIRST_COLOUR, LABEL, MOST_STORED_POINTS, MOST_STROKES, LabelStroke, PaintedLabel
 from app.kit.array_files import ArraysUnusable, read_arrays
 from app.kit.cache import Cache
 from app.kit.errors import NotFound, TooLarge
@@ -23,7 +24,7 @@ from app.kit.jobs import Job, Jobs, Progress
 from app.store import Store
 from app.store.errors import StorageError
 from vfix_engine.anatomy.labels.label_map import CroppedLabel
-from vfix_engine.anatomy.labels.painting import Stroke, draw_stroke, reaches
+from vfix_engine.anatomy.labels.painting import draw_stroke, reaches
 from vfix_engine.anatomy.labels.surfaces import surface_of
 from vfix_engine.anatomy.labels.voxelized import voxels_inside
 from vfix_engine.anatomy.labels.writing import label_file
@@ -74,28 +75,26 @@ class PaintedLabels:
             if not mask.any():
                 raise InputError(f"no voxel of the volume {info.name!r} lies inside that structure.")
             start = self._store_mask(mask)
-        return self.documents.create(case_id, name, PaintedLabel(info.name, colour, start))
+        return self.documents.create(case_id, name, PaintedLabel(info.name, colour, start, ()))
 
-    def stroke(self, label_id: str, stroke: Stroke, *, expected_revision: int | None = None) -> PaintedDocument:
-        """Draw a stroke: one step of the history. Raises InputError for one that reaches no voxel."""
+    def case_of(self, document: PaintedDocument) -> Case:
+        """The case of a label. Raises NotFound."""
+        return self._cases.get(document.case_id)
+
+    def check_reach(self, label_id: str, stroke: LabelStroke) -> None:
+        """Raises InputError for a stroke that reaches no voxel of a label's grid."""
         document = self.documents.get(label_id)
-        case = self._cases.get(document.case_id)
-        grid = self._volume(case, document.content.volume)
-        if not reaches(grid.hu.shape, grid.transform_index_to_lps, stroke):
+        grid = self._volume(self.case_of(document), document.content.volume)
+        if not reaches(grid.hu.shape, grid.transform_index_to_lps, stroke.stroke):
             raise InputError("the stroke is beyond the scan: it reaches no voxel.")
 
-        def drawn(content: PaintedLabel) -> PaintedLabel:
-            points = sum(len(each.points) for each in content.strokes) + len(stroke.points)
-            if len(content.strokes) < MOST_STROKES and points <= MOST_POINTS:
-                return replace(content, strokes=(*content.strokes, stroke))
-            return replace(content, start=self._store_mask(self.mask(case, content)), strokes=(stroke,))
-
-        return self.documents.editor(label_id).edit(drawn, expected_revision=expected_revision)
-
-    def recolour(self, label_id: str, colour: str, *, expected_revision: int | None = None) -> PaintedDocument:
-        """Draw a label in another colour, '#rrggbb'."""
-        editor = self.documents.editor(label_id)
-        return editor.edit(lambda content: replace(content, colour=colour), expected_revision=expected_revision)
+    def with_stroke(self, case_id: str, content: PaintedLabel, stroke: LabelStroke) -> PaintedLabel:
+        """A label with one stroke more; where it has many, those of before are kept as a stored mask."""
+        points = sum(len(each.points) for each in content.strokes) + len(stroke.points)
+        if len(content.strokes) < MOST_STROKES and points <= MOST_STORED_POINTS:
+            return replace(content, strokes=(*content.strokes, stroke))
+        mask = self.mask(self._cases.get(case_id), content)
+        return replace(content, start=self._store_mask(mask), strokes=(stroke,))
 
     def mask(self, case: Case, content: PaintedLabel) -> BoolArray:
         """Voxels (K, J, I) of a label, read-only. Raises NotFound and StorageError."""
@@ -194,7 +193,7 @@ class PaintedLabels:
             drawn += 1
 
         for stroke in strokes:
-            draw_stroke(mask, grid.transform_index_to_lps, stroke, go_on)
+            draw_stroke(mask, grid.transform_index_to_lps, stroke.stroke, go_on)
         mask.setflags(write=False)
         return mask
 
@@ -244,16 +243,16 @@ def _cropped(label: CroppedLabel) -> CroppedLabel:
 
     (box,) = find_objects(label.mask.astype(np.uint8))
     first = np.array([part.start for part in box[::-1]], dtype=np.int64)
-    return replace(label, mask=label.mask[box], first=first)
+    return dataclasses.replace(label, mask=label.mask[box], first=first)
 
 
 def _with(content: CaseContent, made: Structure, info: SurfaceInfo) -> CaseContent:
     """The content with a structure that is new, or in the place of the one with its id: its name and colour stay."""
     old = next((item for item in content.structures if item.id == made.id), None)
     if old is None:
-        return replace(content, surfaces=(*content.surfaces, info), structures=(*content.structures, made))
-    kept = replace(made, name=old.name, colour=old.colour)
-    return replace(
+        return dataclasses.replace(content, surfaces=(*content.surfaces, info), structures=(*content.structures, made))
+    kept = dataclasses.replace(made, name=old.name, colour=old.colour)
+    return dataclasses.replace(
         content,
         surfaces=(*(item for item in content.surfaces if item.name != old.surface), info),
         structures=tuple(kept if item.id == made.id else item for item in content.structures),

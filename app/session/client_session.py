@@ -15,6 +15,7 @@ from app.kit.prompt_threads import PROMPT_THREADS
 from app.messages.client import Client, ClientRole
 from app.messages.fields import Command
 from app.messages.sections import Section, Sections
+from app.operations.messages import OperationMessage
 from app.scene.dragging import DragEvent
 from app.scene.view import SceneEvents, SceneView
 from app.services import Services
@@ -29,7 +30,7 @@ from app.workspace.layers import Layer, LayerStack
 from app.workspace.sections import SceneSection
 from app.workspace.workspace import Workspace
 from vfix_engine.error_places import error_places
-from vfix_engine.errors import VfixError
+from vfix_engine.errors import InputError, VfixError
 
 Reply = Callable[[bool, Any], None]
 Note = Callable[[str, bool], None]
@@ -75,13 +76,17 @@ class ClientSession:
             Client(client), services, executor, self.post, lambda words, error: self.note(words, error)
         )
         self.tabs: dict[str, Tab] = {}
-        self._tab_of: dict[type[Command], Tab] = {}
+        self._tabs_of: dict[type, list[Tab]] = {}  # those of a drive belong to every tab that drives
+        self._tab_of_kind: dict[str, Tab] = {}
         for spec in specs():
             tab = self.tabs[spec.name] = load(spec)(self.workspace, shared[spec.name])
-            self._tab_of |= dict.fromkeys(spec.commands, tab)
+            self._tab_of_kind |= dict.fromkeys(spec.documents, tab)
+            for kind in spec.commands:
+                self._tabs_of.setdefault(kind, []).append(tab)
         self.active = self.tabs.get(FIRST_TAB) or next(iter(self.tabs.values()))
         self.active.active = True
         self.workspace.camera.places = lambda: [place for tab in self.tabs.values() for place in tab.places()]
+        self.workspace.on_case_opened(lambda plan_id: self._leave_other_kind())
         self._thread = threading.Thread(target=self._run, name=f"session-{client[:6]}", daemon=True)
 
     # -- from other threads: queue only, but for what a hand does
@@ -138,14 +143,19 @@ class ClientSession:
         if before.may_hold and not self.workspace.client.may_hold:
             self.post(lambda: self._each("give_up"))
 
-    def command(self, command: Command, reply: Reply | None = None) -> bool:
+    def command(self, command: Command | OperationMessage, reply: Reply | None = None) -> bool:
         """Answer a command; False when too many wait already. One with a reply gets it, whatever happens."""
-        tab = self._tab_of.get(type(command))
-        if command.urgent and tab is not None:
+        tab = self._tab_of(command) if isinstance(command, Command) else None
+        if isinstance(command, Command) and command.urgent and tab is not None:
             self._answer_with(lambda: tab.handle_now(command), reply)
             return True
         slot = command.stream() if reply is None else None  # a newer one does not answer for it
         return self._inbox.offer(lambda: self._answer_with(lambda: self._do(command), reply, self._publish), slot)
+
+    def _tab_of(self, command: Command) -> Tab | None:
+        """The tab that answers a command: of several the active one, else the first; None for what all tabs share."""
+        tabs = self._tabs_of.get(type(command), [])
+        return self.active if self.active in tabs else next(iter(tabs), None)
 
     def scene_changed(self) -> None:
         """A scene has come or gone: which one is there is asked on the session's thread, so that none counts twice."""
@@ -197,9 +207,21 @@ class ClientSession:
     def _open_first(self, wanted: Mapping[str, str]) -> None:
         self.workspace.open_first(wanted.get("case"), wanted.get("plan"))
         if not self.active.available():
-            self._set_tab(next(name for name, tab in self.tabs.items() if tab.available()))
-        elif wanted.get("step") in self.tabs:
+            self._set_tab(self._available()[0])
+        elif wanted.get("step") in self._offered():
             self._set_tab(wanted["step"])
+
+    def _leave_other_kind(self) -> None:
+        """A case was opened that the active tab is not for."""
+        if not self.active.offered:
+            self._set_tab(self._available()[0])
+
+    def _offered(self) -> list[str]:
+        """The tabs that are for the open case."""
+        return [name for name, tab in self.tabs.items() if tab.offered]
+
+    def _available(self) -> list[str]:
+        return [name for name in self._offered() if self.tabs[name].available()]
 
     def _answer_with(
         self, answer: Callable[[], Any], reply: Reply | None, show: Callable[[], None] = lambda: None
@@ -214,16 +236,21 @@ class ClientSession:
             self._guarded(show)
             reply(True, result)
 
-    def _do(self, command: Command) -> Any:
+    def _do(self, command: Command | OperationMessage) -> Any:
+        if isinstance(command, OperationMessage):
+            tab = self._tab_of_kind.get(command.spec.kind.name)
+            return self.workspace.operate(command) if tab is None else tab.operate(command)
         if isinstance(command, SetTab):
             return self._set_tab(command.name)
-        tab = self._tab_of.get(type(command))
+        tab = self._tab_of(command)
         return self.workspace.handle(command) if tab is None else tab.handle(command)
 
     def _set_tab(self, name: str) -> None:
         tab = self.tabs[name]
         if tab is self.active:
             return
+        if not tab.offered:
+            raise InputError(f"‘{tab.spec.label}’ is not for this kind of case.")
         self.active.leave()
         self.active.active, tab.active = False, True
         self.active = tab
@@ -328,7 +355,6 @@ class ClientSession:
         stack.draw(self.layers().values())
 
     def _tab_section(self) -> TabSection:
-        available = [name for name, tab in self.tabs.items() if tab.available()]
         warming = self._warming()
         spec = self.active.spec
         if warming:
@@ -337,7 +363,8 @@ class ClientSession:
             hint = "This head was deleted elsewhere. Restore it from the list of deleted heads, or open another one."
         else:
             hint = self.active.hint()
-        return {"name": spec.name, "input": spec.input, "available": available, "hint": hint}
+        available, offered = self._available(), self._offered()
+        return {"name": spec.name, "input": spec.input, "available": available, "hint": hint, "offered": offered}
 
 
 def _words(error: Exception) -> str:

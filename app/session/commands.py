@@ -6,11 +6,13 @@ import functools
 import operator
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, Field, TypeAdapter
+from pydantic import AfterValidator, Field, TypeAdapter, ValidationError
 
 from app.messages.fields import Command, Identifier
+from app.operations.messages import OperationMessage, read_message
 from app.tabs import registry
 from app.workspace import commands as workspace
+from vfix_engine.json_text import parse_json
 
 
 def _known_tab(name: str) -> str:
@@ -26,7 +28,8 @@ class SetTab(Command):
 
 def commands() -> tuple[type[Command], ...]:
     """Every command: the session's own, those for what all tabs share, and those of each tab."""
-    return (SetTab, *workspace.COMMANDS, *(command for spec in registry.specs() for command in spec.commands))
+    of_tabs = [command for spec in registry.specs() for command in spec.commands]
+    return (SetTab, *workspace.COMMANDS, *dict.fromkeys(of_tabs))
 
 
 @functools.cache
@@ -35,6 +38,18 @@ def _adapter() -> TypeAdapter[Command]:
     return TypeAdapter(Annotated[union, Field(discriminator="type")])
 
 
-def parse_command(text: str | bytes) -> Command:
-    """Parse one message; raises pydantic's ``ValidationError`` for anything that is not a known, bounded command."""
-    return _adapter().validate_json(text)
+class InvalidMessage(ValueError):
+    """The text is no command and no operation; it says the first thing that is wrong."""
+
+
+def parse_command(text: str | bytes) -> Command | OperationMessage:
+    """Parse one message. Raises InvalidMessage for anything that is not a known, bounded command or operation."""
+    try:
+        message = parse_json(text)
+        operation = read_message(message) if isinstance(message, dict) else None
+        return operation or _adapter().validate_python(message)
+    except ValidationError as error:
+        first = error.errors(include_url=False, include_context=False, include_input=False)[0]["msg"]
+        raise InvalidMessage(first) from None
+    except ValueError as error:
+        raise InvalidMessage(str(error)) from None

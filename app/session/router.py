@@ -13,7 +13,6 @@ from collections.abc import AsyncIterator, Callable, Mapping, MutableMapping
 from typing import TYPE_CHECKING, Any
 
 from fastapi import APIRouter, FastAPI
-from pydantic import ValidationError
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from app.kit.prompt_threads import PROMPT_THREADS
@@ -21,7 +20,7 @@ from app.messages.hello import NotUnderstood, read_hello
 from app.messages.sections import HelloMessage, NoteMessage, ReplyMessage, StateMessage
 from app.messages.version import VERSION
 from app.session.client_sessions import MAX_PAGES, ClientSessions, TabTaken, TooManyTabs
-from app.session.commands import parse_command
+from app.session.commands import InvalidMessage, parse_command
 from app.tabs.registry import specs
 from vfix_engine.json_text import parse_json
 
@@ -275,9 +274,8 @@ async def _read(
             return
         try:
             command = parse_command(message["text"])
-        except ValidationError as error:
-            problem = error.errors(include_url=False, include_context=False, include_input=False)[0]["msg"]
-            send_soon(_refusal(_number(message["text"]), f"The page asked for something impossible: {problem}"))
+        except InvalidMessage as error:
+            send_soon(_refusal(_number(message["text"]), f"The page asked for something impossible: {error}"))
             continue
         reply = None
         if command.id is not None:

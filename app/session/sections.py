@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
-from typing import TypedDict
+from typing import NotRequired, TypedDict
 
 from app.tabs.spec import Input
 from app.workspace.sections import CameraSection, LabelView, SceneSection
 
 
 class TabSection(TypedDict):
-    """The tab that is shown, what keys and clicks do in it, the tabs that can be gone to, and what to do next."""
+    """The tab that is shown, what keys and clicks do in it, the tabs that can be gone to, and what to do next.
+
+    offered: the tabs that are for cases of the open kind; a page shows no other.
+    """
 
     name: str
     input: Input
     available: list[str]
     hint: str
+    offered: NotRequired[list[str]]
 
 
 class SessionSections(TypedDict, total=False):

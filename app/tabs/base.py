@@ -10,6 +10,7 @@ from typing import Any, ClassVar, Protocol
 
 from app.messages.fields import Command
 from app.messages.sections import Sections
+from app.operations.messages import OperationMessage
 from app.scene.dragging import DragEvent
 from app.scene.hand import GripDrag
 from app.scene.view import ClickRay
@@ -48,8 +49,14 @@ class Tab:
 
     # -- entering and leaving
 
+    @property
+    def offered(self) -> bool:
+        """Whether the tab is for cases of the kind that is open; all are where none is."""
+        kind = self.workspace.case.kind
+        return not self.spec.kinds or kind is None or kind in self.spec.kinds
+
     def available(self) -> bool:
-        """Whether the tab can be opened."""
+        """Whether the tab can be opened, where it is offered."""
         return True
 
     def enter(self) -> None:
@@ -66,6 +73,10 @@ class Tab:
     def handle(self, command: Command) -> Any:
         """Answer one of the tab's commands; returns what the reply holds. Raises VfixError with the reason."""
         return None
+
+    def operate(self, message: OperationMessage) -> Any:
+        """Do an operation on a document of the kinds that the spec names. Raises VfixError with the reason."""
+        return self.workspace.operate(message)
 
     def handle_now(self, command: Command) -> None:
         """Answer one of the tab's urgent commands. Called on other threads."""

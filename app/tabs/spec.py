@@ -5,9 +5,12 @@ from __future__ import annotations
 import importlib
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from app.messages.fields import Command
+
+if TYPE_CHECKING:  # slow to load, and the address needs none of it
+    from app.cases.structures import CaseKind
 
 Input = Literal["none", "edit", "drive"]
 
@@ -23,6 +26,9 @@ class TabSpec:
     commands: what its clients may send. sections: a TypedDict whose keys are the sections that it publishes.
     input: what keys of the page and clicks in its slices do: nothing of the tab's own, edit the open plan, or drive
     the robot, whose figures the status bar shows then.
+    documents: kinds of documents whose operations it does itself, since one may be open in it; those of other kinds
+    are done in the store.
+    kinds: of cases that it is for; empty: for any, and shown without one, too.
     has_routes: its ``routes.py`` has a ``router``, whose addresses lie below ``/api/v1/steps/NAME/``.
     """
 
@@ -35,6 +41,8 @@ class TabSpec:
     sections: type | None = None
     input: Input = "none"
     has_routes: bool = False
+    documents: tuple[str, ...] = ()
+    kinds: tuple[CaseKind, ...] = ()
 
     @property
     def folder(self) -> Path:

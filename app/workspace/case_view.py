@@ -12,7 +12,7 @@ import numpy as np
 from app.cases.model import Overlay
 from app.cases.segments import OUTLINE_COLOUR
 from app.cases.service import Case
-from app.cases.structures import Structure
+from app.cases.structures import CaseKind, Structure
 from app.exchange.patient_images import holds_images
 from app.kit.errors import NotFound
 from app.kit.kept import Same
@@ -29,7 +29,6 @@ from app.workspace.layers import Layer
 from app.workspace.sections import CaseSection, ViewSection
 from app.workspace.slice_view import Greys, SliceView
 from vfix_engine.arrays import Array
-from vfix_engine.errors import InputError
 from vfix_engine.files.volume import Volume
 from vfix_engine.geometry.mesh import TriangleMesh
 
@@ -105,7 +104,7 @@ class CaseView:
         for name in DISPLAY_ORDER:
             if name in meshes:
                 return meshes[name]
-        raise InputError("this head has no bone surface to show.")
+        return self._services.cases.case_surface(case_id)
 
     def _loaded(self, mesh: TriangleMesh, picker: BonePicker, volume: Volume | None, detail: Volume | None) -> None:
         bounds = np.asarray(mesh.bounds)
@@ -219,6 +218,11 @@ class CaseView:
             return None
         x, y, z = (round(float(value), 3) for value in self._slices.cross)
         return x, y, z
+
+    @property
+    def kind(self) -> CaseKind | None:
+        """What is driven in the open case; None where none is open."""
+        return None if self._case is None else self._case.kind
 
     @property
     def deleted(self) -> bool:

@@ -9,11 +9,13 @@ from typing import Any
 from app.kit.values import Position
 from app.messages.client import Client
 from app.messages.fields import Command
+from app.operations.messages import OperationMessage
 from app.services import Services
 from app.workspace import commands as c
 from app.workspace.camera_view import CameraView
 from app.workspace.case_view import CaseView
 from app.workspace.open_plan import OpenPlan
+from vfix_engine.errors import InputError
 
 __all__ = ["Position", "Request", "Workspace"]
 
@@ -63,6 +65,12 @@ class Workspace:
     def _case_opened(self, plan_id: str | None) -> None:
         for listener in self._case_listeners:
             listener(plan_id)
+
+    def operate(self, message: OperationMessage) -> None:
+        """Do an operation on a document of the open case. Raises VfixError."""
+        if self.case.case_id is None:
+            raise InputError("no head is open.")
+        message.perform(message.spec.context(self.services, message.revision), self.case.case_id)
 
     def handle(self, command: Command) -> Any:
         """Answer a command for what every step shares."""

@@ -14,7 +14,7 @@ import numpy as np
 
 from vfix_engine.errors import InputError, PathwayError
 from vfix_engine.robots.snake import SnakeModel
-from vfix_engine.worlds.snake.drive_state import CONTROLS, DriveSettings
+from vfix_engine.worlds.snake.settings import CONTROLS, DriveSettings
 from vfix_engine.worlds.snake.snake_drive import SnakeDrive
 
 from .hands import HANDS, Memory

@@ -9,10 +9,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from vfix_engine.arrays import Array
-from vfix_engine.worlds.snake.drive_state import Command
+from vfix_engine.worlds.snake.command import SnakeCommand
 from vfix_engine.worlds.snake.snake_drive import SnakeDrive
 
-Order = tuple[Command, float]
+Order = tuple[SnakeCommand, float]
 
 NONSENSE = (math.nan, math.inf, -math.inf, 1e300, -1e300, 1e-320, 0.0, 5.0)
 PACES = (1.0, 1.0, 1.0, 10.0, 40.0)  # of the settings' step
@@ -65,7 +65,7 @@ def _outwards(drive: SnakeDrive) -> Array:
 
 def pushing(memory: Memory, drive: SnakeDrive) -> Order:
     """One way for long."""
-    return Command(camera_mm_per_s=_camera(memory.kept(150))), memory.pace * drive.settings.step_s
+    return SnakeCommand(camera_mm_per_s=_camera(memory.kept(150))), memory.pace * drive.settings.step_s
 
 
 def spinning(memory: Memory, drive: SnakeDrive) -> Order:
@@ -73,13 +73,14 @@ def spinning(memory: Memory, drive: SnakeDrive) -> Order:
     memory.kept(200)
     memory.angle += 0.2
     way = memory.size * np.array([math.cos(memory.angle), math.sin(memory.angle)])
-    return Command(camera_mm_per_s=_camera(way)), memory.pace * drive.settings.step_s
+    return SnakeCommand(camera_mm_per_s=_camera(way)), memory.pace * drive.settings.step_s
 
 
 def jumping(memory: Memory, drive: SnakeDrive) -> Order:
     """Elsewhere in every step, at any speed and for any time."""
     way = memory.random.normal(size=2) * 10.0 ** memory.random.uniform(0.0, 6.0)
-    return Command(camera_mm_per_s=_camera(way)), drive.settings.step_s * float(memory.random.choice((1.0, 5.0, 50.0)))
+    dt = drive.settings.step_s * float(memory.random.choice((1.0, 5.0, 50.0)))
+    return SnakeCommand(camera_mm_per_s=_camera(way)), dt
 
 
 def into_the_wall(memory: Memory, drive: SnakeDrive) -> Order:
@@ -88,7 +89,7 @@ def into_the_wall(memory: Memory, drive: SnakeDrive) -> Order:
     out = _outwards(drive)
     size = float(np.linalg.norm(out))
     way = memory.size * (out / size if size > 1e-9 else memory.kept(60) / memory.size)
-    return Command(camera_mm_per_s=_camera(way)), memory.pace * drive.settings.step_s
+    return SnakeCommand(camera_mm_per_s=_camera(way)), memory.pace * drive.settings.step_s
 
 
 def resonating(memory: Memory, drive: SnakeDrive) -> Order:
@@ -98,7 +99,7 @@ def resonating(memory: Memory, drive: SnakeDrive) -> Order:
         memory.notes["sign"] = -memory.notes.get("sign", 1.0)
         memory.notes["period"] = float(memory.random.integers(2, 60))
     way = memory.kept(300) * memory.notes.get("sign", 1.0)
-    return Command(camera_mm_per_s=_camera(way)), memory.pace * drive.settings.step_s
+    return SnakeCommand(camera_mm_per_s=_camera(way)), memory.pace * drive.settings.step_s
 
 
 def alternating(memory: Memory, drive: SnakeDrive) -> Order:
@@ -106,7 +107,7 @@ def alternating(memory: Memory, drive: SnakeDrive) -> Order:
     sign = 1.0 if memory.count % 2 else -1.0
     memory.kept(60)
     way = sign * (_outwards(drive) + 1e-3) * 1e3
-    return Command(camera_mm_per_s=_camera(way)), memory.pace * drive.settings.step_s
+    return SnakeCommand(camera_mm_per_s=_camera(way)), memory.pace * drive.settings.step_s
 
 
 def nonsense(memory: Memory, drive: SnakeDrive) -> Order:
@@ -114,20 +115,20 @@ def nonsense(memory: Memory, drive: SnakeDrive) -> Order:
     x, y, speed = (float(v) for v in memory.random.choice(NONSENSE, size=3))
     if memory.random.random() < 0.5:
         speed = 0.0
-    return Command(speed, (x, y), bool(memory.random.random() < 0.1)), drive.settings.step_s
+    return SnakeCommand(speed, (x, y), bool(memory.random.random() < 0.1)), drive.settings.step_s
 
 
 def contradicting(memory: Memory, drive: SnakeDrive) -> Order:
     """In and out, aside and straight, all at once."""
     speed = float(memory.random.choice((0.0, 1.0, -1.0))) * 10.0 ** memory.random.uniform(-3.0, 4.0)
     way, straighten = memory.kept(40), bool(memory.random.random() < 0.5)
-    return Command(speed, _camera(way), straighten), memory.pace * drive.settings.step_s
+    return SnakeCommand(speed, _camera(way), straighten), memory.pace * drive.settings.step_s
 
 
 def jittering(memory: Memory, drive: SnakeDrive) -> Order:
     """Steps of a microsecond to ten seconds, along the wall."""
     dt = float(10.0 ** memory.random.uniform(-6.0, 1.0))
-    return Command(camera_mm_per_s=_camera(memory.kept(40) + _outwards(drive))), dt
+    return SnakeCommand(camera_mm_per_s=_camera(memory.kept(40) + _outwards(drive))), dt
 
 
 def inserting(memory: Memory, drive: SnakeDrive) -> Order:
@@ -136,11 +137,11 @@ def inserting(memory: Memory, drive: SnakeDrive) -> Order:
         memory.forwards = bool(memory.random.random() < 0.75) if drive.tip_s < drive.length_mm - 1.0 else False
     memory.kept(250)
     if not drive.straight and drive.state.outcome == "held":
-        return Command(straighten=True), drive.settings.step_s * 10.0
+        return SnakeCommand(straighten=True), drive.settings.step_s * 10.0
     usual = drive.settings.insertion_step_mm / drive.settings.insertion_mm_per_s
     speed = 10.0 ** memory.random.uniform(0.0, 3.0)
     dt = usual * float(memory.random.choice((0.1, 1.0, 1.0, 4.0, 100.0)))
-    return Command(speed if memory.forwards else -speed), dt
+    return SnakeCommand(speed if memory.forwards else -speed), dt
 
 
 def to_and_fro(memory: Memory, drive: SnakeDrive) -> Order:
@@ -148,17 +149,17 @@ def to_and_fro(memory: Memory, drive: SnakeDrive) -> Order:
     memory.kept(60)
     turn = memory.count % 5
     if turn == 4:
-        return Command(camera_mm_per_s=_camera(memory.kept(60))), drive.settings.step_s
+        return SnakeCommand(camera_mm_per_s=_camera(memory.kept(60))), drive.settings.step_s
     if turn == 0 and not drive.straight:
-        return Command(straighten=True), drive.settings.step_s * memory.pace
-    return Command(1e3 if turn % 2 else -1e3), 0.025 * memory.pace
+        return SnakeCommand(straighten=True), drive.settings.step_s * memory.pace
+    return SnakeCommand(1e3 if turn % 2 else -1e3), 0.025 * memory.pace
 
 
 def waiting(memory: Memory, drive: SnakeDrive) -> Order:
     """Nothing, while the tissue moves, and a push now and then."""
     if memory.random.random() < 0.8:
-        return Command(), drive.settings.step_s * float(memory.random.choice((1.0, 10.0)))
-    return Command(camera_mm_per_s=_camera(memory.kept(60))), drive.settings.step_s
+        return SnakeCommand(), drive.settings.step_s * float(memory.random.choice((1.0, 10.0)))
+    return SnakeCommand(camera_mm_per_s=_camera(memory.kept(60))), drive.settings.step_s
 
 
 HANDS: dict[str, Hand] = {

@@ -17,7 +17,7 @@ from vfix_engine.pathway.pathway import Pathway
 from vfix_engine.pathway.query.query import deviation_of_points
 from vfix_engine.robots.snake import SnakeModel
 from vfix_engine.robots.snake_surface import LinkVertices
-from vfix_engine.worlds.snake.drive_state import DriveSettings
+from vfix_engine.worlds.snake.settings import DriveSettings
 
 
 @numba.njit(error_model="numpy", cache=True)

@@ -9,8 +9,10 @@ from typing import Any
 import numpy as np
 
 from vfix_engine.arrays import Array
-from vfix_engine.pathway.limits.limits import Configuration
+from vfix_engine.geometry.curve import Curve
 from vfix_engine.snake.conform.conformance import ShapeSolution
+from vfix_engine.snake.control.tip_control import DistalContext
+from vfix_engine.worlds.snake.inline_planner import InlinePlanner
 from vfix_engine.worlds.snake.snake_drive import SnakeDrive
 
 Random = np.random.Generator
@@ -35,39 +37,46 @@ def control(drive: SnakeDrive, random: Random) -> None:
     part.wanted = lambda q, camera_mm, most: _wild(random, q, drive.snake.q_max)
 
 
-def conformance(drive: SnakeDrive, random: Random) -> None:
+class _LyingPlanner(InlinePlanner):
     """The shape that is to conform lies anywhere."""
-    part: Any = drive
-    ahead, anew = part._waypoint, part._waypoints.at
 
-    def wrong(found: ShapeSolution) -> ShapeSolution:
+    random: Random
+
+    def following(self, curve: Curve, tip_s: float, near: ShapeSolution, most: float) -> ShapeSolution:
+        return self._wrong(super().following(curve, tip_s, near, most))
+
+    def inserted(self, curve: Curve, place_mm: float, last: ShapeSolution, planned: ShapeSolution) -> ShapeSolution:
+        return self._wrong(super().inserted(curve, place_mm, last, planned))
+
+    def _wrong(self, found: ShapeSolution) -> ShapeSolution:
+        random, q_max = self.random, self.snake.q_max
         base = found.base.copy()
         base[:3, 3] += random.normal(size=3) * 10.0 ** random.uniform(-3.0, 1.0)
-        q = np.clip(_wild(random, found.q, drive.snake.q_max), -drive.snake.q_max, drive.snake.q_max)
+        q = np.clip(_wild(random, found.q, q_max), -q_max, q_max)
         return replace(found, q=np.where(np.isfinite(q), q, 0.0), base=base, exact=False)
 
-    def lying_ahead(sign: float) -> tuple[float, ShapeSolution]:
-        place, shape = ahead(sign)
-        return place, wrong(shape)
 
-    part._waypoint = lying_ahead
-    part._waypoints.at = lambda tip_s, near, *most: wrong(anew(tip_s, near, *most))
+def conformance(drive: SnakeDrive, random: Random) -> None:
+    """The shape that is to conform lies anywhere."""
+    honest = drive.constants.planner
+    assert honest is not None
+    liar = _LyingPlanner(honest.snake, honest.pathway, honest.insertion, honest.every_s)
+    object.__setattr__(liar, "random", random)
+    drive.constants = replace(drive.constants, planner=liar)
 
 
 def easing(drive: SnakeDrive, random: Random) -> None:
     """The program that is to find a way back within the bounds finds something else."""
-    part: Any = drive
-    honest = part._projected
+    honest = drive.constants.eased
 
-    def lying(wanted: ShapeSolution, end: Configuration, dt: float) -> tuple[ShapeSolution, Configuration]:
-        shape, pose = honest(wanted, end, dt)
-        change = random.normal(size=len(pose.q)) * 10.0 ** random.uniform(-5.0, -1.0)
-        most = drive.settings.speed_max * dt  # the joints' speed is kept by the program's box, not by the certificate
-        q = drive.snake.clamp(np.clip(pose.q + change, drive.q - most, drive.q + most))
-        shape = replace(shape, q=drive.snake.clamp(shape.q + (q - pose.q)), exact=False)
-        return shape, Configuration(pose.base, q)
+    def lying(context: DistalContext, q: Array, most: float) -> Array:
+        found = honest(context, q, most)
+        found = context.rest if found is None else found
+        change = random.normal(size=len(found)) * 10.0 ** random.uniform(-5.0, -1.0)
+        # The joints' speed is kept by the program's box, not by the certificate.
+        return drive.snake.clamp(np.clip(found + change, q - most, q + most))
 
-    part._projected = lying
+    drive.constants = replace(drive.constants, eased=lying)
 
 
 LIES: dict[str, Callable[[SnakeDrive, Random], None]] = {

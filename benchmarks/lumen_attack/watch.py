@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -10,8 +10,8 @@ import numpy as np
 from vfix_engine.arrays import Array, BoolArray, IntArray
 from vfix_engine.pathway.limits.limits import MOTION_TOLERANCE_MM, Configuration, HardLimits, MotionVerdict
 from vfix_engine.pathway.packed import PackedPathway
-from vfix_engine.worlds.snake.drive_state import DriveState
 from vfix_engine.worlds.snake.snake_drive import SnakeDrive
+from vfix_engine.worlds.snake.state import SnakeState
 
 from .judge import Judge, bounds_by_place, turned
 
@@ -25,7 +25,10 @@ FAILURES_KEPT = 5
 
 
 class Motion(NamedTuple):
-    """What the certificate took: links from ``first`` on, against what, from where to where."""
+    """What the certificate took: links from ``first`` on, against what, from where to where.
+
+    windows, measured: of those links.
+    """
 
     first: int
     packed: PackedPathway
@@ -86,8 +89,8 @@ class Tally:
 class _Witness:
     """Stands in the place of a certificate, asks it, and notes what it took."""
 
-    def __init__(self, limits: HardLimits, drive: SnakeDrive, first: int, taken: list[Motion]):
-        self._limits, self._drive, self._first, self._taken = limits, drive, first, taken
+    def __init__(self, limits: HardLimits, first: int, taken: list[Motion]):
+        self._limits, self._first, self._taken = limits, first, taken
 
     def certify(
         self,
@@ -101,10 +104,8 @@ class _Witness:
         """The certificate's verdict."""
         verdict = self._limits.certify(packed, windows, before, after, bound, known)
         if verdict.taken:
-            drive: Any = self._drive
-            all_windows = drive._windows.copy()
-            all_windows[self._first :] = windows
-            self._taken.append(Motion(self._first, packed, all_windows, drive._measured.copy(), before, after))
+            assert bound is not None
+            self._taken.append(Motion(self._first, packed, windows, np.isfinite(bound), before, after))
         return verdict
 
 
@@ -116,18 +117,20 @@ class Watch:
         self._random = np.random.default_rng(seed)
         self._judge = Judge(drive.snake, drive.query.vertices)
         self._taken: list[Motion] = []
-        inner: Any = drive
-        self._first = drive.snake.links - drive.distal.links
-        inner._limits = _Witness(inner._limits, drive, 0, self._taken)
-        inner._distal_limits = _Witness(inner._distal_limits, drive, self._first, self._taken)
+        given: Any = drive.constants
+        limits = _Witness(given.limits, 0, self._taken)
+        distal: Any = _Witness(given.distal_limits, given.first, self._taken)
+        drive.constants = replace(given, limits=limits, distal_limits=distal)
+        self._windows, self._measured = drive.state.windows, drive.state.measured
         self._q, self._base, self._tip = drive.q.copy(), drive.state.base.copy(), drive.tip_s
         self._refused, self._rushed = 0, -np.inf
         self._asked, self._found = b"", np.empty(0)  # windows that bounds were asked of last, and those bounds
 
-    def judge(self, state: DriveState, dt: float) -> None:
+    def judge(self, state: SnakeState, dt: float) -> None:
         """One step that the engine has taken."""
-        tally, motions = self._tally, list(self._taken)
+        tally, motions = self._tally, [self._of_all_links(one) for one in self._taken]
         self._taken.clear()
+        self._windows, self._measured = state.windows, state.measured
         tally.steps += 1
         tally.held += state.outcome == "held"
         tally.shrunk += state.outcome == "shrunk"
@@ -154,6 +157,14 @@ class Watch:
             tally.tissue_mm = max(tally.tissue_mm, float(over[state.measured].max(initial=0.0)))
         self._q, self._base, self._tip = state.q.copy(), state.base.copy(), state.tip_s
 
+    def _of_all_links(self, motion: Motion) -> Motion:
+        """With windows and links that count of the whole robot, of which the first ones may be those of before."""
+        if motion.first:
+            windows = np.concatenate([self._windows[: motion.first], motion.windows])
+            return motion._replace(windows=windows, measured=self._measured)
+        self._windows, self._measured = motion.windows, motion.measured
+        return motion
+
     def _depth(self, packed: PackedPathway, windows: IntArray, asked: BoolArray, q: Array, base: Array) -> Array:
         return self._judge.depth(packed, windows, asked, q, base)
 
@@ -165,11 +176,11 @@ class Watch:
             self._found = bounds_by_place(self._drive.pathway, self._drive.settings, windows)
         return self._found
 
-    def _haste(self, depth: Array, state: DriveState) -> float:
+    def _haste(self, depth: Array, state: SnakeState) -> float:
         near = depth[state.measured] > self._bound(state.windows)[state.measured] - NEAR_MM
         return 5.0 if near.any() else 1.0
 
-    def _judge_joints(self, state: DriveState, dt: float) -> None:
+    def _judge_joints(self, state: SnakeState, dt: float) -> None:
         """HAZ-06: range and speed of every joint."""
         q_max, most = self._drive.snake.q_max, self._drive.settings.speed_max * dt
         over = max(float(np.abs(state.q).max()) - q_max, float(np.abs(state.q - self._q).max()) - most * (1.0 + 1e-9))
@@ -177,7 +188,7 @@ class Watch:
             self._tally.limit_violations += 1
             self._tally.fail("joint limit", doing=self._doing, over=over, dt=dt)
 
-    def _chain(self, state: DriveState, motions: list[Motion]) -> list[tuple[Array, Array, Array, Array]]:
+    def _chain(self, state: SnakeState, motions: list[Motion]) -> list[tuple[Array, Array, Array, Array]]:
         """Each motion as joints and base of the whole robot before and after; from state to state without a gap."""
         q, base, apart = self._q, self._base, 0.0
         poses = []
@@ -199,7 +210,7 @@ class Watch:
         return poses
 
     def _judge_end(
-        self, state: DriveState, motions: list[Motion], poses: list[tuple[Array, Array, Array, Array]]
+        self, state: SnakeState, motions: list[Motion], poses: list[tuple[Array, Array, Array, Array]]
     ) -> Array:
         """The configuration that the step ended in."""
         tally, bound, asked = self._tally, self._bound(state.windows), state.measured

@@ -7,7 +7,7 @@ import numpy as np
 import trimesh
 
 from vfix_engine import SnakeDrive, TriangleMesh
-from vfix_engine.worlds.snake.drive import Command, DriveSettings, drive_lumen
+from vfix_engine.worlds.snake.drive import DriveSettings, SnakeCommand, drive_lumen
 
 ring = trimesh.creation.torus(major_radius=120.0, minor_radius=14.0, major_sections=96, minor_sections=24)
 mesh = TriangleMesh(ring.vertices, ring.faces)
@@ -15,7 +15,7 @@ start, end = (120.0 * np.array([np.cos(angle), np.sin(angle), 0.0]) for angle in
 settings = DriveSettings(contours=16, interpolated=61, vertices_per_link=50, bends=4, step_s=0.01)
 drive = SnakeDrive.in_lumen(mesh, start, end, links=7, settings=settings)  # for a hand of your own
 for _ in range(100):
-    drive.step(Command(insert_mm_per_s=20.0))
+    drive.step(SnakeCommand(insert_mm_per_s=20.0))
 print(f"after a second by hand the tip is {drive.tip_s:.1f} mm in")
 report = drive_lumen(mesh, start, end, links=7, landmarks={"polyp": 1.07 * end}, settings=settings)
 told = report.to_dict()

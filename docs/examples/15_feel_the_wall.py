@@ -4,13 +4,13 @@ import numpy as np
 
 from vfix_engine.pathway import Pathway
 from vfix_engine.robots.snake import SnakeModel
-from vfix_engine.worlds.snake.drive import Command, DriveSettings, SnakeDrive
+from vfix_engine.worlds.snake.drive import DriveSettings, SnakeCommand, SnakeDrive
 
 centre = np.column_stack([np.zeros(31), np.zeros(31), np.linspace(0.0, 300.0, 31)])
 pathway = Pathway(centre, np.full(31, 12.0), count=31)
 drive = SnakeDrive(SnakeModel(6), pathway, DriveSettings(bends=4, vertices_per_link=50), tip_s=200.0)
 for step in range(150):
-    now = drive.step(Command(camera_mm_per_s=(40.0, 0.0)), dt=0.01)
+    now = drive.step(SnakeCommand(camera_mm_per_s=(40.0, 0.0)), dt=0.01)
     if step % 30 == 29:
         guidance, resistance = now.forces.guidance, now.forces.resistance
         print(f"{now.deviation.depth.max():.2f} mm outside: led by {guidance} N, held back by {resistance} N")

@@ -8,11 +8,12 @@ from types import ModuleType
 from typing import Annotated, Literal, NotRequired, TypedDict
 
 import pytest
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel
 
 from app.messages import sections
 from app.messages.version import VERSION
 from app.session import commands
+from app.session.commands import InvalidMessage
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 
@@ -92,9 +93,9 @@ def test_every_command_is_declared_with_its_own_fields(script: ModuleType) -> No
     }.items():
         assert list(found[kind]) == fields
     for kind in found:  # nothing is declared that the server does not know
-        with pytest.raises(ValidationError) as refusal:
+        with pytest.raises(InvalidMessage) as refusal:
             commands.parse_command(json.dumps({"type": kind, "no_such_field": 1}))
-        assert "union_tag_invalid" not in str(refusal.value.errors()), kind
+        assert "does not match any of the expected tags" not in str(refusal.value), kind
 
 
 def test_the_page_speaks_the_planner_s_version() -> None:

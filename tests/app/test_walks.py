@@ -1,4 +1,4 @@
-"""The walks that docs/architecture.md shows, walked: a click, a drag of the grip, a control step."""
+"""The walks that docs/architecture.md shows, walked: a click, a drag of the grip, a control step, a snake's tick."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import multiprocessing
 import re
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -24,6 +25,10 @@ from app.tabs.rehearse.preparation import prepare
 from app.tabs.rehearse.tab import RehearseTab
 from vfix_engine.control import HandCommand
 from vfix_engine.control.tasks import FollowPath
+from vfix_engine.pathway.tissue_motion import breathing
+from vfix_engine.robots.snake import SnakeModel
+from vfix_engine.runtime.background import InlineWorker
+from vfix_engine.runtime.command import no_command
 from vfix_engine.runtime.driver import Driver
 from vfix_engine.runtime.loop import ControlLoop
 from vfix_engine.runtime.mailbox import Mailbox
@@ -31,6 +36,7 @@ from vfix_engine.runtime.outbox import Outbox
 from vfix_engine.runtime.priority import RealTimePriority
 from vfix_engine.runtime.process import ControlProcess
 from vfix_engine.worlds.rigid.snapshot import RigidSnapshot
+from vfix_engine.worlds.snake import LumenContours, SnakeSystemSpec
 
 TOLERANCE = 0.15  # of the documented numbers
 
@@ -238,3 +244,18 @@ def test_a_control_step_goes_from_its_task_to_the_verdict(phantom_services: Serv
     report = system.controller.step(state.tool, task, hand)  # kernels are loaded, triangles gathered
     passed = functions_passed(lambda: system.controller.step(report.state, task, hand))
     check("A control step: from the task to the verdict", passed)
+
+
+def test_a_tick_of_the_snake_goes_from_the_axes_to_the_forces() -> None:
+    """In moving tissue, by plans that were adopted before."""
+    centre = np.column_stack([np.zeros((31, 2)), np.linspace(0.0, 300.0, 31)])
+    lumen, breath = LumenContours(centre, np.full((31, 1), 13.0), 61), breathing((0.0, 1.0, 0.0), 6.0, 4.0)
+    spec = SnakeSystemSpec(lumen, SnakeModel(6), tissue=breath, tip_s=150.0)
+    system, command = spec.build(), replace(no_command(), axes=(0.0, 0.0, 1.0))
+    driver = Driver(system, InlineWorker(system.planner, 20))
+    for _ in range(150):
+        driver.step(command)
+    before = driver.state.tip_s
+    passed = functions_passed(lambda: driver.step(command))
+    assert driver.state.tip_s > before
+    check("A tick of the snake: from the axes to the forces", passed)

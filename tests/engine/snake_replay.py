@@ -20,9 +20,10 @@ from vfix_engine.runtime.run import Run
 def replayed(folder: Path) -> dict[str, object]:
     """What a replay of the run came to, and what another measure says of its states."""
     run = Run.read(folder)
-    again = replay(run, wall_that_gives_way())
+    spec = wall_that_gives_way()
+    again = replay(run, spec)
     different = (again.rows != run.rows).any(axis=0)
-    found = judged(again.states[0], again.states[1:])
+    found = judged(spec.build(), again.states[0], again.states[1:])
     return {
         "first_difference": again.first_difference,
         "columns": [column.name for column, one in zip(run.columns, different, strict=True) if one],

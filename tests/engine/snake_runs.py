@@ -16,8 +16,8 @@ from vfix_engine.robots.snake import SnakeModel
 from vfix_engine.runtime.background import InlineWorker
 from vfix_engine.runtime.command import Command, no_command
 from vfix_engine.runtime.driver import Driver
-from vfix_engine.worlds.snake import LumenContours, SnakeSettings, SnakeState, SnakeSystem, SnakeSystemSpec
-from vfix_engine.worlds.snake.drive_state import DriveSettings
+from vfix_engine.worlds.snake import LumenContours, SnakeDrive, SnakeSettings, SnakeState, SnakeSystem, SnakeSystemSpec
+from vfix_engine.worlds.snake.settings import DriveSettings
 
 BREATH = breathing((0.0, 0.3, 1.0), 6.0, 1.0, 60.0)  # up to 18 mm/s: a hurried breath
 AGE = 20  # steps from asking for a plan to adopting it
@@ -96,17 +96,21 @@ class Verdicts(NamedTuple):
     fastest: float
 
 
-def judged(first: SnakeState, states: Iterable[SnakeState]) -> Verdicts:
+def seen(system: SnakeSystem, state: SnakeState) -> SnakeDrive:
+    """A state with what can be told of it."""
+    return SnakeDrive.at(system.constants, state)
+
+
+def judged(system: SnakeSystem, first: SnakeState, states: Iterable[SnakeState]) -> Verdicts:
     """As benchmarks/lumen_attack does: kinematics and depths as printed, every vertex against every segment."""
-    before, violations, disagreements, deepest, fastest = first.drive, 0, 0, -np.inf, 0.0
-    judge = Judge(before.snake, before.query.vertices)
-    for state in states:
-        drive, now, there = state.drive, state.drive.state, before.state
+    before, violations, disagreements, deepest, fastest = first, 0, 0, -np.inf, 0.0
+    judge = Judge(system.constants.snake, system.constants.query.vertices)
+    for now in states:
         deep = judge.depth(now.packed, now.windows, now.measured, now.q, now.base)
-        was = judge.depth(now.packed, now.windows, now.measured, there.q, there.base)
-        violations += bool((deep - np.maximum(drive.bound, was) > SAME_MM)[now.measured].any())
+        was = judge.depth(now.packed, now.windows, now.measured, before.q, before.base)
+        violations += bool((deep - np.maximum(now.bound, was) > SAME_MM)[now.measured].any())
         disagreements += bool((np.abs(deep - now.deviation.depth) > SAME_MM)[now.measured].any())
-        deepest = max(deepest, float((deep - drive.bound)[now.measured].max()))
-        fastest = max(fastest, float(np.abs(now.q - there.q).max()) / state.settings.step_s)
-        before = drive
+        deepest = max(deepest, float((deep - now.bound)[now.measured].max()))
+        fastest = max(fastest, float(np.abs(now.q - before.q).max()) / now.period_s)
+        before = now
     return Verdicts(violations, disagreements, deepest, fastest)

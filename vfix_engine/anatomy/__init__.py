@@ -1,1 +1,1 @@
-"""What the body is: bone, airway, soft tissue and their surfaces, made from images; and the synthetic head."""
+"""Anatomy: bone, airway, soft tissue and their surfaces, extracted from images; and the synthetic head."""

@@ -1,9 +1,9 @@
-"""Air within the body, told from the air of the room.
+"""Segmentation of the air in the body, as opposed to the air of the room.
 
-Nostrils and mouth join both airs, so no threshold parts them. On a grid of about 2 mm the body is closed by 8 mm, and
-its holes are filled slice by slice. That takes in air of the room as well: in grooves of the skin, behind the ears,
+Nostrils and mouth connect both, so no threshold separates them. On a grid of about 2 mm the body is closed by 8 mm, and
+its holes are filled slice by slice. That includes air of the room as well: in grooves of the skin, behind the ears,
 beside a head rest. So both airs are flooded from where they are certain, the widest places first, and meet where the
-way between them is narrowest, as in the nostrils; a groove has no air of the body behind it, and is the room's.
+passage between them is narrowest, as in the nostrils; a groove has no air of the body behind it, and is the room's.
 """
 
 from __future__ import annotations
@@ -15,30 +15,30 @@ from vfix_engine.arrays import Array, BoolArray
 from vfix_engine.files.volume import Volume
 
 CLOSING_MM = 8.0
-DEEP_MM = 6.0  # below the closed body's border: air of the body for certain
-FILM_MM = 3.0  # of air on the skin, which the coarse grid takes for skin
+DEEP_MM = 6.0  # depth below the closed body's border at which air certainly belongs to the body
+FILM_MM = 3.0  # thickness of air on the skin that the coarse grid classifies as skin
 _STEP_MM = 2.0
 _ROOM, _BODY, _TISSUE = 1, 2, 3
 
 
 def inner_air(volume: Volume, air_hu: float = TISSUE_HU) -> BoolArray:
-    """Voxels (K, J, I) of air within the body: below `air_hu`, and in the closed body.
+    """Mask (K, J, I) of air in the body: below `air_hu`, and in the closed body.
 
-    The scan ends through the body at its first and last slices, so nothing is added there.
+    The scan ends within the body at its first and last slices, so no padding is added there.
     """
     inside: BoolArray = (volume.hu < air_hu) & body(volume)
     return inside
 
 
 def body(volume: Volume) -> BoolArray:
-    """Voxels (K, J, I) of the body with the air in it, which ends in nostrils and mouth, to about 3 mm."""
+    """Mask (K, J, I) of the body including its air, bounded at nostrils and mouth, accurate to about 3 mm."""
     from scipy import ndimage  # imported here: slow to load
 
     step = np.maximum(np.rint(_STEP_MM / volume.spacing).astype(int), 1)  # i, j, k
     coarse = volume.hu[:: step[2], :: step[1], :: step[0]] >= TISSUE_HU
     sampling = (volume.spacing * step)[::-1]
     pad = [int(np.ceil(CLOSING_MM / size)) + 1 for size in sampling]
-    # Beyond the sides lies air; beyond the ends the body goes on, and so does the air above a head.
+    # Beyond the sides there is air; beyond the ends the body continues, and so does the air above a head.
     solid = np.pad(np.pad(coarse, [(0, 0), *((n, n) for n in pad[1:])]), [(pad[0], pad[0]), (0, 0), (0, 0)], "edge")
     inner = _without_room(solid, sampling)[tuple(slice(n, -n) for n in pad)]
     shape = volume.hu.shape
@@ -51,7 +51,7 @@ def body(volume: Volume) -> BoolArray:
 
 
 def _without_room(solid: BoolArray, sampling: Array) -> BoolArray:
-    """Tissue (K, J, I) and the air within: of the closed body what is flooded from its depth, not from the room."""
+    """Tissue and its air (K, J, I): the part of the closed body that is flooded from its depth, not from the room."""
     from scipy import ndimage  # as above
 
     to_tissue = ndimage.distance_transform_edt(~solid, sampling=sampling)

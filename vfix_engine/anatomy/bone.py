@@ -1,4 +1,4 @@
-"""The two surfaces of a case from a CT or a mesh: one for control, one for display."""
+"""The two bone surfaces of a case from a CT or a mesh: one for control, one for display."""
 
 from __future__ import annotations
 
@@ -11,33 +11,34 @@ from vfix_engine.files.volume import BONE_HU, Volume
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.progress import ProgressCallback
 
-# The surface for control. Up to the first size it is the extracted surface, whole; above it, it is decimated to the
-# second one, and what that moved too far is put back.
+# The surface for control. Up to the first size it is the complete extracted surface; above it, it is decimated to the
+# second one, and triangles that this moved too far are restored.
 CONTROL_TRIANGLES = 4_000_000
 THINNED_TRIANGLES = 3_000_000
-TOLERANCE_MM = 0.1  # of a vertex of the extracted surface from the decimated one
+TOLERANCE_MM = 0.1  # largest distance of a vertex of the extracted surface from the decimated one
 DISPLAY_TRIANGLES = 60_000
-# The picture: a surface above the first size is merged into cells first, which is five times as fast as edge collapse.
+# Surface for display: above the first size it is first clustered in cells, five times as fast as edge collapse.
 CLUSTERED_FROM = 1_000_000
 CLUSTERED_TRIANGLES = 500_000
-# Shares of the time that are done, measured on the synthetic head with a million triangles: 1.6 of 4.6 s find the bone;
-# of the 3.0 s for its picture 0.9 s go into leaving out components, 0.6 s into thinning, the rest into measuring it.
+# Fractions of the total time, measured on the synthetic head with a million triangles: 1.6 of 4.6 s extract the bone;
+# of the 3.0 s for display 0.9 s remove components, 0.6 s decimate, the rest measures the deviation.
 FOUND, CLEANED, PICTURED = 0.35, 0.3, 0.5
-MIN_BODY_TRIANGLES = 100  # smaller components are left out of the picture; the surface for control keeps them
+MIN_BODY_TRIANGLES = 100  # smaller components are removed for display; the surface for control keeps them
 USUAL_SLICE_MM = 1.0  # largest slice distance for navigation in the nose
-SLICE_SHARE = 0.5  # of a larger slice distance: how far bone may lie from its surface
+SLICE_SHARE = 0.5  # of a larger slice distance: uncertainty of the surface
 
 
 @dataclass(frozen=True)
 class SurfaceReport:
     """Deviation of a surface from its source, and the components removed from it.
 
-    mean_deviation_mm, max_deviation_mm: of decimation, as in `ThinnedSurface`; 0 where nothing was decimated.
+    mean_deviation_mm, max_deviation_mm: of decimation, as in `ThinnedSurface`; 0 without decimation.
     dropped: components removed as noise.
-    certified_mm: no point of the source is farther than this from the surface; None where only vertices were measured.
-    put_back: triangles of the source that were put back because decimation had moved them too far.
-    smoothed_mm: largest distance that smoothing moved a vertex; 0 where nothing was smoothed.
-    resampled_mm: how far resampling within the slices of the CT may have moved it; 0 where they are as they were.
+    certified_mm: upper bound of the distance of any point of the source from the surface; None if only vertices were
+        measured.
+    put_back: triangles of the source that were restored because decimation had moved them too far.
+    smoothed_mm: largest displacement of a vertex by smoothing; 0 without smoothing.
+    resampled_mm: upper bound of the displacement by resampling within the slices of the CT; 0 without resampling.
     """
 
     mean_deviation_mm: float
@@ -50,7 +51,7 @@ class SurfaceReport:
 
     @property
     def error_mm(self) -> float:
-        """What the margin grows by: how far bone may lie from the surface by decimation, smoothing and resampling."""
+        """Distance that is added to the margin: upper bound of the error by decimation, smoothing and resampling."""
         thinned = self.max_deviation_mm if self.certified_mm is None else self.certified_mm
         return thinned + self.smoothed_mm + self.resampled_mm
 
@@ -69,16 +70,16 @@ class BoneSurfaces:
 
 
 def slice_uncertainty_mm(spacing_mm: float) -> float:
-    """How far bone may lie from its surface, in mm, for a CT with the largest voxel spacing `spacing_mm`.
+    """Uncertainty of a bone surface in mm, for a CT with the largest voxel spacing `spacing_mm`.
 
-    0 up to 1 mm, half of the spacing above. Measured on the synthetic head: of 0.5 mm slices averaged to 1.5 … 5 mm, at
-    least 95 % of the bone lies within that distance of the surface.
+    0 up to 1 mm, half of the spacing above. Measured on the synthetic head: for 0.5 mm slices averaged to 1.5 … 5 mm,
+    at least 95 % of the bone lies within that distance of the surface.
     """
     return SLICE_SHARE * spacing_mm if spacing_mm > USUAL_SLICE_MM else 0.0
 
 
 def bone_of_volume(volume: Volume, *, progress: ProgressCallback) -> BoneSurfaces:
-    """Bone of a CT: every triangle of it for control, a decimated picture for display.
+    """Extract the bone of a CT: all triangles for control, a decimated surface for display.
 
     Raises:
         ImageError: there is no bone.
@@ -89,7 +90,7 @@ def bone_of_volume(volume: Volume, *, progress: ProgressCallback) -> BoneSurface
 
 
 def surfaces_of(surface: TriangleMesh, *, progress: ProgressCallback) -> BoneSurfaces:
-    """Surfaces for control and for display of an extracted surface; nothing of it is left out of control."""
+    """Surfaces for control and for display from an extracted surface; control keeps all of it."""
     control, done = ThinnedSurface(surface, 0.0, 0.0, 0.0), 0.0
     if len(surface.faces) > CONTROL_TRIANGLES:
         progress("Thinning the surface", 0.0)
@@ -115,7 +116,7 @@ def bone_of_surface(surface: TriangleMesh, *, progress: ProgressCallback) -> Bon
 
 
 def _with_display(control: ThinnedSurface, tell: Callable[[float], None]) -> BoneSurfaces:
-    """The picture leaves small components out, and keeps them where there is nothing else."""
+    """Add the surface for display without small components, unless there are no others."""
     tell(0.0)
     source = control.mesh
     cleaned = (

@@ -1,6 +1,6 @@
-"""Bound of the distance of whole triangles to a surface (compiled).
+"""Upper bound of the distance of whole triangles to a surface (compiled).
 
-The distance to one triangle is convex, so over another triangle it is largest at that one's corners.
+The distance to one triangle is convex, so its maximum over another triangle is at one of that one's corners.
 """
 
 from __future__ import annotations
@@ -45,11 +45,11 @@ def convex_bounds(
     faces: npt.NDArray[np.int32],
     enough_mm: float,
 ) -> npt.NDArray[np.float64]:
-    """(n,) upper bounds [mm] of the distance of every point of triangles to a mesh.
+    """Upper bounds (n,) [mm] of the distance of every point of triangles to a mesh.
 
     Args:
         corners: (n, 3, 3) of the triangles. candidates: (n, m) faces of the mesh that may be nearest to each.
-        vertices, faces: the mesh. enough_mm: a bound that is not improved any more.
+        vertices, faces: the mesh. enough_mm: a bound below this is not refined further.
     """
     found: npt.NDArray[np.float64] = _bounds(
         np.ascontiguousarray(corners), np.ascontiguousarray(candidates, dtype=np.int32), vertices, faces, enough_mm

@@ -1,8 +1,8 @@
-"""The surface of chosen voxels of a CT, which encloses them however thin what they make up is; LPS mm.
+"""Surface that encloses selected voxels of a CT, however thin the structure is; LPS mm.
 
-An isosurface of Hounsfield units runs where the units say: of a sheet one voxel thick it encloses less than half, since
-its border is drawn in towards the voxels' centres on both sides. Here the border crosses the line between a chosen
-voxel and one beside it at half of it or beyond, where the units say so.
+The position of an isosurface follows from the Hounsfield units: for a sheet one voxel thick it encloses less than half,
+since its border is drawn towards the voxels' centres on both sides. Here the border crosses the line between a selected
+voxel and a neighbour at the midpoint or beyond, as determined by the units.
 """
 
 from __future__ import annotations
@@ -15,15 +15,15 @@ from vfix_engine.arrays import Array
 from vfix_engine.files.volume import Volume
 from vfix_engine.geometry.mesh import TriangleMesh
 
-_ON_LINE = 0.01  # [voxel] a vertex so near to a line of the grid lies on it
+_ON_LINE = 0.01  # [voxel] a vertex this close to a line of the grid lies on it
 
 
 def enclosing_surface(part: Volume, mask: npt.NDArray[np.bool_], band_hu: tuple[float, float]) -> TriangleMesh:
-    """Closed surface around voxels of a CT, normals out of them.
+    """Compute a closed surface around voxels of a CT, with outward normals.
 
     The centre of every voxel of the mask lies inside and that of every other one outside. Between two of them the
-    surface runs half-way, or nearer to the other one where the end of the band lies there, which only adds. Cut off by
-    anything but the band, it runs half-way.
+    surface is half-way, or nearer to the other one if the end of the band lies there, which only adds volume. Where the
+    mask is bounded by anything but the band, it is half-way.
 
     Args:
         mask: (K, J, I) of the part, not empty. band_hu: its lower and upper end, both included.
@@ -33,7 +33,7 @@ def enclosing_surface(part: Volume, mask: npt.NDArray[np.bool_], band_hu: tuple[
     mesh = extract_surface(around, 1.0)
     index = around.lps_to_index(mesh.vertices)
     low, high = np.floor(index + 0.25).astype(np.intp), np.ceil(index - 0.25).astype(np.intp)
-    # A vertex of an ambiguous cell lies within it, on none of its edges, and stays where it is.
+    # A vertex of an ambiguous cell lies inside it, on none of its edges, and is not moved.
     on_line = np.abs(index - 0.5 * (low + high)).max(axis=1) < _ON_LINE
     on_line &= (high - low).sum(axis=1) == 1
     low, high = low[on_line], high[on_line]
@@ -46,7 +46,7 @@ def enclosing_surface(part: Volume, mask: npt.NDArray[np.bool_], band_hu: tuple[
 
 
 def _hu_at(part: Volume, padded: npt.NDArray[np.intp]) -> Array:
-    """HU (n,) at indices (n, 3) of the padded part; around the part, those of its border."""
+    """HU (n,) at indices (n, 3) of the padded part; the padding repeats the border."""
     last = np.array(part.hu.shape[::-1]) - 1
     i, j, k = np.clip(padded - 1, 0, last).T
     hu: Array = part.hu[k, j, i].astype(np.float64)
@@ -54,8 +54,8 @@ def _hu_at(part: Volume, padded: npt.NDArray[np.intp]) -> Array:
 
 
 def _share(inner: Array, outer: Array, band_hu: tuple[float, float]) -> Array:
-    """Where on the way (n,) from a voxel in the band to one beside it the surface runs, 0.5 to 1."""
-    # Half a unit beyond the ends of the band, where no voxel has its value.
+    """Position (n,) of the surface as a fraction of the distance from a voxel in the band to a neighbour, 0.5 to 1."""
+    # Half a unit beyond the ends of the band, which no voxel has as its value.
     end = np.where(outer < inner, np.ceil(band_hu[0]) - 0.5, np.floor(band_hu[1]) + 0.5)
     beyond = (outer < band_hu[0]) | (outer > band_hu[1])
     share: Array = np.divide(end - inner, outer - inner, out=np.full(len(inner), 0.5), where=beyond)

@@ -1,6 +1,6 @@
 """Reader of a head from a file, with plausibility checks; doubts are returned as sentences.
 
-`read_mesh` and `read_volume` accept any surface and any volume; a head has a size, air around it and bone in it.
+`read_mesh` and `read_volume` accept any surface and any volume; a head has a plausible size, air around it and bone.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ from vfix_engine.geometry.mesh import TriangleMesh
 HEAD_MM = (20.0, 2500.0)  # longest side: from a part of a nose to a scan of the whole body
 USUAL_MM = (60.0, 400.0)
 FEW_TRIANGLES = 1000
-FINE_MM = 1.25  # the coarsest slices that navigation of the sinuses is advised
-PLAUSIBLE_HU = (-2000, 10_000)  # from what scanners write outside their circle to metal
-STRANGE_SHARE = 0.01  # of the voxels beyond that, which is not metal any more
-_INWARDS_MM = -0.05  # enclosed volume over area of a surface whose triangles face inwards: half of a shell's thickness
-_MOST_LABELS = 250  # a label map has fewer values than this, all whole and none below 0
+FINE_MM = 1.25  # largest slice spacing recommended for navigation of the sinuses
+PLAUSIBLE_HU = (-2000, 10_000)  # from the values of scanners outside their circle to metal
+STRANGE_SHARE = 0.01  # fraction of voxels outside that range above which it is not metal
+_INWARDS_MM = -0.05  # volume over area of a surface whose triangles face inwards: half of a shell's thickness
+_MOST_LABELS = 250  # a label map has fewer values than this, all of them non-negative integers
 
 Notes = tuple[str, ...]
 
@@ -32,7 +32,7 @@ Notes = tuple[str, ...]
 def read_surface_of_head(
     path: Path, frame: str | None = None, unit: str | None = None, *, assume: bool = False
 ) -> tuple[TriangleMesh, FrameReport, Notes]:
-    """`read_mesh`, and what is doubtful about the surface. Raises MeshError for one that cannot be a head's."""
+    """Call `read_mesh` and list doubts about the surface. Raises MeshError if it cannot be a head's."""
     mesh, report = read_mesh(path, frame, unit, assume=assume)
     return mesh, report, (*assumption(report), *check_surface(mesh, report))
 
@@ -46,13 +46,13 @@ def read_ct_of_head(
     series: int | None = None,
     files: tuple[Path, ...] = (),
 ) -> tuple[Volume, FrameReport, Notes]:
-    """`read_volume`, and what is doubtful about the CT. Raises ImageError for one that cannot be a head's."""
+    """Call `read_volume` and list doubts about the CT. Raises ImageError if it cannot be a head's."""
     volume, report = read_volume(path, frame, unit, assume=assume, series=series, files=files)
     return volume, report, (*assumption(report), *check_ct(volume, report))
 
 
 def assumption(report: FrameReport) -> Notes:
-    """What the reader took for granted, left out or resampled, if anything."""
+    """List what the reader assumed, omitted or resampled."""
     if not report.missing:
         return report.notes
     words = {"frame": "LPS", "unit": "mm"}
@@ -62,7 +62,7 @@ def assumption(report: FrameReport) -> Notes:
 
 
 def check_surface(mesh: TriangleMesh, report: FrameReport) -> Notes:
-    """What is doubtful about the bone of a head. Raises MeshError when it cannot be one."""
+    """List doubts about the bone of a head. Raises MeshError if it cannot be one."""
     sides = mesh.bounds[1] - mesh.bounds[0]
     fault = _size_fault(sides, "surface", report)
     if fault:
@@ -93,14 +93,14 @@ def check_surface(mesh: TriangleMesh, report: FrameReport) -> Notes:
 
 
 def _volume_over_area(mesh: TriangleMesh) -> float:
-    """Signed volume that the triangles enclose over their area, in mm: negative where their normals face inwards."""
+    """Signed volume enclosed by the triangles over their area, in mm: negative if the normals face inwards."""
     a, b, c = np.moveaxis(mesh.triangles - mesh.bounds.mean(axis=0), 1, 0)
     normals = np.cross(b - a, c - a)
     return float(np.einsum("ij,ij->", a, normals) / 3.0 / np.linalg.norm(normals, axis=1).sum())
 
 
 def check_ct(volume: Volume, report: FrameReport) -> Notes:
-    """What is doubtful about the CT of a head. Raises ImageError when it cannot be one."""
+    """List doubts about the CT of a head. Raises ImageError if it cannot be one."""
     low, high = int(volume.hu.min()), int(volume.hu.max())
     if low >= 0:
         words = f"the values run from {low} to {high}: {_why_no_air(volume, high)}"
@@ -125,7 +125,7 @@ def _why_no_air(volume: Volume, high: int) -> str:
 
 
 def check_size(volume: Volume, report: FrameReport) -> Notes:
-    """What is doubtful about the size of a volume. Raises ImageError when it cannot be of a head."""
+    """List doubts about the size of a volume. Raises ImageError if it cannot be of a head."""
     sides = volume.bounds[1] - volume.bounds[0]
     if fault := _size_fault(sides, "volume", report):
         raise ImageError(fault)
@@ -133,7 +133,7 @@ def check_size(volume: Volume, report: FrameReport) -> Notes:
 
 
 def _strange_values(volume: Volume, low: int, high: int) -> Notes:
-    """Values that nothing in a head has: many voxels, or any at an end of int16, where all beyond it were cut."""
+    """Report values that do not occur in a head: many voxels, or any at a limit of int16, where values were clipped."""
     least, most = PLAUSIBLE_HU
     if least <= low and high <= most:
         return ()

@@ -34,12 +34,12 @@ _Result = TypeVar("_Result")
 
 @dataclass(frozen=True)
 class HeadRequest:
-    """The file to read, and what the user says about it.
+    """The file to read, and what the user states about it.
 
     path: a CT file, a folder or zip of one DICOM series, or a surface.
-    frame, unit: 'LPS' or 'RAS', 'mm' or 'm', where the file does not name them.
-    assume: take LPS mm where neither names them, and report it, instead of raising FrameError.
-    series: which one of several DICOM series, counted from 1; an error lists them.
+    frame, unit: 'LPS' or 'RAS', 'mm' or 'm', if the file does not state them.
+    assume: if neither states them, assume LPS mm and report it instead of raising FrameError.
+    series: number of one of several DICOM series, from 1; an error lists them.
     """
 
     path: Path
@@ -54,7 +54,7 @@ class HeadRequest:
 class ReadHead:
     """A head that was read and checked, in LPS mm: its CT or its surface.
 
-    frame: frame and unit of the file. notes: sentences on what is doubtful about the file.
+    frame: frame and unit of the file. notes: sentences on doubts about the file.
     """
 
     volume: Volume | None
@@ -65,7 +65,7 @@ class ReadHead:
 
 @dataclass(frozen=True, eq=False)
 class ControlHead:
-    """A head for control: bone surface, CT where there is one, uncertainty of the surface, and notes."""
+    """A head for control: bone surface, CT if there is one, uncertainty of the surface, and notes."""
 
     mesh: TriangleMesh
     scan: Volume | None
@@ -88,10 +88,10 @@ def read_head(
     """Read and check a head in a worker process.
 
     Args:
-        request: the file and what the user says about it.
-        progress: called with a stage and a share.
+        request: the file and what the user states about it.
+        progress: called with a stage and the completed fraction.
         cancellation: ends the worker from another thread.
-        folder: for temporary files of the worker; None is the system's.
+        folder: for temporary files of the worker; None selects the system's.
 
     Raises:
         FrameError: neither file nor request names frame or unit; `missing` lists them.
@@ -122,9 +122,9 @@ def extract_bone(
     cancellation: Cancellation | None = None,
     folder: Path | None = None,
 ) -> BoneSurfaces:
-    """Bone surfaces of a head that was read; arguments and OSError as in `read_head`.
+    """Extract the bone surfaces of a head that was read; arguments and OSError as in `read_head`.
 
-    No decoder runs in this worker, so it may write the cache of compiled kernels.
+    No decoder runs in this worker, so it may write to the cache of compiled kernels.
 
     Raises:
         ImageError: there is no bone in the CT.
@@ -174,7 +174,7 @@ def _read_volume(
 
 
 def read_or_ask(read: Callable[..., _Result], path: Path, frame: str | None, unit: str | None, assume: bool) -> _Result:
-    """Read a file. A missing frame or unit is reported only where some answer would make the file readable."""
+    """Read a file. A missing frame or unit is reported only if some answer would make the file readable."""
     try:
         return read(path, frame, unit, assume=assume)
     except FrameError as question:

@@ -1,4 +1,4 @@
-"""Islands of a segmentation as voxels: what is kept of a threshold, at the scan's own or at a coarser step."""
+"""Connected components (islands) of a segmentation, at the scan's own or at a coarser resolution."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from ..arrays import BoolArray
 
 @dataclass(frozen=True, eq=False)
 class Islands:
-    """What of a threshold is kept.
+    """The islands of a threshold that are kept.
 
-    mask: (K, J, I) bool on every `step`-th voxel of the scan along each axis, from the first. volume_mm3: of what is
-    kept. islands, left_out: how many there are, and how many were left out; all at that step.
+    mask: (K, J, I) bool on every `step`-th voxel of the scan along each axis, from the first. volume_mm3: of the kept
+    islands. islands, left_out: total number, and number of those left out; all at that step.
     """
 
     mask: BoolArray
@@ -36,10 +36,10 @@ def islands(
     inside: BoolArray | None = None,
     tell: ProgressCallback = no_progress,
 ) -> Islands:
-    """The voxels that `segment` makes a surface of, before it smooths.
+    """Return the voxels whose surface `segment` extracts, before smoothing.
 
-    step: 1 for every voxel, 2 for half the resolution, which takes an eighth of the time and may join or part islands
-    where bone is thinner than two voxels. inside: what `region_at` gives, where it is known already.
+    step: 1 for every voxel, 2 for half the resolution, which takes an eighth of the time but can join or separate
+    islands where bone is thinner than two voxels. inside: the result of `region_at`, if already known.
 
     Raises ImageError as `segment` does.
     """
@@ -60,7 +60,7 @@ def islands(
 
 
 def region_at(volume: Volume, band: Band, step: int) -> BoolArray | None:
-    """Voxels that a band is looked for in, on every `step`-th voxel; None where that is the whole scan."""
+    """Mask to which a band is restricted, on every `step`-th voxel; None for the whole scan."""
     if band.region != "all":
         return region_of(_thinned(volume, step), band)
     whole = region_of(volume, band)
@@ -68,5 +68,5 @@ def region_at(volume: Volume, band: Band, step: int) -> BoolArray | None:
 
 
 def _thinned(volume: Volume, step: int) -> Volume:
-    """The volume of every `step`-th voxel along each axis."""
+    """Return the volume of every `step`-th voxel along each axis."""
     return Volume(volume.hu[::step, ::step, ::step], volume.origin, volume.spacing * step, volume.direction)

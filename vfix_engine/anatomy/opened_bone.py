@@ -1,8 +1,8 @@
-"""Bone that will be opened: the surface without the bone inside of regions, and the volume that is taken away.
+"""Planned bone removal: the surface without the bone inside regions, and the removed volume.
 
-Triangles that lie in a region are left out, and those that its border cuts are divided there. The border of the region
-within bone becomes the new surface, so that the margin holds for it too. Everything that is uncertain stays: what is
-kept may reach into a region by `PIECE_MM`, and nothing outside of the regions is lost.
+Triangles inside a region are removed, and those that its border cuts are subdivided there. The border of the region
+within bone becomes the new surface, so that the margin applies to it too. Everything uncertain is kept: kept triangles
+may extend into a region by `PIECE_MM`, and nothing outside the regions is lost.
 """
 
 from __future__ import annotations
@@ -26,15 +26,15 @@ from vfix_engine.proximity.fit import InsideTest
 from vfix_engine.proximity.proximity import ProximityTree
 from vfix_engine.proximity.quarters import quarters
 
-PIECE_MM = 0.03  # longest edge of a piece that is kept although it may reach into a region
-NUDGE_MM = 0.01  # how far beyond a border it is decided whether another region goes on there
-CUT_EDGE_MM = 0.25  # of the new surface's triangles before they are divided at the border of bone
-_STEP_MM, _MOST_STEPS = 0.2, 4_000_000  # of the grid that the volume is counted on
+PIECE_MM = 0.03  # longest edge of a piece that is kept although it may extend into a region
+NUDGE_MM = 0.01  # distance beyond a border at which another region is tested for continuing there
+CUT_EDGE_MM = 0.25  # of the new surface's triangles before they are subdivided at the border of bone
+_STEP_MM, _MOST_STEPS = 0.2, 4_000_000  # of the grid on which the volume is measured
 
 
 @dataclass(frozen=True, eq=False)
 class OpenedBone:
-    """Bone without what was removed. mesh: its surface, normals out of the bone. removed_mm3: the bone taken away."""
+    """Bone after removal. mesh: its surface with outward normals. removed_mm3: volume of the removed bone."""
 
     mesh: TriangleMesh
     removed_mm3: float
@@ -43,16 +43,16 @@ class OpenedBone:
 def opened_bone(
     mesh: TriangleMesh, regions: Sequence[Shape], volume: Volume | None = None, *, inside: InsideTest | None = None
 ) -> OpenedBone:
-    """The bone of a surface without what lies inside of regions.
+    """Remove the bone inside regions from a surface.
 
     Args:
-        mesh: the surface, LPS mm, normals out of the bone.
+        mesh: the surface, LPS mm, outward normals.
         regions: spheres, capsules and boxes, LPS mm; they may overlap.
-        volume: the CT, which tells bone from air where the surface is new; without it the normals of the mesh do.
-        inside: whether points (n, 3) lie in bone, instead of the CT.
+        volume: the CT, which distinguishes bone from air where the surface is new; None: the mesh's normals do.
+        inside: test whether points (n, 3) lie in bone, replaces the CT.
 
     Raises:
-        InputError: a half-space, or regions that leave no bone.
+        InputError: a region is a half-space, or the regions leave no bone.
     """
     if not regions:
         return OpenedBone(mesh, 0.0)
@@ -69,14 +69,14 @@ def opened_bone(
 
 
 def removed_mm3(regions: Sequence[Shape], inside: InsideTest) -> float:
-    """Volume of the bone inside of regions in mm³, counted on a grid of 0.2 mm, or coarser in large regions.
+    """Volume of the bone inside regions in mm³, measured on a grid of 0.2 mm, or coarser in large regions.
 
-    inside: whether points (n, 3) lie in bone.
+    inside: test whether points (n, 3) lie in bone.
     """
     total = 0.0
     for number, region in enumerate(regions):
         corners = border_triangles(region, 1.0).reshape(-1, 3)
-        if not len(corners):  # smaller than numbers can tell apart
+        if not len(corners):  # the region is smaller than the resolution of floats
             continue
         low, high = corners.min(axis=0), corners.max(axis=0)
         step = max(_STEP_MM, float(np.prod(high - low) / _MOST_STEPS) ** (1.0 / 3.0))
@@ -88,14 +88,14 @@ def removed_mm3(regions: Sequence[Shape], inside: InsideTest) -> float:
                 continue
             points = np.stack(np.meshgrid(x, axes[1], axes[2], indexing="ij"), axis=-1).reshape(-1, 3)
             points = points[_within(region, points)]
-            for other in regions[:number]:  # what two regions share is counted once
+            for other in regions[:number]:  # the intersection of two regions counts once
                 points = points[~_within(other, points)]
             total += float(np.count_nonzero(inside(points))) * float(np.prod(size)) if len(points) else 0.0
     return total
 
 
 def without_regions(inside: InsideTest, regions: Sequence[Shape]) -> InsideTest:
-    """Whether points lie in the bone that is left."""
+    """Return a test whether points lie in the remaining bone."""
 
     def left(points: Array) -> BoolArray:
         found = inside(points)
@@ -119,13 +119,13 @@ def _within(region: Shape, points: Array) -> BoolArray:
 
 
 def _outside(mesh: TriangleMesh, regions: Sequence[Shape]) -> tuple[NDArray[np.intp], Array]:
-    """The faces that no region meets, by number, and pieces (n, 3, 3) of those that a border cuts."""
+    """Indices of the faces that no region meets, and pieces (n, 3, 3) of those that a border cuts."""
     gone, near = _meeting(mesh.triangles, regions)
     return np.flatnonzero(~near), _pieces_outside(mesh.triangles[near & ~gone], regions)
 
 
 def _pieces_outside(triangles: Array, regions: Sequence[Shape]) -> Array:
-    """The parts of triangles (n, 3, 3) outside of all regions, and those that reach into one by less than a piece."""
+    """Parts of triangles (n, 3, 3) outside all regions, and those that extend into one by less than a piece."""
     kept = [np.zeros((0, 3, 3))]
     parts = triangles
     while len(parts):
@@ -137,7 +137,7 @@ def _pieces_outside(triangles: Array, regions: Sequence[Shape]) -> Array:
 
 
 def _new_surface(regions: Sequence[Shape], number: int, inside: InsideTest) -> Array:
-    """The border of a region within bone and outside of the other regions: triangles (n, 3, 3), normals into it."""
+    """Border of a region within bone and outside the other regions: triangles (n, 3, 3), normals into the region."""
     others = [region for index, region in enumerate(regions) if index != number]
     kept = [np.zeros((0, 3, 3))]
     parts = border_triangles(regions[number], CUT_EDGE_MM)[:, ::-1]
@@ -154,22 +154,22 @@ def _new_surface(regions: Sequence[Shape], number: int, inside: InsideTest) -> A
 
 
 def _meeting(triangles: Array, regions: Sequence[Shape]) -> tuple[BoolArray, BoolArray]:
-    """Which triangles (n, 3, 3) lie in one of the regions, and which may meet one."""
+    """Masks of the triangles (n, 3, 3) that lie in one of the regions, and of those that may meet one."""
     middle = triangles.mean(axis=1)
     reach = np.linalg.norm(triangles - middle[:, None], axis=2).max(axis=1, initial=0.0)
     gone, meeting = np.zeros(len(triangles), dtype=bool), np.zeros(len(triangles), dtype=bool)
     for region in regions:
-        # A region is convex: a triangle whose corners lie in it lies in it.
+        # A region is convex: it contains a triangle whose corners it contains.
         gone |= _within(region, triangles.reshape(-1, 3)).reshape(-1, 3).all(axis=1)
         meeting |= signed_distance(region, middle) < reach
     return gone, meeting
 
 
 def _meeting_beyond(parts: Array, regions: Sequence[Shape]) -> tuple[BoolArray, BoolArray]:
-    """As `_meeting`, for the places just beyond parts (n, 3, 3) of a region's border, whose normals point into it.
+    """As `_meeting`, just beyond parts (n, 3, 3) of a region's border, whose normals point into it.
 
-    Where two regions share a part of their borders, it lies in both. It is the border of the bone that is left unless
-    the other region goes on beyond it. One that follows the other's border is not divided.
+    A common part of the borders of two regions lies in both. It is the border of the remaining bone unless the other
+    region continues beyond it. A part that follows the other's border is not subdivided.
     """
     normals = np.cross(parts[:, 1] - parts[:, 0], parts[:, 2] - parts[:, 0])
     beyond = parts - NUDGE_MM * (normals / np.linalg.norm(normals, axis=1, keepdims=True))[:, None]

@@ -1,4 +1,4 @@
-"""Reader of a volume that is laid over a head: an MR or another CT. Its values are only looked at."""
+"""Reader of a volume that is overlaid on a head, an MR or another CT, for display only."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ from vfix_engine.files.sandbox.isolated import Cancellation, run_isolated
 from vfix_engine.files.volume import Volume, check_finite
 from vfix_engine.progress import ProgressCallback, no_progress
 
-_SHADES = 4000  # of values that are scaled
-_FEW = 500  # values over a smaller range are scaled: fractions would be lost
-_SHARES = (0.02, 0.995)  # of the voxels, that the first window leaves black and white
-_MOST = 2_000_000  # voxels that the window is found from
+_SHADES = 4000  # number of grey levels of scaled values
+_FEW = 500  # values with a smaller range are scaled, since rounding would lose their fractions
+_SHARES = (0.02, 0.995)  # quantiles of the voxels that the initial window maps to black and white
+_MOST = 2_000_000  # largest number of voxels from which the window is computed
 
 
 @dataclass(frozen=True, eq=False)
 class OverlayVolume:
-    """A volume to look at. window, level: its values from black to white, and the value in their middle.
+    """A volume for display. window, level: range of values from black to white, and the value in the middle.
 
     modality, description: as in `FrameReport`.
     """
@@ -47,9 +47,9 @@ def read_overlay(
     cancellation: Cancellation | None = None,
     folder: Path | None = None,
 ) -> tuple[OverlayVolume, tuple[str, ...]]:
-    """Read a volume in a worker process, with sentences on what is doubtful about its file.
+    """Read a volume in a worker process, and list doubts about its file.
 
-    DICOM of the modalities CT and MR, NRRD, NIfTI and MetaImage; arguments and errors as of `head_import.read_head`.
+    DICOM of the modalities CT and MR, NRRD, NIfTI and MetaImage; arguments and errors as in `head_import.read_head`.
     """
     if not request.path.exists():
         raise ImageError("there is no such file or folder.")
@@ -83,7 +83,7 @@ def _read_and_check(
 
 
 def to_shades(values: npt.NDArray[Any], notes: list[str]) -> npt.NDArray[np.int16]:
-    """Values as int16: as they are where that loses nothing, else scaled, which a sentence in `notes` says."""
+    """Convert values to int16: unchanged if lossless, else scaled, which is stated by a sentence in `notes`."""
     check_finite(values)
     low, high = float(values.min()), float(values.max())
     if low == high:
@@ -99,7 +99,7 @@ def to_shades(values: npt.NDArray[Any], notes: list[str]) -> npt.NDArray[np.int1
 
 
 def first_window(values: npt.NDArray[np.int16]) -> tuple[float, float]:
-    """Window and level that show nearly all of the values."""
+    """Window and level that display nearly all values."""
     sample = values.reshape(-1)[:: max(1, values.size // _MOST)]
     low, high = (float(value) for value in np.quantile(sample, _SHARES))
     return max(high - low, 1.0), (low + high) / 2.0

@@ -1,6 +1,6 @@
 """The synthetic head shipped under assets/: its CT, bone surface and landmarks. Not for clinical use.
 
-``scripts/make_head_phantom.py`` makes the files. Noise of a scanner is added when a CT is read.
+``scripts/make_head_phantom.py`` generates the files. Scanner noise is added when a CT is read.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ from vfix_engine.resources import assets_dir
 SCHEMA = "vfix-phantom/1"
 HEAD_CT, NOSE_CT, BONE, DESCRIPTION = "ct_head.nrrd", "ct_nose.nrrd", "bone_nose.ply", "phantom.json"
 DISPLAY = {"skull": "skull_display.ply", "skull_half": "skull_half_display.ply", "skin": "skin_display.ply"}
-# What making the bone surface out of the CT of the nose cost, and what was put back for that.
+# Deviation of the bone surface from the CT of the nose by decimation, with the triangles restored to limit it.
 BONE_REPORT = SurfaceReport(0.008, 0.112, Dropped(), 0.076, 3663)
 NOISE_HU = 14.0  # standard deviation
 NOISE_SEED = 20
-_NOISE_GRAIN = 0.55  # [voxel] Gaussian width: reconstruction correlates the noise of neighbours
+_NOISE_GRAIN = 0.55  # [voxel] Gaussian width: reconstruction correlates the noise of neighbouring voxels
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class LabelledPoint:
 
 @dataclass(frozen=True)
 class KnownBead:
-    """A radio-opaque ball whose centroid is known, LPS [mm]."""
+    """A radio-opaque ball with a known centroid, LPS [mm]."""
 
     name: str
     centroid: npt.NDArray[np.float64]
@@ -51,7 +51,7 @@ class KnownBead:
 
 @dataclass(frozen=True)
 class Landmarks:
-    """What phantom.json says: positions LPS [mm], sizes by name with their unit at the end of the name."""
+    """Content of phantom.json: positions LPS [mm], and sizes by name, whose suffix is the unit."""
 
     beads: tuple[KnownBead, ...]
     landmarks: tuple[LabelledPoint, ...]
@@ -61,27 +61,27 @@ class Landmarks:
 
 
 def phantom_dir() -> Path:
-    """Folder of the shipped phantom."""
+    """Return the folder of the shipped phantom."""
     return assets_dir() / "head_phantom"
 
 
 def load_head_ct(*, noise: bool = True) -> Volume:
-    """The whole head, with seeded scanner noise unless it is switched off."""
+    """Load the whole head, with seeded scanner noise unless it is disabled."""
     return _load_ct(HEAD_CT, noise)
 
 
 def load_nose_ct(*, noise: bool = True) -> Volume:
-    """Nose and sinuses at 0.5 mm, with seeded scanner noise unless it is switched off."""
+    """Load nose and sinuses at 0.5 mm, with seeded scanner noise unless it is disabled."""
     return _load_ct(NOSE_CT, noise)
 
 
 def load_bone_surface() -> TriangleMesh:
-    """Bone around the nose, for proximity: closed, normals out of the bone."""
+    """Load the bone around the nose for proximity queries: closed, with outward normals."""
     return read_mesh(phantom_dir() / BONE)[0]
 
 
 def load_landmarks() -> Landmarks:
-    """Beads, landmarks, the checked path through the nose, targets and sizes. Raises InputError for another schema."""
+    """Load beads, landmarks, the verified path through the nose, targets and sizes. Raises InputError."""
     data: dict[str, Any] = json.loads((phantom_dir() / DESCRIPTION).read_text(encoding="utf-8"))
     if data["schema"] != SCHEMA or (data["frame"], data["unit"]) != ("LPS", "mm"):
         raise InputError(f"{DESCRIPTION} is of the schema {data['schema']!r}, expected {SCHEMA!r} in LPS mm.")
@@ -95,7 +95,7 @@ def load_landmarks() -> Landmarks:
 
 
 def with_noise(ct: Volume, seed: int = NOISE_SEED, sigma_hu: float = NOISE_HU) -> Volume:
-    """The volume with seeded noise of a scanner: normal, slightly correlated between neighbours."""
+    """Add seeded scanner noise to a volume: normal, slightly correlated between neighbours."""
     from scipy import ndimage  # imported here: slow to load
 
     noise = np.random.default_rng(seed).standard_normal(ct.hu.shape, dtype=np.float32)

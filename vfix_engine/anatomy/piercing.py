@@ -1,8 +1,8 @@
-"""Whether a tool pierces tissue: how far sideways air leads round each run of tissue that its axis passes.
+"""Detection of pierced tissue: how far sideways air leads round each run of tissue that a tool's axis passes.
 
 A tool that slides along a nostril passes tissue too, and as much of it as one that goes through the tip of the nose:
-the depth of a thin wall says nothing. What separates is local. Where the tissue gives way, air leads round it close to
-the axis; where the tool goes through a wall, the way through air is long, or there is none.
+the depth in a thin wall is no criterion. The distinction is local. Where the tissue yields, air leads round it close to
+the axis; where the tool goes through a wall, the route through air is long, or there is none.
 """
 
 from __future__ import annotations
@@ -30,27 +30,27 @@ from vfix_engine.proximity.fields.distance_field import DistanceField, FieldGrid
 Kinds = npt.NDArray[np.uint8]
 PiercingEnd = Literal["room", "body", "tip"]
 
-WIDE_MM = 2.0  # of the air that counts as a way
-ENTRY_MM = 20.0  # of the entry: vestibule and rim of the nose, which give way further
-GIVES_MM, GIVES_AT_ENTRY_MM = 5.0, 8.0  # what tissue gives, assumed
+WIDE_MM = 2.0  # width of air that counts as a route
+ENTRY_MM = 20.0  # radius around the entry: vestibule and rim of the nose, which yield more
+GIVES_MM, GIVES_AT_ENTRY_MM = 5.0, 8.0  # assumed displacement by which tissue yields
 _SAMPLE_MM = 0.25  # along the axis
-_ROOM_WITHIN_MM = 5.0  # of the tissue, along the axis: in a groove of the skin the ball has no room
-_MOVED_MM = 0.5  # an end of the axis in two steps of a recording that are judged apart, at least
-_EVERY = 4  # samples: of the axis, where its motion is measured
-_AHEAD_MM = 10.0  # of the tip, as far as the axis goes on for a tool that slides along itself
-_NO_RUN_MM = 5.0  # what a verdict lacks at most
-_SHARE = 0.75  # of what a verdict lacks to change, by which the axis may move without being judged
-_LEAST_MM = 0.05  # it may move at least: the accuracy of a way round
+_ROOM_WITHIN_MM = 5.0  # of the tissue, along the axis: in a groove of the skin the ball does not fit
+_MOVED_MM = 0.5  # smallest motion of an end of the axis between two evaluated steps of a recording
+_EVERY = 4  # samples of the axis between those at which its motion is measured
+_AHEAD_MM = 10.0  # extension of the axis beyond the tip, for a tool that slides along itself
+_NO_RUN_MM = 5.0  # upper bound of the distance to a change of the verdict
+_SHARE = 0.75  # fraction of that distance by which the axis may move without a new evaluation
+_LEAST_MM = 0.05  # smallest such motion: the accuracy of the route's distance
 
 
 @dataclass(frozen=True)
 class TissueRun:
-    """Tissue that the axis passes in one pose; lengths in mm, places (3,) in LPS.
+    """Tissue that the axis passes in one pose; lengths in mm, positions (3,) in LPS.
 
-    sideways_mm: within which air of 2 mm leads round it; inf beyond 15 mm, None where the scan ends before that is
-    known. gives_mm: what the tissue gives there. begin, end: of the tissue on the axis, from outside to inside.
-    outside, inside: the air on both sides; 'tip' where the tool ends in the tissue. steady_mm: how far the axis may
-    move sideways until the tissue may be pierced that is not, or the other way round.
+    sideways_mm: distance within which air of 2 mm leads round it; inf beyond 15 mm, None if the scan ends before that
+    is known. gives_mm: displacement by which the tissue yields there. begin, end: of the tissue on the axis, from
+    outside to inside. outside, inside: the air on both sides; 'tip' if the tool ends in the tissue. steady_mm: sideways
+    motion of the axis up to which the verdict (pierced or not) cannot change.
     """
 
     sideways_mm: float | None
@@ -63,7 +63,7 @@ class TissueRun:
 
     @property
     def over_mm(self) -> float:
-        """What the tissue does not give; negative where it gives enough, or where that is not known."""
+        """Excess over the displacement by which the tissue yields; negative if it yields enough, or if unknown."""
         return -np.inf if self.sideways_mm is None else self.sideways_mm - self.gives_mm
 
     @property
@@ -78,14 +78,14 @@ class TissueRun:
 
 @dataclass(frozen=True)
 class PoseWays:
-    """The runs of tissue in one pose. known: the scan shows the axis from the room's air on, and each way round."""
+    """The runs of tissue in one pose. known: the scan shows the axis from the room's air on, and every route round."""
 
     runs: tuple[TissueRun, ...]
     known: bool
 
     @property
     def worst(self) -> TissueRun | None:
-        """The run that is pierced most: those at the room's air first, then by what exceeds the tissue's giving."""
+        """The most severe run: those at the room's air first, then by the excess over the yield."""
         judged = [run for run in self.runs if run.sideways_mm is not None]
         return max(judged, key=_gravity, default=None)
 
@@ -94,9 +94,10 @@ class PoseWays:
 class Piercing:
     """The runs of tissue over a series of poses.
 
-    rows (m,): of the poses that were judged: between them no verdict can change. sideways_mm, over_mm (m,): of the
-    worst run in each, how far air leads round it and what of that the tissue does not give; 0 and -inf where there is
-    no run. worst, row: the gravest run of all, and its pose; None where the axis passes no tissue. known: of all poses.
+    rows (m,): indices of the evaluated poses; between them no verdict can change. sideways_mm, over_mm (m,): of the
+    worst run in each, the distance of the route through air and its excess over the yield; 0 and -inf if there is
+    no run.
+    worst, row: the most severe run of all, and its pose; None if the axis passes no tissue. known: of all poses.
     """
 
     rows: IndexArray
@@ -108,16 +109,16 @@ class Piercing:
 
     @property
     def pierced(self) -> TissueRun | None:
-        """The gravest run that is pierced; None where none is."""
+        """The most severe pierced run; None if none is."""
         return self.worst if self.worst is not None and self.worst.pierced else None
 
 
 class Ways:
-    """Looks for ways round tissue in one head.
+    """Search of routes round tissue in one head.
 
     Args:
-        tissue: signed distance to skin, mucosa and bone, without what is opened by hand. air: what air is the room's.
-        entry: (3,) where the path begins.
+        tissue: signed distance to skin, mucosa and bone, without planned bone removal. air: classification of the air.
+        entry: (3,) start of the path.
     """
 
     def __init__(self, tissue: DistanceField, air: RoomAir, entry: npt.ArrayLike) -> None:
@@ -127,29 +128,29 @@ class Ways:
         self.has_room, self.middle_mm = air.has_room, air.middle_mm
 
     def of_pose(self, start: Array, end: Array) -> PoseWays:
-        """The runs in a pose with axis segments (S, 3), from the tip on, as `Tool.segments` returns them."""
+        """Runs in a pose with axis segments (S, 3), from the tip on, as `Tool.segments` returns them."""
         points = _axis(start, end)
         return self.of_axis(points, self.kinds(points))
 
     def kinds(self, points: Array) -> Kinds:
-        """Of points (n, 3) of an axis: TISSUE, AIR, ROOM or UNKNOWN; air of less than 2 mm counts as tissue."""
+        """Classify points (n, 3) of an axis: TISSUE, AIR, ROOM or UNKNOWN; air narrower than 2 mm counts as tissue."""
         found: Kinds = kinds_along(self._fine, self._whole, self._kinds, points, 0.5 * WIDE_MM)
         return found
 
     def of_axis(self, points: Array, kinds: Kinds) -> PoseWays:
-        """The runs of an axis of points (n, 3), 0.25 mm apart from the tip on, of which the kinds are known."""
+        """Runs of an axis of classified points (n, 3), 0.25 mm apart from the tip on."""
         stretches = list(_stretches(kinds))
         known, runs = self.has_room and _from_room(kinds), list[TissueRun]()
         for number, (kind, first, last) in enumerate(stretches):
             if kind != TISSUE or number + 1 == len(stretches) or stretches[number + 1][0] == UNKNOWN:
-                continue  # towards the tail: no air
+                continue  # no air towards the tail
             if number and stretches[number - 1][0] == UNKNOWN:
                 known = False
                 continue
             outer, inner = _beside(kinds, last + 1, 1), _beside(kinds, first - 1, -1)
             outside, inside = _ends(kinds, outer), _ends(kinds, inner) if len(inner) else "tip"
             if inside == "tip" and outside != "room":
-                continue  # the tip in a wall of the airway: told as the depth of the tool in soft tissue
+                continue  # the tip is in a wall of the airway, which is reported as its depth in soft tissue
             run = self._run(points, first, last, outer, inner, (outside, inside))
             known &= run.sideways_mm is not None
             runs.append(run)
@@ -172,7 +173,7 @@ class Ways:
         there = along[np.linalg.norm(along - found[2:5], axis=1).argmin()] if found[2] == found[2] else along[-1]
         near = np.linalg.norm(there - self.entry) <= ENTRY_MM
         if GIVES_MM < found[0] <= GIVES_AT_ENTRY_MM:
-            # Between both limits the verdict must not hang on which of two places, as far from the axis, is met last.
+            # Between both limits the verdict must not depend on which of two equally distant points is visited last.
             counted = self._way(nodes, sides, through=False, tissue=along)
             near = counted[0] <= GIVES_AT_ENTRY_MM
         gives = GIVES_AT_ENTRY_MM if near else GIVES_MM
@@ -184,7 +185,7 @@ class Ways:
     def _way(
         self, nodes: tuple[Array, Array], sides: tuple[Array, Array], through: bool, tissue: Array | None = None
     ) -> Array:
-        """As `way_round`. tissue: (n, 3) of the axis; distances beside what gives less count as longer by that."""
+        """As `way_round`. tissue: (n, 3) of the axis; distances beside tissue that yields less are larger by that."""
         less = 0.0 if tissue is None else GIVES_AT_ENTRY_MM - GIVES_MM
         gives = nodes[0] if tissue is None else np.ascontiguousarray(tissue), self.entry, ENTRY_MM, less
         fields = self._fine, self._whole, self._kinds
@@ -195,12 +196,12 @@ class Ways:
 def piercing_of(
     ways: Ways, start: Array, end: Array, rows: Iterable[int], go_on: Callable[[], object] = bool
 ) -> Piercing:
-    """The runs of tissue of a tool over poses with axis segments (n, S, 3).
+    """Runs of tissue of a tool over poses with axis segments (n, S, 3).
 
-    rows: of the poses to look at, in order; those in which the verdict cannot have changed since the last judged
-    one are passed over. go_on: called before each pose; what it raises ends the work.
-    A way is longer by no more than the axis has moved sideways, so a pose is judged again where that is three
-    quarters of the least `TissueRun.steady_mm`, or where the axis passes other tissue than before.
+    rows: indices of the poses to evaluate, in order; those in which the verdict cannot have changed since the last
+    evaluated one are skipped. go_on: called before each pose; an exception from it ends the work.
+    A route lengthens by at most the sideways motion of the axis, so a pose is evaluated again when that reaches three
+    quarters of the smallest `TissueRun.steady_mm`, or when the axis passes other tissue than before.
     """
     watch = PiercingWatch(ways)
     for row in rows:
@@ -210,14 +211,14 @@ def piercing_of(
 
 
 class PiercingWatch:
-    """The runs of tissue of a tool that moves, pose by pose, as `piercing_of` finds them."""
+    """Incremental version of `piercing_of` for a moving tool, pose by pose."""
 
     def __init__(self, ways: Ways) -> None:
         self._ways, self._last = ways, _Judged()
         self._rows, self._poses = list[int](), list[PoseWays]()
 
     def add(self, row: int, start: Array, end: Array) -> None:
-        """Judge a pose with axis segments (S, 3) and the number `row`, unless its verdict cannot be another one."""
+        """Evaluate a pose with axis segments (S, 3) and the index `row`, unless its verdict cannot have changed."""
         points = _axis(start, end)
         kinds = self._ways.kinds(points)
         if self._last.may_differ(points, kinds):
@@ -228,7 +229,7 @@ class PiercingWatch:
 
     @property
     def sideways_mm(self) -> float:
-        """How far air leads round the worst tissue now: 0 where there is none, inf beyond 15 mm, NaN if not known."""
+        """Distance of the air route round the worst tissue now: 0 without tissue, inf beyond 15 mm, NaN if unknown."""
         if not self._poses:
             return np.nan
         pose = self._poses[-1]
@@ -238,7 +239,7 @@ class PiercingWatch:
 
     @property
     def found(self) -> Piercing:
-        """What was found so far."""
+        """Return the result so far."""
         worst = [(pose.worst, row) for pose, row in zip(self._poses, self._rows, strict=True)]
         runs = [(run, row) for run, row in worst if run is not None]
         gravest, at = max(runs, key=lambda one: _gravity(one[0]), default=(None, None))
@@ -249,16 +250,16 @@ class PiercingWatch:
 
 
 class SidewaysColumn:
-    """How far air leads round what a tool passes, for every step of a drive: a reading beside those of the system.
+    """Distance of the air route round the tissue that a tool passes, for every step of a drive, beside its row.
 
-    A step is looked at where an end of the tool's axis has moved by 0.5 mm since the last one that was.
+    A step is evaluated if an end of the tool's axis has moved by 0.5 mm since the last evaluated one.
     """
 
     def __init__(self, ways: Ways) -> None:
         self._watch, self._last, self._steps = PiercingWatch(ways), np.full((2, 1, 3), np.inf), 0
 
     def add(self, start: Array, end: Array) -> float:
-        """Of a step with axis segments (S, 3), in mm, as `PiercingWatch.sideways_mm`."""
+        """Value in mm for a step with axis segments (S, 3), as `PiercingWatch.sideways_mm`."""
         ends = np.stack([start, end])
         if np.abs(ends - self._last).max() >= _MOVED_MM:
             self._watch.add(self._steps, start, end)
@@ -268,12 +269,12 @@ class SidewaysColumn:
 
     @property
     def found(self) -> Piercing:
-        """What was found so far; its rows are numbers of steps."""
+        """Return the result so far; its rows are step numbers."""
         return self._watch.found
 
 
 class _Judged(NamedTuple):
-    """The pose that was judged last: its axis, what that passes, and how far it may move until it is judged anew."""
+    """The last evaluated pose: its axis, the tissue it passes, and the motion up to which it need not be repeated."""
 
     points: Array | None = None
     pattern: tuple[int, ...] = ()
@@ -299,8 +300,8 @@ def _may_move(pose: PoseWays) -> float:
 def _steady(sideways: float, pierced: bool, from_entry: Array) -> float:
     """`TissueRun.steady_mm` of tissue whose points lie at distances (n,) from the entry.
 
-    Where all of it is near the entry, it is so until the axis has moved to that border; where all of it is farther,
-    too. Else it may give the lesser of both, or the greater, at any place of another way round.
+    If all of it is near the entry, this holds until the axis has moved to that border; likewise if all of it is
+    farther. Otherwise the smaller or the larger yield may apply at any point of another route.
     """
     if pierced:
         gives_less = min(from_entry.min() - ENTRY_MM, sideways - GIVES_MM)
@@ -327,7 +328,7 @@ def _gravity(run: TissueRun) -> tuple[bool, float]:
 
 
 def _axis(start: Array, end: Array) -> Array:
-    """Points (n, 3) along a tool's axis from its tip on, at most 0.25 mm apart."""
+    """Points (n, 3) along a tool's axis from its tip on, with a spacing of at most 0.25 mm."""
     parts = []
     for a, b in zip(end, start, strict=True):  # a segment ends at its front
         count = max(1, int(np.ceil(np.linalg.norm(b - a) / _SAMPLE_MM)))
@@ -336,7 +337,7 @@ def _axis(start: Array, end: Array) -> Array:
 
 
 def _thinned(points: Array) -> Array:
-    """The corners (m, 3) of a polyline whose points lie on a few straight lines."""
+    """Corners (m, 3) of a polyline whose points lie on few straight lines."""
     ways = np.diff(points, axis=0)
     size = np.linalg.norm(ways, axis=1)
     ways, kept = ways[size > 0.0] / size[size > 0.0, None], np.flatnonzero(np.r_[True, size > 0.0])
@@ -345,7 +346,7 @@ def _thinned(points: Array) -> Array:
 
 
 def _stretches(kinds: Kinds) -> Iterator[tuple[int, int, int]]:
-    """Stretches of one kind, the two airs taken as one: kind, first and last index."""
+    """Intervals of the same kind, where both airs count as one: kind, first and last index."""
     same = np.where(kinds == ROOM, AIR, kinds)
     borders = np.flatnonzero(np.diff(same)) + 1
     for first, after in zip(np.r_[0, borders], np.r_[borders, len(same)], strict=True):
@@ -353,7 +354,7 @@ def _stretches(kinds: Kinds) -> Iterator[tuple[int, int, int]]:
 
 
 def _beside(kinds: Kinds, first: int, step: int) -> IndexArray:
-    """IndexArray of the air that begins at an index and goes on in a direction, at most 15 mm of it."""
+    """Indices of the air that begins at an index and continues in a direction, up to 15 mm."""
     found, most = list[int](), int(WINDOW_MM / _SAMPLE_MM)
     while 0 <= first < len(kinds) and kinds[first] in (AIR, ROOM) and len(found) < most:
         found.append(first)
@@ -367,7 +368,7 @@ def _ends(kinds: Kinds, beside: IndexArray) -> PiercingEnd:
 
 
 def _from_room(kinds: Kinds) -> bool:
-    """Whether what the scan shows of the axis begins, from the tail on, in air that reaches the room's."""
+    """Whether the visible part of the axis begins, from the tail on, in air connected to the room's."""
     shown = np.flatnonzero(kinds != UNKNOWN)
     if not len(shown):
         return False

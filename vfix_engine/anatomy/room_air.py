@@ -1,7 +1,7 @@
-"""The air of the room, told from the air in the body, and what a scan does not show.
+"""Segmentation of the air of the room, as opposed to the air in the body, and of what a scan does not show.
 
-Nostrils join both airs, so no threshold parts them. The room's air is what a ball of 6 mm reaches from the border of
-the scan; the nostrils are narrower, so the ball does not get to what is wide behind them, such as a sinus.
+Nostrils connect both, so no threshold separates them. The room's air is what a ball of 6 mm can reach from the border
+of the scan; the nostrils are narrower, so the ball does not reach wide cavities behind them, such as a sinus.
 """
 
 from __future__ import annotations
@@ -18,19 +18,20 @@ from vfix_engine.files.volume import Volume
 from vfix_engine.proximity.fields.distance_field import DistanceField
 
 BALL_MM = 6.0
-LEAST_ROOM_MM3 = 20_000.0  # of places of the ball's centre: a windpipe or a sinus that the scan cuts has less
-PADDING_HU = -1100.0  # below it and constant: no air, but what a scanner or program puts where it has measured nothing
+LEAST_ROOM_MM3 = 20_000.0  # reachable volume of the ball's centre: a windpipe or sinus cut by the scan has less
+PADDING_HU = -1100.0  # a constant below this is not air, but the value that marks voxels without a measurement
 _STEP_MM = 2.0
-_CORNER_SHARE = 0.995  # of the voxels beyond a scanner's circle that have one value where nothing was measured there
+_CORNER_SHARE = 0.995  # fraction of equal voxels beyond a scanner's circle above which nothing was measured there
 
 
 @dataclass(frozen=True, eq=False)
 class RoomAir:
-    """What air there is where, on a grid of about 2 mm.
+    """Classification of air on a grid of about 2 mm.
 
-    kinds: (K, J, I) uint8 of AIR, ROOM and UNKNOWN, tissue being either of the first two; indexed [k, j, i] along z, y,
-    x. origin: (3,) LPS position [mm] of the cell (0, 0, 0). step_mm: between cells.
-    middle_mm: x of the middle of the tissue: a head may lie aside in its scan.
+    kinds: (K, J, I) uint8 of AIR, ROOM and UNKNOWN, where tissue has either of the first two; indexed [k, j, i] along
+        z,
+    y, x. origin: (3,) LPS position [mm] of the cell (0, 0, 0). step_mm: grid spacing.
+    middle_mm: x of the middle of the tissue: a head can be off-centre in its scan.
     """
 
     kinds: npt.NDArray[np.uint8]
@@ -45,9 +46,9 @@ class RoomAir:
 
 
 def room_air(tissue: DistanceField, volumes: Sequence[Volume]) -> RoomAir:
-    """The air of the room in the scans of one head, the widest first.
+    """Classify the air of the room in the scans of one head, the widest first.
 
-    tissue: the signed distance to skin, mucosa and bone over the whole scan, of which the last grid is taken.
+    tissue: signed distance to skin, mucosa and bone over the whole scan; its last grid is used.
     """
     from scipy import ndimage  # imported here: slow to load
 
@@ -71,7 +72,7 @@ def room_air(tissue: DistanceField, volumes: Sequence[Volume]) -> RoomAir:
 
 
 def padding(volume: Volume) -> BoolArray:
-    """Voxels (K, J, I) where nothing was measured: a constant below any air, and corners beyond a scanner's circle."""
+    """Mask (K, J, I) of unmeasured voxels: a constant below that of air, and corners beyond a scanner's circle."""
     hu = volume.hu
     found: BoolArray = np.zeros(hu.shape, np.bool_)
     lowest = hu.min()
@@ -86,7 +87,7 @@ def padding(volume: Volume) -> BoolArray:
 
 
 def _corners(hu: npt.NDArray[np.int16], axis: int) -> BoolArray:
-    """Voxels beyond the circle in square slices across an axis, where all have one value and the scan ends at it."""
+    """Voxels beyond the circle in square slices perpendicular to an axis, if all are equal and the scan ends at it."""
     slices = np.moveaxis(hu, axis, 0)
     none: BoolArray = np.zeros(hu.shape, np.bool_)
     rows, columns = slices.shape[1:]
@@ -106,7 +107,7 @@ def _corners(hu: npt.NDArray[np.int16], axis: int) -> BoolArray:
 
 
 def _not_scanned(volumes: Sequence[Volume], origin: Array, step: float, shape: tuple[int, ...]) -> BoolArray:
-    """Cells (K, J, I) of a grid where none of the scans has measured anything."""
+    """Cells (K, J, I) of a grid in which none of the scans has measured anything."""
     masks = [(volume, padding(volume)) for volume in volumes]
     found: BoolArray = np.ones(shape, np.bool_)
     y, x = np.meshgrid(*(origin[2 - axis] + step * np.arange(shape[axis]) for axis in (1, 2)), indexing="ij")

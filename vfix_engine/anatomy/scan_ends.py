@@ -1,4 +1,4 @@
-"""Flat faces that close a surface where its scan ends: they are no anatomy."""
+"""Flat faces that close a surface where its scan ends, and are not anatomy."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from vfix_engine.files.volume import Volume
 from vfix_engine.geometry.mesh import TriangleMesh
 
 _FLAT_COSINE = 0.9  # between a face's normal and the axis of the volume that ends there
-_HOLDS_VOXELS = 1.0  # that a surface may reach beyond the centres of the last voxels of its volume
+_HOLDS_VOXELS = 1.0  # tolerance of a surface beyond the centres of the last voxels of its volume
 
 
 def source_of(mesh: TriangleMesh, volumes: Sequence[Volume]) -> Volume | None:
-    """The finest of the volumes that hold a whole surface, which it was made of; None where none holds it."""
+    """Return the finest of the volumes that contain the whole surface, its presumed source; None if there is none."""
     fitting = [volume for volume in volumes if _holds(volume, mesh)]
     return min(fitting, key=lambda volume: float(np.prod(volume.spacing)), default=None)
 
@@ -26,9 +26,9 @@ def _holds(volume: Volume, mesh: TriangleMesh) -> bool:
 
 
 def faces_at_ends(mesh: TriangleMesh, volume: Volume) -> npt.NDArray[np.bool_]:
-    """Which faces (F,) lie flat within the last voxel of a volume, along its own axes, however these are turned.
+    """Mask (F,) of the faces that lie flat within the last voxel of a volume, along its own axes in any orientation.
 
-    Grey values put the border of what is closed by padding anywhere within that voxel.
+    Depending on the grey values, the border that padding creates lies anywhere within that voxel.
     """
     index, last = volume.lps_to_index(mesh.vertices), _last(volume)
     normals = mesh.face_normals

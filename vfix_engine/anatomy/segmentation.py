@@ -1,6 +1,6 @@
-"""Segmentation of a CT by a band of Hounsfield units: islands, a crop box, smoothing; a surface with its error.
+"""Segmentation of a CT by a band of Hounsfield units: islands, crop box, smoothing; a surface with its error.
 
-The surface encloses the voxels: however thin what they make up is, the centre of each lies inside, smoothed or not.
+The surface encloses the voxels: however thin the structure is, the centre of each lies inside, smoothed or not.
 """
 
 from __future__ import annotations
@@ -27,18 +27,18 @@ from vfix_engine.proximity.proximity import ProximityTree
 LOWEST_HU, HIGHEST_HU = -2000.0, 10_000.0
 MOST_SMOOTHING_MM = 3.0
 MAX_TRIANGLES = 5_000_000
-_FAR_OUTSIDE = -1000  # [HU] of the level where something is left out
-_KEPT = 100  # of 1000: least value of a blurred voxel, which keeps its centre within the surface
+_FAR_OUTSIDE = -1000  # [HU] level of voxels that are removed
+_KEPT = 100  # of 1000: smallest value of a blurred voxel that keeps its centre within the surface
 _CHUNK = 100_000
 
 
 @dataclass(frozen=True)
 class Band:
-    """Hounsfield units from low to high, both included. inside_body: only within the body, as air of the airways.
+    """Hounsfield units from low to high, both included. inside_body: only within the body, such as air of the airways.
 
-    region: 'mucosa' for what borders air within the body, 'sheets' for thin sheets between two airs; else all.
-    least_mm3: smaller islands are left out unless a request says otherwise; air within the body has thousands, of a few
-        voxels each.
+    region: 'mucosa' for tissue next to air within the body, 'sheets' for thin sheets between two airs; else everything.
+    least_mm3: smaller islands are left out unless a request states otherwise; air within the body has thousands, of a
+        few voxels each.
     """
 
     low_hu: float
@@ -60,13 +60,13 @@ PRESETS: dict[str, Band] = {
 
 @dataclass(frozen=True)
 class SegmentRequest:
-    """What to segment.
+    """Parameters of a segmentation.
 
     band: of the voxels. crop_mm: (2, 3) LPS corners of a box, None for the whole scan.
-    largest: keep the largest island only. least_mm3: leave smaller islands out; None: as the band has it.
+    largest: keep only the largest island. least_mm3: leave out smaller islands; None: the band's value.
     smooth_mm: standard deviation of the blur that smooths the border; 0 for none.
 
-    Raises ImageError for values that make no sense.
+    Raises ImageError for invalid values.
     """
 
     band: Band
@@ -91,18 +91,18 @@ class SegmentRequest:
 
     @property
     def smallest_mm3(self) -> float:
-        """Volume of an island, below which it is left out."""
+        """Volume of an island below which it is left out."""
         return self.band.least_mm3 if self.least_mm3 is None else self.least_mm3
 
 
 @dataclass(frozen=True, eq=False)
 class Segmented:
-    """A segmented surface, LPS mm, normals out of it.
+    """A segmented surface, LPS mm, with outward normals.
 
-    volume_mm3: of its voxels. enclosed_mm3: what the surface encloses. islands, left_out: how many there are, and how
-        many were left out.
-    smoothed_mm: no point of the border before smoothing is farther than this from the surface.
-    resampled_mm: how far resampling within the slices of the CT may have moved it.
+    volume_mm3: of its voxels. enclosed_mm3: enclosed by the surface. islands, left_out: total number, and number of
+        those left out.
+    smoothed_mm: upper bound of the distance of the border before smoothing from the surface.
+    resampled_mm: upper bound of the displacement by resampling within the slices of the CT.
     """
 
     mesh: TriangleMesh
@@ -117,10 +117,10 @@ class Segmented:
 def segment(volume: Volume, request: SegmentRequest, tell: ProgressCallback = no_progress) -> Segmented:
     """Segment a CT. The surface is closed where the scan, the crop box or the body ends.
 
-    tell: called with the stage in words and the share that is done; what it raises ends the work.
+    tell: called with the stage in words and the completed fraction; an exception from it ends the work.
 
     Raises:
-        ImageError: nothing is in the band, or the crop box lies outside of the scan.
+        ImageError: no voxel is in the band, or the crop box lies outside the scan.
     """
     tell("Choosing the voxels", 0.0)
     band, inside = request.band, region_of(volume, request.band)
@@ -144,16 +144,16 @@ def segment(volume: Volume, request: SegmentRequest, tell: ProgressCallback = no
 
 
 def region_of(volume: Volume, band: Band) -> BoolArray | None:
-    """Voxels (K, J, I) that a band is looked for in; None where that is the whole scan."""
+    """Mask (K, J, I) to which a band is restricted; None for the whole scan."""
     if band.region != "all":
         return near_air(volume) if band.region == "mucosa" else sheets_between_air(volume)
     return body(volume) if band.inside_body else None
 
 
 def level_of(part: Volume, band: Band, inside: BoolArray | None) -> npt.NDArray[np.int16]:
-    """How far voxels (K, J, I) lie within a band, HU: 0 or more in it. inside: None, or the mask that it is kept to.
+    """Level of voxels (K, J, I) relative to a band, HU: ≥ 0 within it. inside: mask to which it is restricted, or None.
 
-    Raises ImageError where no voxel lies in it.
+    Raises ImageError if no voxel lies in the band.
     """
     low, high = int(np.ceil(band.low_hu)), int(np.floor(band.high_hu))
     hu = part.hu.astype(np.int32)
@@ -166,9 +166,9 @@ def level_of(part: Volume, band: Band, inside: BoolArray | None) -> npt.NDArray[
 
 
 def crop_of(volume: Volume, corners: tuple[tuple[float, ...], tuple[float, ...]] | None) -> tuple[slice, slice, slice]:
-    """The voxels [k, j, i] in a box, all without one; of a box across the voxels' axes, those of the box around it.
+    """Slices [k, j, i] of the voxels in a box, all without one; for an oblique box, those of its bounding box.
 
-    Raises ImageError for a box that lies outside of the scan.
+    Raises ImageError for a box outside the scan.
     """
     counts = np.array(volume.hu.shape[::-1])
     low, high = np.zeros(3, dtype=int), counts
@@ -185,7 +185,7 @@ def crop_of(volume: Volume, corners: tuple[tuple[float, ...], tuple[float, ...]]
 
 
 def leave_out(level: npt.NDArray[np.int16], part: Volume, request: SegmentRequest) -> tuple[int, int]:
-    """Take islands out of the level; how many there were, and how many are left out."""
+    """Remove islands from the level; return their number and the number removed."""
     from scipy import ndimage  # imported here: slow to load
 
     label, count = ndimage.label(level >= 0)
@@ -206,7 +206,7 @@ def leave_out(level: npt.NDArray[np.int16], part: Volume, request: SegmentReques
 
 
 def _smoothed(found: Segmented, part: Volume, mask: BoolArray, smooth_mm: float, tell: ProgressCallback) -> Segmented:
-    """The border of the blurred voxels, and how far the sharp one lies from it at most."""
+    """Extract the border of the blurred voxels, and bound its distance from the sharp one."""
     from scipy import ndimage  # as above
 
     tell("Smoothing the border", 0.6)
@@ -214,7 +214,7 @@ def _smoothed(found: Segmented, part: Volume, mask: BoolArray, smooth_mm: float,
     inside = np.where(chosen, np.float32(1000.0), np.float32(-1000.0))
     blurred = ndimage.gaussian_filter(inside, smooth_mm / part.spacing[::-1], mode="nearest")
     values = np.rint(blurred).astype(np.int16)
-    # Alone, the blur would take away whatever is thinner than it.
+    # Without this, the blur would remove structures thinner than it.
     values[chosen] = np.maximum(values[chosen], _KEPT)
     mesh = extract_surface(Volume(values, part.index_to_lps([-1.0, -1.0, -1.0]), part.spacing, part.direction), 0.0)
     tree, bound = ProximityTree(mesh), 0.0

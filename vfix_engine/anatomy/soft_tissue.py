@@ -1,6 +1,6 @@
-"""Soft tissue from the CT: the length of a tool's centreline in it, and what surrounds a point.
+"""Soft tissue from the CT: length of a tool's centreline in tissue, and surroundings of a point.
 
-The bone surface does not contain skin and mucosa: a tool that is clear of bone may pass through the tip of the nose.
+The bone surface does not contain skin and mucosa: a tool that is clear of bone can pass through the tip of the nose.
 Positions are in the patient frame (LPS, mm).
 """
 
@@ -18,22 +18,22 @@ from vfix_engine.files.volume import Volume
 
 TissueKind = Literal["air_inside", "soft_tissue", "outside_body", "outside_scan", "not_known"]
 
-TISSUE_HU = -300.0  # above it skin, mucosa or bone; somewhat above the middle between air and soft tissue
-SAMPLE_MM = 0.1  # between samples of a centreline: the border of tissue is located to half of it
-BODY_GOES_ON_MM = 30.0  # tissue at the border of the scan within this distance of the tool may continue outside
+TISSUE_HU = -300.0  # above it skin, mucosa or bone; somewhat above the mean of air and soft tissue
+SAMPLE_MM = 0.1  # sample spacing of a centreline: the border of tissue is located to half of it
+BODY_GOES_ON_MM = 30.0  # tissue at the border of the scan within this distance of the tool can continue outside
 _RAYS = 64
 _RAY_MM, _RAY_STEP_MM = 80.0, 1.0
-_ENCLOSED = 0.85  # share of rays that hit tissue: at most 0.81 outside the body, at least 0.89 in a nostril
+_ENCLOSED = 0.85  # fraction of rays that hit tissue: at most 0.81 outside the body, at least 0.89 in a nostril
 
 
 @dataclass(frozen=True)
 class TissuePassed:
     """Largest length of a tool's centreline in tissue denser than -300 HU over a series of poses.
 
-    length_mm: within the scan; None where no pose is in the scan, or without a scan.
+    length_mm: within the scan; None if no pose is in the scan, or without a scan.
     at_mm: arc length of the path at which the tip is in that pose; None as above.
-    complete: False where the length is a lower bound, because the tool leaves the scan within 30 mm of tissue at its
-        border, or unknown. Beyond a border of air, air is assumed.
+    complete: False if the length is only a lower bound, because the tool leaves the scan within 30 mm of tissue at its
+        border, or if it is unknown. Beyond a border of air, air is assumed.
     """
 
     length_mm: float | None = None
@@ -47,7 +47,7 @@ def tissue_passed(volume: Volume | None, poses: Iterable[tuple[float, Array, Arr
     poses: the arc length [mm] of the tip along the path, and starts (S, 3) and ends (S, 3) of the tool's axis segments
         in LPS mm, from the tip on, as `Tool.segments` returns them.
 
-    The CT is sampled every 0.1 mm or closer, so that the error of each border of tissue is 0.05 mm at most.
+    The CT is sampled every 0.1 mm or closer, so that the error of each border of tissue is at most 0.05 mm.
     """
     if volume is None:
         return TissuePassed()
@@ -69,10 +69,10 @@ def tissue_passed(volume: Volume | None, poses: Iterable[tuple[float, Array, Arr
 
 
 def surroundings(volume: Volume | None, place: npt.ArrayLike) -> TissueKind:
-    """What surrounds a point (3,) in LPS mm.
+    """Classify the surroundings of a point (3,) in LPS mm.
 
     'air_inside' is air enclosed by tissue (airway, sinus, mouth), 'soft_tissue' anything above -300 HU, 'outside_body'
-    other air, 'outside_scan' a point outside the CT, 'not_known' the answer without a CT. Air counts as enclosed when
+    other air, 'outside_scan' a point outside the CT, 'not_known' the result without a CT. Air counts as enclosed if
     at least 85 % of 64 rays of 80 mm hit tissue within the scan.
     """
     if volume is None:
@@ -90,7 +90,7 @@ def surroundings(volume: Volume | None, place: npt.ArrayLike) -> TissueKind:
 
 
 def _centreline(start: Array, end: Array) -> tuple[Array, Array]:
-    """Samples (m, 3) of the tool's axis from its tail to its tip, and the length (m,) of each sample."""
+    """Sample the tool's axis from its tail to its tip: points (m, 3), and the length (m,) that each represents."""
     lengths = np.linalg.norm(end - start, axis=1)
     points, weights = [], []
     for a, b, length in zip(start[::-1], end[::-1], lengths[::-1], strict=True):
@@ -102,7 +102,7 @@ def _centreline(start: Array, end: Array) -> tuple[Array, Array]:
 
 
 def _ends_in_tissue(volume: Volume, exits: Array) -> bool:
-    """Whether the scan's outermost voxels hold tissue in the box around the exits (m, 3) that reaches 30 mm further."""
+    """Whether the scan's outermost voxels contain tissue in the box around the exits (m, 3) extended by 30 mm."""
     if not len(exits):
         return False
     indices, reach = volume.lps_to_index(exits), BODY_GOES_ON_MM / volume.spacing
@@ -116,7 +116,7 @@ def _ends_in_tissue(volume: Volume, exits: Array) -> bool:
 
 
 def _directions(count: int) -> Array:
-    """Unit vectors (count, 3), spread evenly over the sphere along a golden spiral."""
+    """Unit vectors (count, 3), distributed evenly over the sphere along a golden spiral."""
     number = np.arange(count) + 0.5
     polar, around = np.arccos(1.0 - 2.0 * number / count), np.pi * (1.0 + np.sqrt(5.0)) * number
     return np.column_stack([np.cos(around) * np.sin(polar), np.sin(around) * np.sin(polar), np.cos(polar)])

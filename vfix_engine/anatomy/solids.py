@@ -13,20 +13,20 @@ from vfix_engine.files.sampling import sample_points
 from vfix_engine.files.volume import Volume
 from vfix_engine.proximity.fields.distance_field import DistanceField, field_of_level, refined_by_level
 
-FINE_MM = 0.5  # step of the grid around what is planned
-COARSE_MM = 1.0  # step of the grid over the whole scan
-_LABEL = 1000  # a voxel of a label as a whole number, so that its border lies at half of it
+FINE_MM = 0.5  # spacing of the grid around the plan
+COARSE_MM = 1.0  # spacing of the grid over the whole scan
+_LABEL = 1000  # value of a label's voxels as an integer, so that its border lies at half of it
 
 
 def solid_of_volumes(
     volumes: Sequence[Volume], threshold_hu: float, focus: npt.ArrayLike | None = None
 ) -> DistanceField:
-    """Signed distance to what is denser than `threshold_hu`, on a grid of 1 mm; NaN beyond the widest scan.
+    """Signed distance to tissue denser than `threshold_hu`, on a grid of 1 mm; NaN beyond the widest scan.
 
-    volumes: scans of one head, the widest first. Where several show a place, the one of the finest voxels counts.
-    focus: (2, 3) LPS corners [mm] of a box that gets a grid of 0.5 mm as well; None for none.
+    volumes: scans of one head, the widest first. Where several overlap, the one with the finest voxels is used.
+    focus: (2, 3) LPS corners [mm] of a box with an additional grid of 0.5 mm; None for none.
 
-    Raises ImageError without a volume, and InputError where nothing or everything is denser, or the focus lies outside.
+    Raises ImageError without a volume, and InputError if nothing or everything is denser, or the focus lies outside.
     """
     if not volumes:
         raise ImageError("a solid needs a CT.")
@@ -37,7 +37,7 @@ def solid_of_volumes(
 def refined_solid(
     solid: DistanceField, volumes: Sequence[Volume], threshold_hu: float, focus: npt.ArrayLike
 ) -> DistanceField:
-    """The solid of the same scans and threshold with a grid of 0.5 mm in the box `focus`, (2, 3) LPS corners [mm]."""
+    """Add a grid of 0.5 mm in the box `focus`, (2, 3) LPS corners [mm]; arguments as for the solid itself."""
     return refined_by_level(solid, _level(volumes, threshold_hu), focus, FINE_MM)
 
 
@@ -46,9 +46,9 @@ def solid_of_label(
     transform_index_to_lps: npt.ArrayLike,
     focus: npt.ArrayLike | None = None,
 ) -> DistanceField:
-    """Signed distance to a label: mask (K, J, I), and the (4, 4) affine from (i, j, k) to LPS mm; steps as above.
+    """Signed distance to a label: mask (K, J, I), and the (4, 4) affine from (i, j, k) to LPS mm; spacings as above.
 
-    The border runs half-way between the centres of a voxel inside and one outside. NaN beyond the mask's voxels.
+    The border is half-way between the centres of a voxel inside and one outside. NaN beyond the mask's voxels.
 
     Raises InputError for a label without a border.
     """

@@ -1,4 +1,4 @@
-"""Isosurface of a CT by marching cubes, slab by slice slab, and removal of small components."""
+"""Isosurface of a CT by marching cubes, slab by slab, and removal of small components."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from vfix_engine.errors import ImageError, MeshError
 from vfix_engine.files.volume import BONE_HU, Volume
 from vfix_engine.geometry.mesh import TriangleMesh
 
-SLAB_SLICES = 50  # made at a time: a fifth of the memory of the whole, and somewhat faster
+SLAB_SLICES = 50  # slices processed at a time: a fifth of the memory of the whole, and somewhat faster
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class Dropped:
 
 @dataclass(frozen=True)
 class CleanedSurface:
-    """The result of `clean`."""
+    """Result of `clean`."""
 
     mesh: TriangleMesh
     dropped: Dropped
@@ -44,20 +44,20 @@ def extract_surface(
     slab_slices: int = SLAB_SLICES,
     tell: Callable[[float], None] = lambda share: None,
 ) -> TriangleMesh:
-    """Isosurface in LPS mm, normals out of the bone (marching cubes of Lewiner et al. 2003, as in scikit-image).
+    """Extract the isosurface in LPS mm with outward normals (marching cubes, Lewiner et al. 2003, as in scikit-image).
 
     The surface is open where the volume or the region cuts through bone, and closed elsewhere. Marching cubes leaves
-    holes at voxels of the very value of the level, so the level lies half a Hounsfield unit under the threshold, where
-    no voxel has its value.
+    holes at voxels whose value equals the level, so the level is half a Hounsfield unit below the threshold, a value
+    that no voxel has.
 
     Args:
         threshold_hu: voxels of at least this value are bone.
         region: (2, 3) LPS corners [mm] of a box; None is the whole volume.
-        slab_slices: layers of cells that are made at a time; the surface does not depend on it.
-        tell: called with the share that is done.
+        slab_slices: layers of cells processed at a time; the surface does not depend on it.
+        tell: called with the completed fraction.
 
     Raises:
-        ImageError: no bone, or a region outside the volume.
+        ImageError: there is no bone, or the region lies outside the volume.
     """
     first, hu = _cropped(volume, region)
     low, high = int(hu.min()), int(hu.max())
@@ -65,7 +65,7 @@ def extract_surface(
         raise ImageError(f"no bone surface at {threshold_hu:g} HU: the values run from {low} to {high}.")
     kji, faces = _by_slab(hu, float(np.ceil(threshold_hu)) - 0.5, max(1, int(slab_slices)), tell)
     vertices = volume.index_to_lps(kji[:, ::-1] + first)
-    # With 'descent' (denser inside) and the corners taken in the order i, j, k, the triangles turn outwards; a
+    # With 'descent' (denser inside) and corners in the order i, j, k, the triangles are oriented outwards; a
     # left-handed direction matrix mirrors them.
     if np.linalg.det(volume.direction) < 0:
         faces = faces[:, ::-1]
@@ -75,11 +75,11 @@ def extract_surface(
 def _by_slab(
     hu: npt.NDArray[np.int16], level: float, slab: int, tell: Callable[[float], None]
 ) -> tuple[Array, Int32Array]:
-    """Vertices (V, 3) as indices k, j, i, and faces (F, 3), of all slabs joined in the layers that they share."""
+    """Vertices (V, 3) as indices k, j, i, and faces (F, 3), of all slabs, merged in their common layers."""
     from skimage.measure import marching_cubes  # imported here: slow to load
 
     vertices, faces, count = list[Array](), list[Int32Array](), 0
-    open_vertices, open_numbers = np.zeros((0, 3)), np.zeros(0, dtype=np.int64)  # in the last layer of the slab before
+    open_vertices, open_numbers = np.zeros((0, 3)), np.zeros(0, dtype=np.int64)  # last layer of the previous slab
     for start in range(0, len(hu) - 1, slab):
         end = min(start + slab, len(hu) - 1)
         block = hu[start : end + 1].astype(np.float32)
@@ -104,7 +104,7 @@ def _by_slab(
 
 
 def _matching(places: Array, known: Array, numbers: npt.NDArray[np.int64]) -> npt.NDArray[np.int64]:
-    """The number (n,) of the known vertex of the same coordinates for each place (n, 3), or -1."""
+    """Index (n,) of the known vertex with the same coordinates for each point (n, 3), or -1."""
     if not len(places) or not len(known):
         return np.full(len(places), -1, dtype=np.int64)
     both = np.concatenate([known, places])
@@ -116,14 +116,14 @@ def _matching(places: Array, known: Array, numbers: npt.NDArray[np.int64]) -> np
 
 
 def compact(vertices: Array, faces: npt.NDArray[np.integer]) -> tuple[Array, Int32Array]:
-    """Vertices (V, 3) and faces (F, 3) without the vertices that no face uses."""
+    """Remove vertices that no face uses; return vertices (V, 3) and faces (F, 3)."""
     used = np.zeros(len(vertices), dtype=bool)
     used[faces] = True
     return vertices[used], (np.cumsum(used, dtype=np.int32) - 1)[faces]
 
 
 def clean(mesh: TriangleMesh, min_body_triangles: int) -> CleanedSurface:
-    """Remove components of fewer triangles, unused vertices and triangles without area.
+    """Remove components with fewer triangles, unused vertices and triangles without area.
 
     Raises:
         MeshError: nothing is left.
@@ -146,7 +146,7 @@ def clean(mesh: TriangleMesh, min_body_triangles: int) -> CleanedSurface:
 
 
 def _dropped(triangles: npt.NDArray[np.float64], body: npt.NDArray[np.int32]) -> Dropped:
-    """Summary of the triangles (n, 3, 3) of removed components (n,)."""
+    """Summarise the triangles (n, 3, 3) of removed components (n,)."""
     if not len(triangles):
         return Dropped()
     bodies, number = np.unique(body, return_inverse=True)
@@ -159,7 +159,7 @@ def _dropped(triangles: npt.NDArray[np.float64], body: npt.NDArray[np.int32]) ->
 def _cropped(
     volume: Volume, region: npt.NDArray[np.float64] | None
 ) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int16]]:
-    """((3,) first index i, j, k, the voxels from there) of the smallest index box that holds the region."""
+    """((3,) first index i, j, k, the voxels from there) of the smallest index box that contains the region."""
     if region is None:
         return np.zeros(3), volume.hu
     corners = np.stack(np.meshgrid(*np.asarray(region, dtype=np.float64).T, indexing="ij"), axis=-1).reshape(-1, 3)

@@ -1,4 +1,4 @@
-"""Uncertainty of a bone surface in words, and whether a margin covers it."""
+"""Uncertainty of a bone surface in words, and a check whether a margin covers it."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from vfix_engine.errors import InputError
 class SurfaceUncertainty:
     """Sources of error of a bone surface.
 
-    thinning_mm: how far decimation and smoothing may have moved it; the controller adds that to the margin.
-    resampled_mm: how far resampling within tilted slices may have moved it, which is added as well.
+    thinning_mm: upper bound of the displacement by decimation and smoothing; the controller adds it to the margin.
+    resampled_mm: upper bound of the displacement by resampling within tilted slices, which is added as well.
     voxel_mm: the larger of largest voxel spacing and slice thickness of the CT; 0 without a CT, where the error before
         decimation is unknown.
 
-    Raises InputError where one is negative or not finite: it would make a margin smaller.
+    Raises InputError if one is negative or not finite, since it would reduce a margin.
     """
 
     thinning_mm: float
@@ -33,16 +33,16 @@ class SurfaceUncertainty:
 
     @property
     def off_mm(self) -> float:
-        """How far bone may lie from the surface in mm: the sum of all."""
+        """Upper bound of the distance of bone from the surface in mm: the sum of all."""
         return self.added_mm + slice_uncertainty_mm(self.voxel_mm)
 
     @property
     def added_mm(self) -> float:
-        """What the controller adds to every margin."""
+        """Distance that the controller adds to every margin."""
         return self.thinning_mm + self.resampled_mm
 
     def words(self) -> str:
-        """The uncertainty as a phrase with figures; '' where there is none."""
+        """The uncertainty as a phrase with numbers; '' if there is none."""
         if self.voxel_mm:
             return self._figures()
         unknown = "how far bone may lie off its surface is not known, since it came without a CT"
@@ -63,18 +63,18 @@ class SurfaceUncertainty:
         return f"bone may lie {self.off_mm:.2f} mm off its surface{further} ({'; '.join(causes)})" if causes else ""
 
     def warning(self, margin_mm: float) -> str:
-        """A phrase where the margin, with what is added to it, is smaller than the uncertainty, else ''."""
+        """A phrase if the margin, with what is added to it, is smaller than the uncertainty, else ''."""
         kept = margin_mm + self.added_mm
         return f"{self._figures()}, more than the {kept:.2f} mm that are kept" if self.off_mm > kept else ""
 
 
 def uncertainty_of(report: SurfaceReport, voxel_mm: float) -> SurfaceUncertainty:
-    """The uncertainty of a surface that was made with a report, of a CT with that largest spacing or thickness."""
+    """Uncertainty of a surface from its report and the largest spacing or thickness of its CT."""
     return SurfaceUncertainty(report.error_mm - report.resampled_mm, voxel_mm, report.resampled_mm)
 
 
 def describe_report(report: SurfaceReport) -> str:
-    """A phrase on removed components, decimation and smoothing, with figures."""
+    """A phrase on removed components, decimation and smoothing, with numbers."""
     dropped, parts = report.dropped, []
     if dropped.pieces:
         what = "1 loose piece" if dropped.pieces == 1 else f"{dropped.pieces} loose pieces"

@@ -1,4 +1,4 @@
-"""Radio-opaque beads put into a CT, for tests, examples and the tutorial; and places on a head's skin for them."""
+"""Radio-opaque beads inserted into a CT, for tests, examples and the tutorial; and sites for them on a head's skin."""
 
 from __future__ import annotations
 
@@ -13,30 +13,30 @@ from vfix_engine.files.volume import Volume
 from vfix_engine.validate import real_array, within
 
 BEAD_HU = 2200.0
-SKIN_HU = -300.0  # halfway between air and skin
+SKIN_HU = -300.0  # midpoint of air and skin
 
-_ACROSS = 24  # samples across a bead's diameter, at least
+_ACROSS = 24  # smallest number of samples across a bead's diameter
 _MOST_SAMPLES = 32  # along one side of a voxel
 _BONE_HU = 250.0
 _STEP_MM = 0.1
-_DEPTH_MM = 3.0  # tissue that a site has below it: a strap or a noisy voxel has less
+_DEPTH_MM = 3.0  # of tissue behind a site: a strap or a noisy voxel has less
 
 
 @dataclass(frozen=True, eq=False)
 class SkinSite:
-    """A place on the outside of the skin. position_mm: (3,) LPS; outward: (3,) unit normal, away from the head."""
+    """A point on the outside of the skin. position_mm: (3,) LPS; outward: (3,) unit normal, away from the head."""
 
     name: str
     position_mm: Array
     outward: Array
 
     def bead_centre(self, diameter_mm: float) -> Array:
-        """Centre (3,) of a bead that is glued on there."""
+        """Centre (3,) of a bead glued on there."""
         centre: Array = self.position_mm + 0.5 * diameter_mm * self.outward
         return centre
 
 
-# Directions from the middle of the skull's bone, LPS: spread over the front and the sides of a head.
+# Directions from the centre of the skull's bone, LPS: distributed over the front and the sides of a head.
 _SITES = {
     "forehead": (-0.22, -0.8, 0.55),
     "left temple": (0.85, -0.3, 0.42),
@@ -47,10 +47,10 @@ _SITES = {
 
 
 def place_beads(volume: Volume, positions: npt.ArrayLike, diameter_mm: float, hu: float = BEAD_HU) -> Volume:
-    """A CT with beads in it, whose voxels are filled in part as a scanner's are.
+    """Insert beads into a CT, with partial volume as in a scanner.
 
-    A voxel has the mean of the values in it: HU (1 − f) + bead f, with f the share of its volume in the bead, from at
-    least 24 samples across a diameter.
+    A voxel gets the mean of the values in it: HU (1 − f) + bead f, with f the fraction of its volume in the bead, from
+    at least 24 samples across a diameter.
 
     Args:
         volume: CT; it is not changed.
@@ -59,8 +59,8 @@ def place_beads(volume: Volume, positions: npt.ArrayLike, diameter_mm: float, hu
         hu: of the beads.
 
     Raises:
-        InputError: the positions are no points (n, 3), or a number is out of range.
-        ImageError: a bead does not lie wholly in the volume.
+        InputError: the positions are not points (n, 3), or a number is out of range.
+        ImageError: a bead is not completely in the volume.
     """
     centres = real_array("the beads' positions", positions)
     if centres.ndim != 2 or centres.shape[1] != 3 or not np.isfinite(centres).all():
@@ -81,10 +81,10 @@ def place_beads(volume: Volume, positions: npt.ArrayLike, diameter_mm: float, hu
 
 
 def skin_sites(volume: Volume) -> tuple[SkinSite, ...]:
-    """Five places for beads on the skin of a head: the forehead, both temples and both cheek bones.
+    """Find five sites for beads on the skin of a head: the forehead, both temples and both cheek bones.
 
-    From the middle of the bone a ray runs in the direction of each; the site is where it leaves the head for good, the
-    last place with 3 mm of tissue behind it.
+    A ray runs from the centre of the bone in the direction of each; the site is where it finally leaves the head, the
+    last point with 3 mm of tissue behind it.
 
     Raises:
         ImageError: there is no bone, or no skin in one of the directions.
@@ -118,7 +118,7 @@ def _site(volume: Volume, name: str, middle: Array, direction: Array) -> SkinSit
 
 
 def _outward(volume: Volume, position: Array, direction: Array) -> Array:
-    """Unit normal of the skin: where HU fall, over a ball of 4 mm."""
+    """Unit normal of the skin: direction of decreasing HU, over a ball of 4 mm."""
     steps = np.arange(-4.0, 4.5, 1.0)
     grid = np.stack(np.meshgrid(steps, steps, steps, indexing="ij"), axis=-1).reshape(-1, 3)
     grid = grid[np.linalg.norm(grid, axis=1) <= 4.0]
@@ -132,10 +132,10 @@ def _outward(volume: Volume, position: Array, direction: Array) -> Array:
 def _filled(
     volume: Volume, centre: Array, radius: float, low: npt.NDArray[np.int_], high: npt.NDArray[np.int_]
 ) -> Array:
-    """Share (k, j, i) of each voxel of a box that a ball fills."""
+    """Fraction (k, j, i) of each voxel of a box that a ball fills."""
     samples = np.clip(np.ceil(_ACROSS * volume.spacing / (2.0 * radius)), 4, _MOST_SAMPLES).astype(int)
     axes = [(np.arange((b - a + 1) * n) + 0.5) / n - 0.5 + a for a, b, n in zip(low, high, samples, strict=True)]
-    # The axes of the voxels are orthogonal, so distances are those along the axes.
+    # The axes of the voxels are orthogonal, so squared distances are sums over the axes.
     squares = [
         ((axis - at) * side) ** 2
         for axis, at, side in zip(axes, volume.lps_to_index(centre), volume.spacing, strict=True)

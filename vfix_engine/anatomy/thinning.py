@@ -1,10 +1,10 @@
-"""Thinning of a surface: by edge collapse, and with a bound that holds for every point of the original.
+"""Decimation of a surface: by edge collapse, and with a bound that holds for every point of the original.
 
-`within` puts back each original triangle that the thinned surface has left too far away. What is put back may overlap
-what was thinned: it can only add bone. The bound is certified over whole triangles. The distance to one triangle is
-convex, so its maximum over another one is at that one's corners; the least of these maxima over several triangles of
-the result bounds the distance of every point of the original triangle. One that fails is split, and put back if its
-parts fail as well.
+`within` restores each original triangle that the decimated surface has left too far away. Restored triangles may
+overlap decimated ones: they can only add bone. The bound is certified over whole triangles. The distance to one
+triangle is convex, so its maximum over another one is at that one's corners; the minimum of these maxima over several
+triangles of the result bounds the distance of every point of the original triangle. A triangle that fails is
+subdivided, and restored if its parts fail as well.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ from vfix_engine.proximity.proximity import ProximityTree
 from vfix_engine.proximity.quarters import quarters
 
 _AGGRESSIVENESS = 5.0  # of the edge collapse, 0 to 10: slower and closer to the original than its default of 7
-_CERTIFIED_SHARE = 1.5  # of the tolerance at vertices: what the bound over whole triangles may reach
-_SPLITS = 4  # times that a triangle is split into four before it is put back
-_CHUNK = 100_000  # triangles certified at a time, to bound the memory
+_CERTIFIED_SHARE = 1.5  # largest bound over whole triangles, relative to the tolerance at vertices
+_SPLITS = 4  # times that a triangle is subdivided into four before it is restored
+_CHUNK = 100_000  # triangles certified at a time, to limit memory
 
 
 @dataclass(frozen=True)
@@ -35,9 +35,9 @@ class ThinnedSurface:
 
     mean_deviation_mm: mean distance from the vertices of one to the triangles of the other, the larger direction.
     max_deviation_mm: largest distance over all vertices of both, in both directions.
-    certified_mm: no point of the original is farther than this from the surface; None where only vertices were
+    certified_mm: upper bound of the distance of any point of the original from the surface; None if only vertices were
         measured.
-    put_back: triangles of the original in it.
+    put_back: number of restored triangles of the original.
     """
 
     mesh: TriangleMesh
@@ -60,13 +60,13 @@ def thin(mesh: TriangleMesh, target_triangles: int) -> ThinnedSurface:
 def measured(
     mesh: TriangleMesh, thinned: TriangleMesh, tell: Callable[[float], None] = lambda share: None
 ) -> ThinnedSurface:
-    """A decimated surface with its deviation from the original, measured at all vertices; `tell` as in `within`."""
+    """Measure the deviation of a decimated surface from the original at all vertices; `tell` as in `within`."""
     there, back = _deviations(mesh, thinned, tell)
     return ThinnedSurface(thinned, max(there[0], back[0]), max(there[1], back[1]))
 
 
 def clustered(mesh: TriangleMesh, target_triangles: int) -> TriangleMesh:
-    """A picture of roughly `target_triangles`: the vertices within each cell of a grid become one, in their mean."""
+    """Reduce to roughly `target_triangles` for display: the vertices in a cell of a grid are merged in their mean."""
     sample = mesh.triangles[:: max(1, len(mesh.faces) // 10_000)]
     edge = float(np.linalg.norm(sample[:, 1] - sample[:, 0], axis=1).mean())
     cell = 1.3 * edge * np.sqrt(len(mesh.faces) / target_triangles)
@@ -81,7 +81,7 @@ def clustered(mesh: TriangleMesh, target_triangles: int) -> TriangleMesh:
 
 
 def collapsed(mesh: TriangleMesh, target_triangles: int) -> TriangleMesh:
-    """Quadric edge collapse to about `target_triangles`, without a measurement."""
+    """Decimate by quadric edge collapse to about `target_triangles`, without measuring the deviation."""
     vertices, faces = fast_simplification.simplify(
         np.array(mesh.vertices), np.array(mesh.faces), target_count=target_triangles, agg=_AGGRESSIVENESS
     )
@@ -94,15 +94,15 @@ def within(
     tolerance_mm: float,
     tell: Callable[[float], None] = lambda share: None,
 ) -> ThinnedSurface:
-    """The thinned surface with those triangles of the original put back that it left too far away.
+    """Restore those triangles of the original that the decimated surface left too far away.
 
     Afterwards every vertex of the original lies within `tolerance_mm` of the surface, and every point of its triangles
-    within `certified_mm`, which is at most 1.5 times that. The triangles that are put back keep their orientation;
-    where there are any, the surface is open.
+    within `certified_mm`, which is at most 1.5 times that. Restored triangles keep their orientation; if there are any,
+    the surface is open.
 
     Args:
-        original: what the thinned surface was made of, or what it is to stand for.
-        tell: called with the share that is done.
+        original: the source of the decimated surface, or the surface that it replaces.
+        tell: called with the completed fraction.
     """
     tree = ProximityTree(thinned)
     distance, _, nearest = tree.point_distance(original.vertices)
@@ -128,16 +128,17 @@ def within(
 def bound_over(
     triangles: Array, tree: ProximityTree, enough_mm: float, candidates: npt.NDArray[np.int32] | None = None
 ) -> Array:
-    """(n,) upper bounds [mm] of the distance of every point of triangles (n, 3, 3) to the mesh of a tree.
+    """Upper bounds (n,) [mm] of the distance of every point of triangles (n, 3, 3) to the mesh of a tree.
 
-    A triangle whose bound is above `enough_mm` is split into four, a few times at most; its bound is that of its parts.
+    A triangle whose bound exceeds `enough_mm` is subdivided into four, a limited number of times; its bound is then the
+    largest of its parts.
 
-    candidates: (n, m) faces of the mesh that may be nearest; the ones nearest to the corners are found where not given.
+    candidates: (n, m) faces of the mesh that may be nearest; None: those nearest to the corners are searched.
     """
     if candidates is None:
         candidates = tree.point_distance(triangles.reshape(-1, 3))[2].reshape(-1, 3)
     bound, candidates = _convex_bound(triangles, candidates, tree, enough_mm)
-    settled = np.where(bound > enough_mm, 0.0, bound)  # of the parts that need no further split
+    settled = np.where(bound > enough_mm, 0.0, bound)  # over the parts that need no further subdivision
     owner = np.flatnonzero(bound > enough_mm)
     parts, candidates = triangles[owner], candidates[owner]
     for _ in range(_SPLITS):
@@ -157,7 +158,7 @@ def bound_over(
 def _convex_bound(
     triangles: Array, candidates: npt.NDArray[np.int32], tree: ProximityTree, enough_mm: float
 ) -> tuple[Array, npt.NDArray[np.int32]]:
-    """The bounds (n,), and the candidates (n, m + 1) with the face that is nearest to each triangle's middle."""
+    """Bounds (n,), and the candidates (n, m + 1) with the face nearest to each triangle's centroid appended."""
     middle = tree.point_distance(triangles.mean(axis=1))[2]
     more = np.column_stack([middle, candidates]).astype(np.int32)
     return convex_bounds(triangles, more, tree.mesh.vertices, tree.mesh.faces, enough_mm), more
@@ -175,6 +176,6 @@ def _deviations(
 ) -> tuple[tuple[float, float], tuple[float, float]]:
     """(mean, largest) distance of the vertices of each to the triangles of the other: of a's to b, of b's to a."""
     there = ProximityTree(b).point_distance(a.vertices)[0]
-    tell(len(a.vertices) / (len(a.vertices) + len(b.vertices) + len(a.faces) / 4.0))  # the tree of a takes time as well
+    tell(len(a.vertices) / (len(a.vertices) + len(b.vertices) + len(a.faces) / 4.0))  # building a's tree takes time too
     back = ProximityTree(a).point_distance(b.vertices)[0]
     return (float(there.mean()), float(there.max())), (float(back.mean()), float(back.max()))

@@ -1,7 +1,7 @@
-"""The least sideways distance at which air leads round tissue that an axis passes, compiled.
+"""Smallest sideways distance at which air leads round tissue that an axis passes, compiled.
 
 Grids are indexed [k, j, i] along z, y, x. A lattice of `LATTICE_MM` around a part of the axis is flooded in the order
-of the distance to the axis, and evaluated only where the flood gets.
+of the distance to the axis, and evaluated only where the flood arrives.
 """
 
 from __future__ import annotations
@@ -15,17 +15,17 @@ from vfix_engine.geometry.grid_value import grid_value
 from vfix_engine.kernels.compiled import compiled, shared
 
 LATTICE_MM = 0.5
-REACH_MM = 15.0  # a way farther from the axis is not looked for
-WINDOW_MM = 15.0  # of the axis beyond both ends of the tissue, where a way may begin and end
+REACH_MM = 15.0  # largest distance of a route from the axis
+WINDOW_MM = 15.0  # of the axis beyond both ends of the tissue, where a route may begin and end
 TISSUE, AIR, ROOM, UNKNOWN = range(4)
-_BIN_MM = 0.05  # the accuracy of the answer
+_BIN_MM = 0.05  # accuracy of the result
 _BINS = int((REACH_MM + 5.0) / _BIN_MM)
 _SEEN, _GOAL, _BEGIN = 1, 2, 4
 
 
 @shared
 def _to_tissue(fine: Any, whole: Any, x: float, y: float, z: float) -> float:
-    """Distance to tissue in mm, by the finer grid that knows the place; NaN where none does."""
+    """Distance to tissue in mm, from the finer grid that contains the point; NaN outside both."""
     found = grid_value(fine[0], fine[1], fine[2], x, y, z)
     if found == found:
         return found
@@ -34,7 +34,7 @@ def _to_tissue(fine: Any, whole: Any, x: float, y: float, z: float) -> float:
 
 @shared
 def _kind(kinds: Any, x: float, y: float, z: float) -> int:
-    """AIR, ROOM or UNKNOWN at a place, by the nearest cell; UNKNOWN beyond the grid."""
+    """AIR, ROOM or UNKNOWN at a point, by the nearest cell; UNKNOWN beyond the grid."""
     values, origin, step = kinds
     i = math.floor((x - origin[0]) / step + 0.5)
     j = math.floor((y - origin[1]) / step + 0.5)
@@ -46,7 +46,7 @@ def _kind(kinds: Any, x: float, y: float, z: float) -> int:
 
 @compiled
 def kinds_along(fine: Any, whole: Any, kinds: Any, points: Any, half_mm: float) -> Any:
-    """Of points (n, 3): UNKNOWN, TISSUE, or the AIR or ROOM of a ball of radius `half_mm` that holds it."""
+    """Classify points (n, 3): UNKNOWN, TISSUE, or the AIR or ROOM of a ball of radius `half_mm` that contains it."""
     out = np.empty(len(points), np.uint8)
     near = half_mm + 0.5 * LATTICE_MM
     most = math.ceil(near / LATTICE_MM)
@@ -89,7 +89,7 @@ def _to_axis(nodes: Any, x: float, y: float, z: float) -> float:
 
 @shared
 def _passes(fine: Any, whole: Any, kinds: Any, x: float, y: float, z: float, half_mm: float, through: bool) -> int:
-    """1 where a ball of radius `half_mm` is in air, 0 where it is not, -1 where that is not known."""
+    """1 if a ball of radius `half_mm` is in air, 0 if it is not, -1 if that is unknown."""
     room = _to_tissue(fine, whole, x, y, z)
     if room != room or _kind(kinds, x, y, z) == UNKNOWN:
         return 1 if through else -1
@@ -98,7 +98,7 @@ def _passes(fine: Any, whole: Any, kinds: Any, x: float, y: float, z: float, hal
 
 @shared
 def _more(gives: Any, x: float, y: float, z: float) -> float:
-    """How much less the tissue of an axis gives at its point that is nearest to a place."""
+    """Difference by which the tissue of an axis yields less at its point nearest to a position."""
     tissue, entry, near_mm, more_mm = gives
     if more_mm == 0.0:
         return 0.0
@@ -142,21 +142,21 @@ def way_round(
     through: bool,
     gives: Any,
 ) -> Any:
-    """The least distance from an axis within which air leads from one side of tissue to the other, and where.
+    """Smallest distance from an axis within which air leads from one side of tissue to the other, and its location.
 
     Args:
         fine, whole: (values, origin, step) of the distance to tissue; kinds: of AIR, ROOM and UNKNOWN.
-        nodes: (m, 3) polyline of the axis, from the tip on. window: (n, 3) points of it around the tissue; a way may
-            lead by as far beside them as is looked for. outer, inner: points (n, 3) of it in the air on both
-            sides; where `inner` is empty, the axis ends in the tissue at nodes[0], and the way leads to the air that
-            is as near to that end as the way is to the axis.
-        half_mm: a ball of this radius moves along the way; the distance is that of the ball's side that faces the axis.
-        through: whether places that are not known are taken for air.
-        gives: (tissue (n, 3), entry (3,), near_mm, more_mm): a place counts as more_mm farther from the axis than it is
-            where the nearest point of the tissue is farther than near_mm from the entry, and gives so much less.
+        nodes: (m, 3) polyline of the axis, from the tip on. window: (n, 3) points of it around the tissue; a route
+            may extend beside them as far as the search reaches. outer, inner: points (n, 3) of it in the air on both
+            sides; if `inner` is empty, the axis ends in the tissue at nodes[0], and the route leads to air that is as
+            near to that end as the route is to the axis.
+        half_mm: radius of the ball that moves along the route; the distance is that of its side that faces the axis.
+        through: whether unknown space is treated as air.
+        gives: (tissue (n, 3), entry (3,), near_mm, more_mm): the distance of a position is increased by more_mm if the
+            nearest point of the tissue, which yields less by that, is farther than near_mm from the entry.
 
-    Returns (5,): the distance, inf where there is none within REACH_MM; 1 where the flood met a place that is not
-    known, else 0; and the place (3,) where the way is farthest.
+    Returns (5,): the distance, inf if there is none within REACH_MM; 1 if the flood met unknown space, else 0; and the
+    point (3,) at which the route is farthest.
     """
     near, top = half_mm + 0.5 * LATTICE_MM, REACH_MM + half_mm
     low, shape = np.empty(3, np.int64), np.empty(3, np.int64)
@@ -170,7 +170,7 @@ def way_round(
     out = np.array([math.inf, 0.0, math.nan, math.nan, math.nan])
     _mark_beside(inner, low, near, mark, _GOAL)
     _mark_beside(outer, low, near, mark, _BEGIN)
-    # Only the cells beside `outer` are looked at again: those of the whole lattice are many more.
+    # Only the cells next to `outer` are visited again: those of the whole lattice are many more.
     most = math.ceil(near / LATTICE_MM)
     for n in range(len(outer)):
         ci = round(outer[n, 0] / LATTICE_MM) - low[0]

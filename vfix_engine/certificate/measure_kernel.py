@@ -45,7 +45,7 @@ def measure(
 
     Args:
         threshold: that of the constants, or −∞ if only distances are needed.
-        rows: (R, 10), labels: (R, 2), body: (R,) out; see ``segment_pairs``.
+        rows: (R, 10), labels: (R, 2), body: (R,) out; see ``pairs_into``.
 
     Returns:
         Number of pairs; the first R are written.

@@ -1,1 +1,1 @@
-"""Files of images, surfaces and frames: what each says, checked, in LPS mm."""
+"""Readers of images, surfaces and frames from files, with validation; results are in LPS mm."""

@@ -1,7 +1,7 @@
-"""Images whose header and voxels are two files, or that lie in a zip: made into the one file that the readers take.
+"""Images with header and voxels in two files, or in a zip: joined into one file for the readers.
 
-NRRD (`.nhdr`), MetaImage (`.mhd`) and NIfTI pairs (`.hdr`, `.img`). The header is not checked here: what is joined is
-read like any other file.
+NRRD (`.nhdr`), MetaImage (`.mhd`) and NIfTI pairs (`.hdr`, `.img`). The header is not validated here: the joined file
+is read like any other.
 """
 
 from __future__ import annotations
@@ -22,19 +22,19 @@ _NIFTI_HEADER = 348
 
 
 def is_header(path: Path) -> bool:
-    """Whether the name is that of a header whose voxels lie in another file."""
+    """Whether the file name is that of a header whose voxels are in another file."""
     return path.name.lower().endswith(HEADER_SUFFIXES)
 
 
 def files_of(header: Path) -> tuple[Path, ...]:
-    """The header, and the files beside it that begin with its name: those that may hold its voxels."""
+    """Return the header, and the files beside it whose names begin with its name, which may contain its voxels."""
     stem = header.name.rpartition(".")[0]
     beside = (file for file in sorted(header.parent.glob(f"{_literal(stem)}.*")) if file.is_file())
     return (header, *(file for file in beside if file != header))
 
 
 def joined(path: Path, files: tuple[Path, ...], into: Path) -> Path | None:
-    """One image file in the folder `into`, made of a folder, a zip or the given files; None where there is no image.
+    """Create one image file in `into` from a folder, a zip or the given files; None if there is no image.
 
     files: a header and the files beside it; empty for a folder or zip. Raises ImageError.
     """
@@ -76,7 +76,7 @@ def _join(name: str, held: dict[str, bytes], into: Path) -> Path:
 
 
 def _joined_text(header: bytes, others: dict[str, bytes], whole: Path, field: bytes, sign: bytes) -> Path:
-    """Header lines without the field that names the voxels' file, and those voxels."""
+    """Join the header lines, without the field that names the voxels' file, with those voxels."""
     lines = header[:_MAX_HEADER].splitlines(keepends=True)
     kept, voxels = [], None
     for line in lines:
@@ -100,7 +100,7 @@ def _joined_text(header: bytes, others: dict[str, bytes], whole: Path, field: by
 
 
 def _joined_nifti(header: bytes, name: str, others: dict[str, bytes], whole: Path) -> Path:
-    """A NIfTI-1 pair as one file; a plain Analyze header says nothing of left and right, and is refused."""
+    """Join a NIfTI-1 pair; a plain Analyze header does not distinguish left and right, and is refused."""
     if len(header) < _NIFTI_HEADER or header[344:348] != b"ni1\0":
         raise ImageError(
             "the header (.hdr) is not one of a NIfTI pair. Analyze files do not say which side is left; save the "
@@ -121,7 +121,7 @@ def _joined_nifti(header: bytes, name: str, others: dict[str, bytes], whole: Pat
 
 
 def _named(wanted: str, others: dict[str, bytes]) -> bytes:
-    """The file of that name; an upload may have changed signs in it."""
+    """Return the file of that name; an upload may have changed characters in it."""
     plain = _plain(wanted)
     for name, data in others.items():
         if _plain(name) == plain:
@@ -134,5 +134,5 @@ def _plain(name: str) -> str:
 
 
 def _literal(text: str) -> str:
-    """A file name as a pattern that only it fits."""
+    """Convert a file name to a pattern that matches only it."""
     return re.sub(r"([*?\[])", r"[\1]", text)

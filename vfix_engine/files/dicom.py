@@ -1,4 +1,4 @@
-"""Reader of one DICOM CT series from a folder or a zip: slices are checked to form one regular stack; LPS mm.
+"""Reader of one DICOM CT series from a folder or a zip, with a check that the slices form one regular stack; LPS mm.
 
 Only the tags listed here are read. Apart from geometry, voxels, modality and the series description no value of a file
 leaves this module: messages contain counts and measures, never text from a file.
@@ -51,13 +51,12 @@ _TAGS = [
     "SliceThickness",
     "WindowCenter",
     "WindowWidth",
-    "SeriesDescription",  # shown where one of several series is chosen; a name of a case where the user agrees
+    "SeriesDescription",  # displayed for the selection of a series; the name of a case if the user agrees
     *PIXEL_TAGS,
     *GROUPS,
 ]
-# Prefixes of SOP classes that are not images but lie beside the slices: the
-# directory of the medium, presentation states, waveforms, raw data, reports, documents, and structures and plans of
-# radiotherapy.
+# Prefixes of SOP classes that are not images but accompany the slices: the directory of the medium, presentation
+# states, waveforms, raw data, reports, documents, and structures and plans of radiotherapy.
 _NO_IMAGE = (
     "1.2.840.10008.1.3.10",
     "1.2.840.10008.5.1.4.1.1.9.",
@@ -68,19 +67,19 @@ _NO_IMAGE = (
     "1.2.840.10008.5.1.4.1.1.481.3",
     "1.2.840.10008.5.1.4.1.1.481.5",
 )
-# CT and MR images, plain, enhanced and converted from plain ones.
+# CT and MR images, plain, enhanced, and converted from plain ones.
 _OF_PIXELS = tuple(f"1.2.840.10008.5.1.4.1.1.{end}" for end in ("2", "2.1", "2.2", "4", "4.1", "4.4"))
 CT_ONLY = ("CT",)
-SEGMENTATION = "1.2.840.10008.5.1.4.1.1.66."  # the beginning of the SOP classes of segmentations
+SEGMENTATION = "1.2.840.10008.5.1.4.1.1.66."  # prefix of the SOP classes of segmentations
 _DEFLATED = b"1.2.840.10008.1.2.1.99"
-WINDOW_HU, LEVEL_HU = (1.0, 10_000.0), (-2000.0, 4000.0)  # of a window that is taken over
+WINDOW_HU, LEVEL_HU = (1.0, 10_000.0), (-2000.0, 4000.0)  # accepted range of a suggested window
 
 
 @dataclass(frozen=True, eq=False)
 class ReadSeries:
-    """A series as a volume. notes: what was left out of it or resampled, in sentences.
+    """A series as a volume. notes: sentences on what was omitted or resampled.
 
-    description: the file's own, which may tell of the patient (HAZ-33).
+    description: the file's own, which may identify the patient (HAZ-33).
     """
 
     volume: Volume
@@ -90,10 +89,10 @@ class ReadSeries:
 
 
 def read_series(path: Path, series: int | None = None, modalities: tuple[str, ...] = CT_ONLY) -> ReadSeries:
-    """The CT series in a folder or zip.
+    """Read the CT series in a folder or zip.
 
-    series: which one, counted from 1 in the order of the files' names; None where there is only one.
-    modalities: those that are taken; an MR series comes with its values as they are, and its enhanced form is not read.
+    series: its number, from 1 in the order of the files' names; None if there is only one.
+    modalities: accepted ones; an MR series keeps its values unchanged, and its enhanced form is not supported.
 
     Raises:
         ImageError: the series is not one regular stack, or the choice of a series is missing or wrong.
@@ -124,7 +123,7 @@ def read_series(path: Path, series: int | None = None, modalities: tuple[str, ..
                 with fault_named(where):
                     more, aside = _slices_of(dataset, data, (where, told), modalities)
             except ImageError as error:
-                fault = error  # this may be another series than the chosen one
+                fault = error  # the file may belong to another series than the selected one
                 continue
         slices += more
         scouts += aside
@@ -140,7 +139,7 @@ def read_series(path: Path, series: int | None = None, modalities: tuple[str, ..
 
 
 def _stacked(slices: list[Slice], scouts: list[str]) -> tuple[Volume, tuple[str, ...]]:
-    """The volume, and what was left out or resampled."""
+    """Stack the slices, and list what was omitted or resampled."""
     if scouts and not slices:
         raise ImageError("the series holds localizers (scout views) only, which are no slices; choose another one.")
     volume, notes = stack(slices)
@@ -148,7 +147,7 @@ def _stacked(slices: list[Slice], scouts: list[str]) -> tuple[Volume, tuple[str,
 
 
 def _read_one_file(path: Path) -> ReadSeries:
-    """The volume in one file of enhanced CT. Raises ImageError, with the reason that another one is no head."""
+    """Read one file of enhanced CT. Raises ImageError with the reason why another file is not a head."""
     if path.stat().st_size > MAX_FILE_BYTES:
         raise ImageError(f"the file is larger than {MAX_FILE_BYTES >> 20} MiB.")
     data, where = path.read_bytes(), "the file"
@@ -168,7 +167,7 @@ def _read_one_file(path: Path) -> ReadSeries:
 def _slices_of(
     dataset: Any, data: bytes, names: tuple[str, str], modalities: tuple[str, ...] = CT_ONLY
 ) -> tuple[list[Slice], list[str]]:
-    """The slice of a file, or the slices of one with several frames, and what its localizers are called.
+    """Return the slice of a file, or the slices of one with several frames, and the descriptions of its localizers.
 
     names: `where` and `told` of a slice.
     """
@@ -198,9 +197,9 @@ def _slices_of(
 
 
 def _count(dataset: Any, found: SeriesList, where: str) -> int:
-    """Count an image to its series; returns the number of the series, from 1, or 0 for a file that is no image.
+    """Add an image to its series; returns the number of the series, from 1, or 0 for a file that is not an image.
 
-    Raises ImageError for one that was cut off before its pixels: its series may be another than it seems.
+    Raises ImageError for a file truncated before its pixels, whose series is then unreliable.
     """
     kind = str(dataset.get("SOPClassUID") or dataset.file_meta.get("MediaStorageSOPClassUID") or "")
     if kind.startswith(_NO_IMAGE):
@@ -211,14 +210,14 @@ def _count(dataset: Any, found: SeriesList, where: str) -> int:
 
 
 def _has_pixels(kind: str) -> bool:
-    """Whether files of a class hold pixels; also of one that is cut off, as the standard has it nowhere."""
+    """Whether files of an SOP class have pixels, which a truncated file does not show."""
     from pydicom.uid import UID
 
     return kind in _OF_PIXELS or (kind.startswith("1.2.840.10008.") and not UID(kind).type)
 
 
 def _dataset(data: bytes, where: str) -> Any:
-    """The listed tags of a file. Raises ImageError."""
+    """Read the listed tags of a file. Raises ImageError."""
     import pydicom  # imported here: slow to load, and only needed for this format
 
     if not begins_as_dicom(data):
@@ -230,7 +229,7 @@ def _dataset(data: bytes, where: str) -> Any:
 
 @contextmanager
 def fault_named(where: str) -> Iterator[None]:
-    """Turn any error of the decoder into an ImageError without its message, which may quote patient data."""
+    """Convert any error of the decoder to an ImageError without its message, which may quote patient data."""
     try:
         yield
     except ImageError:
@@ -243,7 +242,7 @@ def fault_named(where: str) -> Iterator[None]:
 
 @contextmanager
 def pydicom_silenced() -> Iterator[None]:
-    """Silence pydicom's warnings and log lines, which quote the file."""
+    """Suppress pydicom's warnings and log messages, which quote the file."""
     logger = logging.getLogger("pydicom")
     before = logger.disabled
     logger.disabled = True
@@ -256,7 +255,7 @@ def pydicom_silenced() -> Iterator[None]:
 
 
 def _check_modality(dataset: Any, where: str, modalities: tuple[str, ...]) -> None:
-    """Raise ImageError for another modality; an MR image without a rescale has its values as they are."""
+    """Raise ImageError for another modality; an MR image without a rescale has its stored values."""
     modality = dataset.get("Modality")
     if modality not in modalities:
         raise ImageError(f"{where} is not a{' CT' if modalities == CT_ONLY else ' CT or an MR'} image.")
@@ -266,7 +265,7 @@ def _check_modality(dataset: Any, where: str, modalities: tuple[str, ...]) -> No
 
 
 def _check_place(dataset: Any, where: str) -> None:
-    """Raise ImageError where an image is no single one, or is not placed in the patient."""
+    """Raise ImageError if an image is not a single one, or has no position in the patient."""
     if int(dataset.get("NumberOfFrames") or 1) != 1:
         raise ImageError(f"{where} is not a single grey image.")
     for keyword in ("SeriesInstanceUID", "ImagePositionPatient", "ImageOrientationPatient", "PixelSpacing"):
@@ -276,12 +275,12 @@ def _check_place(dataset: Any, where: str) -> None:
 
 
 def _slice(dataset: Any, words: npt.NDArray[Any], layout: PixelLayout, names: tuple[str, str]) -> Slice:
-    """A slice out of its tags and its pixels."""
+    """Create a slice from its tags and its pixels."""
     where, told = names
     axes = numbers(dataset.ImageOrientationPatient, 6, where).reshape(2, 3).T
     if np.abs(axes.T @ axes - np.eye(2)).max() > 1e-3:
         raise ImageError(f"the row and column directions of {where} are not at right angles.")
-    rotation, upper = np.linalg.qr(axes)  # takes off the rounding of the stored cosines
+    rotation, upper = np.linalg.qr(axes)  # removes the rounding of the stored direction cosines
     axes = rotation * np.sign(np.diag(upper))
     row_mm, column_mm = numbers(dataset.PixelSpacing, 2, where)
     if min(row_mm, column_mm) <= 0.0:
@@ -296,7 +295,7 @@ def _slice(dataset: Any, words: npt.NDArray[Any], layout: PixelLayout, names: tu
 
 
 def _window(dataset: Any) -> tuple[float, float] | None:
-    """Width and centre of the first window that a file suggests; None where there is none that can be drawn."""
+    """Width and centre of the first window that a file suggests; None if there is none that can be displayed."""
     found = []
     for keyword in ("WindowWidth", "WindowCenter"):
         value = dataset.get(keyword)

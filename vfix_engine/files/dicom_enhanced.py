@@ -12,7 +12,7 @@ _OF_THE_FILE = (
     "Modality", "SeriesInstanceUID", "SamplesPerPixel", "Rows", "Columns", "PixelPaddingValue",
     "PixelPaddingRangeLimit",
 )  # fmt: skip
-# The macro that holds each tag of a slice.
+# Functional group macro of each tag of a slice.
 _MACROS = {
     "ImagePositionPatient": "PlanePositionSequence",
     "ImageOrientationPatient": "PlaneOrientationSequence",
@@ -27,14 +27,14 @@ _MACROS = {
 
 
 def is_enhanced(dataset: Any) -> bool:
-    """Whether a file holds frames with a place of their own."""
+    """Whether a file has frames with individual positions."""
     return _PER_FRAME in dataset
 
 
 def frames_of(dataset: Any, where: str) -> list[Any]:
-    """A dataset for each frame, with the tags of a slice at its top and without pixels.
+    """Return a dataset for each frame, with the tags of a slice at its top and without pixels.
 
-    Raises ImageError where the number of frames is not that of their descriptions.
+    Raises ImageError if the number of frames differs from that of their descriptions.
     """
     groups = dataset.get(_PER_FRAME)
     count = int(dataset.get("NumberOfFrames") or 1)

@@ -1,4 +1,4 @@
-"""Pixels of a DICOM image as Hounsfield units: how they are stored is checked (PS3.3 C.7.6.3, PS3.5 8.1)."""
+"""Conversion of DICOM pixels to Hounsfield units, with validation of their storage (PS3.3 C.7.6.3, PS3.5 8.1)."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ PIXEL_TAGS = (
     "PixelPaddingRangeLimit", "PixelData",
 )  # fmt: skip
 _MAX_SIDE = 4096  # [pixel]
-_GREY = ("MONOCHROME1", "MONOCHROME2")  # they differ in how they are shown, not in their Hounsfield units
-# Whose packed frames pydicom decodes with what vfix installs; one slice is decoded by GDCM.
+_GREY = ("MONOCHROME1", "MONOCHROME2")  # they differ in their display, not in their Hounsfield units
+# Transfer syntaxes whose frames pydicom decodes with the installed packages; single slices are decoded by GDCM.
 _FRAMES_UNPACKED = ("1.2.840.10008.1.2.5", "1.2.840.10008.1.2.4.80", "1.2.840.10008.1.2.4.81")
 
 
 @dataclass(frozen=True)
 class PixelLayout:
-    """How a pixel is stored. allocated, stored: bits. shift: bits below those that are stored. signed: as it says."""
+    """Storage of a pixel. allocated, stored: bits. shift: unused bits below the stored ones. signed: pixel sign."""
 
     allocated: int
     stored: int
@@ -40,7 +40,7 @@ class PixelLayout:
 
 
 def checked_layout(dataset: Any, where: str) -> PixelLayout:
-    """How the pixels of a file are stored. Raises ImageError for a way that is not read."""
+    """Return the storage of a file's pixels. Raises ImageError if it is not supported."""
     rows, columns = int(dataset.Rows), int(dataset.Columns)
     if not (1 < rows <= _MAX_SIDE and 1 < columns <= _MAX_SIDE):
         raise ImageError(f"{where} claims {rows} x {columns} pixels.")
@@ -64,7 +64,7 @@ def checked_layout(dataset: Any, where: str) -> PixelLayout:
 
 
 def words_of_slice(dataset: Any, data: bytes, where: str) -> Whole:
-    """(rows, columns) pixels of a file of one slice, before `hounsfield`."""
+    """Read (rows, columns) pixels of a file with one slice, as input of `hounsfield`."""
     if dataset.file_meta.TransferSyntaxUID.is_compressed:
         slope, intercept = rescale(dataset, where)
         unpacked: Whole = np.rint((_decoded_by_gdcm(data) - intercept) / slope).astype(np.int64)
@@ -73,7 +73,7 @@ def words_of_slice(dataset: Any, data: bytes, where: str) -> Whole:
 
 
 def words_of_frames(dataset: Any, where: str) -> Whole:
-    """(frames, rows, columns) pixels, before `hounsfield`. Raises ImageError for frames packed in another way."""
+    """Read (frames, rows, columns) pixels, as input of `hounsfield`. Raises ImageError for other compressions."""
     syntax = dataset.file_meta.TransferSyntaxUID
     count = int(dataset.get("NumberOfFrames") or 1)
     if not syntax.is_compressed:
@@ -88,7 +88,7 @@ def words_of_frames(dataset: Any, where: str) -> Whole:
 
 
 def hounsfield(dataset: Any, words: Whole, layout: PixelLayout, where: str) -> npt.NDArray[np.int16]:
-    """(rows, columns) Hounsfield units of pixels; the rescale and padding of `dataset` count."""
+    """Convert pixels to (rows, columns) Hounsfield units with the rescale and padding of `dataset`."""
     slope, intercept = rescale(dataset, where)
     if words.shape != (int(dataset.Rows), int(dataset.Columns)):
         raise ImageError(f"{where} holds another number of pixels than it claims.")
@@ -99,7 +99,7 @@ def hounsfield(dataset: Any, words: Whole, layout: PixelLayout, where: str) -> n
 
 
 def rescale(dataset: Any, where: str) -> tuple[float, float]:
-    """Slope and intercept. Raises ImageError where they are missing or no use."""
+    """Slope and intercept. Raises ImageError if they are missing or invalid."""
     for keyword in ("RescaleSlope", "RescaleIntercept"):
         if dataset.get(keyword) is None:
             raise ImageError(f"{where} has no {keyword}; its values are not Hounsfield units.")
@@ -110,7 +110,7 @@ def rescale(dataset: Any, where: str) -> tuple[float, float]:
 
 
 def numbers(values: Any, count: int, where: str) -> Array:
-    """That many finite numbers. Raises ImageError."""
+    """Return that many finite numbers. Raises ImageError."""
     found = np.array([float(value) for value in values])
     if found.shape != (count,) or not np.isfinite(found).all():
         raise ImageError(f"a position, direction, spacing or rescale of {where} is not made of finite numbers.")
@@ -118,7 +118,7 @@ def numbers(values: Any, count: int, where: str) -> Array:
 
 
 def _native(dataset: Any, frames: int, where: str) -> Whole:
-    """Unpacked pixels with all bits of their words, among them those that do not belong to the value."""
+    """Uncompressed pixels with all bits of their words, including those outside the value."""
     claimed = frames * int(dataset.Rows) * int(dataset.Columns) * (int(dataset.BitsAllocated) // 8)
     check_length(len(dataset.PixelData), claimed, where=where.removeprefix("the "), padding=claimed % 2)
     dataset.BitsStored, dataset.HighBit = dataset.BitsAllocated, int(dataset.BitsAllocated) - 1
@@ -127,19 +127,19 @@ def _native(dataset: Any, frames: int, where: str) -> Whole:
 
 
 def _stored(words: Whole, layout: PixelLayout) -> Whole:
-    """The values of pixels: the stored bits of each word, with their sign."""
+    """Extract the values of pixels: the stored bits of each word, with their sign."""
     spare = layout.allocated - layout.stored
-    if not spare or words.dtype.itemsize * 8 != layout.allocated:  # a decoder has done it
+    if not spare or words.dtype.itemsize * 8 != layout.allocated:  # already done by a decoder
         return words
-    raised = np.left_shift(words, spare - layout.shift)  # drops what lies above, such as an overlay
+    raised = np.left_shift(words, spare - layout.shift)  # removes higher bits, such as an overlay
     return np.right_shift(raised, spare)
 
 
 def _padding(dataset: Any, words: Whole, stored: Whole, layout: PixelLayout) -> npt.NDArray[np.bool_]:
     """Mask of padding pixels outside the scanner's field of view, by their stored value or range.
 
-    The tags may be of the other sign than the pixels (SS on unsigned ones), and a padding pixel may fill its whole
-    word: words and values are compared with them modulo the size of a word.
+    The tags can have another sign than the pixels (SS on unsigned ones), and a padding pixel can fill its whole word:
+    words and values are compared with them modulo the size of a word.
     """
     value = dataset.get("PixelPaddingValue")
     if value is None:
@@ -147,9 +147,9 @@ def _padding(dataset: Any, words: Whole, stored: Whole, layout: PixelLayout) -> 
     limit = dataset.get("PixelPaddingRangeLimit")
     first, last = int(value), int(value if limit is None else limit)
     word = 1 << layout.allocated
-    if not all(-word // 2 <= end < word for end in (first, last)):  # no pixel can have it
+    if not all(-word // 2 <= end < word for end in (first, last)):  # no pixel can have this value
         return np.zeros(stored.shape, dtype=np.bool_)
-    # Of the two ways round from one end to the other the shorter one; the ends may be of different signs.
+    # Of the two directions from one end to the other use the shorter one; the ends can have different signs.
     low, span = min((first, (last - first) % word), (last, (first - last) % word), key=lambda way: way[1])
     unsigned = np.dtype(f"u{layout.allocated // 8}")
     found = np.zeros(stored.shape, dtype=np.bool_)
@@ -159,7 +159,7 @@ def _padding(dataset: Any, words: Whole, stored: Whole, layout: PixelLayout) -> 
 
 
 def _decoded_by_gdcm(data: bytes) -> Array:
-    """(rows, columns) rescaled values of a compressed slice, through a temporary file, since GDCM reads files only."""
+    """(rows, columns) rescaled values of a compressed slice, through a temporary file, since GDCM only reads files."""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "slice.dcm"
         file.write_bytes(data)

@@ -1,4 +1,4 @@
-"""How the slices of a DICOM series are rescaled to their values, and in which unit these are (PS3.3 C.11.1)."""
+"""Rescaling of the slices of a DICOM series, and the unit of their values (PS3.3 C.11.1)."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from typing import Any, Protocol
 from vfix_engine.errors import ImageError
 
 HU = "HU"
-# Defined terms of RescaleType; another one is not quoted, since it is text of the file.
+# Defined terms of RescaleType; others are not quoted, since they are text of the file.
 _KNOWN = ("OD", HU, "US", "MGML", "Z_EFF", "ED", "EDW", "HU_MOD", "PCT")
 _OTHER = "another unit"
-_STORED_RANGE = 4096  # values of the 12 bits that a CT stores
-_ROUNDING = 0.5  # of a value, which is kept as a whole number
+_STORED_RANGE = 4096  # number of values in the 12 bits of a CT
+_ROUNDING = 0.5  # of a value, which is stored as an integer
 
 
 class Rescaled(Protocol):
@@ -29,15 +29,15 @@ class Rescaled(Protocol):
 
 
 def unit_of(dataset: Any) -> str:
-    """The unit that a slice says of its values, Hounsfield units by the standard where it says none; '' of an MR."""
-    if dataset.get("Modality") == "MR":  # whatever it says: its values are compared with nothing
+    """Unit that a slice states for its values; Hounsfield units by the standard if it states none; '' for MR."""
+    if dataset.get("Modality") == "MR":  # its values are arbitrary
         return ""
     said = str(dataset.get("RescaleType") or HU).strip().upper()
     return said if said in _KNOWN else _OTHER
 
 
 def rescale_notes(slices: Sequence[Rescaled]) -> tuple[str, ...]:
-    """What is doubtful about the values. Raises ImageError where the slices are in different units."""
+    """List doubts about the values. Raises ImageError if the slices have different units."""
     first = slices[0]
     for one in slices:
         if one.unit != first.unit:

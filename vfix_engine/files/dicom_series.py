@@ -1,4 +1,4 @@
-"""The DICOM series of a folder or zip, to choose one of: counted while the files are read."""
+"""DICOM series of a folder or zip, for selection: collected while the files are read."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from vfix_engine.errors import ImageError, SeriesUnclear
 from vfix_engine.files.text_bytes import text_of_element
 
 _MODALITY = re.compile(r"[A-Z]{2,16}")
-_MAX_DESCRIPTION = 64  # [characters] as the standard has it
+_MAX_DESCRIPTION = 64  # [characters] by the standard
 
 
 @dataclass
 class Series:
     """Facts about a series; all but the description contain nothing a person wrote.
 
-    pixels, pixel_mm: columns and rows, and the distances between them, of its slices where it has others than
-        localizers, of which there are `scouts`. positions: of the slices along their normal, in mm.
+    pixels, pixel_mm: columns and rows, and the distances between them, of its slices, or of its localizers if it has no
+        others; `scouts`: number of localizers. positions: of the slices along their normal, in mm.
     """
 
     modality: str
@@ -39,7 +39,7 @@ class Series:
         return images if self.modality in self.wanted else f"{images}, not CT"
 
     def facts(self, number: int) -> dict[str, Any]:
-        """What a person chooses by; spacing_mm: of columns, rows and slices, as far as the files say them."""
+        """Facts by which a user selects; spacing_mm: of columns, rows and slices, as far as the files state them."""
         gaps = np.diff(np.unique(np.round(self.positions, 3)))
         spacing = [*(self.pixel_mm or ()), *([float(np.median(gaps))] if len(gaps) else [])]
         return {
@@ -54,19 +54,19 @@ class Series:
 
 
 class SeriesList:
-    """Series in the order of their first files. wanted: the modalities that are taken."""
+    """Series in the order of their first files. wanted: the accepted modalities."""
 
     def __init__(self, wanted: tuple[str, ...] = ("CT",)) -> None:
         self._wanted = wanted
         self._found: dict[str, Series] = {}
 
     def count(self, dataset: Any) -> int:
-        """Add an image to its series; returns the number of that, from 1."""
+        """Add an image to its series; returns the number of the series, from 1."""
         identity = str(dataset.get("SeriesInstanceUID"))
         if identity not in self._found:
             self._found[identity] = _first_of(dataset, self._wanted)
         known = self._found[identity]
-        if known.scouts == known.files and not is_localizer(dataset):  # a scout view may be larger than the slices
+        if known.scouts == known.files and not is_localizer(dataset):  # a scout view can be larger than the slices
             known.pixels, known.pixel_mm = _pixels(dataset), _pixel_mm(dataset)
         known.scouts += is_localizer(dataset)
         known.files += 1
@@ -78,7 +78,7 @@ class SeriesList:
         return list(self._found).index(identity) + 1
 
     def chosen(self, series: int | None) -> Series:
-        """The series of that number, or the only one. Raises ImageError where the choice is missing or wrong."""
+        """Return the series of that number, or the only one. Raises ImageError if the choice is missing or wrong."""
         found = list(self._found.values())
         if not found:
             raise ImageError("there is no DICOM image in it.")
@@ -95,7 +95,7 @@ class SeriesList:
 
 
 def is_localizer(dataset: Any) -> bool:
-    """Whether an image or a frame says of itself that it is a scout view."""
+    """Whether an image or a frame is marked as a scout view."""
     kinds = dataset.get("ImageType") or ()
     return "LOCALIZER" in ([kinds] if isinstance(kinds, str) else [str(kind).strip().upper() for kind in kinds])
 
@@ -122,7 +122,7 @@ def _pixels(dataset: Any) -> tuple[int, int]:
 
 
 def _pixel_mm(dataset: Any) -> tuple[float, float] | None:
-    """Distance between columns and between rows, where the file says it."""
+    """Distance between columns and between rows, if the file states it."""
     values = dataset.get("PixelSpacing")
     if values is None or len(values) != 2:
         return None

@@ -1,6 +1,6 @@
-"""Slices of a DICOM series as one volume: their positions are held against the line through them; LPS mm.
+"""Assembly of the slices of a DICOM series into a volume, with a check of their positions against a line; LPS mm.
 
-Slices that are shifted within their planes, as by a gantry tilt, are resampled; uneven ones are refused.
+Slices that are shifted within their planes, as by a gantry tilt, are resampled; uneven spacing is refused.
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ from vfix_engine.files.grid_header import check_sizes, check_transform
 from vfix_engine.files.slice_alignment import aligned, alignment_error_mm
 from vfix_engine.files.volume import Volume, volume_of
 
-_FARTHEST_OFF = 0.1  # [mm] of a slice from the line through all
-_SHARE_OFF = 0.1  # of the spacing, where that is less
-_ROUNDING = 0.02  # [mm] positions are written with two decimals by some scanners
-_FARTHEST_ASIDE = 1.0  # [mm] of a slice within its plane from the line through all: more is no tilt and no jitter
+_FARTHEST_OFF = 0.1  # [mm] largest distance of a slice from the fitted line
+_SHARE_OFF = 0.1  # of the spacing, if that is less
+_ROUNDING = 0.02  # [mm] some scanners write positions with two decimals
+_FARTHEST_ASIDE = 1.0  # [mm] largest in-plane offset of a slice from the line: more is neither tilt nor jitter
 _SAME_PLACE = 0.01  # of the spacing
 _SAME_DIRECTION = 1e-4
-_SCOUT_COSINE = 0.7  # between normals: a plane that is turned further cannot be one of the stack
+_SCOUT_COSINE = 0.7  # between normals: a plane rotated further cannot be part of the stack
 _MOST_SCOUTS = 0.1  # of the slices
 _SHOWN = 6
 
@@ -33,10 +33,10 @@ class Slice:
     """One slice. hu: (rows, columns) int16; the rest is geometry in LPS mm.
 
     pixel_mm: (2,) distance between columns and between rows. axes: (3, 2) unit directions along a row and a column.
-    thickness_mm: None where the file does not say it. window: width and centre that the file suggests; None for none.
-    reference: UID of the frame that the position is in; '' where the file names none.
-    rescale, unit: slope and intercept by which the values were made, and what the file says that they are in.
-    where: what it is called in a message, such as "the file 'IM5'". told: how a note calls it, which is stored.
+    thickness_mm: None if the file does not state it. window: width and centre that the file suggests, or None.
+    reference: UID of the frame of reference of the position; '' if the file has none.
+    rescale, unit: slope and intercept of the values, and the unit that the file states.
+    where: its name in a message, such as "the file 'IM5'". told: its name in a note, which is stored.
     """
 
     hu: npt.NDArray[np.int16]
@@ -59,9 +59,10 @@ class Slice:
 
 @dataclass(frozen=True, eq=False)
 class SliceLine:
-    """Where slices lie. spacing_mm, start_mm: of the even places along the normal that fit them best.
+    """Line through slices. spacing_mm, start_mm: of the equally spaced positions along the normal that fit best.
 
-    sideways: (n, 2) place of each first pixel along rows and columns [mm]. tolerance_mm: how far a slice may be off.
+    sideways: (n, 2) position of each first pixel along rows and columns [mm]. tolerance_mm: largest deviation of a
+        slice.
     """
 
     spacing_mm: float
@@ -71,13 +72,13 @@ class SliceLine:
 
     @property
     def middle(self) -> Array:
-        """(2,) the place along rows and columns that the first pixels lie around [mm]."""
+        """(2,) mean position of the first pixels along rows and columns [mm]."""
         middle: Array = 0.5 * (self.sideways.min(axis=0) + self.sideways.max(axis=0))
         return middle
 
     @property
     def is_straight(self) -> bool:
-        """Whether the slices lie above each other."""
+        """Whether the slices are aligned along their normal."""
         return bool(np.linalg.norm(self.sideways - self.middle, axis=1).max() <= self.tolerance_mm)
 
     @property
@@ -87,9 +88,9 @@ class SliceLine:
 
 
 def stack(slices: list[Slice]) -> tuple[Volume, tuple[str, ...]]:
-    """The slices as one volume, and what was left out or resampled, in sentences.
+    """Stack the slices into one volume, and list what was omitted or resampled, in sentences.
 
-    Raises ImageError when they cannot be placed on one regular grid.
+    Raises ImageError if they do not fit one regular grid.
     """
     slices, notes = _without_scouts(slices)
     if len(slices) < 2:
@@ -134,9 +135,9 @@ def stack(slices: list[Slice]) -> tuple[Volume, tuple[str, ...]]:
 
 
 def check_on_grid(positions: Array, transform: Array) -> None:
-    """Raise ImageError where slices at `positions` (n, 3) are off the slices of a grid (4, 4, index i, j, k to LPS mm).
+    """Raise ImageError if slices at `positions` (n, 3) are off those of a grid (4, 4, index i, j, k to LPS mm).
 
-    Places without a slice are allowed.
+    Gaps in the grid are allowed.
     """
     step = transform[:3, 2]
     spacing = float(np.linalg.norm(step))
@@ -150,12 +151,12 @@ def check_on_grid(positions: Array, transform: Array) -> None:
 
 
 def tolerance_mm(spacing_mm: float) -> float:
-    """How far a slice may lie off its place."""
+    """Largest allowed deviation of a slice from its position."""
     return max(_ROUNDING, min(_FARTHEST_OFF, _SHARE_OFF * spacing_mm))
 
 
 def _without_scouts(slices: list[Slice]) -> tuple[list[Slice], tuple[str, ...]]:
-    """The slices but for the few whose plane crosses that of all others, which lie in no stack with them."""
+    """Remove the few slices whose plane crosses that of all others, which cannot be part of their stack."""
     if len(slices) < 3:
         return slices, ()
     normals = np.array([one.normal for one in slices])
@@ -168,7 +169,7 @@ def _without_scouts(slices: list[Slice]) -> tuple[list[Slice], tuple[str, ...]]:
 
 
 def left_out_words(scouts: list[str]) -> str:
-    """The note on localizers that lie among the slices."""
+    """Note on localizers among the slices."""
     listed = ", ".join(scouts[:_SHOWN]) + (", …" if len(scouts) > _SHOWN else "")
     many = len(scouts) > 1
     return (
@@ -178,7 +179,7 @@ def left_out_words(scouts: list[str]) -> str:
 
 
 def _fitted(values: Array) -> tuple[Array, Array]:
-    """Intercept and slope (…) of the least-squares line through the rows of `values` (n, …) over their numbers."""
+    """Intercept and slope (…) of the least-squares line through the rows of `values` (n, …) over their indices."""
     numbers = np.arange(len(values)) - 0.5 * (len(values) - 1)
     mean = values.mean(axis=0)
     slope = numbers @ (values - mean) / (numbers @ numbers)
@@ -186,7 +187,7 @@ def _fitted(values: Array) -> tuple[Array, Array]:
 
 
 def _line(ordered: list[Slice], normal: Array) -> SliceLine:
-    """The line through slices that are in order along their normal. Raises ImageError where they are uneven."""
+    """Fit the line through slices ordered along their normal. Raises ImageError if their spacing is uneven."""
     positions = np.array([one.position for one in ordered])
     along, sideways = positions @ normal, positions @ ordered[0].axes
     start, spacing = (float(value) for value in _fitted(along))
@@ -215,7 +216,7 @@ def _line(ordered: list[Slice], normal: Array) -> SliceLine:
 
 
 def _check_single(ordered: list[Slice], same: npt.NDArray[np.bool_]) -> None:
-    """Raise ImageError for slices at one place; same: (n - 1,) whether a slice lies where the next one does."""
+    """Raise ImageError for coincident slices; same: (n - 1,) whether a slice coincides with the next one."""
     if not same.any():
         return
     pairs = [(ordered[n], ordered[n + 1]) for n in np.flatnonzero(same)]

@@ -1,4 +1,4 @@
-"""Frame and unit of a file: named by the file, given by the user, or assumed as LPS mm and reported."""
+"""Frame and unit of a file: stated by the file, given by the user, or assumed as LPS mm and reported."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ _MICRO = str.maketrans("\u00b5\u03bc", "uu")  # the micro sign and the Greek let
 
 @dataclass(frozen=True)
 class FrameReport:
-    """Frame and unit in which a file was read; the result of reading is LPS mm.
+    """Frame and unit in which a file was read; the result of reading is in LPS mm.
 
     name: the frame. assumed: whether frame or unit were assumed.
-    missing: what neither file nor user names: 'frame', 'unit', both or nothing.
-    unit: 'mm', 'm' or 'um'; unit_named: whether the file names it.
-    notes: what its reader left out, resampled or chose between, in sentences.
-    modality, description: of a DICOM series, '' of other files; the description is text of the file, which may tell of
+    missing: what neither file nor user states: 'frame', 'unit', both or nothing.
+    unit: 'mm', 'm' or 'um'; unit_named: whether the file states it.
+    notes: sentences on what its reader omitted, resampled or selected.
+    modality, description: of a DICOM series, '' of other files; the description is text of the file, which may identify
     the patient (HAZ-33).
     """
 
@@ -45,7 +45,7 @@ class FrameReport:
 
 
 def to_lps_mm(points: npt.ArrayLike, frame: str, unit: str) -> npt.NDArray[np.float64]:
-    """Points (n, 3) of a frame and unit as LPS mm. Raises FrameError for an unknown frame or unit."""
+    """Convert points (n, 3) of a frame and unit to LPS mm. Raises FrameError for an unknown frame or unit."""
     check_frame(frame)
     check_unit(unit)
     placed = np.asarray(points, dtype=np.float64) * MM_PER_UNIT[unit]
@@ -55,11 +55,11 @@ def to_lps_mm(points: npt.ArrayLike, frame: str, unit: str) -> npt.NDArray[np.fl
 def resolve_frame(
     named: tuple[str | None, str | None], given: tuple[str | None, str | None], *, assume: bool
 ) -> tuple[str, str, FrameReport]:
-    """Frame and unit of a file from what the file names and what the user gives; each pair is (frame, unit).
+    """Determine frame and unit from what the file states and what the user gives; each pair is (frame, unit).
 
     Args:
-        named, given: of the file and of the user; None where missing.
-        assume: take LPS and mm for what neither names, and report it.
+        named, given: of the file and of the user; None if missing.
+        assume: assume LPS and mm if neither states them, and report it.
 
     Returns:
         Frame, unit and the report.
@@ -86,9 +86,9 @@ def resolve_frame(
 
 
 def named_unit_of(words: Sequence[object]) -> str:
-    """'mm', 'm' or 'um' by all that a file says of it: once, for each axis, or as code, coding scheme and meaning.
+    """Return 'mm', 'm' or 'um' from all statements of a file: one, one per axis, or code, scheme and meaning.
 
-    Raises FrameError where it says something else, or not the same everywhere.
+    Raises FrameError for another unit, or if the statements differ.
     """
     if len(words) == 3 and words[1] == _SCHEME:
         words = [words[0], words[2]]
@@ -102,7 +102,7 @@ def named_unit_of(words: Sequence[object]) -> str:
 
 
 def _unit_of(word: object) -> str:
-    """The unit that a word means; itself, or '' for no text, where it means none that is known."""
+    """Unit that a word means; if unknown, the word itself, or '' if it is not text."""
     text = word.strip().translate(_MICRO) if isinstance(word, str) else ""
     return _LONG.get(text.lower().removesuffix("s"), text)
 

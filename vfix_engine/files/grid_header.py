@@ -1,4 +1,4 @@
-"""Checks of the header of an image file, before any voxel is decoded."""
+"""Validation of the header of an image file, before any voxel is decoded."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ _RIGHT_ANGLES = 1e-4  # tolerance of dot products of unit directions, as in ``Vo
 
 @dataclass(frozen=True)
 class GridHeader:
-    """A checked header.
+    """A validated header.
 
-    sizes: voxels along i, j, k.
+    sizes: numbers of voxels along i, j, k.
     transform_index_to_file: (4, 4) from (i, j, k) to the file's own frame and unit.
-    frame: as the file names it; None where it does not. unit: mm where the file names none, because the spacing has to
-        be plausible in mm.
-    unit_named: whether the header says the unit of its lengths. It does not where nothing but a convention gives it.
-    notes: what is doubtful about the header, in sentences. further_axes: whether there are axes beside the three.
+    frame: as stated by the file, or None. unit: mm if the file states none, because the spacing must be plausible in
+        mm.
+    unit_named: whether the header states the unit of its lengths; False if only a convention defines it.
+    notes: sentences on doubts about the header. further_axes: whether there are axes in addition to the three.
     """
 
     sizes: tuple[int, int, int]
@@ -42,7 +42,7 @@ class GridHeader:
 
 
 def check_sizes(sizes: list[int]) -> tuple[int, int, int]:
-    """Three voxel counts within reason. Raises ImageError."""
+    """Check three plausible voxel counts. Raises ImageError."""
     if len(sizes) != 3 or min(sizes) < 2:
         raise ImageError(f"a CT volume has three axes of at least two voxels, not {sizes}.")
     count = math.prod(sizes)
@@ -52,7 +52,7 @@ def check_sizes(sizes: list[int]) -> tuple[int, int, int]:
 
 
 def check_transform(transform: npt.NDArray[np.float64], mm_per_unit: float) -> npt.NDArray[np.float64]:
-    """The transform (4, 4). Raises ImageError unless it is finite, orthogonal and of a plausible spacing."""
+    """Check a transform (4, 4). Raises ImageError unless it is finite, orthogonal and of a plausible spacing."""
     if not np.isfinite(transform).all():
         raise ImageError("the placement in the header is not finite.")
     spacing = np.linalg.norm(transform[:3, :3], axis=0) * mm_per_unit
@@ -72,7 +72,7 @@ def check_transform(transform: npt.NDArray[np.float64], mm_per_unit: float) -> n
 
 
 def check_length(found: int, claimed: int, *, where: str = "file", padding: int = 0) -> None:
-    """Raise ImageError when the number of voxel bytes differs from the header's.
+    """Raise ImageError if the number of voxel bytes differs from the header's.
 
     padding: number of bytes that may follow the voxels.
     """
@@ -86,16 +86,16 @@ def check_length(found: int, claimed: int, *, where: str = "file", padding: int 
 
 
 def check_not_packed(head: bytes, kind: str) -> None:
-    """Raise ImageError for a gzip file whose name does not say so."""
+    """Raise ImageError for a gzip file whose name does not indicate it."""
     if head.startswith(b"\x1f\x8b"):
         raise ImageError(f"the file is packed with gzip as a whole, which its name does not say; unpack it to {kind}.")
 
 
 def inflated(stream: BinaryIO, wbits: int, limit: int) -> Iterator[bytes]:
-    """The content of a zlib (wbits 15) or gzip (31) stream in pieces, up to `limit` bytes.
+    """Decompress a zlib (wbits 15) or gzip (31) stream in pieces, up to `limit` bytes.
 
     Raises:
-        ImageError: a damaged or truncated stream, one above the limit, or data after its end.
+        ImageError: the stream is damaged, truncated or above the limit, or followed by data.
     """
     total = 0
     inflater = zlib.decompressobj(wbits)
@@ -122,5 +122,5 @@ def inflated(stream: BinaryIO, wbits: int, limit: int) -> Iterator[bytes]:
 
 
 def inflated_length(stream: BinaryIO, wbits: int, limit: int) -> int:
-    """How many bytes a zlib (wbits 15) or gzip (31) stream holds. Raises ImageError as `inflated` does."""
+    """Uncompressed length of a zlib (wbits 15) or gzip (31) stream. Raises ImageError as `inflated` does."""
     return sum(len(data) for data in inflated(stream, wbits, limit))

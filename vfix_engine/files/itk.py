@@ -1,4 +1,4 @@
-"""The only caller of SimpleITK: one file, one named decoder, its warnings silenced."""
+"""The only caller of SimpleITK: one file, one named decoder, warnings suppressed."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ _SUFFIXES = {"NrrdImageIO": ".nrrd", "NiftiImageIO": ".nii", "MetaImageIO": ".mh
 
 
 def decode(path: Path, decoder: str) -> tuple[Any, npt.NDArray[Any]]:
-    """(image, values [k, j, i]) of a file read by the decoder of that name ('NrrdImageIO', ...), on three axes.
+    """Read a file with the named decoder ('NrrdImageIO', ...): (image, values [k, j, i]) on three axes.
 
-    Raises ImageError when it cannot be decoded.
+    Raises ImageError if it cannot be decoded.
     """
     simpleitk: Any = importlib.import_module("SimpleITK")  # imported here: slow to load
     simpleitk.ProcessObject.SetGlobalWarningDisplay(False)  # its warnings quote the header
@@ -40,9 +40,9 @@ def decode(path: Path, decoder: str) -> tuple[Any, npt.NDArray[Any]]:
 
 
 def _neutral(path: Path, decoder: str, folder: Path) -> Path:
-    """The file under a name of plain letters: a name that is not UTF-8 ends the process in SimpleITK.
+    """Return a path to the file with an ASCII name: a name that is not UTF-8 terminates the process in SimpleITK.
 
-    A link where the system has them, else a copy.
+    A link if the system supports them, else a copy.
     """
     name = folder / f"image{_SUFFIXES[decoder]}"
     if decoder == "NiftiImageIO" and path.name.lower().endswith(".gz"):

@@ -1,7 +1,7 @@
 """Reader of surfaces (.ply, .stl, .obj, .glb, .vtk, .vtp) into LPS mm, and writer of .ply with its frame and unit.
 
-What every format can hold that is no surface (NaN, a corner that is not there, no triangle) is refused here; the
-readers of the formats compare what a file claims with what it holds.
+Content that any format can have but is not a surface (NaN, a missing vertex, no triangle) is refused here; the readers
+of the formats compare what a file declares with what it contains.
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ from vfix_engine.geometry.mesh import TriangleMesh
 
 MESH_SUFFIXES = (".ply", ".stl", ".obj", ".glb", ".vtk", ".vtp")
 MAX_FILE_BYTES = 1 << 30
-FARTHEST_MM = 1e5  # of a corner from the origin
-# 3D Slicer writes the frame as 'SPACE=LPS' into the comment of each of these formats; the unit follows its example.
+FARTHEST_MM = 1e5  # largest distance of a vertex from the origin
+# 3D Slicer writes the frame as 'SPACE=LPS' into the comment of each of these formats; the unit is written alike.
 _NAMED_FRAME = re.compile(rb"SPACE=(?:LPS|RAS)\b")
 _NAMED_UNIT = re.compile(rb"\bUNIT=[\w\xb5\xc2\xbc\xce]+")
 
 
 def is_mesh(path: Path) -> bool:
-    """Whether the name ends like that of a surface."""
+    """Whether the file name has a suffix of a surface."""
     return path.suffix.lower() in MESH_SUFFIXES
 
 
@@ -45,8 +45,8 @@ def read_mesh(
     The counts of the file are compared with its content, so that a truncated file is refused.
 
     Args:
-        frame, unit: 'LPS' or 'RAS', 'mm', 'm' or 'um', where the file does not name them.
-        assume: take LPS mm where neither names them, and report it, instead of raising FrameError.
+        frame, unit: 'LPS' or 'RAS', 'mm', 'm' or 'um', if the file does not state them.
+        assume: if neither states them, assume LPS mm and report it instead of raising FrameError.
 
     Raises:
         MeshError: the surface cannot be used.
@@ -83,7 +83,7 @@ def read_mesh(
 
 
 def _named(pattern: re.Pattern[bytes], data: bytes) -> str | None:
-    """The frame or unit in the comments; FrameError where two comments contradict each other."""
+    """Frame or unit in the comments; FrameError if two comments contradict each other."""
     words = list(dict.fromkeys(word.decode("utf-8", "replace") for word in pattern.findall(data)))
     if len(words) > 1:
         raise FrameError(f"the file says {words[1]} after {words[0]}; keep the one that is right, or split the file.")
@@ -91,7 +91,7 @@ def _named(pattern: re.Pattern[bytes], data: bytes) -> str | None:
 
 
 def write_ply(path: Path, mesh: TriangleMesh) -> None:
-    """Write a binary PLY in LPS mm, with frame and unit named and vertices in double precision."""
+    """Write a binary PLY in LPS mm, with frame and unit stated and vertices in double precision."""
     head = (
         "ply\nformat binary_little_endian 1.0\ncomment SPACE=LPS UNIT=mm\ncomment Not for clinical use\n"
         f"element vertex {len(mesh.vertices)}\nproperty double x\nproperty double y\nproperty double z\n"
@@ -125,4 +125,4 @@ _READERS: dict[str, Callable[[bytes], MeshArrays]] = {
     "ply": read_ply,
     "glb": read_glb,
 }
-_VTK_READERS = {"vtk": read_vtk, "vtp": read_vtp}  # that know the frame of their fields too
+_VTK_READERS = {"vtk": read_vtk, "vtp": read_vtp}  # these also return the frame of a field

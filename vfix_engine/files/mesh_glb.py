@@ -1,7 +1,7 @@
-"""Surfaces in binary glTF 2.0 (`.glb`): triangles with their nodes' transforms, out of the file's own buffer.
+"""Surfaces in binary glTF 2.0 (`.glb`): triangles with their nodes' transforms, from the file's own buffer.
 
 https://registry.khronos.org/glTF/specs/2.0/glTF-2.0.html. Nothing outside the file is opened; materials, pictures and
-animations change no triangle.
+animations are ignored.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _NOT_READ = {"KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_mesh_
 
 
 def read_glb(data: bytes) -> MeshArrays:
-    """Corners (n, 3) as the file gives them and triangles (m, 3). Raises MeshError."""
+    """Read vertices (n, 3) in the file's units and triangles (m, 3). Raises MeshError."""
     try:
         return _File(data).surface()
     except (KeyError, IndexError, TypeError, ValueError, AttributeError, RecursionError, struct.error):
@@ -78,7 +78,7 @@ class _File:
         return np.concatenate(vertices), np.concatenate(faces)
 
     def _placed(self) -> Iterator[tuple[int, npt.NDArray[np.float64]]]:
-        """The meshes of the scene with their transforms; all of them where there is no scene."""
+        """Iterate over the meshes of the scene with their transforms; over all meshes if there is no scene."""
         nodes = self._json.get("nodes", [])
         scenes = self._json.get("scenes", [])
         if not scenes:
@@ -117,7 +117,7 @@ class _File:
 
 
 def _local(node: dict[str, Any]) -> npt.NDArray[np.float64]:
-    """(4, 4) of a node: its matrix, column by column, or translation, rotation (x, y, z, w) and scale."""
+    """Transform (4, 4) of a node: its matrix, stored by columns, or translation, rotation (x, y, z, w) and scale."""
     if "matrix" in node:
         return np.array(node["matrix"], dtype=np.float64).reshape(4, 4).T
     x, y, z, w = (float(value) for value in node.get("rotation", (0.0, 0.0, 0.0, 1.0)))

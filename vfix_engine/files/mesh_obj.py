@@ -1,7 +1,7 @@
-"""Surfaces in Wavefront OBJ: corners and polygons; normals, textures, materials and groups change no triangle.
+"""Surfaces in Wavefront OBJ: vertices and polygons; normals, textures, materials and groups are ignored.
 
-http://paulbourke.net/dataformats/obj/. A statement that is not known is refused and never passed over: it may be a
-corner, and each polygon after it would name other corners.
+http://paulbourke.net/dataformats/obj/. An unknown statement is refused instead of skipped: it may be a vertex, and
+every following polygon would refer to other vertices.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ _CORNER_WORDS = (4, 5, 7, 8)  # with three coordinates, a weight, a colour, or b
 
 
 def read_obj(data: bytes) -> MeshArrays:
-    """Corners (n, 3) as the file gives them and triangles (m, 3). Raises MeshError."""
+    """Read vertices (n, 3) in the file's units and triangles (m, 3). Raises MeshError."""
     data = without_mark(data, "OBJ")
     check_last_line(data, "OBJ")
     vertices: list[list[float]] = []
@@ -60,13 +60,13 @@ def read_obj(data: bytes) -> MeshArrays:
 
 
 def _statements(data: bytes) -> Iterator[tuple[int, list[bytes]]]:
-    """Number of the first line, counted from 1, and words of each statement, without the comment after #.
+    """Number of the first line, from 1, and words of each statement, without the comment after #.
 
-    A backslash at the end joins a line with the next one, unless that begins a statement of its own: a name may end in
-    a backslash, and a corner must not be lost to it.
+    A backslash at the end joins a line with the next one, unless that begins a statement of its own: a name may end
+    with a backslash, and the following vertex must not be lost.
     """
     waiting: tuple[int, list[bytes]] | None = None
-    blank = False  # before the backslash of the line that waits
+    blank = False  # whether a blank precedes the backslash of the incomplete line
     for number, line in enumerate(data.splitlines(), start=1):
         text, mark, _ = line.partition(b"#")
         text = text.rstrip()
@@ -98,7 +98,7 @@ def _corner(words: list[bytes]) -> list[float]:
 
 
 def _index(word: bytes, known: int) -> int:
-    """Index, from 0, of the corner that a polygon names: counted from 1, or backwards from the last one so far."""
+    """Index, from 0, of a polygon's vertex: given from 1, or negative relative to the last one so far."""
     index = int(word.partition(b"/")[0])
     if b"_" in word or index == 0 or index < -known or index >= 1 << 31:
         raise ValueError

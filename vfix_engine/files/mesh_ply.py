@@ -1,7 +1,7 @@
-"""Surfaces in PLY, as text and binary in either byte order: corners and polygons of any sizes.
+"""Surfaces in PLY, as text and binary in either byte order: vertices and polygons of any size.
 
-http://paulbourke.net/dataformats/ply/. Other elements and properties are passed over. The counts of the header are
-compared with the content before anything is allocated for them.
+http://paulbourke.net/dataformats/ply/. Other elements and properties are skipped. The counts of the header are
+compared with the content before memory is allocated for them.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ _HEADER_BYTES = 1 << 16
 
 @dataclass(frozen=True)
 class _Property:
-    """length: type of a list's length, '' of a single value. kind: type of the value, or of the list's."""
+    """length: type of a list's length, '' for a single value. kind: type of the value, or of the list's elements."""
 
     name: bytes
     length: str
@@ -58,21 +58,21 @@ class _Element:
     properties: list[_Property] = field(default_factory=list)
 
     def at(self, *names: bytes) -> int | None:
-        """Number of the first property of one of these names."""
+        """Index of the first property with one of these names."""
         return next((n for n, one in enumerate(self.properties) if one.name in names), None)
 
     @property
     def least_bytes(self) -> int:
-        """Of all items: a list has at least its own length."""
+        """Smallest size of all items: a list has at least its own length."""
         return self.count * sum(struct.calcsize("=" + (one.length or one.kind)) for one in self.properties)
 
 
-# Of each item a value, or a list of values, for each property; or all as a structured array with the fields v0, v1, …
+# For each item a value, or a list of values, per property; or all as a structured array with the fields v0, v1, …
 PlyRows = Iterator[list[Any]] | npt.NDArray[Any]
 
 
 def read_ply(data: bytes) -> MeshArrays:
-    """Corners (n, 3) as the file gives them and triangles (m, 3). Raises MeshError."""
+    """Read vertices (n, 3) in the file's units and triangles (m, 3). Raises MeshError."""
     data = without_mark(data, "PLY")
     head = _HEADER.match(data[:_HEADER_BYTES])
     if head is None or not data.startswith(head[1], head.end()):
@@ -117,7 +117,7 @@ def _surface(parts: Iterable[tuple[_Element, PlyRows]]) -> MeshArrays:
         elif element.name == b"face":
             faces = _triangles(element, rows)
         elif not isinstance(rows, np.ndarray):
-            deque(rows, maxlen=0)  # goes past them
+            deque(rows, maxlen=0)  # skips them
     return vertices, faces
 
 
@@ -150,7 +150,7 @@ def _triangles(element: _Element, rows: PlyRows) -> npt.NDArray[np.int64]:
 
 
 def _of_text(body: bytes, elements: list[_Element]) -> MeshArrays:
-    """A text PLY has one row for each item; each has as many values as its properties take."""
+    """Parse a text PLY, which has one row per item with as many values as its properties have."""
     claimed, there = sum(one.count for one in elements), sum(1 for _ in rows_of(body))
     if there != claimed:
         why = "the file is cut off or damaged" if there < claimed else f"{there - claimed:,} are too many"
@@ -215,7 +215,7 @@ class _Bytes:
         self._body, self._order, self.at = body, order, 0
 
     def rows(self, element: _Element) -> PlyRows:
-        """A structured array where all items are alike, which most files have, else item by item."""
+        """Return a structured array if all items have the same layout, which is usual, else items one by one."""
         if (dtype := self._alike(element)) is not None:
             size = element.count * dtype.itemsize
             if self.at + size <= len(self._body):
@@ -227,7 +227,7 @@ class _Bytes:
         return self._one_by_one(element)
 
     def _alike(self, element: _Element) -> np.dtype[Any] | None:
-        """The type of every item, if all are like the first one."""
+        """Return the type of every item, if all have the layout of the first one."""
         if not element.count:
             return None
         at = self.at

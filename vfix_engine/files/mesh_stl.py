@@ -1,4 +1,4 @@
-"""Surfaces in STL, binary and text. Neither names a frame or a unit."""
+"""Surfaces in STL, binary and text. Neither states a frame or a unit."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from vfix_engine.errors import MeshError
 from vfix_engine.files.mesh_parts import MeshArrays, check_count, fault_of, number_of, without_mark
 
 _RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
-_HEADER = 84  # [byte] of a binary file, with the number of triangles
-_START = 4096  # [byte] in which a text file shows what it is
-# The name of a solid ends with its line and may hold any word; where no line begins with a facet, it ends before one.
+_HEADER = 84  # [byte] of a binary file, including the number of triangles
+_START = 4096  # [byte] by which a text file is recognised
+# The name of a solid ends with its line and can contain any word; if no line begins with a facet, it ends before one.
 _NAME = (
     re.compile(rb"\s*solid\b[^\r\n]*[\r\n]\s*(?=facet\b|endsolid\b)", re.IGNORECASE),
     re.compile(rb"\s*solid\b.*?(?=\bfacet\s+normal\s|\bendsolid\b)", re.IGNORECASE | re.DOTALL),
@@ -23,17 +23,17 @@ _NAME = (
 _END = re.compile(rb"\bendsolid\b[^\r\n]*\s*\Z", re.IGNORECASE)
 _CORNER = [b"vertex", b"", b"", b""]
 _FACET = [b"facet", b"normal", b"", b"", b"", b"outer", b"loop", *3 * _CORNER, b"endloop", b"endfacet"]
-_FIRST_CORNER = 8  # number of the word in a facet
+_FIRST_CORNER = 8  # index of the word in a facet
 
 
 def read_stl(data: bytes) -> MeshArrays:
-    """Corners (n, 3) as the file gives them and triangles (m, 3). Raises MeshError.
+    """Read vertices (n, 3) in the file's units and triangles (m, 3). Raises MeshError.
 
-    Corners that coincide exactly become one: STL stores each triangle on its own.
+    Coincident vertices are merged, since STL stores each triangle separately.
     """
     (count,) = struct.unpack_from("<I", data, 80) if len(data) >= _HEADER else (0,)
     spare = len(data) - _HEADER - _RECORD.itemsize * count
-    if spare == 0:  # binary, even where it begins with 'solid'
+    if spare == 0:  # binary, even if it begins with 'solid'
         corners = np.frombuffer(data, _RECORD, count, _HEADER)["corners"].reshape(-1, 3)
     elif _is_text(data):
         corners = _text_corners(without_mark(data, "STL"))
@@ -88,7 +88,7 @@ def _text_corners(text: bytes) -> npt.NDArray[np.float64]:
 
 
 def _check_end(text: bytes, after: list[bytes]) -> None:
-    """Refuse what follows the end of the solid, which is more than its name. after: words behind 'endsolid'."""
+    """Refuse content after the end of the solid, except its name. after: words behind 'endsolid'."""
     if any((one.lower(), other.lower()) == (b"outer", b"loop") for one, other in pairwise(after)):
         raise MeshError("the text STL file holds several solids; save each as a file, or all as one solid.")
     if not _END.search(text[-_START:]):

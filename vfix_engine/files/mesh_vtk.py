@@ -1,6 +1,6 @@
 """Surfaces of VTK: legacy `.vtk` and XML `.vtp`, polygons only (VTK file formats, versions 2.0 to 5.1 and 0.1 to 2.2).
 
-3D Slicer names the frame in the title of a `.vtk` or in a field 'SPACE'.
+3D Slicer states the frame in the title of a `.vtk` or in a field 'SPACE'.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ _APPENDED = re.compile(rb"<AppendedData\s+encoding\s*=\s*\"(raw|base64)\"\s*>\s*
 
 
 def read_vtk(data: bytes) -> tuple[npt.NDArray[Any], npt.NDArray[Any], str | None]:
-    """Corners (n, 3), triangles (m, 3) and the frame that a field 'SPACE' names; polygons are split into triangles.
+    """Read vertices (n, 3), triangles (m, 3) and the frame in a field 'SPACE'; polygons are triangulated.
 
     Raises MeshError.
     """
@@ -107,7 +107,7 @@ class _Legacy:
         return int(word)
 
     def values(self, count: int, kind: bytes) -> npt.NDArray[Any]:
-        """So many numbers from here on."""
+        """Read that many numbers from the present position."""
         code = _LEGACY_TYPES.get(kind.lower())
         if code is None:
             name = kind[:20].decode("ascii", "replace")
@@ -133,16 +133,16 @@ class _Legacy:
         if self._at > len(self._data):
             check_last_line(self._data, "VTK")
         try:
-            if any(b"_" in word for word in found):  # which Python takes within a number
+            if any(b"_" in word for word in found):  # which Python accepts within a number
                 raise ValueError
             return np.array(found).astype(np.float64 if kind.kind == "f" else np.int64).astype(kind)
         except (ValueError, OverflowError):
             raise MeshError(f"a value of the VTK file is not a number: {fault_of(found)}.") from None
 
     def cells(self, words: list[bytes]) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
-        """Numbers of corners, and the corners, of polygons, lines or vertices.
+        """Sizes and vertices of polygons, lines or points.
 
-        In the file they are counts and corners in turn, or offsets and corners since version 5.1.
+        In the file they are alternating sizes and vertices, or offsets and vertices since version 5.1.
         """
         first, second = self.whole(words, 1), self.whole(words, 2)
         before = self._at
@@ -153,12 +153,12 @@ class _Legacy:
         offsets = self.values(first, self.word(kinds, 1)).astype(np.int64)
         kinds = self._past_metadata()
         corners = self.values(second, self.word(kinds, 1)).astype(np.int64)
-        if first == 0:  # no cells at all
+        if first == 0:  # there are no cells
             return offsets, corners
         return _sizes(offsets, corners, "VTK"), corners
 
     def _past_metadata(self) -> list[bytes]:
-        """The next line that is none of a block of metadata."""
+        """Return the next line that is not part of a metadata block."""
         words = self.line()
         while [word.lower() for word in words[:1]] == [b"metadata"]:
             self.skip_metadata()
@@ -166,7 +166,7 @@ class _Legacy:
         return words
 
     def skip_metadata(self) -> None:
-        """An empty line ends it, or the next section where a program has left that out."""
+        """Skip a metadata block, which ends at an empty line, or at the next section if a program has omitted that."""
         while self._at < len(self._data):
             before = self._at
             words = self._raw_line().split()
@@ -177,7 +177,7 @@ class _Legacy:
                 return
 
     def field(self, words: list[bytes]) -> str | None:
-        """Go past the arrays of a field; returns the frame that the one called 'SPACE' names."""
+        """Skip the arrays of a field; return the frame in the one called 'SPACE'."""
         space = None
         for _ in range(self.whole(words, 2)):
             array = self._past_metadata()
@@ -193,7 +193,7 @@ class _Legacy:
         return space
 
     def _string(self) -> bytes:
-        """A text: a line, or its length in the lower bits of 1, 2, 4 or 8 bytes by their upper two, and its bytes."""
+        """Read a text: a line, or bytes after their length in the lower bits of 1, 2, 4 or 8 bytes by the upper two."""
         if not self._binary:
             return self._raw_line().strip()
         if self._at >= len(self._data):
@@ -207,7 +207,7 @@ class _Legacy:
 
 
 def _counted(values: npt.NDArray[np.int64], count: int) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
-    """Sizes and corners of polygons that are written as their number of corners and these corners."""
+    """Sizes and vertices of polygons that are stored as their size followed by their vertices."""
     if len(values) == 4 * count and (values[::4] == 3).all():
         return np.full(count, 3), values.reshape(-1, 4)[:, 1:].ravel()
     starts: list[int] = []
@@ -223,7 +223,7 @@ def _counted(values: npt.NDArray[np.int64], count: int) -> tuple[npt.NDArray[np.
 
 
 def _sizes(offsets: npt.NDArray[np.int64], corners: npt.NDArray[np.int64], kind: str) -> npt.NDArray[np.int64]:
-    """Numbers of corners, from where each polygon's corners begin, and the end of the last."""
+    """Sizes of polygons, from the offset of each polygon's vertices, and the end of the last."""
     sizes = np.diff(offsets)
     if len(offsets) == 0 or offsets[0] != 0 or offsets[-1] != len(corners) or (sizes < 0).any():
         raise MeshError(f"the polygons of the {kind} file do not fit their corners; it is damaged.")
@@ -234,7 +234,7 @@ def _sizes(offsets: npt.NDArray[np.int64], corners: npt.NDArray[np.int64], kind:
 
 
 def read_vtp(data: bytes) -> tuple[npt.NDArray[Any], npt.NDArray[Any], str | None]:
-    """Corners, triangles, and the frame that a field 'SPACE' names. Raises MeshError."""
+    """Read vertices, triangles, and the frame in a field 'SPACE'. Raises MeshError."""
     document = _Document(data)
     pieces = document.root.findall("PolyData/Piece")
     if len(pieces) != 1:
@@ -257,7 +257,7 @@ def read_vtp(data: bytes) -> tuple[npt.NDArray[Any], npt.NDArray[Any], str | Non
 
 
 class _Document:
-    """The XML of a file, and its arrays in each of the ways in which VTK writes them."""
+    """The XML of a file, and its arrays in each of VTK's encodings."""
 
     def __init__(self, data: bytes) -> None:
         data = without_mark(data, "VTP").lstrip()
@@ -313,7 +313,7 @@ class _Document:
         return np.frombuffer(self._bytes(element), kind)
 
     def _bytes(self, element: Element) -> bytes:
-        """The content of a binary or appended array: a header of lengths, and blocks that may be packed."""
+        """Content of a binary or appended array: a header of lengths, and blocks that can be compressed."""
         if element.get("format") == "appended":
             source = self._appended[int(element.get("offset") or 0) :]
             return self._unpacked(source, encoded=not self._raw)
@@ -334,7 +334,7 @@ class _Document:
         lengths = np.frombuffer(head, self._length, 3 + count).astype(np.int64)
         if lengths[1] * count > MAX_INFLATED:
             raise ValueError
-        start = 4 * (-(-head_size // 3)) if encoded else head_size  # the header is encoded on its own
+        start = 4 * (-(-head_size // 3)) if encoded else head_size  # the header is encoded separately
         blocks = _decoded(source[start:], int(lengths[3:].sum())) if encoded else source[start:]
         ends = np.cumsum(lengths[3:])
         return b"".join(
@@ -344,7 +344,7 @@ class _Document:
 
 
 def _text_of(element: Element) -> str:
-    """Its own text, without that of the information keys that VTK may write into it."""
+    """Text of the element itself, without that of VTK's information keys in it."""
     return " ".join([element.text or "", *(child.tail or "" for child in element)])
 
 
@@ -353,7 +353,7 @@ def _frame_in(text: str) -> str | None:
 
 
 def _decoded(source: bytes, size: int) -> bytes:
-    """The first bytes of a base64 text."""
+    """Decode the first bytes of a base64 text."""
     return base64.b64decode(source[: 4 * (-(-size // 3))])[:size]
 
 

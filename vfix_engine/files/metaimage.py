@@ -1,4 +1,4 @@
-"""MetaImage (.mha): header and voxels in one file; LPS mm by the convention of ITK, which owns the format."""
+"""MetaImage (.mha): header and voxels in one file; LPS mm by the convention of ITK, which defines the format."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _BYTES_OF_TYPE = {
     "MET_USHORT": 2,
     "MET_INT": 4,
     "MET_UINT": 4,
-    "MET_LONG": 4,  # as its own library reads it on every system
+    "MET_LONG": 4,  # as in the format's own library on every system
     "MET_ULONG": 4,
     "MET_LONG_LONG": 8,
     "MET_ULONG_LONG": 8,
@@ -37,7 +37,7 @@ _BYTES_OF_TYPE = {
 
 
 def read_header(path: Path) -> GridHeader:
-    """Read and check the header of a MetaImage and the length of its voxels. Raises ImageError."""
+    """Read and validate the header of a MetaImage and the length of its voxels. Raises ImageError."""
     with path.open("rb") as file:
         fields = _fields(file)
         sizes = check_sizes(_without_single(fields))
@@ -83,7 +83,7 @@ def _fields(file: BinaryIO) -> dict[str, str]:
 
 
 def _without_single(fields: dict[str, str]) -> list[int]:
-    """Voxels along the axes, without those of one voxel behind the third, such as of time."""
+    """Sizes of the axes, without axes of one voxel after the third, such as time."""
     sizes = [_whole(word) for word in fields.get("DimSize", "").split()]
     if len(sizes) != int(fields["NDims"]) or any(size != 1 for size in sizes[3:]):
         raise ImageError("the MetaImage file has more than three dimensions of more than one voxel.")

@@ -1,4 +1,4 @@
-"""NIfTI-1, single file, plain or gzip: header checked against nifti1.h; frame RAS by definition of the format."""
+"""NIfTI-1, single file, plain or gzip: header validated against nifti1.h; frame RAS by definition of the format."""
 
 from __future__ import annotations
 
@@ -42,14 +42,14 @@ _TYPE_OF_DATATYPE = {
 _UNITS = {1: "m", 2: "mm", 3: "um"}
 _UNKNOWN_UNIT = 0
 UNIT_ASSUMED = "The NIfTI header does not name its unit; mm was assumed."
-_SCANNER = 1  # code of a placement in the coordinates of the scanner
-_AGREE, _TOO_FAR = 0.1, 1.0  # [voxel] two placements of one volume: the same, and a contradiction
+_SCANNER = 1  # code of a position in scanner coordinates
+_AGREE, _TOO_FAR = 0.1, 1.0  # [voxel] differences of two transforms of one volume: equal, and contradictory
 
 
 def read_header(path: Path, unit: str | None = None) -> GridHeader:
-    """Read and check the header of a NIfTI-1 file and the length of its voxels; RAS mm. Raises ImageError.
+    """Read and validate the header of a NIfTI-1 file and the length of its voxels; RAS mm. Raises ImageError.
 
-    unit: of a header that names none; None takes mm and notes it.
+    unit: for a header that states none; None assumes mm and notes it.
     """
     check_unit(unit)
     with path.open("rb") as file:
@@ -76,7 +76,7 @@ def read_header(path: Path, unit: str | None = None) -> GridHeader:
 
 
 def bytes_before_voxels(path: Path) -> bytes:
-    """The header and its extensions, unpacked, of a file that `read_header` takes; at most the first mebibyte.
+    """Header and extensions, uncompressed, of a file that `read_header` accepts; at most the first mebibyte.
 
     Raises ImageError for a damaged stream.
     """
@@ -92,7 +92,7 @@ def bytes_before_voxels(path: Path) -> bytes:
 
 
 def _pieces(file: BinaryIO, *, packed: bool) -> Iterator[bytes]:
-    """The file's bytes, unpacked, piece by piece. Raises ImageError where its name does not say how it is packed."""
+    """Iterate over the file's uncompressed bytes. Raises ImageError if its name contradicts its compression."""
     head = file.read(2)
     file.seek(0)
     if not packed:
@@ -105,7 +105,7 @@ def _pieces(file: BinaryIO, *, packed: bool) -> Iterator[bytes]:
 
 
 def _grid(head: bytes, order: str) -> tuple[tuple[int, int, int], int, np.dtype[Any]]:
-    """Voxels along each axis, where they begin in the file, and their type."""
+    """Sizes of the axes, offset of the voxels in the file, and their type."""
     dims = struct.unpack_from(order + "8h", head, 40)
     if not 3 <= dims[0] <= 7 or any(size != 1 for size in dims[4 : dims[0] + 1]):
         shape = " x ".join(str(size) for size in dims[1 : max(0, min(dims[0], 7)) + 1])
@@ -153,10 +153,10 @@ def _byte_order(head: bytes) -> str:
 
 
 def _transform(head: bytes, order: str, sizes: tuple[int, int, int]) -> tuple[npt.NDArray[np.float64], bool, str]:
-    """((4, 4) from index to the file's unit, whether the header places the volume in the patient, a note or '').
+    """((4, 4) from index to the file's unit, whether the header states the position in the patient, a note or '').
 
-    Of two placements the sform counts where it is the scanner's, else the qform, as in the library that reads the
-    voxels.
+    Of two transforms the sform is used if it is in scanner coordinates, else the qform, as in the library that reads
+    the voxels.
     """
     qform_code, sform_code = struct.unpack_from(order + "2h", head, 252)
     found = {}
@@ -192,7 +192,7 @@ def _quaternion_transform(head: bytes, order: str) -> npt.NDArray[np.float64]:
     if not square <= 1.0 + 1e-4:
         raise ImageError("the NIfTI header's rotation is not one.")
     a = math.sqrt(max(0.0, 1.0 - square))
-    if a < 1e-6:  # half a turn: rounding of the three stored parts must not shear the grid
+    if a < 1e-6:  # rotation by π: rounding of the three stored components must not shear the grid
         b, c, d = (value / math.sqrt(square) for value in (b, c, d))
     rotation = np.array(
         [

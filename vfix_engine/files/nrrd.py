@@ -1,4 +1,4 @@
-"""NRRD: header checked field by field (teem.sourceforge.net/nrrd/format.html), data attached, raw or gzip."""
+"""NRRD: header validated field by field (teem.sourceforge.net/nrrd/format.html), data attached, raw or gzip."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ from vfix_engine.files.grid_header import (
 
 _MAX_HEADER = 1 << 16  # [byte]
 _MAGIC = re.compile(rb"NRRD000[1-5]\r?\n")
-# 3D Slicer marks each of its segmentations with such keys, one layer or several.
+# 3D Slicer marks its segmentations with such keys, with one layer or several.
 _SEGMENTATION = re.compile(r"(Segmentation_|Segment\d+_)\w+")
 INTO_A_CASE = (
     "Import it into the case of its CT: with the case open at the Patient step, or by 'vfix import --into CASE FILE'."
 )
-_OF_ALL_AXES = ("type", "endian", "encoding", "space origin", "space units")  # fields without a value for each axis
+_OF_ALL_AXES = ("type", "endian", "encoding", "space origin", "space units")  # fields that are not per axis
 _DIRECTION = re.compile(r"none|\([^)]*\)")
 _SPACES = {"LPS": "left-posterior-superior", "RAS": "right-anterior-superior"}
 _FRAMES = {word: frame for frame, space in _SPACES.items() for word in (space, frame.lower())}
@@ -51,7 +51,7 @@ _TYPES = {name: code for code, names in _CODES for name in names}
 
 
 def read_header(path: Path) -> GridHeader:
-    """Read and check the header of an NRRD file and the length of its voxels. Raises ImageError."""
+    """Read and validate the header of an NRRD file and the length of its voxels. Raises ImageError."""
     with path.open("rb") as file:
         fields, keys = read_fields(file)
         if is_segmentation(keys):
@@ -68,12 +68,12 @@ def read_header(path: Path) -> GridHeader:
 
 
 def is_segmentation(keys: Mapping[str, str]) -> bool:
-    """Whether keys of a header are those that 3D Slicer marks its segmentations with, of one layer or several."""
+    """Whether keys of a header mark a segmentation of 3D Slicer, of one layer or several."""
     return any(_SEGMENTATION.match(key) for key in keys)
 
 
 def marks_segmentation(path: Path) -> bool:
-    """Whether a file is an NRRD with the marks of a segmentation. Raises ImageError where its header is damaged."""
+    """Whether a file is an NRRD that is marked as a segmentation. Raises ImageError if its header is damaged."""
     with path.open("rb") as file:
         return is_segmentation(read_fields(file)[1])
 
@@ -91,7 +91,7 @@ def voxel_type(fields: Mapping[str, str]) -> np.dtype[Any]:
 
 
 def is_packed(fields: Mapping[str, str]) -> bool:
-    """Whether the voxels are packed with gzip. Raises ImageError for another encoding than raw and gzip."""
+    """Whether the voxels are compressed with gzip. Raises ImageError for encodings other than raw and gzip."""
     encoding = fields.get("encoding", "").lower()
     if encoding not in ("raw", "gzip", "gz"):
         raise ImageError("the NRRD file is neither raw nor gzip encoded; save it as one of these.")
@@ -106,9 +106,9 @@ def placement(fields: Mapping[str, str]) -> tuple[npt.NDArray[np.float64], str |
 
 
 def write_plain(path: Path, frame: str, plain: Path) -> None:
-    """Copy an NRRD file with a header of three axes and a frame ('LPS' or 'RAS') that is named.
+    """Copy an NRRD file with a header of three axes and a stated frame ('LPS' or 'RAS').
 
-    SimpleITK's NRRD library refuses a volume with directions whose space has no name, and some with further axes.
+    SimpleITK's NRRD library refuses a volume with directions whose space is unnamed, and some with further axes.
     """
     with path.open("rb") as source, plain.open("wb") as target:
         fields, _ = read_fields(source)
@@ -125,7 +125,7 @@ def write_plain(path: Path, frame: str, plain: Path) -> None:
 
 
 def read_fields(file: BinaryIO) -> tuple[dict[str, str], dict[str, str]]:
-    """Fields and keys of the header; the file stands at its voxels then. Raises ImageError."""
+    """Read fields and keys of the header, up to the first voxel. Raises ImageError."""
     magic = file.readline(16)
     check_not_packed(magic, ".nrrd")
     if _MAGIC.fullmatch(magic) is None:
@@ -157,7 +157,7 @@ def read_fields(file: BinaryIO) -> tuple[dict[str, str], dict[str, str]]:
 
 
 def _sizes(fields: Mapping[str, str]) -> tuple[int, int, int]:
-    """Voxels along the three axes with a direction in space; further axes, such as of time, have one voxel."""
+    """Sizes of the three axes with a direction in space; further axes, such as time, have one voxel."""
     words = fields.get("sizes", "").split()
     if not all(word.isascii() and word.isdigit() and len(word) < 10 for word in words):
         raise ImageError("the sizes in the NRRD header are not whole numbers.")

@@ -1,6 +1,6 @@
 """Reader of CT volumes (NRRD, NIfTI, MetaImage, DICOM) as Hounsfield units in LPS mm.
 
-The header is checked here before SimpleITK decodes any voxel, and both readings of the grid's placement must agree.
+The header is validated here before SimpleITK decodes any voxel, and both readings of the grid's transform must agree.
 Untrusted files are read in a worker (`isolated.run_isolated`), because SimpleITK's decoders are not hardened.
 """
 
@@ -34,12 +34,12 @@ def is_volume(path: Path) -> bool:
 
 
 def is_dicom(path: Path) -> bool:
-    """Whether the path is taken as a DICOM series: a folder, a zip, or a file that begins as DICOM does."""
+    """Whether the path is treated as a DICOM series: a folder, a zip, or a file with the DICOM preamble."""
     return path.is_dir() or path.name.lower().endswith((".zip", ".dcm")) or _begins_as_dicom(path)
 
 
 def _begins_as_dicom(path: Path) -> bool:
-    """Of files whose names do not say what they are, as scanners write them."""
+    """Check files whose names do not state their format, as scanners write them."""
     if path.name.lower().endswith((*VOLUME_SUFFIXES, *HEADER_SUFFIXES)) or not path.is_file():
         return False
     with path.open("rb") as file:
@@ -62,12 +62,12 @@ def read_volume(
     Args:
         path: .nrrd, .nii, .nii.gz, .mha, a folder or .zip of one DICOM series or one image, or the header of an image
             (.nhdr, .mhd, .hdr) whose voxels are in another file.
-        frame, unit: 'LPS' or 'RAS', 'mm' or 'm', where the file does not name them.
-        assume: take LPS mm where neither names them, and report it, instead of raising FrameError.
-        series: which of several DICOM series, counted from 1; an error lists them.
-        files: of a header, itself and the files beside it; by default those of its name in its folder.
-        modalities: of DICOM images that are taken, CT and perhaps MR, whose values are no Hounsfield units.
-        convert: makes int16 voxels of the values of other files.
+        frame, unit: 'LPS' or 'RAS', 'mm' or 'm', if the file does not state them.
+        assume: if neither states them, assume LPS mm and report it instead of raising FrameError.
+        series: number of one of several DICOM series, from 1; an error lists them.
+        files: for a header, itself and the files beside it; by default those with its name in its folder.
+        modalities: accepted modalities of DICOM images, CT and optionally MR, whose values are not Hounsfield units.
+        convert: converts the values of other files to int16 voxels.
 
     Raises:
         ImageError: the volume cannot be used.
@@ -95,9 +95,9 @@ def read_volume(
 def read_grid(
     path: Path, frame: str | None = None, unit: str | None = None, *, assume: bool = False
 ) -> tuple[npt.NDArray[Any], npt.NDArray[np.float64], FrameReport]:
-    """Values [k, j, i] of an image file as they are stored, (4, 4) from index (i, j, k) to LPS mm, and its frame.
+    """Stored values [k, j, i] of an image file, (4, 4) from index (i, j, k) to LPS mm, and its frame.
 
-    Arguments and errors as in `read_volume`; DICOM is not read here.
+    Arguments and errors as in `read_volume`; DICOM is not supported here.
     """
     name = path.name.lower()
     if name.endswith(".nrrd"):
@@ -143,7 +143,7 @@ def _read_grid(
     *,
     decoded: bool = True,
 ) -> tuple[npt.NDArray[Any], npt.NDArray[np.float64], FrameReport]:
-    """decoded: whether the decoder takes the lengths in the same unit, so that its placement can be compared."""
+    """decoded: whether the decoder reads the lengths in the same unit, so that its transform can be compared."""
     frame, unit, report = resolve_frame((header.frame, header.unit), given, assume=assume)
     image, values = decode(path, decoder)
     if tuple(image.GetSize()[:3]) != header.sizes:
@@ -157,7 +157,7 @@ def _read_grid(
 
 
 def _check_agreement(image: Any, transform: npt.NDArray[np.float64], sizes: tuple[int, int, int]) -> None:
-    """Raise ImageError unless the decoder places the grid's corners as the header check does."""
+    """Raise ImageError unless the decoder positions the grid's corners as the header check does."""
     for corner in np.ndindex(2, 2, 2):
         index = np.array(corner) * (np.array(sizes) - 1.0)
         ours = transform[:3, :3] @ index + transform[:3, 3]

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from vfix_engine.kernels.compiled import compiled, inlined
 
-# Tolerance [voxels] beyond the outermost voxel centres: rounding of the mapping.
+# Tolerance [voxels] beyond the outermost voxel centres for rounding of the mapping.
 _EDGE = 1e-6
 
 
@@ -59,12 +59,11 @@ def sample_points(
     to_index: npt.NDArray[np.float64],
     outside: float,
 ) -> npt.NDArray[np.float64]:
-    """(n,) trilinear values of hu (K, J, I) at points (n, 3).
+    """Trilinear values (n,) of hu (K, J, I) at points (n, 3).
 
-    origin: where the first voxel's centre is; to_index: (3, 3), from a point relative to it to fractional (i, j, k).
+    origin: position of the first voxel's centre; to_index: (3, 3), from a point relative to it to fractional (i, j, k).
     """
-    # One layout of memory, not to be written to: another would be compiled as another kernel, by the first start that
-    # meets it.
+    # One memory layout, read-only: another one would be compiled as another kernel at its first use.
     placed, start, matrix = (_read_only(np.ascontiguousarray(array)) for array in (points, origin, to_index))
     values: npt.NDArray[np.float64] = _points(_read_only(hu), placed, start, matrix, outside)
     return values
@@ -78,9 +77,9 @@ def sample_plane(
     shape: tuple[int, int],
     outside: float,
 ) -> npt.NDArray[np.float32]:
-    """(h, w) trilinear values of hu (K, J, I) at start + c * column + r * row, all fractional indices i, j, k."""
+    """Trilinear values (h, w) of hu (K, J, I) at start + c * column + r * row, all fractional indices i, j, k."""
     if column[0] == 0.0 and row[0] == 0.0 and 0.0 <= start[0] <= hu.shape[2] - 1:
-        # A plane of constant i strides through the whole volume. To copy its two layers first is three times faster.
+        # A plane of constant i strides through the whole volume. Copying its two layers first is three times faster.
         first = min(int(start[0]), hu.shape[2] - 2)
         hu = np.ascontiguousarray(hu[:, :, first : first + 2])
         start = start - np.array([first, 0.0, 0.0])

@@ -1,6 +1,6 @@
-"""Slices that are shifted within their planes, as by a gantry tilt, resampled onto a grid at right angles.
+"""Resampling of slices that are shifted within their planes, as by a gantry tilt, to a rectangular grid.
 
-Each slice is moved within its own plane only; nothing is interpolated between slices.
+Each slice is moved only within its own plane; nothing is interpolated between slices.
 """
 
 from __future__ import annotations
@@ -17,17 +17,17 @@ from vfix_engine.files.volume import AIR_HU, BONE_HU, to_hu
 
 Hounsfield = npt.NDArray[np.int16]
 
-_WIDTH = 3  # of the Lanczos window: six samples
-_WHOLE = 1e-3  # [pixel] a shift this near to a whole number of pixels needs no interpolation
+_WIDTH = 3  # half width of the Lanczos window: six samples
+_WHOLE = 1e-3  # [pixel] tolerance within which a shift is an integer and needs no interpolation
 _MEASURED_SLICES = 24
-_SHARE = 99.0  # [%] of the border of bone that is moved by no more than the error that is told
+_SHARE = 99.0  # [%] percentile of the displacement of the border of bone that is reported as the error
 
 
 def aligned(slices: Sequence[Hounsfield], shifts: Array) -> tuple[Hounsfield, Array]:
-    """The slices (rows, columns), each shifted by its row (columns, rows) of `shifts` (n, 2), in pixels.
+    """Shift the slices (rows, columns), each by its row (columns, rows) of `shifts` (n, 2), in pixels.
 
-    Returns the (n, rows, columns) voxels of a grid that covers all of them, air where no slice lies, and the (2,)
-    shift (columns, rows) of that grid's first pixel. Raises ImageError where the grid would be too large.
+    Returns the (n, rows, columns) voxels of a grid that covers all of them, air outside the slices, and the (2,) shift
+    (columns, rows) of that grid's first pixel. Raises ImageError if the grid would be too large.
     """
     start = shifts.min(axis=0)
     extra = np.ceil(np.ptp(shifts, axis=0) - _WHOLE).astype(int)
@@ -40,11 +40,11 @@ def aligned(slices: Sequence[Hounsfield], shifts: Array) -> tuple[Hounsfield, Ar
 
 
 def alignment_error_mm(slices: Sequence[Hounsfield], shifts: Array, pixel_mm: Array) -> float:
-    """By how much the resampling may move the border of bone, in mm, measured on slices spread over the series.
+    """Estimate the displacement of the border of bone by resampling, in mm, from slices distributed over the series.
 
-    The border is placed by this interpolation and by a linear one, which is the worse of the two; their distance is
-    that of their Hounsfield units over the gradient, where neighbouring pixels lie on both sides of the threshold.
-    Half a pixel where there is no bone to measure it on.
+    The border is located by this interpolation and by linear interpolation, the less accurate of the two; their
+    distance is the difference of their Hounsfield units over the gradient, where neighbouring pixels are on both sides
+    of the threshold. Half a pixel if there is no bone.
     """
     chosen = np.unique(np.linspace(0, len(slices) - 1, _MEASURED_SLICES).round().astype(int))
     found = [_moved_mm(slices[n], shifts[n] - np.floor(shifts[n]), pixel_mm) for n in chosen]
@@ -66,7 +66,7 @@ def _place(target: Hounsfield, one: Hounsfield, shift: Array) -> None:
 
 
 def _advanced(values: npt.NDArray[np.float32], weights: Array, axis: int) -> npt.NDArray[np.float32]:
-    """Values between each pixel and its next one along an axis, which is one shorter then; edges are repeated."""
+    """Values between each pixel and the next one along an axis, which gets shorter by one; edges are repeated."""
     beside = len(weights) // 2 - 1
     padding = [(0, 0), (0, 0)]
     padding[axis] = (beside, beside)
@@ -79,9 +79,9 @@ def _advanced(values: npt.NDArray[np.float32], weights: Array, axis: int) -> npt
 
 
 def _lanczos(fraction: float) -> Array:
-    """(6,) weights of the pixels around a place that is `fraction` of a pixel behind the third.
+    """Weights (6,) of the pixels around a position that is `fraction` of a pixel after the third.
 
-    Their sum is 1 and their mean place is that one, so that ramps keep their place too.
+    Their sum is 1 and their mean position is that one, so that linear ramps are reproduced.
     """
     away = np.arange(1 - _WIDTH, _WIDTH + 1) - fraction
     weights: Array = np.sinc(away) * np.sinc(away / _WIDTH)
@@ -93,7 +93,7 @@ def _lanczos(fraction: float) -> Array:
 
 
 def _moved_mm(one: Hounsfield, shift: Array, pixel_mm: Array) -> Array:
-    """Distances [mm] of the border of bone by both interpolations."""
+    """Distances [mm] between the borders of bone by both interpolations."""
     better = worse = one.astype(np.float32)
     for axis, fraction in ((0, 1.0 - shift[1]), (1, 1.0 - shift[0])):
         if _WHOLE <= fraction <= 1.0 - _WHOLE:

@@ -1,4 +1,4 @@
-"""Text of files whose character set is told wrongly or not at all: no letter is dropped or replaced."""
+"""Decoding of texts whose character set is declared wrongly or not at all, without dropping or replacing characters."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from collections.abc import Sequence
 from typing import Any
 
 _BYTE_ORDER_MARKS = {b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16"}
-_WESTERN = ("cp1252", "latin-1")  # Windows' superset, which has no character for five bytes
-_ESCAPE = b"\x1b"  # of ISO 2022, whose text is 7-bit as UTF-8 is
+_WESTERN = ("cp1252", "latin-1")  # the superset of Windows has no character for five bytes
+_ESCAPE = b"\x1b"  # of ISO 2022, whose 7-bit text is also valid UTF-8
 
 
 def text_of_bytes(data: bytes, declared: Sequence[str] = ()) -> str:
-    """Text in UTF-8, else in a character set that the file declares (Python's name), else in Latin-1."""
+    """Decode UTF-8, else a character set that the file declares (Python's name), else Latin-1."""
     marked = _BYTE_ORDER_MARKS.get(data[:2])
     for name in (*([marked] if marked else []), "utf-8-sig", *declared, *_WESTERN):
         try:
@@ -23,7 +23,7 @@ def text_of_bytes(data: bytes, declared: Sequence[str] = ()) -> str:
 
 
 def text_of_element(dataset: Any, keyword: str) -> str:
-    """The text of a DICOM element, '' where there is none; its dataset tells the character set (PS3.3 C.12.1.1.2)."""
+    """Text of a DICOM element, '' if missing; its dataset declares the character set (PS3.3 C.12.1.1.2)."""
     from pydicom.charset import convert_encodings
     from pydicom.datadict import tag_for_keyword
 
@@ -36,14 +36,14 @@ def text_of_element(dataset: Any, keyword: str) -> str:
 
 
 def text_of_path(name: str) -> str:
-    """A file's name as people see it: bytes that are not UTF-8 come as lone surrogates from the system."""
+    """A file name as it is displayed: bytes that are not UTF-8 are lone surrogates in Python's file names."""
     return text_of_bytes(os.fsencode(name)) if any("\udc80" <= c <= "\udcff" for c in name) else name
 
 
 def text_of_member(name: str, flags: int, made_on: int) -> str:
-    """The name of a zip's member. flags, made_on: of its entry; without the flag of UTF-8, zipfile takes it for cp437.
+    """Name of a zip member. flags, made_on: of its entry; without the UTF-8 flag zipfile decodes it as cp437.
 
-    Programs of Unix and macOS (made_on 3 and 19) store the bytes of their own names, those of Windows cp437.
+    Programs of Unix and macOS (made_on 3 and 19) store names in the system's encoding, those of Windows in cp437.
     """
     if flags & 0x800:
         return name

@@ -17,9 +17,9 @@ Axis = Literal["axial", "coronal", "sagittal"]
 
 AIR_HU = -1000
 BONE_HU = 250.0
-LONGEST_SIDE = 1024  # [pixel] a slice image is never larger than this on a side
+LONGEST_SIDE = 1024  # [pixel] largest side of a slice image
 
-# Columns: LPS direction of a pixel column, of a pixel row, and of the slice's position.
+# Columns: LPS directions of a pixel column, of a pixel row, and of the slice's position.
 # The radiologist's view: the patient's right on the image's left, anterior and superior up, sagittal from the left.
 _VIEW_AXES: dict[str, Array] = {
     "axial": np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]).T,
@@ -35,14 +35,14 @@ class Volume:
     hu: (K, J, I) int16, indexed [k, j, i].
     origin: (3,) LPS position [mm] of the centre of voxel (0, 0, 0).
     spacing: (3,) distance [mm] between voxel centres along i, j, k.
-    direction: (3, 3) orthonormal; columns are the unit LPS directions of i, j, k. A left-handed triple is allowed:
-        it is how the file stores the patient, and every mapping here goes through the full matrix.
-    slice_thickness_mm: how thick a layer the scanner took for one slice, where the file says so; it may be more than
-        the distance between slices.
-    window: (2,) width and centre of the grey values that the scanner's files suggest; None where they suggest none.
-    resampled_mm: how far resampling within the slices may have moved a border; None where they are as they were.
+    direction: (3, 3) orthonormal; columns are the unit LPS directions of i, j, k. A left-handed triple is allowed,
+        since files can store it; every mapping here uses the full matrix.
+    slice_thickness_mm: thickness of the layer that the scanner averaged to one slice, if the file states it; it can
+        exceed the distance between slices.
+    window: (2,) width and centre of the grey values that the scanner's files suggest, or None.
+    resampled_mm: upper bound of the displacement of a border by resampling within the slices; None without resampling.
 
-    Raises ImageError when the grid is not usable.
+    Raises ImageError if the grid is invalid.
     """
 
     hu: npt.NDArray[np.int16]
@@ -91,7 +91,7 @@ class Volume:
 
     @property
     def content_hash(self) -> str:
-        """SHA-256 of grid and voxels; slice thickness, window and error of resampling are not part of it."""
+        """SHA-256 of grid and voxels, without slice thickness, window and resampling error."""
         digest = hashlib.sha256(repr(self.hu.shape).encode())
         for part in (self.origin, self.spacing, self.direction):
             digest.update(part.astype("<f8").tobytes())
@@ -124,22 +124,23 @@ class Volume:
         return np.stack([placed.min(axis=0), placed.max(axis=0)])
 
     def sample(self, points: npt.ArrayLike, outside: float = AIR_HU) -> Array:
-        """(n,) trilinear HU at LPS points (n, 3) [mm]; `outside` beyond the outermost voxel centres."""
+        """Trilinear HU (n,) at LPS points (n, 3) [mm]; `outside` beyond the outermost voxel centres."""
         placed = np.atleast_2d(np.asarray(points, dtype=np.float64))
         return sample_points(self.hu, placed, self.origin, self.direction.T / self.spacing[:, None], float(outside))
 
     def slice_image(
         self, axis: Axis, position_mm: float, window: float = 2000.0, level: float = 400.0
     ) -> tuple[npt.NDArray[np.uint8], Array]:
-        """Grey picture of the plane at an LPS position, and where its pixels are.
+        """Grey image of the plane at an LPS position, and the positions of its pixels.
 
         axis: 'axial' (position = superior z), 'coronal' (position = posterior y) or 'sagittal' (position = left x).
-        window, level: HU shown from black to white, and the HU in their middle.
+        window, level: range of HU from black to white, and the HU in its middle.
 
         Returns (image, transform_pixel_to_lps): (h, w) uint8, and the (4, 4) affine from (column, row, 0, 1) at pixel
         *centres* to LPS mm. Axial: columns run to the left (+x), rows to posterior (+y). Coronal: columns +x, rows to
         inferior (-z). Sagittal: columns to posterior (+y), rows to inferior (-z). Pixels are square, of the finest
-        voxel spacing; the centre of pixel (0, 0) is a corner of `bounds`. What the volume does not cover is black.
+        inferior (-z). Sagittal: columns to posterior (+y), rows to inferior (-z). Pixels are square, of the finest
+        voxel spacing; the centre of pixel (0, 0) is a corner of `bounds`. Areas outside the volume are black.
 
         Raises ImageError for an unknown axis, a plane outside the volume or a window that is not positive.
         """
@@ -151,7 +152,7 @@ class Volume:
         return np.rint(grey).astype(np.uint8), transform
 
     def slice_grid(self, axis: Axis, position_mm: float) -> tuple[tuple[int, int], Array]:
-        """Height and width [pixel] of that picture, and the (4, 4) affine of its pixels; raises as `slice_image`."""
+        """Height and width [pixel] of that image, and the (4, 4) affine of its pixels; raises as `slice_image`."""
         if axis not in get_args(Axis):
             raise ImageError(f"a slice is axial, coronal or sagittal, not {axis!r}.")
         view = _VIEW_AXES[axis]
@@ -180,14 +181,14 @@ class Volume:
 
 
 def to_hu(values: npt.NDArray[Any]) -> npt.NDArray[np.int16]:
-    """Voxel values as int16 HU, rounded and clipped to that type's range. Raises ImageError for NaN or infinity."""
+    """Convert values to int16 HU, rounded and clipped to that type's range. Raises ImageError for NaN or infinity."""
     if values.dtype == np.int16:
         return values
     if values.dtype.kind == "f":
         check_finite(values)
     limits = np.iinfo(np.int16)
     hu = np.empty(values.shape, dtype=np.int16)
-    for target, part in zip(hu, values, strict=True):  # slice by slice: voxels of 64 bits would take gigabytes twice
+    for target, part in zip(hu, values, strict=True):  # slice by slice: 64-bit voxels would take gigabytes twice
         target[...] = np.clip(np.rint(part) if part.dtype.kind == "f" else part, limits.min, limits.max)
     return hu
 
@@ -208,7 +209,7 @@ def volume_of(
     window: tuple[float, float] | None = None,
     resampled_mm: float | None = None,
 ) -> Volume:
-    """Volume on the grid of a (4, 4) affine from (i, j, k) to LPS mm."""
+    """Create a volume on the grid of a (4, 4) affine from (i, j, k) to LPS mm."""
     spacing = np.linalg.norm(transform_index_to_lps[:3, :3], axis=0)
     direction = transform_index_to_lps[:3, :3] / spacing
     return Volume(hu, transform_index_to_lps[:3, 3], spacing, direction, slice_thickness_mm, window, resampled_mm)

@@ -95,7 +95,7 @@ class ShaftDirections:
             object.__setattr__(self, name, value)
 
     def frame(self, s: ArrayLike) -> Array:
-        """Tip frames at the arc lengths s (scalar or (n,)), (3, 3) or (n, 3, 3); without rolls it is arbitrary."""
+        """Tip frames at arc lengths s (scalar or (n,)): (3, 3) or (n, 3, 3); without rolls the roll is arbitrary."""
         places = np.asarray(s, dtype=np.float64)
         found: Array = frames_at(*self.table, np.atleast_1d(places))
         return found[0] if places.ndim == 0 else found

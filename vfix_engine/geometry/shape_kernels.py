@@ -83,7 +83,7 @@ def shape_rows(
 
 
 @compiled
-def _across(d: Array, row: Array) -> None:
+def across(d: Array, row: Array) -> None:
     """Write a unit vector perpendicular to d as the row's normal; any unit vector if d is zero."""
     least = 0
     for i in range(1, 3):
@@ -109,7 +109,7 @@ def _sphere_row(data: Array, p: Array, d: Array, row: Array) -> tuple[float, flo
         gx, gy, gz = gx + t * d[0], gy + t * d[1], gz + t * d[2]
     size = np.sqrt(gx * gx + gy * gy + gz * gz)
     if size < _COINCIDENT:
-        _across(d, row)
+        across(d, row)
     else:
         row[1], row[2], row[3] = gx / size, gy / size, gz / size
     return size - data[3], t
@@ -130,7 +130,7 @@ def _capsule_row(data: Array, p: Array, d: Array, row: Array) -> tuple[float, fl
         if length > 1e-12 * np.sqrt(dd * ee):
             row[1], row[2], row[3] = nx / length, ny / length, nz / length
         else:
-            _across(d if dd > ee else data[3:6], row)
+            across(d if dd > ee else data[3:6], row)
     else:
         row[1] = (t * d[0] - ax - s * ex) / size
         row[2] = (t * d[1] - ay - s * ey) / size

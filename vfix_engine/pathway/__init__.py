@@ -1,4 +1,4 @@
-"""The constraint pathway: closed contours along a lumen that bound where the robot may be (Kwok 2013, section III)."""
+"""The constraint pathway: closed contours along a lumen that bound the robot's position (Kwok 2013, section III)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A body cavity as a pathway, by formula: of the kind in Kwok 2013, fig. 8, whose own contours are not printed."""
+"""A body cavity as a pathway, analytic: similar to Kwok 2013, fig. 8, whose contours are not published."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ CONTOURS, ANGLES = 13, 28  # Kwok 2013, fig. 8
 def body_cavity() -> Pathway:
     """13 contours of 28 polar radii each, 120 to 180 mm across and 250 mm long, along z from the origin.
 
-    Flat from front to back, wide in the middle, narrower at both ends, with a ridge as of the spine along −y. The polar
+    Flattened from front to back, wide in the middle, narrower at both ends, with a spine-like ridge along −y. The polar
     angle 0 is +x.
     """
     share = np.linspace(0.0, 1.0, CONTOURS)

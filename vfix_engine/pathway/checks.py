@@ -1,4 +1,4 @@
-"""What a constraint pathway must be, so that every step of the query holds in it."""
+"""Requirements of a constraint pathway, under which every step of the query is valid."""
 
 from __future__ import annotations
 
@@ -11,27 +11,27 @@ from ..arrays import Array
 from ..errors import PathwayError
 from ..validate import real_array
 
-_SAME = 1e-9  # [mm] centres nearer than that are the same
-_UNIT = 1e-6  # how far from 1 the length of a given tangent may be
-FACING = 0.1  # least M·e: (2) of the query points to the point's own side only if it is positive
-_RIM = 24  # rim points at least that crossing is tested on
-MOST_CONTOURS = 5_000  # control and interpolated ones, of which matrices are kept: more is a slip of the pen
-MOST_FITTED = 1_000  # every 2 mm of a colon; least squares over more take minutes
+_SAME = 1e-9  # [mm] centres closer than that coincide
+_UNIT = 1e-6  # tolerance of the length of a given unit tangent
+FACING = 0.1  # smallest M·e: only if it is positive does (2) of the query point to the point's own side
+_RIM = 24  # smallest number of rim points at which crossing is tested
+MOST_CONTOURS = 5_000  # control and interpolated ones, for which matrices are stored; more indicates a typing error
+MOST_FITTED = 1_000  # every 2 mm of a colon; least squares of more take minutes
 MOST_ANGLES = 720  # radii of a contour, every half degree
-_LEAST_RADIUS_MM = 0.2  # a lumen that is nowhere wider, or shorter than the other, is one in metres
+_LEAST_RADIUS_MM = 0.2  # a lumen that is narrower everywhere, or shorter than the next value, is in metres
 _LEAST_LENGTH_MM = 1.0
-_FARTHEST_MM = 1e9  # beyond it is no place
+_FARTHEST_MM = 1e9  # limit of coordinates
 
 
 def checked_control(
     centre: ArrayLike, radius: ArrayLike, tangent: ArrayLike | None
 ) -> tuple[Array, Array, Array | None]:
-    """Read-only copies of control contours: centres (C, 3), radii (C, A), tangents (C, 3) or None.
+    """Return read-only copies of control contours: centres (C, 3), radii (C, A), tangents (C, 3) or None.
 
     Raises:
-        PathwayError: no numbers, wrong shapes, fewer than two contours or more than 5,000, NaN or infinity, a radius
-            that is not positive, a lumen so small that it must be in metres, tangents that are not unit vectors, two
-            centres in one place, a gap between neighbours.
+        PathwayError: values that are not numbers, wrong shapes, fewer than two contours or more than 5,000, NaN or
+            infinity, a radius that is not positive, a lumen so small that it must be in metres, tangents that are not
+            unit vectors, two centres that coincide, or a gap between neighbours.
     """
     places = real_array("the centres of a pathway", centre, PathwayError)
     radii = real_array("the radii of a pathway", radius, PathwayError)
@@ -84,7 +84,7 @@ def check_neighbours(centre: Array, tangent: Array, first: Array, radius: Array,
     """
     along = centre[1:] - centre[:-1]
     length = np.linalg.norm(along, axis=1)
-    if not length.min() > _SAME:  # or not a number
+    if not length.min() > _SAME:  # also refuses NaN
         raise PathwayError(
             f"{name(int(length.argmin()))} have the same centre {_point(centre[int(length.argmin())])} mm"
         )
@@ -108,9 +108,9 @@ def check_neighbours(centre: Array, tangent: Array, first: Array, radius: Array,
 
 
 def clear_of_neighbours(ahead: tuple[Array, Array], tangent: Array, first: Array, radius: Array) -> Array:
-    """Least distance (C − 1,) in mm of two neighbours' rims from each other's plane, negative behind it.
+    """Smallest distance (C − 1,) in mm of two neighbours' rims from each other's plane, negative behind it.
 
-    ahead: distances (C − 1,) of contour j + 1's centre from the plane of j, and of the plane of j + 1 from j's centre.
+    ahead: distances (C − 1,) of contour j + 1's centre from the plane of j, and of j's centre from the plane of j + 1.
     """
     if radius.shape[1] == 1:
         sine = np.linalg.norm(np.cross(tangent[:-1], tangent[1:]), axis=1)
@@ -126,7 +126,7 @@ def clear_of_neighbours(ahead: tuple[Array, Array], tangent: Array, first: Array
 
 
 def rim_points(radius: Array) -> tuple[Array, Array, Array]:
-    """Radii (C, K) at K ≥ 24 even angles of contours (C, A), and the angles' cosines and sines (K,)."""
+    """Radii (C, K) at K ≥ 24 equally spaced angles of contours (C, A), and the angles' cosines and sines (K,)."""
     angles = radius.shape[1]
     parts = -(-_RIM // angles)
     share = np.arange(parts) / parts
@@ -161,7 +161,7 @@ def _spacing(centre: Array, radius: Array) -> None:
         same = int(apart.argmin())
         raise PathwayError(f"contours {same + 1} and {same + 2} have the same centre {_point(centre[same])} mm")
     largest = radius.max(axis=1)
-    # Between contours the pathway is straight: far ones say nothing of the lumen between them.
+    # Between contours the pathway is straight: distant ones do not determine the lumen between them.
     most = 4.0 * np.maximum(largest[1:], largest[:-1]) + 10.0 * float(np.median(apart))
     if (apart > most).any():
         gap = int((apart - most).argmax())

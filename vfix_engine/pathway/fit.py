@@ -1,6 +1,6 @@
 """Control contours of a pathway, fitted to a lumen's surface along a curve through it.
 
-The paper's authors laid 50 contours by hand (Kwok 2013, IV.A); here they are laid by rays.
+Kwok 2013, IV.A, placed 50 contours manually; here they are computed by ray casting.
 """
 
 from __future__ import annotations
@@ -21,19 +21,19 @@ from .interpolation import Interpolation, spline_maps
 from .pathway import Pathway
 from .uncross import uncrossed
 
-_STEP = 2.0  # [mm] between the places where the lumen is measured
-_RAYS = 48  # about each of them; as many as a polar contour has radii, if that is what is fitted
-_SMOOTH = 8.0  # [mm] over which bends and the measured width are smoothed
-_SPREAD = 0.1  # need of contours where the lumen is straight and even, per mm; see _laid
+_STEP = 2.0  # [mm] spacing of the positions at which the lumen is measured
+_RAYS = 48  # per position; as many as a polar contour has radii, if that is what is fitted
+_SMOOTH = 8.0  # [mm] smoothing length of curvature and measured width
+_SPREAD = 0.1  # density of contours per mm where the lumen is straight and uniform; see _laid
 _SLOPE = 1.0  # ... per slope of the width
-_DAMPED = 0.7  # of the distance to the nearest place of the spline, in each of so many rounds
-_ROUNDS = 5  # of fitting the spline and finding where on it each place of the curve lies
-_POLAR_CUT = 1.5  # of the median: into the mouth of a haustrum or a branch no further than that
-_BEND_CUT = 0.9  # of the bend's radius on its inner side
-_CLEAR = 2.0  # [mm] from the wall, at which the spline is held
-_END_MM = 30.0  # what a radian between the directions of curve and spline at an end costs, against a mm between them
-_HELD = 9.0  # weight of a place that is held, against 1 of one that only follows the curve
-_BEHIND = 3.0  # [mm] behind the wall, which is soft, from which on a curve has left the lumen
+_DAMPED = 0.7  # step towards the nearest point of the spline, as a fraction of its distance, in each round
+_ROUNDS = 5  # of fitting the spline and projecting each position of the curve to it
+_POLAR_CUT = 1.5  # limit of a polar radius in medians, into the mouth of a haustrum or a branch
+_BEND_CUT = 0.9  # limit of a radius on the inner side of a bend, as a fraction of the bend's radius
+_CLEAR = 2.0  # [mm] distance from the wall at which the spline is held
+_END_MM = 30.0  # weight of a radian between the end directions of curve and spline, relative to a mm between them
+_HELD = 9.0  # weight of a held position, relative to 1 of one that only follows the curve
+_BEHIND = 3.0  # [mm] behind the wall, which is soft, at which a curve has left the lumen
 _STILL_BEHIND = 1.0  # ... and the spline, which is held off the wall
 
 
@@ -47,25 +47,25 @@ def fit_pathway(
     keep_mm: float = 0.0,
     least_mm: float = 1.0,
 ) -> Pathway:
-    """Contours along ``curve``, closer together where it bends and where the lumen's width changes.
+    """Fit contours along ``curve``, closer together where it bends and where the lumen's width changes.
 
-    The centres are those of the spline that comes nearest to the curve; the first and last are its ends. A contour
-    speaks for its stretch, halfway to its neighbours: its radius is a quantile of the distances to the wall there.
+    The centres lie on the spline nearest to the curve; the first and last are its ends. A contour represents its
+    interval, halfway to its neighbours: its radius is a quantile of the distances to the wall there.
 
     Args:
-        mesh: the lumen's surface, triangles wound alike.
-        curve: through the lumen; what the robot is to follow.
-        contours: control contours, 2 to 1,000.
-        interpolated: contours of the pathway after interpolation, 2 to 5,000.
+        mesh: the lumen's surface, triangles consistently oriented.
+        curve: through the lumen; the path that the robot will follow.
+        contours: number of control contours, 2 to 1,000.
+        interpolated: number of contours of the pathway after interpolation, 2 to 5,000.
         angles: 1 for circles; 3 to 720 for as many radii around each contour.
-        quantile: of the distances to the wall within a contour's stretch, in all directions for a circle and in its
-            own direction for a polar radius: 0 gives what is inscribed, folds included; higher ones look over folds,
-            which are thin and soft.
-        keep_mm: taken off every radius.
-        least_mm: no radius becomes less than that, also where the curve touches the wall.
+        quantile: of the distances to the wall within a contour's interval, in all directions for a circle and in its
+            own direction for a polar radius: 0 gives the inscribed contour, including folds; higher values ignore
+            folds, which are thin and soft.
+        keep_mm: subtracted from every radius.
+        least_mm: lower bound of the radii, also where the curve touches the wall.
 
     Raises:
-        PathwayError: the curve leaves the lumen, or numbers out of range; and as ``Pathway``.
+        PathwayError: the curve leaves the lumen, or a number is out of range; and as ``Pathway``.
     """
     _check_numbers(contours, interpolated, angles, quantile, keep_mm, least_mm)
     wall = Wall(mesh)
@@ -93,10 +93,10 @@ def fit_pathway(
 
 @dataclass(frozen=True)
 class Containment:
-    """How much of a pathway's surface lies outside the lumen; both shares are of its area.
+    """Fraction of a pathway's surface that lies outside the lumen; both fractions are of its area.
 
-    behind: share that is not seen from the pathway's centre, behind a fold or the wall.
-    outside: share that is outside the lumen. depth_mm: (median, 95 %, most) of its distance to the wall.
+    behind: fraction not visible from the pathway's centre, behind a fold or the wall.
+    outside: fraction outside the lumen. depth_mm: (median, 95 %, maximum) of its distance to the wall.
     """
 
     behind: float
@@ -105,7 +105,7 @@ class Containment:
 
 
 def containment(mesh: TriangleMesh, pathway: Pathway) -> Containment:
-    """What of the pathway at rest lies outside the lumen, sampled at the rims of its contours."""
+    """Measure how much of the pathway at rest lies outside the lumen, sampled at the rims of its contours."""
     wall, found = Wall(mesh), pathway.contours()
     radius = found.radius if found.radius.shape[1] > 1 else np.tile(found.radius, (1, _RAYS))
     rim, cosine, sine = rim_points(radius)
@@ -137,7 +137,7 @@ def _check_numbers(
 
 
 def _width(wall: Wall, curve: Curve) -> tuple[Array, Array, int]:
-    """Arc lengths (n,), the lumen's width (n,) there in mm, and the side that the wall is seen from."""
+    """Arc lengths (n,), the lumen's width (n,) there in mm, and the side from which the wall is visible."""
     s = np.linspace(0.0, curve.length, max(round(curve.length / _STEP), 2) + 1)
     centre, tangent = curve.position(s), curve.tangent(s)
     around = _around(tangent, transported(centre, tangent), _RAYS // 2)
@@ -147,15 +147,15 @@ def _width(wall: Wall, curve: Curve) -> tuple[Array, Array, int]:
     closed = np.isfinite(width)
     if not closed.any():
         raise PathwayError("the curve sees no wall around itself: it does not lie in this lumen; give one that does")
-    # Through an opening there is no width: as wide as the lumen is elsewhere.
+    # At an opening the width is undefined: use the median of the lumen.
     return s, np.where(closed, width, np.median(width[closed])), outward
 
 
 def _laid(curve: Curve, s: Array, width: Array, contours: int) -> Array:
-    """Arc lengths (contours,) by equal shares of the need of them.
+    """Arc lengths (contours,) that divide the required density of contours equally.
 
-    Between places h apart a straight pathway misses a bend of curvature κ by κh²/8, so the need grows with √κ; with
-    |R'| for the width. ``_SPREAD`` keeps contours on straight stretches.
+    Between positions h apart a straight pathway deviates from a bend of curvature κ by κh²/8, so the density grows with
+    √κ; with |R'| for the width. ``_SPREAD`` is the density on straight sections.
     """
     from scipy.ndimage import gaussian_filter1d  # imported here: slow to load
 
@@ -170,12 +170,12 @@ def _laid(curve: Curve, s: Array, width: Array, contours: int) -> Array:
 
 
 def _nearest_spline(wall: Wall, outward: int, curve: Curve, at: Array) -> Array:
-    """Centres (K, 3) at the knots (K,) of the spline that comes nearest to the curve; the ends are the curve's.
+    """Centres (K, 3) at the knots (K,) of the spline nearest to the curve; the ends are the curve's.
 
-    Least squares over even places of the curve, each against the place of the spline that is nearest to it: through
-    points of the curve itself the spline would swing out between them, twice as far. It begins and ends in the curve's
-    direction, in which a robot stands before it. Where the spline comes nearer
-    to the wall than ``_CLEAR``, or behind it, its places are wanted that much further in.
+    Least squares over equally spaced positions of the curve, each relative to the nearest point of the spline: a spline
+    through points of the curve itself would oscillate between them, with twice the error. It starts and ends in the
+    curve's direction, which is that of a robot in front of it. Where the spline is closer to the wall than ``_CLEAR``,
+    or behind it, the targets are moved that much inwards.
     """
     places = np.linspace(0.0, curve.length, max(int(np.ceil(curve.length / _STEP)), 8 * len(at)) + 1)
     wanted, pushed, places = curve.position(places), np.zeros((len(places), 3)), places.copy()
@@ -200,7 +200,7 @@ def _nearest_spline(wall: Wall, outward: int, curve: Curve, at: Array) -> Array:
 
 
 def _around(tangent: Array, first: Array, rays: int) -> Array:
-    """Unit directions (n, rays, 3) at even polar angles."""
+    """Unit directions (n, rays, 3) at equally spaced polar angles."""
     psi = 2.0 * np.pi * np.arange(rays) / rays
     second = np.cross(tangent, first)
     directions: Array = np.cos(psi)[:, None] * first[:, None] + np.sin(psi)[:, None] * second[:, None]
@@ -208,18 +208,18 @@ def _around(tangent: Array, first: Array, rays: int) -> Array:
 
 
 def _inner_side(centre: Array, tangent: Array, around: Array) -> Array:
-    """How far (n, rays) the planes of contours stay apart in each direction: a share of the bend's radius."""
+    """Distance (n, rays) in each direction up to which contour planes do not meet: a fraction of the bend's radius."""
     step = np.linalg.norm(np.diff(centre, axis=0), axis=1)
     along = np.concatenate([[0.0], np.cumsum(step)])
     half = max(round(0.5 * _SMOOTH / float(np.median(step))), 1)
     low, high = np.maximum(np.arange(len(centre)) - half, 0), np.minimum(np.arange(len(centre)) + half, len(centre) - 1)
-    bend = (tangent[high] - tangent[low]) / (along[high] - along[low])[:, None]  # curvature, to the inner side
+    bend = (tangent[high] - tangent[low]) / (along[high] - along[low])[:, None]  # curvature vector, to the inner side
     towards = np.einsum("nri,ni->nr", around, bend)
     return np.asarray(np.divide(_BEND_CUT, towards, out=np.full(towards.shape, np.inf), where=towards > 1e-9))
 
 
 def _radii(seen: Array, parts: int, angles: int, quantile: float) -> Array:
-    """Radii (K, angles) from what is seen (n, rays) at places of which every ``parts``-th is a contour."""
+    """Radii (K, angles) from ray distances (n, rays) at positions of which every ``parts``-th is a contour."""
     radii = []
     for middle in range(0, len(seen), parts):
         stretch = seen[max(middle - parts // 2, 0) : middle + parts // 2 + 1]
@@ -231,7 +231,7 @@ def _radii(seen: Array, parts: int, angles: int, quantile: float) -> Array:
     if angles == 1:
         return radius
     radius = np.minimum(radius, _POLAR_CUT * np.median(radius, axis=1, keepdims=True))
-    # Over the angle only downwards.
+    # Smoothing over the angle may only reduce radii.
     smooth = 0.25 * (np.roll(radius, 1, axis=1) + 2.0 * radius + np.roll(radius, -1, axis=1))
     return np.minimum(radius, smooth)
 

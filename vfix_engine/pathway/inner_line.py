@@ -1,14 +1,14 @@
-"""A straight line below the wall of every section of a segment: what is quick to ask before the section itself.
+"""A straight line below the wall of every section of a segment: a cheap bound that is tested before the section itself.
 
 In the plane of the axis and a point (``section.py``) the wall is the line v2 v3, with v2 = R (−sin α, cos α): the
-contour leans by α, |α| ≤ β, cos β = M·e, as the plane turns about the axis. The line ℓ(t) = height + slope · t lies
-below v2 and v3, and so below the wall, of every such plane where
+contour is inclined by α, |α| ≤ β, cos β = M·e, as the plane rotates about the axis. The line
+ℓ(t) = height + slope · t lies below v2 and v3, and so below the wall, of every such plane if
 
     height ≤ R_j (cos β_j − |slope| sin β_j),   height ≤ R_{j+1} (cos β_{j+1} − |slope| sin β_{j+1}) − slope · length
 
 with the smallest radii. A point between the contours' planes at (t, h) therefore has δ_j ≤ factor · max(0, h − ℓ(t)):
-above the wall's own stretch of t it is at most the distance straight down to ℓ; beside it, above a contour that
-leans outwards, the distance to v2 is at most (h − v2) / cos β, and h − v2 ≤ h − ℓ(t) + |slope| (h − v2) tan β.
+over the wall's own interval of t it is at most the distance straight down to ℓ; beside it, over a contour that is
+inclined outwards, the distance to v2 is at most (h − v2) / cos β, and h − v2 ≤ h − ℓ(t) + |slope| (h − v2) tan β.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ import numpy as np
 
 from ..arrays import Array
 
-_SHARE = 0.25  # |slope| tan β is no more than that
+_SHARE = 0.25  # upper bound of |slope| tan β
 
 
 def inner_lines(smallest: Array, length: Array, facing: tuple[Array, Array]) -> Array:
-    """Height [mm], slope, factor and √(1 + slope²) of the line of every segment (S, 4).
+    """Height [mm], slope, factor and √(1 + slope²) of the line of every segment, (S, 4).
 
     Args:
         smallest: (S + 1,) mm, the contours' smallest radii.

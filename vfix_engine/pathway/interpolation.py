@@ -1,4 +1,4 @@
-"""Contours between the control contours: linear maps that are made once, so that a moved pathway costs products."""
+"""Contours between the control contours, by precomputed linear maps, so that moving a pathway costs only products."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(6)
 
 
 class Interpolation:
-    """From values at the knots (K,), which increase, to ``count`` places between them.
+    """Interpolation from values at increasing knots (K,) to ``count`` positions between them.
 
-    Every piece between two knots is divided alike: where ``count − 1`` is a multiple of ``K − 1``, as of 197 and 50,
-    the knots are among the places. Cubic spline through the knots (not-a-knot; of lower degree for fewer than four);
+    Every interval between two knots is divided equally: if ``count − 1`` is a multiple of ``K − 1``, as for 197 and 50,
+    the knots are among the positions. Cubic spline through the knots (not-a-knot; of lower degree for fewer than four);
     radii by monotone pieces.
     """
 
@@ -21,7 +21,7 @@ class Interpolation:
         number = np.linspace(0.0, len(knots) - 1.0, count)
         near = np.round(number)
         number = np.where(np.abs(number - near) < 1e-9, near, number)
-        self.piece = np.minimum(number.astype(np.intp), len(knots) - 2)  # (count,) number of the knot before
+        self.piece = np.minimum(number.astype(np.intp), len(knots) - 2)  # (count,) index of the previous knot
         self.knots = knots
         self.places: Array = np.interp(number, np.arange(len(knots)), knots)
         self.value, self.rate = spline_maps(knots, self.places)
@@ -32,7 +32,7 @@ class Interpolation:
         self._basis = tuple(part[:, None] for part in basis)
 
     def monotone(self, values: Array) -> Array:
-        """(count, A) from values (K, A), each column between its neighbours' values everywhere.
+        """(count, A) from values (K, A); each column stays between the values of its neighbouring knots.
 
         F. N. Fritsch and J. Butland, "A method for constructing local monotone piecewise cubic interpolants", SIAM
         Journal on Scientific and Statistical Computing 5(2), 1984.
@@ -41,12 +41,12 @@ class Interpolation:
         before, after = self.piece, self.piece + 1
         a, b, c, d = self._basis
         found: Array = a * values[before] + b * values[after] + c * slopes[before] + d * slopes[after]
-        # Rounding must not put a radius outside its neighbours'.
+        # Rounding must not move a radius outside the range of its neighbours.
         low, high = np.minimum(values[before], values[after]), np.maximum(values[before], values[after])
         return np.clip(found, low, high)
 
     def arc_lengths(self, control: Array) -> tuple[Array, Array]:
-        """Arc lengths of the spline through ``control`` (K, 3) at the knots (K,) and at the places (count,), in mm."""
+        """Arc lengths in mm of the spline through ``control`` (K, 3) at the knots (K,) and the positions (count,)."""
         grid = np.union1d(self.knots, self.places)
         half = 0.5 * np.diff(grid)
         at = (grid[:-1] + half)[:, None] + half[:, None] * _NODES
@@ -72,7 +72,7 @@ def _monotone_slopes(gaps: Array, values: Array) -> Array:
     before, after = chords[:-1], chords[1:]
     heavy, light = 2.0 * gaps[1:] + gaps[:-1], gaps[1:] + 2.0 * gaps[:-1]
     product = before * after
-    # The weighted harmonic mean of two slopes of one sign; flat where the values turn.
+    # The weighted harmonic mean of two slopes of the same sign; zero at a local extremum.
     below = heavy * after + light * before
     np.divide((heavy + light) * product, below, out=slopes[1:-1], where=product > 0.0)
     slopes[0] = _end_slope(gaps[0], gaps[1], chords[0], chords[1])
@@ -81,7 +81,7 @@ def _monotone_slopes(gaps: Array, values: Array) -> Array:
 
 
 def _end_slope(near: Array, far: Array, chord: Array, next_chord: Array) -> Array:
-    """Slope at an end from three points, held so that the piece stays monotone."""
+    """Slope at an end from three points, limited so that the piece stays monotone."""
     slope = ((2.0 * near + far) * chord - near * next_chord) / (near + far)
     slope = np.where(slope * chord <= 0.0, 0.0, slope)
     steep = (chord * next_chord <= 0.0) & (np.abs(slope) > 3.0 * np.abs(chord))

@@ -1,4 +1,4 @@
-"""The pathway as kernels read it: one row of numbers a segment, and the radii of every contour."""
+"""The pathway in the layout of the kernels: one row of numbers per segment, and the radii of every contour."""
 
 from __future__ import annotations
 
@@ -14,23 +14,21 @@ from .inner_line import inner_lines
 START, END = 0, 3  # P_j, P_{j+1} mm
 START_TANGENT, END_TANGENT = 6, 9  # M_j, M_{j+1}
 START_RADIUS, END_RADIUS = 12, 13  # the contours' largest radius, mm
-BALL, BALL_RADIUS = 14, 17  # holds both contours' discs, so the whole segment
-INSCRIBED_RADIUS = 18  # mm; every point between the contours' planes that is nearer to the axis line is inside
+BALL, BALL_RADIUS = 14, 17  # contains both contours' discs, and so the whole segment
+INSCRIBED_RADIUS = 18  # mm; every point between the contours' planes that is closer to the axis line is inside
 AXIS, LENGTH = 19, 22  # unit vector from P_j to P_{j+1} and their distance in mm
 START_FIRST, START_SECOND, END_FIRST, END_SECOND = 23, 26, 29, 32  # directions of the polar angles 0 and π/2
-SECTION = 35  # so many columns are what section.py reads
-LIPSCHITZ = (
-    35  # Λ_j: the deviation from the segment changes by no more than that per mm beyond half the inscribed radius
-)
+SECTION = 35  # number of columns that section.py reads
+LIPSCHITZ = 35  # Λ_j: Lipschitz constant of the deviation where h is at least half the inscribed radius
 INNER_LINE = 36  # height mm, slope, factor and √(1 + slope²) of the line below the wall (inner_line.py)
 START_FACING, END_FACING = 40, 41  # M_j·e, M_{j+1}·e
-START_LEAN, END_LEAN = 42, 43  # M_j·w, M_{j+1}·w; w: first_j made perpendicular to e, the plane of a point on the axis
-START_COSINE, START_SINE, END_COSINE, END_SINE = 44, 47, 50, 53  # ⊥ e; of the vector w from the axis, the parts of ρ
-BEHIND, BEYOND = 56, 57  # mm; no part of the wall is farther behind the first contour's plane, beyond the last one's
+START_LEAN, END_LEAN = 42, 43  # M_j·w, M_{j+1}·w; w: projection of first_j perpendicular to e, for points on the axis
+START_COSINE, START_SINE, END_COSINE, END_SINE = 44, 47, 50, 53  # ⊥ e; times the offset w from the axis: parts of ρ
+BEHIND, BEYOND = 56, 57  # mm; largest distance of the wall behind the first contour's plane, and beyond the last one's
 ROW = 58
 
-FARTHEST_MM = 1e9  # beyond it is no place, and products of several numbers overflow
-_ROUNDING = 1e-12  # of a length: what ball and inscribed radius give away to rounding
+FARTHEST_MM = 1e9  # limit of coordinates, above which products of several numbers overflow
+_ROUNDING = 1e-12  # relative allowance of ball and inscribed radius for rounding
 
 
 class PackedPathway(NamedTuple):
@@ -47,7 +45,7 @@ class PackedPathway(NamedTuple):
 
 
 def check_packed(packed: PackedPathway) -> None:
-    """Whether rows and polar are as ``pack`` makes them: the kernels follow them without a look, and NaN is inside.
+    """Check that rows and polar are as ``pack`` makes them: the kernels do not check, and to them NaN is inside.
 
     Raises:
         InputError: arrays of other shapes or kinds, or a non-finite value.
@@ -72,7 +70,7 @@ def check_packed(packed: PackedPathway) -> None:
 
 
 def pack(centre: Array, tangent: Array, first: Array, radius: Array) -> PackedPathway:
-    """Rows for contours that have been checked (``checks.py``).
+    """Compute the rows for validated contours (``checks.py``).
 
     Args:
         centre: (C, 3) mm.
@@ -82,7 +80,7 @@ def pack(centre: Array, tangent: Array, first: Array, radius: Array) -> PackedPa
     """
     rows = np.zeros((len(centre) - 1, ROW))
     polar = np.array(radius, dtype=np.float64, order="C")
-    second = np.cross(tangent, first)
+    second = _cross(tangent, first)
     along = centre[1:] - centre[:-1]
     length = np.linalg.norm(along, axis=1)
     axis = along / length[:, None]
@@ -95,8 +93,9 @@ def pack(centre: Array, tangent: Array, first: Array, radius: Array) -> PackedPa
     rows[:, BALL_RADIUS] = np.maximum(
         _farthest(0.5 * length, largest[:-1], facing[0]), _farthest(0.5 * length, largest[1:], facing[1])
     )
-    # In the plane of the axis and a point the contour's rim is at the height R a / √(a² + b²) above the axis, where
-    # a = M·e and b is M along the other direction of that plane; a² + b² ≤ 1. Between the rims lies a straight line.
+    # In the plane of the axis and a point the contour's rim is at the height R a / √(a² + b²) above the axis, with
+    # a = M·e and b the component of M along the other direction of that plane; a² + b² ≤ 1. The wall between the rims
+    # is straight.
     inscribed = np.maximum(np.minimum(smallest[:-1] * facing[0], smallest[1:] * facing[1]) * (1.0 - _ROUNDING), 0.0)
     rows[:, INSCRIBED_RADIUS] = inscribed
     rows[:, AXIS : AXIS + 3], rows[:, LENGTH] = axis, length
@@ -110,7 +109,7 @@ def pack(centre: Array, tangent: Array, first: Array, radius: Array) -> PackedPa
     rows[:, START_LEAN] = np.einsum("ij,ij->i", tangent[:-1], across)
     rows[:, END_LEAN] = np.einsum("ij,ij->i", tangent[1:], across)
     _put_parts(rows, tangent, first, second, axis, facing)
-    across = np.linalg.norm(np.cross(tangent[:-1], tangent[1:]), axis=1)
+    across = np.linalg.norm(_cross(tangent[:-1], tangent[1:]), axis=1)
     rows[:, BEHIND] = np.maximum(across * largest[1:] - length * facing[0], 0.0)
     rows[:, BEYOND] = np.maximum(across * largest[:-1] - length * facing[1], 0.0)
     rows.setflags(write=False)
@@ -118,10 +117,18 @@ def pack(centre: Array, tangent: Array, first: Array, radius: Array) -> PackedPa
     return PackedPathway(rows, polar)
 
 
+def _cross(one: Array, two: Array) -> Array:
+    """Cross products (n, 3): ``np.cross`` without what it does for other shapes, as a control step packs."""
+    (x, y, z), (u, v, w) = one.T, two.T
+    found = np.empty_like(one)
+    found[:, 0], found[:, 1], found[:, 2] = y * w - z * v, z * u - x * w, x * v - y * u
+    return found
+
+
 def _put_parts(
     rows: Array, tangent: Array, first: Array, second: Array, axis: Array, facing: tuple[Array, Array]
 ) -> None:
-    """The parts that ρ has along both contours' polar directions as vectors that w is multiplied with.
+    """Write the components of ρ along both contours' polar directions, as vectors to be multiplied by w.
 
     In the plane of e and w, eq. 2 is ρ ~ (M·e) w - (M·w) e, so ρ·first = ((M·e) first - (first·e) M)·w.
     """
@@ -134,18 +141,18 @@ def _put_parts(
 
 
 def _farthest(half: Array, radius: Array, facing: Array) -> Array:
-    """Distance (S,) from the middle of each axis to the farthest point of a disc about its end."""
-    sine = np.sqrt(np.maximum(1.0 - facing**2, 0.0))  # how much of the axis lies in the disc's plane
+    """Distance (S,) from the midpoint of each axis to the farthest point of a disc about its end."""
+    sine = np.sqrt(np.maximum(1.0 - facing**2, 0.0))  # component of the axis in the disc's plane
     far: Array = np.sqrt(half**2 + radius**2 + 2.0 * half * radius * sine) * (1.0 + _ROUNDING)
     return far
 
 
 def _lipschitz(polar: Array, inscribed: Array, facing: tuple[Array, Array]) -> Array:
-    """Λ_j (S,) = √(1 + (2 K_j / c_j)²), c_j the inscribed radius; infinite where that is 0.
+    """Λ_j (S,) = √(1 + (2 K_j / c_j)²), c_j the inscribed radius; infinite if that is 0.
 
-    ``clearance.lipschitz_constant`` says what it bounds and why.
-    K_j is how far an end of the wall moves in its section per angle that the section turns about the axis: by R tan β
-    across, as the contour leans, and by |R'| / cos β along, cos β = M·e.
+    ``clearance.lipschitz_constant`` states what it bounds, and the proof.
+    K_j is the displacement of an end of the wall in its section per angle of rotation of the section about the axis: by
+    R tan β across, since the contour is inclined, and by |R'| / cos β along, cos β = M·e.
     """
     angles = polar.shape[1]
     rate = np.abs(np.roll(polar, -1, axis=1) - polar).max(axis=1) * angles / (2.0 * np.pi)

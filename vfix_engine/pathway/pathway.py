@@ -22,9 +22,9 @@ from .windows_kernel import put_windows
 # (arc lengths (C,) of control contours in mm, time in s) → displacements (C, 3) in mm, factors (C,) of the radii
 TissueMotion = Callable[[Array, float], tuple[Array, Array]]
 
-_BACK = -1.0 + 1e-9  # cosine of a turn that has no axis
-_SAME = 1e-6  # of the way from one place of ``wall_radius`` to the next: no rounding takes in one more
-_CURVE_SPACING = 2.0  # [mm] about that far apart, points of the spline make the curve
+_BACK = -1.0 + 1e-9  # cosine of a rotation with an undefined axis
+_SAME = 1e-6  # of the spacing of ``wall_radius``: tolerance so that rounding includes no additional sample
+_CURVE_SPACING = 2.0  # [mm] approximate spacing of the spline points that form the curve
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,7 +32,8 @@ class Contours:
     """Contours at one moment, patient frame.
 
     s: (C,) arc length of the pathway at rest, mm; negative or beyond the length for the straight segments at the ends.
-    centre: (C, 3) mm. tangent: (C, 3) unit. first: (C, 3) unit, direction of the polar angle 0, carried along without
+    centre: (C, 3) mm. tangent: (C, 3) unit. first: (C, 3) unit, direction of the polar angle 0, parallel transported.
+    radius: (C, A) mm.
     a turn. radius: (C, A) mm.
     """
 
@@ -50,21 +51,21 @@ class Pathway:
     Args:
         centre: (C0, 3) centres of the control contours; Kwok 2013's P_k.
         radius: (C0,) or (C0, 1) radii of circles, or (C0, A) with A ≥ 3 radii R_j(ρ̂) at the polar angles 2πa/A.
-        count: contours after interpolation, up to 5,000; of 197 every fourth is one of 50 control contours.
+        count: number of contours after interpolation, up to 5,000; of 197 every fourth is one of 50 control contours.
         tangent: (C0, 3) unit normals of the contours; None: the tangents of the spline through the centres.
-        first: (3,) direction that, projected, is the polar angle 0 of the first contour; None: any.
+        first: (3,) direction whose projection is the polar angle 0 of the first contour; None: arbitrary.
         motion: moves the control contours with time (``tissue_motion``); None: a pathway at rest.
-        knots: (C0,) increasing parameter of the control contours, as the arc length of a curve that they were laid
-            along; None: the chord lengths of the centres at rest.
-        closed_ends: without it ``packed`` goes straight on at both ends for two radii, as the paper's window ends
-            would else count as the wall.
-        wall_radius: (M,) mm at even arc lengths from 0 to ``length``, how wide the lumen is there by its surface,
-            infinite where that is more than anybody asks about: contours do not show what is narrow between two of
-            them. It narrows no contour; ``narrowest_between`` and the links' bounds go by it. None: not known.
+        knots: (C0,) increasing parameter of the control contours, such as the arc length of the curve along which they
+            were placed; None: the chord lengths of the centres at rest.
+        closed_ends: if False, ``packed`` is extended straight at both ends by two radii, because the ends of the
+            paper's window would otherwise count as wall.
+        wall_radius: (M,) mm at equally spaced arc lengths from 0 to ``length``, radius of the lumen's surface there,
+            infinite above the range of interest: contours do not represent constrictions between two of them. It
+            narrows no contour, but is used by ``narrowest_between`` and the links' bounds. None: unknown.
 
     Raises:
-        PathwayError: contours that no query can be asked about; see ``checks``. Here and whenever a moved pathway
-            is asked for.
+        PathwayError: contours for which the query is undefined; see ``checks``. Also raised when a moved pathway is
+            computed.
     """
 
     centre: Array
@@ -113,20 +114,20 @@ class Pathway:
         return float(self.s[-1])
 
     def contours(self, t: float = 0.0, extended: bool = False) -> Contours:
-        """The interpolated contours (count) at the time t in s.
+        """Return the interpolated contours (count) at the time t in s.
 
-        extended: with one more before the first and after the last, two of its largest radii straight on, unless the
-            pathway's ends are closed: those that ``packed`` is made of.
+        extended: add one contour before the first and one after the last, offset straight by two of its largest radii,
+            unless the pathway's ends are closed, as in ``packed``.
 
         Raises:
-            PathwayError: the motion gives numbers that cannot be used; or a tangent vanishes.
+            PathwayError: the motion returns unusable numbers; or a tangent vanishes.
         """
         control, radius = self._control(t)
         between = self._between
         centre = between.value @ control
         tangent = _unit(between.rate @ control)
         if self.tangent is not None:
-            # Given normals turn with the tissue: as the spline's tangent turns.
+            # Given normals rotate with the tissue, as the spline's tangent does.
             given = _unit(between.value @ self.tangent)
             tangent = given if self.motion is None else _turned(given, _unit(between.rate @ self.centre), tangent)
         first = np.empty_like(centre)
@@ -135,17 +136,17 @@ class Pathway:
         return _extended(found) if extended and not self.closed_ends else found
 
     def packed(self, t: float = 0.0) -> PackedPathway:
-        """The pathway as the query reads it, at the time t in s.
+        """Return the pathway in the layout of the query, at the time t in s.
 
         Segment 0 is the straight one before the first contour, unless the ends are closed.
 
         Raises:
-            PathwayError: a moved pathway whose contours cross or face away from each other.
+            PathwayError: contours of the moved pathway cross or face away from each other.
         """
         return self._rest if self.motion is None or t == 0.0 else self._packed(t)
 
     def curve(self, t: float = 0.0) -> Curve:
-        """The spline through the centres at the time t in s as a dense curve."""
+        """Return the spline through the centres at the time t in s as a dense curve."""
         pieces = max(int(np.ceil(self.length / _CURVE_SPACING)), self.count)
         fine = Interpolation(self._between.knots, pieces + 1).places
         return Curve.through(spline_maps(self._between.knots, fine)[0] @ self._control(t)[0])
@@ -153,11 +154,11 @@ class Pathway:
     def window(self, s_low: float, s_high: float) -> tuple[int, int]:
         """Segments [first, last) of ``packed`` that the arc from s_low to s_high mm meets, and one more on each side.
 
-        The two more, where there are any, keep the ends of the window away from the arc: there the deviation of a
-        point is its distance to the rim. At least one segment, never more than there are.
+        The additional ones, where they exist, keep the ends of the window away from the arc: at an end the deviation of
+        a point is its distance to the rim. At least one segment, and never more than exist.
 
         Raises:
-            PathwayError: an arc length that is not finite, or s_low beyond s_high.
+            PathwayError: an arc length is not finite, or s_low exceeds s_high.
         """
         first, last = self.windows(np.array([s_low], dtype=np.float64), np.array([s_high], dtype=np.float64))[
             0
@@ -168,7 +169,7 @@ class Pathway:
         """``window`` of many arcs (L,) at once: (L, 2).
 
         Raises:
-            PathwayError: as ``window``.
+            PathwayError: see ``window``.
         """
         found = np.empty((len(s_low), 2), dtype=np.int64)
         bad = put_windows(self.s, s_low, s_high, 0 if self.closed_ends else 1, len(self._rest.rows), found)
@@ -177,7 +178,7 @@ class Pathway:
         return found
 
     def narrowest_between(self, s_low: Array, s_high: Array) -> Array:
-        """The least ``wall_radius`` (n,) between arc lengths (n,) of the pathway at rest; infinite if there is none."""
+        """Smallest ``wall_radius`` (n,) between arc lengths (n,) of the pathway at rest; infinite if there is none."""
         if self.wall_radius is None:
             return np.full(len(s_low), np.inf)
         last = len(self.wall_radius) - 1
@@ -188,7 +189,7 @@ class Pathway:
         return found[::2]
 
     def moved(self, motion: TissueMotion | None) -> Pathway:
-        """The same pathway with that motion instead of its own."""
+        """Return the same pathway with another motion."""
         return replace(self, motion=motion)
 
     def _packed(self, t: float) -> PackedPathway:
@@ -214,7 +215,7 @@ class Pathway:
         return self.centre + shift, self.radius * factor[:, None]
 
     def _pair(self, pair: int) -> str:
-        """Name of two neighbours among the contours of ``packed``."""
+        """Describe a pair of neighbours among the contours of ``packed``."""
         before = pair if self.closed_ends else pair - 1
         if before < 0 or before >= self.count - 1:
             return f"the {'first' if before < 0 else 'last'} contour and the straight end"
@@ -262,7 +263,7 @@ def _unit(vectors: Array) -> Array:
 
 
 def _turned(vectors: Array, before: Array, after: Array) -> Array:
-    """Vectors (C, 3), each turned by the smallest turn from one unit vector to another."""
+    """Rotate vectors (C, 3), each by the smallest rotation from one unit vector to another."""
     axis, cosine = np.cross(before, after), np.einsum("ij,ij->i", before, after)
     if not cosine.min() > _BACK:
         raise PathwayError(f"the pathway turns back at its contour {int(cosine.argmin()) + 1}")
@@ -271,7 +272,7 @@ def _turned(vectors: Array, before: Array, after: Array) -> Array:
 
 
 def _extended(found: Contours) -> Contours:
-    """With one contour straight before the first and one after the last, two of its largest radii away."""
+    """Add a contour straight before the first and one after the last, offset by two of its largest radii."""
     head, tail = 2.0 * float(found.radius[0].max()), 2.0 * float(found.radius[-1].max())
     repeated = np.concatenate([[0], np.arange(len(found.s)), [len(found.s) - 1]])
     centre = found.centre[repeated]

@@ -1,4 +1,4 @@
-"""The surface that a snake's links are held to, as triangles: a pathway's wall, to look at beside the lumen's own."""
+"""Triangulated wall of a pathway, to which a snake's links are confined, for display together with the lumen's."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from .pathway import Pathway
 
 
 def pathway_surface(pathway: Pathway, t: float = 0.0) -> TriangleMesh:
-    """The wall between a pathway's contours at the time t in s, closed at both ends, normals outwards; LPS mm."""
+    """Wall between a pathway's contours at the time t in s, closed at both ends, normals outwards; LPS mm."""
     found = pathway.contours(t)
     rim, cosine, sine = rim_points(found.radius)
     second = np.cross(found.tangent, found.first)

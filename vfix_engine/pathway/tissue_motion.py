@@ -1,8 +1,8 @@
-"""How tissue moves a pathway's control contours P_k(t), Kwok 2013, III.A: breathing and peristalsis as functions.
+"""Motion of a pathway's control contours P_k(t) by tissue, Kwok 2013, III.A: breathing and peristalsis.
 
-A motion takes the arc lengths (C,) of the control contours at rest in mm and the time in s, and gives their
-displacements (C, 3) in mm and the factors (C,) of their radii. Any such function will do; these are two, and their sum.
-They are plain values, so that a drive in moving tissue can be sent to another process and written down.
+A motion maps the arc lengths (C,) of the control contours at rest in mm and the time in s to their displacements
+(C, 3) in mm and the factors (C,) of their radii. Any such function can be used; these are two, and their sum.
+They are plain values, so that a drive in moving tissue can be sent to another process and stored.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ from ..errors import PathwayError
 from ..validate import positive, real, real_array, within
 from .pathway import TissueMotion
 
-_MOST_MM = 100.0  # of breathing, more is a slip of the pen
+_MOST_MM = 100.0  # of breathing; more indicates a typing error
 
 
 @dataclass(frozen=True)
 class Breathing:
-    """``breathing`` along a unit vector ``along``; the other fields as there."""
+    """``breathing`` along a unit vector ``along``; the other fields are its arguments."""
 
     along: tuple[float, float, float]
     amplitude_mm: float
@@ -39,7 +39,7 @@ class Breathing:
 
 @dataclass(frozen=True)
 class Peristalsis:
-    """``peristalsis`` with the fields named there."""
+    """``peristalsis``; the fields are its arguments."""
 
     amplitude: float
     wavelength_mm: float
@@ -69,17 +69,17 @@ class Together:
 def breathing(
     direction: ArrayLike, amplitude_mm: float = 8.0, period_s: float = 4.0, falloff_s: float | None = None
 ) -> TissueMotion:
-    """To and fro along ``direction``: amplitude · (1 − cos 2πt/T)/2, so at t = 0 at rest and after T/2 farthest.
+    """Oscillation along ``direction``: amplitude · (1 − cos 2πt/T)/2, at rest at t = 0 and farthest after T/2.
 
     Args:
         direction: (3,) patient frame, of any length; the diaphragm moves the colon along the body's axis.
-        amplitude_mm: the farthest displacement, 0 to 100.
+        amplitude_mm: largest displacement, 0 to 100.
         period_s: T.
-        falloff_s: arc length in mm over which the motion falls off towards the entry, s = 0, which stays in place:
-            times 1 − exp(−s/falloff_s). None: everything moves alike.
+        falloff_s: arc length in mm over which the motion decreases towards the entry, s = 0, which is fixed:
+            factor 1 − exp(−s/falloff_s). None: everything moves equally.
 
     Raises:
-        PathwayError: no direction, or numbers that are not finite, negative or zero where they must not be.
+        PathwayError: there is no direction, or a number is not finite, negative or zero where not allowed.
     """
     along = real_array("the direction of breathing", direction, PathwayError)
     if along.shape != (3,) or not np.isfinite(along).all() or not along.any():
@@ -94,15 +94,15 @@ def breathing(
 
 
 def peristalsis(amplitude: float = 0.15, wavelength_mm: float = 120.0, speed_mm_per_s: float = 20.0) -> TissueMotion:
-    """A wave that narrows the lumen and never widens it: radii times 1 − amplitude · (1 + cos 2π(s − vt)/λ)/2.
+    """A wave that narrows the lumen and never widens it: factor 1 − amplitude · (1 + cos 2π(s − vt)/λ)/2 of the radii.
 
     Args:
-        amplitude: share of the radius that the wave takes at its narrowest, 0 to below 1.
+        amplitude: largest relative reduction of the radius, 0 to below 1.
         wavelength_mm: λ.
         speed_mm_per_s: v along the pathway; negative towards the entry.
 
     Raises:
-        PathwayError: an amplitude outside [0, 1), a wavelength that is not positive, a speed that is not finite.
+        PathwayError: the amplitude is outside [0, 1), the wavelength is not positive, or the speed is not finite.
     """
     if not 0.0 <= real("peristalsis's amplitude", amplitude, PathwayError) < 1.0:
         raise PathwayError(
@@ -114,5 +114,5 @@ def peristalsis(amplitude: float = 0.15, wavelength_mm: float = 120.0, speed_mm_
 
 
 def together(*motions: TissueMotion) -> TissueMotion:
-    """Several motions at once: the sum of their displacements, the product of their factors."""
+    """Superposition of motions: the sum of their displacements, the product of their factors."""
     return Together(motions)

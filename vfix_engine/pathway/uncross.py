@@ -1,4 +1,4 @@
-"""Contours of a fit that cross a neighbour are made smaller, as little and as locally as that takes."""
+"""Reduction of a fit's contours that cross a neighbour, as little and as locally as possible."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from .checks import rim_points
 from .interpolation import Interpolation
 from .pathway import Pathway
 
-_SHARE = 0.95  # of the distance to the line where two contours' planes meet
+_SHARE = 0.95  # of the distance to the line in which two contours' planes intersect
 _ROUNDS = 200
 
 
 def uncrossed(between: Interpolation, centre: Array, radius: Array, first: Array, least_mm: float) -> Pathway:
-    """The pathway through control contours whose radii (K, A) are made smaller where interpolated ones cross.
+    """Return the pathway through control contours, with radii (K, A) reduced where interpolated contours cross.
 
     Raises:
-        PathwayError: contours that cross even with radii of ``least_mm``.
+        PathwayError: contours cross even with radii of ``least_mm``.
     """
     places, tangent = between.value @ centre, between.rate @ centre
     tangent /= np.linalg.norm(tangent, axis=1, keepdims=True)
@@ -28,12 +28,12 @@ def uncrossed(between: Interpolation, centre: Array, radius: Array, first: Array
     share = (between.places - between.knots[between.piece]) / np.diff(between.knots)[between.piece]
     for _ in range(_ROUNDS):
         rim = rim_points(between.monotone(radius))[0] if radius.shape[1] > 1 else between.monotone(radius)
-        over = np.minimum(most / rim, 1.0)  # (C, K) what is left of each rim point's radius
+        over = np.minimum(most / rim, 1.0)  # (C, K) remaining fraction of each rim point's radius
         if (over >= 1.0 - 1e-9).all():
             return Pathway(centre, radius, len(places), first=first, knots=between.knots)
         left = _per_angle(over, radius.shape[1])
         factor = np.ones_like(radius)
-        # The nearer of the two control contours gives way more; the rounds add up to what is needed.
+        # The nearer control contour is reduced more; repeated rounds reach the required total.
         np.minimum.at(factor, between.piece, left ** (1.0 - share)[:, None])
         np.minimum.at(factor, between.piece + 1, left ** share[:, None])
         smaller = np.maximum(radius * factor, least_mm)
@@ -67,7 +67,7 @@ def _most(centre: Array, tangent: Array, first: Array, angles: int) -> Array:
 
 
 def _per_angle(rim: Array, angles: int) -> Array:
-    """Least of the rim points (C, K) that each of the angles has a share in: (C, angles)."""
+    """Minimum over the rim points (C, K) that each of the angles affects: (C, angles)."""
     parts = rim.shape[1] // angles
     within = rim.reshape(len(rim), angles, parts)
     before = np.roll(within[:, :, 1:].min(axis=2, initial=1.0), 1, axis=1)

@@ -190,10 +190,11 @@ def append_block(
     return found + passing, least
 
 
-@compiled
-def segment_pairs(
+@no_refcount
+def pairs_into(
     boxes: Float32Array, corners: Array, label: Int32Array, frame: Array, first: int, last: int,
     p: Array, d: Array, radius: float, threshold: float, segment: int, rows: Array, labels: Int32Array, found: int,
+    numbers: Array, singles: Float32Array, lanes: UInt64Array,
 ) -> tuple[int, float]:  # fmt: skip
     """Append the exact pairs of one segment p + t·d whose distance is at most ``threshold`` mm.
 
@@ -202,25 +203,12 @@ def segment_pairs(
         p, d: (3,) mm; radius: of the capsule, mm; segment: its index, for the labels.
         rows: (R, 10) distance, normal, on the axis, on the surface; labels: (R, 2) int32 segment, triangle.
         found: number of rows already written.
+        numbers, singles, lanes: workspace, (NUMBERS,), (SINGLES,) float32 and (17,) uint64.
 
     Returns:
         The number of rows and the smallest distance of their pairs in mm, ∞ without pairs.
         If there are more than R rows, the first R are written and all are counted.
     """
-    numbers, singles, lanes = np.empty(NUMBERS), np.empty(SINGLES, np.float32), np.empty(LANES + 1, np.uint64)
-    return pairs_into(
-        boxes, corners, label, frame, first, last,
-        p, d, radius, threshold, segment, rows, labels, found, numbers, singles, lanes,
-    )  # fmt: skip
-
-
-@no_refcount
-def pairs_into(
-    boxes: Float32Array, corners: Array, label: Int32Array, frame: Array, first: int, last: int,
-    p: Array, d: Array, radius: float, threshold: float, segment: int, rows: Array, labels: Int32Array, found: int,
-    numbers: Array, singles: Float32Array, lanes: UInt64Array,
-) -> tuple[int, float]:  # fmt: skip
-    """``segment_pairs`` with a workspace: (NUMBERS,), (SINGLES,) float32 and (17,) uint64."""
     limit = threshold + radius
     best = np.inf
     if limit >= 0.0:

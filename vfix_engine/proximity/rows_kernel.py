@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..arrays import Array, Int32Array
+from ..geometry.shape_kernels import across
 from ..geometry.triangle_kernels import segment_point, segment_triangle
 from ..kernels.compiled import compiled
 
@@ -38,17 +39,7 @@ def own_normal(d: Array, normal: Array, row: Array) -> None:
     if normal[0] != 0.0 or normal[1] != 0.0 or normal[2] != 0.0:
         row[1], row[2], row[3] = normal[0], normal[1], normal[2]
         return
-    least = 0
-    for i in range(1, 3):
-        if abs(d[i]) < abs(d[least]):
-            least = i
-    one, two = (least + 1) % 3, (least + 2) % 3
-    size = np.sqrt(d[one] * d[one] + d[two] * d[two])
-    row[1 + least] = 0.0
-    if size > 0.0:
-        row[1 + one], row[1 + two] = -d[two] / size, d[one] / size
-    else:
-        row[1 + one], row[1 + two] = 1.0, 0.0
+    across(d, row)
 
 
 @compiled

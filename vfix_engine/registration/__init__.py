@@ -1,7 +1,7 @@
-"""Registration: how an image lies on a patient, found by points, with the errors to expect. LPS, mm.
+"""Registration of an image to a patient by points, with the expected errors. LPS, mm.
 
-``transform`` of a result takes the moving frame to the fixed frame. To place an image on a patient the fixed points are
-those measured at the patient and the moving points those of the image: the transform is then
+``transform`` of a result maps the moving frame to the fixed frame. To register an image to a patient, the fixed points
+are those measured on the patient and the moving points those of the image: the transform is then
 ``transform_image_to_patient`` of ``vfix_engine.frames.ImageRegistration``.
 """
 

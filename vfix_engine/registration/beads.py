@@ -1,4 +1,4 @@
-"""Radio-opaque beads in a CT: found, and their centres measured to a fraction of a voxel."""
+"""Detection of radio-opaque beads in a CT, and measurement of their centres with subvoxel accuracy."""
 
 from __future__ import annotations
 
@@ -17,28 +17,28 @@ from ..validate import within
 Slices = tuple[slice, slice, slice]
 
 THRESHOLD_HU = 800.0
-DIAMETERS_MM = (1.0, 6.0)  # of beads whose diameter is not given
-RELIABLE = 1.5  # diameter divided by the voxel's longest side, from which on beads are not lost between slices
-PRECISE = 2.0  # the same, from which on centres are within about a tenth of a millimetre
+DIAMETERS_MM = (1.0, 6.0)  # of beads with an unspecified diameter
+RELIABLE = 1.5  # diameter over the voxel's longest side from which on beads are not lost between slices
+PRECISE = 2.0  # the same, from which on centres are accurate to about a tenth of a millimetre
 
-_COARSE_MM = 1.0  # slices from which on voxels that a bead fills in part count for its centre
-_FLOOR_HU, _COARSE_FLOOR_HU = 500.0, 100.0  # what is subtracted of a voxel's value to be its weight
+_COARSE_MM = 1.0  # slice spacing from which on partially filled voxels count for the centre
+_FLOOR_HU, _COARSE_FLOOR_HU = 500.0, 100.0  # subtracted from a voxel's value to get its weight
 _DILATION = 2  # voxels around the component whose values count
-_SHELL = 2  # voxels around those, whose values tell what the bead lies in
-_BONE_HU, _BONE_SHARE = 300.0, 0.15  # a bead on skin has less of its shell above this value
-_HELD_BY = 0.3  # of a bead's largest value: nothing above it reaches away from the bead
-_LONGEST = 1.7  # longest axis of a bead divided by its shortest
-_FEW_VOXELS = 4  # above the threshold: so few look like a ball wherever they are
-_SIZE, _COARSE_SIZE = 1.3, 1.7  # measured diameter divided by the given one, or the inverse, at most
-_MOST = 20_000  # components that are looked at
+_SHELL = 2  # voxels around those, whose values show what surrounds the bead
+_BONE_HU, _BONE_SHARE = 300.0, 0.15  # a bead on skin has a smaller fraction of its shell above this value
+_HELD_BY = 0.3  # fraction of a bead's largest value: no values above it extend away from the bead
+_LONGEST = 1.7  # largest ratio of a bead's longest to its shortest axis
+_FEW_VOXELS = 4  # above the threshold: so few always look like a ball
+_SIZE, _COARSE_SIZE = 1.3, 1.7  # largest ratio of measured and given diameter, or of its inverse
+_MOST = 20_000  # largest number of examined components
 
 
 @dataclass(frozen=True, eq=False)
 class DetectedBead:
     """A bead in a CT.
 
-    position_mm: (3,) its centre, LPS. diameter_mm: of the ball that holds as much as was measured; too large where the
-    bead fills no voxel. peak_hu: its largest value. voxels: of them above the threshold.
+    position_mm: (3,) its centre, LPS. diameter_mm: of the ball with the measured content; too large if the bead fills
+    no voxel. peak_hu: its largest value. voxels: number above the threshold.
     """
 
     position_mm: Array
@@ -49,7 +49,7 @@ class DetectedBead:
 
 @dataclass(frozen=True, eq=False)
 class NoBead:
-    """A dense place of a bead's size that is none. position_mm: (3,) LPS; reason: in words."""
+    """A dense object of a bead's size that is not one. position_mm: (3,) LPS; reason: in words."""
 
     position_mm: Array
     reason: str
@@ -57,10 +57,10 @@ class NoBead:
 
 @dataclass(frozen=True, eq=False)
 class BeadSearch:
-    """What was found in a CT.
+    """Result of a search in a CT.
 
-    beads: from superior to inferior. cautions: sentences that a user has to read, such as a size that this scan cannot
-    show. left_out: dense places of a bead's size that were refused.
+    beads: from superior to inferior. cautions: sentences that a user must read, such as a bead size that this scan
+    cannot resolve. left_out: dense objects of a bead's size that were rejected.
     """
 
     beads: tuple[DetectedBead, ...]
@@ -80,26 +80,26 @@ def find_beads(
     threshold_hu: float = THRESHOLD_HU,
     progress: ProgressCallback = no_progress,
 ) -> BeadSearch:
-    """Beads in a CT: dense balls in soft tissue or air, such as those that are glued to the skin.
+    """Detect beads in a CT: dense balls in soft tissue or air, such as those glued to the skin.
 
-    Voxels above the threshold are parted into components. One of a bead's size is a bead if it is about as long in all
-    directions and little around it is bone; the others are left out, as are those that touch the border of the scan.
-    The centre is the mean of voxel positions over the component and two voxels around it, weighted by HU − 500; with
-    slices of 1 mm or more by HU − 100, since most voxels of a bead are then filled in part.
+    Voxels above the threshold are divided into connected components. One of a bead's size is a bead if its extents in
+    all directions are similar and little bone surrounds it; others are rejected, as are those at the border of the
+    scan. The centre is the mean of voxel positions over the component and two voxels around it, weighted by HU − 500;
+    with slices of 1 mm or more by HU − 100, since most voxels of a bead are then partially filled.
 
     A bead of 3 mm is located to 0.02 mm on average in voxels of 0.4 × 0.6 mm and 0.2 mm in those of 1 × 2 mm. Smaller
-    ones vanish between slices of 2 mm: a caution says which size can be relied on.
+    ones vanish between slices of 2 mm: a caution states which size is reliable.
 
     Li, Ishii & Taylor 2007, V.B: components above a threshold; the weights are vfix's.
 
     Args:
         volume: CT.
         diameter_mm: of the beads; None accepts 1 to 6 mm.
-        threshold_hu: a bead's largest value is above it, all around it below.
-        progress: called with the name of the stage and the share that is done; what it raises ends the search.
+        threshold_hu: a bead's largest value is above it, its surroundings are below.
+        progress: called with the name of the stage and the completed fraction; an exception from it ends the search.
 
     Raises:
-        InputError: the diameter is not from 0.5 to 20 mm, or the threshold is not from 300 HU on.
+        InputError: the diameter is not from 0.5 to 20 mm, or the threshold is below 300 HU.
     """
     check_search(diameter_mm, threshold_hu)
     sizes = DIAMETERS_MM
@@ -121,20 +121,20 @@ def find_beads(
 
 
 def check_search(diameter_mm: float | None, threshold_hu: float) -> None:
-    """Raise the InputError of `find_beads` for figures that cannot be, before a volume is read."""
+    """Raise the InputError of `find_beads` for invalid arguments, before a volume is read."""
     within("the threshold of beads in HU", threshold_hu, _BONE_HU, 3000.0)
     if diameter_mm is not None:
         within("the beads' diameter in mm", diameter_mm, 0.5, 20.0)
 
 
 def smallest_bead_mm(volume: Volume) -> float:
-    """The smallest diameter in mm that does not vanish between the voxels of a scan."""
+    """Smallest diameter in mm that does not vanish between the voxels of a scan."""
     return RELIABLE * volume.resolution_mm
 
 
 @dataclass(frozen=True, eq=False)
 class _Dense:
-    """A component in a box around it: its voxels, those of other components, and values."""
+    """A component in a padded box: its voxels, those of other components, and values."""
 
     box: Slices
     own: NDArray[np.bool_]
@@ -143,7 +143,7 @@ class _Dense:
 
 
 def _components(volume: Volume, threshold_hu: float, largest_mm: float, progress: ProgressCallback) -> list[_Dense]:
-    """Components above the threshold that are not longer than beads can be, in the order of their first voxels."""
+    """Components above the threshold of at most the size of beads, in the order of their first voxels."""
     from scipy import ndimage  # imported here: slow to load
 
     progress("Looking for dense places", 0.1)
@@ -169,11 +169,11 @@ def _components(volume: Volume, threshold_hu: float, largest_mm: float, progress
 
 
 def _cut_out(volume: Volume, labels: NDArray[np.int32], part: Slices, label: int, box: Slices) -> _Dense:
-    """A component with what is around it. ``labels`` are of the part of the scan that holds all that is dense."""
+    """Crop a component with its surroundings. ``labels`` are of the part of the scan that contains everything dense."""
     reach = _DILATION + _SHELL + 1
     full = _padded(_shifted(box, part), reach, volume.hu.shape)
     own, other = (np.zeros([side.stop - side.start for side in full], dtype=bool) for _ in range(2))
-    near = _padded(box, reach, labels.shape)  # may end before ``full`` does
+    near = _padded(box, reach, labels.shape)  # can end before ``full`` does
     inner = tuple(
         slice(a.start + b.start - c.start, a.start + b.stop - c.start) for a, b, c in zip(part, near, full, strict=True)
     )
@@ -206,19 +206,19 @@ def _judged(volume: Volume, dense: _Dense, sizes: tuple[float, float]) -> Detect
 
 
 def _attached(dense: _Dense) -> bool:
-    """Whether the component goes on, above the values of bone or a third of its own, to the end of its box."""
+    """Whether the component continues, above the values of bone or a third of its own, to the end of its box."""
     from scipy import ndimage  # imported here: slow to load
 
     level = max(_BONE_HU, _HELD_BY * float(dense.hu[dense.own].max()))
     labels, _ = ndimage.label(dense.hu > level)
     held = labels[dense.own]
-    whole = np.isin(labels, held[held > 0])  # 0 is what is around: a bright bead's own rim is below a third of its peak
+    whole = np.isin(labels, held[held > 0])  # 0 is background: a bright bead's own rim is below a third of its peak
     ends = [whole[0], whole[-1], whole[:, 0], whole[:, -1], whole[:, :, 0], whole[:, :, -1]]
     return any(bool(end.any()) for end in ends)
 
 
 def _diameter(volume: Volume, hu: Array, near: NDArray[np.bool_], shell: NDArray[np.bool_]) -> float:
-    """Diameter in mm of the ball that fills the voxels in part as measured, each before what lies behind it."""
+    """Diameter in mm of the ball that fills the voxels partially as measured, relative to the background of each."""
     from scipy import ndimage  # imported here: slow to load
 
     behind = ndimage.distance_transform_edt(~shell, sampling=volume.spacing[::-1], return_indices=True)[1]
@@ -229,7 +229,7 @@ def _diameter(volume: Volume, hu: Array, near: NDArray[np.bool_], shell: NDArray
 
 
 def _elongation(volume: Volume, offsets: Array, share: Array) -> float:
-    """Longest axis divided by the shortest; voxels blur a ball by their own size, which is allowed for."""
+    """Ratio of longest to shortest axis, corrected for the blur of a ball by the voxel size."""
     spread = (share[:, None] * offsets).T @ offsets
     blurred = np.sqrt(np.linalg.eigvalsh(spread))
     voxel = volume.spacing.max() / np.sqrt(12.0)
@@ -279,7 +279,7 @@ def _touches(dense: _Dense, shape: tuple[int, ...]) -> bool:
 
 
 def _bounds(mask: NDArray[np.bool_]) -> Slices | None:
-    """The box of what is true, along each axis; None where nothing is."""
+    """Bounding box of the true voxels, along each axis; None if there are none."""
     sides = []
     for axis in range(3):
         seen = np.flatnonzero(mask.any(axis=tuple(a for a in range(3) if a != axis)))

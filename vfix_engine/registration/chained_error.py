@@ -1,7 +1,7 @@
-"""The error to expect where a registration's points were measured in one frame and taken to another.
+"""Expected error of a registration whose points were measured in one frame and transformed to another.
 
-Errors of independent sources add as covariances: that of the fit, by the layout of its points, and that of what lies
-between, such as a tracker beside a robot, whose place moves all points alike.
+Errors of independent sources add as covariances: that of the fit, by the layout of its points, and that of the
+transform between the frames, such as the pose of a tracker beside a robot, which moves all points rigidly.
 """
 
 from __future__ import annotations
@@ -23,20 +23,20 @@ def target_errors_mm(
     *,
     motion_covariance: ArrayLike | None = None,
 ) -> tuple[Array, Array]:
-    """The error to be expected of a registration at targets: its rms length, and the radius of 95 %.
+    """Expected error of a registration at targets: its rms length, and the radius of the 95 % ball.
 
     Args:
         points: (m, 3) targets in mm, in the moving frame.
-        fle_mm: rms length of one pair's localisation error as stated. None: estimated from the fit; the ball of the
-            fit is larger then by ``estimated_factor``.
-        motion_covariance: (6, 6) of a motion (t, ω) of the whole fixed frame, in mm and rad, that is unknown and
-            independent of the fit: a point p of it is off by t + ω × p, as ``HandEye.covariance``. None: there is none.
+        fle_mm: rms length of one pair's localisation error, if known. None: estimated from the fit; the ball of the
+            fit is then larger by ``estimated_factor``.
+        motion_covariance: (6, 6) of an unknown motion (t, ω) of the whole fixed frame, in mm and rad, independent of
+            the fit: a point p of it is displaced by t + ω × p, as in ``HandEye.covariance``. None: there is none.
 
     Returns:
         Rms lengths (m,), and radii (m,) of balls about the targets, in mm.
 
     Raises:
-        InputError: the targets are no finite points, the error is negative, or the covariance is none.
+        InputError: the targets are not finite points, the error is negative, or the covariance is invalid.
     """
     of_fit, between = target_covariances(registration, points, fle_mm, motion_covariance=motion_covariance)
     factor = estimated_factor(registration.count) if fle_mm is None else 1.0
@@ -53,7 +53,7 @@ def target_covariances(
 ) -> tuple[Array, Array]:
     """Covariances (m, 3, 3) of the error at targets, in mm² and the fixed frame's axes: of the fit, and of the motion.
 
-    The two are independent, so that their sum is that of the whole error. Arguments and errors as ``target_errors_mm``.
+    The two are independent, so the total covariance is their sum. Arguments and errors as ``target_errors_mm``.
     """
     given = checked_points("the targets", points)
     targets, turn = registration.to_fixed(given), registration.transform[:3, :3]
@@ -67,10 +67,10 @@ def target_covariances(
 
 
 def checked_covariance(covariance: ArrayLike) -> Array:
-    """A copy (6, 6) of the covariance of a motion.
+    """Return a copy (6, 6) of the covariance of a motion.
 
     Raises:
-        InputError: another shape, numbers that are not finite, not symmetric, or negative in a direction.
+        InputError: the shape is wrong, numbers are not finite, or the matrix is not symmetric positive semidefinite.
     """
     given = real_array("the covariance of the motion", covariance)
     scale = float(np.abs(given).max(initial=0.0))

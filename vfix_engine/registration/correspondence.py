@@ -1,4 +1,4 @@
-"""Which measured point is which: the order in which two sets of points fit best."""
+"""Correspondence of two point sets: the assignment with which they fit best."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from .rigid_fit import residual_lengths, rigid_fits
 
 MOST_POINTS = 8  # of the smaller set; 40,320 orders
 MOST_IN_LARGER = 40
-AMBIGUOUS_RATIO = 3.0  # an order fits about as well below that multiple of the best order's FRE,
-AMBIGUOUS_MM = 1.0  # or below that FRE
+AMBIGUOUS_RATIO = 3.0  # an order fits about equally well below this multiple of the best order's FRE,
+AMBIGUOUS_MM = 1.0  # or below this FRE
 
-_KEPT = 50_000  # partial orders that are followed at once: all there are of 8 points and 8,
-_KEPT_OF_MORE = 10_000  # and these where there are more in the larger set
-_FITTED = 600  # orders that are fitted, those whose mutual distances agree best; a cube has 48 alike
-_SHOWN = 24  # candidates at most
+_KEPT = 50_000  # partial orders that are extended at once: all there are of 8 points and 8,
+_KEPT_OF_MORE = 10_000  # and the limit if the larger set has more
+_FITTED = 600  # orders that are fitted, those with the best agreement of mutual distances; a cube has 48 equal ones
+_SHOWN = 24  # largest number of candidates
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,16 +33,16 @@ class Candidate:
 
     @property
     def fre_mm(self) -> float:
-        """How well this order fits, as ``Registration.fre_mm``."""
+        """FRE of this order, as ``Registration.fre_mm``."""
         return self.registration.fre_mm
 
 
 @dataclass(frozen=True, eq=False)
 class Match:
-    """The order that fits best, and those that fit about as well.
+    """The order that fits best, and those that fit about equally well.
 
-    candidates: best first; more than one where the layout is symmetric or the points too few, at most 24.
-    second_fre_mm: FRE of the second-best order, whether it is a candidate or not; None where there is no other.
+    candidates: best first; more than one if the layout is symmetric or there are too few points, at most 24.
+    second_fre_mm: FRE of the second-best order, candidate or not; None if there is no other.
     """
 
     candidates: tuple[Candidate, ...]
@@ -70,25 +70,25 @@ class Match:
 
     @property
     def ambiguous(self) -> bool:
-        """Whether another order fits about as well, so that the user has to say which one is right."""
+        """Whether another order fits about equally well, so that the user must select the right one."""
         return len(self.candidates) > 1
 
 
 def match_points(fixed: ArrayLike, moving: ArrayLike) -> Match:
-    """Finds which moving point belongs to which fixed point.
+    """Find which moving point corresponds to which fixed point.
 
-    All orders are tried, point by point; where there are more than 50,000 (10,000 if the larger set has more than 8
-    points), those go on whose mutual distances agree best. The 600 best of the complete orders are fitted, so that a
-    mirrored order, whose distances agree as well, is told apart. Where one set has more points than the other, every
-    point of the smaller one is taken and the best subset of the larger.
+    All orders are extended point by point; of more than 50,000 (10,000 if the larger set has more than 8 points), only
+    those with the best agreement of mutual distances are kept. The 600 best complete orders are fitted, which also
+    distinguishes a mirrored order, whose distances agree equally. If one set has more points than the other, all points
+    of the smaller one and the best subset of the larger are used.
 
-    An order is a candidate as well if its FRE is below three times the best one, or below 1 mm.
+    An order is also a candidate if its FRE is below three times the best one, or below 1 mm.
 
     Args:
-        fixed, moving: (n, 3) and (m, 3) in mm; the smaller set has 3 to 8 points, the larger 40 at most.
+        fixed, moving: (n, 3) and (m, 3) in mm; the smaller set has 3 to 8 points, the larger at most 40.
 
     Raises:
-        InputError: too few or too many points, or every subset lies on a line.
+        InputError: too few or too many points, or every subset is collinear.
     """
     a, b = checked_points("the fixed points", fixed, 3), checked_points("the moving points", moving, 3)
     few, many = (a, b) if len(a) <= len(b) else (b, a)
@@ -115,7 +115,7 @@ def match_points(fixed: ArrayLike, moving: ArrayLike) -> Match:
         first, second = (every, order) if few is a else (order, every)
         try:
             candidates.append(Candidate(first, second, register_points(a[first], b[second])))
-        except InputError as error:  # two of its points are in one place
+        except InputError as error:  # two of its points coincide
             problem = error
         if len(candidates) == _SHOWN:
             break
@@ -125,14 +125,14 @@ def match_points(fixed: ArrayLike, moving: ArrayLike) -> Match:
 
 
 def _beside_a_line(points: Array) -> NDArray[np.bool_]:
-    """Which of sets of points (k, n, 3) determine a rotation, (k,)."""
+    """Mask (k,) of the point sets (k, n, 3) that determine a rotation."""
     spread = np.linalg.svd(points - points.mean(axis=1, keepdims=True), compute_uv=False)
     beside: NDArray[np.bool_] = spread[:, 1] >= ON_A_LINE * spread[:, 0]
     return beside
 
 
 def _orders(few: Array, many: Array) -> IndexArray:
-    """Orders (k, n): row r takes point i of ``few`` to point ``r[i]`` of ``many``, those that agree best first."""
+    """Orders (k, n): row r maps point i of ``few`` to point ``r[i]`` of ``many``, best agreement first."""
     apart_few = np.linalg.norm(few[:, None] - few[None], axis=2)
     apart_many = np.linalg.norm(many[:, None] - many[None], axis=2)
     orders, misfit = np.arange(len(many), dtype=np.intp)[:, None], np.zeros(len(many))

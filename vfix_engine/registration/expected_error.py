@@ -1,10 +1,9 @@
-"""How large the errors of a registration by point pairs are to be expected.
+"""Expected errors of a registration by point pairs.
 
-FLE, the fiducial localisation error, is the length of the error with which one point is measured; where points are
-measured in both frames it is that of the difference. FRE, the fiducial registration error, is what remains at the
-points after the fit; TRE, the target registration error, is the error elsewhere. Every figure here is a root mean
-square (rms) of lengths in mm, for errors that are independent and equal in all directions: with a standard deviation
-of σ per axis FLE is √3 σ.
+FLE, the fiducial localisation error, is the length of the measurement error of one point; if points are measured in
+both frames it is that of the difference. FRE, the fiducial registration error, is the residual at the points after the
+fit; TRE, the target registration error, is the error elsewhere. Every value here is a root mean square (rms) of lengths
+in mm, for independent and isotropic errors: with a standard deviation of σ per axis FLE is √3 σ.
 
 Source: Fitzpatrick, West & Maurer 1998, *Predicting error in rigid-body point-based registration*.
 """
@@ -22,7 +21,7 @@ _POLAR, _AROUND = 48, 24  # nodes of the integral over directions: 1e-7 of the r
 
 
 def expected_fre_mm(n: int, fle_mm: float) -> float:
-    """Expected rms FRE of n points that are fitted with equal weights: FLE √(1 − 2/n).
+    """Expected rms FRE of n points fitted with equal weights: FLE √(1 − 2/n).
 
     Raises:
         InputError: fewer than 3 points, or a negative error.
@@ -63,17 +62,16 @@ def pose_covariance(points: Array, weights: Array) -> tuple[Array, Array]:
 
 
 def residual_share(points: Array, weights: Array) -> float:
-    """Expected mean square residual of the points divided by FLE²: 1 − 2/n where the weights are equal."""
+    """Expected mean square residual of the points divided by FLE²: 1 − 2/n with equal weights."""
     squares = _residual_squares(points, weights)
     return float(squares.trace() / len(squares))
 
 
 def largest_squares(points: Array, weights: Array, fle_mm: float, share: float = 0.999) -> float:
-    """The sum of squared residuals, mm², below which it is with that probability where a point's error is ``fle_mm``.
+    """Quantile ``share`` of the sum of squared residuals, mm², of points with the localisation error ``fle_mm``.
 
-    Where the weights are equal the sum is σ² χ² with 3n − 6 degrees of freedom and σ² = FLE²/3. For others it is a
-    weighted sum of χ² with one degree each, and the scaled χ² of the same mean and variance is taken (Satterthwaite
-    1946).
+    With equal weights the sum is σ² χ² with 3n − 6 degrees of freedom and σ² = FLE²/3. Otherwise it is a weighted sum
+    of χ² with one degree each, approximated by a scaled χ² with the same mean and variance (Satterthwaite 1946).
 
     Args:
         points: (n, 3) mm, not on a line.
@@ -92,7 +90,7 @@ def largest_squares(points: Array, weights: Array, fle_mm: float, share: float =
 
 
 def _residual_squares(points: Array, weights: Array) -> Array:
-    """Matrix (3n, 3n) S of eᵀ S e, the sum of squared residuals for errors e of the points."""
+    """Matrix S (3n, 3n) of the quadratic form eᵀ S e, the sum of squared residuals for errors e of the points."""
     weights = weights / weights.max()
     rows = motion_rows(points - weights @ points / weights.sum())
     back = np.linalg.inv(np.einsum("n,nij,nik->jk", weights, rows, rows))
@@ -103,7 +101,7 @@ def _residual_squares(points: Array, weights: Array) -> Array:
 
 
 def motion_rows(offsets: Array) -> Array:
-    """Matrices (n, 3, 6) that take a small motion (t, ω) to the displacement t + ω × d of offsets d (n, 3)."""
+    """Matrices (n, 3, 6) that map a small motion (t, ω) to the displacement t + ω × d of offsets d (n, 3)."""
     rows = np.zeros((len(offsets), 3, 6))
     rows[:, :, :3] = np.eye(3)
     x, y, z = offsets.T
@@ -114,11 +112,11 @@ def motion_rows(offsets: Array) -> Array:
 
 
 def ball_radius(covariances: Array, share: float = 0.95) -> Array:
-    """Radii (m,) of balls about 0 that hold normal errors of the covariances (m, 3, 3) with the probability ``share``.
+    """Radii (m,) of balls about 0 that contain normal errors of covariances (m, 3, 3) with the probability ``share``.
 
-    With z normal and u its direction, ‖e‖² = ‖z‖² a(u) where a(u) = Σ λ u² of the eigenvalues λ, so the probability is
-    the mean over all directions of χ²₃ at r² / a(u). It is integrated over the sphere and solved for r by Newton's
-    method, which ascends to the solution: the function is concave from the quantile of the longest axis alone on.
+    With z normal and u its direction, ‖e‖² = ‖z‖² a(u) where a(u) = Σ λ u² with the eigenvalues λ, so the probability
+    is the mean over all directions of χ²₃ at r² / a(u). It is integrated over the sphere and solved for r by Newton's
+    method, which converges monotonically: the function is concave from the quantile of the longest axis on.
 
     Raises:
         InputError: ``share`` is not from 0.7 to 1 (excluded).
@@ -130,7 +128,7 @@ def ball_radius(covariances: Array, share: float = 0.95) -> Array:
     largest = eigenvalues[:, 2]
     relative = np.where(largest[:, None] > 0.0, eigenvalues, 1.0) / np.where(largest > 0.0, largest, 1.0)[:, None]
     cosine, weights = np.polynomial.legendre.leggauss(_POLAR)
-    cosine, weights = 0.5 * (cosine + 1.0), np.repeat(0.5 * weights, _AROUND) / _AROUND  # one octant is enough
+    cosine, weights = 0.5 * (cosine + 1.0), np.repeat(0.5 * weights, _AROUND) / _AROUND  # one octant, by symmetry
     around = (np.arange(_AROUND) + 0.5) * (0.5 * np.pi / _AROUND)
     squares = np.stack(
         [
@@ -153,10 +151,10 @@ def ball_radius(covariances: Array, share: float = 0.95) -> Array:
 
 
 def estimated_factor(n: int, share: float = 0.95) -> float:
-    """How much larger a ball has to be where FLE is not known but estimated from the fit of n pairs itself.
+    """Factor by which a ball is larger if FLE is not known but estimated from the residuals of n pairs.
 
     The squared error over the estimated variance follows F with 3 and 3n − 6 degrees of freedom instead of χ² with 3,
-    for an error that is equal in all directions: 1.9 for three pairs, 1.2 for five, and 1 for many.
+    for an isotropic error: 1.9 for three pairs, 1.2 for five, and 1 for many.
 
     Raises:
         InputError: fewer than 3 points, or ``share`` is not between 0.5 and 1.

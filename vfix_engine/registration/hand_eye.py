@@ -1,4 +1,4 @@
-"""Where a tracker stands beside a robot, from poses of a marker that the robot carries."""
+"""Pose of a tracker relative to a robot, from poses of a marker mounted on the robot (hand-eye calibration)."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ from .pointer import checked_poses
 from .points import checked_points
 
 FEWEST_POSES = 5
-LEVER_MM = 50.0  # a rotation by 1 rad counts as much as a displacement by that
+LEVER_MM = 50.0  # a rotation by 1 rad counts as much as this displacement
 
-_MOST_LEVERAGE = 0.99  # of a pose that alone tells a direction: its residual says nothing of its error
-_CLOSEST = 2e-3  # the second singular value of the rotations is smaller than the first by that share at least
+_MOST_LEVERAGE = 0.99  # of a pose that alone determines a direction, so that its residual does not show its error
+_CLOSEST = 2e-3  # smallest relative difference between the first two singular values of the rotations
 
 
 @dataclass(frozen=True, eq=False)
 class HandEye:
-    """The tracker's place beside the robot, and the marker's on the robot's flange; rigid, mm.
+    """Poses of the tracker relative to the robot, and of the marker on the robot's flange; rigid, mm.
 
     transform_tracker_to_base, transform_marker_to_flange: (4, 4).
-    rotation_residuals_deg, translation_residuals_mm: (n,) between the two ways to the marker, of each pose.
+    rotation_residuals_deg, translation_residuals_mm: (n,) difference of the marker's pose by robot and by tracker.
     covariance: (6, 6) of the error (t, ω) of ``transform_tracker_to_base``, in mm and rad: a point p of the base's
-        frame is off by t + ω × p.
+        frame is displaced by t + ω × p.
     """
 
     transform_tracker_to_base: Array
@@ -38,12 +38,12 @@ class HandEye:
 
     @property
     def rotation_residual_deg(self) -> float:
-        """Rms of the angles between the two ways to the marker."""
+        """Rms of the angles between the marker's orientations by robot and by tracker."""
         return float(np.sqrt((self.rotation_residuals_deg**2).mean()))
 
     @property
     def translation_residual_mm(self) -> float:
-        """Rms of the distances between the two ways to the marker's origin."""
+        """Rms of the distances between the marker's positions by robot and by tracker."""
         return float(np.sqrt((self.translation_residuals_mm**2).mean()))
 
     def error_mm(self, points: ArrayLike) -> Array:
@@ -56,19 +56,20 @@ class HandEye:
 
 
 def register_robot_to_tracker(robot_poses: ArrayLike, tracker_poses: ArrayLike) -> HandEye:
-    """The transform from a tracker to a robot's base, and that of the marker on the robot's flange.
+    """Estimate the transform from a tracker to a robot's base, and that of the marker on the robot's flange.
 
     Solves A X = Y B for the robot's poses A (``transform_flange_to_base``), the tracker's B
     (``transform_marker_to_tracker``), X = ``transform_marker_to_flange`` and Y = ``transform_tracker_to_base``.
     First in closed form (Shah 2013): the rotations are the singular vectors of Σ R_B ⊗ R_A, the translations follow
-    linearly. Then by least squares over both: the distances of points about the marker on the two ways, where a radian
-    counts as 50 mm.
+    linearly. Then by least squares over both: the distances between points around the marker by robot and by tracker,
+    where a radian counts as 50 mm.
 
     Args:
-        robot_poses, tracker_poses: (n, 4, 4) each, rigid, mm, at the same moments; at least 5.
+        robot_poses, tracker_poses: (n, 4, 4) each, rigid, mm, measured simultaneously; at least 5.
 
     Raises:
-        InputError: too few poses, not rigid, numbers that differ, or rotations about one axis only or by too little.
+        InputError: too few poses, poses that are not rigid, unequal numbers, or rotations about only one axis or too
+            small.
     """
     a = checked_poses("the robot's poses", robot_poses, FEWEST_POSES)
     b = checked_poses("the tracker's poses", tracker_poses, FEWEST_POSES)
@@ -96,7 +97,7 @@ def register_robot_to_tracker(robot_poses: ArrayLike, tracker_poses: ArrayLike) 
 
 
 def _closed_form(a: Array, b: Array) -> tuple[Array, Array]:
-    """X and Y in closed form; raises where the rotations leave them open."""
+    """Solve for X and Y in closed form; raises if the rotations do not determine them."""
     products = np.einsum("nij,nkl->ikjl", b[:, :3, :3], a[:, :3, :3]).reshape(9, 9)
     u, s, vt = np.linalg.svd(products)
     if s[0] - s[1] < _CLOSEST * s[0]:
@@ -113,7 +114,7 @@ def _closed_form(a: Array, b: Array) -> tuple[Array, Array]:
 
 
 def _rotation(columns: Array) -> Array:
-    """The rotation nearest to a matrix whose columns are stacked in (9,), up to its sign and size."""
+    """Rotation nearest to a matrix with columns stacked in (9,), up to its sign and size."""
     matrix = columns.reshape(3, 3).T
     u, _, vt = np.linalg.svd(matrix * np.sign(np.linalg.det(matrix)))
     rotation: Array = u @ vt
@@ -123,10 +124,10 @@ def _rotation(columns: Array) -> Array:
 def _equations(a: Array, b: Array, x: Array, y: Array) -> tuple[Array, Array, Array]:
     """Rows (n, 18, 12) and residuals (n, 18) of a Gauss-Newton step of X and Y, (t, ω) each, and (Σ rowsᵀ rows)⁻¹.
 
-    X moves in its own frame, X exp(δ), and Y in the base's, exp(δ) Y. Six points about the marker, two on each axis,
-    tell the distance of the two ways.
+    X moves in its own frame, X exp(δ), and Y in the base's, exp(δ) Y. The residuals are differences at six points
+    around the marker, two on each axis.
     """
-    points = np.vstack([np.eye(3), -np.eye(3)]) * (LEVER_MM * np.sqrt(1.5))  # six: mean square radius for each axis
+    points = np.vstack([np.eye(3), -np.eye(3)]) * (LEVER_MM * np.sqrt(1.5))  # mean square radius per axis: LEVER_MM
     ways = np.einsum("nij,pj->npi", (a @ x)[:, :3, :3], points) + (a @ x)[:, None, :3, 3]
     others = np.einsum("nij,pj->npi", (y @ b)[:, :3, :3], points) + (y @ b)[:, None, :3, 3]
     by_x = np.einsum("nij,pjk->npik", (a @ x)[:, :3, :3], motion_rows(points))
@@ -141,10 +142,10 @@ def _equations(a: Array, b: Array, x: Array, y: Array) -> tuple[Array, Array, Ar
 
 
 def _covariance(rows: Array, residuals: Array, back: Array) -> Array:
-    """Covariance (6, 6) of Y, from the residuals of the poses, which need not be alike.
+    """Covariance (6, 6) of Y, from the residuals of the poses, which may have different variances.
 
-    The residuals of a pose are smaller than its errors, since the fit follows them, much so where poses are few: they
-    are taken as (I − H)^−½ r, with H the pose's block of the hat matrix (Bell & McCaffrey 2002).
+    The residuals of a pose are smaller than its errors, since the fit follows them, especially with few poses: they are
+    corrected to (I − H)^−½ r, with H the pose's block of the hat matrix (Bell & McCaffrey 2002).
     """
     hat = rows @ back @ np.swapaxes(rows, 1, 2)
     shares, directions = np.linalg.eigh(hat)
@@ -155,7 +156,7 @@ def _covariance(rows: Array, residuals: Array, back: Array) -> Array:
 
 
 def _motion(step: Array) -> Array:
-    """The rigid transform of a small motion (t, ω)."""
+    """Rigid transform of a small motion (t, ω)."""
     x, y, z = step[3:]
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     angle = float(np.linalg.norm(step[3:]))
@@ -168,7 +169,7 @@ def _motion(step: Array) -> Array:
 
 
 def _axial(rotations: Array) -> Array:
-    """Axes (n, 3) of rotations, times the sines of their angles."""
+    """Axes (n, 3) of rotations, multiplied by the sines of their angles."""
     skew = rotations - np.swapaxes(rotations, 1, 2)
     axes: Array = 0.5 * np.stack([skew[:, 2, 1], skew[:, 0, 2], skew[:, 1, 0]], axis=1)
     return axes

@@ -1,4 +1,4 @@
-"""Which pair of a registration is off: each is left out in turn."""
+"""Detection of an outlier among the pairs of a registration, by leaving out each in turn."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from .points import Registration, checked_pairs, register_points
 
 Certainty = Literal["outlier", "suspect"]
 
-OUTLIER_MM = 2.0  # a pair that is off by less is named rightly in two of three cases only: a suspect
-OUTLIER_OF_FOUR_MM = 3.0  # the same for four pairs, where three are left to judge by
+OUTLIER_MM = 2.0  # a pair with a smaller error is identified correctly in only two of three cases: a suspect
+OUTLIER_OF_FOUR_MM = 3.0  # the same for four pairs, of which only three remain
 
-_BY_CHANCE = 0.2  # probability of naming one of pairs that are all good
-_FAR_MM, _FAR_BY_CHANCE = 1.5, 0.1  # a pair that is off by more may be named at this probability of its own
-_EXACT_MM = 1e-6  # residuals below that are rounding
+_BY_CHANCE = 0.2  # probability of reporting a pair although all are good
+_FAR_MM, _FAR_BY_CHANCE = 1.5, 0.1  # a pair with a larger error is reported at this probability of its own
+_EXACT_MM = 1e-6  # smaller residuals are rounding
 
 
 @dataclass(frozen=True, eq=False)
 class Outlier:
     """The pair that fits the others worst.
 
-    index: of the pair. certainty: 'outlier' where it is off by 2 mm or more (3 mm of four pairs), else 'suspect'.
+    index: of the pair. certainty: 'outlier' if its error is 2 mm or more (3 mm with four pairs), else 'suspect'.
     off_mm: distance of its points after the fit of the others. fre_mm: with it. without: the fit of the others.
     """
 
@@ -38,18 +38,18 @@ class Outlier:
 
 
 def find_outlier(fixed: ArrayLike, moving: ArrayLike, weights: ArrayLike | None = None) -> Outlier | None:
-    """The pair whose omission lowers FRE most, where it stands out; None where none does or fewer than four take part.
+    """Return the pair whose omission reduces FRE most, if significant; None if none is or with fewer than four pairs.
 
-    With e the distance vector of the pair left out and S its covariance over σ², by its own error and by that of the
-    fit of the others, eᵀS⁻¹e / 3 over their mean square residual is F-distributed with 3 and 3 (n − 1) − 6 degrees of
-    freedom. A pair stands out where that is improbable: by 0.2 / n, or by 0.1 if it is off by 1.5 mm or more. So about
-    one good set in four or five has a suspect.
+    With e the distance vector of the omitted pair and S its covariance over σ², from its own error and that of the fit
+    of the others, eᵀS⁻¹e / 3 over their mean square residual is F-distributed with 3 and 3 (n − 1) − 6 degrees of
+    freedom. A pair is reported if the probability of that is below 0.2 / n, or below 0.1 if its error is 1.5 mm or
+    more. So about one good set in four or five has a suspect.
 
-    With σ = 0.3 mm per axis the pair that is off by 2 mm is the one whose omission lowers FRE most in 83 % of cases of
-    4 pairs, 95 % of 5 and 97 % of 6, one off by 5 mm in 98 to 100 %, and one off by 1 mm in 56 to 68 % only.
+    With σ = 0.3 mm per axis a pair with an error of 2 mm is the one whose omission reduces FRE most in 83 % of cases of
+    4 pairs, 95 % of 5 and 97 % of 6, with an error of 5 mm in 98 to 100 %, and of 1 mm in only 56 to 68 %.
 
     Args:
-        fixed, moving, weights: as of ``register_points``; the weights are inverse to the pairs' variances.
+        fixed, moving, weights: as for ``register_points``; the weights are inverse to the pairs' variances.
 
     Raises:
         InputError: as ``register_points``.
@@ -65,7 +65,7 @@ def find_outlier(fixed: ArrayLike, moving: ArrayLike, weights: ArrayLike | None 
         others[index] = 0.0
         try:
             fit = register_points(fixed, moving, others)
-        except InputError:  # the others lie on a line
+        except InputError:  # the others are collinear
             continue
         fits.append((float(others @ fit.residuals_mm**2), index, fit))
     if not fits:
@@ -80,7 +80,7 @@ def find_outlier(fixed: ArrayLike, moving: ArrayLike, weights: ArrayLike | None 
 
 
 def _chance(fit: Registration, index: int, squares: float, weight: float) -> float:
-    """Probability of a pair this far off or farther, if it were as good as the others."""
+    """Probability of an error at least this large if the pair were as good as the others."""
     from scipy.special import fdtrc  # imported here: slow to load
 
     used = fit.weights > 0.0

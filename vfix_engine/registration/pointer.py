@@ -1,4 +1,4 @@
-"""A tracked pointer: where its tip is in its own frame, and the path that it has traced."""
+"""A tracked pointer: calibration of its tip, and the path that it has traced."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from ..validate import positive, real_array, rigid_transform, whole
 from .points import checked_points
 
 FEWEST_POSES = 6
-WORST_CONDITION = 20.0  # of the equations of a pivot: the pointer was swung by about 6 degrees
-REST_MM = 1.0  # motion that is taken for the hand's tremor at rest
+WORST_CONDITION = 20.0  # of the equations of a pivot calibration, for a swing of about 6 degrees
+REST_MM = 1.0  # motion attributed to tremor of the hand at rest
 
 
 @dataclass(frozen=True, eq=False)
 class PivotCalibration:
-    """Where the tip of a pointer is.
+    """Result of a pivot calibration.
 
-    tip_mm: (3,) in the pointer's frame. pivot_mm: (3,) the place in the tracker's frame that the tip stood in.
+    tip_mm: (3,) in the pointer's frame. pivot_mm: (3,) fixed position of the tip in the tracker's frame.
     residual_mm: rms distance of the tip from there; residuals_mm: (n,) of each pose.
     tip_error_mm: expected rms error of ``tip_mm``, from the residuals.
-    swing_deg: how far the pointer was swung about the direction in which it was swung least, as the half angle of a
-        cone. condition: number of the equations, 1 at best.
+    swing_deg: swing of the pointer about the direction in which it was smallest, as the half angle of a cone.
+    condition: number of the equations, at best 1.
     """
 
     tip_mm: Array
@@ -39,7 +39,7 @@ class PivotCalibration:
 
 
 def calibrate_pivot(poses: ArrayLike) -> PivotCalibration:
-    """The tip of a pointer that was swung about it while the tip stood in one place.
+    """Calibrate the tip of a pointer that was swung about it while the tip was fixed.
 
     Least squares of R tip + p = pivot over all poses (R, p), which is linear. Its condition number is
     √((1 + s) / (1 − s)) with s the largest singular value of the mean rotation.
@@ -48,7 +48,7 @@ def calibrate_pivot(poses: ArrayLike) -> PivotCalibration:
         poses: (n, 4, 4), ``transform_pointer_to_tracker`` in mm, at least 6 of them.
 
     Raises:
-        InputError: too few poses, one that is not rigid, or too little rotation, or about one axis only.
+        InputError: too few poses, one that is not rigid, or rotations that are too small or about only one axis.
     """
     given = checked_poses("the pointer's poses", poses, FEWEST_POSES)
     rotations, places = given[:, :3, :3], given[:, :3, 3]
@@ -75,11 +75,11 @@ def calibrate_pivot(poses: ArrayLike) -> PivotCalibration:
 
 @dataclass(frozen=True, eq=False)
 class TracedPath:
-    """A path that a pointer has traced, as points for a plan.
+    """A path traced by a pointer, as points for a plan.
 
-    points: (k, 3) mm, which ``SplinePath(points, degree)`` passes through. residual_mm: rms distance of the samples
-    from that path, largest_mm: the largest. samples: of the pointer, used: places of it that were fitted, after rests,
-    tremor and ways back were taken out.
+    points: (k, 3) mm, interpolated by ``SplinePath(points, degree)``. residual_mm: rms distance of the samples from
+    that path, largest_mm: the largest. samples: number of the pointer's samples, used: number of fitted positions,
+    after rests, tremor and back-and-forth motion were removed.
     """
 
     points: Array
@@ -97,23 +97,23 @@ class TracedPath:
 
 
 def traced_path(points: ArrayLike, *, degree: int = 5, spacing_mm: float = 6.0, rest_mm: float = REST_MM) -> TracedPath:
-    """A smooth path through the samples of a pointer's tip.
+    """Fit a smooth path through the samples of a pointer's tip.
 
-    Samples within ``rest_mm`` of where the tip came to be are one place, their mean; a way back and forth is cut where
-    it meets itself again. A B-spline of the degree with knots every ``spacing_mm`` is fitted by least squares over
-    chord length, and sampled at that spacing.
+    Samples within ``rest_mm`` of where the tip stopped are averaged to one position; back-and-forth motion is cut where
+    the path meets itself again. A B-spline of the degree with knots every ``spacing_mm`` is fitted by least squares
+    over chord length, and sampled at that spacing.
 
     Li & Taylor 2004, V, and Li, Ishii & Taylor 2007, V.E: a wire traced by a pointer, a B-spline of degree 5; theirs
-    interpolates the samples, noise included.
+    interpolates the samples, including their noise.
 
     Args:
         points: (n, 3) mm, in the order in which they were traced.
-        degree: of the spline, 1 to 5; less where there are few places.
-        spacing_mm: between the points of the result. It smooths what is shorter.
-        rest_mm: motion that is taken for tremor.
+        degree: of the spline, 1 to 5; reduced for few positions.
+        spacing_mm: between the points of the result; shorter features are smoothed.
+        rest_mm: motion attributed to tremor.
 
     Raises:
-        InputError: the samples are not finite points, or the tip did not move by twice ``rest_mm``.
+        InputError: the samples are not finite points, or the tip moved by less than twice ``rest_mm``.
     """
     degree = whole("the degree of the path", degree, 1, 5)
     spacing_mm, rest_mm = positive("spacing_mm", spacing_mm), positive("rest_mm", rest_mm)
@@ -135,7 +135,7 @@ def traced_path(points: ArrayLike, *, degree: int = 5, spacing_mm: float = 6.0, 
 
 
 def _leads_away(places: Array, rest_mm: float) -> bool:
-    """Whether places (n, 3) are more than a rest."""
+    """Whether positions (n, 3) extend beyond a rest."""
     return len(places) > 1 and float(np.linalg.norm(places - places[0], axis=1).max()) >= 2.0 * rest_mm
 
 
@@ -152,19 +152,19 @@ def _places(samples: Array, rest_mm: float) -> Array:
 
 
 def _forth(places: Array, rest_mm: float) -> Array:
-    """Without the loops: after each place the last one goes on that is as near to it as a rest."""
+    """Remove loops: after each position, continue from the last one within the rest distance of it."""
     kept, at = [], 0
     while at < len(places):
         kept.append(at)
         near = np.flatnonzero(np.linalg.norm(places[at:] - places[at], axis=1) <= rest_mm)
         at += int(near[-1]) + 1
-    if kept[-1] != len(places) - 1:  # the end of the path is where the tip came to stand
+    if kept[-1] != len(places) - 1:  # the path ends where the tip came to rest
         kept.append(len(places) - 1)
     return places[kept]
 
 
 def _fitted(places: Array, degree: int, spacing_mm: float) -> Array:
-    """Points of the least-squares spline, evenly along it."""
+    """Points of the least-squares spline, equally spaced."""
     from scipy.interpolate import make_lsq_spline  # imported here: slow to load
 
     along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(places, axis=0), axis=1))])
@@ -181,7 +181,7 @@ def _fitted(places: Array, degree: int, spacing_mm: float) -> Array:
 
 
 def checked_poses(what: str, poses: ArrayLike, least: int) -> Array:
-    """Copies (n, 4, 4) of rigid transforms.
+    """Return copies (n, 4, 4) of rigid transforms.
 
     Raises:
         InputError: fewer than ``least``, another shape, or one that is not rigid.

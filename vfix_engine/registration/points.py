@@ -1,4 +1,4 @@
-"""Registration by pairs of points: the rigid transform, what remains at the pairs, and the error elsewhere."""
+"""Registration by pairs of points: the rigid transform, residuals at the pairs, and the error elsewhere."""
 
 from __future__ import annotations
 
@@ -17,21 +17,21 @@ from .rigid_fit import residual_lengths, rigid_fits
 
 Side = Literal["moving", "fixed"]
 
-COINCIDENT_MM = 0.01  # two points nearer than that are one
-ON_A_LINE = 0.01  # spread across the points' line divided by the spread along it
+COINCIDENT_MM = 0.01  # points closer than this coincide
+ON_A_LINE = 0.01  # ratio of the points' spread perpendicular to a line and along it, below which they are collinear
 _SIDES = ("moving", "fixed")
 
 
 @dataclass(frozen=True, eq=False)
 class Registration:
-    """The rigid transform that fits pairs of points, in mm. Arrays are read-only.
+    """Rigid transform that fits pairs of points, in mm. Arrays are read-only.
 
-    FRE tells how well the pairs fit, not how far a target is off: the two are independent of each other, and with more
-    points FRE grows while TRE shrinks. For a target ask ``tre_mm``.
+    FRE measures the fit of the pairs, not the error at a target: the two are statistically independent, and with more
+    points FRE grows while TRE decreases. For a target use ``tre_mm``.
 
-    transform: (4, 4), takes a point of the moving frame to the fixed frame.
+    transform: (4, 4), maps a point of the moving frame to the fixed frame.
     fixed, moving: (n, 3) the pairs, each in its frame.
-    weights: (n,) of the pairs' squared residuals; those of weight 0 did not take part.
+    weights: (n,) of the pairs' squared residuals; those of weight 0 are excluded.
 
     Raises:
         InputError: as ``register_points``, or the transform is not rigid.
@@ -52,7 +52,7 @@ class Registration:
 
     @cached_property
     def residuals_mm(self) -> Array:
-        """Distance (n,) of each fixed point from its placed moving point, also of pairs with weight 0."""
+        """Distance (n,) of each fixed point from its transformed moving point, including pairs with weight 0."""
         lengths = residual_lengths(self.fixed, self.moving, self.transform[:3, :3], self.transform[:3, 3])
         lengths.setflags(write=False)
         return lengths
@@ -64,9 +64,9 @@ class Registration:
 
     @property
     def fre_mm(self) -> float:
-        """Fiducial registration error: √ of the mean of the squared residuals, over the pairs with positive weight.
+        """Fiducial registration error: rms of the residuals over the pairs with positive weight.
 
-        It is not weighted: each of these pairs counts alike.
+        It is unweighted: each of these pairs counts equally.
         """
         return float(np.sqrt((self.residuals_mm[self.weights > 0.0] ** 2).mean()))
 
@@ -77,21 +77,20 @@ class Registration:
 
     @property
     def fle_mm(self) -> float:
-        """Rms localisation error (length) that explains ``fre_mm``: FRE / √(1 − 2/n) where the weights are equal.
+        """Rms localisation error (length) that explains ``fre_mm``: FRE / √(1 − 2/n) with equal weights.
 
         For other weights 1 − 2/n is replaced by the exact expectation of that fit. Three pairs leave three degrees of
-        freedom (3n − 6), so there always is an estimate; it is rough, with a relative standard deviation of about
+        freedom (3n − 6), so there is always an estimate; it is rough, with a relative standard deviation of about
         1/√(2 (3n − 6)): 41 % for 3 pairs and 24 % for 5.
         """
         used = self.weights > 0.0
         return self.fre_mm / float(np.sqrt(residual_share(self.moving[used], self.weights[used])))
 
     def explained_by(self, fle_mm: float, share: float = 0.999) -> bool:
-        """Whether residuals as large as these are to be expected of pairs with that localisation error.
+        """Whether residuals of this size are expected for pairs with that localisation error.
 
-        False where fewer than 1 − ``share`` of such fits would leave as much: then the error is larger than was said,
-        or the pairs are not each other's. With three pairs 3 degrees of freedom are left, so it can be told of these
-        too.
+        False if fewer than 1 − ``share`` of such fits would have residuals as large: then the error is larger than
+        stated, or the pairs do not correspond. Three pairs leave 3 degrees of freedom, so the test applies to them too.
 
         Args:
             fle_mm: rms length of one pair's localisation error.
@@ -104,12 +103,12 @@ class Registration:
         return float((self.residuals_mm[used] ** 2).sum()) <= most
 
     def to_fixed(self, points: ArrayLike) -> Array:
-        """Points of the moving frame, (m, 3) or (3,), in the fixed frame."""
+        """Transform points of the moving frame, (m, 3) or (3,), to the fixed frame."""
         placed: Array = np.asarray(points, dtype=np.float64) @ self.transform[:3, :3].T + self.transform[:3, 3]
         return placed
 
     def to_moving(self, points: ArrayLike) -> Array:
-        """Points of the fixed frame, (m, 3) or (3,), in the moving frame."""
+        """Transform points of the fixed frame, (m, 3) or (3,), to the moving frame."""
         placed: Array = (np.asarray(points, dtype=np.float64) - self.transform[:3, 3]) @ self.transform[:3, :3]
         return placed
 
@@ -119,11 +118,11 @@ class Registration:
         Args:
             points: (m, 3) or (3,) targets in mm.
             fle_mm: rms length of one pair's localisation error, √3 times the standard deviation per axis; equal for all
-                pairs and in all directions, that of both frames together.
-            frame: in which the targets are given, and the axes of the covariances.
+                pairs and isotropic, for both frames together.
+            frame: of the targets, and of the axes of the covariances.
 
         Raises:
-            InputError: the targets are no finite points, the error is negative, or no such frame.
+            InputError: the targets are not finite points, the error is negative, or the frame is unknown.
         """
         targets = _targets(points)
         fle_mm = within("the localisation error fle_mm", fle_mm, 0.0)
@@ -145,28 +144,28 @@ class Registration:
         return np.sqrt(squared)
 
     def tre_95_mm(self, points: ArrayLike, fle_mm: float, *, frame: Side = "moving", share: float = 0.95) -> Array:
-        """Radii (m,) of balls about the targets that hold the error with a probability of 95 %, or ``share``.
+        """Radii (m,) of balls about the targets that contain the error with a probability of 95 %, or ``share``.
 
-        The quantile of the length of a normal error with the covariance of ``tre_covariance``, whose directions differ;
-        arguments and errors as there.
+        The quantile of the length of a normal error with the anisotropic covariance of ``tre_covariance``; arguments
+        and errors as there.
         """
         return ball_radius(self.tre_covariance(points, fle_mm, frame=frame), share)
 
 
 def register_points(fixed: ArrayLike, moving: ArrayLike, weights: ArrayLike | None = None) -> Registration:
-    """The rigid transform from the moving to the fixed frame that fits pairs of points best.
+    """Compute the rigid transform from the moving to the fixed frame that fits pairs of points best.
 
-    It minimises Σ w ‖fixed − (R moving + t)‖² over rotations R without mirror and translations t.
+    It minimises Σ w ‖fixed − (R moving + t)‖² over proper rotations R and translations t.
 
-    Source: Arun, Huang & Blostein 1987 (by singular values), with a mirror excluded as in Umeyama 1991.
+    Source: Arun, Huang & Blostein 1987 (by singular values), with reflections excluded as in Umeyama 1991.
 
     Args:
         fixed, moving: (n, 3) in mm, n ≥ 3; row i of both is the same point.
-        weights: (n,) not negative; a pair of weight 0 takes no part. None: all alike.
+        weights: (n,) ≥ 0; a pair of weight 0 is excluded. None: all equal.
 
     Raises:
-        InputError: fewer than three pairs take part, they lie on a line or coincide in one of the frames, numbers of
-            points differ, or a number is not finite.
+        InputError: fewer than three pairs are used, they are collinear or coincide in one of the frames, the numbers
+            of points differ, or a number is not finite.
     """
     fixed, moving, weights = checked_pairs(fixed, moving, weights)
     rotation, translation = rigid_fits(fixed, moving, weights)
@@ -176,7 +175,7 @@ def register_points(fixed: ArrayLike, moving: ArrayLike, weights: ArrayLike | No
 
 
 def checked_points(what: str, points: ArrayLike, least: int = 0) -> Array:
-    """A copy (n, 3) of finite points in mm.
+    """Return a copy (n, 3) of finite points in mm.
 
     Raises:
         InputError: anything else, or fewer than ``least``.
@@ -193,7 +192,7 @@ def checked_points(what: str, points: ArrayLike, least: int = 0) -> Array:
 
 
 def checked_pairs(fixed: ArrayLike, moving: ArrayLike, weights: ArrayLike | None) -> tuple[Array, Array, Array]:
-    """Copies of what a fit needs: fixed (n, 3), moving (n, 3) and weights (n,); raises as ``register_points``."""
+    """Return copies of fixed (n, 3), moving (n, 3) and weights (n,), validated; raises as ``register_points``."""
     first, second = checked_points("the fixed points", fixed, 3), checked_points("the moving points", moving, 3)
     if len(first) != len(second):
         raise InputError(
@@ -212,10 +211,10 @@ def checked_pairs(fixed: ArrayLike, moving: ArrayLike, weights: ArrayLike | None
 
 
 def _check_spread(name: str, points: Array, weights: Array, numbers: NDArray[np.intp]) -> None:
-    """Refuses points (n, 3) that leave a rotation free; ``numbers`` are theirs in what was given."""
+    """Refuse points (n, 3) that do not determine the rotation; ``numbers`` are their indices in the arguments."""
     from scipy.spatial import cKDTree  # imported here: slow to load
 
-    distance, nearest = cKDTree(points).query(points, k=2)  # of each point to itself, and to the nearest other one
+    distance, nearest = cKDTree(points).query(points, k=2)  # each point itself, and its nearest neighbour
     b = int(distance[:, 1].argmin())
     if distance[b, 1] < COINCIDENT_MM:
         a, b = sorted((b, int(nearest[b, 1]) if nearest[b, 1] != b else int(nearest[b, 0])))

@@ -1,7 +1,7 @@
 """Least-squares rigid fits of many sets of point pairs at once.
 
-Source: Arun, Huang & Blostein 1987, *Least-squares fitting of two 3-D point sets*, with the reflection guarded as in
-Umeyama 1991. Arguments are not checked here; ``points.py`` does.
+Source: Arun, Huang & Blostein 1987, *Least-squares fitting of two 3-D point sets*, with reflections excluded as in
+Umeyama 1991. Arguments are validated in ``points.py``, not here.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ def rigid_fits(fixed: Array, moving: Array, weights: Array) -> tuple[Array, Arra
     u, _, vt = np.linalg.svd(np.einsum("...n,...ni,...nj->...ij", share, about_moving, about_fixed))
     v, ut = np.swapaxes(vt, -1, -2), np.swapaxes(u, -1, -2)
     guard = np.broadcast_to(np.eye(3), u.shape).copy()
-    guard[..., 2, 2] = np.sign(np.linalg.det(v @ ut))  # the singular vectors may form a mirror; points in a plane do
+    guard[..., 2, 2] = np.sign(np.linalg.det(v @ ut))  # excludes reflections, e.g. for coplanar points
     rotations = v @ guard @ ut
     return rotations, centre_fixed - np.einsum("...ij,...j->...i", rotations, centre_moving)
 

@@ -1,4 +1,4 @@
-"""A registration refined on a surface: points touched on bone are moved onto its triangles."""
+"""Refinement of a registration on a surface: points touched on bone are moved onto its triangles."""
 
 from __future__ import annotations
 
@@ -16,27 +16,27 @@ from ..validate import rigid_transform, within
 from .points import Registration, checked_points
 from .rigid_fit import rigid_fits
 
-FEWEST = 10  # points that are kept, at least
-FARTHEST_MM = 30.0  # rms distance from which on the start is no start
+FEWEST = 10  # smallest number of points that are kept
+FARTHEST_MM = 30.0  # rms distance above which a start is rejected
 
 _MOST_STEPS = 300
-_MORE_STARTS, _SPREAD_MM = 6, 1.5  # and by how much they differ, per axis and by rotation at the points
+_MORE_STARTS, _SPREAD_MM = 6, 1.5  # and their differences, per axis and by rotation at the points
 _DONE_MM = 1e-4  # largest displacement of a point by the last step
-_FREE = 1e-3  # stability below which a motion is free
+_FREE = 1e-3  # stability below which a motion is unconstrained
 
 
 @dataclass(frozen=True, eq=False)
 class SurfaceRefinement:
-    """A registration whose points lie on a surface as well as they can.
+    """Registration of points to a surface.
 
-    transform: (4, 4) from the mesh's frame to that of the points, mm; as the initial one.
-    residual_mm: rms distance of the points that were kept from the surface. It is never the accuracy: a residual of
-        0.15 mm goes with errors of up to 3 mm at a target, since points slide along the surface and the worst were left
-        out. Judge the result on points that took no part, such as beads.
-    distances_mm: (n,) of every point from the surface. kept: (n,) bool, those that took part in the last step.
-    moved_mm: largest displacement of a point from where the initial registration had it.
-    stability: from 0 to 1, how much the surface resists the motion it resists least; near 0 on a plane or a ball.
-    steps: of the iteration. converged: whether the last one moved no point by more than 0.1 µm.
+    transform: (4, 4) from the mesh's frame to that of the points, mm; like the initial one.
+    residual_mm: rms distance of the kept points from the surface. It is not the accuracy: a residual of 0.15 mm
+        can occur with errors of up to 3 mm at a target, since points slide along the surface and the worst are
+        excluded. Evaluate the result on points that were not used, such as beads.
+    distances_mm: (n,) of every point from the surface. kept: (n,) bool, those used in the last step.
+    moved_mm: largest displacement of a point from its position by the initial registration.
+    stability: from 0 to 1, resistance of the surface to the motion it constrains least; near 0 on a plane or a ball.
+    steps: of the iteration. converged: whether the last step moved no point by more than 0.1 µm.
     """
 
     transform: Array
@@ -52,23 +52,23 @@ class SurfaceRefinement:
 def refine_on_surface(
     mesh: TriangleMesh | Proximity, points: ArrayLike, initial: Registration | ArrayLike, *, keep: float = 0.75
 ) -> SurfaceRefinement:
-    """Moves points onto a surface from a registration that is nearly right, within some millimetres.
+    """Move points onto a surface, starting from a registration that is accurate to some millimetres.
 
     Trimmed iterative closest points (Besl & McKay 1992; Chetverikov et al. 2002): closest points on the triangles
-    themselves, the nearest share of the pairs is fitted, until nothing moves; from the given start and from six around
-    it, of which the one that ends nearest to the surface counts. The surface must resist every motion,
-    which is judged as in Gelfand et al. 2003.
+    are computed and the nearest fraction of the pairs is fitted, until convergence; from the given start and from six
+    around it, of which the one with the smallest final distance is used. The surface must constrain every motion,
+    which is tested as in Gelfand et al. 2003.
 
     Args:
         mesh: the surface, such as bone in the image; or its ``ProximityTree``, which saves the time to build it.
-        points: (n, 3) mm, touched on that surface, such as measured at the patient.
+        points: (n, 3) mm, touched on that surface, such as measured on the patient.
         initial: (4, 4) from the mesh's frame to that of the points; or a ``Registration`` whose moving frame is the
             mesh's and whose fixed frame is that of the points.
-        keep: share of the points that are fitted, 0.5 to 1; the others are taken for slips of the pointer.
+        keep: fraction of the points that are fitted, 0.5 to 1; the others are treated as slips of the pointer.
 
     Raises:
-        InputError: fewer than 10 points are kept, they are far from the surface, or they lie where it is like a plane,
-            a ball or a cylinder and slides along itself.
+        InputError: fewer than 10 points are kept, they are far from the surface, or they lie on a part like a plane,
+            a ball or a cylinder, along which they can slide.
     """
     keep = within("the share of points to keep", keep, 0.5, 1.0)
     touched = checked_points("the touched points", points)
@@ -104,7 +104,7 @@ def refine_on_surface(
 
 @dataclass(frozen=True, eq=False)
 class _Settled:
-    """Where the iteration ended from one start: placed points (n, 3), their distances and triangles, those kept."""
+    """Result of the iteration from one start: transformed points (n, 3), their distances and triangles, those kept."""
 
     placed: Array
     distance: Array
@@ -116,7 +116,7 @@ class _Settled:
 
 
 def _starts(placed: Array) -> list[Array]:
-    """The given start, and some around it: the iteration may settle beside the best place."""
+    """Return the given start and some around it, since the iteration can end in a local minimum."""
     centre = placed.mean(axis=0)
     random = np.random.default_rng(0)
     size = max(float(np.sqrt(((placed - centre) ** 2).sum(axis=1).mean())), 1.0)
@@ -124,7 +124,7 @@ def _starts(placed: Array) -> list[Array]:
     for _ in range(_MORE_STARTS):
         x, y, z = random.normal(0.0, _SPREAD_MM / size, 3)
         turn = np.linalg.qr(np.eye(3) + np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]]))[0]
-        turn = turn * np.sign(np.diag(turn))  # the columns of the rotation, not their opposites
+        turn = turn * np.sign(np.diag(turn))  # the QR factor's columns are unique up to their sign
         starts.append((placed - centre) @ turn.T + centre + random.normal(0.0, _SPREAD_MM, 3))
     return starts
 
@@ -149,10 +149,10 @@ def _settled(tree: Proximity, placed: Array, count: int) -> _Settled:
 
 
 def _stability(points: Array, normals: Array) -> float:
-    """How much normals (n, 3) resist the rigid motion of points (n, 3) that they resist least, from 0 to 1.
+    """Resistance of normals (n, 3) to the rigid motion of points (n, 3) that they constrain least, from 0 to 1.
 
-    Three times the smallest mean square of the motion along the normals, rotations in units of the points' rms distance
-    from their centre: 0 where a motion is free, at most 1, where all directions are resisted alike.
+    Three times the smallest mean square of the motion along the normals, with rotations in units of the points' rms
+    distance from their centre: 0 for an unconstrained motion, 1 if all directions are constrained equally.
     """
     about = points - points.mean(axis=0)
     about = about / max(float(np.sqrt((about**2).sum(axis=1).mean())), 1e-12)

@@ -1,22 +1,22 @@
 """Rigid transforms in files: ITK's text format, as 3D Slicer and ANTs write it, and JSON. LPS, mm.
 
 Direction
-    A transform here takes a point of the moving frame to the fixed frame, as ``Registration.transform`` does. An ITK
-    file holds the opposite: to resample a moving image ITK asks, for each place of the fixed image, where in the moving
-    image it is. 3D Slicer keeps to that: the file of a linear transform holds 'from parent', from the node's parent,
-    which is the fixed frame or the world, to what is moved by the node. So the transform is inverted once when it is
-    written and once when it is read, and in 3D Slicer it moves the image (moving) onto the patient (fixed). Point
-    coordinates are LPS in the file; 3D Slicer shows the same matrix in RAS.
+    A transform here maps a point of the moving frame to the fixed frame, as ``Registration.transform`` does. An ITK
+    file contains the inverse: to resample a moving image ITK maps each point of the fixed image to the moving image. 3D
+    Slicer follows that: the file of a linear transform contains 'from parent', from the node's parent, which is the
+    fixed frame or the world, to what the node moves. So the transform is inverted once when it is written and once when
+    it is read, and in 3D Slicer it moves the image (moving) to the patient (fixed). Point coordinates are LPS in the
+    file; 3D Slicer displays the same matrix in RAS.
 
 Several transforms
-    Those of a `CompositeTransform`, as 3D Slicer writes a hardened chain, are composed as ITK does: x is taken to
-    T0(T1(… Tn(x))), so that the last one of the file moves a point first
-    (https://www.itk.org/Doxygen/html/classitk_1_1CompositeTransform.html). Their composition has to be rigid. Several
-    transforms without that heading are a list, as of the images of a series, of which none is meant.
+    Those of a `CompositeTransform`, as 3D Slicer writes a hardened chain, are composed as in ITK: x is mapped to
+    T0(T1(… Tn(x))), so that the last one of the file is applied first
+    (https://www.itk.org/Doxygen/html/classitk_1_1CompositeTransform.html). Their composition must be rigid. Several
+    transforms without that heading are a list, e.g. of the images of a series, from which none can be selected.
 
 Rounding
-    Seventeen digits are written, so that what is read is the same to 1e-12. A file of six digits is off from a rotation
-    by about 1e-6; up to 1e-4 the nearest rotation is taken, beyond that it is a scale or a shear and refused.
+    Seventeen digits are written, so that the transform is reproduced to 1e-12. A file of six digits deviates from a
+    rotation by about 1e-6; up to 1e-4 the nearest rotation is used, beyond that it is refused as a scale or a shear.
 """
 
 from __future__ import annotations
@@ -38,8 +38,8 @@ from ..validate import real_array, rigid_transform
 
 JSON_SCHEMA = "vfix-transform/1"
 LARGEST_BYTES = 1_000_000
-MOVING_NAMES, FIXED_NAMES = ("moving", "image"), ("fixed", "patient", "base")  # of the frames, in JSON
-ROTATION_OFF = 1e-4  # of RᵀR − I, absolute
+MOVING_NAMES, FIXED_NAMES = ("moving", "image"), ("fixed", "patient", "base")  # names of the frames, in JSON
+ROTATION_OFF = 1e-4  # tolerance of RᵀR − I, absolute
 
 _MAGIC = "#Insight Transform File V1.0"
 _KINDS = {  # number of parameters; those with a centre have it as fixed parameters
@@ -53,16 +53,16 @@ _KINDS = {  # number of parameters; those with a centre have it as fixed paramet
     "IdentityTransform": 0,
 }
 _WITHOUT_CENTRE = ("TranslationTransform", "IdentityTransform")
-_NEXT = "#Transform "  # above each transform of a file, with its number
+_NEXT = "#Transform "  # heading of each transform of a file, followed by its number
 _COMPOSITE = "CompositeTransform_"
 _DEFORMABLE = ("Spline", "DisplacementField", "DeformationField", "VelocityField", "Warp")  # parts of names
 
 
 def write_transform(file: Path | str, transform: ArrayLike) -> None:
-    """Writes a transform from the moving to the fixed frame (4, 4) as `.tfm` or `.json`, by the file's name.
+    """Write a transform from the moving to the fixed frame (4, 4) as `.tfm` or `.json`, by the file name.
 
     Raises:
-        InputError: it is not rigid, or the name ends otherwise.
+        InputError: it is not rigid, or the suffix is another one.
     """
     path = Path(file)
     suffix = path.suffix.lower()
@@ -72,7 +72,7 @@ def write_transform(file: Path | str, transform: ArrayLike) -> None:
 
 
 def read_transform(file: Path | str) -> Array:
-    """The transform from the moving to the fixed frame (4, 4) in a `.tfm` (or `.txt`) or `.json` file.
+    """Read the transform from the moving to the fixed frame (4, 4) from a `.tfm` (or `.txt`) or `.json` file.
 
     Raises:
         InputError: another kind of file, or as ``transform_from_tfm`` and ``transform_from_json``.
@@ -90,14 +90,14 @@ def read_transform(file: Path | str) -> Array:
 
 
 def tfm_text(transform: ArrayLike, comments: Sequence[str] = ()) -> str:
-    """The text of an ITK file, an `AffineTransform_double_3_3` about the origin; see above for its direction.
+    """Format an ITK file, an `AffineTransform_double_3_3` about the origin; see above for its direction.
 
     Args:
         transform: (4, 4), from the moving to the fixed frame, in mm.
-        comments: lines below the first one, which readers pass over.
+        comments: lines below the first one, which readers ignore.
 
     Raises:
-        InputError: the transform is not rigid, or a comment is more than a line.
+        InputError: the transform is not rigid, or a comment has more than one line.
     """
     back = inverse(transform)
     if any(len(comment.splitlines()) > 1 for comment in comments):
@@ -111,14 +111,14 @@ def tfm_text(transform: ArrayLike, comments: Sequence[str] = ()) -> str:
 
 
 def transform_from_tfm(text: str) -> Array:
-    """The transform from the moving to the fixed frame (4, 4) in the text of an ITK file; see above for its direction.
+    """Parse the transform from the moving to the fixed frame (4, 4) from an ITK file; see above for its direction.
 
-    Read are affine and matrix-offset transforms that are rigid, Euler (both orders), versor, quaternion and translation
-    transforms in three dimensions, about any centre, and compositions of them.
+    Supported are affine and matrix-offset transforms that are rigid, Euler (both orders), versor, quaternion and
+    translation transforms in three dimensions, about any centre, and compositions of them.
 
     Raises:
-        InputError: no ITK text file, several transforms that are not composed, a deformable or unknown kind, wrong
-            numbers, no centre where the kind has one, a mirror, scale or shear, or a file that was cut.
+        InputError: not an ITK text file, several transforms that are not composed, a deformable or unknown kind, wrong
+            numbers, a missing centre, a reflection, scale or shear, or a truncated file.
     """
     forth = np.eye(4)
     for kind, parameters, fixed in _transforms(text):
@@ -133,9 +133,9 @@ def transform_from_tfm(text: str) -> Array:
 
 
 def tfm_comments(text: str) -> list[tuple[str, str]]:
-    """What comments say as 'key: value', in their order, wherever they stand; other comments are passed over.
+    """Parse comments of the form 'key: value', in their order, wherever they are; other comments are ignored.
 
-    Raises InputError where it is no ITK file.
+    Raises InputError if it is not an ITK file.
     """
     found = []
     for line in _lines(text)[1:]:
@@ -150,15 +150,15 @@ def tfm_comments(text: str) -> list[tuple[str, str]]:
 def json_text(
     transform: ArrayLike, *, moving: str = "moving", fixed: str = "fixed", origin: Mapping[str, Any] | None = None
 ) -> str:
-    """A transform as JSON: its rows, and its direction in words.
+    """Format a transform as JSON: its rows, and its direction in words.
 
     Args:
         transform: (4, 4), from the moving to the fixed frame, in mm.
         moving, fixed: the frames' names: 'moving' or 'image', and 'fixed', 'patient' or 'base'.
-        origin: further fields, which readers pass over.
+        origin: further fields, which readers ignore.
 
     Raises:
-        InputError: the transform is not rigid, or a frame has no such name.
+        InputError: the transform is not rigid, or a frame has another name.
     """
     for name, known in ((moving, MOVING_NAMES), (fixed, FIXED_NAMES)):
         if name not in known:
@@ -169,7 +169,7 @@ def json_text(
 
 
 def transform_from_json(text: str) -> Array:
-    """The inverse of ``json_text``.
+    """Parse the result of ``json_text``.
 
     Raises:
         InputError: not JSON, another schema, unit, frame or direction, or not rigid.
@@ -189,7 +189,7 @@ def transform_from_json(text: str) -> Array:
 
 
 def _transforms(text: str) -> list[tuple[str, list[float], list[float]]]:
-    """Kind, parameters and fixed parameters of the file's one transform, or of those that it composes, in its order."""
+    """Kind, parameters and fixed parameters of the file's only transform, or of the composed ones, in order."""
     blocks = _blocks(text)
     composed = bool(blocks) and blocks[0]["Transform"].startswith(_COMPOSITE)
     members = blocks[1:] if composed else blocks
@@ -202,9 +202,9 @@ def _transforms(text: str) -> list[tuple[str, list[float], list[float]]]:
 
 
 def _blocks(text: str) -> list[dict[str, str]]:
-    """The lines of each transform in the file, by their names."""
+    """Group the lines of each transform in the file by their names."""
     lines = _lines(text)
-    if not text.endswith(("\n", "\r")):  # ITK ends every line; in a number nobody sees that digits are missing
+    if not text.endswith(("\n", "\r")):  # ITK ends every line; a truncated number would go unnoticed
         raise InputError("the file ends in the middle of a line: it was cut; save the transform again")
     if next((line for line in reversed(lines) if line), "").startswith(_NEXT):
         raise InputError("the file ends where its next transform begins: it was cut; save the transform again")
@@ -224,7 +224,7 @@ def _blocks(text: str) -> list[dict[str, str]]:
 
 
 def _lines(text: str) -> list[str]:
-    """The lines of a file without blanks around them, its first one checked."""
+    """Return the stripped lines of a file, after checking its first one."""
     lines = [line.strip() for line in text.lstrip("\ufeff").splitlines()]
     if not lines or not lines[0].startswith(_MAGIC):
         raise InputError(f"no ITK transform in text form: its first line is '{_MAGIC}'; save the transform as .tfm")
@@ -232,7 +232,7 @@ def _lines(text: str) -> list[str]:
 
 
 def _transform(block: dict[str, str]) -> tuple[str, list[float], list[float]]:
-    """Kind, parameters and fixed parameters of one transform, its dimensions checked."""
+    """Kind, parameters and fixed parameters of one transform, with its dimensions checked."""
     kind, *dimensions = block["Transform"].split("_")
     if any(part in kind for part in _DEFORMABLE):
         raise InputError(
@@ -252,7 +252,7 @@ def _transform(block: dict[str, str]) -> tuple[str, list[float], list[float]]:
 def _numbers(name: str, block: dict[str, str]) -> list[float]:
     text = block.get(name, "")
     try:
-        if "_" in text or not text.isascii():  # which Python takes within a number
+        if "_" in text or not text.isascii():  # which Python accepts within a number
             raise ValueError(text)
         values = [float(word) for word in text.split()]
     except ValueError as error:
@@ -285,7 +285,7 @@ def _matrix_and_offset(kind: str, parameters: Sequence[float], fixed: Sequence[f
 
 
 def _euler(angles: Array, zyx: bool) -> Array:
-    """Rotation by angles about x, y and z: Rz Rx Ry, or Rz Ry Rx where the file says so."""
+    """Rotation by angles about x, y and z: Rz Rx Ry, or Rz Ry Rx if ``zyx``."""
     (cx, cy, cz), (sx, sy, sz) = np.cos(angles), np.sin(angles)
     about_x = np.array([[1.0, 0.0, 0.0], [0.0, cx, -sx], [0.0, sx, cx]])
     about_y = np.array([[cy, 0.0, sy], [0.0, 1.0, 0.0], [-sy, 0.0, cy]])
@@ -314,7 +314,7 @@ def _quaternion(quaternion: Array) -> Array:
 
 
 def _rotation(matrix: Array) -> Array:
-    """The rotation nearest to a matrix that is one but for rounding."""
+    """Return the rotation nearest to a matrix that is a rotation up to rounding."""
     u, scales, vt = np.linalg.svd(matrix)
     if np.linalg.det(matrix) < 0.0:
         raise InputError("the transform is a mirror, not a motion; left and right would be swapped: export it as rigid")

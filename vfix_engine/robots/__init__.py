@@ -1,8 +1,8 @@
-"""Robots and tools over Pinocchio.
+"""Robots and tools, based on Pinocchio.
 
 ``RobotModel`` is a serial robot from a URDF, a configuration or a Pinocchio model. ``PlacedRobot`` has its base in the
-patient frame, so that its kinematics and Jacobian are in LPS mm. ``SnakeModel`` is a robot of identical links behind
-universal joints, made from numbers.
+patient frame, so that its kinematics and Jacobian are in LPS mm. ``SnakeModel`` is a parametric robot of identical
+links behind universal joints.
 """
 
 from .config import urdf_frames

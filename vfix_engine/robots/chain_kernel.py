@@ -37,7 +37,7 @@ class Chain(NamedTuple):
         tip_rotation: Array,
         tip_offset: Array,
     ) -> Chain:
-        """Read-only copies of the arrays, so that every chain has the one type the kernels are compiled for."""
+        """Make read-only copies of the arrays, so that every chain has the one type for which kernels are compiled."""
         floats = (axis, rotation, offset, tip_rotation, tip_offset)
         kinds = np.array(revolute, dtype=np.bool_, order="C")
         copies = [np.array(a, dtype=np.float64, order="C") for a in floats]
@@ -65,7 +65,7 @@ def forward(chain: Chain, q: Array, rotation_out: Array, position_out: Array, ja
         rotation_out: (3, 3); position_out: (3,) mm.
         jacobian_out: (6, n), rows 0-2 the tip's velocity, rows 3-5 the angular velocity per unit of joint speed.
     """
-    frame, origin = rotation_out, position_out  # of the joint in turn, until the tip is reached
+    frame, origin = rotation_out, position_out  # of the present joint, until the tip is reached
     for i in range(3):
         origin[i] = 0.0
         for k in range(3):

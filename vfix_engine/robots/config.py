@@ -1,4 +1,4 @@
-"""Reader of robot configurations (``vfix-robot/2``): URDF, base and tool frame, and values that a URDF lacks."""
+"""Reader of robot configurations (``vfix-robot/2``): URDF, base and tool frame, and values missing in the URDF."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from .urdf import Urdf, parse_urdf
 
 ROBOT_SCHEMA = "vfix-robot/2"
 UNITS = {"length": "mm", "angle": "rad"}
-Z_ALONG_SHAFT = (0.5 * np.pi, 0.0, 0.0)  # turns the flange's y axis, the shaft's, onto z of the tool frame
+Z_ALONG_SHAFT = (0.5 * np.pi, 0.0, 0.0)  # rotates the flange's y axis, along the shaft, to z of the tool frame
 
 _NOWHERE = Path("a URDF without a folder")
 _KEYS = {
@@ -26,12 +26,12 @@ _KEYS = {
     "joints",
 }  # fmt: skip
 _JOINT_KEYS = {"title", "lower", "upper", "speed", "acceleration", "weight", "source"}
-_NUMBERS = ("lower", "upper", "speed", "acceleration")  # of a joint, which need a source
+_NUMBERS = ("lower", "upper", "speed", "acceleration")  # of a joint; these need a stated source
 
 
 @dataclass(frozen=True)
 class RobotConfig:
-    """A configuration; lengths in mm, angles in rad. None takes the value of the URDF."""
+    """A configuration; lengths in mm, angles in rad. None selects the value of the URDF."""
 
     name: str
     title: str
@@ -78,7 +78,7 @@ def parts_of_urdf(data: bytes, name: str, tool_frame: str | None = None) -> Robo
 
 
 def urdf_frames(data: bytes) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Names of all links of a URDF except its root, and of the links without children. Raises RobotError."""
+    """Names of all links of a URDF except its root, and of the leaf links. Raises RobotError."""
     urdf = parse_urdf(data, _NOWHERE)
     return tuple(link for link in urdf.links if link != urdf.root), urdf.leaves()
 
@@ -88,7 +88,7 @@ def _built(file: Path, config: RobotConfig) -> RobotParts:
     try:
         return _robot(parse_urdf(data, file.parent), config)
     except RobotError as error:
-        # The name of the file only: the rest of the path may name a person.
+        # Only the file name: the rest of the path may contain a person's name.
         raise RobotError(f"{file.name}: {error}") from error
 
 

@@ -18,14 +18,14 @@ MAX_FILE_BYTES = 1 << 20  # a description is a few kilobytes
 
 
 def description_path(name_or_path: str | Path, folder: str) -> Path:
-    """The file of a path, or of the name of a shipped description: letters, digits, '_' and '-' only."""
+    """Return the file for a path, or for the name of a shipped description: letters, digits, '_' and '-' only."""
     text = str(name_or_path)
     shipped = text.replace("_", "").replace("-", "").isalnum()
     return assets_dir() / folder / f"{text}.json" if shipped else Path(text)
 
 
 def read_bytes(path: Path, folder: str) -> bytes:
-    """The content of a description; RobotError for a missing, unreadable or too large file."""
+    """Return the content of a description; RobotError for a missing, unreadable or too large file."""
     try:
         with path.open("rb") as stream:
             data = stream.read(MAX_FILE_BYTES + 1)
@@ -42,7 +42,7 @@ def read_bytes(path: Path, folder: str) -> bytes:
 
 
 def read_description(name_or_path: str | Path, folder: str, schema: str) -> dict[str, Any]:
-    """A JSON description from a path or a shipped name. Raises RobotError for another schema."""
+    """Read a JSON description from a path or a shipped name. Raises RobotError for another schema."""
     path = description_path(name_or_path, folder)
     content = read_bytes(path, folder)
     try:
@@ -55,7 +55,7 @@ def read_description(name_or_path: str | Path, folder: str, schema: str) -> dict
 
 
 def check_keys(entry: Any, keys: set[str], what: str) -> None:
-    """RobotError where the entry is no mapping or has an unknown key, such as a misspelt one."""
+    """Raise RobotError if the entry is not a mapping or has an unknown key, such as a misspelt one."""
     if not isinstance(entry, Mapping):
         raise RobotError(f"{what} is not a mapping of names to values")
     unknown = sorted(str(key) for key in set(entry) - keys)
@@ -64,14 +64,14 @@ def check_keys(entry: Any, keys: set[str], what: str) -> None:
 
 
 def check_transform(transform: Array, what: str = "the robot's base") -> Array:
-    """A read-only copy of a rigid transform (4, 4) in mm; RobotError for any other matrix."""
+    """Return a read-only copy of a rigid transform (4, 4) in mm; RobotError for any other matrix."""
     matrix = rigid_transform(transform, what, RobotError)
     matrix.setflags(write=False)
     return matrix
 
 
 def transform_of(xyz: tuple[float, float, float], rpy: tuple[float, float, float]) -> Array:
-    """The transform (4, 4) of a translation and of URDF's angles in rad: rotation Rz(yaw) Ry(pitch) Rx(roll)."""
+    """Transform (4, 4) from a translation and URDF angles in rad: rotation Rz(yaw) Ry(pitch) Rx(roll)."""
     (cr, cp, cy), (sr, sp, sy) = np.cos(rpy), np.sin(rpy)
     transform = np.eye(4)
     transform[:3, :3] = [

@@ -14,7 +14,7 @@ from .joints import Joint, Mount, RobotParts
 from .serial import ASSUMED_SPEED, ASSUMED_STOP_S, CONTINUOUS_RANGE
 
 MM_PER_M = 1000.0
-Z_ALONG_SHAFT = (0.5 * np.pi, 0.0, 0.0)  # turns the flange's y axis, the shaft's, onto z of the tool frame
+Z_ALONG_SHAFT = (0.5 * np.pi, 0.0, 0.0)  # rotates the flange's y axis, along the shaft, to z of the tool frame
 _LARGEST = 1e6  # a limit above it means no limit
 
 
@@ -46,13 +46,13 @@ def robot_from_pinocchio(
 
 
 def _joint(model: pin.Model, data: pin.Data, i: int, weight: float | None) -> tuple[Joint, list[str]]:
-    """One joint in mm and rad, and the assumptions made."""
+    """Convert one joint to mm and rad, and list the assumptions made."""
     name, given = model.names[i], model.joints[i]
     where, assumed = f"joint '{name}'", []
     if given.nv != 1:
         raise RobotError(f"{where} is a {given.shortname()}: a chain needs revolute and prismatic joints")
     jacobian = pin.getJointJacobian(model, data, i, pin.ReferenceFrame.LOCAL)
-    column = jacobian.reshape(6, -1)[:, given.idx_v]  # a vector for a model with one joint
+    column = jacobian.reshape(6, -1)[:, given.idx_v]  # the Jacobian is a vector for a model with one joint
     shift, turn = column[:3], column[3:]
     if np.allclose(shift, 0.0) == np.allclose(turn, 0.0):
         raise RobotError(f"{where} is a {given.shortname()}: a chain needs revolute and prismatic joints")

@@ -22,8 +22,8 @@ class IkResult:
 
     q: joints (n,) in mm or rad, inside their ranges.
     found: whether the pose is reached.
-    position_error_mm: distance of the tip from the wanted position; 0 where found.
-    stopped: indices of the joints at a limit that would have to move beyond it.
+    position_error_mm: distance of the tip from the desired position; 0 where found.
+    stopped: indices of the joints at a limit whose further motion would reduce the error.
     """
 
     q: Array
@@ -33,14 +33,14 @@ class IkResult:
 
 
 def inverse_kinematics(placed: PlacedRobot, rotation: Array, position: Array, start: Array) -> IkResult:
-    """Joints that bring the tip to a pose, or as near to it as their ranges allow.
+    """Return joints that move the tip to a pose, or as near to it as their ranges allow.
 
     Damped least squares (Levenberg-Marquardt) from ``start``; for a redundant robot the result is near ``start``.
     A pose counts as reached within 1e-6 mm and 1e-8 rad.
 
     Args:
         placed: the robot with its base in the patient frame.
-        rotation, position: wanted pose of the tip (3, 3) and (3,) in mm, patient frame.
+        rotation, position: desired pose of the tip (3, 3) and (3,) in mm, patient frame.
         start: joints (n,) in mm or rad.
     """
     robot = placed.robot

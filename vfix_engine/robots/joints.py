@@ -1,4 +1,4 @@
-"""What a serial robot consists of: joints with fixed placements between them, shapes to draw, the tool's mount."""
+"""Parts of a serial robot: joints with fixed placements between them, shapes for display, the tool's mount."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .description import check_transform
 from .tool import HOLDS
 
 MOST_JOINTS = 32  # between base and tool frame: the cost of a control step grows with the square of their number
-_EDGE = 0.1  # share of a joint's range at either end in which it does not start
+_EDGE = 0.1  # fraction of a joint's range at either end that is avoided as the default position
 
 
 def _identity() -> Array:
@@ -28,13 +28,13 @@ class Joint:
 
     kind: 'prismatic' or 'revolute'.
     axis: unit vector in the joint's own frame.
-    range_source: where the numbers come from, for people.
+    range_source: origin of the limits, for display.
     placement: transform_joint_to_parent (4, 4) at q = 0, mm; the parent is the previous joint's frame or the base.
     weight: relative cost of its motion; None takes ``JOINT_WEIGHT``.
 
     Raises:
-        RobotError: an unknown kind, an axis that is not a unit vector, a non-finite number, an empty range, a speed,
-            acceleration or weight that is not positive.
+        RobotError: the kind is unknown, the axis is not a unit vector, a number is not finite, the range is empty, or a
+            speed, acceleration or weight is not positive.
     """
 
     name: str
@@ -67,7 +67,7 @@ class Joint:
 
     @property
     def rest(self) -> float:
-        """Default position: 0, or the middle of the range where 0 is outside of its inner part."""
+        """Default position: 0, or the middle of the range if 0 is outside its inner part."""
         edge = _EDGE * (self.upper - self.lower)
         return 0.0 if self.lower + edge <= 0.0 <= self.upper - edge else 0.5 * (self.lower + self.upper)
 
@@ -118,7 +118,7 @@ class Mount:
 
 @dataclass(frozen=True)
 class RobotParts:
-    """What a ``RobotModel`` is made of, checked; see there for the fields and the errors."""
+    """Validated parts of a ``RobotModel``; see there for the fields and the errors."""
 
     name: str
     title: str

@@ -15,7 +15,7 @@ _MAX_LENGTH = 1024
 def local_path(folder: Path, name: str) -> Path:
     """The resolved path of a file inside ``folder``; symbolic links are followed, nothing is opened.
 
-    name: relative, with '/' as separator; a prefix 'package://' is removed and the package taken as a folder there.
+    name: relative, with '/' as separator; a prefix 'package://' is removed and the package name is taken as a folder.
 
     Raises:
         RobotError: the name is absolute, has a scheme, '..', '%' or a backslash, or leads outside through a link.

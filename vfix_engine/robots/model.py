@@ -1,4 +1,4 @@
-"""A serial robot, and the same with its base in the patient frame: kinematics and Jacobian through Pinocchio."""
+"""A serial robot, and the robot with its base in the patient frame: kinematics and Jacobian through Pinocchio."""
 
 from __future__ import annotations
 
@@ -21,23 +21,23 @@ from .from_pinocchio import robot_from_pinocchio
 from .joints import Joint, Mount, RobotParts, Visual
 from .tool import Tool
 
-# Default cost of a millimetre and of a radian of joint motion. A rotation about a remote centre moves the whole shaft:
-# a radian costs as much as 50 mm of translation, the displacement of a point a third up a shaft of 150 mm.
+# Default costs of a millimetre and of a radian of joint motion. A rotation about a remote centre moves the whole shaft:
+# a radian costs as much as 50 mm of translation, the displacement of a point at a third of a shaft of 150 mm.
 JOINT_WEIGHT = {"prismatic": 1.0, "revolute": 50.0}
 
 
 class RobotModel:
-    """Data of a serial robot: joints from the base outwards, and the mount of the tool.
+    """A serial robot: joints from the base outwards, and the mount of the tool.
 
     lower, upper, speed, acceleration: (n,) joint limits in mm and rad.
-    home: (n,) joints from which placing starts, in mm and rad.
+    home: (n,) joints at which placement starts, in mm and rad.
     revolute: (n,) bool.
     joint_weights: (n,) relative cost of a mm or rad of each joint's motion, W_j of Li 2007, eq. (19).
-    upright: whether the base stays upright when the robot is placed; else its pose follows from the tool's.
-    notes: sentences on what was assumed or left out when the description was read.
+    upright: whether the base stays upright when the robot is placed; otherwise its pose follows from the tool's.
+    notes: sentences on what was assumed or omitted when the description was read.
 
     Raises:
-        RobotError: no joint, more than 32 of them (HAZ-23), or a home outside the joints' ranges.
+        RobotError: no joint, more than 32 joints (HAZ-23), or a home outside the joints' ranges.
     """
 
     def __init__(
@@ -95,8 +95,8 @@ class RobotModel:
         infinite speeds and ranges.
 
         Raises:
-            RobotError: no such frame, a joint on the chain that is neither revolute nor prismatic, or a prismatic joint
-                without limits.
+            RobotError: there is no such frame, a joint of the chain is neither revolute nor prismatic, or a prismatic
+            joint has no limits.
         """
         return cls(**vars(robot_from_pinocchio(model, tip_frame, weights, hold)))
 
@@ -128,7 +128,7 @@ class RobotModel:
 
 
 def robot_from_urdf(data: bytes, name: str, tool_frame: str | None = None) -> RobotModel:
-    """The robot of a plain URDF in memory, see ``RobotModel.load``; meshes are not resolved."""
+    """Build the robot of a plain URDF in memory, see ``RobotModel.load``; meshes are not resolved."""
     return RobotModel(**vars(parts_of_urdf(data, name, tool_frame)))
 
 

@@ -1,4 +1,4 @@
-"""From the tree of a URDF to the chain of joints that moves the tool; all other links are fixed and only drawn."""
+"""Extraction of the chain of joints that moves the tool from a URDF tree; all other links are fixed and only drawn."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from .joints import Joint, Visual
 from .urdf import Urdf, UrdfJoint
 from .urdf_tree import joint_chain
 
-ASSUMED_SPEED = {"prismatic": 60.0, "revolute": 1.0}  # [mm/s], [rad/s] where a plain URDF has none
-ASSUMED_STOP_S = 0.05  # acceleration assumed for a plain URDF: from top speed to a stop in this time
-CONTINUOUS_RANGE = 8 * 2 * np.pi  # [rad] either way: a joint without limits still gets a finite range
+ASSUMED_SPEED = {"prismatic": 60.0, "revolute": 1.0}  # [mm/s], [rad/s] if a plain URDF has none
+ASSUMED_STOP_S = 0.05  # time from top speed to a stop that gives the acceleration assumed for a plain URDF
+CONTINUOUS_RANGE = 8 * 2 * np.pi  # [rad] in either direction: a joint without limits still gets a finite range
 
 
 @dataclass(frozen=True)
 class JointConfig:
-    """Values of a configuration for one joint, in mm and rad; None takes that of the URDF. weight: see ``Joint``."""
+    """Values of a configuration for one joint, in mm and rad; None selects that of the URDF. weight: see ``Joint``."""
 
     title: str
     source: str
@@ -33,7 +33,7 @@ class JointConfig:
 
 @dataclass(frozen=True, eq=False)
 class SerialChain:
-    """names: of the joints in the URDF; tool_frame: transform_tool_frame_to_link (4, 4), link the last joint's."""
+    """names: of the joints in the URDF; tool_frame: transform_tool_frame_to_link (4, 4), to the last joint's link."""
 
     names: tuple[str, ...]
     joints: tuple[Joint, ...]
@@ -43,15 +43,15 @@ class SerialChain:
 
 
 def serial_robot(urdf: Urdf, base: str, tool: str, config: Mapping[str, JointConfig], complete: bool) -> SerialChain:
-    """The joints from the base link to the tool link; fixed ones become placements between the others.
+    """Collect the joints from the base link to the tool link; fixed ones become placements between the others.
 
     Args:
         base, tool: names of links.
         config: by name of the joint.
-        complete: refuse values that neither the URDF nor ``config`` has; otherwise they are assumed and noted.
+        complete: refuse values missing in both the URDF and ``config``; otherwise they are assumed and noted.
 
     Raises:
-        RobotError: no chain from base to tool, no joint on it, a mimicking joint, a missing number.
+        RobotError: there is no chain from base to tool, no joint on it, a mimic joint, or a missing number.
     """
     edges = [(joint.name, joint.parent, joint.child) for joint in urdf.joints]
     names, joints, notes = [], [], []
@@ -74,7 +74,7 @@ def serial_robot(urdf: Urdf, base: str, tool: str, config: Mapping[str, JointCon
 
 
 def _joint(given: UrdfJoint, config: JointConfig | None, placement: Array, complete: bool) -> tuple[Joint, list[str]]:
-    """The joint, with the configuration's values before the URDF's, and the assumptions made."""
+    """Return the joint, where the configuration takes precedence over the URDF, and the assumptions made."""
     known = config or JointConfig(given.name, "URDF")
     kind = "prismatic" if given.kind == "prismatic" else "revolute"
     where, assumed = f"joint '{given.name}'", []
@@ -105,7 +105,7 @@ def _joint(given: UrdfJoint, config: JointConfig | None, placement: Array, compl
 
 
 def _drawn(urdf: Urdf, frames: dict[str, tuple[int, Array]]) -> tuple[tuple[Visual, ...], tuple[str, ...]]:
-    """The shapes of every link at or below the base; joints off the chain are at 0."""
+    """Return the shapes of every link at or below the base; joints outside the chain are at 0."""
     frames = dict(frames)
     below: dict[str, list[UrdfJoint]] = {}
     for joint in urdf.joints:

@@ -19,8 +19,8 @@ from .snake_surface import LinkVertices, link_vertices
 JOINT_SPEED = math.radians(36.0)  # [rad/s] Kwok 2013, Table II
 JOINT_TORQUE = 0.0756  # [N·m] Kwok 2013, Table II
 MOST_LINKS = 1000
-_LEAST_LENGTH_MM, _LEAST_RADIUS_MM = 1.0, 0.05  # below: the numbers are in metres
-_STOP_S = 0.05  # [s] assumed: from top speed to a stop
+_LEAST_LENGTH_MM, _LEAST_RADIUS_MM = 1.0, 0.05  # smaller values indicate metres
+_STOP_S = 0.05  # [s] assumed time from top speed to a stop
 _GREY = (170, 175, 180)
 _SHEET = {
     "radius_mm": "radius of the links",
@@ -42,8 +42,8 @@ class SnakeModel:
 
     A link's surface is a cylinder of ``radius_mm`` along z ∈ [−length, 0] and a sphere of ``sphere_radius_mm`` about
     its frame's origin (None: the same radius), which rounds the next joint and the robot's end. 28 mm and ± 45° are
-    from the paper. Radius, mass and camera offset are assumed, since the paper does not print them. The motors of Table
-    II can hold the mass: five horizontal links take 51.5 of 75.6 mN·m.
+    from the paper. Radius, mass and camera offset are assumed, since the paper does not state them. The motors of Table
+    II can hold the mass: five horizontal links require 51.5 of 75.6 mN·m.
 
     Raises:
         RobotError: no link, a number that is not finite and positive, a joint range of 90° or more, lengths that look
@@ -90,17 +90,17 @@ class SnakeModel:
 
     @property
     def sphere_mm(self) -> float:
-        """The sphere's radius in mm, whether given or the cylinder's."""
+        """Radius of the sphere in mm, given or that of the cylinder."""
         return self.radius_mm if self.sphere_radius_mm is None else self.sphere_radius_mm
 
     @property
     def dof(self) -> int:
-        """Number of joint angles, two a link."""
+        """Number of joint angles, two per link."""
         return 2 * self.links
 
     @property
     def assumed(self) -> tuple[str, ...]:
-        """Each value that is assumed and at its default, as a phrase with its unit."""
+        """Each value that is assumed and has its default, as a phrase with its unit."""
         defaults = {name: type(self).__dataclass_fields__[name].default for name in _SHEET}
         left = [name for name, value in defaults.items() if getattr(self, name) == value]
         return tuple(f"{_SHEET[name]}: {getattr(self, name):g} {_UNITS[name]}" for name in left)
@@ -156,16 +156,16 @@ class SnakeModel:
         return out
 
     def clamp(self, q: ArrayLike) -> Array:
-        """Joints (2L,) moved into ± q_max; errors as for ``frames``."""
+        """Clip joints (2L,) to ± q_max; errors as for ``frames``."""
         clamped: Array = np.clip(self._joints(q), -self.q_max, self.q_max)
         return clamped
 
     def vertices(self, count: int = 500) -> LinkVertices:
-        """Exactly ``count`` vertices of the surface (Kwok 2013, section IV.B: 500 for five links)."""
+        """Return exactly ``count`` vertices of the surface (Kwok 2013, section IV.B: 500 for five links)."""
         return link_vertices(self.links, count, self.length_mm, self.radius_mm, self.sphere_mm)
 
     def distal(self, links: int) -> SnakeModel:
-        """The last ``links`` links as a snake: L' of Kwok 2013, section III.B.1.
+        """Return the last ``links`` links as a snake: L' of Kwok 2013, section III.B.1.
 
         Raises:
             RobotError: fewer than 1 or more than there are.
@@ -175,7 +175,7 @@ class SnakeModel:
         return replace(self, links=links)
 
     def robot_model(self) -> RobotModel:
-        """The same robot as a ``RobotModel``; its flange is the last frame.
+        """Return the same robot as a ``RobotModel``; its flange is the last frame.
 
         Raises:
             RobotError: more joints than a ``RobotModel`` has.
@@ -215,7 +215,7 @@ class SnakeModel:
         return Joint(name, "revolute", axis, -most, most, JOINT_SPEED, JOINT_SPEED / _STOP_S, source, placement)
 
     def _joints(self, q: ArrayLike) -> Array:
-        """A copy of the joints, checked."""
+        """Return a validated copy of the joints."""
         joints = np.array(q, dtype=np.float64, order="C")
         if joints.shape != (self.dof,) or not np.isfinite(joints).all():
             raise RobotError(f"a snake of {self.links} links needs {self.dof} finite joint angles")
@@ -228,5 +228,5 @@ class SnakeModel:
 
 
 def _base(transform: ArrayLike) -> Array:
-    """A copy of the base (4, 4), checked."""
+    """Return a validated copy of the base (4, 4)."""
     return rigid_transform(transform, "the snake's base", RobotError)

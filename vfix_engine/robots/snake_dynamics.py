@@ -1,7 +1,7 @@
 """Inverse dynamics of a snake through Pinocchio.
 
-This file alone is in SI units (kg, m, s, N·m): with mm, s and N the unit of mass would be a tonne. Lengths become
-metres where the Pinocchio model is made.
+Only this module uses SI units (kg, m, s, N·m): with mm, s and N the unit of mass would be a tonne. Lengths are
+converted to metres where the Pinocchio model is built.
 """
 
 from __future__ import annotations
@@ -50,6 +50,8 @@ class SnakeDynamics:
             model.appendBodyToJoint(parent, solid, middle)
             model.addFrame(pin.Frame(f"link{link}", parent, 0, end, pin.FrameType.OP_FRAME))
         self.model = model
+        self._weightless = model.copy()
+        self._weightless.gravity.setZero()
         self._data = model.createData()
 
     def torque(
@@ -70,6 +72,11 @@ class SnakeDynamics:
         joints = [self._checked(given, what) for given, what in zip((q, velocity, acceleration), _MOTION, strict=True)]
         self.model.gravity.linear = _finite(gravity_in_base, (3,), "gravity")
         torque: Array = pin.rnea(self.model, self._data, *joints).copy()
+        return torque
+
+    def weightless_torque(self, q: Array, velocity: Array, acceleration: Array) -> Array:
+        """As ``torque`` without gravity, of finite arrays (2L,) of a control step, which are not looked at."""
+        torque: Array = pin.rnea(self._weightless, self._data, q, velocity, acceleration).copy()
         return torque
 
     def _checked(self, values: ArrayLike, what: str) -> Array:
@@ -110,7 +117,7 @@ def accelerated(
 ) -> tuple[Array, Array]:
     """Joint velocities (n,) in rad/s and accelerations (n,) in rad/s² of a bending Q(r, ϑ, t) (Kwok 2013, eq. (30)).
 
-    The second line of (30) lacks the terms Q_rr ṙ² + 2 Q_rϑ ṙϑ̇ + Q_ϑϑ ϑ̇² of second order in the rates. They are as
+    The second line of (30) lacks the second-order terms Q_rr ṙ² + 2 Q_rϑ ṙϑ̇ + Q_ϑϑ ϑ̇² in the rates. They are as
     large as the others and are included here.
 
     Args:

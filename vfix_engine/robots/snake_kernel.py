@@ -69,8 +69,8 @@ def snake_jacobian(frames: Array, base: Array, q: Array, link: int, x: float, y:
 def aim(dx: float, dy: float, dz: float) -> tuple[float, float]:
     """The angles (odd, even) in rad that turn a link's z axis to the unit vector (dx, dy, dz) of the frame before it.
 
-    Rot_x(a) Rot_y(b) e_z = (sin b, −sin a cos b, cos a cos b); of the two pairs the one with b within ± 90° is given.
-    Along ± x every odd angle will do, and 0 is given.
+    Rot_x(a) Rot_y(b) e_z = (sin b, −sin a cos b, cos a cos b); of the two solutions the one with b within ± 90° is
+    returned. Along ± x the odd angle is arbitrary, and 0 is returned.
     """
     across = math.sqrt(dy * dy + dz * dz)
     even = math.atan2(dx, across)

@@ -33,7 +33,7 @@ class LinkVertices(NamedTuple):
 
 @lru_cache(maxsize=16)
 def link_vertices(links: int, count: int, length_mm: float, radius_mm: float, sphere_radius_mm: float) -> LinkVertices:
-    """Exactly ``count`` vertices, spread evenly over all links; the remainder goes to the last links.
+    """Return exactly ``count`` vertices, distributed evenly over all links; the remainder goes to the last links.
 
     The tip's pole (0, 0, sphere_radius_mm) is a vertex of every link.
 
@@ -60,10 +60,10 @@ def link_vertices(links: int, count: int, length_mm: float, radius_mm: float, sp
 def _one_link(count: int, length: float, radius: float, sphere: float) -> Array:
     """Points (count, 3) on the part of the cylinder z ∈ [−length, 0] and of the sphere that is outside the other.
 
-    A spiral from the rear to the pole: each point has the same area behind it as the one before, which on a sphere is
-    a step along z (Archimedes), as it is on a cylinder.
+    They form a spiral from the rear to the pole with equal surface areas between neighbours, which on a sphere are
+    equal steps along z (Archimedes), as on a cylinder.
     """
-    waist = -math.sqrt(max(sphere * sphere - radius * radius, 0.0))  # z where the sphere comes out of the cylinder
+    waist = -math.sqrt(max(sphere * sphere - radius * radius, 0.0))  # z of the intersection of sphere and cylinder
     cylinder = radius * (length + waist)  # areas over 2π
     ball = sphere * (sphere - waist)
     number = np.arange(count)

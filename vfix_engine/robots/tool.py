@@ -39,8 +39,8 @@ class Part:
 class Camera:
     """The camera of an endoscope.
 
-    transform_camera_to_tip: (4, 4) in mm; the camera looks along its z, x is to the right and y down in its picture.
-    field_of_view: full angle of the cone it sees, in rad.
+    transform_camera_to_tip: (4, 4) in mm; z is the optical axis, x is to the right and y down in the picture.
+    field_of_view: full angle of the cone of view, in rad.
     """
 
     transform_camera_to_tip: Array
@@ -54,13 +54,13 @@ class Camera:
 
     @classmethod
     def looking(cls, tilt: float, field_of_view: float, position: Array, up: Array) -> Camera:
-        """A camera whose view is tilted by ``tilt`` rad from the shaft (+y) towards +z of the tip frame.
+        """Create a camera whose view is tilted by ``tilt`` rad from the shaft (+y) towards +z of the tip frame.
 
         Args:
-            position: (3,) in the tip frame, mm; up: (3,) up in the picture; its part along the view is removed.
+            position: (3,) in the tip frame, mm; up: (3,) up in the picture; its component along the view is removed.
 
         Raises:
-            RobotError: an angle outside 0 … 120°, or an up along the view.
+            RobotError: the angle is outside 0 … 120°, or up is parallel to the view.
         """
         if not 0.0 <= tilt <= math.radians(120.0):
             raise RobotError(f"a view tilted by {math.degrees(tilt):g}° is not between 0 and 120°")
@@ -92,7 +92,7 @@ class Tool:
     grip_from_bend: distance of the grip from the shaft's front end, in mm.
 
     Raises:
-        RobotError: no part or more than 8, two with one name, a length, radius, bend or grip out of range.
+        RobotError: no part or more than 8, two with the same name, or a length, radius, bend or grip out of range.
     """
 
     name: str
@@ -157,12 +157,12 @@ class Tool:
         return self.parts[-1].radius
 
     def shaped(self, bend: float | None = None, shaft_radius: float | None = None) -> Tool:
-        """The tool with another bend in rad and another shaft radius in mm; None keeps the present value.
+        """Return the tool with another bend in rad and another shaft radius in mm; None keeps the present value.
 
         The bends of all parts are scaled by the same factor, and so are the radii.
 
         Raises:
-            RobotError: a bend outside 0 … 120°, a bend of a straight tool, or a radius outside 0.3 … 5 mm.
+            RobotError: the bend is outside 0 … 120°, the tool is straight, or the radius is outside 0.3 … 5 mm.
         """
         bends, radii = 1.0, 1.0
         if bend is not None:
@@ -183,15 +183,15 @@ class Tool:
 
     @property
     def tip_in_flange(self) -> Array:
-        """The tip (3,) in the frame of a flange that holds the tool by its tip: off the shaft's axis by the bends."""
+        """The tip (3,) in the frame of a flange that holds the tool by its tip: the offset that the bends cause."""
         offset: Array = self.transform_tip_to_flange("tip")[:3, 3]
         return offset
 
     def transform_tip_to_flange(self, hold: str) -> Array:
-        """The tip frame (4, 4) in the frame of the flange, whose y axis is the shaft's.
+        """Tip frame (4, 4) in the frame of the flange, whose y axis is the shaft's.
 
-        hold: the point at the flange's origin: 'tail', the rear end of the shaft, or 'tip', the foot of the tip on the
-        axis of the shaft (a holder that may clamp the shaft anywhere).
+        hold: the point at the flange's origin: 'tail', the rear end of the shaft, or 'tip', the projection of the tip
+        on the axis of the shaft (for a holder that can clamp the shaft anywhere).
         """
         if hold not in HOLDS:
             raise RobotError(f"a tool is held by its {' or its '.join(HOLDS)}, not by '{hold}'")
@@ -203,7 +203,7 @@ class Tool:
 
     @classmethod
     def load(cls, name_or_path: str | Path) -> Tool:
-        """Read a tool file, or a shipped tool by its name. Raises RobotError for an unusable one."""
+        """Read a tool file, or a shipped tool by its name. Raises RobotError if it is invalid."""
         data = read_description(name_or_path, "tools", TOOL_SCHEMA)
         check_keys(data, _KEYS, "the tool")
         if data.get("units", UNITS) != UNITS:
@@ -226,7 +226,7 @@ class Tool:
         """The axis segments for a tip frame at rotation (3, 3) and position (3,), in the frame of that pose, mm.
 
         Raises:
-            InputError: the rotation is none, or the position is not three finite numbers.
+            InputError: the rotation is invalid, or the position is not three finite numbers.
         """
         turn = rotation_matrix(rotation, "the tool's rotation")
         points = self._ends @ turn.T + point("the tool's position", position)

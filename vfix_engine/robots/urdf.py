@@ -1,6 +1,6 @@
-"""URDF reader: every element in use is checked before anything is built from it (HAZ-23).
+"""URDF reader: every element in use is validated before anything is built from it (HAZ-23).
 
-Metres become millimetres here; results are in mm and rad.
+Metres are converted to millimetres here; results are in mm and rad.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ def parse_urdf(data: bytes, folder: Path) -> Urdf:
         folder: of the file; meshes must lie inside it (HAZ-19).
 
     Raises:
-        RobotError: names the element and the reason (HAZ-19, HAZ-20, HAZ-23).
+        RobotError: the message names the element and the reason (HAZ-19, HAZ-20, HAZ-23).
     """
     if len(data) > MAX_FILE_BYTES:
         raise RobotError(f"a URDF is not larger than {MAX_FILE_BYTES >> 20} MiB")
@@ -114,7 +114,7 @@ def _joint(element: Element) -> UrdfJoint:
 
 
 def _limits(element: Element, kind: str, where: str) -> tuple[float | None, float | None, float | None]:
-    """Lower, upper and velocity; a missing end of a limit is 0 by the URDF standard."""
+    """Lower, upper and velocity; a missing bound of a limit is 0 by the URDF standard."""
     limit = element.first("limit")
     if limit is None or kind == "fixed":
         return None, None, None
@@ -131,7 +131,7 @@ def _limits(element: Element, kind: str, where: str) -> tuple[float | None, floa
 
 
 def _rate(element: Element | None, key: str, what: str) -> float | None:
-    """A non-negative number, or None where it is missing."""
+    """Non-negative number, or None if it is missing."""
     text = None if element is None else element.attributes.get(key)
     if text is None:
         return None
@@ -142,7 +142,7 @@ def _rate(element: Element | None, key: str, what: str) -> float | None:
 
 
 def _check_inertia(link: Element, name: str) -> None:
-    """Inertias are not used, but an invalid one is refused: the file is damaged."""
+    """Refuse an invalid inertia: inertias are not used, but an invalid one shows that the file is damaged."""
     inertial = link.first("inertial")
     if inertial is None:
         return

@@ -1,4 +1,4 @@
-"""Numbers of a URDF: their count, finiteness and range are checked."""
+"""Numbers of a URDF, with checks of their count, finiteness and range."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from .xml_reader import Element
 MM_PER_M = 1000.0
 MAX_LENGTH_M = 100.0
 MAX_ANGLE = 1e4  # [rad]
-MAX_RATE = 1e12  # of a speed, effort or mass: files use huge values for none
+MAX_RATE = 1e12  # of a speed, effort or mass: files use huge values to express no limit
 _NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 
 
 def read_origin(element: Element, where: str) -> Array:
-    """The transform (4, 4) of an element's <origin>, in mm; the identity where there is none."""
+    """Transform (4, 4) of an element's <origin>, in mm; the identity if there is none."""
     origin = element.first("origin")
     if origin is None:
         return np.eye(4)
@@ -30,7 +30,7 @@ def read_origin(element: Element, where: str) -> Array:
 
 
 def numbers(text: str, count: int, what: str, most: float = MAX_RATE) -> tuple[float, ...]:
-    """Exactly ``count`` finite numbers; RobotError otherwise."""
+    """Parse exactly ``count`` finite numbers; RobotError otherwise."""
     words = text.split()
     if len(words) != count:
         raise RobotError(f"{what} has {len(words)} numbers instead of {count}")
@@ -38,7 +38,7 @@ def numbers(text: str, count: int, what: str, most: float = MAX_RATE) -> tuple[f
 
 
 def number(text: str, what: str, most: float = MAX_RATE) -> float:
-    """A finite number of magnitude ``most`` at most; RobotError otherwise."""
+    """Parse a finite number of magnitude at most ``most``; RobotError otherwise."""
     word = text.strip()
     value = float(word) if _NUMBER.fullmatch(word) else math.nan
     if not math.isfinite(value):
@@ -49,5 +49,5 @@ def number(text: str, what: str, most: float = MAX_RATE) -> float:
 
 
 def short(text: str) -> str:
-    """A name from a file, for a message: at most 60 characters, unprintable ones replaced."""
+    """Prepare a name from a file for a message: at most 60 characters, unprintable ones replaced."""
     return "".join(letter if letter.isprintable() else "?" for letter in text[:60])

@@ -1,4 +1,4 @@
-"""Visual shapes of a URDF, for display only: no distance is measured to them."""
+"""Visual shapes of a URDF, only for display: they are not obstacles."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class UrdfShape:
 
 
 def check_file_names(robot: Element, folder: Path) -> None:
-    """Raise RobotError for a file name anywhere in the document that leads out of its folder (HAZ-19)."""
+    """Raise RobotError for a file name anywhere in the document that points outside its folder (HAZ-19)."""
     waiting = [(robot, "the robot")]
     while waiting:
         element, where = waiting.pop()

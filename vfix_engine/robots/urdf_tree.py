@@ -10,10 +10,10 @@ Edge = tuple[str, str, str]  # joint, parent link, child link
 
 
 def check_tree(links: Sequence[str], edges: Sequence[Edge]) -> str:
-    """The root link of the tree.
+    """Return the root link of the tree.
 
     Raises:
-        RobotError: two joints of one name, an unknown link, a link with two parents, a cycle, several roots.
+        RobotError: two joints have the same name, a link is unknown or has two parents, a cycle, or several roots.
     """
     known, seen = set(links), set()
     parent_of: dict[str, str] = {}
@@ -34,7 +34,7 @@ def check_tree(links: Sequence[str], edges: Sequence[Edge]) -> str:
         raise RobotError("the joints go round in a circle: no link is the root")
     if len(roots) > 1:
         raise RobotError(f"the links are not connected: '{roots[0]}' and '{roots[1]}' both have no parent")
-    # With one root and one parent each, links that the root does not reach form a cycle.
+    # With one root and one parent each, links that cannot be reached from the root form a cycle.
     children: dict[str, list[str]] = {}
     for child, parent in parent_of.items():
         children.setdefault(parent, []).append(child)

@@ -35,12 +35,12 @@ class _Refused(Exception):
 
 
 def read_xml(data: bytes) -> Element:
-    """The root element of an XML document.
+    """Return the root element of an XML document.
 
-    A document type is refused at its start, before any entity is declared.
+    A document type declaration is refused at its start, before any entity is declared.
 
     Raises:
-        RobotError: not well-formed, a document type or entity, too deep or too many elements.
+        RobotError: the XML is not well-formed, has a document type or entity, is too deep or has too many elements.
     """
     parser = expat.ParserCreate()
     root: list[Element] = []

@@ -1,7 +1,7 @@
-"""Runtime: what drives a world at its fixed rate, whatever the world is.
+"""Runtime: runs any world at a fixed rate.
 
-``system`` has the protocols that a world implements. The rest of the package knows worlds by these alone.
-What drives and records is loaded when it is first asked for; ``replay.replay`` drives a recording again.
+``system`` has the protocols that a world implements; the rest of the package depends only on them.
+Modules for driving and recording are loaded on first access; ``replay.replay`` runs a recording again.
 """
 
 from __future__ import annotations

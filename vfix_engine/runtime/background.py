@@ -1,6 +1,6 @@
-"""Work that takes longer than a step: asked for after a step, adopted before a later one.
+"""Background work that takes longer than a step: requested after one step, adopted before a later one.
 
-One worker, one piece of work at a time: whoever is free takes the newest state's request, older ones are never queued.
+There is one worker with one job at a time: when it is free it gets the request of the newest state; none are queued.
 An adoption is an input of the run like a command: it is recorded with its step and its content.
 """
 
@@ -17,18 +17,18 @@ from ..error_places import error_places
 from .outbox import Outbox
 from .system import Background, SystemSpec, Worker
 
-NOT_MADE = 0  # number of the answer that says that there is no worker; requests count from 1
+NOT_MADE = 0  # request number in an answer that no worker could be built; requests count from 1
 
 
 class Adoption(NamedTuple):
-    """A result that is ready: ``steps`` of the state that it was asked for."""
+    """A finished result; ``steps``: of the state that requested it."""
 
     result: Any
     steps: int
 
 
 class Workers(Protocol):
-    """Who does the work: a process, this thread, or nobody."""
+    """Executor of background work: a process, the calling thread, or none."""
 
     @property
     def free(self) -> bool:
@@ -37,29 +37,29 @@ class Workers(Protocol):
 
     @property
     def lost(self) -> str:
-        """Why nobody works any more, '' while somebody does or nobody ever did."""
+        """Reason why the worker has ended; '' while it runs or if there never was one."""
         ...
 
     @property
     def failed(self) -> str:
-        """Why the last piece of work that could not be done could not, '' where there was none."""
+        """Reason of the last failed job; '' if none failed."""
         ...
 
     def ask(self, request: Background) -> None:
-        """Begin this work."""
+        """Start this job."""
         ...
 
     def take(self, steps: int) -> Adoption | None:
-        """The result, once, when it is there; ``steps``: of the present state."""
+        """Return the result once, when it is available; ``steps``: of the present state."""
         ...
 
     def forget(self) -> None:
-        """The system was reset: what is under way is no longer wanted."""
+        """Discard the job in progress, because the system was reset."""
         ...
 
 
 class NoWorker:
-    """For worlds without background work."""
+    """Null implementation for worlds without background work."""
 
     free, lost, failed = False, "", ""
 
@@ -74,12 +74,12 @@ class NoWorker:
 
 
 class InlineWorker:
-    """Works at once, in the caller's thread; the result is adopted at a fixed simulated age.
+    """Works synchronously in the caller's thread; the result is adopted at a fixed simulated age.
 
-    The same inputs give the same run, whatever the machine: for scripts, studies and tests.
+    The same inputs give the same run on every machine: for scripts, studies and tests.
 
     Args:
-        work: the spec's worker; age_steps: control periods from the request to its adoption, 1 at least.
+        work: the spec's worker; age_steps: control periods from the request to its adoption, at least 1.
     """
 
     lost = failed = ""
@@ -107,15 +107,15 @@ class InlineWorker:
 
 
 class WorkerLink:
-    """The control process's end of the pipe to its worker process; no call waits for the worker.
+    """The control process's end of the pipe to its worker process; no method blocks.
 
-    lost: why there is no worker any more, '' while there is one; the system goes on without results then.
-    failed: why a piece of work could not be done; the next one is asked for as if nothing had been.
+    lost: reason why the worker has ended, '' while it runs; the system then continues without results.
+    failed: reason of the last failed job; the next one is requested as usual.
     """
 
     def __init__(self, pipe: Connection):
         self._pipe, self._outbox = pipe, Outbox(pipe)
-        self._asked: int | None = None  # steps of the state under work
+        self._asked: int | None = None  # steps of the state that the worker processes
         self._number = self._wanted_from = 0
         self._found: tuple[int, Any, str] | None = None
         self.lost = self.failed = ""
@@ -150,17 +150,17 @@ class WorkerLink:
                 self._found = (number, result, error)
         except (EOFError, OSError):
             self.lost = "the worker process ended"
-        except Exception as error:  # a result that cannot be read back
+        except Exception as error:  # the result cannot be unpickled
             self.lost = f"the worker process cannot be understood ({type(error).__name__})"
 
 
 def work(spec: SystemSpec, pipe: Connection) -> None:
-    """The worker process: builds the spec's worker and answers requests until the pipe closes.
+    """Run the worker process: build the spec's worker and answer requests until the pipe closes.
 
-    After work that failed it is built anew: nobody knows what the old one remembers.
+    After a failed job the worker is built again, because its internal state is unknown.
     """
     worker: Worker | None = None
-    with suppress(EOFError, OSError):  # of the pipe: nobody asks any more
+    with suppress(EOFError, OSError):  # the pipe is closed: no more requests
         while True:
             if worker is None:
                 try:
@@ -177,5 +177,5 @@ def work(spec: SystemSpec, pipe: Connection) -> None:
 
 
 def _failure(what: str, error: Exception) -> str:
-    print(error_places(error), file=sys.stderr)  # to the log of whoever started it
+    print(error_places(error), file=sys.stderr)  # goes to the log of the parent process
     return f"{what} ({type(error).__name__}: {error})"

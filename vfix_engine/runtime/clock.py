@@ -1,4 +1,4 @@
-"""A fixed-rate clock that never bursts after a stall and counts what it missed (HAZ-10)."""
+"""A fixed-rate clock that never catches up in bursts after a stall, and counts missed ticks (HAZ-10)."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ import numpy as np
 
 from .snapshot import Timing
 
-# The last part of a wait is spun away: a sleeping thread is woken 50 to 110 µs late, and a spinning one in time.
-# Longer than those latenesses, and short enough to leave the processor to others most of the time.
+# The last part of a wait is spent spinning: a sleeping thread wakes 50 to 110 µs late, a spinning one in time.
+# Longer than that latency, and short enough to leave the processor free most of the time.
 SPIN_S = 150e-6
 
-_STALL_S = 0.05  # a tick later than this is not caught up
-_WINDOW = 1000  # ticks that the published figures look back on
-_SLOTS = _WINDOW + 1  # they may be asked for during a tick, whose place must not be one of theirs
-_PUBLISH_S = 0.5  # the published figures are made anew this often: nobody reads faster, and they cost 50 µs
-_FINEST_US = 20_000  # latenesses and step times up to this are counted by the microsecond
+_STALL_S = 0.05  # after a delay longer than this the missed ticks are skipped
+_WINDOW = 1000  # ticks over which the published figures are computed
+_SLOTS = _WINDOW + 1  # one more, because the figures can be requested during a tick, whose slot is incomplete
+_PUBLISH_S = 0.5  # period of the published figures: no display reads them faster, and computing them takes 50 µs
+_FINEST_US = 20_000  # latencies and step times up to this are counted with a resolution of 1 µs
 
 
 @dataclass(frozen=True)
 class Record:
-    """All ticks since the clock was made: latenesses and step times in µs; overruns: ticks later than a period."""
+    """Statistics of all ticks: latency and step time in µs; overruns: ticks that were late by more than a period."""
 
     ticks: int
     seconds: float
@@ -33,14 +33,14 @@ class Record:
     step_us: dict[str, float]
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain values for JSON."""
+        """Return plain values for JSON."""
         return asdict(self)
 
 
 class FixedRateClock:
-    """Deadlines every ``period`` seconds; the clock and the sleep can be injected in tests.
+    """Deadlines every ``period`` seconds; tests can inject the clock and the sleep.
 
-    spin: the last seconds of every wait in which the thread does not sleep but looks at the clock.
+    spin: the last seconds of every wait are spent polling the clock instead of sleeping.
     """
 
     def __init__(
@@ -52,7 +52,7 @@ class FixedRateClock:
     ):
         self.period, self._now, self._sleep, self._spin = period, now, sleep, spin
         self._late, self._busy, self._begun = np.zeros(_SLOTS), np.zeros(_SLOTS), np.zeros(_SLOTS)
-        self._ticks = 0  # of this stretch
+        self._ticks = 0  # since the last restart
         self._overruns = 0
         self._all_late, self._all_busy = _Counts(), _Counts()
         self._seconds = 0.0
@@ -60,13 +60,13 @@ class FixedRateClock:
         self._published, self._published_at = Timing(), -np.inf
 
     def restart(self) -> None:
-        """Begin a new stretch of ticks now; a pause is no lateness."""
+        """Start a new sequence of ticks now, so that a pause does not count as latency."""
         self._deadline = self._now()
         self._ticks = 0
         self._published, self._published_at = Timing(overruns=self._overruns), self._deadline
 
     def wait(self) -> None:
-        """Sleep until the next deadline; where it has passed, say so in the figures and go on from now."""
+        """Sleep until the next deadline; if it has passed, record the latency and continue from now."""
         self._deadline += self.period
         remaining = self._deadline - self._now() - self._spin
         if remaining > 0:
@@ -87,7 +87,7 @@ class FixedRateClock:
         self._all_late.add(late)
 
     def worked(self) -> None:
-        """The work of this tick is done."""
+        """Mark the end of the work of this tick."""
         busy = self._now() - self._began
         self._busy[self._ticks % _SLOTS] = busy
         self._all_busy.add(busy)
@@ -95,18 +95,18 @@ class FixedRateClock:
 
     @property
     def busy_share(self) -> float:
-        """Share of the period that the median step takes, as published last."""
+        """Fraction of the period that the median step takes, as last published."""
         return 1e-6 * self._published.step_us / self.period
 
     def timing(self, at_once: bool = False) -> Timing:
-        """Rate, step time and lateness over the last ticks, at most half a second old unless asked for at once."""
+        """Rate, step time and latency over the last ticks, at most half a second old unless requested ``at_once``."""
         now = self._now()
         if at_once or now - self._published_at >= _PUBLISH_S:
             self._published, self._published_at = self._timing(), now
         return self._published
 
     def record(self) -> Record:
-        """Every tick so far."""
+        """Return statistics of all ticks so far."""
         return Record(
             self._all_late.number, self._seconds, self._overruns, self._all_late.spread(), self._all_busy.spread()
         )
@@ -130,7 +130,7 @@ class FixedRateClock:
 
 
 class _Counts:
-    """How often each duration came, by the microsecond; what is longer is counted as the longest kept."""
+    """Histogram of durations with bins of 1 µs; longer ones are counted in the last bin."""
 
     def __init__(self) -> None:
         self._counts = [0] * (_FINEST_US + 1)
@@ -143,7 +143,7 @@ class _Counts:
         self.number += 1
 
     def spread(self) -> dict[str, float]:
-        """Median, 99th and 99.9th percentile and the largest, in µs."""
+        """Median, 99th and 99.9th percentile and maximum, in µs."""
         below = np.cumsum(self._counts)
         shares = {"p50": 0.5, "p99": 0.99, "p99_9": 0.999}
         found = {name: float(np.searchsorted(below, share * self.number)) for name, share in shares.items()}

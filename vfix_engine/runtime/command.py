@@ -1,4 +1,4 @@
-"""What the operator asks for during one control period, the same for every world."""
+"""Input of the operator for one control period, common to all worlds."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ NO_AXES = (0.0, 0.0, 0.0)
 
 @dataclass(frozen=True, eq=False)
 class Master:
-    """What the master device of a teleoperation did since the last step.
+    """Motion of the master device in teleoperation since the last step.
 
-    increment: its motion (3,) in mm, in the patient frame; a master aligned with the robot's base, as Li 2007's,
-    gives transform_base_to_patient[:3, :3] @ increment.
-    clutch: True while the master holds the tool.
+    increment: (3,) in mm, in the patient frame; for a master aligned with the robot's base, as in Li 2007,
+        transform_base_to_patient[:3, :3] @ increment.
+    clutch: True while the master is coupled to the tool.
     """
 
     increment: Array
@@ -27,17 +27,17 @@ class Master:
 
 @dataclass(frozen=True)
 class Command:
-    """The operator's input for one step, already decayed by the dead man's switch; a world uses what it has a use for.
+    """Input of the operator for one step, attenuated by the dead man's switch; a world uses the fields that it needs.
 
     Args:
         force: (3,) in N at the grip, patient frame.
         drive: along the path or towards the target, from -1 to +1 of full force.
         twist: about the tool's shaft, from -1 to +1 of full force.
-        master: with one the step is teleoperated: its motion counts instead of force and drive.
-        axes: camera x (to the picture's right), camera y (down) and insertion (forwards), from -1 to +1 of full speed.
+        master: if given, the step is teleoperated: its motion replaces force and drive.
+        axes: camera x (right in the picture), camera y (down) and insertion (forwards), from -1 to +1 of full speed.
         buttons: bit mask of the buttons held down; ``BUTTON_STRAIGHTEN``.
 
-    A system clamps values that are out of range and counts non-finite ones as 0.
+    A system clips values that are out of range and replaces non-finite ones by 0.
     """
 
     force: Array
@@ -49,7 +49,7 @@ class Command:
 
 
 def no_command() -> Command:
-    """The command of a step in which nobody drives."""
+    """Return the command of a step without operator input."""
     return Command(np.zeros(3))
 
 
@@ -62,7 +62,7 @@ COMMAND_SIZE = len(COMMAND_COLUMNS)
 
 
 def command_to_row(command: Command, out: Array) -> None:
-    """Write a command into the first ``COMMAND_SIZE`` numbers of ``out``; ``command_from_row`` reads it, bit by bit."""
+    """Write a command into the first ``COMMAND_SIZE`` numbers of ``out``; ``command_from_row`` inverts it exactly."""
     out[:3] = command.force
     out[3], out[4] = command.drive, command.twist
     if command.master is None:
@@ -77,7 +77,7 @@ def command_to_row(command: Command, out: Array) -> None:
 
 
 def command_from_row(row: Array) -> Command:
-    """The command that ``command_to_row`` wrote."""
+    """Return the command that ``command_to_row`` wrote."""
     master = Master(np.array(row[6:9]), bool(row[9])) if row[5] else None
     x, y, insert = (float(value) for value in row[10:13])
     return Command(np.array(row[:3]), float(row[3]), float(row[4]), master, (x, y, insert), int(row[13]))

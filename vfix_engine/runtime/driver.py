@@ -1,4 +1,4 @@
-"""One system and its present state: steps, requests and adoptions, in the order that a recorder keeps."""
+"""One system and its present state: steps, requests and adoptions, in the order in which they are recorded."""
 
 from __future__ import annotations
 
@@ -17,23 +17,23 @@ S = TypeVar("S")
 
 
 class Log(Protocol):
-    """Where a run is recorded; see ``run.RunWriter`` and ``ring.RingLog``."""
+    """Destination of a recorded run; see ``run.RunWriter`` and ``ring.RingLog``."""
 
     def tick(self, line: Array) -> None:
-        """One step: the command as applied, then the system's row; the array is used again."""
+        """Record one step: the applied command, then the system's row; the array is reused."""
         ...
 
     def event(self, kind: str, content: Any) -> None:
-        """Something that happened before the next step."""
+        """Record an event that occurred before the next step."""
         ...
 
 
 class Driver(Generic[S]):
-    """Steps a system; without a clock, which is the loop's.
+    """Steps a system; the clock belongs to the loop.
 
     Args:
-        workers: who does background work; None: nobody.
-        log: where every step and event goes; None: nowhere, and no row is made.
+        workers: executor of background work; None: no background work.
+        log: destination of every step and event; None: nothing is recorded, and no row is computed.
     """
 
     def __init__(self, system: System[S], workers: Workers | None = None, log: Log | None = None):
@@ -44,21 +44,21 @@ class Driver(Generic[S]):
 
     @property
     def settings(self) -> WorldSettings:
-        """In force."""
+        """Settings in force."""
         return self.system.settings(self.state)
 
     @property
     def lost(self) -> str:
-        """Why there is no background work any more, '' while there is."""
+        """Reason why there is no more background work, '' while there is."""
         return self._workers.lost
 
     @property
     def failed(self) -> str:
-        """Why a piece of background work could not be done, '' where all could."""
+        """Reason of the last failed background job, '' if none failed."""
         return self._workers.failed
 
     def step(self, command: Command) -> S:
-        """One control period."""
+        """Advance by one control period."""
         self.poll()
         self.state = state = self.system.step(self.state, command)
         if self.log is not None:
@@ -68,10 +68,10 @@ class Driver(Generic[S]):
         return state
 
     def apply(self, request: Request) -> S:
-        """A request between two steps; what cannot be done raises, and nothing has happened.
+        """Apply a request between two steps; if it raises, the state is unchanged.
 
         Raises:
-            ControlError, InputError: as ``System.apply``; StartRefused: a reset to a start that is refused.
+            ControlError, InputError: see ``System.apply``; StartRefused: the start of a reset is refused.
         """
         if isinstance(request, Reset):
             self.state = self.system.start()
@@ -83,7 +83,7 @@ class Driver(Generic[S]):
         return self.state
 
     def poll(self) -> None:
-        """Adopt what the worker has done, and give it the next piece of work."""
+        """Adopt a finished result of the worker, and give it the next job."""
         workers = self._workers
         done = workers.take(self.system.steps(self.state))
         if done is not None:
@@ -94,7 +94,7 @@ class Driver(Generic[S]):
                 workers.ask(request)
 
     def adopt(self, result: Any, asked_at: int) -> None:
-        """Take a worker's result into the state; ``asked_at``: steps of the state that it was asked for."""
+        """Adopt a worker's result into the state; ``asked_at``: steps of the state that requested it."""
         system = self.system
         if self.log is not None:
             self.log.event("adopt", {"result": result, "steps": asked_at})

@@ -1,4 +1,4 @@
-"""What the control process says once, over its pipe."""
+"""Events that the control process sends once, over its pipe."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Event:
-    """kind: 'ready', 'refused' (the start), 'note' (a command that could not be done) or 'failed'; text says why.
+    """kind: 'ready', 'refused' (the start), 'note' (a request that could not be carried out), 'failed'; text: reason.
 
-    'unrecorded': nothing more is written to the run, and why; the drive goes on.
-    'record' answers the question for the clock's record: text is JSON of it.
-    'settings' answers each change of the settings: text is JSON of those in force, the old ones after a refusal.
+    'unrecorded': recording has stopped, with the reason; the drive continues.
+    'record' answers the request for the clock's statistics: text is their JSON.
+    'settings' answers each change of the settings: text is the JSON of those in force, the old ones after a refusal.
     """
 
     kind: str

@@ -1,4 +1,4 @@
-"""The operator's newest input as it crosses to the control process, and the command that a loop makes of it."""
+"""The operator's newest input as it is sent to the control process, and the command that the loop derives from it."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ INPUT_BYTES = 512
 
 @dataclass(frozen=True)
 class HandInput:
-    """The newest state of the hand: grip (3) in LPS mm, its moves so far, keys, axes and buttons, and the hold on each.
+    """Newest state of the operator's input: grip (3) in LPS mm, its count of moves, keys, axes, buttons, their holds.
 
     axes: camera x, camera y and insertion, from -1 to +1; see ``Command``.
     """
@@ -32,38 +32,38 @@ class HandInput:
     stick: Hold = NOBODY
 
     def active(self, now: float) -> bool:
-        """Somebody drives."""
+        """Whether any input has an effect."""
         return self.hand.active(now) or self.keys.active(now) or self.stick.active(now)
 
     def lost(self, now: float) -> bool:
-        """Something that nobody let go of was not heard of for so long that it no longer counts."""
+        """Whether an input that was not released has timed out."""
         return self.hand.lost(now) or self.keys.lost(now) or self.stick.lost(now)
 
     def to_bytes(self) -> bytes:
-        """Packed for the shared memory, as ``from_bytes`` reads it."""
+        """Pack for the shared memory; the inverse is ``from_bytes``."""
         return _ENCODER.encode(self)
 
     @classmethod
     def from_bytes(cls, data: bytes) -> HandInput:
-        """What ``to_bytes`` packed; msgspec's errors where it is something else."""
+        """Unpack the result of ``to_bytes``; raises msgspec's errors for other data."""
         return _HAND.decode(data)
 
 
 class Hand:
-    """The hand as the loop hears of it: the dead man's switch and the virtual coupling give the command of a step."""
+    """Input state in the loop: dead man's switch and virtual coupling give the command of a step."""
 
     def __init__(self) -> None:
         self.input = HandInput()
         self._coupling = VirtualCoupling()
 
     def hear(self, news: HandInput, now: float) -> None:
-        """A newer state of the hand."""
+        """Receive a newer input state."""
         before, self.input = self.input, news
         if news.moves != before.moves:
             self._coupling.move(np.array(news.grip), now, onwards=before.hand.active(now))
 
     def command(self, grip: Grip | None, now: float) -> Command:
-        """The command of this moment, decayed (HAZ-11)."""
+        """Return the present command, attenuated by the dead man's switch (HAZ-11)."""
         hand = self.input
         if grip is None:
             force = np.zeros(3)

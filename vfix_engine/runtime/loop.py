@@ -1,4 +1,4 @@
-"""The loop inside the control process: hand input in, certified steps, snapshots out; for any system."""
+"""The loop of the control process for any system: operator input in, certified steps, snapshots out."""
 
 from __future__ import annotations
 
@@ -26,21 +26,21 @@ from .requests import Request, Reset, SetSettings
 from .snapshot import Snapshot
 from .wire import snapshot_to_bytes
 
-PUBLISH_S = 1 / 120  # snapshots are for the eye
-REST_S = 0.005  # nap of a loop that nobody drives
-SIGN_S = 0.1  # at rest a snapshot this often says that the loop is alive
-TROUBLES = 8  # of background work that are told; a message with a figure in it is another one each time
-ANSWERS = 2  # events that one command can cause
-GREEDY_SHARE = 0.7  # of the period: steps that take more leave too little to the rest of the machine
-LITTER = 20_000  # objects made and not freed while driving, after which the youngest are looked through
+PUBLISH_S = 1 / 120  # period of snapshots, which are for display
+REST_S = 0.005  # sleep of an idle loop
+SIGN_S = 0.1  # period of snapshots at rest, which show that the loop is alive
+TROUBLES = 8  # distinct failures of background work that are reported; a message with a number is new each time
+ANSWERS = 2  # largest number of events caused by one command
+GREEDY_SHARE = 0.7  # fraction of the period; longer steps leave too little time to the rest of the machine
+LITTER = 20_000  # objects allocated and not freed while driving before a collection of the youngest generation
 
 
 class ControlLoop:
-    """One system at its fixed rate while a hand drives it or it moves, at rest otherwise.
+    """Runs one system at its fixed rate while the operator drives it or it moves, and idles otherwise.
 
-    The loop owns heartbeats, the decay of the hand's force, and the clock; a system gets commands that are decayed.
-    While it drives it has a real-time priority where it may, spins away the last part of every wait, and collects no
-    garbage: no tick pays for what can wait until the hand rests.
+    The loop owns heartbeats, the attenuation of the hand's force, and the clock; a system gets attenuated commands.
+    While driving it has a real-time priority if permitted, spins during the last part of every wait, and does not
+    collect garbage: everything that can wait is done at rest.
     """
 
     def __init__(
@@ -65,10 +65,10 @@ class ControlLoop:
         self._publish(force=True)
 
     def run(self) -> None:
-        """Until it is asked to end, or the pipe closes."""
+        """Loop until it is told to end, or the pipe closes."""
         while self._open:
             now = time.monotonic()
-            if not self._driving or now - self._obeyed_at >= PUBLISH_S:  # a look into the pipe costs 10 µs
+            if not self._driving or now - self._obeyed_at >= PUBLISH_S:  # polling the pipe costs 10 µs
                 self._obeyed_at = now
                 self._obey()
             self._read_hand(now)
@@ -86,7 +86,7 @@ class ControlLoop:
         self._rest()
 
     def _drive(self) -> None:
-        """Begin a stretch of ticks."""
+        """Start a sequence of ticks."""
         if not self._driving:
             self._driving = True
             gc.disable()
@@ -94,7 +94,7 @@ class ControlLoop:
             self._clock.restart()
 
     def _rest(self) -> None:
-        """The system is at rest and nobody drives: time for all that had to wait."""
+        """Do postponed work while the system is at rest without input."""
         if self._driving:
             self._driving = False
             self._priority.give_back()
@@ -103,7 +103,7 @@ class ControlLoop:
             gc.collect()
 
     def _tick(self, now: float, driven: bool) -> None:
-        """One step: the hand's command, or none where the system only comes to rest or is moved by its world."""
+        """Make one step with the operator's command, or without one while the system decelerates or its world moves."""
         command = self._hand.command(self._system.grip(self._driver.state), now) if driven else no_command()
         self._driver.step(command)
         self._publish()
@@ -115,9 +115,10 @@ class ControlLoop:
             self._hand.hear(HandInput.from_bytes(news[1]), now)
 
     def _obey(self) -> None:
-        """A message from the page; what cannot be done is said, never half done.
+        """Handle one message from the page; a failure is reported and has no partial effect.
 
-        One at a time, so that a flood of them stops no ticks, and none from whoever does not read the answers.
+        One message per tick, so that a flood of them cannot delay ticks, and none while their sender does not read
+        answers.
         """
         self._open = self._open and not self._events.ended
         self._tell(self._driver.lost, "it goes on without its results")
@@ -129,14 +130,14 @@ class ControlLoop:
             self._open = False
 
     def _tell(self, trouble: str, what_now: str) -> None:
-        """Of background work, each trouble once."""
+        """Report each failure of background work once."""
         if not trouble or trouble in self._told or len(self._told) >= TROUBLES:
             return
         if self._events.put(Event("note", f"{trouble}; {what_now}")):
             self._told.add(trouble)
 
     def _do(self, message: str | Request) -> None:
-        """One of the verbs 'run', 'pause', 'record' and 'end', or a request to the system."""
+        """Carry out one of the verbs 'run', 'pause', 'record' and 'end', or a request to the system."""
         if isinstance(message, Request):
             self._apply(message)
         elif message == "record":
@@ -161,7 +162,7 @@ class ControlLoop:
             self._events.put(Event("settings", json.dumps(self._driver.settings.to_dict())))
 
     def _publish(self, every: float = PUBLISH_S, force: bool = False) -> None:
-        """A snapshot, if the last one is older than ``every`` seconds."""
+        """Publish a snapshot if the last one is older than ``every`` seconds."""
         now = time.monotonic()
         if not force and now - self._published_at < every:
             return
@@ -177,6 +178,6 @@ class ControlLoop:
 
 
 def _clock(period: float) -> FixedRateClock:
-    """A clock that spins only where another core is left to everybody else."""
+    """Create a clock that spins only if another core is available to the other processes."""
     cores = len(os.sched_getaffinity(0)) if sys.platform == "linux" else os.cpu_count() or 1
     return FixedRateClock(period, spin=SPIN_S if cores > 1 else 0.0)

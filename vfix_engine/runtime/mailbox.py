@@ -1,10 +1,10 @@
-"""Latest-wins mailboxes in shared memory between the control process and the rest.
+"""Latest-only mailboxes in shared memory between the control process and its clients.
 
 A mailbox holds one message: a sequence number, its length, its checksum and its bytes.
-The writer makes the sequence odd while it writes; a reader that meets an odd or changed number, or a wrong
-checksum, tries again, so that no half message is ever read whatever the processor reorders. The checksum begins with
-the sequence, so that it fits no other message and no empty one either: packing a header clears it first, and a
-message of no bytes with the checksum 0 would pass for whole in that moment.
+The writer makes the sequence odd while it writes; a reader that finds an odd or changed number, or a wrong
+checksum, tries again, so that no partial message is ever accepted, regardless of memory reordering. The checksum
+includes the sequence, so that it matches no other message and no empty one: packing a header clears it first, and a
+message of no bytes with the checksum 0 would be accepted at that moment.
 """
 
 from __future__ import annotations
@@ -28,14 +28,14 @@ class Mailbox:
 
     @classmethod
     def create(cls, size: int) -> Mailbox:
-        """A new mailbox for messages of up to ``size`` bytes; its maker removes it with close()."""
+        """Create a mailbox for messages of up to ``size`` bytes; its creator removes it with close()."""
         memory = SharedMemory(create=True, size=size + _HEADER.size)
         _HEADER.pack_into(_buffer(memory), 0, 0, 0, 0)
         return cls(memory, owner=True)
 
     @classmethod
     def attach(cls, name: str) -> Mailbox:
-        """The mailbox that another process made."""
+        """Open a mailbox that another process created."""
         return cls(SharedMemory(name=name), owner=False)
 
     @property
@@ -53,7 +53,7 @@ class Mailbox:
         _HEADER.pack_into(buffer, 0, 2 * self._sequence, len(message), _checksum(message, 2 * self._sequence))
 
     def read(self, seen: int = 0) -> tuple[int, bytes] | None:
-        """The newest message and its number, or None when there is none newer than ``seen``."""
+        """Return the newest message and its number, or None if it is not newer than ``seen``."""
         buffer = _buffer(self._memory)
         for _ in range(_TRIES):
             sequence, length, checksum = _HEADER.unpack_from(buffer, 0)
@@ -67,14 +67,14 @@ class Mailbox:
         return None
 
     def close(self) -> None:
-        """Let go of the memory; its maker removes it."""
+        """Release the memory; its creator also removes it."""
         self._memory.close()
         if self._owner:
             self._memory.unlink()
 
 
 def _checksum(message: bytes, sequence: int) -> int:
-    """Of a message under its number, never 0: that is what a cleared header holds."""
+    """Checksum of a message with its number, never 0, the value of a cleared header."""
     return zlib.crc32(message, sequence & 0xFFFFFFFF) | 1 << 32
 
 

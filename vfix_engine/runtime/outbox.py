@@ -1,4 +1,4 @@
-"""Messages over a pipe, sent without waiting for the process at its other end."""
+"""Non-blocking sending of messages over a pipe."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from multiprocessing.connection import Connection
 from multiprocessing.reduction import ForkingPickler
 from typing import Any
 
-MOST = 256  # messages that wait
+MOST = 256  # capacity of the queue
 
 
 class Outbox:
-    """A bounded queue before a pipe, emptied by a thread of its own; every method returns at once but ``flush``."""
+    """A bounded queue in front of a pipe, emptied by a thread of its own; only ``flush`` and ``join`` block."""
 
     def __init__(self, pipe: Connection):
         self._pipe = pipe
@@ -24,17 +24,17 @@ class Outbox:
 
     @property
     def free_slots(self) -> int:
-        """How many messages can be put in; 0 when the other end has not read for long."""
+        """Number of messages that can be queued; 0 if the receiver has not read for long."""
         return MOST - len(self._waiting)
 
     @property
     def ended(self) -> bool:
-        """Nobody is at the other end any more, or ``end`` was called."""
+        """Whether the receiver is gone, or ``end`` was called."""
         return self._ended
 
     def put(self, message: Any) -> bool:
-        """Send when the other end reads, as ``Connection.send``; False, and nothing is sent, without a free slot."""
-        packed = ForkingPickler.dumps(message)  # here, so that whoever sends what cannot be sent hears of it
+        """Queue a message for ``Connection.send``; returns False, and discards it, if the queue is full."""
+        packed = ForkingPickler.dumps(message)  # here, so that an unpicklable message raises in the caller
         with self._change:
             if self._ended or len(self._waiting) >= MOST:
                 return False
@@ -43,12 +43,12 @@ class Outbox:
             return True
 
     def flush(self, seconds: float) -> bool:
-        """Wait until all is sent, so many seconds at most."""
+        """Wait until everything is sent, for at most that many seconds."""
         with self._change:
             return self._change.wait_for(lambda: self._ended or not (self._waiting or self._sending), seconds)
 
     def end(self) -> None:
-        """Send no more; the thread ends when the pipe lets it, at the latest when its other end is gone."""
+        """Stop sending; the thread ends when the pipe permits, at the latest when the receiver is gone."""
         with self._change:
             self._ended = True
             self._waiting.clear()
@@ -70,5 +70,5 @@ class Outbox:
                 message = self._waiting.popleft()
             try:
                 self._pipe.send_bytes(message)
-            except OSError:  # nobody is at the other end any more
+            except OSError:  # the receiver is gone
                 self.end()

@@ -1,8 +1,8 @@
-"""Contents of a run's events as JSON: exact, without running code that the file names.
+"""Contents of a run's events as JSON: exact, and safe to read because no code named in the file is run.
 
-Arrays are written by their bytes. Records of this library (dataclasses and named tuples, such as a worker's plan) are
-written by the name of their class and their fields; when they are read, only records of this library are made, and of
-modules that are loaded already.
+Arrays are written as bytes. Records of this library (dataclasses and named tuples, such as a worker's plan) are
+written as their class name and their fields; only records of this library are created on reading, and of modules that
+are already loaded.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _CLASS, _ARRAY, _TUPLE = "§class", "§array", "§tuple"
 
 
 def to_plain(value: Any) -> Any:
-    """Values for JSON; ``from_plain`` is the inverse. Raises InputError for what it cannot write."""
+    """Convert to values for JSON; the inverse is ``from_plain``. Raises InputError for unsupported types."""
     if value is None or isinstance(value, (bool, int, float, str)):
         return value
     if isinstance(value, np.ndarray):
@@ -45,7 +45,7 @@ def to_plain(value: Any) -> Any:
 
 
 def from_plain(value: Any) -> Any:
-    """What ``to_plain`` was given. Raises InputError for a record that is not known."""
+    """Return the value that ``to_plain`` converted. Raises InputError for an unknown record."""
     if isinstance(value, list):
         return [from_plain(one) for one in value]
     if not isinstance(value, dict):
@@ -67,7 +67,7 @@ def _record(value: Any, names: list[str]) -> dict[str, Any]:
 
 
 def _class_of(name: str) -> Any:
-    """A record's class: of this library, or of a module that whoever reads the run has loaded."""
+    """Return a record's class, from this library or from a module that the reading program has loaded."""
     module, kind = current_class(name)
     try:
         found = getattr(import_module(module) if module.startswith(_ROOT) else sys.modules[module], kind)
@@ -79,7 +79,7 @@ def _class_of(name: str) -> Any:
 
 
 def _made(kind: Any, values: dict[str, Any]) -> Any:
-    """The record with exactly these values: a constructor might normalise them once more."""
+    """Create the record with exactly these values, without its constructor, which might normalise them again."""
     if hasattr(kind, "_fields"):
         return kind(**values)
     one = object.__new__(kind)

@@ -1,8 +1,8 @@
-"""A real-time priority for the thread that controls: taken while somebody drives, given back at rest.
+"""Real-time priority of the control thread: acquired while the operator drives, released at rest.
 
-An ordinary thread waits for the processor behind every busy one, a browser's among them; a thread of the scheduling
-class SCHED_FIFO does not. Linux asks for a permission (RLIMIT_RTPRIO or CAP_SYS_NICE). Other systems have other
-means, which are not used: there the loop runs at the ordinary priority, and `words` says so.
+An ordinary thread waits for the processor behind every busy one, such as a browser's; a thread of the scheduling
+class SCHED_FIFO does not. Linux requires a permission (RLIMIT_RTPRIO or CAP_SYS_NICE). The means of other systems are
+not used: there the loop runs at the ordinary priority, and `words` gives the reason.
 """
 
 from __future__ import annotations
@@ -11,8 +11,8 @@ import os
 import sys
 from collections.abc import Callable
 
-LEVEL = 1  # the lowest real-time priority is above everything that is not real-time, and asks for the least permission
-CONTROL_LEVEL = 2  # of the control process, which interrupts threads of the lower level; where allowed
+LEVEL = 1  # the lowest real-time priority is above everything that is not real-time, and needs the least permission
+CONTROL_LEVEL = 2  # of the control process, which may interrupt threads of the lower level; if permitted
 
 NOT_ALLOWED = "the system does not allow one to this user"
 NOT_HERE = "vfix takes one on Linux only"
@@ -23,7 +23,7 @@ Schedule = Callable[[bool], None]
 
 
 class RealTimePriority:
-    """The calling thread's priority. words: '' while nothing prevents one, otherwise why it has none."""
+    """Priority of the calling thread. words: '' while nothing prevents a real-time priority, otherwise the reason."""
 
     def __init__(self, wanted: bool = True, schedule: Schedule | None = None):
         self._wanted, self._schedule = wanted, schedule or schedule_control
@@ -31,7 +31,7 @@ class RealTimePriority:
         self.words = ""
 
     def take(self) -> bool:
-        """Ask for it; False, with `words`, where it is not to be had. Called by the thread that is meant."""
+        """Acquire the priority for the calling thread; if it is not permitted, set `words` and return False."""
         if not self._wanted:
             self.words = NOT_WANTED
             return False
@@ -39,27 +39,27 @@ class RealTimePriority:
             self._schedule(True)
         except NotImplementedError:
             self.words = NOT_HERE
-        except OSError:  # EPERM, or a sandbox that does not know the call
+        except OSError:  # EPERM, or a sandbox that does not support the call
             self.words = NOT_ALLOWED
         else:
             self.held, self.words = True, ""
         return self.held
 
     def give_back(self) -> None:
-        """Back to the ordinary priority."""
+        """Return to the ordinary priority."""
         if self.held:
             self.held = False
             self._schedule(False)
 
     def give_up(self) -> None:
-        """Give it back for the sake of the rest of the machine, and say so."""
+        """Release the priority permanently for the benefit of the rest of the machine, and set the reason."""
         if self.held:
             self.give_back()
             self.words = GIVEN_UP
 
 
 def schedule_control(real_time: bool) -> None:
-    """As ``schedule_thread`` of the calling thread, above other real-time threads of vfix where that is allowed."""
+    """As ``schedule_thread`` for the calling thread, above other real-time threads of vfix if permitted."""
     try:
         schedule_thread(real_time, level=CONTROL_LEVEL)
     except PermissionError:
@@ -67,19 +67,19 @@ def schedule_control(real_time: bool) -> None:
 
 
 def schedule_thread(real_time: bool, thread: int = 0, level: int = LEVEL) -> None:
-    """Put a thread into the real-time class, or back into the ordinary one.
+    """Move a thread to the real-time class, or back to the ordinary one.
 
     Args:
-        real_time: whether into the real-time class.
+        real_time: whether to the real-time class.
         thread: its native id; 0 is the calling thread. level: of the real-time class.
 
     Raises:
-        NotImplementedError: this system has no such call.
-        OSError: it is not allowed.
+        NotImplementedError: the system has no such call.
+        OSError: it is not permitted.
     """
     if sys.platform != "linux":
         raise NotImplementedError
-    # What it starts does not inherit the class. Only root may take that flag off again.
+    # Child processes do not inherit the class. Only root may clear that flag again.
     if real_time:
         os.sched_setscheduler(thread, os.SCHED_FIFO | os.SCHED_RESET_ON_FORK, os.sched_param(level))
     else:
@@ -87,7 +87,7 @@ def schedule_thread(real_time: bool, thread: int = 0, level: int = LEVEL) -> Non
 
 
 def why_not() -> str:
-    """'' when a control process of this user would get its priority, otherwise why not; nothing is changed."""
+    """Return why a control process of this user would not get its priority, or ''; nothing is changed."""
     priority = RealTimePriority()
     priority.take()
     priority.give_back()

@@ -1,4 +1,4 @@
-"""The control process: one system at a fixed rate with its own clock, away from the page."""
+"""The control process: one system at a fixed rate with its own clock, isolated from the page."""
 
 from __future__ import annotations
 
@@ -43,31 +43,31 @@ from .wire import SnapshotReader, snapshot_bytes
 T = TypeVar("T", bound=Snapshot)
 
 START_TIMEOUT_S = 120.0  # the first start after an installation compiles the kernels
-CLOSE_TIMEOUT_S = 0.5  # a process that has not ended by itself by then is killed
-LAST_WORD_S = 0.5  # for a process that ends to say why
+CLOSE_TIMEOUT_S = 0.5  # after this a process that has not ended is killed
+LAST_WORD_S = 0.5  # time for an ending process to send its reason
 UNANSWERED = "the control process does not answer, or nobody reads its events; close the rehearsal and start it again"
 CLOSED = "the rehearsal is closed"
 ENDED = "the control process ended; start the rehearsal again"
 
 
 class ControlProcess(Generic[T]):
-    """A system in a process of its own; every method may be called from any thread.
+    """A system in a process of its own; every method is thread-safe.
 
-    None waits for the process but ``wait_ready`` and ``close``, not even for one that is stopped or hangs.
+    Only ``wait_ready`` and ``close`` block; the others return at once even if the process is stopped or hangs.
 
     Args:
-        spec: of the system; T is its snapshots' type.
-        real_time: take a real-time priority while somebody drives, where the system allows it.
-        record: folder that the run is written to, from the start to the end; None: nothing is written.
+        spec: of the system; T is the type of its snapshots.
+        real_time: use a real-time priority while the operator drives, if the system permits it.
+        record: folder to which the whole run is written; None: no recording.
     """
 
     def __init__(self, spec: SystemSpec, real_time: bool = True, record: Path | None = None):
         self._lock = threading.Lock()
-        self._starting = threading.Lock()  # taken before _lock; start and close are never at work side by side
+        self._starting = threading.Lock()  # acquired before _lock; start and close never run concurrently
         self._out, self._in = Mailbox.create(snapshot_bytes(spec.snapshot_numbers)), Mailbox.create(INPUT_BYTES)
         context = multiprocessing.get_context("spawn")
         self._pipe, self._theirs = context.Pipe()
-        self._passed_on: list[Connection] = [self._theirs]  # closed here once the processes have them
+        self._passed_on: list[Connection] = [self._theirs]  # closed here once the child processes have them
         self._worker: multiprocessing.process.BaseProcess | None = None
         to_worker: Connection | None = None
         if spec.has_worker:
@@ -95,7 +95,7 @@ class ControlProcess(Generic[T]):
         self._unrecorded_told = set[str]()
 
     def start(self) -> None:
-        """Start the process; it says 'ready' when it can be driven.
+        """Start the process; it sends 'ready' when it can be driven.
 
         Raises:
             ControlError: it has been closed.
@@ -108,20 +108,20 @@ class ControlProcess(Generic[T]):
                 self._worker.start()
             for end in self._passed_on:
                 end.close()
-            atexit.register(self.close)  # before multiprocessing waits for it, in vain where it is stopped
+            atexit.register(self.close)  # before multiprocessing's handler, which waits forever for a stopped process
             self._outbox.put(self._spec)
             if self._recorder is not None:
                 self._recorder.start()
 
     def wait_ready(self, timeout: float = START_TIMEOUT_S) -> None:
-        """Wait until it can be driven.
+        """Wait until the system can be driven.
 
         Raises:
-            ControlError: it refused to start (the reason is in the message) or did not answer in time.
+            ControlError: it refused to start (the message has the reason) or did not answer in time.
         """
         deadline = time.monotonic() + timeout
         while time.monotonic() < deadline:
-            alive = self.alive  # asked first: what an ending process has said is heard before its end
+            alive = self.alive  # read first, so that the events of an ending process are seen before its end
             for event in self._said():
                 if event.kind == "ready":
                     return
@@ -134,7 +134,7 @@ class ControlProcess(Generic[T]):
 
     @property
     def recording_thread(self) -> threading.Thread | None:
-        """The thread of this process that writes the run; None where none is recorded."""
+        """The thread of this process that writes the run; None without recording."""
         return None if self._recorder is None else self._recorder.thread
 
     @property
@@ -143,7 +143,7 @@ class ControlProcess(Generic[T]):
         return not self._closed and self._process.is_alive()
 
     def set_grip(self, position: ArrayLike) -> None:
-        """The hand takes the grip to (3,) in LPS mm; also a heartbeat. What is no place of a tool is ignored."""
+        """Move the grip to (3,) in LPS mm; also a heartbeat. Implausible positions are ignored."""
         grip = np.asarray(position, dtype=float)
         if grip.shape != (3,) or not (np.abs(grip) <= FARTHEST_MM).all():
             return
@@ -151,49 +151,49 @@ class ControlProcess(Generic[T]):
         self._put(lambda i, now: replace(i, grip=place, moves=i.moves + 1, hand=i.hand.press(now)))
 
     def heartbeat(self) -> None:
-        """The button or key is still down; a hand that has been silent for 100 ms has to take hold anew."""
+        """Confirm that the button or key is still down; after 100 ms without this the hand must press again."""
         self._put(lambda i, now: replace(i, hand=i.hand.beat(now), keys=i.keys.beat(now), stick=i.stick.beat(now)))
 
     def release(self) -> None:
-        """The hand lets go of everything."""
+        """Release all inputs."""
         self._put(_released)
 
     def drive(self, direction: int) -> None:
-        """Along the path: −1 back, 0 stop, +1 forward; needs heartbeats like the grip."""
+        """Drive along the path: −1 back, 0 stop, +1 forward; needs heartbeats like the grip."""
         self._put(lambda i, now: _key(replace(i, drive=_sign(direction)), direction, now))
 
     def twist(self, direction: int) -> None:
-        """About the shaft: −1, 0, +1; needs heartbeats like the grip."""
+        """Rotate about the shaft: −1, 0, +1; needs heartbeats like the grip."""
         self._put(lambda i, now: _key(replace(i, twist=_sign(direction)), direction, now))
 
     def axes(self, camera_x: float, camera_y: float, insert: float, buttons: int = 0) -> None:
-        """Camera and insertion, from -1 to +1 of full speed, and the buttons held; needs heartbeats like the grip."""
+        """Set camera and insertion, from -1 to +1 of full speed, and buttons held; needs heartbeats as a grip does."""
         values = (_share(camera_x), _share(camera_y), _share(insert))
         self._put(lambda i, now: _stick(replace(i, axes=values, buttons=int(buttons)), now))
 
     def run(self) -> None:
-        """Let the clock tick; the robot moves when a hand or its world moves it."""
+        """Start the clock; the robot moves when the operator or its world moves it."""
         self._send("run")
 
     def pause(self) -> None:
-        """Stop the clock where it is; ``run`` goes on from there."""
+        """Stop the clock; ``run`` continues from there."""
         self._send("pause")
 
     def reset(self) -> None:
-        """Back to the start, paused; the hand has to take hold anew."""
+        """Return to the start, paused; the hand must press again."""
         self.release()
         self._send(Reset())
 
     def apply(self, request: Request) -> None:
-        """A typed request; what cannot be done comes back as an event of the kind 'note'."""
+        """Send a typed request; a failure is reported by an event of the kind 'note'."""
         self._send(request)
 
     def ask_record(self) -> None:
-        """Ask how the clock has kept its period since the start; the answer is an event of the kind 'record'."""
+        """Request statistics of the clock since the start; the answer is an event of the kind 'record'."""
         self._send("record")
 
     def snapshot(self) -> T | None:
-        """The newest snapshot, or None before the first."""
+        """Return the newest snapshot, or None before the first."""
         with self._lock:
             if self._closed:
                 return self._latest
@@ -204,7 +204,7 @@ class ControlProcess(Generic[T]):
             return self._latest
 
     def rows(self) -> RowReader:
-        """Reads every step's command and row from now on, at control rate and in batches; one for each thread.
+        """Open a reader of every step's command and row from now on, at control rate and in batches; one per thread.
 
         Raises:
             ControlError: it is not ready, or has been closed.
@@ -221,17 +221,17 @@ class ControlProcess(Generic[T]):
 
     @property
     def hand_lost(self) -> bool:
-        """A hand or key that nobody let go of was not heard of for so long that it no longer counts."""
+        """Whether a hand or key that was not released has timed out."""
         return self._input.lost(time.monotonic())
 
     @property
     def silence_s(self) -> float:
-        """Seconds since the last snapshot. Once it is ready, one comes every ``SIGN_S`` at least, or the loop hangs."""
+        """Seconds since the last snapshot. After 'ready' it exceeds ``SIGN_S`` only if the loop hangs."""
         self.snapshot()
         return time.monotonic() - self._heard_at
 
     def events(self) -> list[Event]:
-        """What the process and its recorder have said since the last call; each end is said once, why before that."""
+        """Events of the process and its recorder since the last call; each end is reported once, after its reason."""
         found = self._said()
         recorder = self._recorder
         if recorder is not None and recorder.failed:
@@ -246,7 +246,7 @@ class ControlProcess(Generic[T]):
             found.append(Event("unrecorded", words))
 
     def _said(self) -> list[Event]:
-        """What the process has said."""
+        """Events of the process."""
         with self._lock:
             found: list[Event] = []
             try:
@@ -258,7 +258,7 @@ class ControlProcess(Generic[T]):
             return found
 
     def close(self) -> None:
-        """End the process within a second, by force where it does not end by itself, and free its mailboxes."""
+        """End the process within a second, killing it if necessary, and free its mailboxes."""
         with self._starting:
             with self._lock:
                 if self._closed:
@@ -272,7 +272,7 @@ class ControlProcess(Generic[T]):
                     self._process.kill()
                     self._process.join()
             if self._worker is not None and self._worker.pid is not None:
-                self._worker.kill()  # it holds nothing that is to be kept
+                self._worker.kill()  # it holds nothing that must be saved
                 self._worker.join()
             self._outbox.end()
             self._outbox.join()
@@ -309,19 +309,19 @@ def _sign(direction: int) -> int:
 
 
 def _share(value: float) -> float:
-    """From -1 to +1; a non-finite one counts as 0 (HAZ-05)."""
+    """Clip to -1 … +1; a non-finite value counts as 0 (HAZ-05)."""
     return min(max(float(value), -1.0), 1.0) if math.isfinite(value) else 0.0
 
 
 def _key(hand: HandInput, direction: int, now: float) -> HandInput:
-    """After a key went down, or up where the direction is 0: then it is held only as long as another one is."""
+    """Update the holds after a key event; with direction 0, a key up, the hold lasts only while another key is down."""
     if direction:
         return replace(hand, keys=hand.keys.press(now))
     return hand if hand.drive or hand.twist else replace(hand, keys=hand.keys.release(now))
 
 
 def _stick(hand: HandInput, now: float) -> HandInput:
-    """After an axis or button changed; at zero it is let go of."""
+    """Update the hold after an axis or button event; at zero it is released."""
     if any(hand.axes) or hand.buttons:
         return replace(hand, stick=hand.stick.press(now))
     return replace(hand, stick=NOBODY)
@@ -333,7 +333,7 @@ def _released(hand: HandInput, now: float) -> HandInput:
 
 
 def _main(out: str, into: str, pipe: Connection, real_time: bool, to_worker: Connection | None, log: FarEnd) -> None:
-    """The process's main: builds the system, says so, and loops until it is asked to end or its pipe closes."""
+    """Main function of the process: build the system, send 'ready', and loop until told to end or the pipe closes."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C ends the planner, which closes this pipe
     events = Outbox(pipe)
     try:
@@ -345,22 +345,22 @@ def _main(out: str, into: str, pipe: Connection, real_time: bool, to_worker: Con
         driver = Driver(system, workers, record)
         loop = ControlLoop(driver, Mailbox.attach(out), Mailbox.attach(into), pipe, events, RealTimePriority(real_time))
         gc.collect()
-        gc.freeze()  # what is here stays: no later collection looks through it
+        gc.freeze()  # excludes the objects that exist now from later collections
         events.put(Event("ready"))
         loop.run()
         record.flush(LAST_WORD_S)
     except VfixError as error:
         events.put(Event("refused", str(error)))
     except EOFError:
-        pass  # closed before it began
+        pass  # closed before it started
     except Exception as error:
-        print(error_places(error), file=sys.stderr)  # to the planner's log
+        print(error_places(error), file=sys.stderr)  # goes to the planner's log
         words = f"the control process failed ({type(error).__name__}: {error}); start the rehearsal again"
         events.put(Event("failed", words))
     events.flush(LAST_WORD_S)
 
 
 def _work(spec: SystemSpec, pipe: Connection) -> None:
-    """The worker process's main."""
+    """Main function of the worker process."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     work(spec, pipe)

@@ -1,4 +1,4 @@
-"""Driving a recorded run again: the same commands, requests and adoptions at the same steps."""
+"""Replay of a recorded run: the same commands, requests and adoptions at the same steps."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ S = TypeVar("S")
 
 @dataclass(frozen=True, eq=False)
 class Replay(Generic[S]):
-    """What a replay came to.
+    """Result of a replay.
 
-    states: after every step, the first one before any; that one alone where they were not kept.
-    rows: (n, w) as they came this time.
-    first_difference: the first step whose row is not the recorded one bit by bit, None where all are.
-    largest_difference: between the rows, 0 where all are the same; other_arithmetic: versions that differ from the
-    recording's, by name, as (then, now).
+    states: the initial state and that after every step; only the initial one with ``keep_states`` False.
+    rows: (n, w) of the replay.
+    first_difference: first step whose row is not bitwise equal to the recorded one, None if all are.
+    largest_difference: between the rows, 0 if all are equal; other_arithmetic: versions that differ from the
+        recording's, by name, as (then, now).
     """
 
     states: tuple[S, ...]
@@ -37,12 +37,12 @@ class Replay(Generic[S]):
 
     @property
     def same(self) -> bool:
-        """Every row is the recorded one bit by bit."""
+        """Whether every row is bitwise equal to the recorded one."""
         return self.first_difference is None
 
 
 class _Rows:
-    """A log that keeps the rows."""
+    """A log that collects the rows."""
 
     def __init__(self) -> None:
         self.lines: list[Array] = []
@@ -55,15 +55,15 @@ class _Rows:
 
 
 def replay(run: Run, spec: SystemSpec, keep_states: bool = True) -> Replay[Any]:
-    """Drive a run again from its start.
+    """Replay a run from its start.
 
     Args:
         spec: of the same system, such as ``worlds.spec_of(run)``.
         keep_states: False for a long run, whose states do not fit into memory.
 
     Raises:
-        InputError: the run lost ticks, or its columns are not the system's. A run of an earlier version may lack some
-            that were added at the end since; what it has is compared.
+        InputError: the run lost ticks, or its columns are not the system's. A run of an earlier version may lack
+            columns that were appended since; the others are compared.
     """
     if run.lost:
         raise InputError(f"the run lost {run.lost} steps while it was recorded; it can be looked at, not replayed")
@@ -85,7 +85,7 @@ def replay(run: Run, spec: SystemSpec, keep_states: bool = True) -> Replay[Any]:
     found = np.ascontiguousarray(lines[:, : run.ticks.shape[1]])
     differs = (found.view(np.uint64) != run.ticks.view(np.uint64)).any(axis=1)
     first = int(differs.argmax()) if differs.any() else None
-    with np.errstate(invalid="ignore"):  # a row may hold infinities
+    with np.errstate(invalid="ignore"):  # a row may contain infinities
         apart = np.nan_to_num(np.abs(found[differs] - run.ticks[differs]), nan=0.0)
     largest = float(apart.max(initial=0.0))
     then, now = run.manifest["versions"], versions()
@@ -94,7 +94,7 @@ def replay(run: Run, spec: SystemSpec, keep_states: bool = True) -> Replay[Any]:
 
 
 def _again(driver: Driver[Any], event: RunEvent) -> None:
-    """The same request or adoption."""
+    """Repeat a recorded request or adoption."""
     if event.kind == "adopt":
         driver.adopt(event.content["result"], event.content["steps"])
     elif isinstance(event.content, Request):

@@ -1,6 +1,6 @@
-"""Typed requests: changes that happen once, between two steps, in contrast to a command, which lasts one step.
+"""Typed requests: changes made once, between two steps, in contrast to a command, which lasts one step.
 
-A world may have requests of its own beyond these: any frozen dataclass that derives from ``Request``.
+A world can define its own requests: any frozen dataclass derived from ``Request``.
 """
 
 from __future__ import annotations
@@ -12,24 +12,24 @@ from .settings import WorldSettings
 
 @dataclass(frozen=True)
 class Request:
-    """Base of all requests; it crosses to the control process and is recorded with its step number."""
+    """Base class of all requests; sent to the control process and recorded with its step number."""
 
 
 @dataclass(frozen=True)
 class Reset(Request):
-    """Back to the start, at rest."""
+    """Return to the start, at rest."""
 
 
 @dataclass(frozen=True)
 class SetSettings(Request):
-    """Other settings at the same pose and speed; refused where the pose violates them."""
+    """Change the settings at the same pose and velocity; refused if the pose violates them."""
 
     settings: WorldSettings
 
 
 @dataclass(frozen=True)
 class SetTask(Request):
-    """What the operator does from now on: a task's name and, where it has one, the number of its target."""
+    """Select the operator's task: its name and, if it has one, the number of its target."""
 
     task: str
     target: int = 0
@@ -37,11 +37,11 @@ class SetTask(Request):
 
 @dataclass(frozen=True)
 class Straighten(Request):
-    """Bring the manipulated links back to the shape that conforms; it lasts until they are there or a command comes."""
+    """Move the manipulated links back to the conforming shape; ends when it is reached or by the next command."""
 
 
 @dataclass(frozen=True)
 class Bend(Request):
-    """Bring the manipulated joints to ``goal`` (2L',) in rad off the conforming shape; it lasts like ``Straighten``."""
+    """Move the manipulated joints to ``goal`` (2L',) in rad from the conforming shape; ends like ``Straighten``."""
 
     goal: tuple[float, ...]

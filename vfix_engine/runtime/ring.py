@@ -1,8 +1,8 @@
-"""A ring of rows in shared memory: every row crosses, unlike a mailbox's latest message, and nobody waits.
+"""A ring buffer of rows in shared memory: unlike in a mailbox, every row is transferred, and no process waits.
 
-The control process writes, others read, each for itself. A row carries its number and a checksum, so that a reader
-takes no half row whatever the processor reorders. Where a reader falls behind by a whole ring, rows are lost to it, and
-counted. Behind the rows lie how many have been written and the names and units of their columns.
+The control process writes, others read independently. A row has its number and a checksum, so that a reader accepts no
+partial row, regardless of memory reordering. If a reader falls behind by a whole ring, it loses rows and counts them.
+After the rows follow the number of rows written and the names and units of their columns.
 """
 
 from __future__ import annotations
@@ -22,15 +22,15 @@ from .outbox import Outbox
 from .system import Column
 
 RING_BYTES = 1 << 22  # several seconds of a world's rows at 1 kHz
-UNSENT = "unsent"  # kind of the event that says how many events found no room
+UNSENT = "unsent"  # kind of the event with the number of events that did not fit into the queue
 _HEAD = struct.Struct("<QQ")  # number of the row from 1 on, checksum of its bytes
 _COUNT = struct.Struct("<Q")
-_COUNT_AT, _LAYOUT_AT = RING_BYTES, RING_BYTES + _COUNT.size  # the layout: how many bytes of JSON, then those
-LAYOUT_BYTES = 1 << 18  # names and units of as many columns as the longest snake has
+_COUNT_AT, _LAYOUT_AT = RING_BYTES, RING_BYTES + _COUNT.size  # the layout: number of bytes of JSON, then the JSON
+LAYOUT_BYTES = 1 << 18  # names and units of the columns of the longest snake
 
 
 class Ring:
-    """Rows of ``width`` numbers; the writer's end or a reader's. ``lost``: how many the reader came too late for."""
+    """Rows of ``width`` numbers, at the writer's or a reader's end. ``lost``: rows overwritten before being read."""
 
     def __init__(self, memory: SharedMemory, width: int):
         self._memory, self._size = memory, 8 * width + _HEAD.size
@@ -40,14 +40,14 @@ class Ring:
 
     @staticmethod
     def memory() -> SharedMemory:
-        """Cleared memory for a ring; its maker unlinks it."""
+        """Allocate cleared memory for a ring; the caller unlinks it."""
         size = RING_BYTES + 2 * _COUNT.size + LAYOUT_BYTES
         memory = SharedMemory(create=True, size=size)
         _buffer(memory)[:size] = bytes(size)
         return memory
 
     def skip(self) -> None:
-        """Begin to read behind what has been written so far."""
+        """Skip the rows written so far."""
         self._next = int(_COUNT.unpack_from(_buffer(self._memory), _COUNT_AT)[0]) + 1
 
     def write(self, row: Array) -> None:
@@ -61,20 +61,20 @@ class Ring:
         self._next += 1
 
     def read(self) -> bytes:
-        """All whole rows since the last call, one behind the other; ``lost`` counts those that were overwritten."""
+        """Return all complete rows since the last call, concatenated; ``lost`` counts those that were overwritten."""
         buffer, found = _buffer(self._memory), []
         while True:
             start = self._place(self._next)
             number, checksum = _HEAD.unpack_from(buffer, start)
             if number < self._next:
                 break
-            if number > self._next:  # overwritten: go on with the oldest row that is still there
+            if number > self._next:  # overwritten: continue with the oldest available row
                 oldest = number - self._rows + 1
                 self.lost, self._next = self.lost + oldest - self._next, oldest
                 continue
             data = bytes(buffer[start + _HEAD.size : start + self._size])
             if zlib.crc32(data, number & 0xFFFFFFFF) != checksum:
-                break  # being written
+                break  # this row is being written
             found.append(data)
             self._next += 1
         return b"".join(found)
@@ -84,7 +84,7 @@ class Ring:
 
 
 def write_layout(memory: SharedMemory, columns: Sequence[tuple[str, str]]) -> None:
-    """Say what the rows are, names and units; once, before the first."""
+    """Write names and units of the columns; once, before the first row."""
     data = json.dumps([list(column) for column in columns]).encode()
     if len(data) > LAYOUT_BYTES:
         raise ValueError(f"{len(columns)} columns are more than a ring can name")
@@ -96,12 +96,12 @@ def write_layout(memory: SharedMemory, columns: Sequence[tuple[str, str]]) -> No
 class RowReader:
     """Reads every row of a ring that is written from now on; for one thread.
 
-    columns: names and units of a row. lost: rows that came and went between two calls of ``read``.
-    ended: whoever wrote has ended, and nothing more comes.
+    columns: names and units of a row. lost: rows overwritten between two calls of ``read``.
+    ended: the writer has ended, and no more rows follow.
     """
 
     def __init__(self, name: str):
-        """Raises ValueError where the writer has not begun."""
+        """Raises ValueError if the writer has not started."""
         self._memory = SharedMemory(name=name)
         length = int(_COUNT.unpack_from(_buffer(self._memory), _LAYOUT_AT)[0])
         if not length:
@@ -116,22 +116,22 @@ class RowReader:
 
     @property
     def lost(self) -> int:
-        """So far."""
+        """Number of rows lost so far."""
         return self._ring.lost
 
     def read(self) -> Array:
-        """(n, w) all rows since the last call, one for each step; read-only."""
+        """Return all rows since the last call (n, w), one per step; read-only."""
         return np.frombuffer(self._ring.read(), dtype="<f8").reshape(-1, len(self.columns))
 
     def close(self) -> None:
-        """Let go of the memory."""
+        """Release the memory."""
         self._memory.close()
 
 
 class RingLog:
-    """A driver's log in the control process: rows into a ring, events into a pipe, both with the number of ticks.
+    """A driver's log in the control process: rows to a ring, events to a pipe, both with the number of ticks.
 
-    pipe: None where nobody records.
+    pipe: None without a recorder.
     """
 
     def __init__(self, ring: Ring, pipe: Connection | None):
@@ -158,7 +158,7 @@ class RingLog:
         return self._events.flush(seconds) and sent
 
     def _say_unsent(self, events: Outbox) -> None:
-        """A recorder that did not read for so long that events found no room hears of it once it reads again."""
+        """Send the number of dropped events once a recorder that had stopped reading reads again."""
         if self._unsent and events.put((self._ticks, UNSENT, self._unsent)):
             self._unsent = 0
 

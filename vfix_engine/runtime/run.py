@@ -1,16 +1,16 @@
-"""A run on disk: a manifest, the commands applied with the system's rows, and the events with their step numbers.
+"""A run on disk: a manifest, the applied commands with the system's rows, and the events with their step numbers.
 
 A folder NAME with
 
 - ``manifest.json``: schema, world, spec, hashes, settings, seed, versions, columns with units;
 - ``spec.npz``: the spec's arrays;
-- ``ticks.f64``: for every step the command as applied, then the system's row, float64, little-endian;
-- ``events.jsonl``: one event a line: a request or an adoption, and how many ticks came before it;
-- ``end.json``: how many ticks, a digest of them, and how many were lost;
-- ``sideways.f64``, of a rigid tool in a head with a CT: for every step how far air leads round the tissue that it
-  passes. It is measured from the rows after the drive; nothing that is replayed depends on it.
+- ``ticks.f64``: for every step the applied command, then the system's row, float64, little-endian;
+- ``events.jsonl``: one event per line: a request or an adoption, and the number of ticks before it;
+- ``end.json``: number of ticks, their digest, and the number of lost ones;
+- ``sideways.f64``, of a rigid tool in a head with a CT: for every step the distance by which air leads round the
+  tissue that the tool passes. It is computed from the rows after the drive; no replayed value depends on it.
 
-While it is written the folder is called NAME.part, and all but its last line and row is readable at any moment.
+While it is written the folder is called NAME.part, and all but its last line and row are readable at any time.
 """
 
 from __future__ import annotations
@@ -38,15 +38,15 @@ NOTICE = "Not for clinical use"
 PART = ".part"
 MANIFEST, SPEC, TICKS, EVENTS, END = "manifest.json", "spec.npz", "ticks.f64", "events.jsonl", "end.json"
 SIDEWAYS = "sideways.f64"
-_BATCH = 1000  # ticks that a writer keeps back
+_BATCH = 1000  # ticks that a writer buffers
 
 
 @dataclass(frozen=True)
 class RunEvent:
-    """What happened after ``at`` ticks.
+    """An event after ``at`` ticks.
 
-    kind: 'request' or 'adopt'; content: the request itself, or the result and the steps of the state that it was
-    asked for.
+    kind: 'request' or 'adopt'; content: the request itself, or the result and the steps of the state that requested
+        it.
     """
 
     at: int
@@ -56,12 +56,12 @@ class RunEvent:
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """A run as it was read.
+    """A run read from disk.
 
     manifest: see the module; arrays: of the spec; ticks: (n, 14 + w), command and row of each step.
-    whole: the run was closed; lost: ticks that the recorder came too late for.
-    sideways_mm: (n,) how far sideways air leads round the tissue that the tool passes, 0 where it passes none, inf
-    beyond 15 mm, NaN where that is not known; None where the run does not hold it.
+    whole: the run was closed; lost: ticks that the recorder missed.
+    sideways_mm: (n,) lateral distance by which air leads round the tissue that the tool passes, 0 if it passes none,
+        inf beyond 15 mm, NaN where unknown; None if the run does not contain it.
     """
 
     manifest: dict[str, Any]
@@ -79,7 +79,7 @@ class Run:
 
     @property
     def columns(self) -> tuple[Column, ...]:
-        """Of ``rows``."""
+        """Columns of ``rows``."""
         return tuple(Column(*pair) for pair in self.manifest["columns"][COMMAND_SIZE:])
 
     def column(self, name: str) -> Array:
@@ -90,15 +90,15 @@ class Run:
         return self.rows[:, names.index(name)]
 
     def command(self, index: int) -> Command:
-        """The command of one step, as applied."""
+        """Return the applied command of one step."""
         return command_from_row(self.ticks[index])
 
     @classmethod
     def read(cls, folder: Path) -> Self:
-        """A run, or what there is of one that was cut off.
+        """Read a run, or the complete part of one that was interrupted.
 
         Raises:
-            InputError: the folder holds no run, one of another schema, or one that was changed after its end.
+            InputError: the folder has no run, one of another schema, or one that was changed after its end.
         """
         folder = Path(folder)
         try:
@@ -129,14 +129,14 @@ class Run:
 
 
 class RunWriter:
-    """Writes a run; also a driver's log, where the driver is in the same process.
+    """Writes a run; also a driver's log, if the driver is in the same process.
 
     Args:
-        folder: that the run gets when it is closed; must not exist.
-        spec, columns: of the system; seed: of whatever chose the commands.
+        folder: final name of the run, which it gets when it is closed; must not exist.
+        spec, columns: of the system; seed: of the generator of the commands.
 
     Raises:
-        InputError: the folder is taken.
+        InputError: the folder exists.
     """
 
     def __init__(self, folder: Path, spec: SystemSpec, columns: tuple[Column, ...], seed: int | None = None):
@@ -148,14 +148,14 @@ class RunWriter:
         self._ticks = (self._part / TICKS).open("wb", buffering=0)
         self._events = (self._part / EVENTS).open("w", encoding="utf-8")
         self._digest, self._count = hashlib.sha256(), 0
-        self.width = COMMAND_SIZE + len(columns)  # numbers of a tick
+        self.width = COMMAND_SIZE + len(columns)  # numbers per tick
         self._waiting: list[bytes] = []
 
     def _write_manifest(self, spec: SystemSpec, columns: tuple[Column, ...], seed: int | None) -> None:
         try:
             values, arrays = spec.to_parts()
             not_written = ""
-        except InputError as error:  # a fixture of one's own: the run can be replayed with the spec in hand
+        except InputError as error:  # a user-defined fixture: replay needs the spec as an argument
             values, arrays, not_written = {}, {}, str(error)
         np.savez(self._part / SPEC, **arrays)  # type: ignore[arg-type]
         manifest = {
@@ -173,41 +173,41 @@ class RunWriter:
         (self._part / MANIFEST).write_text(json.dumps(manifest, indent=1), encoding="utf-8")
 
     def tick(self, line: Array) -> None:
-        """One step, kept back until there are a thousand."""
+        """Write one step, buffered up to a thousand."""
         self._waiting.append(line.tobytes())
         if len(self._waiting) >= _BATCH:
             self.flush()
 
     def ticks(self, data: bytes) -> None:
-        """Whole rows, one behind the other, written at once."""
+        """Write whole rows, concatenated, at once."""
         self._ticks.write(data)
         self._digest.update(data)
         self._count += len(data) // (8 * self.width)
 
     def event(self, kind: str, content: Any) -> None:
-        """An event after the ticks so far."""
+        """Write an event after the ticks so far."""
         self.event_at(self._count + len(self._waiting), kind, content)
 
     def event_at(self, at: int, kind: str, content: Any) -> None:
-        """An event after ``at`` ticks."""
+        """Write an event after ``at`` ticks."""
         self._events.write(json.dumps({"at": at, "kind": kind, "content": to_plain(content)}) + "\n")
         self._events.flush()
 
     def flush(self) -> None:
-        """Write what is kept back."""
+        """Write the buffered ticks."""
         if self._waiting:
             self.ticks(b"".join(self._waiting))
             self._waiting.clear()
 
     def abandon(self) -> None:
-        """Write no more; what is written stays readable under the name of a part."""
+        """Stop writing; what is written stays readable under the name NAME.part."""
         with suppress(OSError):
             self.flush()
         self._ticks.close()
         self._events.close()
 
     def close(self, lost: int = 0) -> None:
-        """The run is whole: it gets its name."""
+        """Complete the run and give it its final name."""
         self.flush()
         self._ticks.close()
         self._events.close()
@@ -217,7 +217,7 @@ class RunWriter:
 
 
 def digest(array: NDArray[Any]) -> str:
-    """SHA-256 of an array's type, shape and bytes."""
+    """SHA-256 of an array's dtype, shape and bytes."""
     head = f"{array.dtype.str}{array.shape}".encode()
     return hashlib.sha256(head + np.ascontiguousarray(array).tobytes()).hexdigest()
 

@@ -1,7 +1,7 @@
-"""The recorder of a control process's run: rows through a ring, events through a pipe, files written elsewhere.
+"""Recorder of a control process's run: rows through a ring, events through a pipe, files written by another process.
 
-The control process never touches a file. Whatever ends the recording, such as a full disk, is reported, and costs no
-tick.
+The control process never accesses a file. Any failure of the recording, such as a full disk, is reported, and delays
+no tick.
 """
 
 from __future__ import annotations
@@ -20,18 +20,18 @@ from .ring import UNSENT, Ring, RingLog, write_layout
 from .run import RunWriter
 from .system import Column, SystemSpec
 
-LOOK_S = 0.05  # between two looks into the ring, which holds seconds
+LOOK_S = 0.05  # polling period of the ring, which holds seconds
 
 
 @dataclass(frozen=True)
 class FarEnd:
-    """What the control process writes to; it crosses when the process is started. pipe: to a recorder, if any."""
+    """The control process's end, passed to it at its start. pipe: to a recorder, if any."""
 
     ring: str
     pipe: Connection | None
 
     def attach(self, columns: tuple[Column, ...]) -> RingLog:
-        """The driver's log; tells whoever reads first what the rows are."""
+        """Return the driver's log, after publishing the columns of the rows to all readers."""
         memory = SharedMemory(name=self.ring)
         write_layout(memory, [*COMMAND_COLUMNS, *columns])
         if self.pipe is not None:
@@ -40,10 +40,11 @@ class FarEnd:
 
 
 class RunRecorder:
-    """Writes a run from a thread of the process that watches; ``memory`` is the ring's.
+    """Writes a run from a thread of the observing process; ``memory`` is the ring's.
 
-    failed: why the recording ended early, '' where it did not. lost: steps that it came too late for.
-    thread: the one that writes.
+    failed: reason why the recording ended early, '' if it did not. lost: steps that were overwritten before it read
+        them.
+    thread: the writing thread.
     """
 
     def __init__(self, folder: Path, spec: SystemSpec, ends: tuple[Connection, Connection], memory: SharedMemory):
@@ -57,16 +58,16 @@ class RunRecorder:
 
     @property
     def lost(self) -> int:
-        """So far."""
+        """Number of steps lost so far."""
         return 0 if self._ring is None else self._ring.lost
 
     def start(self) -> None:
-        """Begin; the far end's pipe is the process's now."""
+        """Start; the pipe's far end now belongs to the control process."""
         self.far.close()
         self.thread.start()
 
     def close(self) -> None:
-        """The process has ended: write the rest, and give the run its name."""
+        """Write the rest after the process has ended, and give the run its final name."""
         self._over.set()
         if self.thread.ident is not None:
             self.thread.join()
@@ -80,14 +81,14 @@ class RunRecorder:
             self._look()
             if self._writer is not None:
                 self._writer.close(self.lost)
-        except Exception as error:  # what was written so far stays where it is, under its name of a part
+        except Exception as error:  # what is written so far keeps its name NAME.part
             self.failed = f"the run cannot be written: {_reason(error)}"
             if self._writer is not None:
-                with suppress(Exception):  # told already
+                with suppress(Exception):  # already reported
                     self._writer.abandon()
 
     def _look(self) -> None:
-        """What has come since the last look; events first, since their rows may come with them."""
+        """Write everything new; events first, since their rows may be in the same batch."""
         try:
             while self._near.poll():
                 self._hear(*self._near.recv())

@@ -7,7 +7,7 @@ from typing import Any, Protocol, Self
 
 
 class SettingRange(Protocol):
-    """Closed range of one setting, its unit and a label that a person reads."""
+    """Closed range of one setting, its unit and its label."""
 
     @property
     def low(self) -> float: ...
@@ -20,22 +20,22 @@ class SettingRange(Protocol):
 
 
 class WorldSettings(Protocol):
-    """Immutable settings of a world, checked when they are made."""
+    """Immutable settings of a world, validated on construction."""
 
     @staticmethod
     def bounds() -> Mapping[str, SettingRange]:
-        """The range of every numeric setting by its name."""
+        """Return the range of every numeric setting by its name."""
         ...
 
     def clamped(self, /, **changes: float) -> Self:
-        """The same with changes, each brought into its range. Raises InputError for an unknown name."""
+        """Return a copy with changes clipped to their ranges. Raises InputError for an unknown name."""
         ...
 
     def to_dict(self) -> dict[str, Any]:
-        """Plain values for JSON."""
+        """Return plain values for JSON."""
         ...
 
     @classmethod
     def from_dict(cls, data: dict[str, Any], /) -> Self:
-        """The inverse. Raises InputError."""
+        """Inverse of ``to_dict``. Raises InputError."""
         ...

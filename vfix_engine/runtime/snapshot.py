@@ -1,4 +1,4 @@
-"""The frozen picture of a system after a step: what is displayed, at display rate."""
+"""Immutable view of a system after a step, for display at display rate."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from ..arrays import Array
 
 @dataclass(frozen=True)
 class Timing:
-    """How the real-time loop keeps its period: rate in Hz, step times and lateness in µs, late ticks counted.
+    """Timing of the real-time loop: rate in Hz, step times and latency in µs, number of late ticks.
 
-    real_time: the loop has a real-time priority; without_why: why it drives without one, '' where it has one or rests.
+    real_time: the loop has a real-time priority; without_why: reason why not, '' if it has one or is at rest.
     """
 
     loop_hz: float = 0.0
@@ -28,13 +28,13 @@ class Timing:
 
 @dataclass(frozen=True, eq=False)
 class Blocker:
-    """One reason why less is moved than the command asks for; a value, words are for whoever shows it.
+    """One reason why the system moves less than the command asks; a value, which the display puts into words.
 
-    kind: what kind of constraint, such as 'bone', 'zone', 'joint', 'speed', 'bound', 'end'.
-    structure: id of the structure or zone, or name of the joint; '' where there is none.
-    part: of the tool or robot, such as 'shaft' or 'link 12'; distance_mm: NaN where there is none.
-    point: (3,) in LPS mm on the structure, None where there is none.
-    words: a sentence of the world itself, where it has one.
+    kind: of the constraint, such as 'bone', 'zone', 'joint', 'speed', 'bound', 'end'.
+    structure: id of the structure or zone, or name of the joint; '' if there is none.
+    part: of the tool or robot, such as 'shaft' or 'link 12'; distance_mm: NaN if there is none.
+    point: (3,) in LPS mm on the structure, None if there is none.
+    words: a sentence provided by the world, if any.
     """
 
     kind: str
@@ -47,18 +47,18 @@ class Blocker:
 
 @dataclass(frozen=True, kw_only=True)
 class Snapshot:
-    """What every world tells of its state; a world adds fields of its own in a subclass.
+    """Fields common to all worlds; a world adds its own in a subclass.
 
     t: simulated time in s; q: joints (n,) in mm and rad; steps: control periods since the start.
-    capsules: (S, 7) axis start (3), end (3) and radius of every body part of the robot or tool, LPS mm.
+    capsules: (S, 7) axis start (3), end (3) and radius of every part of the robot or tool, LPS mm.
     tip: (3,) in LPS mm; camera: (4, 4) transform_camera_to_patient, z along the optical axis, x to the right.
-    outcome: of the last step: 'idle', 'moved', 'shrunk' (part of what was asked for) or 'held'.
-    blockers: what shrank or held it, strongest first.
+    outcome: of the last step: 'idle', 'moved', 'shrunk' (a fraction of the request) or 'held'.
+    blockers: constraints that reduced or held it, strongest first.
     forces: (3,) in N on the operator's hand.
-    progress_mm, length_mm: arc length along the path or lumen, and the whole of it; 0 where there is none.
+    progress_mm, length_mm: arc length along the path or lumen, and its total; 0 if there is none.
     running, timing: filled in by the loop.
 
-    No field has a default in the class itself, so that a subclass can make all of them when they are asked for.
+    No field has a default in the class, so that a subclass can compute all of them on demand.
     """
 
     t: float

@@ -1,7 +1,7 @@
-"""The protocols of everything that is driven: the rigid tool, the snake, and whatever comes next.
+"""Protocols of every world that can be driven, such as the rigid tool and the snake.
 
-The loop owns clock, heartbeats, the decay of the hand's force, and the recorder.
-A system owns its world: a pure step from state and command to state, certificate included.
+The loop owns clock, heartbeats, the attenuation of the hand's force, and the recorder.
+A system owns its world: a pure step function from state and command to state, including the certificate.
 """
 
 from __future__ import annotations
@@ -20,18 +20,18 @@ from .snapshot import Snapshot
 
 S = TypeVar("S")
 
-Worker = Callable[[Any], Any]  # from the inputs of a ``Background`` to its result; runs in a process of its own
+Worker = Callable[[Any], Any]  # maps the inputs of a ``Background`` to its result; runs in a process of its own
 
 
 class Column(NamedTuple):
-    """One column of a row: its name and unit, '' for a number without one."""
+    """Name and unit of one column of a row; the unit is '' for a dimensionless number."""
 
     name: str
     unit: str
 
 
 class Grip(NamedTuple):
-    """Where a hand holds the robot, and the virtual coupling between the two.
+    """Point where the operator holds the robot, and the virtual coupling to the hand.
 
     position: (3,) in LPS mm; stiffness in N/mm; cap: largest force in N.
     """
@@ -45,8 +45,8 @@ class Grip(NamedTuple):
 class Background:
     """Work that takes longer than a step, for the worker process.
 
-    inputs: what the spec's worker is called with; plain values and arrays.
-    steps: of the state that it was asked for; results are adopted with the age that they have by then.
+    inputs: argument of the spec's worker; plain values and arrays.
+    steps: of the state that requests it; the age of the result at its adoption is counted from there.
     """
 
     inputs: Any
@@ -54,9 +54,9 @@ class Background:
 
 
 class System(Protocol[S]):
-    """A world that is driven step by step. Its state is immutable and knows everything that the next step needs.
+    """A world that is driven step by step. Its state is immutable and contains everything that the next step needs.
 
-    Settings in force are part of the state, so that ``step`` is a pure function and any state can be gone back to.
+    Settings in force are part of the state, so that ``step`` is a pure function and any state can be restored.
     """
 
     @property
@@ -65,11 +65,11 @@ class System(Protocol[S]):
         ...
 
     def prepare(self) -> None:
-        """Compile and load every kernel that a step may need, allocate; nothing moves."""
+        """Compile and load every kernel that a step can need, and allocate memory; nothing moves."""
         ...
 
     def start(self) -> S:
-        """The state at the start, at rest.
+        """Return the initial state, at rest.
 
         Raises:
             StartRefused: the start violates a limit or margin.
@@ -77,14 +77,14 @@ class System(Protocol[S]):
         ...
 
     def step(self, state: S, command: Command) -> S:
-        """One control period; certified within. Never raises for a finite command: what cannot be done is held."""
+        """Advance by one certified control period. Never raises for a finite command: an infeasible motion is held."""
         ...
 
     def apply(self, state: S, request: Request) -> S:
-        """The state after a typed request; the loop handles ``Reset`` by ``start``.
+        """Return the state after a typed request; the loop handles ``Reset`` by ``start``.
 
         Raises:
-            ControlError, InputError: what cannot be done; the state is as it was.
+            ControlError, InputError: the request cannot be carried out; the state is unchanged.
         """
         ...
 
@@ -93,7 +93,7 @@ class System(Protocol[S]):
         ...
 
     def period_s(self, state: S) -> float:
-        """The control period in s, which settings may change."""
+        """Return the control period in s, which settings can change."""
         ...
 
     def steps(self, state: S) -> int:
@@ -101,38 +101,38 @@ class System(Protocol[S]):
         ...
 
     def at_rest(self, state: S, running: bool) -> bool:
-        """Whether steps without a command would change nothing: the loop then takes none.
+        """Whether steps without a command would change nothing, so that the loop can stop stepping.
 
-        running: the clock runs; a moving lumen then never rests, and a tool that has speed rests in neither case.
+        running: the clock runs; a moving lumen is then never at rest, and a moving tool is never at rest.
         """
         ...
 
     def grip(self, state: S) -> Grip | None:
-        """Where the operator's hand pulls; None where the world has no such place."""
+        """Return the point that the operator's hand pulls; None if the world has none."""
         ...
 
     def row(self, state: S, out: Array) -> None:
-        """Write the numbers of ``row_layout`` into ``out`` (len(row_layout),), at every tick; a few µs at most."""
+        """Write the numbers of ``row_layout`` into ``out`` (len(row_layout),); called at every tick; a few µs."""
         ...
 
     def snapshot(self, state: S) -> Snapshot:
-        """The picture of a state, at display rate."""
+        """Return the view of a state, at display rate."""
         ...
 
     def background(self, state: S) -> Background | None:
-        """What the worker is to compute next, or None; asked at every tick at which the worker is free; cheap."""
+        """Return the next job of the worker, or None; called at every tick while the worker is free; must be cheap."""
         ...
 
     def adopt(self, state: S, result: Any, age_s: float) -> S:
-        """The state with a worker's result; ``age_s``: simulated time since the state that it was asked for.
+        """Return the state with a worker's result; ``age_s``: simulated time since the state that requested it.
 
-        A result that no longer fits the state is dropped: the state is returned as it is.
+        A result that no longer fits is discarded: the state is returned unchanged.
         """
         ...
 
 
 class SystemSpec(Protocol):
-    """A world as plain values and arrays, to be sent to another process and written into a run's manifest."""
+    """A world as plain values and arrays, which can be sent to another process and stored in a run's manifest."""
 
     @property
     def world(self) -> str:
@@ -141,43 +141,43 @@ class SystemSpec(Protocol):
 
     @property
     def snapshot_type(self) -> type[Snapshot]:
-        """The class of the snapshots that the system makes; they cross as MessagePack."""
+        """Class of the system's snapshots, which are sent as MessagePack."""
         ...
 
     @property
     def snapshot_numbers(self) -> int:
-        """How many numbers the joints, the capsules (7 each) and whatever else grows with the robot have at most."""
+        """Largest number of floats in the joints, the capsules (7 each) and other arrays that grow with the robot."""
         ...
 
     def build(self) -> System[Any]:
-        """The system itself.
+        """Build the system.
 
         Raises:
-            VfixError: what the spec describes cannot be built.
+            VfixError: the system that the spec describes cannot be built.
         """
         ...
 
     @property
     def has_worker(self) -> bool:
-        """Whether the system asks for background work, so that a worker process is started."""
+        """Whether the system requests background work, so that a worker process is started."""
         ...
 
     def worker(self) -> Worker:
-        """The function from ``Background.inputs`` to a result; called once, in the worker process.
+        """Return the function from ``Background.inputs`` to a result; called once, in the worker process.
 
         Inputs and results are plain values: numbers, text, lists, dictionaries and arrays.
         """
         ...
 
     def to_parts(self) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
-        """Plain values for JSON, and arrays by name, from which ``from_parts`` makes an equal spec.
+        """Return plain values for JSON, and arrays by name, from which ``from_parts`` creates an equal spec.
 
         Raises:
-            InputError: part of it cannot be written, such as a fixture of one's own; the message names it.
+            InputError: a part cannot be written, such as a user-defined fixture; the message names it.
         """
         ...
 
     @classmethod
     def from_parts(cls, values: dict[str, Any], arrays: Mapping[str, NDArray[Any]]) -> Self:
-        """The inverse. Raises InputError."""
+        """Inverse of ``to_parts``. Raises InputError."""
         ...

@@ -1,4 +1,4 @@
-"""Versions that the last bits of a run depend on."""
+"""Versions on which the last bits of a run depend."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ PACKAGES = ("numpy", "numba", "llvmlite", "scipy", "pin")
 
 @cache
 def versions() -> dict[str, str]:
-    """vfix, Python, packages, processor and the kernels that NumPy's BLAS has chosen for it; '' where not known."""
+    """Versions of vfix, Python and packages, processor, and kernels selected by NumPy's BLAS; '' where unknown."""
     found = {"vfix": __version__, "python": platform.python_version(), "machine": platform.machine()}
     for name in PACKAGES:
         try:
@@ -29,7 +29,7 @@ def versions() -> dict[str, str]:
 
 @cache
 def blas_core() -> str:
-    """The name of OpenBLAS' kernels, such as 'SkylakeX': another core rounds the last bit differently."""
+    """Name of the OpenBLAS kernels, such as 'SkylakeX': the last bit of a result depends on them."""
     for library in sorted((Path(np.__file__).parent.parent / "numpy.libs").glob("libscipy_openblas*")):
         try:
             core = ctypes.CDLL(str(library)).scipy_openblas_get_corename64_

@@ -1,4 +1,4 @@
-"""Snapshots as bytes for the mailbox: MessagePack, arrays as nested lists."""
+"""Serialisation of snapshots for the mailbox: MessagePack, arrays as nested lists."""
 
 from __future__ import annotations
 
@@ -9,29 +9,29 @@ import numpy as np
 
 from .snapshot import Snapshot
 
-SNAPSHOT_BYTES = 32_768  # of a snapshot at most, but for the numbers that grow with a robot: words and blockers mainly
-NUMBER_BYTES = 10  # of a number at most: nine, and its share of the heads of rows
+SNAPSHOT_BYTES = 32_768  # upper bound of a snapshot without the arrays that grow with a robot: texts and blockers
+NUMBER_BYTES = 10  # upper bound per number: nine, and its part of the headers of rows
 T = TypeVar("T", bound=Snapshot)
 
 
 def snapshot_bytes(numbers: int) -> int:
-    """Room for a snapshot with so many numbers in its arrays, see ``SystemSpec.snapshot_numbers``."""
+    """Largest size of a snapshot with that many numbers in its arrays, see ``SystemSpec.snapshot_numbers``."""
     return SNAPSHOT_BYTES + NUMBER_BYTES * numbers
 
 
 class SnapshotReader(Generic[T]):
-    """Reads the snapshots of one world."""
+    """Decoder of the snapshots of one world."""
 
     def __init__(self, kind: type[T]):
         self._decoder = msgspec.msgpack.Decoder(kind, dec_hook=_array)
 
     def read(self, data: bytes) -> T:
-        """The inverse of ``snapshot_to_bytes``, fields of their declared types; msgspec's errors for anything else."""
+        """Inverse of ``snapshot_to_bytes``, with fields of their declared types; msgspec's errors for other data."""
         return self._decoder.decode(data)
 
 
 def snapshot_to_bytes(snapshot: Snapshot) -> bytes:
-    """Every field of a snapshot of any world; NaN travels as itself."""
+    """Serialise every field of a snapshot of any world; NaN is preserved."""
     return _ENCODER.encode(snapshot)
 
 
@@ -42,7 +42,7 @@ def _plain(value: Any) -> Any:
 
 
 def _array(kind: Any, value: Any) -> Any:
-    """The arrays of a snapshot are all of floats."""
+    """Convert an array of a snapshot; all of them have floats."""
     return np.array(value, dtype=np.float64)
 
 

@@ -1,7 +1,7 @@
-"""Ways for a rigid tool from an entry to a target, suggested from distance fields and judged by the controller's drive.
+"""Suggestion of paths for a rigid tool from an entry to a target, from distance fields, evaluated by dry runs.
 
-The widest way of the tip, then orientations of the shaft along it, ranked by bone and by soft tissue; the best few are
-simulated. docs/concepts.md describes the search.
+The widest route of the tip is found first, then orientations of the shaft along it are ranked by bone and soft tissue;
+the best few are simulated with the controller. docs/concepts.md describes the search.
 """
 
 from .room import Passage, Room

@@ -1,4 +1,4 @@
-"""The room around a tool: distances of its poses to bone and to soft tissue."""
+"""Clearance of a tool's poses to bone and to soft tissue, from distance fields."""
 
 from __future__ import annotations
 
@@ -14,14 +14,15 @@ from ..proximity.fields.distance_field import DistanceField, FieldGrid
 from ..robots import Tool
 from .room_kernels import BONE, DEEPEST, DEPTH, TOUCHED, UNKNOWN, pose_figures
 
-SAMPLE_MM = 0.5  # along the tool
+SAMPLE_MM = 0.5  # sample spacing along the tool
 
 
 class Passage(NamedTuple):
-    """What a tool passes over a series of poses.
+    """Contact of a tool with soft tissue over a series of poses.
 
-    tissue_mm: the largest length of it whose surface is in soft tissue, in one pose; tissue_depth_mm: how deep at most;
-    mean_depth: the mean over the poses of the depth along the tool, in mm². None of a head without a CT.
+    tissue_mm: largest length of the tool whose surface is in soft tissue, over the poses; tissue_depth_mm: largest
+        depth;
+    mean_depth: mean over the poses of the integral of the depth along the tool, in mm². None for a head without a CT.
     """
 
     tissue_mm: float | None
@@ -31,7 +32,7 @@ class Passage(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Figures:
-    """Figures of n poses, each (n,): see ``room_kernels.pose_figures``."""
+    """Measures of n poses, each (n,): see ``room_kernels.pose_figures``."""
 
     bone: Array
     touched: Array
@@ -45,7 +46,7 @@ class Room:
 
     Args:
         bone, tissue: signed distances in mm, positive outside; tissue is skin, mucosa and bone. None without a CT:
-            then bone alone counts.
+            then only bone is considered.
 
     Raises:
         InputError: the two fields are not on the same grids.
@@ -60,7 +61,7 @@ class Room:
         self._fine, self._whole = (_arrays(*pairs[i]) for i in (0, -1))
 
     def figures(self, tool: Tool, rotations: Array, positions: Array, step: float = SAMPLE_MM) -> Figures:
-        """Figures of poses: rotations (n, 3, 3) and positions (n, 3) of the tip. Tissue is 0 without a CT."""
+        """Measure poses: rotations (n, 3, 3) and positions (n, 3) of the tip. Tissue is 0 without a CT."""
         segments = tool.segments(np.eye(3), np.zeros(3))
         ends = np.ascontiguousarray(np.stack([segments.end, segments.start], axis=1))
         turns, places = (np.ascontiguousarray(a, dtype=np.float64) for a in (rotations, positions))
@@ -71,7 +72,7 @@ class Room:
         )  # fmt: skip
 
     def passed(self, tool: Tool, rotations: Array, positions: Array) -> Passage:
-        """What the tool passes over a series of poses."""
+        """Measure the tool's contact with soft tissue over a series of poses."""
         if self.tissue is None:
             return Passage(None, None, 0.0)
         found = self.figures(tool, rotations, positions)

@@ -1,6 +1,6 @@
-"""Distances of many poses of a tool to bone and to soft tissue, out of distance fields, compiled.
+"""Distances of many poses of a tool to bone and to soft tissue, from distance fields, compiled.
 
-A field is two grids, a fine one within a coarse one; what neither knows is NaN.
+A field is two grids, a fine one within a coarse one; a point outside both is NaN.
 """
 
 from __future__ import annotations
@@ -14,29 +14,28 @@ from ..geometry.grid_value import grid_value
 from ..kernels.compiled import compiled
 
 BONE, TOUCHED, DEEPEST, DEPTH, UNKNOWN = range(5)  # columns of `pose_figures`
-FIGURES = 5
 
 
 @compiled
 def pose_figures(fine: Any, whole: Any, rotations: Any, positions: Any, ends: Any, radius: Any, step: float) -> Any:
-    """Figures (n, 5) of poses of a tool.
+    """Measure poses of a tool, (n, 5).
 
-    BONE: least distance of its surface to bone in mm. TOUCHED: length of it whose surface is in tissue, DEEPEST: by how
-    much at most, DEPTH: its integral over the length in mm². UNKNOWN: 1 where the tool leaves what is known while it is
-    in or beside tissue; air that goes on beyond the end of a scan is taken for air.
+    BONE: smallest distance of its surface to bone in mm. TOUCHED: length of it whose surface is in tissue, DEEPEST: the
+    largest depth, DEPTH: integral of the depth over the length in mm². UNKNOWN: 1 if the tool leaves the known space
+    while it is in or next to tissue; air is extrapolated beyond the end of a scan.
 
     Args:
         fine, whole: (bone, tissue, origin, step) each, the values (K, J, I) in mm, positive outside.
         rotations: (n, 3, 3) and positions: (n, 3) of the tip.
         ends: (S, 2, 3) front and back of the tool's segments in the tip frame; radius: (S,).
-        step: between samples along the tool in mm.
+        step: sample spacing along the tool in mm.
     """
     bone, tissue, origin, size = fine
     bone_whole, tissue_whole, origin_whole, size_whole = whole
     out = np.empty((len(positions), 5))
     for n in range(len(positions)):
         least, touched, deepest, depth, unknown = math.inf, 0.0, 0.0, 0.0, 0.0
-        room = 0.0  # to tissue where it was known last
+        room = 0.0  # to tissue, at the last known point
         for s in range(len(radius)):
             fx, fy, fz = ends[s, 0, 0], ends[s, 0, 1], ends[s, 0, 2]
             bx, by, bz = ends[s, 1, 0] - fx, ends[s, 1, 1] - fy, ends[s, 1, 2] - fz

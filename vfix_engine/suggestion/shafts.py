@@ -1,9 +1,8 @@
-"""Orientations of the shaft along a path, ranked by the bone and the soft tissue that the whole tool would meet.
+"""Orientations of the shaft along a path, ranked by the bone and the soft tissue that the whole tool would touch.
 
-At every station of the path the same orientations are measured: directions in a cone about the path's chord, for a
-bent tool each with turns about the shaft. A ranking takes one of them for the whole path, or lets the orientation
-change from station to station by what the robot can turn meanwhile; the best sequence is found by dynamic programming
-(Viterbi).
+The same orientations are measured at every station of the path: directions in a cone about the path's chord, and for a
+bent tool several rolls of each. A ranking selects one of them for the whole path, or lets the orientation change from
+station to station within the robot's rotation speed; the best sequence is found by dynamic programming (Viterbi).
 """
 
 from __future__ import annotations
@@ -22,23 +21,23 @@ from .room import Figures, Room
 
 CONE_DEG, BENT_CONE_DEG = 34.0, 26.0  # half angles of the cone of directions
 DIRECTIONS, BENT_DIRECTIONS, ROLLS = 1000, 140, 24
-SAMPLE_MM = 1.0  # along the tool
-MOST_TURN_DEG_PER_MM = 1.2  # of the shaft along the path: a hand at full speed is 10 mm/s, a long shaft turns at 15°/s
+SAMPLE_MM = 1.0  # sample spacing along the tool
+MOST_TURN_DEG_PER_MM = 1.2  # of the shaft along the path: a hand moves at up to 10 mm/s, a long shaft turns at 15°/s
 MOST_ROLL_DEG_PER_MM = 4.0
-_NEIGHBOURS = 48  # of a direction that are looked at
-COMFORT_MM = 1.2  # more clearance than the margin and this is worth nothing more
-_BLOCKED = 100.0  # cost of a pose that leaves the margin; finite, since fields are not exact
-_PIERCES_PER_MM = 20.0  # cost of each mm by which air leads farther round tissue than that gives, up to _BLOCKED
-_PIERCES_RESERVE_MM = 1.0  # less than what tissue gives, since a few orientations stand for all
-_PIERCES_DIRECTIONS, _PIERCES_ROLLS = 40, 6  # orientations for which that is looked at
-_PIERCES_EVERY_MM = 12.0  # of the path
-_STEADY = 0.002  # cost of a turn of one degree, squared
-_CHORD = 0.7  # share of the path that its chord spans
+_NEIGHBOURS = 48  # of a direction that are considered in the next station
+COMFORT_MM = 1.2  # clearance beyond margin plus this has no further benefit
+_BLOCKED = 100.0  # cost of a pose inside the margin; finite, since fields are not exact
+_PIERCES_PER_MM = 20.0  # cost of each mm by which the air route round tissue exceeds what tissue yields, up to _BLOCKED
+_PIERCES_RESERVE_MM = 1.0  # subtracted from what tissue yields, since a few orientations represent all
+_PIERCES_DIRECTIONS, _PIERCES_ROLLS = 40, 6  # orientations for which piercing is evaluated
+_PIERCES_EVERY_MM = 12.0  # station spacing of that evaluation
+_STEADY = 0.002  # cost of a rotation per degree squared
+_CHORD = 0.7  # fraction of the path that its chord spans
 
 
 @dataclass(frozen=True)
 class Ranking:
-    """What an orientation costs: weights of clearance missing to bone, of the depth in tissue and of its length."""
+    """Cost of an orientation: weights of missing bone clearance, of the depth in tissue and of the length in tissue."""
 
     bone: float = 5.0
     depth: float = 0.3
@@ -65,12 +64,12 @@ def ranked_shafts(
     go_on: Callable[[], object] = bool,
     ways: Ways | None = None,
 ) -> list[ShaftDirections]:
-    """Plans of the shaft along a path: the best changing one of each ranking, and the ``steady`` best unchanging ones.
+    """Plans of the shaft along a path: the best varying one of each ranking, and the ``steady`` best constant ones.
 
     Args:
-        stations: (m,) arc lengths at which the plan names the orientation, the path's ends among them.
-        go_on: called between the stations; what it raises ends the search.
-        ways: given, an orientation costs by how far the tool pierces tissue, too; that takes seconds.
+        stations: (m,) arc lengths at which the plan has an orientation, including both ends of the path.
+        go_on: called between the stations; an exception from it ends the search.
+        ways: if given, piercing tissue adds to the cost of an orientation; that takes seconds.
     """
     grid = _orientations(path, tool)
     middle = 0.5 * (stations[1:] + stations[:-1])
@@ -96,7 +95,7 @@ def _plan(stations: Array, frames: Array, tool: Tool) -> ShaftDirections:
 
 
 def _orientations(path: SplinePath, tool: Tool) -> _Grid:
-    """Directions spread evenly over a cone about the path's chord; their rolls are carried from the chord."""
+    """Directions distributed evenly over a cone about the path's chord; their rolls are transported from the chord."""
     chord = path.position(_CHORD * path.length) - path.position(0.0)
     chord = chord / np.linalg.norm(chord)
     bent = tool.bend > 0.0
@@ -119,7 +118,7 @@ def _orientations(path: SplinePath, tool: Tool) -> _Grid:
 
 
 def _smallest_turn(first: Array, second: Array) -> Array:
-    """Rotation (3, 3) that takes one unit vector to another, less than 180° away, the shortest way."""
+    """Smallest rotation (3, 3) from one unit vector to another, less than 180° away."""
     v, c = np.cross(first, second), float(first @ second)
     cross = np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
     turned: Array = np.eye(3) + cross + cross @ cross / (1.0 + c)
@@ -127,7 +126,7 @@ def _smallest_turn(first: Array, second: Array) -> Array:
 
 
 def _measured(room: Room, tool: Tool, grid: _Grid, places: Array, go_on: Callable[[], object]) -> list[Figures]:
-    """Figures of every orientation at every place."""
+    """Measure every orientation at every position."""
     found = []
     for place in places:
         go_on()
@@ -137,7 +136,7 @@ def _measured(room: Room, tool: Tool, grid: _Grid, places: Array, go_on: Callabl
 
 
 def _cost(figures: Figures, ranking: Ranking, margin: float) -> Array:
-    """Cost (n,) of the orientations at one place."""
+    """Cost (n,) of the orientations at one position."""
     missing = np.clip(margin + COMFORT_MM - figures.bone, 0.0, 10.0)
     blocked = (figures.bone < margin + 0.05) | (figures.unknown > 0.0)
     cost: Array = ranking.bone * missing**2 + ranking.depth * figures.depth + ranking.touched * figures.touched
@@ -147,7 +146,7 @@ def _cost(figures: Figures, ranking: Ranking, margin: float) -> Array:
 def _piercing_cost(
     grid: _Grid, tool: Tool, path: SplinePath, stations: Array, ways: Ways, go_on: Callable[[], object]
 ) -> Array:  # fmt: skip
-    """Cost (m, n) of how far the tool pierces tissue at each station, between those of a coarser grid."""
+    """Cost (m, n) of piercing tissue at each station, interpolated between those of a coarser grid."""
     from scipy.interpolate import interp1d  # imported here: slow to load
     from scipy.spatial import cKDTree
 
@@ -174,7 +173,7 @@ def _piercing_cost(
 
 
 def _best_sequence(cost: Array, grid: _Grid, lengths: Array) -> IntArray:
-    """The orientation (m,) at each station that costs least in all, turning no faster than a robot can (Viterbi)."""
+    """Orientation (m,) at each station with the least total cost, limited to the robot's rotation speed (Viterbi)."""
     from scipy.spatial import cKDTree  # imported here: slow to load
 
     count = min(_NEIGHBOURS, len(grid.axes))
@@ -208,7 +207,7 @@ def _best_sequence(cost: Array, grid: _Grid, lengths: Array) -> IntArray:
 
 
 def _spread(cost: Array, grid: _Grid, count: int, apart_deg: float = 6.0) -> list[int]:
-    """The numbers of the cheapest orientations, no two of them nearer than ``apart_deg``."""
+    """Indices of the cheapest orientations, no two of them closer than ``apart_deg``."""
     chosen = list[int]()
     for number in np.argsort(cost):
         if len(chosen) == count:

@@ -1,4 +1,4 @@
-"""A path from an entry to a target for one tool: the tip's way, plans of the shaft along it, and their dry runs."""
+"""Suggested path from an entry to a target for one tool: the tip's route, plans of the shaft, and their dry runs."""
 
 from __future__ import annotations
 
@@ -25,18 +25,18 @@ from .room import Passage, Room
 from .shafts import Ranking, ranked_shafts
 from .way import smoothed, widest_way
 
-# Balanced first: the others spare soft tissue, or keep away from bone.
+# Balanced first; the others prefer to spare soft tissue, or to keep away from bone.
 RANKINGS = (Ranking(), Ranking(bone=1.0, depth=0.6, touched=0.3), Ranking(bone=20.0, depth=0.1, touched=0.03))
-STEADY = 3  # plans with one orientation for the whole path, beside those that change it
-_SAME_DEG = 3.0  # plans that differ by less than this everywhere are one
-_FIELD_SHARE, _RANKED_SHARE = 0.1, 0.4  # of the work, which is told as its progress
+STEADY = 3  # plans with a constant orientation, in addition to those that vary it
+_SAME_DEG = 3.0  # plans that differ by less than this everywhere count as the same
+_FIELD_SHARE, _RANKED_SHARE = 0.1, 0.4  # fractions of the work, for its progress
 
 
 @dataclass(frozen=True, eq=False)
 class SearchSpace:
-    """What a tool is driven in. tree: the bone, judged exactly; room: bone and soft tissue as fields, for ranking.
+    """Surroundings of the tool. tree: the bone, for exact tests; room: bone and soft tissue as fields, for ranking.
 
-    zones, fixtures, structure_names: as of ``Scene``. ways: looks for ways round tissue; None without a CT.
+    zones, fixtures, structure_names: as in ``Scene``. ways: search of air routes round tissue; None without a CT.
     """
 
     tree: Proximity
@@ -49,12 +49,12 @@ class SearchSpace:
 
 @dataclass(frozen=True, eq=False)
 class Alternative:
-    """A plan of path and shaft, and how the controller drove it.
+    """A plan of path and shaft, and the result of its dry run.
 
     points: (m, 3) path points; directions (m, 3) of the shaft at each, from the tip towards the tail; rolls (m,) in
-    rad of a bent tool, None of a straight one.
-    base (4, 4), q_start: the placing; run: its dry run; passage: what it passed of soft tissue;
-    piercing: how far round that air leads, None where nothing tells.
+        rad of a bent tool, None of a straight one.
+    base (4, 4), q_start: the placement; run: its dry run; passage: contact with soft tissue;
+    piercing: how far air leads round that tissue, None where unknown.
     """
 
     points: Array
@@ -68,26 +68,26 @@ class Alternative:
 
     @property
     def pierces(self) -> bool:
-        """Whether the tool goes through skin or a wall: such a plan is never suggested."""
+        """Whether the tool pierces skin or a wall; such a plan is never suggested."""
         return self.piercing is not None and self.piercing.pierced is not None
 
     @property
     def least_clearance_mm(self) -> float:
-        """Least distance of the whole tool to bone in the drive."""
+        """Smallest distance of the whole tool to bone in the drive."""
         return float(self.run.clearance.min())
 
     @property
     def tightest_mm(self) -> float:
-        """Arc length at which the tip is then."""
+        """Arc length of the tip at the smallest distance."""
         return float(self.run.s[self.run.clearance.argmin()])
 
     def rank(self, margin_mm: float) -> tuple[bool, bool, float, bool, float, float, float]:
-        """Sorts those that arrive first, then those that are not tight, then by the figures that are told.
+        """Sort key: plans that arrive first, then those that are not tight, then by the displayed measures.
 
         Those that pierce tissue come last of all.
 
-        These are the length of the tool in soft tissue and its depth, as they are told (in mm and tenths), and of
-        equals the one with more bone clearance.
+        The measures are the length of the tool in soft tissue and its depth, as displayed (in mm and tenths), and for
+        equal ones the bone clearance.
         """
         tight = self.least_clearance_mm < margin_mm + TIGHT_MM
         short = 0.0 if self.run.completed else -self.run.reached_mm
@@ -105,9 +105,9 @@ class Alternative:
 
 @dataclass(frozen=True, eq=False)
 class NoWay:
-    """Why there is no path. ends_at: (3,) where the way ends; gap_mm: how far that is from the target.
+    """Reason why there is no path. ends_at: (3,) end of the route; gap_mm: its distance from the target.
 
-    reason: in words; searched: in words, what was looked through.
+    reason: in words; searched: in words, what was searched.
     """
 
     ends_at: Array
@@ -118,7 +118,7 @@ class NoWay:
 
 @dataclass(frozen=True, eq=False)
 class Suggestion:
-    """Alternatives, the best one first, of which the first arrives; or why there is none."""
+    """Alternatives, the best one first, which arrives; or the reason why there is none."""
 
     alternatives: tuple[Alternative, ...]
     none: NoWay | None = None
@@ -133,10 +133,11 @@ def suggest_path(
     settings: ControlSettings,
     tell: ProgressCallback = no_progress,
 ) -> Suggestion:
-    """The widest way of the tip, with the plans of the shaft that the controller drives best.
+    """Find the widest route of the tip, and the plans of the shaft with the best dry runs.
 
     Args:
-        tell: gets the stage in words and the share of the work before each part; what it raises ends the search.
+        tell: called with the stage in words and the completed fraction before each part; an exception from it ends
+            the search.
 
     Raises:
         InputError: entry or target cannot be used.
@@ -149,7 +150,7 @@ def suggest_path(
         return Suggestion((), NoWay(way.places[-1], way.gap_mm, reason, searched))
     found = best_drives(around, robot, tool, smoothed(way.places), settings, tell=tell)
     if found and found[0].pierces:
-        # What the tool would pierce is looked at in each orientation, which takes longer than all the rest.
+        # Piercing is evaluated for each orientation, which takes longer than everything else.
         found = best_drives(around, robot, tool, smoothed(way.places), settings, tell=tell, ways=around.ways)
     clear = tuple(one for one in found if one.run.completed and not one.pierces)
     if clear:
@@ -168,10 +169,10 @@ def best_drives(
     tell: ProgressCallback = no_progress,
     ways: Ways | None = None,
 ) -> list[Alternative]:
-    """Drives of a tool along a path (m, 3) with the best plans of its shaft, the best one first.
+    """Dry runs of a tool along a path (m, 3) with the best plans of its shaft, the best one first.
 
-    ways: given, the plans keep from piercing tissue.
-    None where the tool does not fit at the entry in any of them.
+    ways: if given, plans that pierce tissue are avoided.
+    The result is empty if the tool does not fit at the entry with any of them.
     """
     tell("Ranking directions of the shaft by bone and soft tissue", _FIELD_SHARE)
     path = SplinePath(points)
@@ -199,7 +200,7 @@ def drive_plan(
     settings: ControlSettings,
     go_on: Callable[[], object] = bool,
 ) -> Alternative | None:
-    """The dry run of a path with a plan of its shaft, taken at the path's points; None where it does not fit."""
+    """Dry run of a path with a plan of its shaft, sampled at the path's points; None if it does not fit."""
     stations = _stations(path)
     frames, rolled = plan.frame(stations), plan.has_roll and tool.bend > 0.0
     rolls = np.array([roll_of(frame) for frame in frames]) if rolled else None
@@ -233,7 +234,7 @@ def _stations(path: SplinePath) -> Array:
 
 
 def _different(plans: list[ShaftDirections], stations: Array) -> list[ShaftDirections]:
-    """The plans without those that are nearly the same as an earlier one."""
+    """Remove plans that are nearly the same as an earlier one."""
     kept = list[ShaftDirections]()
     for plan in plans:
         frames = plan.frame(stations)
@@ -243,7 +244,7 @@ def _different(plans: list[ShaftDirections], stations: Array) -> list[ShaftDirec
 
 
 def _apart_deg(first: Array, second: Array, with_roll: bool) -> float:
-    """The largest angle between two sequences of frames (m, 3, 3), of the shafts alone without roll."""
+    """Largest angle between two sequences of frames (m, 3, 3), of the shafts only without roll."""
     if with_roll:
         cosine = 0.5 * (np.einsum("nij,nij->n", first, second) - 1.0)
     else:
@@ -252,7 +253,7 @@ def _apart_deg(first: Array, second: Array, with_roll: bool) -> float:
 
 
 def _none_arrives(found: list[Alternative], tool: Tool, target: Array, entry: Array, searched: str) -> NoWay:
-    """What to say where the tip has a way but the tool has none."""
+    """Reason for the case that the tip has a route but the tool has none."""
     searched = f"{searched}; directions of the shaft along it for {tool.title}"
     if not found:
         return NoWay(entry, float(np.linalg.norm(target - entry)), "the tool does not fit at the entry", searched)

@@ -1,4 +1,4 @@
-"""The widest way of a tool's tip through the air, from an entry to a target."""
+"""Widest route of a tool's tip through the air, from an entry to a target."""
 
 from __future__ import annotations
 
@@ -13,22 +13,22 @@ from ..errors import InputError
 from ..validate import point
 from .room import Room
 
-GRID_MM = 1.0  # step of the grid that is searched
-AROUND_MM = 15.0  # how far it reaches around entry and target
-REACHED_MM = 4.0  # a way that ends this near to the target has reached it: targets lie on walls as well
+GRID_MM = 1.0  # spacing of the search grid
+AROUND_MM = 15.0  # extent of the grid around entry and target
+REACHED_MM = 4.0  # a route that ends this near to the target has reached it, since targets can lie on walls
 LONGEST_MM = 350.0  # between entry and target
-SPACING_MM = 6.0  # between the points of a smoothed way
-_AIR_MM = 0.1  # the tip's axis stays at least this far from soft tissue
-_WIDE_MM = 5.0  # more room than this is worth nothing
-_NARROW_MM = 0.2  # less counts as this
-_TOLERANCE_MM = 0.6  # root mean square by which smoothing may move the way
+SPACING_MM = 6.0  # between the points of a smoothed route
+_AIR_MM = 0.1  # smallest distance of the tip's axis from soft tissue
+_WIDE_MM = 5.0  # a larger clearance has no further benefit
+_NARROW_MM = 0.2  # a smaller clearance counts as this
+_TOLERANCE_MM = 0.6  # root mean square displacement allowed in smoothing
 
 
 @dataclass(frozen=True, eq=False)
 class TipWay:
-    """A way of the tip, places (n, 3) in LPS mm from the entry on.
+    """A route of the tip, positions (n, 3) in LPS mm from the entry.
 
-    reached: whether it comes to the target; gap_mm: how far its end is from there.
+    reached: whether it reaches the target; gap_mm: distance of its end from there.
     in_the_way: what lies between its end and the target, 'bone', 'soft tissue' or 'the end of the scan'; '' if reached.
     """
 
@@ -39,12 +39,13 @@ class TipWay:
 
 
 def widest_way(room: Room, entry: ArrayLike, target: ArrayLike, radius_mm: float, margin_mm: float) -> TipWay:
-    """The way of least ∫ 1 / room² ds for a tip of a radius, which keeps the margin to bone and its axis in the air.
+    """Find the route that minimises ∫ 1 / clearance² ds for a tip with a radius.
 
-    It is searched in the box of entry and target with 15 mm around them, where the scan knows what is there.
+    The tip stays outside the margin to bone, and its axis in air.
+    The search covers the box of entry and target extended by 15 mm, as far as the scan reaches.
 
     Raises:
-        InputError: the entry is in bone, in soft tissue or outside of the scan, or a point is not finite.
+        InputError: the entry is in bone, in soft tissue or outside the scan, or a point is not finite.
     """
     first, last = point("the entry", entry), point("the target", target)
     origin, shape = _box(first, last)
@@ -67,7 +68,7 @@ def widest_way(room: Room, entry: ArrayLike, target: ArrayLike, radius_mm: float
 
 
 def smoothed(places: ArrayLike, spacing_mm: float = SPACING_MM) -> Array:
-    """Few points (m, 3) on a smoothing cubic spline through a way (n, 3); its ends stay."""
+    """Return few points (m, 3) on a smoothing cubic spline through a route (n, 3); the ends are fixed."""
     way = np.asarray(places, dtype=np.float64)
     kept = np.concatenate([[True], np.linalg.norm(np.diff(way, axis=0), axis=1) > 1e-6])
     way = way[kept]
@@ -84,7 +85,7 @@ def smoothed(places: ArrayLike, spacing_mm: float = SPACING_MM) -> Array:
 
 
 def _box(first: Array, last: Array) -> tuple[Array, tuple[int, int, int]]:
-    """Origin (3,) and shape (K, J, I) of the grid, which has the target on one of its points."""
+    """Origin (3,) and shape (K, J, I) of the grid, which has the target at one of its points."""
     low = np.minimum(first, last) - AROUND_MM
     origin = last - GRID_MM * np.ceil((last - low) / GRID_MM)
     apart = float(np.linalg.norm(last - first))
@@ -95,13 +96,13 @@ def _box(first: Array, last: Array) -> tuple[Array, tuple[int, int, int]]:
 
 
 def _costs(room: Room, origin: Array, shape: tuple[int, int, int], away: float) -> Array:
-    """Cost (K, J, I) of a mm at each place; −1 where the tip must not be."""
+    """Cost (K, J, I) per mm at each grid point; −1 where the tip must not be."""
     k, j, i = np.indices(shape).reshape(3, -1)
     places = origin + GRID_MM * np.column_stack([i, j, k])
     bone = room.bone.at(places)
     tissue = bone if room.tissue is None else room.tissue.at(places)
     width = np.minimum(np.minimum(tissue, bone - away), _WIDE_MM)
-    free = (tissue > _AIR_MM) & (bone > away)  # NaN, what is not known, is neither
+    free = (tissue > _AIR_MM) & (bone > away)  # False for NaN, i.e. unknown
     cost = np.where(free, 1.0 / np.maximum(width, _NARROW_MM) ** 2, -1.0)
     found: Array = cost.reshape(shape)
     return found
@@ -113,7 +114,7 @@ def _cell(place: Array, origin: Array, shape: tuple[int, int, int]) -> tuple[int
 
 
 def _free_near(cost: Array, cell: tuple[int, int, int], origin: Array, entry: Array) -> tuple[int, int, int]:
-    """The free cell nearest to the entry, at most 2 mm from it."""
+    """Return the free cell nearest to the entry, at most 2 mm away."""
     low = [max(c - 2, 0) for c in cell]
     box = cost[tuple(slice(a, c + 3) for a, c in zip(low, cell, strict=True))]
     free = np.argwhere(box > 0.0) + low
@@ -125,7 +126,7 @@ def _free_near(cost: Array, cell: tuple[int, int, int], origin: Array, entry: Ar
 
 
 def _nearest_reached(costs: Array, goal: Array, origin: Array) -> tuple[int, int, int]:
-    """The reached cell that is nearest to the goal."""
+    """Return the reached cell nearest to the goal."""
     reached = np.argwhere(np.isfinite(costs))
     away = np.linalg.norm(reached[:, ::-1] * GRID_MM + origin - goal, axis=1)
     k, j, i = reached[away.argmin()].tolist()
@@ -133,7 +134,7 @@ def _nearest_reached(costs: Array, goal: Array, origin: Array) -> tuple[int, int
 
 
 def _between(room: Room, end: Array, goal: Array) -> str:
-    """What most of the straight way from the end to the goal runs through."""
+    """Return what most of the straight line from the end to the goal runs through."""
     places = end + np.linspace(0.0, 1.0, 80)[:, None] * (goal - end)
     bone = room.bone.at(places)
     if np.isnan(bone).any():

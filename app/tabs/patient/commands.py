@@ -7,7 +7,6 @@ from typing import Annotated, Literal
 from pydantic import StringConstraints
 
 from app.messages.fields import Command, Identifier, Name
-from app.tabs.patient.paint_commands import PAINT_COMMANDS
 
 
 class CaseCommand(Command):
@@ -42,4 +41,4 @@ class DeleteStructure(Command):
 
 
 STRUCTURE_COMMANDS = (ShowStructures, ChangeStructure, DeleteStructure)
-COMMANDS: tuple[type[Command], ...] = (CaseCommand, RenameCase, *STRUCTURE_COMMANDS, *PAINT_COMMANDS)
+COMMANDS: tuple[type[Command], ...] = (CaseCommand, RenameCase, *STRUCTURE_COMMANDS)

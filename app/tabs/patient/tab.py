@@ -12,7 +12,6 @@ from app.tabs.base import Tab
 from app.tabs.patient import SPEC
 from app.tabs.patient import commands as c
 from app.tabs.patient.hints import patient_hint
-from app.tabs.patient.paint_commands import PAINT_COMMANDS
 from app.tabs.patient.painted import PaintedLabels
 from app.tabs.patient.sections import CaseEntry, CasesSection
 from app.tabs.patient.structures import Structures
@@ -34,9 +33,6 @@ class PatientTab(Tab):
     def handle(self, command: Command) -> None:
         """Raises InputError where the open case is to be deleted."""
         cases, workspace = self.workspace.services.cases, self.workspace
-        if isinstance(command, PAINT_COMMANDS):
-            self._painted.handle(command)
-            return
         match command:
             case c.ShowStructures() | c.ChangeStructure() | c.DeleteStructure():
                 self._structures.handle(command)

@@ -5,4 +5,5 @@ from app.tabs.plan.sections import PlanSections
 from app.tabs.plan.suggest_commands import COMMANDS as SUGGEST_COMMANDS
 from app.tabs.spec import TabSpec
 
-SPEC = TabSpec("plan", "Plan", 20, __name__, "PlanTab", (*COMMANDS, *SUGGEST_COMMANDS), PlanSections, input="edit")
+ALL = (*COMMANDS, *SUGGEST_COMMANDS)
+SPEC = TabSpec("plan", "Plan", 20, __name__, "PlanTab", ALL, PlanSections, input="edit", kinds=("head",))

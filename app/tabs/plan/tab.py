@@ -66,7 +66,7 @@ class PlanTab(Tab):
     def _case_opened(self, plan_id: str | None) -> None:
         case_id = self.workspace.case.case_id
         try:
-            if case_id is None:
+            if case_id is None or not self.offered:
                 self.close_plan()
             else:
                 self.workspace.note(self.open(case_id, plan_id), error=True)

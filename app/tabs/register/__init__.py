@@ -4,4 +4,4 @@ from app.tabs.register.commands import COMMANDS
 from app.tabs.register.sections import RegisterSections
 from app.tabs.spec import TabSpec
 
-SPEC = TabSpec("register", "Register", 25, __name__, "RegisterTab", COMMANDS, RegisterSections)
+SPEC = TabSpec("register", "Register", 25, __name__, "RegisterTab", COMMANDS, RegisterSections, kinds=("head",))

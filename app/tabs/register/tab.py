@@ -54,7 +54,7 @@ class RegisterTab(Tab):
     def _case_opened(self) -> None:
         """The registration of the plan that is open, else the newest of the case."""
         case_id = self.workspace.case.case_id
-        self._open = None if case_id is None else newest(self._services, case_id, self._wanted())
+        self._open = None if case_id is None or not self.offered else newest(self._services, case_id, self._wanted())
 
     def _plan_opened(self) -> None:
         wanted, case_id = self._wanted(), self.workspace.case.case_id

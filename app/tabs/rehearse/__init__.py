@@ -5,5 +5,14 @@ from app.tabs.rehearse.sections import RehearsalSections
 from app.tabs.spec import TabSpec
 
 SPEC = TabSpec(
-    "rehearse", "Rehearse", 30, __name__, "RehearseTab", COMMANDS, RehearsalSections, input="drive", has_routes=True
+    "rehearse",
+    "Rehearse",
+    30,
+    __name__,
+    "RehearseTab",
+    COMMANDS,
+    RehearsalSections,
+    input="drive",
+    has_routes=True,
+    kinds=("head",),
 )

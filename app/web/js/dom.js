@@ -57,7 +57,7 @@ export function svg(tag, attributes = {}, ...children) {
   return element;
 }
 
-const ICONS = {
+export const ICONS = {
   undo: "M6 4 2.5 7.5 6 11M3 7.5h6.5a3.5 3.5 0 0 1 0 7H7",
   redo: "M10 4l3.5 3.5L10 11M13 7.5H6.5a3.5 3.5 0 0 0 0 7H9",
   lock: "M4 7.5h8v6H4zM5.5 7.5V5a2.5 2.5 0 0 1 5 0v2.5",

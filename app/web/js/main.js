@@ -116,6 +116,7 @@ class Page {
       if (name === state.step?.name) button.setAttribute("aria-current", "step");
       else button.removeAttribute("aria-current");
       button.disabled = !state.step?.available.includes(name);
+      button.hidden = !(state.step?.offered ?? [name]).includes(name);
     }
     const panel = state.step && this.panels.get(state.step.name);
     if (!panel) return;

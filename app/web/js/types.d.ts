@@ -1,11 +1,16 @@
 // Made by scripts/declarations.py from the server's types; do not edit.
 
-/** The tab that is shown, what keys and clicks do in it, the tabs that can be gone to, and what to do next. */
+/**
+ * The tab that is shown, what keys and clicks do in it, the tabs that can be gone to, and what to do next.
+ *
+ * offered: the tabs that are for cases of the open kind; a page shows no other.
+ */
 export interface TabSection {
   name: string;
   input: "none" | "edit" | "drive";
   available: string[];
   hint: string;
+  offered: string[];
 }
 
 /** Whether the three-dimensional scene shows the head; words: what it waits for. */
@@ -1547,6 +1552,8 @@ export interface Commands {
   };
   "label.new": {
     name: string;
+    colour?: string;
+    volume?: string | null;
     structure_id?: string | null;
   };
   "label.redo": {
@@ -1557,11 +1564,11 @@ export interface Commands {
   };
   "label.stroke": {
     label_id: string;
-    mode: "paint" | "erase";
-    brush: "disc" | "ball";
     radius_mm: number;
     points: [number, number, number][];
-    normal: [number, number, number];
+    mode?: "paint" | "erase";
+    brush?: "disc" | "ball";
+    normal?: [number, number, number] | null;
   };
   "label.undo": {
     label_id: string;

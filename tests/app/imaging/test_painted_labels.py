@@ -14,7 +14,9 @@ from session_doubles import case_of_ct
 
 from app.cases.model import CaseFrame
 from app.cli import main
-from app.imaging.label_document import MOST_STROKES
+from app.documents import Document
+from app.imaging.label_document import MOST_STROKES, PaintedLabel
+from app.imaging.label_operations import SPEC, DrawStroke
 from app.kit.errors import DocumentLocked, JobCancelled
 from app.services import Services, build_services
 from vfix_engine.anatomy.labels.painting import Stroke, draw_stroke, mask_of_runs
@@ -46,6 +48,13 @@ def ball(x: float, y: float, z: float, radius: float = 1.6, mode: str = "paint")
     return Stroke(mode, "ball", radius, ((x, y, z),))  # type: ignore[arg-type]
 
 
+def draw(services: Services, label_id: str, stroke: Stroke) -> Document[PaintedLabel]:
+    operation = DrawStroke(
+        mode=stroke.mode, brush=stroke.brush, radius_mm=stroke.radius_mm, points=stroke.points, normal=stroke.normal
+    )
+    return operation.run(SPEC.context(services), label_id)
+
+
 def drawn(*strokes: Stroke) -> np.ndarray:
     mask = np.zeros(SHAPE, dtype=bool)
     for stroke in strokes:
@@ -62,7 +71,7 @@ def test_strokes_are_edits_with_a_history(services: Services, case_id: str) -> N
     made = services.labels.create(case_id, "Wall")
     one, two, gone = ball(5, 6, 10), ball(8, 8, 12), ball(5, 6, 10, 0.8, "erase")
     for stroke in (one, two, gone):
-        services.labels.stroke(made.id, stroke)
+        draw(services, made.id, stroke)
     np.testing.assert_array_equal(voxels(services, made.id), drawn(one, two, gone))
     editor = services.labels.documents.editor(made.id)
     editor.undo()
@@ -72,14 +81,14 @@ def test_strokes_are_edits_with_a_history(services: Services, case_id: str) -> N
     np.testing.assert_array_equal(voxels(services, made.id), drawn(one, two))
     editor.set_locked(True)
     with pytest.raises(DocumentLocked):
-        services.labels.stroke(made.id, one)
+        draw(services, made.id, one)
 
 
 def test_many_strokes_begin_a_new_mask_and_undo_goes_back_over_it(services: Services, case_id: str) -> None:
     made = services.labels.create(case_id, "Many")
     strokes = [ball(3 + 0.2 * n, 6, 10) for n in range(MOST_STROKES + 2)]
     for stroke in strokes:
-        after = services.labels.stroke(made.id, stroke)
+        after = draw(services, made.id, stroke)
     assert (len(after.content.strokes), bool(after.content.start)) == (2, True)
     np.testing.assert_array_equal(voxels(services, made.id), drawn(*strokes))
     editor = services.labels.documents.editor(made.id)
@@ -93,7 +102,7 @@ def test_a_label_begins_with_a_structure_and_becomes_one(services: Services, cas
     bone = ct().hu > 0
     start = voxels(services, made.id)
     assert (start != bone).mean() < 0.01, "the surface lies at the threshold, not half-way"
-    services.labels.stroke(made.id, ball(3, 4, 5))
+    draw(services, made.id, ball(3, 4, 5))
     job = services.jobs.wait(services.labels.start(made.id).id, 60.0)
     assert job.state == "done", job
     case = services.cases.get(case_id)
@@ -104,7 +113,7 @@ def test_a_label_begins_with_a_structure_and_becomes_one(services: Services, cas
     again = services.labels.create(case_id, "Again", structure_id=structure.id)
     np.testing.assert_array_equal(voxels(services, again.id), start | drawn(ball(3, 4, 5)))
     assert services.labels.structure(case, services.labels.documents.get(made.id)) == (structure, False)
-    edited = services.labels.stroke(made.id, ball(12, 12, 20))
+    edited = draw(services, made.id, ball(12, 12, 20))
     assert services.labels.structure(case, edited)[1], "painted since"
     services.structures.change(case_id, structure.id, name="Kept name")
     newer = services.labels.run(made.id)
@@ -129,7 +138,7 @@ def test_an_acknowledged_stroke_is_in_the_store_of_a_planner_that_starts_later(
     services: Services, case_id: str
 ) -> None:
     made = services.labels.create(case_id, "Wall")
-    services.labels.stroke(made.id, ball(5, 6, 10))
+    draw(services, made.id, ball(5, 6, 10))
     other = build_services(services.settings)  # reads what is on the disk
     try:
         np.testing.assert_array_equal(voxels(other, made.id), drawn(ball(5, 6, 10)))
@@ -211,9 +220,9 @@ def test_a_stroke_beyond_the_scan_and_the_surface_of_a_deleted_label_are_refused
 ) -> None:
     label = services.labels.create(case_id, "Gone")
     with pytest.raises(InputError, match="reaches no voxel"):
-        services.labels.stroke(label.id, ball(900.0, 6.0, 10.0))
+        draw(services, label.id, ball(900.0, 6.0, 10.0))
     assert not services.labels.documents.get(label.id).can_undo
-    services.labels.stroke(label.id, ball(5.0, 6.0, 10.0))
+    draw(services, label.id, ball(5.0, 6.0, 10.0))
     services.labels.documents.delete(label.id)
     with pytest.raises(InputError, match="restore it first"):
         services.labels.start(label.id)
@@ -224,7 +233,7 @@ def test_drawing_can_be_ended_and_goes_on_from_what_is_drawn(
 ) -> None:
     label, places = services.labels.create(case_id, "Long"), [(5.0 + n, 6.0, 10.0) for n in range(4)]
     for place in places:
-        services.labels.stroke(label.id, ball(*place))
+        draw(services, label.id, ball(*place))
     document = services.labels.documents.get(label.id)
     shares: list[float] = []
 
@@ -245,6 +254,8 @@ def test_drawing_can_be_ended_and_goes_on_from_what_is_drawn(
 
     monkeypatch.setattr("app.imaging.labels.draw_stroke", noted)
     further = ball(9.0, 8.0, 10.0)
-    services.labels.stroke(label.id, further)
-    np.testing.assert_array_equal(voxels(services, label.id), drawn(*document.content.strokes, further))
+    draw(services, label.id, further)
+    np.testing.assert_array_equal(
+        voxels(services, label.id), drawn(*(one.stroke for one in document.content.strokes), further)
+    )
     assert asked == [further], "what was drawn before is not drawn again"

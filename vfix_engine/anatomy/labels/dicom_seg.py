@@ -1,6 +1,6 @@
 """DICOM segmentations (SEG): binary and label map, by highdicom.
 
-SimpleITK reads a binary SEG as one stack of all frames of all segments, silently, and a label map not at all.
+SimpleITK silently reads a binary SEG as one stack of all frames of all segments, and cannot read a label map.
 Of the text in the file only the label of each segment is used.
 """
 
@@ -30,9 +30,9 @@ _WHERE = "the DICOM segmentation"
 def read_dicom_seg(
     path: Path, names: Looks, frame: str | None = None, unit: str | None = None, *, assume: bool = False
 ) -> LabelMap:
-    """Every segment of the file, in LPS mm by the standard; `names` counts where a segment has no label.
+    """Read every segment of the file, in LPS mm by the standard; `names` is used for segments without a label.
 
-    Raises ImageError, and FrameError where frame or unit contradict the standard.
+    Raises ImageError, and FrameError if frame or unit contradict the standard.
     """
     _, _, report = resolve_frame(("LPS", "mm"), (frame, unit), assume=assume)
     if path.stat().st_size > MAX_BYTES:
@@ -47,7 +47,7 @@ def read_dicom_seg(
 
 
 def is_dicom_seg(path: Path) -> bool:
-    """Whether a DICOM file is a segmentation. Raises ImageError for a damaged one."""
+    """Whether a DICOM file is a segmentation. Raises ImageError if it is damaged."""
     import pydicom
 
     with pydicom_silenced(), fault_named("the file"):
@@ -56,7 +56,7 @@ def is_dicom_seg(path: Path) -> bool:
 
 
 def _opened(data: bytes) -> tuple[Any, dict[int, str]]:
-    """The segmentation with its header checked, and the labels of its segments by number. Raises ImageError."""
+    """Open the segmentation, check its header, and return its segments' labels by number. Raises ImageError."""
     import highdicom
     import pydicom
 
@@ -79,7 +79,7 @@ def _opened(data: bytes) -> tuple[Any, dict[int, str]]:
 
 
 def _check_pixels(seg: Any, frames: int) -> None:
-    """Raises ImageError for a file that ends before its last frame, which highdicom takes for a gap between frames."""
+    """Raise ImageError for a truncated file, whose missing frames highdicom would interpret as gaps."""
     if (there := len(seg.get("PixelData") or b"")) == 0:
         raise ImageError("the DICOM segmentation has no voxels: it is cut off; copy or export the file again.")
     bits = frames * int(seg.Rows) * int(seg.Columns) * int(seg.BitsAllocated)
@@ -91,7 +91,7 @@ def _check_pixels(seg: Any, frames: int) -> None:
 
 
 def _labels(seg: Any, written: dict[int, str], names: Looks) -> tuple[list[CroppedLabel], list[str]]:
-    """The segments with voxels, and the names or numbers of those without."""
+    """Return the segments with voxels, and the names or numbers of those without."""
     labels: list[CroppedLabel] = []
     empty: list[str] = []
     for number in seg.segment_numbers:
@@ -126,7 +126,7 @@ def _label(seg: Any, number: int, name: str, colour: str | None) -> CroppedLabel
 
 
 def _positions(seg: Any) -> npt.NDArray[np.float64]:
-    """(frames, 3) where the file says that its frames lie, LPS mm."""
+    """Positions (frames, 3) of the frames according to the file, LPS mm."""
     shared = (seg.get("SharedFunctionalGroupsSequence") or [None])[0]
     found = []
     for group in seg.PerFrameFunctionalGroupsSequence:
@@ -136,7 +136,7 @@ def _positions(seg: Any) -> npt.NDArray[np.float64]:
 
 
 def _colour(described: Any) -> str | None:
-    """'#rrggbb' of the recommended CIELab colour, coded in 16 bits as in PS3.3 C.10.7.1.1."""
+    """'#rrggbb' of the recommended CIELab colour, encoded in 16 bits as in PS3.3 C.10.7.1.1."""
     coded = described.get("RecommendedDisplayCIELabValue")
     if coded is None or len(coded) != 3:
         return None

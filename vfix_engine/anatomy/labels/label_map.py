@@ -1,4 +1,4 @@
-"""A segmentation as a value: masks of named labels on regular grids in LPS mm."""
+"""A segmentation in memory: masks of named labels on regular grids in LPS mm."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from vfix_engine.files.frame_report import FrameReport
 
 MAX_LABELS = 250  # TotalSegmentator has 117
 MAX_VALUE = 65_535
-ROUNDED = 1e-3  # from a whole number, by a slope such as 0.99999 in the file
+ROUNDED = 1e-3  # tolerance from an integer, caused by a slope such as 0.99999 in the file
 
 
 @dataclass(frozen=True, eq=False)
 class CroppedLabel:
     """One label, cropped to its voxels.
 
-    value: its number in the file. name: '' where the file and its table name none. colour: '#rrggbb', None where the
+    value: its number in the file. name: '' if neither the file nor its table has one. colour: '#rrggbb', None if the
     file has none. mask: (K, J, I) bool, indexed [k, j, i]; first: (3,) index i, j, k of its first voxel in the grid.
     transform: (4, 4) from the grid's index (i, j, k) to LPS mm.
     """
@@ -36,7 +36,7 @@ class CroppedLabel:
 
 @dataclass(frozen=True, eq=False)
 class LabelMap:
-    """What a file of labels holds; empty: names or numbers of labels that the file declares and no voxel has."""
+    """Content of a label file; empty: names or numbers of labels that the file declares but no voxel has."""
 
     labels: tuple[CroppedLabel, ...]
     frame: FrameReport
@@ -45,16 +45,16 @@ class LabelMap:
 
 @dataclass(frozen=True)
 class LabelLook:
-    """How a file names and colours a label."""
+    """Name and colour of a label in a file."""
 
     name: str = ""
     colour: str | None = None
 
 
 def labels_of(values: npt.NDArray[Any], transform: Array, looks: dict[int, LabelLook]) -> tuple[CroppedLabel, ...]:
-    """The labels of a map (K, J, I) of whole numbers, in the order of their numbers; 0 is no label.
+    """Split a map (K, J, I) of integers into labels, in the order of their numbers; 0 is no label.
 
-    Raises ImageError for values that are not labels, and where there are none or too many.
+    Raises ImageError for values that are not labels, and if there are none or too many.
     """
     from scipy.ndimage import find_objects  # imported here: slow to load
 
@@ -77,9 +77,9 @@ def labels_of(values: npt.NDArray[Any], transform: Array, looks: dict[int, Label
 
 
 def whole_labels(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """The values as unsigned whole numbers; what a scaling of the file has left of them is rounded away.
+    """Convert values to unsigned integers, rounding errors that a scaling in the file has caused.
 
-    Raises ImageError where they are no labels.
+    Raises ImageError if they are not labels.
     """
     low, high = values.min(), values.max()
     if not (np.isfinite(low) and np.isfinite(high)) or low < -ROUNDED or high > MAX_VALUE + ROUNDED:

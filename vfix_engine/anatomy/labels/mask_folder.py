@@ -1,6 +1,6 @@
-"""A folder or zip of masks, one NIfTI file a structure, as TotalSegmentator writes it: `liver.nii.gz`, ...
+"""A folder or zip of masks, one NIfTI file per structure, as written by TotalSegmentator: `liver.nii.gz`, ...
 
-Here alone the names of files become names of structures: whoever imports such a folder asks for that.
+Only here do names of files become names of structures, which the user requests by importing such a folder.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ MASK_SUFFIXES = (".nii.gz", ".nii")
 
 
 def is_mask_folder(path: Path) -> bool:
-    """Whether a folder or zip holds NIfTI files alone, besides tables and texts. Raises ImageError for a bad zip."""
+    """Whether a folder or zip contains only NIfTI files, tables and texts. Raises ImageError for an invalid zip."""
     if not (path.is_dir() or path.name.lower().endswith(".zip")):
         return False
     found = names(path)
@@ -29,7 +29,7 @@ def is_mask_folder(path: Path) -> bool:
 
 
 def name_of_mask(file_name: str) -> str:
-    """'Optic nerve left' of 'optic_nerve_left.nii.gz'."""
+    """Convert 'optic_nerve_left.nii.gz' to 'Optic nerve left'."""
     name = PurePosixPath(file_name.replace("\\", "/")).name
     stem = name[: next((-len(end) for end in MASK_SUFFIXES if name.lower().endswith(end)), None)]
     words = " ".join(stem.replace("_", " ").split())
@@ -39,7 +39,7 @@ def name_of_mask(file_name: str) -> str:
 def read_mask_folder(
     path: Path, frame: str | None = None, unit: str | None = None, *, assume: bool = False
 ) -> LabelMap:
-    """The labels of the masks, numbered from 1 in the order of their files' names; empty masks are told by name.
+    """Read the masks as labels, numbered from 1 in the order of their file names; empty masks are reported by name.
 
     Raises ImageError, and FrameError as `resolve_frame` does. To be called in a worker.
     """
@@ -48,7 +48,7 @@ def read_mask_folder(
         raise ImageError(f"there are {count} masks in it, and a segmentation may have {MAX_LABELS}.")
     labels: list[CroppedLabel] = []
     empty: list[str] = []
-    notes: dict[str, None] = {}  # of all masks, each once
+    notes: dict[str, None] = {}  # of all masks, without duplicates
     report: FrameReport | None = None
     with tempfile.TemporaryDirectory() as folder:
         for place, data in contents(path):
@@ -72,7 +72,7 @@ def _label_of(
 ) -> tuple[CroppedLabel | None, FrameReport]:
     try:
         values, transform, report = read_grid(file, told[0], told[1], assume=told[2])
-    except ImageError as error:  # one of a hundred files: say which
+    except ImageError as error:  # name the mask, one of up to a hundred files
         raise ImageError(f"the mask {name_of_mask(name)!r:.80} cannot be used: {error}") from None
     mask = values > ROUNDED
     inside = values[mask]

@@ -1,6 +1,6 @@
 """Tables that name the labels of a map: JSON, CSV or TSV, and the label table in a NIfTI file's extension.
 
-TotalSegmentator writes the last one into its multi-label files: the XML of Connectome Workbench, with a name and a
+TotalSegmentator writes the latter into its multi-label files: the XML of Connectome Workbench, with a name and a
 colour for each label.
 """
 
@@ -31,7 +31,7 @@ Looks = dict[int, LabelLook]
 
 
 def read_names(path: Path) -> Looks:
-    """Names by label from a table. Raises ImageError where none is found in it."""
+    """Read names by label from a table. Raises ImageError if it has none."""
     data = path.read_bytes()
     if len(data) > MAX_TABLE_BYTES:
         raise ImageError(f"the table of names is larger than {MAX_TABLE_BYTES >> 20} MiB.")
@@ -46,7 +46,7 @@ def read_names(path: Path) -> Looks:
 
 
 def _from_json(text: str) -> Looks:
-    """{"1": name}, {name: 1}, a list of objects, or one of these below 'labels', as nnU-Net writes it."""
+    """Parse {"1": name}, {name: 1}, a list of objects, or one of these below 'labels', as nnU-Net writes it."""
     try:
         data: Any = parse_json(text)
     except ValueError as error:
@@ -64,7 +64,7 @@ def _from_json(text: str) -> Looks:
 
 
 def _from_table(text: str) -> Looks:
-    """Columns by their heads where there are such, else number and name in either order."""
+    """Parse columns by their headers if there are any, else number and name in either order."""
     lines = [line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")]
     if not lines:
         return {}
@@ -84,14 +84,14 @@ def _from_table(text: str) -> Looks:
 
 
 def _first(row: Mapping[str, Any], words: tuple[str, ...]) -> Any:
-    """The first of these columns that is there: a number where numbers are asked for, else text."""
+    """Return the first of these columns that exists: a number if a number is requested, else text."""
     numbers = words is _VALUE_WORDS
     cells = [row[word] for word in words if word in row]
     return next((cell for cell in cells if (_number(cell) is not None) == numbers), None)
 
 
 def _looks(pairs: list[tuple[Any, Any]]) -> Looks:
-    """Raises ImageError for a label with two names."""
+    """Collect pairs of number and name. Raises ImageError for a label with two names."""
     looks: Looks = {}
     for value, name in pairs:
         number = _number(value)
@@ -110,10 +110,10 @@ def _number(value: Any) -> int | None:
 
 
 def names_in_nifti(head: bytes) -> Looks:
-    """Names and colours from the label table in a NIfTI header's extensions; none where there is no such table.
+    """Read names and colours from the label table in a NIfTI header's extensions; empty if there is no such table.
 
-    head: the file's bytes, unpacked, from its start to its voxels. Extensions as in nifti1.h: from byte 352, each with
-    its size and code as 32-bit integers and its content.
+    head: the file's bytes, uncompressed, up to its voxels. Extensions as in nifti1.h: from byte 352, each with its size
+    and code as 32-bit integers and its content.
     """
     if len(head) < 352 or not head[348]:
         return {}
@@ -131,7 +131,7 @@ def names_in_nifti(head: bytes) -> Looks:
 
 
 class _Table:
-    """Target of an XML parser: the `Label` elements of a document; entities cannot be declared in it."""
+    """Target of an XML parser that collects the `Label` elements; entities cannot be declared in the document."""
 
     def __init__(self) -> None:
         self.looks: Looks = {}
@@ -153,11 +153,11 @@ class _Table:
             self._open = None
 
     def close(self) -> None:
-        """The parser calls it at the end of the document."""
+        """Called by the parser at the end of the document."""
 
 
 def _from_xml(content: bytes) -> Looks:
-    """Raises ImageError where the table is damaged, since wrong names are worse than none."""
+    """Parse the table. Raises ImageError if it is damaged, since wrong names are worse than none."""
     if b"<!DOCTYPE" in content or b"<!ENTITY" in content:
         raise ImageError("the label table in the NIfTI header declares entities, which is not read.")
     table = _Table()

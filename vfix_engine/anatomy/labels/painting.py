@@ -1,7 +1,7 @@
-"""Painting of labels: strokes of a round brush on the grid of a volume, LPS mm, and labels as run lengths.
+"""Painting of labels: strokes of a round brush on the grid of a volume, LPS mm, and run-length encoding of labels.
 
-A stroke is kept as what the hand did. The same arithmetic in the page
-(app/web/js/slices/label-paint.js) gives the same voxels, so nothing has to be sent back.
+A stroke is stored as the motion of the hand. The same arithmetic in the page
+(app/web/js/slices/label-paint.js) gives the same voxels, so the result need not be sent back.
 """
 
 from __future__ import annotations
@@ -24,18 +24,18 @@ Brush = Literal["disc", "ball"]
 LEAST_RADIUS_MM, MOST_RADIUS_MM = 0.1, 20.0
 MOST_POINTS = 2000  # of a stroke
 FARTHEST_MM = 10_000.0
-_UNIT = 1e-3  # how far a normal's length may be from 1
+_UNIT = 1e-3  # tolerance of the length of a unit normal
 
 
 @dataclass(frozen=True)
 class Stroke:
     """One stroke of a brush.
 
-    points: centres of the brush, LPS mm; between two of them it is drawn along the straight line.
-    brush: 'ball', all voxels whose centre is within radius_mm of that line; 'disc', those of one layer within it.
-    normal: unit vector across the disc's plane; not read for a ball. The plane goes through each line's first point.
+    points: centres of the brush, LPS mm, connected by straight lines.
+    brush: 'ball', all voxels whose centre is within radius_mm of that line; 'disc', only those in one layer.
+    normal: unit normal of the disc's plane; ignored for a ball. The plane passes through each line's first point.
 
-    Raises ImageError for values that make no stroke.
+    Raises ImageError for invalid values.
     """
 
     mode: StrokeMode
@@ -64,10 +64,10 @@ class Stroke:
 def draw_stroke(
     mask: BoolArray, transform_index_to_lps: npt.ArrayLike, stroke: Stroke, go_on: Callable[[], object] = bool
 ) -> None:
-    """Paint or erase a stroke in a mask (K, J, I), in place; what lies beyond the mask is left out.
+    """Paint or erase a stroke in a mask (K, J, I), in place; parts beyond the mask are ignored.
 
-    transform_index_to_lps: (4, 4) affine from (i, j, k) to LPS mm, a voxel's centre at a whole index.
-    go_on: called before each line of the stroke; what it raises ends the drawing.
+    transform_index_to_lps: (4, 4) affine from (i, j, k) to LPS mm, with voxel centres at integer indices.
+    go_on: called before each line of the stroke; an exception from it ends the drawing.
     """
     affine = np.array(transform_index_to_lps, dtype=np.float64)
     places = list(stroke.points)
@@ -77,7 +77,7 @@ def draw_stroke(
 
 
 def reaches(shape: tuple[int, ...], transform_index_to_lps: npt.ArrayLike, stroke: Stroke) -> bool:
-    """Whether a stroke may reach a voxel of a grid (K, J, I); no voxel that it sets is missed."""
+    """Whether a stroke can reach a voxel of a grid (K, J, I); never False for a stroke that sets one."""
     affine = np.array(transform_index_to_lps, dtype=np.float64)
     reach, places = stroke.radius_mm + _half_layer(affine, stroke), stroke.points
     lines = zip(places, places[1:] or places, strict=False)
@@ -112,7 +112,7 @@ def _draw_line(mask: BoolArray, affine: Array, stroke: Stroke, start: VoxelPlace
 
 
 def _half_layer(affine: Array, stroke: Stroke) -> float:
-    """Half the thickness of a disc, mm: of a layer of voxels across it; 0 for a ball."""
+    """Half the thickness of a disc, mm: that of a layer of voxels perpendicular to it; 0 for a ball."""
     if stroke.brush == "ball":
         return 0.0
     nx, ny, nz = stroke.normal
@@ -123,7 +123,7 @@ def _half_layer(affine: Array, stroke: Stroke) -> float:
 def _box(
     shape: tuple[int, ...], affine: Array, reach: float, start: VoxelPlace, end: VoxelPlace
 ) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]] | None:
-    """First indices i, j, k of the voxels in reach of a line, and those after the last; None where there are none."""
+    """First indices i, j, k of the voxels within reach of a line, and those after the last; None if there are none."""
     inverse = np.linalg.inv(affine[:3, :3])
     ends = (np.array([start, end]) - affine[:3, 3]) @ inverse.T
     margin = reach * np.linalg.norm(inverse, axis=1) + 1.0
@@ -134,7 +134,7 @@ def _box(
 
 
 def runs_of(mask: BoolArray) -> npt.NDArray[np.uint32]:
-    """Run lengths of a mask (K, J, I), i fastest: of voxels without it, with it, without it, and so on."""
+    """Run lengths of a mask (K, J, I), i fastest: alternately of unset and set voxels."""
     flat = np.ascontiguousarray(mask).ravel()
     changes = np.flatnonzero(flat[1:] != flat[:-1]) + 1
     ends = np.concatenate([changes, [flat.size]])
@@ -144,7 +144,7 @@ def runs_of(mask: BoolArray) -> npt.NDArray[np.uint32]:
 
 
 def mask_of_runs(runs: npt.NDArray[np.unsignedinteger], shape: tuple[int, int, int]) -> BoolArray:
-    """The inverse of `runs_of`; shape: (K, J, I). Raises ImageError where the runs do not fill the mask."""
+    """Inverse of `runs_of`; shape: (K, J, I). Raises ImageError if the runs do not fill the mask."""
     if int(runs.astype(np.int64).sum()) != int(np.prod(shape)):
         raise ImageError("the run lengths of a label do not fill its grid.")
     values = np.arange(len(runs)) % 2 == 1

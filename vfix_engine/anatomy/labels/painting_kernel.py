@@ -1,4 +1,4 @@
-"""Voxels within a brush that is drawn along a line (compiled, single-threaded)."""
+"""Voxels swept by a brush along a line (compiled, single-threaded)."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from typing import Any
 
 from vfix_engine.kernels.compiled import compiled, inlined
 
-_PARALLEL = 1e-12  # [mm^2] of a row's step across the line, below which the row runs along it
+_PARALLEL = 1e-12  # [mm^2] squared step of a row across the line, below which the row is parallel to it
 
 
 @inlined
 def _row_span(c0: Any, c1: Any, c2: Any, d0: Any, d1: Any, d2: Any, square: float, first: int, last: int) -> Any:
-    """Indices [first, last) of a row whose places c + i d may lie within sqrt(square) of the origin, a voxel wider."""
+    """Indices [first, last) of a row whose points c + i d can lie within sqrt(square) of the origin, plus one voxel."""
     a = d0 * d0 + d1 * d1 + d2 * d2
     b = c0 * d0 + c1 * d1 + c2 * d2
     if a <= _PARALLEL:
@@ -27,7 +27,7 @@ def _row_span(c0: Any, c1: Any, c2: Any, d0: Any, d1: Any, d2: Any, square: floa
 
 @inlined
 def _across(x: float, y: float, z: float, w: Any, length: float) -> Any:
-    """The part of a vector across w."""
+    """Component of a vector perpendicular to w."""
     if length <= 0.0:
         return x, y, z
     part = (x * w[0] + y * w[1] + z * w[2]) / length
@@ -48,10 +48,11 @@ def draw_line(
     high: Any,
     value: bool,
 ) -> None:
-    """Set the voxels of a mask (K, J, I) within the root of `square` [mm^2] of a line; of a disc, those of its layer.
+    """Set the voxels of a mask (K, J, I) within the root of `square` [mm^2] of a line; for a disc, those of its layer.
 
-    affine: (4, 4) from (i, j, k) to LPS mm. along: (3,) to the line's end, across the normal for a disc. half: of the
-    layer's thickness. low, high: (3,) first indices i, j, k that may be set, and those after the last.
+    affine: (4, 4) from (i, j, k) to LPS mm. along: (3,) to the line's end, perpendicular to the normal for a disc.
+    half: half of the layer's thickness. low, high: (3,) first indices i, j, k that may be set, and those after the
+        last.
     """
     w0, w1, w2 = along[0], along[1], along[2]
     nx, ny, nz = normal[0], normal[1], normal[2]
@@ -69,13 +70,13 @@ def draw_line(
             c0, c1, c2 = _across(x0 - off * nx, y0 - off * ny, z0 - off * nz, along, length)
             first, last = _row_span(c0, c1, c2, d0, d1, d2, square, low[0], high[0])
             for i in range(first, last):
-                # In the order of the page's arithmetic, so that both round alike.
+                # In the order of the page's arithmetic, so that both round equally.
                 x = ((affine[0, 0] * i + affine[0, 1] * j) + affine[0, 2] * k) + affine[0, 3] - start[0]
                 y = ((affine[1, 0] * i + affine[1, 1] * j) + affine[1, 2] * k) + affine[1, 3] - start[1]
                 z = ((affine[2, 0] * i + affine[2, 1] * j) + affine[2, 2] * k) + affine[2, 3] - start[2]
                 if disc:
                     away = (x * nx + y * ny) + z * nz
-                    if not (-half <= away < half):  # half-open: a plane between two layers takes one
+                    if not (-half <= away < half):  # half-open, so that a plane between two layers selects one
                         continue
                     x, y, z = x - away * nx, y - away * ny, z - away * nz
                 if length > 0.0:

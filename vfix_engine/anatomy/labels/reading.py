@@ -1,4 +1,4 @@
-"""Import of a segmentation: one worker process reads an untrusted file and makes the surface of each label."""
+"""Import of a segmentation: one worker process reads an untrusted file and extracts the surface of each label."""
 
 from __future__ import annotations
 
@@ -26,16 +26,16 @@ from vfix_engine.progress import ProgressCallback
 
 SEGMENTATION_SUFFIXES = (".seg.nrrd", ".nrrd", ".nii", ".nii.gz", ".mha", ".dcm")
 READ_SECONDS = 180.0
-MASK_SECONDS = 4.0  # besides, for each mask of a folder
+MASK_SECONDS = 4.0  # additional time for each mask of a folder
 _ON_GRID = 0.01  # of a voxel
 _SAME_AXES = 1e-4
 
 
 @dataclass(frozen=True)
 class SegmentationRequest:
-    """The file of a segmentation, or a folder or zip of masks, and what the user says about it.
+    """The file of a segmentation, or a folder or zip of masks, and what the user states about it.
 
-    names: a table that names the labels; None where none came along. frame, unit, assume: as in `HeadRequest`.
+    names: a table that names the labels, or None. frame, unit, assume: as in `HeadRequest`.
     """
 
     path: Path
@@ -48,10 +48,10 @@ class SegmentationRequest:
 
 @dataclass(frozen=True, eq=False)
 class AnatomyPlace:
-    """Where the anatomy of the case lies, to compare a segmentation with.
+    """Extent of the case's anatomy, with which a segmentation is compared.
 
-    bounds: (2, 3) LPS mm. transform: (4, 4) from the CT's index (i, j, k) to LPS mm, and sizes: (3,) its voxels along
-    i, j, k; both None for a case without a CT.
+    bounds: (2, 3) LPS mm. transform: (4, 4) from the CT's index (i, j, k) to LPS mm, and sizes: (3,) numbers of voxels
+    along i, j, k; both None for a case without a CT.
     """
 
     bounds: npt.NDArray[np.float64]
@@ -61,16 +61,11 @@ class AnatomyPlace:
 
 @dataclass(frozen=True, eq=False)
 class Segmentation:
-    """The surfaces of a segmentation. notes: sentences on what is doubtful about the file as a whole."""
+    """The surfaces of a segmentation. notes: sentences on doubts about the file as a whole."""
 
     surfaces: tuple[LabelSurface, ...]
     frame: FrameReport
     notes: tuple[str, ...]
-
-
-def is_segmentation_file(path: Path) -> bool:
-    """Whether the name ends like that of a segmentation; a CT may have the same ending."""
-    return path.name.lower().endswith(SEGMENTATION_SUFFIXES) or not path.suffix
 
 
 def read_segmentation(
@@ -81,11 +76,11 @@ def read_segmentation(
     cancellation: Cancellation | None = None,
     folder: Path | None = None,
 ) -> Segmentation:
-    """Read a segmentation in a worker process and make the surface of each label.
+    """Read a segmentation in a worker process and extract the surface of each label.
 
     Raises:
-        FrameError: neither file nor request names frame or unit; `missing` lists them.
-        InputError: the file cannot be used for another reason, such as lying off the case's anatomy.
+        FrameError: neither file nor request states frame or unit; `missing` lists them.
+        InputError: the file cannot be used for another reason, such as a position off the case's anatomy.
         OSError: the worker's files could not be written.
     """
     if not request.path.exists() or not (request.names is None or request.names.is_file()):
@@ -138,11 +133,11 @@ def _read(
 def read_label_map(
     path: Path, names: Looks, frame: str | None = None, unit: str | None = None, *, assume: bool = False
 ) -> LabelMap:
-    """The labels of a file: `.seg.nrrd`, DICOM SEG, or a map of whole numbers as NRRD, NIfTI or MetaImage.
+    """Read the labels of a file: `.seg.nrrd`, DICOM SEG, or a map of integers as NRRD, NIfTI or MetaImage.
 
     A folder or zip of NIfTI masks has a label for each file.
 
-    names: of the labels; a name in the file itself counts first.
+    names: of the labels; a name in the file itself takes precedence.
     Raises ImageError, and FrameError as `resolve_frame` does. To be called in a worker.
     """
     if is_mask_folder(path):
@@ -166,13 +161,13 @@ def read_label_map(
 
 
 def _share_outside(surface: LabelSurface, place: AnatomyPlace) -> float:
-    """Share of the surface's vertices outside the CT, or outside the box of the case's surface."""
+    """Fraction of the surface's vertices outside the CT, or outside the box of the case's surface."""
     if place.transform is None or place.sizes is None:
         low, high = place.bounds
         return float(((surface.mesh.vertices < low) | (surface.mesh.vertices > high)).any(axis=1).mean())
     inverse = np.linalg.inv(place.transform)
     index = surface.mesh.vertices @ inverse[:3, :3].T + inverse[:3, 3]
-    slack = 0.5 + 1e-3  # a voxel reaches half its size beyond its centre, and so does the surface of a label there
+    slack = 0.5 + 1e-3  # a voxel extends half its size beyond its centre, and so does the surface of a label there
     return float(((index < -slack) | (index > np.array(place.sizes) - 1.0 + slack)).any(axis=1).mean())
 
 
@@ -198,7 +193,7 @@ def _grid_notes(found: LabelMap, place: AnatomyPlace) -> tuple[str, ...]:
 
 
 def _on_grid(theirs: npt.NDArray[np.float64], ours: npt.NDArray[np.float64]) -> bool:
-    """Whether voxel centres of one grid fall on those of the other, whatever the order of the axes."""
+    """Whether voxel centres of one grid coincide with those of the other, for any order of the axes."""
     between = np.linalg.inv(ours) @ theirs
     whole = np.rint(between)
     axes = np.abs(whole[:3, :3])
@@ -211,7 +206,7 @@ def _on_grid(theirs: npt.NDArray[np.float64], ours: npt.NDArray[np.float64]) -> 
 
 
 def _apart(found: LabelMap, place: AnatomyPlace) -> str:
-    """Where both lie, in figures."""
+    """Describe the positions of both in numbers."""
     corners = [label.transform[:3, :3] @ label.first + label.transform[:3, 3] for label in found.labels]
     middle, centre = np.mean(corners, axis=0), place.bounds.mean(axis=0)
     return f"it begins near ({_place(middle)}), and the middle of the case is at ({_place(centre)}) in LPS mm"

@@ -2,7 +2,7 @@
 
 The keys are those of Slicer's segmentation file format
 (https://slicer.readthedocs.io/en/latest/developer_guide/modules/segmentations.html#segmentations-file-format-nrrd):
-the voxels are cropped to what is segmented, and 'space origin' is that of the cropped box.
+the voxels are cropped to the segmented region, and 'space origin' is that of the cropped box.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ _KEY = re.compile(r"Segment(\d{1,4})_(\w+)")
 def read_seg_nrrd(
     path: Path, names: Looks, frame: str | None = None, unit: str | None = None, *, assume: bool = False
 ) -> LabelMap:
-    """Every segment of the file; `names` counts where the file itself gives a segment no name.
+    """Read every segment of the file; `names` is used for segments without a name.
 
     Raises ImageError, and FrameError as `resolve_frame` does.
     """
@@ -61,7 +61,7 @@ def read_seg_nrrd(
 
 
 def _layers(file: BinaryIO, fields: Mapping[str, str]) -> npt.NDArray[Any]:
-    """(layers, K, J, I) the voxels; the file stands at their first byte."""
+    """Read the voxels (layers, K, J, I) from the present position of the file."""
     sizes = _sizes(fields)
     voxel = voxel_type(fields)
     if voxel.kind not in "iu":
@@ -77,7 +77,7 @@ def _layers(file: BinaryIO, fields: Mapping[str, str]) -> npt.NDArray[Any]:
         data = file.read()
     count, i, j, k = sizes
     stored = np.frombuffer(data, dtype=voxel)
-    # The first axis of the file is the fastest: that of the layers, where there is one.
+    # The first axis of the file varies fastest: that of the layers, if there is one.
     return np.moveaxis(stored.reshape(k, j, i, count), -1, 0)
 
 
@@ -100,7 +100,7 @@ def _sizes(fields: Mapping[str, str]) -> tuple[int, int, int, int]:
 
 
 def _segments(keys: Mapping[str, str], layers: int) -> dict[int, Looks]:
-    """Looks by label, by layer. Before Slicer 4.11 each segment had a layer of its own and the label 1."""
+    """Names and colours by layer and label. Before Slicer 4.11 each segment had a layer of its own and the label 1."""
     found: dict[int, dict[str, str]] = {}
     for key, text in keys.items():
         if match := _KEY.fullmatch(key):
@@ -118,7 +118,7 @@ def _segments(keys: Mapping[str, str], layers: int) -> dict[int, Looks]:
 
 
 def _text(value: str) -> str:
-    """A name as Slicer writes it, in UTF-8, or in Latin-1; the header is read byte by byte."""
+    """Decode a name that Slicer wrote in UTF-8, or in Latin-1; the header is read byte by byte."""
     return text_of_bytes(value.encode("latin-1")).strip()
 
 

@@ -1,4 +1,4 @@
-"""The surface of a label: marching cubes of its mask, in the grid that it was drawn on, LPS mm."""
+"""Surface of a label: marching cubes of its mask, in the grid of the segmentation, LPS mm."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ MAX_TRIANGLES = 5_000_000  # of a label
 
 @dataclass(frozen=True, eq=False)
 class LabelSurface:
-    """A label as a surface, and where it came from.
+    """A label as a surface, with its origin.
 
-    value, name, colour: as in `Label`. mesh: closed, normals out of the label, LPS mm; its vertices lie half-way
-    between a voxel of the label and one outside. volume_ml: of the voxels. voxel_mm: (3,) spacing of the grid; a
-    boundary of the label is known to half of it. notes: what is doubtful about it, in sentences.
+    value, name, colour: as in `Label`. mesh: closed, outward normals, LPS mm; its vertices lie half-way between a voxel
+    of the label and one outside. volume_ml: of the voxels. voxel_mm: (3,) spacing of the grid; the accuracy of a
+    boundary of the label is half of it. notes: doubts about it, in sentences.
     """
 
     value: int
@@ -33,9 +33,9 @@ class LabelSurface:
 
 
 def surface_of(label: CroppedLabel) -> LabelSurface:
-    """The surface of a label; a layer of empty voxels around it closes it, also at the border of the grid.
+    """Extract the surface of a label; padding by empty voxels closes it at the border of the grid.
 
-    Raises ImageError for one with more triangles than can be used.
+    Raises ImageError if it has too many triangles.
     """
     from skimage.measure import marching_cubes  # imported here: slow to load
 
@@ -48,7 +48,7 @@ def surface_of(label: CroppedLabel) -> LabelSurface:
         )
     linear, origin = label.transform[:3, :3], label.transform[:3, 3]
     index = kji[:, ::-1].astype(np.float64) - 1.0 + label.first
-    # 'descent' with the corners taken in the order i, j, k turns the triangles outwards, but for a mirrored grid.
+    # 'descent' with corners in the order i, j, k orients the triangles outwards, except for a mirrored grid.
     if np.linalg.det(linear) < 0:
         faces = faces[:, ::-1]
     mesh = TriangleMesh(index @ linear.T + origin, np.ascontiguousarray(faces, dtype=np.int32))
@@ -57,7 +57,7 @@ def surface_of(label: CroppedLabel) -> LabelSurface:
 
 
 def for_display(mesh: TriangleMesh, triangles: int) -> TriangleMesh:
-    """A surface decimated to about `triangles` for a picture of it; nothing may be measured on it."""
+    """Decimate a surface to about `triangles` for display; it must not be used for measurement."""
     import fast_simplification
 
     if len(mesh.faces) <= triangles:

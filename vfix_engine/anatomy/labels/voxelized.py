@@ -9,10 +9,10 @@ from vfix_engine.arrays import Array
 from vfix_engine.errors import ImageError
 from vfix_engine.geometry.mesh import TriangleMesh
 
-# Surfaces of masks have vertices on the lines between voxel centres; a line beside the centre meets none of them.
+# Surfaces of masks have vertices on the lines between voxel centres; a line offset from the centre meets none of them.
 _BESIDE = (1.3e-5, 2.9e-5)  # [voxel] along i and j
 _CHUNK = 200_000  # triangles
-_LARGEST = 4_000_000  # columns that one chunk may ask
+_LARGEST = 4_000_000  # columns per chunk
 
 
 def voxels_inside(
@@ -20,7 +20,7 @@ def voxels_inside(
 ) -> npt.NDArray[np.bool_]:
     """Mask (K, J, I) of the voxels whose centre lies inside a closed surface; shape: (K, J, I) of the grid.
 
-    transform_index_to_lps: (4, 4) affine from (i, j, k) to LPS mm. Raises ImageError for a surface with a border.
+    transform_index_to_lps: (4, 4) affine from (i, j, k) to LPS mm. Raises ImageError for an open surface.
     """
     edges = np.sort(np.concatenate([mesh.faces[:, [0, 1]], mesh.faces[:, [1, 2]], mesh.faces[:, [2, 0]]]), axis=1)
     _, uses = np.unique(edges[:, 0].astype(np.int64) * len(mesh.vertices) + edges[:, 1], return_counts=True)
@@ -37,7 +37,7 @@ def voxels_inside(
 
 
 def _cross(crossings: npt.NDArray[np.bool_], corners: Array) -> None:
-    """Count what triangles (n, 3, 3), in voxels, cross: flips the first voxel above each crossing."""
+    """Flip the first voxel above each crossing of a line with triangles (n, 3, 3), given in voxels."""
     counts = np.array(crossings.shape[:0:-1])  # voxels along i and j
     low = np.clip(np.ceil(corners[:, :, :2].min(axis=1)), 0, counts).astype(np.int64)
     high = np.clip(np.floor(corners[:, :, :2].max(axis=1)) + 1, 0, counts).astype(np.int64)
@@ -63,6 +63,6 @@ def _cross(crossings: npt.NDArray[np.bool_], corners: Array) -> None:
 
 
 def _area(a: Array, b: Array, place: Array) -> Array:
-    """Twice the signed area of triangles of two corners and a place, along i and j."""
+    """Twice the signed area of triangles formed by two corners and a point, along i and j."""
     area: Array = (b[:, 0] - a[:, 0]) * (place[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (place[:, 0] - a[:, 0])
     return area

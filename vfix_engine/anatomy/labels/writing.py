@@ -1,4 +1,4 @@
-"""Labels into files: 3D Slicer's `.seg.nrrd` and NIfTI label maps, by the specifications of their formats.
+"""Writer of labels: 3D Slicer's `.seg.nrrd` and NIfTI label maps, by the specifications of their formats.
 
 NRRD: https://teem.sourceforge.net/nrrd/format.html, with the keys of Slicer's segmentation file format.
 NIfTI-1: https://nifti.nimh.nih.gov/nifti-1, a single file with RAS+ sform and qform code 1, units of mm.
@@ -17,12 +17,12 @@ from vfix_engine.errors import ImageError
 from vfix_engine.frames import RAS_TO_LPS
 
 FORMS = ("seg.nrrd", "nii.gz")
-_NIFTI_BYTES = 352  # of the header, and four that say that there is no extension
+_NIFTI_BYTES = 352  # header, and four bytes that state that there is no extension
 _LEVEL = 6  # of gzip
 
 
 def label_file(label: CroppedLabel, form: str) -> bytes:
-    """The file of a label, form: 'seg.nrrd' or 'nii.gz'. Raises ImageError for another form, or an empty label."""
+    """Encode a label as a file, form: 'seg.nrrd' or 'nii.gz'. Raises ImageError for another form or an empty label."""
     if form not in FORMS:
         raise ImageError(f"a label is written as {' or '.join(FORMS)}, not as {form!r:.20}.")
     if not label.mask.any():
@@ -31,7 +31,7 @@ def label_file(label: CroppedLabel, form: str) -> bytes:
 
 
 def seg_nrrd(label: CroppedLabel) -> bytes:
-    """A segmentation of one segment, gzip-compressed; its grid is that of the label's mask."""
+    """Encode a segmentation of one segment, gzip-compressed, on the grid of the label's mask."""
     k, j, i = label.mask.shape
     transform = _of_mask(label)
     columns = " ".join(_vector(transform[:3, n]) for n in range(3))
@@ -64,7 +64,7 @@ def seg_nrrd(label: CroppedLabel) -> bytes:
 
 
 def nifti(label: CroppedLabel) -> bytes:
-    """A NIfTI-1 label map, gzip-compressed: 0 where the label is not. Its grid is that of the label's mask."""
+    """Encode a NIfTI-1 label map, gzip-compressed, 0 outside the label, on the grid of the label's mask."""
     transform = np.diag([*RAS_TO_LPS, 1.0]) @ _of_mask(label)
     spacing = np.linalg.norm(transform[:3, :3], axis=0)
     k, j, i = label.mask.shape
@@ -72,7 +72,7 @@ def nifti(label: CroppedLabel) -> bytes:
     qfac, quaternion = _quaternion(transform[:3, :3] / spacing)
     header = struct.pack("<i10s18sihbb", 348, b"", b"", 0, 0, 0, 0)
     header += struct.pack("<8h3f", 3, i, j, k, 1, 1, 1, 1, 0.0, 0.0, 0.0)
-    header += struct.pack("<4h", 1002, code, bits, 0)  # the intent is a label
+    header += struct.pack("<4h", 1002, code, bits, 0)  # intent code 1002: label
     header += struct.pack("<8f", qfac, *spacing, 0.0, 0.0, 0.0, 0.0)
     header += struct.pack("<3fhbb4f2i", float(_NIFTI_BYTES), 1.0, 0.0, 0, 0, 2, 0.0, 0.0, 0.0, 0.0, 0, 0)
     header += struct.pack("<80s24s2h", b"", b"", 1, 1)
@@ -83,7 +83,7 @@ def nifti(label: CroppedLabel) -> bytes:
 
 
 def _of_mask(label: CroppedLabel) -> npt.NDArray[np.float64]:
-    """(4, 4) from the index of the mask to LPS mm."""
+    """Transform (4, 4) from the index of the mask to LPS mm."""
     moved = label.transform.copy()
     moved[:3, 3] = label.transform[:3, :3] @ label.first + label.transform[:3, 3]
     return moved
@@ -99,7 +99,7 @@ def _vector(values: npt.NDArray[np.float64]) -> str:
 
 
 def _quaternion(rotation: npt.NDArray[np.float64]) -> tuple[float, tuple[float, float, float]]:
-    """qfac, and b, c, d of the unit quaternion with a ≥ 0, of an orthonormal matrix."""
+    """qfac, and b, c, d of the unit quaternion with a ≥ 0, for an orthonormal matrix."""
     from scipy.spatial.transform import Rotation  # imported here: slow to load
 
     qfac = -1.0 if np.linalg.det(rotation) < 0 else 1.0

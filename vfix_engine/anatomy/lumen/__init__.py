@@ -1,1 +1,1 @@
-"""The hollow organ: voxels inside its wall, centreline, curves along it, and made lumens."""
+"""Hollow organs: voxels inside the wall, centreline, curves along it, and synthetic lumens."""

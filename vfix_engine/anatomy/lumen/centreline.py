@@ -1,8 +1,8 @@
-"""The centreline of a lumen, from its surface and two clicks.
+"""Centreline of a lumen, from its surface and two points.
 
-The cheapest path through the voxels of the inside, where a millimetre costs (10 mm / distance to the wall) to a power.
-Power 3 is what keeps it in the lumen: an opening of 2 mm radius and 6 mm length between two touching folds costs as
-much as 750 mm of open colon, so a path around any loop is cheaper than a false shortcut. With power 1 it is taken.
+The path of least cost through the voxels of the inside, where a millimetre costs (10 mm / distance to the wall)^power.
+Power 3 keeps it in the lumen: an opening of 2 mm radius and 6 mm length between two touching folds costs as much as
+750 mm of open colon, so a path around any loop is cheaper than a false shortcut. Power 1 would take the shortcut.
 The path is smoothed; its radius is the distance to the surface itself, not to voxels.
 """
 
@@ -26,15 +26,15 @@ from .voxels import VoxelLumen, piece_with, voxels_of
 
 Voxel = tuple[int, int, int]
 
-SNAP_MM = 8.0  # how far from the lumen a click may be
-_TIE = 0.25  # of a voxel: places whose distances from the wall differ by less are equally far from it
-_OPEN_MM = 10.0  # the distance to the wall at which a millimetre costs 1
-_SAMPLE_MM = 1.0  # samples of the path while it is smoothed
+SNAP_MM = 8.0  # largest distance of a given point from the lumen
+_TIE = 0.25  # of a voxel: smaller differences of the distance to the wall count as equal
+_OPEN_MM = 10.0  # distance to the wall at which a millimetre costs 1
+_SAMPLE_MM = 1.0  # sample spacing of the path during smoothing
 
 
 @dataclass(frozen=True, eq=False)
 class Centreline:
-    """curve: from start to end; radius: (N,) mm from each of its points to the nearest place of the surface."""
+    """curve: from start to end; radius: (N,) mm from each of its points to the nearest point of the surface."""
 
     curve: Curve
     radius: Array
@@ -48,20 +48,20 @@ def centreline_between(
     power: float = 3.0,
     smooth_mm: float = 4.0,
 ) -> Centreline:
-    """The path through a lumen from one click to another.
+    """Compute the path through a lumen from one point to another.
 
     Args:
         mesh: the lumen's surface, closed, in mm; the orientation of its triangles does not matter.
-        start, end: (3,) in the patient frame, in the lumen or at most 8 mm outside of it; each is moved to the place
-            farthest from the wall within 8 mm, the nearest of those that are equally far.
-        voxel_mm: edge of the voxels that the path is searched in.
+        start, end: (3,) in the patient frame, in the lumen or at most 8 mm outside; each is moved to the point
+            farthest from the wall within 8 mm, the nearest of equally far ones.
+        voxel_mm: edge of the voxels in which the path is searched.
         power: of the cost near the wall.
-        smooth_mm: standard deviation of the smoothing along the path; 0 leaves the path as it was found.
+        smooth_mm: standard deviation of the smoothing along the path; 0 disables smoothing.
 
     Raises:
-        InputError: a click that is no point, or a number out of its range.
-        PathwayError: a surface that encloses nothing, a click too far from the lumen, clicks in two pieces of it, or
-            at one place.
+        InputError: start or end is not a point, or a number is out of range.
+        PathwayError: the surface encloses nothing, a point is too far from the lumen, or the points are in two pieces
+            of it or coincide.
     """
     clicks = np.array([_click(start, "start"), _click(end, "end")])
     if not (math.isfinite(power) and 0.0 < power <= 8.0):
@@ -89,7 +89,7 @@ def _click(point: ArrayLike, name: str) -> Array:
 
 
 def _near(lumen: VoxelLumen, click: Array) -> tuple[NDArray[np.int64], Array]:
-    """Voxels (n, 3) within 8 mm of a click that lie inside, and their distances (n,) from it in mm."""
+    """Voxels (n, 3) inside the lumen within 8 mm of a point, and their distances (n,) from it in mm."""
     size = np.array(lumen.inside.shape)
     low = np.clip(np.floor((click - SNAP_MM - lumen.origin) / lumen.voxel_mm).astype(np.int64), 0, size)
     high = np.clip(np.ceil((click + SNAP_MM - lumen.origin) / lumen.voxel_mm).astype(np.int64) + 1, low, size)
@@ -112,9 +112,9 @@ def _nearest_inside(lumen: VoxelLumen, click: Array, name: str) -> Voxel:
 
 
 def _deepest_near(lumen: VoxelLumen, depth: Array, click: Array, name: str) -> Voxel:
-    """The voxel of this piece of the lumen that is farthest from the wall, within 8 mm of the click.
+    """Voxel of this piece of the lumen that is farthest from the wall, within 8 mm of the point.
 
-    Along a lumen of one width many are as far; the one nearest to the click is taken.
+    In a lumen of constant width many are equally far; the one nearest to the point is used.
     """
     voxels, away = _near(lumen, click)
     if not len(voxels):
@@ -132,7 +132,7 @@ def _as_voxel(indices: NDArray[np.int64]) -> Voxel:
 
 
 def _cheapest(lumen: VoxelLumen, depth: Array, first: Voxel, last: Voxel, power: float) -> NDArray[np.int64]:
-    """Voxels (n, 3) of the cheapest path; each lies beside the one before it, at a side, an edge or a corner."""
+    """Voxels (n, 3) of the path of least cost; each is a neighbour of the previous one, at a face, edge or corner."""
     wall = np.maximum(depth, 0.5 * lumen.voxel_mm)
     cost = np.where(lumen.inside, (_OPEN_MM / wall) ** power, -1.0)
     paths = MCP_Geometric(cost, sampling=(lumen.voxel_mm,) * 3)
@@ -141,7 +141,7 @@ def _cheapest(lumen: VoxelLumen, depth: Array, first: Voxel, last: Voxel, power:
 
 
 def _smoothed(path: Array, smooth_mm: float) -> Array:
-    """The path (m, 3) in steps of about 1 mm, its ends where they were."""
+    """Resample the path (m, 3) at about 1 mm and smooth it; its ends are fixed."""
     along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))])
     samples = np.linspace(0.0, along[-1], max(math.ceil(along[-1] / _SAMPLE_MM), 1) + 1)
     points = np.column_stack([np.interp(samples, along, path[:, k]) for k in range(3)])
@@ -152,9 +152,9 @@ def _smoothed(path: Array, smooth_mm: float) -> Array:
 
 
 def smoothed_between_ends(points: Array, deviation: float) -> Array:
-    """Points (m, 3) under a Gaussian of that many points; the ends stay where they are, and a straight row straight.
+    """Smooth points (m, 3) with a Gaussian of that many points; the ends are fixed, and a straight line is invariant.
 
-    That is by turning as much of the row about each end as the Gaussian reaches, or as there is.
+    Each end is extended by the point reflection of as much of the row as the Gaussian reaches, or as there is.
     """
     more = min(math.ceil(4.0 * deviation), len(points) - 1)
     before = 2.0 * points[0] - points[more:0:-1]

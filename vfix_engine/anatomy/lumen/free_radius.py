@@ -1,4 +1,4 @@
-"""How wide a lumen is along a curve, from its surface itself: the largest ball about a place of each cross-section."""
+"""Free radius of a lumen along a curve, from its surface: the largest ball centred in each cross-section."""
 
 from __future__ import annotations
 
@@ -11,29 +11,29 @@ from ...proximity.fields.side import SurfaceSide
 from ...proximity.proximity import ProximityTree
 
 _DIRECTIONS = 16  # in a cross-section
-_MARCHES = 12  # steps of a ray: each nearly as long as the ball about its place, which lies in the lumen
+_MARCHES = 12  # steps of a ray (sphere tracing): each nearly as long as the radius of the ball at its start
 _STEP = 0.95  # of the ball's radius
-_CLOSE_MM = 0.02  # a search ends when its steps are no longer
+_CLOSE_MM = 0.02  # smallest step, at which a search ends
 _ROUNDS = 40
-_TURN = 2.399963  # rad, golden angle: no direction is left out round after round
-_REACH = 1.5  # of what is enough: no farther from the curve is a wider place one that a robot along it comes through
-_BACK_MM = 0.5  # a centre behind the wall starts that far before it
+_TURN = 2.399963  # rad, golden angle: successive rounds cover all directions
+_REACH = 1.5  # of ``enough_mm``: a robot that follows the curve passes no point of the cross-section further away
+_BACK_MM = 0.5  # distance in front of the wall at which the search starts for a centre behind it
 
 
 def free_radius(mesh: TriangleMesh, curve: Curve, s: Array, enough_mm: float) -> Array:
-    """The radius of the largest ball that fits into the lumen about a place of the curve's cross-section.
+    """Radius of the largest ball that fits into the lumen with its centre in the curve's cross-section.
 
-    First the distance of the curve itself to the triangles. Only where that is less than enough, the cross-section is
-    searched for a wider place: rays from the curve, then steps uphill from the best place on them. Every step stays
-    within the ball about its start, so no wall is ever crossed. Wall behind the planes of the curve's ends does not
-    count: a robot comes in through the one, and the lumen may be closed close behind the other.
+    First the distance of the curve itself to the triangles is measured. Only if that is not enough, the cross-section
+    is searched for a wider point: by rays from the curve, then by steps uphill from the best point on them. Every step
+    stays within the ball around its start, so no wall is ever crossed. Wall behind the planes of the curve's ends is
+    ignored: a robot enters through the one, and the lumen may be closed shortly behind the other.
 
     Args:
         mesh: the lumen's surface, mm. curve: through the lumen.
-        s: (n,) arc lengths of the curve, mm. enough_mm: from which on nobody asks.
+        s: (n,) arc lengths of the curve, mm. enough_mm: radius above which the exact value does not matter.
 
     Returns:
-        (n,) mm, infinite where it is ``enough_mm`` or more, 0 where the curve is behind the wall with no way back.
+        (n,) mm, infinite from ``enough_mm`` on, 0 where the curve is behind the wall and cannot be moved back.
     """
     tree = ProximityTree(mesh)
     centre, tangent = curve.position(s), curve.tangent(s)
@@ -41,7 +41,7 @@ def free_radius(mesh: TriangleMesh, curve: Curve, s: Array, enough_mm: float) ->
     short = np.flatnonzero(distance < enough_mm)
     found = np.full(len(s), np.inf)
     behind = _behind(tree, centre, short)
-    # A curve may touch a soft wall: the search starts on the wall's inner side.
+    # A curve can touch a soft wall: the search starts on the wall's inner side.
     start = centre.copy()
     back = closest[behind] - centre[behind]
     start[behind] += (1.0 + _BACK_MM / np.maximum(distance[behind], _CLOSE_MM))[:, None] * back
@@ -58,7 +58,7 @@ def free_radius(mesh: TriangleMesh, curve: Curve, s: Array, enough_mm: float) ->
 
 
 def _opened(mesh: TriangleMesh, curve: Curve, begin: bool, end: bool) -> ProximityTree:
-    """The surface without what lies behind the planes of the curve's ends."""
+    """Remove the part of the surface behind the planes of the curve's ends."""
     kept = np.ones(len(mesh.faces), dtype=bool)
     for wanted, place, inward in ((begin, 0, curve.tangents[0]), (end, -1, -curve.tangents[-1])):
         if wanted:
@@ -67,7 +67,7 @@ def _opened(mesh: TriangleMesh, curve: Curve, begin: bool, end: bool) -> Proximi
 
 
 def _largest(tree: ProximityTree, start: Array, tangent: Array, enough_mm: float) -> Array:
-    """(n,) mm, the largest ball about a place of each cross-section, infinite from ``enough_mm`` on."""
+    """Radius (n,) in mm of the largest ball centred in each cross-section, infinite from ``enough_mm`` on."""
     first = np.cross(tangent, np.eye(3)[np.abs(tangent).argmin(axis=1)])
     first /= np.linalg.norm(first, axis=1, keepdims=True)
     plane = np.stack([first, np.cross(tangent, first)], axis=1)
@@ -91,7 +91,7 @@ def _largest(tree: ProximityTree, start: Array, tangent: Array, enough_mm: float
 
 
 def _march(tree: ProximityTree, plane: Array, place: Array, found: Array, enough_mm: float) -> None:
-    """Rays from every place to the wall, ball by ball: each place becomes the one with the largest ball on its rays."""
+    """Trace rays from every point to the wall, ball by ball; replace each point by the one with the largest ball."""
     around, start = _around(plane, 0.0), place.copy()
     at, ball = np.repeat(place[:, None], _DIRECTIONS, axis=1), np.repeat(found[:, None], _DIRECTIONS, axis=1)
     for _ in range(_MARCHES):
@@ -114,13 +114,13 @@ def _around(plane: Array, turn: float) -> Array:
 
 
 def _balls(tree: ProximityTree, places: Array, start: Array, reach_mm: float) -> Array:
-    """The balls' radii (n, m) at places (n, m, 3); 0 farther from the start (n, 3) than ``reach_mm``."""
+    """Radii (n, m) of the balls at points (n, m, 3); 0 farther from the start (n, 3) than ``reach_mm``."""
     found = tree.point_distance(places.reshape(-1, 3))[0].reshape(places.shape[:-1])
     return np.where(np.linalg.norm(places - start[:, None], axis=2) <= reach_mm, found, 0.0)
 
 
 def _behind(tree: ProximityTree, points: Array, rows: IntArray) -> IntArray:
-    """Those of the rows whose points are behind the wall; most of a curve is not, whichever way triangles are wound."""
+    """Select rows whose points are behind the wall; most of a curve is not, which determines the orientation."""
     side = SurfaceSide(tree).outside(points)
     outside = side if side.mean() <= 0.5 else ~side
     return rows[outside[rows]]

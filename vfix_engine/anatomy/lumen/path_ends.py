@@ -1,4 +1,4 @@
-"""Where a driven path really begins and ends, and how far that is from the places that were asked for."""
+"""Actual start and end of a driven path, and their distances from the requested positions."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from ...arrays import Array
 from ...geometry.curve import Curve
 from ...validate import point_text
 
-MOVED_MM = 5.0  # an end that is farther from where it was asked for is warned of
+MOVED_MM = 5.0  # distance of an end from its requested position above which there is a warning
 
 
 @dataclass(frozen=True)
 class PathEnds:
-    """start, end: of the path as driven, LPS mm; start_moved_mm, end_moved_mm: from the places asked for."""
+    """start, end: of the path as driven, LPS mm; start_moved_mm, end_moved_mm: from the requested positions."""
 
     start: tuple[float, float, float]
     end: tuple[float, float, float]
@@ -25,13 +25,13 @@ class PathEnds:
 
     @classmethod
     def of(cls, curve: Curve, start: ArrayLike, end: ArrayLike) -> PathEnds:
-        """Of a curve (mm) and the two places (3,) asked for."""
+        """Compare the ends of a curve (mm) with the two requested positions (3,)."""
         first, last = curve.position(0.0), curve.position(curve.length)
         away = [float(np.linalg.norm(at - np.asarray(asked))) for at, asked in ((first, start), (last, end))]
         return cls(_triple(first), _triple(last), *away)
 
     def warnings(self) -> list[str]:
-        """In words, which end is not where it was asked for."""
+        """Describe which end is not where it was requested."""
         return [
             f"the path {verb} at {point_text(place)}, {moved:.1f} mm from the {name} that was asked for: "
             "it is a smooth curve through the widest places near by"

@@ -1,7 +1,7 @@
-"""Colons that are made up, for tests and first steps: haustra between folds, and on request two walls that have fused.
+"""Synthetic colons for tests and first steps: haustra between folds, and optionally two walls that have fused.
 
-The lumen is the union of balls along a course; its surface is found by marching cubes (Lewiner et al. 2003, as in
-scikit-image). No patient was measured for it.
+The lumen is the union of balls along a curve; its surface is extracted by marching cubes (Lewiner et al. 2003, as in
+scikit-image). It is not based on measurements of patients.
 """
 
 from __future__ import annotations
@@ -19,17 +19,17 @@ from ...arrays import Array
 from ...geometry.curve import Curve
 from ...geometry.mesh import TriangleMesh
 
-_VOXEL = 1.5  # [mm] of the grid that the surface is found in
-_SIZE = 1.2  # makes the course about 600 mm long
-_HAUSTRA = 32.0  # [mm] from fold to fold, about
-_FOLD = 0.22  # of the radius: how far a fold narrows the lumen
-_APART = 33.0  # [mm] axes of the limbs that touch: 3 mm of wall between them
+_VOXEL = 1.5  # [mm] of the grid from which the surface is extracted
+_SIZE = 1.2  # scale that makes the course about 600 mm long
+_HAUSTRA = 32.0  # [mm] approximate distance between folds
+_FOLD = 0.22  # reduction of the radius by a fold, as a fraction
+_APART = 33.0  # [mm] distance of the axes of the limbs that touch: 3 mm of wall between them
 _OPENING = 2.0  # [mm] radius of the hole through fused walls
 
 
 @dataclass(frozen=True, eq=False)
 class SyntheticCourse:
-    """What a synthetic colon was made of.
+    """Geometry of a synthetic colon.
 
     curve: from anus to caecum; radius: (N,) mm at its points; landmarks: name → (3,) mm in the patient frame.
     """
@@ -40,16 +40,16 @@ class SyntheticCourse:
 
 
 def synthetic_course(seed: int = 0, fused: bool = False) -> SyntheticCourse:
-    """The course of a colon of about 600 mm, in LPS mm; every seed has its own flexures and folds.
+    """Generate the course of a colon of about 600 mm, in LPS mm; every seed gives different flexures and folds.
 
-    fused: two straight limbs beside each other instead, whose walls touch.
+    fused: two straight adjacent limbs instead, whose walls touch.
     """
     rng = np.random.default_rng(seed)
     corners = _limbs() if fused else _colon_corners(rng)
     curve = Curve.through(corners, step_mm=1.0)
     s = np.arange(len(curve.points)) * curve.step_mm
     phase = 2.0 * math.pi * s / (_HAUSTRA * rng.uniform(0.9, 1.1)) + rng.uniform(0.0, 2.0 * math.pi)
-    # A fold is narrow and a haustrum wide: the wave's trough is sharpened.
+    # A fold is narrow and a haustrum wide: the trough of the wave is sharpened.
     fold = np.maximum(np.cos(phase), 0.0) ** 2
     wide = 15.5 + 1.5 * np.sin(2.0 * math.pi * s / rng.uniform(180.0, 260.0) + rng.uniform(0.0, 2.0 * math.pi))
     radius = np.full(len(s), 15.0) if fused else wide * (1.0 - _FOLD * fold)
@@ -60,9 +60,10 @@ def synthetic_course(seed: int = 0, fused: bool = False) -> SyntheticCourse:
 
 
 def synthetic_colon(seed: int = 0, fused: bool = False) -> TriangleMesh:
-    """The closed surface of a colon along ``synthetic_course(seed, fused)``; normals point out of the lumen.
+    """Generate the closed surface of a colon along ``synthetic_course(seed, fused)``, with outward normals.
 
-    fused: with a hole of 2 mm radius through the walls that touch, a false shortcut past the far half of the lumen.
+    fused: with a hole of 2 mm radius through the walls that touch, a false shortcut that skips the far half of the
+        lumen.
     """
     course = synthetic_course(seed, fused)
     centres, radii = course.curve.points[::2], course.radius[::2]
@@ -80,7 +81,7 @@ def synthetic_colon(seed: int = 0, fused: bool = False) -> TriangleMesh:
 
 
 def write_stl(path: Path, mesh: TriangleMesh) -> None:
-    """Write a binary STL in the mesh's own frame, which an STL cannot name."""
+    """Write a binary STL in the mesh's own frame, which an STL cannot state."""
     records = np.zeros(len(mesh.faces), dtype=[("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("unused", "<u2")])
     records["normal"], records["corners"] = mesh.face_normals, mesh.triangles
     head = b"made up, not for clinical use".ljust(80)
@@ -88,7 +89,7 @@ def write_stl(path: Path, mesh: TriangleMesh) -> None:
 
 
 def _colon_corners(rng: np.random.Generator) -> Array:
-    """Corners of a course: up the left side, across, and down the right side, as the large bowel frames the belly."""
+    """Corners of a course: up the left side, across, and down the right side, like the large bowel."""
     corners = np.array(
         [
             [0.0, 40.0, 0.0], [8.0, 24.0, 40.0], [42.0, 8.0, 72.0], [66.0, 4.0, 116.0], [68.0, 10.0, 166.0],
@@ -101,7 +102,7 @@ def _colon_corners(rng: np.random.Generator) -> Array:
 
 
 def _limbs() -> Array:
-    """Two limbs of 170 mm beside each other and the wide turn that leads from one into the other."""
+    """Two adjacent limbs of 170 mm and the wide bend that connects them."""
     up = np.column_stack([np.zeros(10), np.zeros(10), np.linspace(0.0, 170.0, 10)])
     down = up[::-1] + np.array([_APART, 0.0, 0.0])
     turn = np.radians(np.linspace(205.0, -25.0, 12))
@@ -116,7 +117,7 @@ def _bridge() -> tuple[Array, Array]:
 
 
 def _add_ball(field: NDArray[np.float32], centre: Array, radius: float) -> None:
-    """Lower a field of distances, in voxels, to those from a ball around ``centre``."""
+    """Reduce a field of distances, in voxels, to those from a ball around ``centre``."""
     reach = radius + 3.0
     first = np.maximum(np.floor(centre - reach), 0).astype(np.int64)
     last = np.minimum(np.ceil(centre + reach) + 1, field.shape).astype(np.int64)

@@ -1,4 +1,4 @@
-"""The closed pieces that a surface consists of, and how much memory its voxels may take."""
+"""Closed components of a surface, and the memory limit of its voxels."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from ...arrays import Array, BoolArray, IntArray
 from ...errors import InputError
 from ...geometry.mesh import TriangleMesh
 
-VOXEL_BYTES = 120  # measured from surface to path: 115
-MEMORY_SHARE = 0.5  # of the machine's memory at most
-_UNKNOWN_BYTES = 8 << 30  # where the system does not say how much memory there is
-_MOST_PIECES = 50  # of more the smallest are taken together
-_NESTED = 0.95  # share of a piece's voxels within others: then it is a hole in them
+VOXEL_BYTES = 120  # from surface to path; measured: 115
+MEMORY_SHARE = 0.5  # largest fraction of the machine's memory
+_UNKNOWN_BYTES = 8 << 30  # assumed if the system does not report its memory
+_MOST_PIECES = 50  # if there are more, the smallest are merged
+_NESTED = 0.95  # fraction of a piece's voxels within others above which it is a hole in them
 
 
 def check_memory(voxels: float, voxel_mm: float, size_mm: Array) -> None:
-    """Whether so many voxels fit into this machine.
+    """Check that the memory of this machine suffices for that many voxels.
 
     Raises:
-        InputError: they do not.
+        InputError: it does not.
     """
     have = _memory_bytes()
     if voxels * VOXEL_BYTES > MEMORY_SHARE * have:
@@ -34,7 +34,7 @@ def check_memory(voxels: float, voxel_mm: float, size_mm: Array) -> None:
 
 
 def closed_pieces(mesh: TriangleMesh) -> list[IntArray]:
-    """Faces of each piece that is closed in itself, the largest first; all other faces together, if any, at the end."""
+    """Faces of each closed component, the largest first; all other faces together, if any, at the end."""
     from scipy.sparse import coo_array  # imported here: slow to load
     from scipy.sparse.csgraph import connected_components
 
@@ -56,7 +56,7 @@ def closed_pieces(mesh: TriangleMesh) -> list[IntArray]:
 
 
 def add_piece(inside: BoolArray, piece: BoolArray) -> None:
-    """Voxels of one more closed piece: a hole where it lies within what is there, else what either of them holds."""
+    """Add the voxels of one more closed piece: subtract it if it lies within the others, else form the union."""
     within = int(np.count_nonzero(piece & inside))
     if within and within >= _NESTED * np.count_nonzero(piece):
         inside ^= piece

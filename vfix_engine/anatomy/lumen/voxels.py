@@ -1,7 +1,7 @@
-"""The inside of a lumen's surface as voxels, by the parity of crossings along lines, for each closed piece of it.
+"""Voxels inside a lumen's surface, by the parity of crossings along lines, for each closed component.
 
-A line enters or leaves at every crossing, so a voxel is inside where an odd number of crossings lies before it. Lines
-run along x, y and z, and two of the three decide: one bad triangle spoils one line, not the lumen.
+A line enters or leaves at every crossing, so a voxel is inside if the number of crossings before it is odd. Lines run
+along x, y and z, and two of the three decide: a defective triangle affects one line, not the lumen.
 """
 
 from __future__ import annotations
@@ -45,11 +45,11 @@ class VoxelLumen:
 
 
 def voxels_of(mesh: TriangleMesh, voxel_mm: float) -> VoxelLumen:
-    """The inside of a surface, with a rim of two voxels outside.
+    """Compute the inside of a surface, padded by two voxels outside.
 
     Raises:
-        InputError: an edge that is no length, or of which the surface's box would take more than memory holds.
-        PathwayError: a surface that encloses no voxel.
+        InputError: the edge is not a positive length, or the voxels would exceed the memory limit.
+        PathwayError: the surface encloses no voxel.
     """
     if not (math.isfinite(voxel_mm) and voxel_mm > 0.0):
         raise InputError(f"a voxel's edge of {voxel_mm} mm: give a finite, positive length")
@@ -72,7 +72,7 @@ def voxels_of(mesh: TriangleMesh, voxel_mm: float) -> VoxelLumen:
 
 
 def by_parity(corners: Array, shape: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Voxels of a box that lie inside of triangles with corners (F, 3, 3) in voxels; two of three directions decide."""
+    """Mask of a box's voxels inside triangles with corners (F, 3, 3) in voxels; two of three directions decide."""
     votes = np.zeros(shape, dtype=np.uint8)
     for axis in range(3):
         order = ((axis + 1) % 3, (axis + 2) % 3, axis)
@@ -85,7 +85,7 @@ def by_parity(corners: Array, shape: NDArray[np.int64]) -> NDArray[np.bool_]:
 
 
 def piece_with(lumen: VoxelLumen, voxel: tuple[int, int, int]) -> VoxelLumen:
-    """Only what hangs together with a voxel through faces, cut to its box with a rim of two voxels outside."""
+    """Keep only the voxels connected to a voxel through faces, cropped to their box with a rim of two voxels."""
     numbers, _ = label(lumen.inside)
     piece = numbers == numbers[voxel]
     spans = []
@@ -98,11 +98,11 @@ def piece_with(lumen: VoxelLumen, voxel: tuple[int, int, int]) -> VoxelLumen:
 
 @compiled
 def mark_crossings(corners: Array, turns: Voxels) -> None:
-    """For each line along the last axis, flip the voxel that comes after each crossing with a triangle.
+    """For each line along the last axis, flip the voxel after each crossing with a triangle.
 
-    corners: (F, 3, 3) in voxels; turns: (U, V, W), filled. Of an edge's two ends only the lower counts as part of it,
-    and where it crosses a row is computed in one order for both of its triangles: no line slips through between two
-    neighbours or meets both.
+    corners: (F, 3, 3) in voxels; turns: (U, V, W), out. Only the lower end of an edge belongs to it, and its crossing
+    with a row is computed in the same order for both of its triangles: no line can pass between two neighbours or cross
+    both.
     """
     crossing_u, crossing_w = np.empty(2), np.empty(2)
     for f in range(corners.shape[0]):
@@ -127,7 +127,7 @@ def mark_crossings(corners: Array, turns: Voxels) -> None:
 
 @compiled
 def flip_row(u0: float, w0: float, u1: float, w1: float, v: int, turns: Voxels) -> None:
-    """One triangle's part of one row: from (u0, w0) to (u1, w1), the lower end belonging to it and the upper not."""
+    """Process one triangle in one row: from (u0, w0), which belongs to it, to (u1, w1), which does not."""
     if u1 < u0:
         u0, w0, u1, w1 = u1, w1, u0, w0
     for u in range(max(math.ceil(u0), 0), min(math.ceil(u1), turns.shape[0])):

@@ -1,4 +1,4 @@
-"""A lumen's wall, seen from inside: rays through Embree, and the distance to it."""
+"""A lumen's wall from inside: ray casting through Embree, and the distance to it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from ...proximity.proximity import ProximityTree
 
 
 class Wall:
-    """A lumen's surface. Its triangles are wound alike, inwards or outwards."""
+    """A lumen's surface. Its triangles are consistently oriented, inwards or outwards."""
 
     def __init__(self, mesh: TriangleMesh) -> None:
         import trimesh  # imported here: slow to load
@@ -28,20 +28,20 @@ class Wall:
         self._side = SurfaceSide(self._tree)
 
     def seen(self, origin: Array, direction: Array) -> tuple[Array, NDArray[np.int8]]:
-        """Where rays first meet the wall.
+        """Find the first intersections of rays with the wall.
 
         Args:
             origin, direction: (…, 3), mm and unit vectors.
 
         Returns:
-            distance: (…,) mm, infinite where a ray leaves through an opening.
-            side: (…,) 1 where it meets the wall along the triangle's normal, −1 against it, 0 where it meets none.
+            distance: (…,) mm, infinite if a ray leaves through an opening.
+            side: (…,) 1 if it meets the wall along the triangle's normal, −1 against it, 0 if it meets none.
         """
         start = np.ascontiguousarray(np.broadcast_to(origin, direction.shape).reshape(-1, 3))
         rays = np.ascontiguousarray(direction.reshape(-1, 3))
         triangle = np.asarray(self._rays.intersects_first(start, rays))
         hit = triangle >= 0
-        # Embree works in single precision: it says which triangle, and the distance to its plane is taken here.
+        # Embree uses single precision: it returns the triangle, and the distance to its plane is computed here.
         normal = self.mesh.face_normals[triangle[hit]]
         steep = np.einsum("ij,ij->i", normal, rays[hit])
         to_plane = np.einsum("ij,ij->i", normal, self.mesh.triangles[triangle[hit], 0] - start[hit])
@@ -53,7 +53,7 @@ class Wall:
     def clearance(self, points: Array, outward: int) -> tuple[Array, Array]:
         """Distance (n,) of points (n, 3) to the wall in mm, negative outside, and unit vectors (n, 3) into the lumen.
 
-        outward: as ``outward_side`` gives it. On the wall itself the vector is zero.
+        outward: result of ``outward_side``. On the wall itself the vector is zero.
         """
         distance, closest, _ = self._tree.point_distance(points)
         outside = self._side.outside(points) if outward > 0 else ~self._side.outside(points)
@@ -63,12 +63,12 @@ class Wall:
 
 
 def free_distance(distance: Array, side: NDArray[np.int8], outward: int) -> Array:
-    """Distances to the wall, 0 for rays that meet it from outside: their origin is no longer in the lumen."""
+    """Distances to the wall, 0 for rays that meet it from outside: their origin has left the lumen."""
     return np.where(side == -outward, 0.0, distance)
 
 
 def outward_side(side: NDArray[np.int8]) -> int:
-    """The side that most rays meet the wall from; they start inside.
+    """Return the side from which most rays meet the wall; they start inside.
 
     Raises:
         PathwayError: no ray meets a wall.

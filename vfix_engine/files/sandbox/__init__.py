@@ -1,1 +1,1 @@
-"""Readers of untrusted files in a process of their own, without access to anything else."""
+"""Sandbox: readers of untrusted files in a process of their own, without access to anything else."""

@@ -1,9 +1,9 @@
 """Sandbox of a worker process, set up by the worker itself before it imports or reads anything.
 
 Linux has two mechanisms that need no administrator. Landlock restricts the process to given files. A seccomp filter
-refuses connections, other programs, child processes, and what Landlock leaves open: changes of rights, owners, times
-and attributes of files, and signals and limits to other processes. Both last as long as the process.
-Where the kernel lacks one of them, and on other systems, the worker runs without it; `probe` tests what is in force.
+refuses connections, other programs, child processes, and what Landlock does not cover: changes of permissions, owners,
+times and attributes of files, and signals and limits to other processes. Both last as long as the process.
+If the kernel lacks one of them, and on other systems, the worker runs without it; `probe` tests what is in force.
 """
 
 from __future__ import annotations
@@ -22,32 +22,32 @@ from pathlib import Path
 
 _NO_NEW_PRIVILEGES, _SECCOMP, _DEATH_SIGNAL, _FILTER_MODE = 38, 22, 1, 2  # of prctl
 
-# Landlock (landlock.h): its system calls have the same numbers on every processor.
+# Landlock (landlock.h): its system call numbers are the same on every processor.
 _CREATE, _ADD, _RESTRICT = 444, 445, 446
 _EXECUTE, _WRITE_FILE, _READ_FILE, _READ_DIR, _TRUNCATE, _IOCTL = 1 << 0, 1 << 1, 1 << 2, 1 << 3, 1 << 14, 1 << 15
 _OF_A_FILE = _EXECUTE | _WRITE_FILE | _READ_FILE | _TRUNCATE | _IOCTL
 _READ = _READ_FILE | _READ_DIR
-_RIGHTS = {1: 13, 2: 14, 3: 15, 4: 15}  # how many rights a version knows; 16 from version 5 on
+_RIGHTS = {1: 13, 2: 14, 3: 15, 4: 15}  # number of access rights by ABI version; 16 from version 5 on
 _TCP, _SIGNALS_AND_SOCKETS = 0b11, 0b11
 
-# Parts of the system that libraries read: shared libraries and their list, time zone, processor, memory, noise.
+# Parts of the system that libraries read: shared libraries and their list, time zone, processor, memory, randomness.
 _SYSTEM = (
     "/lib", "/lib64", "/usr/lib", "/usr/lib64", "/usr/local/lib", "/usr/share", "/etc/ld.so.cache", "/etc/localtime",
     "/proc/self", "/proc/cpuinfo", "/proc/meminfo", "/proc/stat", "/sys/devices/system", "/sys/fs/cgroup", "/dev/null",
     "/dev/zero", "/dev/urandom",
 )  # fmt: skip
 
-_ERRNO, _ALLOW, _EPERM, _ENOSYS = 0x00050000, 0x7FFF0000, 1, 38  # answers of a filter
-_LOAD, _EQUAL, _AT_LEAST, _ANY_BIT, _RETURN = 0x20, 0x15, 0x35, 0x45, 0x06  # its instructions
+_ERRNO, _ALLOW, _EPERM, _ENOSYS = 0x00050000, 0x7FFF0000, 1, 38  # return values of a filter
+_LOAD, _EQUAL, _AT_LEAST, _ANY_BIT, _RETURN = 0x20, 0x15, 0x35, 0x45, 0x06  # BPF instructions
 _X32, _THREAD = 0x40000000, 0x00010000
 
 
 @dataclass(frozen=True)
 class _Calls:
-    """Numbers of system calls on one kind of processor.
+    """System call numbers on one processor architecture.
 
-    architecture: how the filter knows it. refused: with any arguments. own: their first argument is a process, which
-    must be 0, the caller itself. tgkill: its first argument must be the caller; abort() sends itself a signal so.
+    architecture: its identifier in the filter. refused: with any arguments. own: their first argument is a process id,
+    which must be 0, the caller itself. tgkill: its first argument must be the caller, since abort() signals itself so.
     """
 
     architecture: int
@@ -57,8 +57,8 @@ class _Calls:
     refused: tuple[int, ...]
 
 
-# With one number everywhere: io_uring, which does all the rest without being asked; pidfd_open, pidfd_getfd and
-# pidfd_send_signal; process_madvise and process_mrelease; fchmodat2, setxattrat, removexattrat and file_setattr.
+# With the same number everywhere: io_uring, which bypasses the filter; pidfd_open, pidfd_getfd and pidfd_send_signal;
+# process_madvise and process_mrelease; fchmodat2, setxattrat, removexattrat and file_setattr.
 _REFUSED_EVERYWHERE = (425, 434, 438, 424, 440, 448, 452, 463, 466, 469)
 # `own` in order: kill, prlimit64, sched_setparam, sched_setscheduler, sched_setaffinity, sched_setattr, migrate_pages,
 # move_pages.
@@ -86,13 +86,13 @@ _CALLS = {
         ),
     ),
 }  # fmt: skip
-_CLONE3 = 435  # hides its flags from a filter: the C library takes clone where it is missing
+_CLONE3 = 435  # hides its flags from a filter: the C library falls back to clone if it is missing
 
 
 def die_with_parent(parent: int) -> None:
     """End this process when its parent ends, on Linux.
 
-    parent: process id of the parent; if it has ended already, this process exits.
+    parent: process id of the parent; if it has already ended, this process exits.
     """
     if sys.platform == "linux":
         _prctl(_DEATH_SIGNAL, signal.SIGKILL)
@@ -116,7 +116,7 @@ def confine(readable: Sequence[Path], writable: Sequence[Path], listable: Sequen
 
 
 def probe(file: str) -> dict[str, bool]:
-    """Test what this process is kept from. file: one outside the given paths that the caller could write."""
+    """Test which operations are refused. file: one outside the given paths that the user could write."""
     return {
         "network": _refused(_connect),
         "other_files": _refused(Path(file).read_bytes),
@@ -172,7 +172,7 @@ def _allow(libc: ctypes.CDLL, rules: int, path: Path, rights: int) -> None:
 
 
 def _refuse_calls() -> bool:
-    """Install the filter of system calls, on processors whose call numbers are known."""
+    """Install the system call filter, on processors with known call numbers."""
     known = _CALLS.get(platform.machine())
     if known is None or sys.maxsize < 1 << 32:
         return False
@@ -181,7 +181,7 @@ def _refuse_calls() -> bool:
     for number in (*known.refused, *_REFUSED_EVERYWHERE):
         program += [(_EQUAL, 0, 1, number), no]
     program += [(_EQUAL, 0, 1, _CLONE3), (_RETURN, 0, 0, _ERRNO | _ENOSYS)]
-    # These depend on the lower half of their first argument. A thread is no child: clone is refused without that flag.
+    # These depend on the lower half of their first argument. Threads are allowed: clone is refused without that flag.
     itself = [(known.tgkill, os.getpid()), *((number, 0) for number in known.own)]
     for number, test in [*((n, (_EQUAL, 0, 1, who)) for n, who in itself), (known.clone, (_ANY_BIT, 0, 1, _THREAD))]:
         program += [(_EQUAL, 0, 4, number), (_LOAD, 0, 0, 16), test, yes, no]
@@ -225,7 +225,7 @@ def _start_another() -> None:
     os.waitpid(child, 0)
 
 
-# The probes below change nothing where they are allowed; they are refused on Linux only.
+# The probes below change nothing if they are allowed; they are refused only on Linux.
 def _give_rights(file: Path) -> None:
     file.chmod(file.stat().st_mode & 0o777)
 

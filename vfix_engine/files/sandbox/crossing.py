@@ -1,6 +1,6 @@
 """Serialisation of values between a worker process and its caller: JSON and .npy files, never pickle.
 
-Only the types listed here are accepted. Files of a worker are untrusted: they are read as plain files of bounded size.
+Only the types listed here are supported. Files of a worker are untrusted: they are read as plain files of bounded size.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
-# Module of each type, imported when a value needs it, since a worker that reads a header needs no mesh library.
+# Module of each type, imported only when needed, since a worker that reads a header needs no mesh library.
 _MODULE_OF = {
     "TriangleMesh": "vfix_engine.geometry.mesh",
     "FrameReport": "vfix_engine.files.frame_report",
@@ -30,7 +30,7 @@ _MODULE_OF = {
     "Volume": "vfix_engine.files.volume",
 }
 
-MAX_JSON_BYTES = 16 << 20  # arrays lie beside it
+MAX_JSON_BYTES = 16 << 20  # arrays are separate
 
 
 def save(value: Any, folder: Path, name: str) -> None:
@@ -43,15 +43,15 @@ def save(value: Any, folder: Path, name: str) -> None:
 
 
 def load(folder: Path, name: str, max_bytes: int) -> Any:
-    """Read a value that `save` wrote, of at most `max_bytes` of arrays together.
+    """Read a value that `save` wrote, with at most `max_bytes` of arrays in total.
 
-    May raise any exception for a file that `save` did not write; at a trust boundary the caller catches all.
+    Can raise any exception for a file that `save` did not write; at a trust boundary the caller catches all.
     """
     return _decoded(read_json(folder / f"{name}.json", MAX_JSON_BYTES), _Arrays(folder, name, max_bytes))
 
 
 def read_json(file: Path, max_bytes: int) -> Any:
-    """The JSON in a plain file of at most `max_bytes`. Raises OSError or ValueError."""
+    """Read JSON from a plain file of at most `max_bytes`. Raises OSError or ValueError."""
     with _opened(file, max_bytes) as opened:
         return json.loads(opened.read(max_bytes))
 
@@ -68,7 +68,7 @@ def _opened(file: Path, max_bytes: int) -> Iterator[BinaryIO]:
 
 
 class _Arrays:
-    """The arrays of one value; every read counts towards the limit."""
+    """The arrays of one value; every read counts towards the size limit."""
 
     def __init__(self, folder: Path, name: str, max_bytes: int) -> None:
         self._folder, self._name, self._left = folder, name, max_bytes

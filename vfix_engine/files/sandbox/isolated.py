@@ -1,9 +1,9 @@
 """Run a function on untrusted input in a separate process, with limits on memory, time and disk.
 
 A hostile file can make a decoder loop, crash or exhaust memory: that ends the worker, and the caller gets an
-InputError. `crossing` passes the values as JSON and .npy, without pickle; `worker` is the other end. The worker leads a
-process group, which ends with the result or with the caller. Where the kernel supports it, the worker is confined to
-its files (`confinement`).
+InputError. `crossing` transfers values as JSON and .npy, without pickle; `worker` is the other end. The worker leads a
+process group, which ends with the result or with the caller. If the kernel supports it, the worker is confined to its
+files (`confinement`).
 """
 
 from __future__ import annotations
@@ -91,16 +91,16 @@ def run_isolated(
     folder: Path | None = None,
     writable: Sequence[Path] = (),
 ) -> Result:
-    """The result of a function, computed in a new process.
+    """Compute the result of a function in a new process.
 
-    function: at the top of a module; with `progress` it is called with a keyword argument `progress(stage, fraction)`.
+    function: at module level; with `progress` it is called with a keyword argument `progress(stage, fraction)`.
     args: of the types that `crossing` lists; the worker may read the files whose paths are among them.
-    memory_bytes: limits of its address space and of a file it writes; where the system has none, only the time limit
-        holds.
+    memory_bytes: limits of its address space and of each file it writes; if the system has no such limits, only the
+        time limit applies.
     seconds: wall-clock limit.
     cancellation: lets another thread end the worker.
-    folder: for its temporary files, which may hold a whole CT; None is the system's.
-    writable: further folders that the worker may write.
+    folder: for its temporary files, which may contain a whole CT; None selects the system's.
+    writable: further folders to which the worker may write.
 
     Raises:
         VfixError: what the function raises.
@@ -121,7 +121,7 @@ def run_isolated(
             "parent": os.getpid(),
             "readable": [str(path.absolute()) for path in (*code, *_paths_in(args))],
             "writable": [str(path.absolute()) for path in (own, *writable)],
-            "listable": [str(path.absolute().parent) for path in code],  # an import lists where a package lies
+            "listable": [str(path.absolute().parent) for path in code],  # an import lists the parent of a package
         }
         (own / "request.json").write_text(json.dumps(request), encoding="utf-8")
         crossing.save(list(args), own, "arguments")
@@ -131,7 +131,7 @@ def run_isolated(
 
 
 def _code_of(function: Callable[..., Any]) -> list[Path]:
-    """Folders of the packages that the function and this module belong to; of a single module, the one it lies in."""
+    """Folders of the packages of the function and of this module; for a single module, its folder."""
     tops = (sys.modules[name.partition(".")[0]] for name in (function.__module__, __name__))
     return [Path(file).parent for top in tops if (file := getattr(top, "__file__", None))]
 
@@ -147,7 +147,7 @@ def _paths_in(value: Any) -> Iterator[Path]:
 def _run_worker(own: Path, seconds: float, progress: ProgressCallback | None, cancellation: Cancellation) -> None:
     process = subprocess.Popen(
         [sys.executable, "-P", str(Path(__file__).with_name("worker.py")), str(own)],
-        stdin=subprocess.PIPE,  # nothing is written; its end tells the worker that the caller has ended
+        stdin=subprocess.PIPE,  # nothing is written; its end signals to the worker that the caller has ended
         stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,  # decoders quote the file there
         env=_environment(own),
@@ -183,16 +183,16 @@ def _run_worker(own: Path, seconds: float, progress: ProgressCallback | None, ca
 
 
 def _kill(process: subprocess.Popen[bytes]) -> None:
-    """End the worker and its group, unless it was waited for already."""
+    """End the worker and its group, unless it has been waited for."""
     if os.name != "posix":
         process.kill()
-    elif process.returncode is None:  # until it is waited for, its group id is not reused
+    elif process.returncode is None:  # its group id is not reused until it is waited for
         with suppress(ProcessLookupError, PermissionError):
             os.killpg(process.pid, signal.SIGKILL)
 
 
 def _await_end(process: subprocess.Popen[bytes]) -> None:
-    """Wait for the worker without freeing its group id."""
+    """Wait for the end of the worker without freeing its group id."""
     if hasattr(os, "waitid"):
         os.waitid(os.P_PID, process.pid, os.WEXITED | os.WNOWAIT)
     else:
@@ -206,7 +206,7 @@ def _end(status: int) -> str:
 
 
 def _forward(line: bytes, progress: ProgressCallback | None) -> None:
-    """Pass on one line of progress; other lines, which a decoder may print, are dropped."""
+    """Forward one line of progress; other lines, which a decoder may print, are dropped."""
     try:
         stage, fraction = parse_json(line)
         if progress is not None and isinstance(stage, str):
@@ -216,16 +216,16 @@ def _forward(line: bytes, progress: ProgressCallback | None) -> None:
 
 
 def _environment(own: Path) -> dict[str, str]:
-    """The variables that the worker needs, without secrets; its temporary files go to its folder."""
+    """Environment variables that the worker needs, without secrets; its temporary files go to its folder."""
     kept = {"PATH", "HOME", "SYSTEMROOT", "LANG", "LC_ALL"}
-    kept |= {"NUMBA_CACHE_DIR", "VFIX_CACHE", "XDG_CACHE_HOME", "LOCALAPPDATA"}  # where compiled kernels are kept
+    kept |= {"NUMBA_CACHE_DIR", "VFIX_CACHE", "XDG_CACHE_HOME", "LOCALAPPDATA"}  # location of compiled kernels
     single = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "ITK_GLOBAL_DEFAULT_NUMBER_OF_THREADS"), "1")
     temporary = dict.fromkeys(("TMPDIR", "TEMP", "TMP"), str(own))
     return {name: value for name, value in os.environ.items() if name in kept} | single | temporary
 
 
 def _answer(folder: Path, max_bytes: int) -> Any:
-    """The worker's result, at most `max_bytes` of it; untrusted. Raises the error that the worker reports."""
+    """Read the worker's result, at most `max_bytes`; untrusted. Raises the error that the worker reports."""
     try:
         try:
             failure = crossing.read_json(folder / "failure.json", _MAX_FAILURE_BYTES)
@@ -234,14 +234,14 @@ def _answer(folder: Path, max_bytes: int) -> Any:
         error = _failure(str(failure["kind"]), str(failure["message"]), tuple(map(str, failure["missing"])))
         if isinstance(error, errors.SeriesUnclear):
             error.series = tuple(_plain(one) for one in failure["series"])
-    # The trust boundary: any error here comes from the worker's files, and its message may quote the input.
+    # The trust boundary: any error here is caused by the worker's files, and its message may quote the input.
     except Exception:
         raise errors.InputError("the file could not be read: its reader gave no answer.") from None
     raise error
 
 
 def _plain(series: Any) -> dict[str, Any]:
-    """What a worker says of a series, as far as it is text, numbers and lists of numbers."""
+    """Keep of a worker's description of a series only text, numbers and lists of numbers."""
     return {
         str(key)[:40]: [float(part) for part in value] if isinstance(value, list) else _text_or_number(value)
         for key, value in series.items()
@@ -253,7 +253,7 @@ def _text_or_number(value: Any) -> str | int | float | None:
 
 
 def _failure(kind: str, message: str, missing: tuple[str, ...]) -> errors.VfixError:
-    """An error of the engine; one that is defined elsewhere is an InputError."""
+    """Create an error of the engine; a class defined elsewhere becomes an InputError."""
     if kind == errors.FrameError.__name__:
         return errors.FrameError(message, missing)
     found = getattr(errors, kind, None)

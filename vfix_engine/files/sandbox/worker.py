@@ -1,4 +1,4 @@
-"""The worker's end of `isolated.run_isolated`: started as a script with the folder that holds its request."""
+"""The worker's end of `isolated.run_isolated`: run as a script with the folder that contains its request."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from typing import Any
 
 
 def main(folder: Path) -> None:
-    """Run the request in `folder`, and leave a result or a failure there."""
+    """Execute the request in `folder`, and write a result or a failure there."""
     request = json.loads((folder / "request.json").read_text(encoding="utf-8"))
     sys.path[:] = request["path"]
     from vfix_engine.files.sandbox import confinement
@@ -26,7 +26,7 @@ def main(folder: Path) -> None:
     confinement.confine(*([Path(path) for path in request[kind]] for kind in ("readable", "writable", "listable")))
     threading.Thread(target=_end_with_caller, daemon=True).start()
     logging.disable(logging.CRITICAL)
-    warnings.simplefilter("ignore")  # they quote the file
+    warnings.simplefilter("ignore")  # warnings quote the file
 
     from vfix_engine.errors import VfixError
     from vfix_engine.files.sandbox import crossing
@@ -59,7 +59,7 @@ _DISK_ERRORS = {
 
 
 def _end_with_caller() -> None:
-    """End this process group when the caller ends, which closes the other end of stdin."""
+    """End this process group when the caller, which holds the other end of stdin, ends."""
     while os.read(0, 1):
         pass
     if os.name == "posix":
@@ -76,7 +76,7 @@ def _limit(memory_bytes: int, seconds: float) -> None:
         (resource.RLIMIT_AS, memory_bytes),
         (resource.RLIMIT_CPU, 2 * int(seconds) + 1),
         (resource.RLIMIT_CORE, 0),
-        (resource.RLIMIT_FSIZE, memory_bytes),  # of each file; what crosses has been in memory
+        (resource.RLIMIT_FSIZE, memory_bytes),  # of each file; a result has been in memory before
     )
     for kind, value in wanted:
         hard = resource.getrlimit(kind)[1]

@@ -1,1 +1,1 @@
-"""The certificate of a snake: hard limits of joints and of the deviation over a whole motion."""
+"""The certificate of a snake: hard limits of joints and of the deviation during a whole motion."""

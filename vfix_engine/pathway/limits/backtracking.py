@@ -1,21 +1,30 @@
-"""How far a refused motion is shortened: one ladder of shares for every step of the snake."""
+"""Backtracking: the fractions to which a refused motion of the snake is shortened, common to all steps."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import TypeVar
+
+S = TypeVar("S")
 
 SHARES = (1.0, 0.5, 0.25, 0.1)
 
 
-def largest_fraction(is_admissible: Callable[[float], bool], part: Callable[[], float]) -> float:
-    """The first of ``SHARES`` that is admissible; 0.0 where none is. Smaller ones are not asked.
+def largest_fraction(
+    attempt: Callable[[S, float], tuple[S, bool]], state: S, part: Callable[[S], float]
+) -> tuple[S, float]:
+    """Return the state after the first of ``SHARES`` that is admissible, and that share; 0.0 if none is.
 
-    part: of the motion refused last, the part beyond which a shorter one would be refused too, 1 where that is unknown.
+    Args:
+        attempt: for a share of the motion, the state after it and whether it was admissible.
+        part: for a state that refused a motion, the fraction of the motion beyond which a shorter one would be refused
+            too, 1 if unknown; smaller shares are not tested.
     """
     most = 1.0
     for share in SHARES:
         if share <= most:
-            if is_admissible(share):
-                return share
-            most = min(most, share * part())
-    return 0.0
+            state, admissible = attempt(state, share)
+            if admissible:
+                return state, share
+            most = min(most, share * part(state))
+    return state, 0.0

@@ -1,13 +1,14 @@
 """Hard limits of a snake in its pathway: no link deviates by more than its bound b_i (Kwok 2013, eq. 17).
 
-A motion is taken only when it is certified from its start to its end. What that guarantees, and why, is in
-docs/safety.md, "The snake in its pathway".
+A motion is accepted only if it is certified from start to end. For the guarantee and its proof see docs/safety.md,
+"The snake in its pathway".
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,22 +16,22 @@ from numpy.typing import ArrayLike
 from ...arrays import Array, IntArray
 from ...errors import InputError
 from ...robots.snake import SnakeModel
-from ..packed import PackedPathway, check_packed
+from ..packed import PackedPathway
 from ..query.query import Deviations, Query
 from .limits_kernel import HIGH, LENGTH, LOW, REACH, SHAPE_SIZE, TOLERANCE, certify_motion, unfit_bound, unfit_window
 
-ROUNDING_MM = 1e-9  # [mm] so much deeper than it was known to be a link may be found that has not moved
+ROUNDING_MM = 1e-9  # [mm] tolerance for the measured depth of a link that has not moved
 _EXHAUSTED = "the motion is too large to be certified even in parts: ask for a shorter step"
-MOTION_TOLERANCE_MM = 0.05  # [mm] so much beyond its bound a link may be between two poses that were measured
+MOTION_TOLERANCE_MM = 0.05  # [mm] a link may exceed its bound by this between two measured poses
 
 
 @dataclass(frozen=True, eq=False)
 class Configuration:
-    """Where a snake is: base (4, 4) transform_base_to_patient, q (2L,) rad; both are copied and read-only.
+    """Pose of a snake: base (4, 4) transform_base_to_patient, q (2L,) rad; both are copied and read-only.
 
     Raises:
-        InputError: arrays of another shape or not of real numbers. Numbers that are not finite are taken here: no
-            certificate takes them.
+        InputError: arrays of another shape or not of real numbers. Non-finite numbers are accepted here; the
+            certificate refuses them.
     """
 
     base: Array
@@ -46,34 +47,45 @@ class Configuration:
             array.setflags(write=False)
             object.__setattr__(self, name, array)
 
+    @classmethod
+    def of(cls, base: Array, q: Array) -> Self:
+        """Build from arrays of a step, whose shapes and dtypes are known."""
+        pose = object.__new__(cls)
+        for name, array in (("base", base.copy()), ("q", q.copy())):
+            array.setflags(write=False)
+            object.__setattr__(pose, name, array)
+        return pose
+
     @property
     def finite(self) -> bool:
-        """Whether all its numbers are."""
-        return bool(np.isfinite(self.base).all() and np.isfinite(self.q).all())
+        """Whether all numbers are finite."""
+        return math.isfinite(self.base.sum() + self.q.sum()) or bool(
+            np.isfinite(self.base).all() and np.isfinite(self.q).all()
+        )
 
 
 class MotionVerdict(NamedTuple):
-    """What the certificate says of one motion."""
+    """Result of the certificate for one motion."""
 
     taken: bool
-    """Whether all of it is certified."""
+    """Whether the whole motion is certified."""
     part: float
-    """Share of it, from its start on, that is."""
+    """Certified fraction of it, from its start."""
     deviation: Deviations
-    """(L,) of its end where it is taken, else of the pose that was refused."""
+    """(L,) deviations at its end if it is accepted, else in the refused pose."""
     poses: int
-    """So many poses were measured."""
+    """Number of measured poses."""
     held_by: str | None
-    """In words what refused it; None where it is taken."""
+    """Reason of the refusal in words; None if it is accepted."""
     exhausted: bool = False
-    """Whether it is refused because it was parted as often as it may be: no pose of it was beyond a bound."""
+    """Whether it is refused because the limit of bisections was reached, although no pose exceeded a bound."""
 
 
 class HardLimits:
-    """The certificate for one snake and one bound a link; ``first`` is the number of its first link in the robot.
+    """The certificate for one snake with one bound per link; ``first`` is the robot's index of its first link.
 
     Raises:
-        InputError: bounds that are not (L,) numbers of at least 0 (infinity: not limited).
+        InputError: bounds are not (L,) numbers ≥ 0 (infinity: unlimited).
     """
 
     def __init__(self, query: Query, snake: SnakeModel, bound: ArrayLike, first: int = 0) -> None:
@@ -87,11 +99,10 @@ class HardLimits:
         points = query.vertices.points
         shape = np.zeros(SHAPE_SIZE)
         shape[LENGTH], shape[TOLERANCE] = snake.length_mm, MOTION_TOLERANCE_MM
-        # From the joint that a link hangs on, which is its own length behind its frame, to its farthest vertex.
+        # From the joint of the link, one link length behind its frame, to its farthest vertex.
         shape[REACH] = float(np.linalg.norm(points + np.array([0.0, 0.0, snake.length_mm]), axis=1).max())
         shape[LOW : LOW + 3], shape[HIGH : HIGH + 3] = points.min(axis=0), points.max(axis=0)
         self._shape = shape
-        self._known: PackedPathway | None = None  # the last pathway whose arrays were looked at
 
     def certify(
         self,
@@ -102,18 +113,18 @@ class HardLimits:
         bound: Array | None = None,
         known: Array | None = None,
     ) -> MotionVerdict:
-        """Whether the motion from one pose to the other keeps every link within its bound throughout.
+        """Certify that every link stays within its bound during the whole motion from one pose to the other.
 
-        Joints go linearly, the base's origin in a straight line, its axes by one turn. A link that is beyond its bound
-        at the start, because the pathway moved, may go nowhere deeper than it is; one that is, because it is measured
-        against other segments now or for the first time, goes nowhere where ``known`` says what it was before.
+        Joints are interpolated linearly, the base's origin on a straight line, its axes by one rotation. A link that
+        exceeds its bound at the start because the pathway moved may not get deeper; one that exceeds it because it is
+        measured against other segments now, or for the first time, is refused if ``known`` has its previous depth.
 
         Args:
-            packed: the pathway of this moment, and not changed afterwards: its arrays are looked at once.
-            before, after: with the joints of this snake; the base is taken to be a rigid transform.
+            packed: the present pathway; validated once, or every time if it is writeable.
+            before, after: with the joints of this snake; the base is assumed to be a rigid transform.
             windows: (L, 2) segments that each link is measured against.
-            bound: (L,) in place of the set ones, mm, at least 0; infinity: not limited.
-            known: (L,) mm, how deep the links are known to be at the start; None: as deep as they are measured.
+            bound: (L,) replaces the configured bounds, mm, ≥ 0; infinity: unlimited.
+            known: (L,) mm, known depths of the links at the start; None: as measured.
 
         Raises:
             InputError: arrays of other shapes or kinds, windows that are empty or not in the pathway, bounds below 0
@@ -144,11 +155,9 @@ class HardLimits:
     def _checked(
         self, packed: PackedPathway, windows: IntArray, before: Configuration, after: Configuration, bound: Array
     ) -> tuple[IntArray, Array]:
-        """Windows and bounds as the kernel reads them, which looks at no shape and no number of a row."""
+        """Validate windows and bounds, whose shapes and values the kernel does not check."""
         links = self.snake.links
-        if self._known is not packed:
-            check_packed(packed)
-            self._known = packed
+        self.query.check(packed)
         for pose in (before, after):
             if pose.q.shape != (2 * links,):
                 raise InputError(f"a pose of {len(pose.q)} joints: give {2 * links}, two for each of {links} links")
@@ -175,7 +184,7 @@ class HardLimits:
         return windows, bound
 
     def _checked_known(self, known: Array) -> Array:
-        """Depths that are known, with what rounding may add."""
+        """Known depths plus the rounding tolerance."""
         found = np.asarray(known)
         if found.shape != (self.snake.links,) or found.dtype.kind not in "iuf" or not (found >= 0.0).all():
             raise InputError(f"known depths are ({self.snake.links},) mm of at least 0, not {found}")
@@ -187,7 +196,7 @@ class HardLimits:
 
 
 def beyond_text(deep: float, most: float) -> str:
-    """A depth in mm with as many digits as it takes to read that it is more than ``most``, two at least."""
+    """Format a depth in mm with enough digits to show that it exceeds ``most``, at least two."""
     return next((text for text in (f"{deep:.{digits}f}" for digits in range(2, 9)) if float(text) > most), f"{deep!r}")
 
 

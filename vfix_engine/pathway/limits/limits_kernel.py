@@ -1,4 +1,4 @@
-"""Compiled certificate of one motion of a snake: the motion is measured, and halved where the bound is coarse.
+"""Compiled certificate of one motion of a snake: poses are measured, and the motion is bisected where necessary.
 
 The proof is in docs/safety.md, "The snake in its pathway".
 """
@@ -18,17 +18,17 @@ from ..query.query_fast import Deviations, link_deviations
 from ..query.query_simd import WORK
 from .limits_vertices import far_from_disc, vertices_are_kept
 
-# Places in the array that says what the kernel has to know of the robot and of the certificate.
+# Offsets in the array of the robot's and the certificate's constants.
 LENGTH, REACH, TOLERANCE, LOW, HIGH = 0, 1, 2, 3, 6
 SHAPE_SIZE = 9
-LEAST_PART = 1.0 / 4096.0  # of a motion; one that has to be parted further is refused
-MOST_POSES = 64  # of a motion; one that takes more is refused, so that no step takes long
-DEEPEST = 0.9  # of a window's least inscribed radius: the Lipschitz constant is proven for deviations up to that
+LEAST_PART = 1.0 / 4096.0  # smallest part of a motion; one that requires further bisection is refused
+MOST_POSES = 64  # of a motion; one that needs more is refused, to limit the duration of a step
+DEEPEST = 0.9  # of a window's smallest inscribed radius: the Lipschitz constant is proven for deviations up to that
 
 
 @compiled
 def unfit_window(window: IntArray, segments: int) -> int:
-    """The first link whose window (L, 2) is empty or not within so many segments; -1 where there is none."""
+    """Return the first link whose window (L, 2) is empty or exceeds the number of segments; -1 if there is none."""
     for link in range(window.shape[0]):
         if not 0 <= window[link, 0] < window[link, 1] <= segments:
             return link
@@ -37,7 +37,7 @@ def unfit_window(window: IntArray, segments: int) -> int:
 
 @compiled
 def unfit_bound(bound: Array) -> int:
-    """The first link whose bound (L,) is below 0 or not a number; -1 where there is none."""
+    """Return the first link whose bound (L,) is below 0 or not a number; -1 if there is none."""
     for link in range(len(bound)):
         if not bound[link] >= 0.0:
             return link
@@ -64,19 +64,19 @@ def certify_motion(
     vertex: IntArray,
     segment: IntArray,
 ) -> tuple[float, int]:
-    """Share of the motion from (base, q) to (base_end, q_end) that is certified, from its start on, and poses measured.
+    """Fraction of the motion from (base, q) to (base_end, q_end) that is certified, from its start, and measured poses.
 
-    Joints go linearly, the base's origin too, and the base turns about one axis. A link may be as deep as its bound,
-    or as deep as it is at the start where that is more and known. No shape and no window is checked here:
+    Joints and the base's origin are interpolated linearly, the base rotates about one axis. A link may be as deep as
+    its bound, or as deep as at the start if that is more and known. Shapes and windows are not checked here:
     ``limits.py`` does.
 
     Args:
         window: (L, 2); base, base_end: (4, 4) transform_base_to_patient; q, q_end: (2L,).
-        shape: (SHAPE_SIZE,) length of a link, reach, tolerance, least and largest corner of a link's vertices.
-        bound: (L,) mm; known: (L,) mm, so deep a link may start and stay.
+        shape: (SHAPE_SIZE,) length of a link, reach, tolerance, lowest and highest corner of a link's vertices.
+        bound: (L,) mm; known: (L,) mm, depth at which a link may start and stay.
         lanes, ball, start, index: of ``vertex_blocks``.
-        depth, vertex, segment: (L,) filled with the deviations of the last pose that was measured: the end of the
-            motion where all of it is certified, else the pose that was refused.
+        depth, vertex, segment: (L,) out, the deviations of the last measured pose: the end of the motion if all of it
+            is certified, else the refused pose.
     """
     links = window.shape[0]
     here, there = np.empty((links, 3, 4)), np.empty((links, 3, 4))
@@ -155,9 +155,9 @@ def _motion_is_kept(
     limit: Array,
     shape: Array,
 ) -> bool:
-    """Whether no link can be deeper than its limit and the tolerance between two measured poses.
+    """Whether every link stays within its limit plus the tolerance between two measured poses.
 
-    Of the link as a whole where neither pose is deeper than ``level``, lemma 6; else vertex by vertex, lemma 7.
+    Tested for the link as a whole if neither pose is deeper than ``level`` (lemma 6), else vertex by vertex (lemma 7).
     """
     tolerance, low_high = shape[TOLERANCE], shape[LOW : HIGH + 3]
     for link in range(len(before)):
@@ -175,7 +175,7 @@ def _motion_is_kept(
         )
         if whole and ends:
             continue
-        if ends and level[link] == limit[link]:  # inscribed radii are wide enough for the limit: halving costs less
+        if ends and level[link] == limit[link]:  # inscribed radii exceed the limit sufficiently: bisection is cheaper
             return False
         most = limit[link] + tolerance
         if not (
@@ -191,11 +191,11 @@ def _motion_is_kept(
 
 @compiled
 def lipschitz_to_depth(rows: Array, first: int, last: int, limit: float, tolerance: float) -> tuple[float, float]:
-    """Of a window: a depth in mm, and the Lipschitz constant Λ up to that depth and the tolerance.
+    """Return a depth in mm for a window, and the Lipschitz constant Λ up to that depth plus the tolerance.
 
-    The depth is the limit; where that and the tolerance are more than ``DEEPEST`` of the least inscribed radius c, it
-    is less: the two are that. A point that deviates by δ has h ≥ c - δ from the axis of the segment it is measured
-    to, and Λ = √(1 + (K / h)²); see ``clearance.lipschitz_constant``.
+    The depth is the limit, or less if limit plus tolerance exceeds ``DEEPEST`` of the smallest inscribed radius c: then
+    depth plus tolerance equals that. A point that deviates by δ has h ≥ c - δ from the axis of the segment it is
+    measured to, and Λ = √(1 + (K / h)²); see ``clearance.lipschitz_constant``.
     """
     narrowest = np.inf
     for j in range(first, last):
@@ -211,7 +211,7 @@ def lipschitz_to_depth(rows: Array, first: int, last: int, limit: float, toleran
 
 @compiled
 def _chord(here: Array, there: Array, shape: Array) -> float:
-    """The longest displacement in mm of a link's vertices: of the corners of their box, being convex."""
+    """Largest displacement in mm of a link's vertices: that of a corner of their box, by convexity."""
     longest = 0.0
     for corner in range(8):
         x = shape[LOW] if corner & 1 else shape[HIGH]
@@ -230,9 +230,9 @@ def _chord(here: Array, there: Array, shape: Array) -> float:
 
 @compiled
 def _accelerations(q: Array, q_end: Array, turn: Array, shape: Array, acceleration: Array) -> bool:
-    """Bound (L,) in mm of the second derivative of every link's vertices along the motion; False: not a number."""
+    """Bound (L,) in mm the second derivative of every link's vertices during the motion; False if it is NaN."""
     turned = sqrt(turn[0] * turn[0] + turn[1] * turn[1] + turn[2] * turn[2])
-    summed = 0.0  # of the links before, each as long as ``length``
+    summed = 0.0  # of the previous links, each as long as ``length``
     for link in range(len(acceleration)):
         turned += abs(q_end[2 * link] - q[2 * link]) + abs(q_end[2 * link + 1] - q[2 * link + 1])
         acceleration[link] = summed + shape[REACH] * turned * turned
@@ -244,7 +244,7 @@ def _accelerations(q: Array, q_end: Array, turn: Array, shape: Array, accelerati
 
 @compiled
 def _turn_between(base: Array, base_end: Array, turn: Array) -> None:
-    """Rotation vector (3,) in the patient frame from one base to the other; NaN where it is half a turn or near it."""
+    """Rotation vector (3,) in the patient frame from one base to the other; NaN for a rotation of or near π."""
     trace = 0.0
     for i in range(3):
         j, k = (i + 1) % 3, (i + 2) % 3
@@ -265,7 +265,7 @@ def _turn_between(base: Array, base_end: Array, turn: Array) -> None:
 def _place(
     base: Array, base_end: Array, turn: Array, q: Array, q_end: Array, to: float, pose: Array, joints: Array
 ) -> None:
-    """The pose at ``to`` of the motion; at 1 it is the end, bit by bit."""
+    """Compute the pose at fraction ``to`` of the motion; at 1 it is exactly the end."""
     angle = to * sqrt(turn[0] * turn[0] + turn[1] * turn[1] + turn[2] * turn[2])
     x, y, z = turn[0], turn[1], turn[2]
     if angle > 0.0:
@@ -278,7 +278,7 @@ def _place(
         elif c == 3:
             for row in range(3):
                 pose[row, 3] = base[row, 3] + to * (base_end[row, 3] - base[row, 3])
-        else:  # Rodrigues
+        else:  # Rodrigues' formula
             along = rest * (x * a + y * b + z * d)
             pose[0, c] = a + sine * (y * d - z * b) - rest * a + along * x
             pose[1, c] = b + sine * (z * a - x * d) - rest * b + along * y

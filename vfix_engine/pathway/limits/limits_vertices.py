@@ -1,7 +1,7 @@
-"""Compiled certificate of one link's motion, vertex by vertex: where the bound about the whole link proves nothing.
+"""Compiled certificate of one link's motion, vertex by vertex, where the bound for the whole link is inconclusive.
 
-That is where inscribed radii are small against the bound, and near the ends of a link's window. The proof is lemma 7 of
-docs/safety.md, "The snake in its pathway".
+That is the case where inscribed radii are small relative to the bound, and near the ends of a link's window. The proof
+is lemma 7 of docs/safety.md, "The snake in its pathway".
 """
 
 from __future__ import annotations
@@ -30,8 +30,7 @@ from ..query.section import section_distance
 def far_from_disc(rows: Array, j: int, end: bool, frame: Array, low_high: Array, travel: float) -> bool:
     """Whether the disc of segment j's first contour, or its last, is more than ``travel`` from a box in a frame (3, 4).
 
-    The box, ``low_high`` (6,) mm in that frame, is taken as the ball about it, and a polar contour as its largest
-    radius.
+    The box, ``low_high`` (6,) mm in that frame, is bounded by a ball, and a polar contour by its largest radius.
     """
     at, normal, size = (END, END_TANGENT, END_RADIUS) if end else (START, START_TANGENT, START_RADIUS)
     ball, along, square = 0.0, 0.0, 0.0
@@ -64,14 +63,13 @@ def vertices_are_kept(
     rate: float,
     most: float,
 ) -> bool:
-    """Whether no vertex of a link can be deeper than ``most`` mm on the motion from one measured frame to another.
+    """Whether no vertex of a link exceeds the depth ``most`` mm on the motion from one measured frame to another.
 
     Args:
-        first, last: its window; segments whose outer disc the link may reach are left out, which makes no vertex less
-            deep.
+        first, last: its window; segments whose outer disc the link can reach are excluded, which decreases no depth.
         here, there: (3, 4) frames; lanes: of ``vertex_blocks``, the link's are ``block`` to ``end`` - 1.
-        low_high: (6,) its vertices' box; travel: mm, no vertex goes farther than that from either of its two places.
-        shallow, rate: the Lipschitz constant Λ wherever a deviation is at most so deep.
+        low_high: (6,) its vertices' box; travel: mm, largest distance of a vertex from either of its two positions.
+        shallow, rate: the Lipschitz constant ``rate`` Λ holds wherever a deviation is at most ``shallow``.
     """
     while first < last and not (
         far_from_disc(rows, first, False, here, low_high, travel)
@@ -109,7 +107,7 @@ def _growth(
     shallow: float,
     rate: float,
 ) -> tuple[float, float]:
-    """Deviation of a vertex (a, b, c) of a link, and by how much it can grow per mm within ``travel`` mm of there."""
+    """Deviation of a vertex (a, b, c) of a link, and its largest growth per mm within ``travel`` mm of there."""
     x = frame[0, 0] * a + frame[0, 1] * b + frame[0, 2] * c + frame[0, 3]
     y = frame[1, 0] * a + frame[1, 1] * b + frame[1, 2] * c + frame[1, 3]
     z = frame[2, 0] * a + frame[2, 1] * b + frame[2, 2] * c + frame[2, 3]

@@ -1,7 +1,7 @@
-"""The bounds b_i of a snake's links by place: at most a share of the radius of what a link is measured against.
+"""Bounds b_i of a snake's links as a function of position: limited by the radius of the lumen at the link.
 
-A bound that is wider than the lumen says nothing there. So one that nobody has set is never more than ``BOUND_SHARE``
-of the least inscribed radius in the link's window; one that is given holds everywhere as it is.
+A bound wider than the lumen has no effect there. So a default bound is never more than ``BOUND_SHARE`` of the smallest
+inscribed radius in the link's window; a configured one applies unchanged everywhere.
 """
 
 from __future__ import annotations
@@ -15,14 +15,14 @@ from ..packed import INSCRIBED_RADIUS
 from ..pathway import Pathway
 from .limits import ROUNDING_MM
 
-BOUND_MM, TIP_BOUND_MM = 8.0, 4.0  # of a link, and of the last one, where the lumen is wide and nobody has set them
-BOUND_SHARE = 0.5  # of the least inscribed radius in a link's window: a bound that nobody has set is no more
+BOUND_MM, TIP_BOUND_MM = 8.0, 4.0  # defaults of a link, and of the last one, where the lumen is wide
+BOUND_SHARE = 0.5  # upper limit of a default bound, of the smallest inscribed radius in a link's window
 
 
 class LinkBounds(NamedTuple):
-    """b_i wherever a link may be.
+    """b_i at every position of a link.
 
-    most: (L,) mm. share: (L,) of the least inscribed radius in the link's window, infinite where the bound is given.
+    most: (L,) mm. share: (L,) of the smallest inscribed radius in the link's window, infinite for a configured bound.
     """
 
     most: Array
@@ -30,7 +30,7 @@ class LinkBounds(NamedTuple):
 
     @classmethod
     def of(cls, bound_mm: float | None, tip_bound_mm: float | None, links: int) -> Self:
-        """Of so many links; None: not set, for the last link half of a bound that is given for the others."""
+        """Create bounds of ``links`` links; None: default, for the last link half of a bound given for the others."""
         most = np.full(links, BOUND_MM if bound_mm is None else bound_mm)
         share = np.full(links, BOUND_SHARE if bound_mm is None else np.inf)
         if tip_bound_mm is not None:
@@ -40,16 +40,16 @@ class LinkBounds(NamedTuple):
         return cls(most, share)
 
     def at(self, inscribed: Array, windows: IntArray) -> Array:
-        """(L,) mm for links with those windows (L, 2); ``inscribed`` as ``inscribed_radii`` gives it."""
+        """(L,) mm for links with those windows (L, 2); ``inscribed`` is the result of ``inscribed_radii``."""
         bound: Array = np.minimum(self.most, self.share * narrowest_of(inscribed, windows))
         return bound
 
 
 def inscribed_radii(pathway: Pathway) -> Array:
-    """Inscribed radius in mm of every segment of a pathway at rest, and infinity as one more.
+    """Inscribed radius in mm of every segment of a pathway at rest, followed by infinity.
 
-    Not more than the lumen's own radius along the segment, where the pathway knows that.
-    At rest: a wave that narrows the lumen moves its wall, against which links are measured, and not the bounds.
+    At most the lumen's own radius along the segment, where the pathway contains it.
+    At rest: a wave that narrows the lumen moves its wall, against which links are measured, but not the bounds.
     """
     found = np.append(pathway.moved(None).packed().rows[:, INSCRIBED_RADIUS], np.inf)
     of_contours = found[:-1] if pathway.closed_ends else found[1:-2]
@@ -58,15 +58,15 @@ def inscribed_radii(pathway: Pathway) -> Array:
 
 
 def narrowest_of(inscribed: Array, windows: IntArray) -> Array:
-    """(L,) the least radius in each window."""
+    """(L,) smallest radius in each window."""
     least: Array = np.minimum.reduceat(inscribed, windows.ravel())[::2]
     return least
 
 
 def known_within(depth: Array, was: Array, bound: Array) -> Array:
-    """(L,) mm, ``known`` of ``HardLimits.certify`` for a motion that gives links other bounds than they had.
+    """(L,) mm, argument ``known`` of ``HardLimits.certify`` for a motion in which the links' bounds change.
 
-    A link that is within the bound that it had has to be within a smaller one that it gets.
+    A link that is within its old bound must also be within its new one if that is smaller.
     """
     shrunk = (bound < was) & (depth <= was)
     return np.where(shrunk, np.minimum(depth, np.maximum(bound - ROUNDING_MM, 0.0)), depth)

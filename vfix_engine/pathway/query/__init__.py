@@ -1,1 +1,1 @@
-"""The proximity query: how far every vertex of the robot deviates from the pathway, on the CPU and on a GPU."""
+"""Proximity query: deviation of every vertex of the robot from the pathway, on the CPU and on a GPU."""

@@ -1,6 +1,6 @@
-"""How much clearance a snake's vertices have in their pathway, where it falls, and how fast it can: for a QP's rows.
+"""Signed clearance of a snake's vertices in their pathway with its gradient and Lipschitz constant, for rows of a QP.
 
-The signed clearance of a vertex is δ of eq. 8 (Kwok 2013) outside of the window, and inside minus the least distance
+The signed clearance of a vertex is δ of eq. 8 (Kwok 2013) outside the window, and inside minus the smallest distance
 to the walls v2 v3 of the window's sections.
 """
 
@@ -22,32 +22,32 @@ if TYPE_CHECKING:
     from .query import Query
 
 
-APART_MM = 3.0  # vertices nearer to each other than that ...
-ALIKE = 0.95  # ... whose gradients have more than this cosine get one row
+APART_MM = 3.0  # vertices closer to each other than that ...
+ALIKE = 0.95  # ... and whose gradients have a larger cosine than this share one row
 
 
 class Binding(NamedTuple):
-    """Vertices that get a row of a QP: signed + gradient · (motion of the vertex) ≤ bound of its link."""
+    """Vertices with a row of a QP: signed + gradient · (motion of the vertex) ≤ bound of its link."""
 
     link: IntArray
     """(n,)."""
     vertex: IntArray
     """(n,) rows in ``LinkVertices.points``."""
     point: Array
-    """(n, 3) where they are in the patient frame, mm."""
+    """(n, 3) positions in the patient frame, mm."""
     signed: Array
     """(n,) mm."""
     gradient: Array
-    """(n, 3) without unit: what ``signed`` grows by per mm."""
+    """(n, 3) dimensionless: derivative of ``signed`` with respect to the position."""
 
 
 def clearances(
     query: Query, packed: PackedPathway, frames: ArrayLike, windows: ArrayLike | tuple[int, int]
 ) -> tuple[Array, Array, IntArray]:
-    """Signed clearance (V,) in mm of every vertex, its gradient (V, 3) and the segment (V,) it is taken from.
+    """Signed clearance (V,) in mm of every vertex, its gradient (V, 3) and the segment (V,) that determines it.
 
-    The gradient is that of the winning segment's section: along x - c of the wall's nearest point c, and around the
-    axis by as much as the wall's radius changes there. On the wall itself it points outwards.
+    The gradient is that of the determining segment's section: along x - c with c the wall's nearest point, and around
+    the axis by the change of the wall's radius there. On the wall itself it points outwards.
     Arguments and errors are those of ``Query.deviations`` with one pose.
     """
     poses, window = query.checked(packed, frames, windows)
@@ -67,13 +67,13 @@ def binding_vertices(
     near_mm: float = np.inf,
     per_link: int = 8,
 ) -> Binding:
-    """Of each link the vertices with the largest signed clearance, no two of which say the same.
+    """Select of each link the vertices with the largest signed clearance, without redundant ones.
 
     Args:
         query, packed, frames, windows: as for ``clearances``.
-        bound: (L,) mm, what each link may deviate.
-        near_mm: vertices that have more than this left to their link's bound are left out.
-        per_link: so many of a link at most.
+        bound: (L,) mm, largest deviation of each link.
+        near_mm: vertices that are further than this from their link's bound are excluded.
+        per_link: largest number of vertices of a link.
 
     Raises:
         InputError: as ``Query.deviations``; bounds of another shape or not numbers.
@@ -95,22 +95,22 @@ def binding_vertices(
 def lipschitz_constant(packed: PackedPathway, first: int, last: int, deviation_mm: float | None = None) -> float:
     """Λ with |δ(x) - δ(y)| ≤ Λ ‖x - y‖ for the deviation δ of eq. 8 from the segments ``first`` … ``last`` - 1.
 
-    In the section's own coordinates, t along the axis and h from it, the distance to the wall changes by no more than
-    1 per mm; and as the section turns by dφ about the axis, by no more than its wall moves in it: K dφ,
+    In the section's own coordinates, t along the axis and h from it, the distance to the wall changes by at most
+    1 per mm; and as the section rotates by dφ about the axis, by at most the displacement of its wall: K dφ,
 
         K = max over both contours of √((R tan β)² + (R' / cos β)²),   cos β = M·e, R' = dR/dψ.
 
-    Turning takes h dφ, perpendicular to the section, so Λ = √(1 + (K / h)²). A point whose deviation is
-    δ has h ≥ c - δ from the axis of the segment that it is measured to, c its inscribed radius, and so has every point
-    of the straight line where δ is no more than that.
+    The rotation is a motion of h dφ, perpendicular to the section, so Λ = √(1 + (K / h)²). A point whose deviation is
+    δ has h ≥ c - δ from the axis of the segment that it is measured to, with c its inscribed radius, and so has every
+    point of the straight line on which δ is at most that.
 
     Args:
-        deviation_mm: the largest deviation that is asked for, less than every inscribed radius. None: half of each
-            inscribed radius, and any deviation of points between their segment's planes, whose h is no less than that.
+        deviation_mm: upper bound of the deviations, less than every inscribed radius. None: half of each
+            inscribed radius, and any deviation of points between their segment's planes, whose h is at least that.
 
-    It holds for two points whose connecting line stays between the window's outer planes: there a point inside of a
-    segment leaves it through the wall, where δ grows from 0, or into a neighbour, which has the same section there.
-    Beyond the window's ends δ has a step.
+    It holds for two points whose connecting line stays between the window's outer planes: there a point inside a
+    segment leaves it through the wall, where δ increases from 0, or into a neighbour, which has the same section there.
+    Beyond the window's ends δ is discontinuous.
     """
     rows = packed.rows[first:last]
     if deviation_mm is None:

@@ -1,4 +1,4 @@
-"""Signed clearance of vertices with its gradient, and the choice of those that a QP needs, compiled."""
+"""Signed clearance of vertices with its gradient, and the selection of those that a QP needs, compiled."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from ...kernels.compiled import compiled, no_refcount
 from .query_tree import span
 from .section import section_distance
 
-_ON_WALL = 1e-8  # [mm] nearer to the wall the gradient is taken _OUT farther out
+_ON_WALL = 1e-8  # [mm] closer to the wall the gradient is evaluated _OUT further outside
 _OUT = 1e-6  # [mm]
-_TURN = 1e-5  # [rad] of the section, for the gradient's part around the axis
+_TURN = 1e-5  # [rad] rotation of the section in the finite difference around the axis
 
 
 @compiled
@@ -28,7 +28,7 @@ def vertex_clearances(
     gradient: Array,
     segment: IntArray,
 ) -> None:
-    """``clearance.clearances``: signed (V,), gradient (V, 3), segment (V,) of points (V, 3) in their links' frames."""
+    """Kernel of ``clearance.clearances``: signed (V,), gradient (V, 3), segment (V,) of points (V, 3) of the links."""
     near = (window[0, 0] + window[0, 1]) // 2
     for link in range(len(start) - 1):
         for i in range(start[link], start[link + 1]):
@@ -44,11 +44,11 @@ def vertex_clearances(
 def point_clearance(
     rows: Array, polar: Array, x: float, y: float, z: float, near: int, first: int, last: int
 ) -> tuple[float, int, int]:
-    """Signed clearance, the segment it is taken from, and the segment that the point lies in or before."""
+    """Return the signed clearance, the segment that determines it, and the segment that the point lies in or before."""
     here, low, high = span(rows, x, y, z, 0.0, near, first, last)
     outside, at_outside, wall, at_wall = np.inf, here, np.inf, here
     for i in range(first - (high + 1 - low), last):
-        # Those about the point first: they leave the others out.
+        # Segments at the point come first, because they exclude most others.
         j = low + i - first + (high + 1 - low) if i < first else i
         if i >= low and i <= high:
             continue
@@ -71,7 +71,7 @@ def point_clearance(
 def put_gradient(
     rows: Array, polar: Array, x: float, y: float, z: float, j: int, outside: bool, gradient: Array, i: int
 ) -> None:
-    """Gradient of the signed clearance from segment ``j`` as row ``i``."""
+    """Write the gradient of the signed clearance from segment ``j`` to row ``i``."""
     ex, ey, ez = rows[j, 19], rows[j, 20], rows[j, 21]
     px, py, pz = x - rows[j, 0], y - rows[j, 1], z - rows[j, 2]
     t = px * ex + py * ey + pz * ez
@@ -87,11 +87,11 @@ def put_gradient(
     gradient[i, 0], gradient[i, 1], gradient[i, 2] = size * (x - cx), size * (y - cy), size * (z - cz)
     if h <= _OUT:
         return
-    # Around the axis: a section that is turned a little, to both sides.
+    # Central difference around the axis: the section rotated slightly to both sides.
     ax, ay, az = (ey * wz - ez * wy) * _TURN, (ez * wx - ex * wz) * _TURN, (ex * wy - ey * wx) * _TURN
     after = abs(section_distance(x + ax, y + ay, z + az, rows, polar, j)[0])
     before = abs(section_distance(x - ax, y - ay, z - az, rows, polar, j)[0])
-    # Both lie farther from the axis than the point by h _TURN² / 2, the same for both.
+    # Both points are further from the axis than the given one by h _TURN² / 2, which cancels.
     share = sign * (after - before) / (2.0 * _TURN * _TURN * h * h)
     gradient[i, 0] += share * ax
     gradient[i, 1] += share * ay
@@ -110,7 +110,7 @@ def choose_binding(
     alike: float,
     chosen: IntArray,
 ) -> int:
-    """Rows of the vertices with the largest ``signed`` over ``least`` (L,), thinned, into ``chosen``; how many."""
+    """Write to ``chosen`` the vertices with the largest ``signed`` above ``least`` (L,), thinned; return the number."""
     count = 0
     left = np.ones(len(points), dtype=np.bool_)
     for link in range(len(start) - 1):

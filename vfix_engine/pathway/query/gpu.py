@@ -1,13 +1,13 @@
 """The query on a GPU: Kwok 2013, eq. 1-9 and section III.A.3, in float64 through numba-cuda (extra ``gpu``).
 
-The kernel measures with ``section.signed_distance``, the very function that the processor's query is held against. As
-in the paper a thread has a few vertices and the segments of the window lie in shared memory. A thread leaves out the
-segments whose ball is farther away than a distance that it has found, and a vertex that is inside of one segment is
-done. Each block tells its deepest vertex; of these few the processor takes the deepest. So a query is one copy to the
-GPU, one kernel and one copy back.
+The kernel evaluates ``section.signed_distance``, the same function that is the reference for the CPU's query. As in
+the paper a thread processes a few vertices, and the segments of the window are in shared memory. A thread skips
+segments whose ball is farther away than a distance already found, and stops at a vertex that is inside a segment.
+Each block returns its deepest vertex; the CPU selects the deepest of these few. So a query is one copy to the GPU, one
+kernel and one copy back.
 
-The kernel is in ``gpu_kernel.py``, and numba's CUDA part is loaded when a query is made, not before. With
-NUMBA_ENABLE_CUDASIM=1, set before Python starts, numba runs it on the processor, thread by thread, for tests.
+The kernel is in ``gpu_kernel.py``, and numba's CUDA part is loaded only when a query is created. With
+NUMBA_ENABLE_CUDASIM=1, set before Python starts, numba simulates it on the CPU, thread by thread, for tests.
 """
 
 from __future__ import annotations
@@ -23,32 +23,32 @@ from ...arrays import Array, IntArray
 from ...errors import InputError, VfixError
 from .query import Deviations, Query
 
-if TYPE_CHECKING:  # the query is to be had without the robots' libraries
+if TYPE_CHECKING:  # the query does not depend on the robots' libraries at run time
     from ...robots.snake_surface import LinkVertices
     from ..packed import PackedPathway
 
 
-THREADS = 128  # of a block
-MOST_BLOCKS = 512  # of a link; with more vertices a thread has several
-ASKED = 14  # numbers of a link in a pose: its frame row by row, first and last segment
-FOUND = 3  # numbers that a block tells: depth, vertex, segment
+THREADS = 128  # per block
+MOST_BLOCKS = 512  # per link; with more vertices a thread processes several
+ASKED = 14  # inputs per link and pose: its frame row by row, first and last segment
+FOUND = 3  # results per block: depth, vertex, segment
 
 
 class GpuUnavailable(VfixError):
-    """There is no GPU, or what numba needs to use it is not installed."""
+    """There is no GPU, or a library that numba needs to use it is not installed."""
 
 
 def available() -> bool:
-    """Whether there is a GPU that numba can use; the simulator is none."""
+    """Whether there is a GPU that numba can use; the simulator does not count."""
     try:
         cuda = importlib.import_module("numba.cuda")
         return not _simulated() and bool(cuda.is_available())
-    except Exception:  # numba's CUDA part fails in many ways where a driver or a toolkit is missing or half there
+    except Exception:  # numba's CUDA part fails in many ways if a driver or toolkit is missing or incomplete
         return False
 
 
 def name() -> str:
-    """What the GPU is called.
+    """Name of the GPU.
 
     Raises:
         GpuUnavailable: there is none.
@@ -61,17 +61,17 @@ def name() -> str:
 
 
 class GpuQuery:
-    """As ``query.Query``, on a GPU: asks one snake's vertices, which stay there, against any pathway, pose and window.
+    """As ``query.Query``, on a GPU: queries one snake's vertices, which stay in GPU memory, for any pathway and pose.
 
-    Not for several threads at once.
+    Not thread-safe.
     """
 
     def __init__(self, snake_vertices: LinkVertices, threads: int = THREADS) -> None:
-        """``threads``: of a block, a power of two.
+        """``threads``: per block, a power of two.
 
         Raises:
-            GpuUnavailable: no GPU and no simulator.
-            InputError: a vertex is not finite, a link has none, or a number of threads that no block has.
+            GpuUnavailable: there is neither a GPU nor a simulator.
+            InputError: a vertex is not finite, a link has none, or the number of threads is not supported.
         """
         if not 1 <= threads <= 1024 or threads & (threads - 1):
             raise InputError(f"a block has a power of two of threads, up to 1024, not {threads}")
@@ -81,7 +81,7 @@ class GpuQuery:
             raise InputError("vertices of a snake are finite points (V, 3) in mm")
         if len(start) < 2 or start[0] != 0 or start[-1] != len(points) or np.diff(start).min() < 1:
             raise InputError("a link has no vertices")
-        # Poses and windows are checked by a query of one vertex a link.
+        # Poses and windows are validated by a CPU query with one vertex per link.
         corners = type(snake_vertices)(points[start[:-1]], np.arange(len(start), dtype=np.int64))
         self._judge = Query(corners)
         self.links = len(start) - 1
@@ -91,7 +91,7 @@ class GpuQuery:
         self._stream = self._cuda.stream()
         self._points = self._cuda.to_device(points)
         self._start = self._cuda.to_device(start.astype(np.int64))
-        self._sent: tuple[Any, Any] | None = None  # vertices in the patient frame, here and there
+        self._sent: tuple[Any, Any] | None = None  # vertices in the patient frame, on host and device
         self._packed: PackedPathway | None = None
         self._workspace: _Workspace | None = None
         self._grid: tuple[int, Any] | None = None
@@ -99,8 +99,8 @@ class GpuQuery:
     def deviations(self, packed: PackedPathway, frames: ArrayLike, windows: ArrayLike | tuple[int, int]) -> Deviations:
         """Deviation d_l of each link in mm (Kwok 2013, eq. 9), with a vertex and a segment that cause it.
 
-        Arguments, shapes and errors are those of ``Query.deviations``. A pathway goes to the GPU when it is another
-        object than the one before, or its arrays may be written to.
+        Arguments, shapes and errors are those of ``Query.deviations``. A pathway is copied to the GPU if it is another
+        object than the previous one, or if its arrays are writable.
         """
         poses, window = self._judge.checked(packed, frames, windows)
         found = self._asked(packed, poses, window, self._points)
@@ -109,9 +109,9 @@ class GpuQuery:
     def deviations_of(
         self, points: ArrayLike, packed: PackedPathway, windows: ArrayLike | tuple[int, int]
     ) -> Deviations:
-        """The same of vertices (V, 3) that are given in the patient frame in mm, in the order of the snake's own.
+        """Deviations of vertices (V, 3) given in the patient frame in mm, in the order of the snake's own.
 
-        They are sent anew with every call, as the paper does it.
+        They are copied at every call, as in the paper.
 
         Raises:
             InputError: points of another shape or not finite; an empty window.
@@ -130,7 +130,7 @@ class GpuQuery:
         return Deviations(*(each[0] for each in found))
 
     def _asked(self, packed: PackedPathway, poses: Array, window: IntArray, points: Any) -> Deviations:
-        """Deviations (K, L) of the poses (K, L, 3, 4)."""
+        """Compute the deviations (K, L) of the poses (K, L, 3, 4)."""
         count, links = len(poses), self.links
         if self._workspace is None or not self._workspace.fits(count, packed):
             self._workspace, self._packed = _Workspace(self._cuda, count, links, self._blocks, packed), None
@@ -149,23 +149,23 @@ class GpuQuery:
             buffers.found_there,
         )
         received = buffers.receive(count * links, stream)
-        deepest = received[:, :, 0].argmax(axis=1)  # the first of equals
+        deepest = received[:, :, 0].argmax(axis=1)  # of equal ones the first
         best = received[np.arange(count * links), deepest].reshape(count, links, FOUND)
         return Deviations(best[:, :, 0].copy(), best[:, :, 1].astype(np.int64), best[:, :, 2].astype(np.int64))
 
     def _launch(self, links: int) -> Any:
-        """The kernel for so many links, those of all poses."""
+        """Kernel configured for that many links, over all poses."""
         if self._grid is None or self._grid[0] != links:
             with warnings.catch_warnings():
-                warnings.simplefilter("ignore")  # that few vertices leave much of the GPU idle
+                warnings.simplefilter("ignore")  # that few vertices underuse the GPU
                 self._grid = links, self._kernel[(links, self._blocks), self._threads, self._stream]
         return self._grid[1]
 
 
 class _Workspace:
-    """Memory on both sides for up to so many poses of one size of pathway.
+    """Host and device memory for up to that many poses with a pathway of a given size.
 
-    Poses, rows and radii lie in one piece, so that whatever has changed is one copy.
+    Poses, rows and radii are contiguous, so that all changes are sent in one copy.
     """
 
     def __init__(self, cuda: Any, poses: int, links: int, blocks: int, packed: PackedPathway) -> None:
@@ -186,7 +186,7 @@ class _Workspace:
         return poses <= len(self.asked) and (packed.rows.shape, packed.polar.shape) == self._shapes
 
     def send(self, packed: PackedPathway | None, stream: Any) -> None:
-        """What has been asked, and the pathway where it is given, in one copy."""
+        """Send the inputs, and the pathway if given, in one copy."""
         if packed is None:
             self._asked_flat.copy_to_device(self._here[: self._head], stream)
             return
@@ -194,7 +194,7 @@ class _Workspace:
         self._there.copy_to_device(self._here, stream)
 
     def receive(self, links: int, stream: Any) -> Array:
-        """What the blocks of so many links have found, (links, blocks, 3), when the GPU is done."""
+        """Wait for the GPU and return the results of that many links, (links, blocks, 3)."""
         there, here = self.found_there, self._found
         if links < len(here):
             there, here = there[:links], here[:links]
@@ -204,10 +204,10 @@ class _Workspace:
 
 
 def _cuda() -> Any:
-    """numba's CUDA part.
+    """Import numba's CUDA part.
 
     Raises:
-        GpuUnavailable: no GPU and no simulator.
+        GpuUnavailable: there is neither a GPU nor a simulator.
     """
     try:
         cuda = importlib.import_module("numba.cuda")

@@ -11,23 +11,23 @@ import numpy as np
 from ..packed import BALL, BALL_RADIUS, SECTION
 from .section import signed_distance
 
-cuda: Any = importlib.import_module("numba.cuda")  # a global, as numba's simulator puts its own in place of it
+cuda: Any = importlib.import_module("numba.cuda")  # a global, because numba's simulator replaces it
 STAGED = 32  # segments in shared memory at a time: 9 kB
 
 
 @lru_cache(maxsize=8)
 def deviation_kernel(threads: int) -> Any:
-    """The kernel for blocks of ``threads`` threads, compiled when it is called.
+    """Return the kernel for blocks of ``threads`` threads, compiled at its first call.
 
     Its grid is (poses × links, blocks of a link). ``points`` (V, 3) and ``start`` (L + 1,) are the vertices in mm,
     ``asked`` (poses × links, 14) frames and windows, ``rows`` and ``polar`` the pathway. ``found`` (poses × links,
-    blocks, 3) gets the deepest vertex of each block: its depth, number and segment; -1 where a block has no vertex.
+    blocks, 3) receives the deepest vertex of each block: its depth, number and segment; -1 if a block has no vertex.
     """
     return cuda.jit(kernel_function(threads))
 
 
 def kernel_function(threads: int) -> Any:
-    """The kernel in Python; in one piece but for two, as shared memory and barriers are those of the whole block."""
+    """The kernel in Python; mostly one function, since shared memory and barriers belong to the whole block."""
     least_of_stage, deepest_of_block = _pieces(threads)
 
     def deviations(points: Any, start: Any, asked: Any, rows: Any, polar: Any, found: Any) -> None:
@@ -40,7 +40,7 @@ def kernel_function(threads: int) -> Any:
         begin, end = start[link], start[link + 1]
         first, last = int(asked[pose, 12]), int(asked[pose, 13])
         stride = cuda.gridDim.y * threads
-        turns = (end - begin + stride - 1) // stride  # the same for all threads of the block, which wait for each other
+        turns = (end - begin + stride - 1) // stride  # equal for all threads of the block, which synchronise
         depth, vertex, segment = -1.0, begin, first
         staged = -1
         for turn in range(turns):
@@ -75,12 +75,12 @@ def kernel_function(threads: int) -> Any:
 
 
 def _pieces(threads: int) -> tuple[Any, Any]:
-    """Two functions that the kernel calls: what one thread does with the staged segments, what a block does at last."""
+    """Two device functions: one thread's search in the staged segments, and the final reduction over a block."""
     section: Any = cuda.jit(device=True)(signed_distance)
 
     def least_of_stage(x: Any, y: Any, z: Any, stage: Any, polar: Any, low: Any, least: Any, at: Any) -> Any:
-        """Eq. 8 over the staged segments, which are ``low`` and on, after what was found before them."""
-        near, nearest = np.inf, 0  # the segment that the vertex is most likely in is asked first
+        """Eq. 8 over the staged segments, numbered from ``low``, continuing the previous minimum."""
+        near, nearest = np.inf, 0  # the most likely segment of the vertex is tested first
         for j in range(polar.shape[0] - 1):
             u, v, w = x - stage[j, BALL], y - stage[j, BALL + 1], z - stage[j, BALL + 2]
             away = u * u + v * v + w * w
@@ -89,17 +89,17 @@ def _pieces(threads: int) -> tuple[Any, Any]:
         for k in range(-1, polar.shape[0] - 1):
             j = nearest if k < 0 else k
             u, v, w = x - stage[j, BALL], y - stage[j, BALL + 1], z - stage[j, BALL + 2]
-            reach = least + stage[j, BALL_RADIUS]  # a ball that is farther away holds nothing nearer
+            reach = least + stage[j, BALL_RADIUS]  # a ball that is farther away contains nothing nearer
             if least > 0.0 and k != nearest and u * u + v * v + w * w < reach * reach:
                 gap = section(x, y, z, stage, polar, j)[0]  # eq. 1-7
                 if gap <= 0.0:
                     gap = 0.0
-                if gap < least:  # what is no number is not below
+                if gap < least:  # False for NaN
                     least, at = gap, low + j
         return least, at
 
     def deepest_of_block(thread: Any, depths: Any, vertices: Any, segments: Any) -> None:
-        """Eq. 9 over the threads of a block, into the first place; of equals the first vertex."""
+        """Eq. 9 over the threads of a block, with the result at index 0; of equal ones the first vertex."""
         cuda.syncthreads()
         half = threads // 2
         while half > 0:

@@ -1,4 +1,4 @@
-"""How far a snake deviates from its constraint pathway: Kwok 2013, eq. 8-9, as Python asks it."""
+"""Deviation of a snake from its constraint pathway, Kwok 2013, eq. 8-9: the Python interface of the query."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from .query_fast import checked_deviations, every_deviation, points_deviation
 from .query_simd import WORK
 from .query_tree import FARTHEST
 
-if TYPE_CHECKING:  # the query is to be had without the robots' libraries
+if TYPE_CHECKING:  # the query does not depend on the robots' libraries at run time
     from ...robots.snake_surface import LinkVertices
 
 
@@ -25,29 +25,29 @@ _PAIRS = 64
 
 
 class Query:
-    """Asks one snake's vertices against any pathway, any pose and any window of segments."""
+    """Queries one snake's vertices for any pathway, any pose and any window of segments."""
 
     def __init__(self, snake_vertices: LinkVertices) -> None:
-        """Raises InputError where a link has no vertices or a vertex is not finite."""
+        """Raises InputError if a link has no vertices or a vertex is not finite."""
         self.vertices = snake_vertices
         self.blocks: VertexBlocks = vertex_blocks(snake_vertices)
         self.links = len(snake_vertices.start) - 1
         self._work = np.zeros(WORK)
-        self._known: PackedPathway | None = None  # the last pathway that was looked at and cannot be written to
-        self._pairs: dict[object, IntArray] = {}  # windows (L, 2) of pairs, which control asks again and again
+        self._known: PackedPathway | None = None  # the last validated pathway, if it is read-only
+        self._pairs: dict[object, IntArray] = {}  # windows (L, 2) of pairs, which control uses repeatedly
 
     def deviations(self, packed: PackedPathway, frames: ArrayLike, windows: ArrayLike | tuple[int, int]) -> Deviations:
         """Deviation d_l of each link in mm (Kwok 2013, eq. 9), with the vertex and the segment that cause it.
 
         Args:
-            packed: the pathway, patient frame, mm; looked at once, or every time where it may be written to.
+            packed: the pathway, patient frame, mm; validated once, or every time if it is writable.
             frames: [R | p] of the links in the patient frame: (L, 3, 4), (L, 4, 4) or (L + 1, 4, 4) with the base
-                first as ``SnakeModel.frames`` has them, or K such poses.
-            windows: the segments first … last - 1 that a link is asked against: one pair for all or (L, 2).
+                first, as ``SnakeModel.frames`` returns, or K such poses.
+            windows: segments first … last - 1 against which a link is measured: one pair for all or (L, 2).
 
         Raises:
-            InputError: frames or windows of another shape, frames that are not finite, empty windows; a pathway that
-                is none.
+            InputError: frames or windows of another shape, frames that are not finite, empty windows; an invalid
+                pathway.
         """
         self.check(packed)
         poses, window = self._poses(frames), self._windows(windows)
@@ -70,10 +70,10 @@ class Query:
     def every_vertex(
         self, packed: PackedPathway, frames: ArrayLike, windows: ArrayLike | tuple[int, int]
     ) -> tuple[Array, IntArray]:
-        """δ_i of every vertex (V,) in mm (Kwok 2013, eq. 8) and the segment (V,) that it has it at; one pose.
+        """δ_i of every vertex (V,) in mm (Kwok 2013, eq. 8) and the segment (V,) that determines it; one pose.
 
         Raises:
-            InputError: as ``deviations``.
+            InputError: see ``deviations``.
         """
         poses, window = self.checked(packed, frames, windows)
         gap = np.empty(len(self.vertices.points))
@@ -84,19 +84,19 @@ class Query:
     def checked(
         self, packed: PackedPathway, frames: ArrayLike, windows: ArrayLike | tuple[int, int]
     ) -> tuple[Array, IntArray]:
-        """Frames as (K, L, 3, 4) and windows as (L, 2), contiguous; InputError as ``deviations``."""
+        """Frames as (K, L, 3, 4) and windows as (L, 2), contiguous; InputError as in ``deviations``."""
         self.check(packed)
         poses, window = self._poses(frames), self._windows(windows)
         taken = np.ascontiguousarray(poses[:, -self.links :, :3])
         with np.errstate(over="ignore"):
-            far = not (np.abs(taken).sum(axis=(2, 3)) < FARTHEST).all()  # or not a number
+            far = not (np.abs(taken).sum(axis=(2, 3)) < FARTHEST).all()  # also for NaN
         if far:
             raise InputError("frames are not finite: give finite transforms")
         _check_windows(window, len(packed.rows))
         return taken, window
 
     def check(self, packed: PackedPathway) -> None:
-        """InputError unless it is a pathway that kernels can follow."""
+        """Raise InputError unless it is a valid pathway."""
         if packed is self._known:
             return
         check_packed(packed)
@@ -104,7 +104,7 @@ class Query:
         self._known = packed if fixed else None
 
     def _poses(self, frames: ArrayLike) -> Array:
-        """Frames as (K, L, 3, 4), or with the base, or with four rows."""
+        """Frames as (K, L, 3, 4), with the base and the fourth row removed."""
         poses = np.array(frames, dtype=np.float64, order="C")
         if poses.ndim == 3:
             poses = poses[None]
@@ -133,9 +133,9 @@ class Query:
 
 
 def deviation_of_points(points: ArrayLike, packed: PackedPathway, first: int, last: int) -> tuple[Array, IntArray]:
-    """δ_i in mm (n,) of any points (n, 3) against the segments ``first`` … ``last`` - 1, and where they have it (n,).
+    """δ_i in mm (n,) of any points (n, 3) against the segments ``first`` … ``last`` - 1, and their segments (n,).
 
-    Kwok 2013, eq. 1-8, segment by segment: nothing is left out. It is what the fast query is held against.
+    Kwok 2013, eq. 1-8, segment by segment without exclusions: the reference for the fast query.
 
     Raises:
         InputError: points of another shape or not finite; an empty window; an invalid pathway.

@@ -1,4 +1,4 @@
-"""A snake's vertices in compact patches of 16 under a tree of balls, as the compiled query reads them."""
+"""A snake's vertices in compact patches of 16 under a tree of balls, in the layout of the compiled query."""
 
 from __future__ import annotations
 
@@ -9,28 +9,28 @@ import numpy as np
 from ...arrays import Array, IntArray
 from ...errors import InputError
 
-if TYPE_CHECKING:  # the query is to be had without the robots' libraries
+if TYPE_CHECKING:  # the query does not depend on the robots' libraries at run time
     from ...robots.snake_surface import LinkVertices
 
 
 LANES = 16
 BLOCK = 52  # numbers in a block: x of its 16 points, y, z; centre and radius of a ball about them
-# Numbers in a node: x of its 16 children's balls, y, z, radius and which they are; then a ball about them all.
+# Numbers in a node: x of its 16 children's balls, y, z, radius and child index; then a ball around all of them.
 NODE = 84
 RADIUS, CHILD, WHOLE = 48, 64, 80
 
-MOST = LANES**6  # vertices of a link; the query's scratch memory is for five levels of nodes
-_GROWN = 1e-10  # [mm] of every ball: more than all roundings of what is concluded from it
+MOST = LANES**6  # vertices of a link; the query's scratch memory has five levels of nodes
+_GROWN = 1e-10  # [mm] enlargement of every ball, more than all rounding errors of the tests with it
 
 
 class VertexBlocks(NamedTuple):
     """Blocks of 16 vertices of one link each, in the frame of that link, mm; all read-only."""
 
     lanes: Array
-    """(B, 52): x of the 16, y, z, then a ball about them. A block that has fewer repeats some of them."""
+    """(B, 52): x of the 16, y, z, then a ball around them. An incomplete block repeats some of them."""
     ball: Array
     """(N, 84): nodes of 16 balls; the first L are the links' roots. A child ≥ 0 is a node, any other the block
-    -1 - child. Lanes without a child are balls of no size, radius -inf, which are never entered."""
+    -1 - child. Lanes without a child are balls of radius -inf, which are never entered."""
     start: IntArray
     """(L + 1,): link l has the blocks start[l] … start[l + 1] - 1."""
     index: IntArray  # type: ignore[assignment]  # tuple has a method of that name, which nobody calls here
@@ -38,26 +38,26 @@ class VertexBlocks(NamedTuple):
 
 
 class _Tree(NamedTuple):
-    """One link's patches and nodes."""
+    """Patches and nodes of one link."""
 
     rows: IntArray
     """(b, 16) of the patches' points."""
     balls: Array
     """(b, 4)."""
     nodes: Array
-    """(n, NODE), the root first; children count from this tree's own."""
+    """(n, NODE), the root first; child indices are local to this tree."""
 
 
 def vertex_blocks(vertices: LinkVertices) -> VertexBlocks:
-    """The vertices sorted into blocks, each link's halved again and again across its longest extent.
+    """Sort the vertices into blocks by recursive bisection of each link across its longest extent.
 
     Raises:
-        InputError: points that are not finite, a link that has none or more than ``MOST``.
+        InputError: points are not finite, or a link has none or more than ``MOST``.
     """
     points = np.array(vertices.points, dtype=np.float64)
     if points.ndim != 2 or points.shape[1] != 3 or not np.isfinite(points).all():
         raise InputError("vertices of a snake are finite points (V, 3) in mm")
-    trees: dict[bytes, _Tree] = {}  # links are alike as a rule
+    trees: dict[bytes, _Tree] = {}  # links are usually identical
     of_link: list[_Tree] = []
     for link, (first, last) in enumerate(zip(vertices.start[:-1], vertices.start[1:], strict=True)):
         if not 0 <= first < last <= len(points):
@@ -79,7 +79,7 @@ def vertex_blocks(vertices: LinkVertices) -> VertexBlocks:
 
 
 def _nodes(trees: list[_Tree], start: IntArray) -> Array:
-    """Nodes of all links, roots first, with the numbers that their children have among all."""
+    """Nodes of all links, roots first, with global child indices."""
     later = len(trees)
     roots, others = [], []
     for tree, first in zip(trees, start[:-1], strict=True):
@@ -94,13 +94,13 @@ def _nodes(trees: list[_Tree], start: IntArray) -> Array:
 
 
 def _tree(points: Array) -> _Tree:
-    """Patches and nodes over one link's points."""
+    """Build patches and nodes over one link's points."""
     patches: list[IntArray] = []
     balls: list[Array] = []
     nodes: list[Array] = []
 
     def add(index: IntArray) -> int:
-        """Number of the node over these rows."""
+        """Index of the node over these rows."""
         node, number = np.zeros(NODE), len(nodes)
         nodes.append(node)
         node[WHOLE:] = _ball(points[index])
@@ -117,7 +117,7 @@ def _tree(points: Array) -> _Tree:
         return number
 
     add(np.arange(len(points)))
-    # The link's first vertex is to be the first of its first block: it is named where nothing deviates.
+    # The link's first vertex must be the first of its first block: it is reported if there is no deviation.
     one = next(k for k, patch in enumerate(patches) if 0 in patch)
     patches[0], patches[one] = np.sort(patches[one]), patches[0]
     balls[0], balls[one] = balls[one], balls[0]
@@ -130,7 +130,7 @@ def _tree(points: Array) -> _Tree:
 
 
 def _sixteen(points: Array, index: IntArray) -> list[IntArray]:
-    """Rows in at most 16 compact parts; parts of 16 rows or fewer are not divided."""
+    """Divide rows into at most 16 compact parts; 16 rows or fewer are not divided."""
     parts = [index]
     for _ in range(4):
         parts = [half for part in parts for half in _halves(points, part)]
@@ -147,7 +147,7 @@ def _halves(points: Array, index: IntArray) -> list[IntArray]:
 
 
 def _ball(points: Array) -> Array:
-    """Centre and radius (4,) of a ball about points: from the middle of their box towards the farthest, ever less."""
+    """Centre and radius (4,) of a ball around points: iterates from their box's centre towards the farthest point."""
     centre = 0.5 * (points.min(axis=0) + points.max(axis=0))
     best, least = centre, np.inf
     for k in range(1, 25):  # Bădoiu & Clarkson 2003, "Smaller core-sets for balls", SODA

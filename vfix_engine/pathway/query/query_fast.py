@@ -1,9 +1,9 @@
 """Deviation of a snake's links from a pathway, compiled: Kwok 2013, eq. 8-9, for loops that make thousands of queries.
 
-Each vertex is measured as in ``section.py`` or shown to be of no account: d_l of eq. 9 is the largest of
-the smallest, so a ball of vertices that cannot deviate more than one vertex does is left out whole, and a segment
-that is farther than another one has been found is not asked. Nothing here makes an array.
-A vertex whose place is no number deviates infinitely.
+Each vertex is measured as in ``section.py`` or shown to be irrelevant: d_l of eq. 9 is a maximum of minima, so a ball
+of vertices that cannot deviate more than an already measured vertex is skipped, and so is a segment that is farther
+than an already measured one. Nothing here allocates an array.
+A vertex with a NaN coordinate has an infinite deviation.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ from .section import section_distance
 
 
 class Deviations(NamedTuple):
-    """What eq. 9 gives for L links, or (K, L) for K poses."""
+    """Result of eq. 9 for L links, or (K, L) for K poses."""
 
     depth: Array
-    """(…, L) d_l in mm, 0 where the whole link is inside."""
+    """(…, L) d_l in mm, 0 if the whole link is inside."""
     vertex: IntArray
-    """(…, L) row in ``LinkVertices.points`` of a vertex that deviates that far; the link's first where none does."""
+    """(…, L) row in ``LinkVertices.points`` of a vertex with that deviation; the link's first if it is 0."""
     segment: IntArray
-    """(…, L) the segment that this vertex has its minimum of eq. 8 at."""
+    """(…, L) segment at which this vertex has its minimum of eq. 8."""
 
 
 @no_refcount
@@ -37,14 +37,14 @@ def pose_deviations(
     packed: PackedPathway, blocks: VertexBlocks, window: IntArray, frames: Array, row: int, found: Deviations,
     into: int, work: Array,
 ) -> None:  # fmt: skip
-    """``link_deviations`` of the pose whose links are ``frames[row]`` and on, into the numbers ``into`` and on."""
+    """``link_deviations`` of the pose whose links start at ``frames[row]``; results start at index ``into``."""
     near = (window[0, 0] + window[0, 1]) // 2
     for link in range(len(blocks.start) - 1):
         first, last = window[link, 0], window[link, 1]
         gap, block, lane, j = np.inf, blocks.start[link], 0, first
         if take_frame(frames, row + link, work):
             gap, block, lane, j = deepest(packed, blocks, link, near, first, last, 0.0, False, work)
-            if block < 0:  # all of it is inside
+            if block < 0:  # the whole link is inside
                 block, lane = blocks.start[link], 0
                 j = containing(packed, blocks.lanes, block, near, first, last, work)
             near = j
@@ -56,10 +56,10 @@ def pose_deviations(
 def link_deviations(
     packed: PackedPathway, blocks: VertexBlocks, window: IntArray, frames: Array, found: Deviations, work: Array
 ) -> None:
-    """d_l of eq. 9 of every link into ``found``, whose arrays are (L,).
+    """Write d_l of eq. 9 of every link into ``found``, whose arrays are (L,).
 
-    ``window`` (L, 2): link l is asked against the segments window[l, 0] … window[l, 1] - 1; at least one, which is not
-    checked. ``frames`` (L, 3, 4): links in the patient frame, [R | p] in mm. ``work`` (WORK,): scratch.
+    ``window`` (L, 2): link l is measured against the segments window[l, 0] … window[l, 1] - 1; at least one, which is
+    not checked. ``frames`` (L, 3, 4): links in the patient frame, [R | p] in mm. ``work`` (WORK,): scratch.
     """
     pose_deviations(packed, blocks, window, frames, 0, found, 0, work)
 
@@ -69,10 +69,10 @@ def checked_deviations(
     rows: Array, polar: Array, lanes: Array, ball: Array, start: IntArray, index: IntArray,
     window: IntArray, frames: Array, depth: Array, vertex: IntArray, segment: IntArray, work: Array,
 ) -> int:  # fmt: skip
-    """The same of K poses for Python: frames (K, L or with the base L + 1, 3 or 4, 4), results (K · L,).
+    """The same for K poses from Python: frames (K, L or with the base L + 1, 3 or 4, 4), results (K · L,).
 
-    Returns 0, or 1 + the link whose window is empty or beyond the pathway, or -1 where a frame is not finite. The
-    arrays are handed in one by one, as Python takes 1.5 µs more for tuples of them.
+    Returns 0, or 1 + the link whose window is empty or beyond the pathway, or -1 if a frame is not finite. The arrays
+    are separate arguments, because tuples of them cost Python 1.5 µs more.
     """
     packed, blocks = PackedPathway(rows, polar), VertexBlocks(lanes, ball, start, index)
     found = Deviations(depth, vertex, segment)
@@ -93,17 +93,17 @@ def checked_deviations(
 def largest_excess(
     packed: PackedPathway, blocks: VertexBlocks, window: IntArray, frames: Array, bound: Array, once: bool, work: Array
 ) -> float:
-    """The largest d_l - b_l of all links, ``bound`` (L,) in mm: not above 0 where all keep d_l ≤ b_l of eq. 17.
+    """Largest d_l - b_l of all links, ``bound`` (L,) in mm: at most 0 if all satisfy d_l ≤ b_l of eq. 17.
 
-    With ``once`` any one that is above 0 will do, where one is. The last link is asked first: it moves the farthest.
-    What cannot deviate by more than its bound and the excess so far is not measured. Infinite where a frame or a bound
-    is not a number.
+    With ``once`` any positive one is returned, if there is one. The last link is measured first: it moves the most.
+    What cannot deviate by more than its bound plus the present excess is skipped. Infinite if a frame or a bound is not
+    a number.
     """
     links = len(blocks.start) - 1
     near = (window[links - 1, 0] + window[links - 1, 1]) // 2
     excess = -np.inf
     for link in range(links):
-        excess = max(excess, -bound[link])  # no deviation is less than 0
+        excess = max(excess, -bound[link])  # no deviation is below 0
     for link in range(links - 1, -1, -1):
         if not (bound[link] >= 0.0 and take_frame(frames, link, work)):
             return np.inf
@@ -128,7 +128,7 @@ def every_deviation(
     segment: IntArray,
     work: Array,
 ) -> None:
-    """δ_i of eq. 8 of every vertex: ``gap`` (V,) in mm and the ``segment`` (V,) that has it; one pose."""
+    """Write δ_i of eq. 8 of every vertex: ``gap`` (V,) in mm and its ``segment`` (V,); one pose."""
     near = (window[0, 0] + window[0, 1]) // 2
     for link in range(len(blocks.start) - 1):
         known = take_frame(frames, link, work)
@@ -143,7 +143,7 @@ def every_deviation(
 def points_deviation(
     rows: Array, polar: Array, first: int, last: int, points: Array, gap: Array, segment: IntArray
 ) -> None:
-    """δ_i of eq. 8 of points (n, 3), segment by segment: ``gap`` (n,) in mm, ``segment`` (n,)."""
+    """Write δ_i of eq. 8 of points (n, 3), segment by segment: ``gap`` (n,) in mm, ``segment`` (n,)."""
     for i in range(len(points)):
         gap[i], segment[i] = np.inf, first
         for j in range(first, last):

@@ -1,7 +1,7 @@
-"""Pieces of the compiled query that do 16 points at once: float64 throughout, no branches.
+"""Parts of the compiled query that process 16 points at once: float64, branch-free.
 
-``work`` is the query's scratch memory, WORK numbers: 16 places x, y, z in the patient frame, what was found for each,
-and the frame of the link that is asked.
+``work`` is the query's scratch memory, WORK numbers: 16 points x, y, z in the patient frame, the results of each,
+and the frame of the link.
 """
 
 from __future__ import annotations
@@ -14,18 +14,18 @@ from .query_blocks import RADIUS
 from .section import AXIS, EDGE
 
 WORK = 512
-GAP = 48  # the least squared deviation so far of the 16
-AT = 64  # and the segment that has it
+GAP = 48  # smallest squared deviation of each of the 16 so far
+AT = 64  # and its segment
 FRAME = 96  # [R | p] row by row
 RADII = 112  # both contours' radii in the sections of the 16
-LEVEL = 144  # of each level of the tree: the children's bounds, then what is named here
+LEVEL = 144  # for each level of the tree: the children's bounds, then the following
 STEP = 24
-NODE, HERE, LOW, HIGH = 16, 17, 18, 19  # the node, segments at and about it
+NODE, HERE, LOW, HIGH = 16, 17, 18, 19  # the node, the segment at it and the range around it
 
 
 @vectorised
 def put_places(source: Array, row: int, work: Array) -> None:
-    """The 16 points that lie in a row as x, y, z, moved by the link's frame."""
+    """Transform the 16 points that are stored in a row as x, y, z by the link's frame."""
     a, b, c, p = work[FRAME], work[FRAME + 1], work[FRAME + 2], work[FRAME + 3]
     d, e, f, q = work[FRAME + 4], work[FRAME + 5], work[FRAME + 6], work[FRAME + 7]
     g, h, i, r = work[FRAME + 8], work[FRAME + 9], work[FRAME + 10], work[FRAME + 11]
@@ -38,16 +38,16 @@ def put_places(source: Array, row: int, work: Array) -> None:
 
 @vectorised
 def raise_bounds(ball: Array, node: int, rows: Array, j: int, work: Array, at: int) -> None:
-    """Raise the bounds of 16 balls by what they may deviate where they are between the planes of segment ``j``.
+    """Raise the bounds of 16 balls to their largest possible deviation between the planes of segment ``j``.
 
-    It is measured from the line below the wall (``inner_line.py``): δ_j ≤ factor · (h - ℓ(t)) in all of a ball.
+    It is measured from the line below the wall (``inner_line.py``): δ_j ≤ factor · (h - ℓ(t)) in the whole ball.
     """
     ax, ay, az, bx, by, bz = rows[j, 0], rows[j, 1], rows[j, 2], rows[j, 3], rows[j, 4], rows[j, 5]
     mx, my, mz, nx, ny, nz = rows[j, 6], rows[j, 7], rows[j, 8], rows[j, 9], rows[j, 10], rows[j, 11]
     ex, ey, ez = rows[j, 19], rows[j, 20], rows[j, 21]
     height, slope, factor = rows[j, 36], rows[j, 37], rows[j, 38]
     steep = abs(slope)
-    at &= WORK - 1  # known not to be negative, so that the loop is turned into lanes
+    at &= WORK - 1  # tells the compiler that it is not negative, so that the loop is vectorised
     for k in range(16):
         x, y, z = work[k], work[16 + k], work[32 + k]
         radius = ball[node, RADIUS + k]
@@ -64,7 +64,7 @@ def raise_bounds(ball: Array, node: int, rows: Array, j: int, work: Array, at: i
 
 @vectorised
 def raise_ends(ball: Array, node: int, rows: Array, j: int, end: int, work: Array, at: int) -> None:
-    """As ``raise_bounds`` for what reaches beyond the window's last plane: no farther than the rim's farthest point.
+    """As ``raise_bounds`` beyond the window's last plane: at most the distance to the rim's farthest point.
 
     ``end`` is 0 for the plane before segment ``j`` and 1 for the one behind it.
     """
@@ -82,7 +82,7 @@ def raise_ends(ball: Array, node: int, rows: Array, j: int, end: int, work: Arra
 
 @vectorised
 def put_circles(rows: Array, j: int, work: Array) -> None:
-    """Radii of circular contours, in every section the same."""
+    """Write radii of circular contours, equal in every section."""
     radius2, radius3 = rows[j, 12], rows[j, 13]
     for k in range(16):
         work[RADII + k], work[RADII + 16 + k] = radius2, radius3
@@ -90,9 +90,9 @@ def put_circles(rows: Array, j: int, work: Array) -> None:
 
 @vectorised
 def lower_gaps(rows: Array, j: int, work: Array) -> None:
-    """Lower the 16 places' squared deviations to that from segment ``j``: ``section.py``, with the radii in RADII.
+    """Reduce the 16 points' squared deviations to that from segment ``j``: ``section.py``, with the radii in RADII.
 
-    Both ends of the wall are taken times h, so that no direction is normalised.
+    Both ends of the wall are multiplied by h, so that no direction is normalised.
     """
     ax, ay, az, ex, ey, ez = rows[j, 0], rows[j, 1], rows[j, 2], rows[j, 19], rows[j, 20], rows[j, 21]
     mx, my, mz, nx, ny, nz = rows[j, 6], rows[j, 7], rows[j, 8], rows[j, 9], rows[j, 10], rows[j, 11]
@@ -131,7 +131,7 @@ def lower_gaps(rows: Array, j: int, work: Array) -> None:
 
 @vectorised
 def most(work: Array, at: int) -> float:
-    """The largest of 16 numbers that are not negative."""
+    """Return the largest of 16 non-negative numbers."""
     at &= WORK - 1
     a, b, c, d = 0.0, 0.0, 0.0, 0.0
     for k in range(0, 16, 4):

@@ -1,8 +1,8 @@
-"""How the compiled query goes down a link's tree: what need not be measured is left out, exactly.
+"""Traversal of a link's tree in the compiled query, which exactly excludes what need not be measured.
 
-A point is inside of a segment that it is between the planes of and below the wall of (``inner_line.py``), and for
-eq. 9 a ball of vertices that cannot deviate more than one vertex does is of no account. ``work`` is the scratch
-memory of ``query_lanes.py``.
+A point is inside if it is between the planes of a segment and below its wall (``inner_line.py``), and for eq. 9 a ball
+of vertices that cannot deviate more than an already measured vertex is irrelevant. ``work`` is the scratch memory of
+``query_simd.py``.
 """
 
 from __future__ import annotations
@@ -33,12 +33,12 @@ from .query_simd import (
 )
 from .section import section_distance
 
-FARTHEST = 1e100  # [mm] beyond it squares overflow; such a place is no place
+FARTHEST = 1e100  # [mm] limit of coordinates, above which squares overflow
 
 
 @no_refcount
 def ahead(rows: Array, j: int, end: int, x: float, y: float, z: float) -> float:
-    """How far a point in mm lies beyond the plane of the first (0) or last (1) contour of segment ``j``."""
+    """Signed distance in mm of a point beyond the plane of the first (0) or last (1) contour of segment ``j``."""
     far: float = (
         (x - rows[j, 3 * end]) * rows[j, 6 + 3 * end]
         + (y - rows[j, 3 * end + 1]) * rows[j, 7 + 3 * end]
@@ -51,9 +51,9 @@ def ahead(rows: Array, j: int, end: int, x: float, y: float, z: float) -> float:
 def span(
     rows: Array, x: float, y: float, z: float, radius: float, near: int, first: int, last: int
 ) -> tuple[int, int, int]:
-    """The segment that a ball's centre lies in, walking from ``near``, and the first and last that the ball may be in.
+    """Segment of a ball's centre, searched from ``near``, and the first and last segment that the ball can intersect.
 
-    All of the ball is ahead of the first one's first plane and before the last one's last plane, or these are the
+    The whole ball is ahead of the first one's first plane and before the last one's last plane, unless these are the
     window's ends: so every point of it is between the planes of one of them.
     """
     j = min(max(near, first), last - 1)
@@ -71,7 +71,7 @@ def span(
 
 @no_refcount
 def moved(source: Array, row: int, at: int, work: Array) -> tuple[float, float, float]:
-    """A point that lies in a row from the column ``at`` on, moved by the link's frame."""
+    """Transform a point that is stored in a row from the column ``at`` on by the link's frame."""
     a, b, c = source[row, at], source[row, at + 1], source[row, at + 2]
     return (
         work[FRAME] * a + work[FRAME + 1] * b + work[FRAME + 2] * c + work[FRAME + 3],
@@ -84,7 +84,7 @@ def moved(source: Array, row: int, at: int, work: Array) -> tuple[float, float, 
 def enter(
     packed: PackedPathway, ball: Array, node: int, near: int, first: int, last: int, work: Array, level: int
 ) -> None:
-    """Bound what the 16 children of a node may deviate; kept in ``work`` with the node and its segments."""
+    """Bound the deviations of the 16 children of a node; stored in ``work`` with the node and its segments."""
     rows, at, radius = packed.rows, LEVEL + STEP * level, ball[node, WHOLE + 3]
     x, y, z = moved(ball, node, WHOLE, work)
     j, low, high = span(rows, x, y, z, radius, near, first, last)
@@ -102,7 +102,7 @@ def enter(
 
 @no_refcount
 def lower(packed: PackedPathway, j: int, work: Array) -> float:
-    """Lower the 16 places' deviations to those from segment ``j``; the largest, in mm."""
+    """Reduce the 16 points' deviations to those from segment ``j``; return the largest, in mm."""
     if packed.polar.shape[1] == 1:
         put_circles(packed.rows, j, work)
     else:
@@ -116,10 +116,10 @@ def lower(packed: PackedPathway, j: int, work: Array) -> float:
 def measure(
     packed: PackedPathway, lanes: Array, block: int, near: int, first: int, last: int, least: float, work: Array
 ) -> float:
-    """The largest δ_i of eq. 8 of a block's vertices in mm; where it is over ``least``, ``work`` has all of them.
+    """Largest δ_i of eq. 8 of a block's vertices in mm; if it exceeds ``least``, ``work`` has all of them.
 
-    Segments are asked from the block's own outwards. The wall of one that lies ahead of the block is no nearer than the
-    plane that it begins at.
+    Segments are tested from the block's own outwards. The wall of one that lies ahead of the block is no nearer than
+    the plane at which it begins.
     """
     rows, radius = packed.rows, lanes[block, 51]
     x, y, z = moved(lanes, block, 48, work)
@@ -147,7 +147,7 @@ def measure(
 
 @no_refcount
 def may_reach(rows: Array, j: int, x: float, y: float, z: float, far: float) -> bool:
-    """Whether the ball about a segment is nearer than ``far`` in mm."""
+    """Whether the ball around a segment is nearer than ``far`` in mm."""
     u, v, w = rows[j, 14] - x, rows[j, 15] - y, rows[j, 16] - z
     reach: float = far + rows[j, 17]
     return bool(u * u + v * v + w * w < reach * reach)
@@ -157,9 +157,9 @@ def may_reach(rows: Array, j: int, x: float, y: float, z: float, far: float) -> 
 def every_of_block(
     packed: PackedPathway, lanes: Array, block: int, near: int, first: int, last: int, work: Array
 ) -> int:
-    """δ_i in mm and segments of a block's vertices into ``work``; where it lies.
+    """Write δ_i in mm and segments of a block's vertices into ``work``; return the segment in which it lies.
 
-    A ball that is below the lines of all segments it may be in is inside of them.
+    A ball below the lines of all segments that it can intersect is inside.
     """
     rows, radius = packed.rows, lanes[block, 51]
     x, y, z = moved(lanes, block, 48, work)
@@ -192,9 +192,9 @@ def deepest(
     packed: PackedPathway, blocks: VertexBlocks, link: int, near: int, first: int, last: int, least: float, once: bool,
     work: Array,
 ) -> tuple[float, int, int, int]:  # fmt: skip
-    """The largest δ_i of a link that is over ``least``, its block, lane and segment; block -1 where none is.
+    """Largest δ_i of a link above ``least``, with its block, lane and segment; block -1 if there is none.
 
-    With ``once`` any one that is over. Nodes and blocks are taken in the order of what they may deviate.
+    With ``once`` any one above it. Nodes and blocks are visited in the order of their bounds.
     """
     block, lane, segment = -1, 0, near
     level = 0
@@ -228,7 +228,7 @@ def deepest(
 
 @no_refcount
 def take_frame(frames: Array, row: int, work: Array) -> bool:
-    """A frame into ``work``; whether it is of numbers."""
+    """Copy a frame into ``work``; return whether it is finite."""
     size = 0.0
     for i in range(3):
         for k in range(4):
@@ -239,7 +239,7 @@ def take_frame(frames: Array, row: int, work: Array) -> bool:
 
 @no_refcount
 def containing(packed: PackedPathway, lanes: Array, block: int, near: int, first: int, last: int, work: Array) -> int:
-    """A segment that the first vertex of a block is inside of, which is inside of one."""
+    """Return a segment that contains the first vertex of a block; one exists."""
     put_places(lanes, block, work)
     x, y, z = work[0], work[16], work[32]
     _, low, high = span(packed.rows, x, y, z, 1e-6, near, first, last)

@@ -1,12 +1,11 @@
 """Distance of a point to one segment of a constraint pathway: Kwok 2013, eq. 1-7, as one function of plain Python.
 
-It is written once: Python runs it as it stands, numba compiles it for the processor and numba-cuda for a GPU. So it
-takes numbers and two arrays, calls nothing but roots and ``atan2`` and decides everything by comparisons that NaN
-falls outside of.
+It is written once: Python runs it directly, numba compiles it for the CPU and numba-cuda for a GPU. So its arguments
+are numbers and two arrays, it calls only roots and ``atan2``, and every comparison is False for NaN.
 
-The printed steps cut the segment with the plane through the point and the axis P_j P_{j+1}. Here the section's own
-coordinates are used: t along the axis from P_j, h the distance from the axis line. The normal of eq. 1 is then never
-needed, nor the projection of eq. 4: the signed areas that eq. 4 takes in a projected plane are taken in the plane.
+The printed equations intersect the segment with the plane through the point and the axis P_j P_{j+1}. Here the
+section's own coordinates are used: t along the axis from P_j, h the distance from the axis line. Neither the normal of
+eq. 1 nor the projection of eq. 4 is then needed: the signed areas of eq. 4 are computed in the plane itself.
 """
 
 from __future__ import annotations
@@ -16,8 +15,8 @@ from math import atan2, sqrt
 from ...arrays import Array
 from ...kernels.compiled import no_refcount
 
-EDGE = 1e-10  # [mm] so far beyond the line of an edge a point still counts as inside: eq. 5 with 0 leaves cracks
-AXIS = 1e-9  # [mm] nearer to the axis line than this, eq. 1 has no plane
+EDGE = 1e-10  # [mm] tolerance beyond an edge within which a point counts as inside: eq. 5 with 0 leaves gaps
+AXIS = 1e-9  # [mm] closer to the axis line than this, eq. 1 defines no plane
 _TURN = 6.283185307179586  # 2π
 
 
@@ -28,8 +27,8 @@ def signed_distance(
 
     Above 0 it is δ_j of eq. 7. At or below 0 the point is inside by eq. 5 and it is minus the distance to v2 v3.
     ``rows`` (S, ROW) and ``polar`` (S + 1, A) are those of ``packed.PackedPathway``; A = 1 means circular contours.
-    A point with a NaN has the distance NaN. It is one formula from top to bottom and one function, as numba-cuda takes
-    it for a GPU as it stands.
+    A point with a NaN has the distance NaN. It is one function without calls, so that numba-cuda can compile it
+    unchanged.
     """
     px, py, pz = x - rows[j, 0], y - rows[j, 1], z - rows[j, 2]
     ex, ey, ez = rows[j, 19], rows[j, 20], rows[j, 21]
@@ -38,7 +37,7 @@ def signed_distance(
     wx, wy, wz = px - t * ex, py - t * ey, pz - t * ez
     h = sqrt(wx * wx + wy * wy + wz * wz)
     s = h
-    if h <= AXIS:  # eq. 1: the point is on the axis, and the plane is the one through the contour's first direction
+    if h <= AXIS:  # eq. 1: the point is on the axis; use the plane through the contour's first direction
         wx, wy, wz = rows[j, 23], rows[j, 24], rows[j, 25]
         s = wx * ex + wy * ey + wz * ez
         wx, wy, wz = wx - s * ex, wy - s * ey, wz - s * ez
@@ -57,7 +56,7 @@ def signed_distance(
     radius2, radius3 = polar[j, 0], polar[j + 1, 0]
     count = polar.shape[1]
     if count > 1:
-        for side in range(2):  # R_j(ρ̂) between the two of the contour's given directions that ρ̂ lies between
+        for side in range(2):  # R_j(ρ̂) between the two given directions of the contour next to ρ̂
             at, up, out = (23, t2, h2) if side == 0 else (29, t3, h3)
             gx, gy, gz = up * ex + out * wx, up * ey + out * wy, up * ez + out * wz
             cosine = gx * rows[j, at] + gy * rows[j, at + 1] + gz * rows[j, at + 2]
@@ -65,7 +64,7 @@ def signed_distance(
             share = atan2(sine, cosine) * (count / _TURN)
             if share < 0.0:
                 share += count
-            if not share < count:  # a hair below 0 plus a turn is rounded to a whole turn
+            if not share < count:  # slightly below 0 plus a turn rounds to a full turn
                 share = 0.0
             k = int(share)
             share -= k
@@ -80,7 +79,7 @@ def signed_distance(
     u3, v3 = length + radius3 * t3, radius3 * h3
     du, dv = u3 - u2, v3 - v2
     dd = du * du + dv * dv
-    # Eq. 4-5: how far beyond the edges v1 v2, v3 v4 and v2 v3; v4 v1 is the axis, and h is never below it.
+    # Eq. 4-5: distance beyond the edges v1 v2, v3 v4 and v2 v3; v4 v1 is the axis, and h is never below it.
     inside = (
         t * h2 - h * t2 >= -EDGE
         and (length - t) * h3 + h * t3 >= -EDGE

@@ -317,9 +317,9 @@ class Insertion:
     ):
         self._chain = _Chain(snake, curve, slack, roll, True, deepest)
         self._chain.check(tip_s)
-        self._tip_s = float(tip_s)
-        state = self._chain.on_curve(self._tip_s)
-        self._state = self._chain.nearest(self._tip_s, None, 0.0) if state is None else state
+        place = float(tip_s)
+        state = self._chain.on_curve(place)
+        self._state = self._chain.nearest(place, None, 0.0) if state is None else state
 
     @property
     def state(self) -> ShapeSolution:
@@ -329,7 +329,7 @@ class Insertion:
     @property
     def tip_s(self) -> float:
         """Arc length of the tip in mm."""
-        return self._tip_s
+        return self._state.tip_s
 
     @property
     def roll(self) -> float:
@@ -341,10 +341,6 @@ class Insertion:
         """How many links have their far end beyond the curve's start."""
         return self._state.links_inside
 
-    def correct(self, state: ShapeSolution) -> None:
-        """Go on from another shape along the same curve."""
-        self._state, self._tip_s = state, state.tip_s
-
     def advance(self, ds: float) -> ShapeSolution:
         """The snake with its tip ``ds`` mm farther in, or farther out where that is negative.
 
@@ -354,8 +350,11 @@ class Insertion:
         Raises:
             PathwayError: a tip beyond the curve's end, or a depth that is not finite; the snake stays where it is.
         """
-        target = self._tip_s + ds
-        self._chain.check(target)
-        self._state = _walked(self._chain, self._state, ds, target)
-        self._tip_s = target
+        self._state = self.after(self._state, ds)
         return self._state
+
+    def after(self, state: ShapeSolution, ds: float) -> ShapeSolution:
+        """As ``advance``, from any shape along the curve; this insertion stays where it is."""
+        target = state.tip_s + ds
+        self._chain.check(target)
+        return _walked(self._chain, state, ds, target)

@@ -7,7 +7,7 @@ Jacobian in the camera's plane.
 from __future__ import annotations
 
 import math
-from typing import Literal
+from typing import Literal, Self
 
 import numpy as np
 
@@ -35,6 +35,12 @@ class ParameterisedControl:
         self.bends: tuple[DistalBend, ...] = ()
         self._count, self._r_max = count, r_max
         self._next = (0.0, 0.0)
+
+    def copy(self) -> Self:
+        """One that goes on by itself."""
+        other = object.__new__(type(self))
+        other.__dict__.update(self.__dict__)
+        return other
 
     def prepare(self, context: DistalContext, q: Array) -> None:
         """Find the control bends anew; done only while r is small, so that the surface moves little under the hand."""

@@ -8,6 +8,7 @@ finds its own bend.
 from __future__ import annotations
 
 import math
+from typing import Self
 
 import numpy as np
 
@@ -31,6 +32,12 @@ class QpControl:
     def __init__(self) -> None:
         self.steering, self.speed_limited = (0.0, 0.0), False
         self.unsolved = 0
+
+    def copy(self) -> Self:
+        """One that goes on by itself."""
+        other = object.__new__(type(self))
+        other.__dict__.update(self.__dict__)
+        return other
 
     def prepare(self, context: DistalContext, q: Array) -> None:
         """Nothing is found beforehand."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, Self
 
 import numpy as np
 
@@ -42,6 +42,9 @@ class TipControl(Protocol):
     """(u, v) = r (cos ϑ, sin ϑ); (0, 0) where the control has none."""
     speed_limited: bool
     """Whether the joints' speed cut what was wanted last."""
+
+    def copy(self) -> Self:
+        """One that goes on by itself."""
 
     def prepare(self, context: DistalContext, q: Array) -> None:
         """Prepare for another context, from joints q (2L',)."""

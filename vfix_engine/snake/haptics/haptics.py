@@ -92,11 +92,21 @@ def resistance(
     speeds, torques = _finite(q_speed, None, "joint speeds"), _finite(torque, None, "joint torques")
     if len(speeds) != len(torques):
         raise InputError(f"{len(speeds)} joint speeds and {len(torques)} joint torques")
+    motion = _finite(velocity, 2, "velocity"), _finite(acceleration, 2, "acceleration")
+    return _resistance(speeds, torques, *motion, settings)
+
+
+def _resistance(
+    speeds: list[float],
+    torques: list[float],
+    velocity: list[float],
+    acceleration: list[float],
+    settings: HapticSettings,
+) -> Array:
     damping = _rising(settings.speed_max, max(map(abs, speeds)), settings.c_b, settings.f_b_max)
     inertia = _rising(settings.tau_max, max(map(abs, torques)), settings.c_i, settings.f_i_max)
-    moving = _direction(_finite(velocity, 2, "velocity"), _STILL)
-    speeding = _direction(_finite(acceleration, 2, "acceleration"), _STILL)
-    return np.array([-inertia * a - damping * v for a, v in zip(speeding, moving, strict=True)])  # (32)
+    (right, down), (a, b) = _direction(velocity, _STILL), _direction(acceleration, _STILL)
+    return np.array([-inertia * a - damping * right, -inertia * b - damping * down])  # (32)
 
 
 def guidance(depth: ArrayLike, jacobian: ArrayLike, settings: HapticSettings) -> Array:
@@ -114,10 +124,14 @@ def guidance(depth: ArrayLike, jacobian: ArrayLike, settings: HapticSettings) ->
     if motion.shape != (2, 2):
         raise InputError(f"the camera's Jacobian has 2 x 2 finite numbers, not {motion.shape}")
     (x_r, _, y_r, _) = _finite(motion.ravel(), 4, "the camera's Jacobian")
+    return _guidance(deviation, [-x_r, -y_r], settings)
+
+
+def _guidance(deviation: list[float], towards_rest: list[float], settings: HapticSettings) -> Array:
     strength = 0.0
     for spring, deep, least in zip(settings.spring, deviation, settings.threshold, strict=True):
         strength += spring * max(0.0, max(deep, 0.0) - least)  # (33)
-    towards = _direction([-x_r, -y_r], _STILL_MM)  # (34): J [−1, 0]ᵀ
+    towards = _direction(towards_rest, _STILL_MM)  # (34): J [−1, 0]ᵀ
     return min(strength, settings.f_h_max) * np.array(towards)  # (35)
 
 
@@ -134,6 +148,24 @@ def net(
     holding = resistance(q_speed, torque, velocity, acceleration, settings)
     leading = guidance(depth, jacobian, settings)
     return Forces(holding, leading, holding + leading)
+
+
+def step_forces(
+    q_speed: Array,
+    torque: Array,
+    velocity: Array,
+    acceleration: Array,
+    depth: Array,
+    outwards: Array,
+    settings: HapticSettings,
+) -> tuple[Array, Array]:
+    """F_r and F_h as of ``net``, of finite arrays of a control step, which are not looked at.
+
+    outwards: (2,) the Jacobian's first column.
+    """
+    motion = velocity.tolist(), acceleration.tolist()
+    holding = _resistance(q_speed.tolist(), torque.tolist(), *motion, settings)
+    return holding, _guidance(depth.tolist(), (-outwards).tolist(), settings)
 
 
 def _rising(limit: float, used: float, constant: float, most: float) -> float:

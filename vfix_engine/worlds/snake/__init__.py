@@ -9,25 +9,28 @@ from __future__ import annotations
 
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
+from warnings import warn
 
 if TYPE_CHECKING:
-    from .drive import Command, DriveSettings, SnakeDrive, drive_lumen
-    from .drive_system import DriveRecorder, DriveSpec
+    from .command import SnakeCommand
+    from .drive import drive_lumen
     from .requests import FollowTissue, LookRound
-    from .settings import SnakeSettings
+    from .script import DriveRecorder, DriveSpec
+    from .settings import DriveSettings, SnakeSettings
+    from .snake_drive import SnakeDrive
     from .snapshot import SnakeSnapshot
     from .spec import LumenContours, LumenSurface, SnakeSystemSpec
-    from .system import SnakeState, SnakeSystem
+    from .state import SnakeState
+    from .system import SnakeSystem
 
 _WHERE = {
-    "Command": "drive", "DriveSettings": "drive", "SnakeDrive": "drive", "drive_lumen": "drive",
-    "DriveRecorder": "drive_system", "DriveSpec": "drive_system", "FollowTissue": "requests", "LookRound": "requests",
-    "SnakeSettings": "settings", "SnakeSnapshot": "snapshot", "LumenContours": "spec", "LumenSurface": "spec",
-    "SnakeSystemSpec": "spec", "SnakeState": "system", "SnakeSystem": "system",
+    "DriveRecorder": "script", "DriveSettings": "settings", "DriveSpec": "script", "FollowTissue": "requests",
+    "LookRound": "requests", "LumenContours": "spec", "LumenSurface": "spec", "SnakeCommand": "command",
+    "SnakeDrive": "snake_drive", "SnakeSettings": "settings", "SnakeSnapshot": "snapshot", "SnakeState": "state",
+    "SnakeSystem": "system", "SnakeSystemSpec": "spec", "drive_lumen": "drive",
 }  # fmt: skip
 
 __all__ = [
-    "Command",
     "DriveRecorder",
     "DriveSettings",
     "DriveSpec",
@@ -35,6 +38,7 @@ __all__ = [
     "LookRound",
     "LumenContours",
     "LumenSurface",
+    "SnakeCommand",
     "SnakeDrive",
     "SnakeSettings",
     "SnakeSnapshot",
@@ -46,6 +50,9 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
+    if name == "Command":
+        warn("vfix_engine.worlds.snake.Command is SnakeCommand now", DeprecationWarning, stacklevel=2)
+        name = "SnakeCommand"
     if name not in _WHERE:
         raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
     return getattr(import_module(f".{_WHERE[name]}", __name__), name)

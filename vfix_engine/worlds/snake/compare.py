@@ -10,9 +10,10 @@ import numpy as np
 from ...arrays import Array
 from ...pathway.pathway import Pathway
 from ...robots.snake import SnakeModel
+from .command import SnakeCommand
 from .drive_report import DeviationTally
-from .drive_state import CONTROLS, Command, Control, DriveSettings
 from .operators import Order, Stop, adversarial, scripted
+from .settings import CONTROLS, Control, DriveSettings
 from .snake_drive import SnakeDrive
 
 _TIP_S = 200.0  # [mm] of the comparison
@@ -84,7 +85,7 @@ def _measured(drive: SnakeDrive, orders: list[Order]) -> dict[str, Any]:
         tally.add(before, state, order.dt)
         joints.append(state.q[-drive.distal.dof :])
         cameras.append(_camera(drive))
-        command = (order.command if order.command.finite else Command()).camera * order.dt
+        command = (order.command if order.command.finite else SnakeCommand()).camera * order.dt
         size = float(np.linalg.norm(command))
         if size > 0.0:
             moved = cameras[-2][:3, :2].T @ (cameras[-1][:3, 3] - cameras[-2][:3, 3])

@@ -20,24 +20,25 @@ from ...robots.snake import SnakeModel
 from ...snake.conform.conforming import driven_curve
 from ...validate import point as checked_point
 from ...validate import whole
+from .command import SnakeCommand
 from .compare import compare_controls
 from .drive_report import DriveReport, Visit
 from .drive_run import DriveRun
-from .drive_state import Command, DriveSettings, DriveState, Observer
 from .lumen import Lumen, lumen_between
 from .narrow import narrowest
 from .operators import OPERATORS, Order, Stop, adversarial, scripted
-from .snake_drive import SnakeDrive
+from .settings import DriveSettings
+from .snake_drive import Observer, SnakeDrive
+from .state import SnakeState
 from .wall_depth import WallDepth
 
 __all__ = [
     "OPERATORS",
-    "Command",
     "DriveReport",
     "DriveSettings",
-    "DriveState",
     "Lumen",
     "Shot",
+    "SnakeCommand",
     "SnakeDrive",
     "compare_controls",
     "drive_lumen",
@@ -57,7 +58,7 @@ class Shot:
     event: str
     position: Array
     snake: SnakeModel
-    state: DriveState
+    state: SnakeState
     lumen: Lumen
 
     @property

@@ -13,9 +13,9 @@ from ...arrays import Array
 from ...pathway.limits.link_bounds import BOUND_SHARE
 from ...pathway.pathway import Pathway
 from ...snake import NOTICE
-from .drive_state import DriveState
 from .look_round import Retry, SideSeen
 from .narrow import Narrowest, narrowest_values
+from .state import SnakeState
 
 _STEERED = 0.05  # r below which ϑ means nothing
 _TURNED = math.sin(math.radians(2.0))  # and of a view
@@ -96,7 +96,7 @@ class DeviationTally:
     def __post_init__(self) -> None:
         self.outside, self.least_bound = np.full(len(self.bound), np.nan), np.array(self.bound)
 
-    def add(self, before: Array, state: DriveState, dt: float) -> None:
+    def add(self, before: Array, state: SnakeState, dt: float) -> None:
         """One more step, from joints ``before``."""
         depth = state.deviation.depth[state.measured]
         self.total += float(depth.sum())

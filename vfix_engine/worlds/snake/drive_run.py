@@ -100,7 +100,7 @@ class DriveRun:
             visit.looked_from_mm, visit.sides = order.looked.s_mm, order.looked.sides
         if state.mode == "looking":
             visit.steps += 1
-            rest, view = drive.snake.camera(state.q_conformed, state.base), drive.snake.camera(state.q, state.base)
+            rest, view = drive.snake.camera(state.q_nominal, state.base), drive.snake.camera(state.q, state.base)
             x, y, _ = rest[:3, :3].T @ view[:3, 2]
             steered = drive.settings.control == "parameterised"
             visit.turned(state.steering if steered else None, (float(x), float(y)))

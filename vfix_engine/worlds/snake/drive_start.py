@@ -16,7 +16,7 @@ from ...snake.control.parameterised import ParameterisedControl
 from ...snake.control.qp_drive import QpControl
 from ...snake.control.tip_control import TipControl
 from ...validate import real_array, within
-from .drive_state import DriveSettings
+from .settings import DriveSettings
 
 
 def checked_tip(snake: SnakeModel, length: float, tip_s: float, longer_allowed: bool) -> float:

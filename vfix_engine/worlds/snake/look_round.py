@@ -12,7 +12,7 @@ import numpy as np
 from ...arrays import Array
 from ...snake.control.parameterised import ParameterisedControl
 from ...validate import point_text
-from .drive_state import Command
+from .command import SnakeCommand
 from .look_plan import SIDES, LookPlanner, SidePath, view_of
 from .snake_drive import SnakeDrive
 
@@ -112,7 +112,7 @@ class Order(NamedTuple):
     reason: in words, of giving up. looked: what a look-round came to; retry: what an attempt came to.
     """
 
-    command: Command
+    command: SnakeCommand
     dt: float
     event: Literal["arrived", "bent", "looked", "gave up"] | None = None
     stop: Stop | None = None
@@ -131,7 +131,7 @@ class _Seen:
     def look(self) -> None:
         """Take note of the view as it is, against that of the shape that conforms."""
         state, snake = self._drive.state, self._drive.snake
-        view = view_of(snake.camera(state.q_conformed, state.base), snake.camera(state.q, state.base)[:3, 2])
+        view = view_of(snake.camera(state.q_nominal, state.base), snake.camera(state.q, state.base)[:3, 2])
         self.turned[view.side()] = max(self.turned[view.side()], view.turned)
 
 
@@ -165,9 +165,9 @@ def look_round(drive: SnakeDrive, stop: Stop, with_plan: bool = True) -> Iterato
     )
     looked = Looked(drive.tip_s, sides)
     if looked.count(least) == SIDES:
-        yield Order(Command(), dt, "looked", stop, looked=looked)
+        yield Order(SnakeCommand(), dt, "looked", stop, looked=looked)
     else:
-        yield Order(Command(), dt, "gave up", stop, _missing(looked, least), looked)
+        yield Order(SnakeCommand(), dt, "gave up", stop, _missing(looked, least), looked)
 
 
 def _missing(looked: Looked, least: float) -> str:
@@ -184,17 +184,17 @@ def _by_hand(drive: SnakeDrive, stop: Stop, seen: _Seen, trail: list[Array]) -> 
     """r from 0 to 1, ϑ once round, back to 0: all by commands in the camera's plane; ``trail`` gets the bends."""
     dt = drive.settings.step_s
     drive.ready_to_look()
-    pilot = drive.control if isinstance(drive.control, ParameterisedControl) else None
-    if pilot is None:  # whoever else steers: the paper's surface still says where the camera should go
+    shadow = None
+    if not isinstance(drive.control, ParameterisedControl):  # the paper's surface still says where the camera should go
         shadow = ParameterisedControl(drive.settings.bends, drive.settings.r_max)
         shadow.prepare(drive.distal_context(), drive.q[-drive.distal.dof :])
-    else:
-        shadow = pilot
     done, began, still = 0.0, drive.t, 0
     total = 2.0 * _RAMP_S + _TURN_S
     while done < total and drive.t - began < _GIVE_UP_S and still < _HAND_STILL:
         r, theta = _wanted_view(done)
-        here, target = np.array(shadow.steering), np.array([r * math.cos(theta), r * math.sin(theta)])
+        pilot = shadow or drive.control
+        assert isinstance(pilot, ParameterisedControl)
+        here, target = np.array(pilot.steering), np.array([r * math.cos(theta), r * math.sin(theta)])
         remaining = target - here
         behind = float(np.linalg.norm(remaining))
         # Held, the hand goes elsewhere; where the camera hardly moves with the bend, it does not wait for ever.
@@ -202,13 +202,13 @@ def _by_hand(drive: SnakeDrive, stop: Stop, seen: _Seen, trail: list[Array]) -> 
         close = behind < _AHEAD or (state.outcome in ("held", "shrunk") and state.limit != "speed")
         done += dt if close else _IMPATIENT * dt
         step = remaining * min(1.0, 2.0 * dt / _RAMP_S / behind) if behind > 0.0 else remaining
-        camera = shadow.camera_per_steering() @ step / dt
+        camera = pilot.camera_per_steering() @ step / dt
         before = drive.snake.camera(drive.q, drive.state.base)
-        yield Order(Command(camera_mm_per_s=(float(camera[0]), float(camera[1]))), dt, None, stop)
+        yield Order(SnakeCommand(camera_mm_per_s=(float(camera[0]), float(camera[1]))), dt, None, stop)
         seen.look()
         still = still + 1 if trail and np.array_equal(trail[-1], drive.bend) else 0
         trail.append(drive.bend)
-        if pilot is None:
+        if shadow is not None:
             share = _carried_out(before, drive.snake.camera(drive.q, drive.state.base), camera * dt)
             shadow.steering = (float(here[0] + share * step[0]), float(here[1] + share * step[1]))
 
@@ -237,12 +237,12 @@ def _there_and_back(
         if np.abs(drive.bend - bend).max() > _REACHED:
             break
     seen.look()
-    yield Order(Command(), drive.settings.step_s, event, stop)
+    yield Order(SnakeCommand(), drive.settings.step_s, event, stop)
     yield from _back(drive, gone)
 
 
 def _to(drive: SnakeDrive, bend: Array, stop: Stop | None = None) -> Iterator[Order]:
-    held, command = 0, Command(bend=tuple(float(value) for value in bend))
+    held, command = 0, SnakeCommand(bend=tuple(float(value) for value in bend))
     least = left = float(np.abs(drive.bend - bend).max())
     while held < STUCK and left > _REACHED:
         yield Order(command, max(drive.settings.step_s, _STEP_S), None, stop)
@@ -262,6 +262,6 @@ def _back(drive: SnakeDrive, trail: list[Array]) -> Iterator[Order]:
 def _straighten(drive: SnakeDrive) -> Iterator[Order]:
     dt, held, least = max(drive.settings.step_s, _STEP_S), 0, math.inf
     while held < STUCK and not drive.straight:
-        yield Order(Command(straighten=True), dt)
+        yield Order(SnakeCommand(straighten=True), dt)
         left = float(np.abs(drive.bend).max())
         held, least = (0, left) if left < least - _REACHED else (held + 1, least)

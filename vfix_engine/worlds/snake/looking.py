@@ -7,9 +7,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ...robots.snake import SnakeModel
+from .adoption import bends_place
+from .constants import DriveConstants
+from .distal import bend_of
 from .look_plan import SIDES, view_of
-from .planned_drive import PlannedDrive
 from .planning import LookPart, LookWanted
+from .state import SnakeState
 
 BendAngles = tuple[float, ...]
 
@@ -42,44 +46,45 @@ class Looking:
         """The bend that the next step goes towards; None where one is still being planned."""
         return self.ahead[0] if self.ahead and not self.back else None
 
-    def wanted(self, drive: PlannedDrive) -> LookWanted | None:
+    def wanted(self, drive: DriveConstants, state: SnakeState) -> LookWanted | None:
         """What a planner is to find: the path beyond the last bend that is known, before that is reached."""
         if self.back or self.ends or len(self.ahead) > 1:
             return None
-        at = drive.bends_place()
-        return LookWanted(at, at.rest + (self.ahead[-1] if self.ahead else drive.bend), self.side, self.aim)
+        at = bends_place(drive, state)
+        return LookWanted(at, at.rest + (self.ahead[-1] if self.ahead else bend_of(drive, state)), self.side, self.aim)
 
-    def taken(self, part: LookPart, drive: PlannedDrive) -> Looking:
+    def taken(self, part: LookPart, drive: DriveConstants, state: SnakeState) -> Looking:
         """With a piece of the path that a planner has found; one for another place is left out."""
-        end = np.array(self.ahead[-1]) if self.ahead else drive.bend
+        end = np.array(self.ahead[-1]) if self.ahead else bend_of(drive, state)
         if self.back or self.ends or part.side != self.side or float(np.abs(part.start - end).max()) > _SAME:
             return self
         return replace(self, ahead=self.ahead + part.bends, ends=part.ends)
 
-    def stepped(self, drive: PlannedDrive) -> Looking | None:
-        """After a step of the drive; None where the look-round is over, or cannot get back."""
-        left = float(np.abs(drive.bend - (self.goal or 0.0)).max())
+    def stepped(self, drive: DriveConstants, state: SnakeState) -> Looking | None:
+        """After a step; None where the look-round is over, or cannot get back."""
+        left = float(np.abs(bend_of(drive, state) - (self.goal or 0.0)).max())
         now = (
             replace(self, least=left, stuck=0) if left < self.least - _REACHED else replace(self, stuck=self.stuck + 1)
         )
         if self.back:
-            if drive.straight:
+            if state.straight:
                 return now._next_side()
             return now if now.stuck < _STUCK else None
         if self.ahead and left < _REACHED:
-            now = replace(now._seen(drive), ahead=self.ahead[1:], least=math.inf, stuck=0)
+            now = replace(now._seen(drive.snake, state), ahead=self.ahead[1:], least=math.inf, stuck=0)
         if not now.ahead:
             return replace(now, back=True, least=math.inf, stuck=0) if now.ends else replace(now, stuck=0)
-        return now if now.stuck < _STUCK else replace(now._seen(drive), ahead=(), back=True, least=math.inf, stuck=0)
+        if now.stuck < _STUCK:
+            return now
+        return replace(now._seen(drive.snake, state), ahead=(), back=True, least=math.inf, stuck=0)
 
     def _next_side(self) -> Looking | None:
         side = self.side + 1
         return replace(self, side=side, ends="", back=False, least=math.inf, stuck=0) if side < SIDES else None
 
-    def _seen(self, drive: PlannedDrive) -> Looking:
+    def _seen(self, snake: SnakeModel, state: SnakeState) -> Looking:
         """Note how far the view is turned, and to which side."""
-        now, snake = drive.state, drive.snake
-        view = view_of(snake.camera(now.q_conformed, now.base), snake.camera(now.q, now.base)[:3, 2])
+        view = view_of(snake.camera(state.q_nominal, state.base), snake.camera(state.q, state.base)[:3, 2])
         turned, side = list(self.turned_deg), view.side()
         turned[side] = max(turned[side], math.degrees(view.turned))
         return replace(self, turned_deg=tuple(turned))

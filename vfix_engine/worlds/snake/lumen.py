@@ -18,7 +18,7 @@ from ...pathway.pathway import Pathway, TissueMotion
 from ...robots.snake import SnakeModel
 from ...snake.conform.conforming import driven_curve
 from ...snake.conform.follow import followable
-from .drive_state import DriveSettings
+from .settings import DriveSettings
 
 _STATION_MM = 0.4  # between two places at which the surface is asked how wide the lumen is
 _ROOM_MM = 1.0  # more than the robot's radius: how much wider it is than that nobody asks

@@ -10,7 +10,7 @@ from collections.abc import Generator, Iterator, Sequence
 
 import numpy as np
 
-from .drive_state import Command
+from .command import SnakeCommand
 from .look_round import PASSED_MM, STUCK, Order, Retry, Stop, look_round, planned
 from .snake_drive import SnakeDrive
 
@@ -36,7 +36,7 @@ def scripted(drive: SnakeDrive, stops: Sequence[Stop], target_s: float, with_pla
         yield from _insert(drive, stop.s_mm)
         if drive.tip_s < min(stop.s_mm, drive.length_mm) - 1e-6:
             return
-        yield Order(Command(), settings.step_s, "arrived", stop)
+        yield Order(SnakeCommand(), settings.step_s, "arrived", stop)
         if drive.can_look:
             if with_plan:
                 yield from _to_the_best_place(drive, stop, target_s)
@@ -73,7 +73,7 @@ def _come_again(drive: SnakeDrive, to_s: float) -> Generator[Order, None, bool]:
             at, why, max(before - began, 0.0), share * usual, passed, (x, y, z), back_held,
             drive.tip_s, None if passed else _held_by(drive),
         )  # fmt: skip
-        yield Order(Command(), drive.settings.step_s, retry=retry)
+        yield Order(SnakeCommand(), drive.settings.step_s, retry=retry)
         if passed:
             break
     drive.plan_anew(usual)
@@ -93,7 +93,7 @@ def _go(drive: SnakeDrive, to_s: float) -> Iterator[Order]:
         left = (to_s - drive.tip_s) / usual
         speed = sign * min(settings.insertion_mm_per_s, abs(left))
         was = drive.tip_s
-        yield Order(Command(insert_mm_per_s=speed), usual)
+        yield Order(SnakeCommand(insert_mm_per_s=speed), usual)
         same = same + 1 if still and drive.tip_s == was and drive.state.outcome == "held" else 0
         held = held + 1 if abs(drive.tip_s - was) < min(_CREEP_MM, 0.5 * abs(to_s - was)) else 0
 
@@ -155,4 +155,4 @@ def adversarial(drive: SnakeDrive, steps: int, seed: int = 0) -> Iterator[Order]
             values = [math.nan, math.inf, -math.inf, 1e300, -1e300, 0.0]
             camera = (float(random.choice(values)), float(random.choice(values)))
             insert = float(random.choice([0.0, 0.0, math.nan, math.inf, 1e300]))
-        yield Order(Command(insert, camera, kind == "straighten"), step)
+        yield Order(SnakeCommand(insert, camera, kind == "straighten"), step)

@@ -27,14 +27,14 @@ from ...pathway.query.query import Query
 from ...robots.snake import SnakeModel
 from ...snake.bending.optimise import DistalBend
 from ...snake.conform.conformance import ShapeSolution, conform
-from ...snake.conform.waypoints import MOST, RESERVE_MM, moved_off
+from ...snake.conform.moved_off import MOST, RESERVE_MM, moved_off
 from ...snake.control.parameterised import found_bends
 from ...snake.control.projection import projected_to_limits
 from ...snake.control.tip_control import DistalContext
-from .drive_state import DriveSettings
 from .link_windows import entrance, link_windows, planning_margin
 from .look_plan import LookPlanner
 from .planning import BendsWanted, LookPart, LookWanted, PlanInputs, PlannedShape, PlannerAnswer, ShapeAtTime
+from .settings import DriveSettings
 
 SHAPES_AHEAD = 3  # of an insertion, so that it goes on while the next ones are planned
 LOOK_AHEAD = 3  # bends on towards a side in one plan: longer ones would keep the tissue's waiting

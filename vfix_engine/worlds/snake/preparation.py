@@ -13,7 +13,7 @@ from ...geometry.mesh import TriangleMesh
 from ...kernels.preparation import compile_parts
 from ...robots.snake import SnakeModel
 from .drive import drive_lumen
-from .drive_state import DriveSettings
+from .settings import DriveSettings
 from .spec import LumenContours, SnakeSystemSpec
 
 

@@ -11,7 +11,7 @@ from ...arrays import Array
 from ...pathway.limits.limits import Configuration, MotionVerdict
 from ...pathway.query.query import Query
 from ...robots.snake import SnakeModel
-from .drive_state import Outcome
+from .outcome import Outcome
 
 
 @dataclass(frozen=True, eq=False)

@@ -26,3 +26,29 @@ class LookRound(Request):
     """
 
     aim_deg: float = 45.0
+
+
+@dataclass(frozen=True)
+class SetPeriod(Request):
+    """Steps of a scripted drive take so many s from now on."""
+
+    dt: float
+
+
+@dataclass(frozen=True)
+class BendTowards(Request):
+    """Every step of a scripted drive from now on has this goal of the distal links (2L',) rad; None: none."""
+
+    bend: tuple[float, ...] | None
+
+
+@dataclass(frozen=True)
+class PlanAnew(Request):
+    """As ``SnakeDrive.plan_anew``."""
+
+    waypoint_mm: float
+
+
+@dataclass(frozen=True)
+class GetReady(Request):
+    """As ``SnakeDrive.ready_to_look``."""

@@ -8,7 +8,7 @@ from ...arrays import Array
 from ...robots.snake import SnakeModel
 from ...robots.snake_kernel import snake_frames
 from ...runtime.system import Column
-from .snake_drive import SnakeDrive
+from .state import SnakeState
 
 OUTCOMES = {"rest": "idle", "moved": "moved", "shrunk": "shrunk", "held": "held"}
 _CODES = {name: float(code) for code, name in enumerate(OUTCOMES)}
@@ -29,18 +29,19 @@ class SnakeRow:
         self.layout = _layout(snake.dof, range(self._first, snake.links))
         self._length, self._frames = snake.length_mm, np.empty((snake.links, 3, 4))
 
-    def write(self, drive: SnakeDrive, tissue_age_s: float, out: Array) -> None:
-        """The row of the drive as it is, into ``out``; ``tissue_age_s``: since its pathway was seen."""
-        now = drive.state
-        snake_frames(now.q, now.base, self._length, self._frames)
-        over = now.deviation.depth - drive.bound
-        out[0], out[1], out[2], out[3] = now.t, now.tip_s, *now.steering
-        out[4], out[5] = over[now.measured].max(initial=-np.inf), tissue_age_s
-        out[6:8] = now.forces.total
-        out[8] = _CODES[now.outcome]
-        out[9:12], out[12:24] = self._frames[-1, :, 3], now.base[:3].ravel()
-        joints = 24 + len(now.q)
-        out[24:joints], out[joints:] = now.q, now.deviation.depth[self._first :]
+    def write(self, state: SnakeState, tissue_age_s: float, out: Array) -> None:
+        """The row of a state, into ``out``; ``tissue_age_s``: since its pathway was seen."""
+        pose, forces = state.pose, state.felt.forces
+        base, q = pose.shape.base, pose.q
+        snake_frames(q, base, self._length, self._frames)
+        over = pose.deviation.depth - pose.bound
+        out[0], out[1], out[2], out[3] = state.t, state.tip_s, *state.control.steering
+        out[4], out[5] = over[pose.measured].max(initial=-np.inf), tissue_age_s
+        out[6:8] = forces.total
+        out[8] = _CODES[state.result.name]
+        out[9:12], out[12:24] = self._frames[-1, :, 3], base[:3].ravel()
+        joints = 24 + len(q)
+        out[24:joints], out[joints:] = q, pose.deviation.depth[self._first :]
 
 
 def _layout(dof: int, told: range) -> tuple[Column, ...]:

@@ -1,14 +1,24 @@
-"""The settings of a driven snake that may change while it is driven."""
+"""The settings of a driven snake: fixed for a whole drive, and those of them that may change while it is driven."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields, replace
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 from ...errors import InputError
-from .drive_state import DriveSettings
+from ...pathway.checks import MOST_ANGLES, MOST_CONTOURS, MOST_FITTED
+from ...pathway.limits.link_bounds import BOUND_MM, LinkBounds
+from ...robots.snake import MOST_LINKS
+from ...validate import positive, whole, within
+
+Control = Literal["parameterised", "qp"]
+CONTROLS: tuple[Control, ...] = ("parameterised", "qp")
+_FINEST_MM = 0.01  # of a step or between two shapes: with finer ones a drive takes hours
+_FINEST_S = 1e-5  # of a step
+_MOST_BENT = 0.5  # r: a tip that is bent more is not straight
+_MOST_VERTICES = 100_000  # of a link
 
 
 class Range(NamedTuple):
@@ -18,6 +28,102 @@ class Range(NamedTuple):
     high: float
     unit: str
     label: str
+
+
+@dataclass(frozen=True)
+class DriveSettings:
+    """How a snake is driven; lengths in mm, times in s.
+
+    step_s: one step while looking round; the paper's loop is faster than 1 kHz.
+    insertion_mm_per_s, insertion_step_mm: the operator's speed, and the most that one step inserts.
+    waypoint_mm: of insertion between two conforming shapes; an operator who is held draws back and comes with others.
+        This and the step are 0.01 mm at least.
+    manipulated: distal links that the camera command moves, L' of Kwok 2013, section III.B.
+    bound_mm, tip_bound_mm: b_i of eq. 17, of all links and of the last one, everywhere as given. None: by place, at
+        most 8 mm and 4 mm and half the lumen's radius (``link_bounds``); for the tip alone: half the others'.
+    r_max: largest r, 1 at least; reoptimise_below: control bends are found anew, and the tip is inserted, only while
+        r is not larger; from 0 to 0.5.
+    bends: control configurations, 4 or 8.
+    control: the paper's parameterised control, or the quadratic program.
+    contours, interpolated, angles: of the pathway; angles 1 are circles. quantile: of the radii measured around a
+        contour the one that a circle gets.
+    vertices_per_link: of the surface that is measured.
+    speed_max: rad/s of every joint, Table II.
+    tissue_s: so often a pathway that moves is followed.
+    look_aim_deg: so far a look-round turns the view to each side, if the bounds let it; look_least_deg: less than that
+        to any side is no look-round.
+    look_within_mm: so far before or behind a landmark a better place to look round from is looked for.
+
+    Raises:
+        InputError: a number out of its range.
+    """
+
+    step_s: float = 0.001
+    insertion_mm_per_s: float = 20.0
+    insertion_step_mm: float = 0.5
+    waypoint_mm: float = 1.0
+    manipulated: int = 5
+    bound_mm: float | None = None
+    tip_bound_mm: float | None = None
+    r_max: float = 1.4
+    reoptimise_below: float = 0.15
+    bends: Literal[4, 8] = 8
+    control: Control = "parameterised"
+    contours: int = 50
+    interpolated: int = 197
+    angles: int = 1
+    quantile: float = 0.3
+    vertices_per_link: int = 100
+    speed_max: float = math.radians(36.0)
+    tissue_s: float = 0.02
+    look_aim_deg: float = 45.0
+    look_least_deg: float = 20.0
+    look_within_mm: float = 10.0
+
+    def __post_init__(self) -> None:
+        for name in ("insertion_mm_per_s", "speed_max", "tissue_s"):
+            positive(_called(name), getattr(self, name))
+        for name in ("bound_mm", "tip_bound_mm"):
+            if getattr(self, name) is not None:
+                positive(_called(name), getattr(self, name))
+        for name, low, high in (
+            ("step_s", _FINEST_S, math.inf), ("insertion_step_mm", _FINEST_MM, math.inf),
+            ("waypoint_mm", _FINEST_MM, math.inf), ("r_max", 1.0, math.inf), ("reoptimise_below", 0.0, _MOST_BENT),
+            ("quantile", 0.0, 1.0),
+        ):  # fmt: skip
+            within(_called(name), getattr(self, name), low, high)
+        for name, low, high in (
+            ("manipulated", 1, MOST_LINKS), ("vertices_per_link", 1, _MOST_VERTICES), ("contours", 2, MOST_FITTED),
+            ("interpolated", 2, MOST_CONTOURS), ("angles", 1, MOST_ANGLES),
+        ):  # fmt: skip
+            object.__setattr__(self, name, whole(_called(name), getattr(self, name), low, high))
+        if self.angles == 2:
+            raise InputError("drive setting angles: a contour has 1 radius, or at least 3 around its centre; not 2")
+        within(_called("look_within_mm"), self.look_within_mm, 0.0, math.inf)
+        within(_called("look_aim_deg"), self.look_aim_deg, 1.0, 90.0)
+        within(_called("look_least_deg"), self.look_least_deg, 1.0, self.look_aim_deg)
+        if self.control not in CONTROLS:
+            raise InputError(f"control is one of {', '.join(CONTROLS)}, not {self.control!r}")
+        if self.bends not in (4, 8):
+            raise InputError(f"there are 4 or 8 control bends, not {self.bends}")
+
+    def bounds(self, links: int) -> LinkBounds:
+        """b_i of a robot of so many links."""
+        return LinkBounds.of(self.bound_mm, self.tip_bound_mm, links)
+
+    @property
+    def body_bound(self) -> float:
+        """The most that b_i of a link is, in mm."""
+        return BOUND_MM if self.bound_mm is None else self.bound_mm
+
+    @property
+    def tip_bound(self) -> float:
+        """The most that b_i of the last link is, in mm."""
+        return float(self.bounds(1).most[-1])
+
+
+def _called(name: str) -> str:
+    return f"drive setting {name}"
 
 
 @dataclass(frozen=True)

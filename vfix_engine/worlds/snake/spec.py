@@ -17,13 +17,13 @@ from ...pathway.pathway import Pathway, TissueMotion
 from ...pathway.tissue_motion import Breathing, Peristalsis, Together
 from ...robots.snake import SnakeModel
 from ...runtime.snapshot import Snapshot
+from ...runtime.system import Worker
 from ...snake.conform.conforming import driven_curve
-from .drive_state import DriveSettings
+from .constants import start_of
 from .lumen import Lumen, lumen_between
 from .narrow import narrowest
-from .planned_drive import PlannedDrive
 from .planner import Planner
-from .settings import SnakeSettings
+from .settings import DriveSettings, SnakeSettings
 from .snapshot import SnakeSnapshot
 from .system import SnakeSystem
 
@@ -133,10 +133,10 @@ class SnakeSystemSpec:
         settings = self.settings.of_drive(self.drive)
         if not self.anyway:
             narrowest(pathway, self.snake, None, min(curve.length, self.snake.reach_mm())).refuse(self.snake)
-        first = PlannedDrive(self.snake, pathway, settings, curve, slack, self.tip_s)
-        return SnakeSystem(first, self.settings, Planner(self.snake, pathway, curve, slack, settings))
+        start = start_of(self.snake, pathway, settings, curve, slack, self.tip_s, adjusted=self.settings)
+        return SnakeSystem(start, Planner(self.snake, pathway, curve, slack, settings))
 
-    def worker(self) -> Planner:
+    def worker(self) -> Worker:
         """What plans, in the worker process; it has made one plan of each kind, so its kernels are loaded."""
         system = self.build()
         system.prepare()

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
-from typing import Any, Literal
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -13,17 +13,20 @@ from ...errors import ControlError, InputError
 from ...runtime.command import BUTTON_STRAIGHTEN, Command, no_command
 from ...runtime.requests import Bend, Request, SetSettings, Straighten
 from ...runtime.snapshot import Blocker
-from ...runtime.system import Background, Column, Grip
-from .drive_state import Command as DriveCommand
-from .look_plan import SIDES
+from ...runtime.system import Background, Column, Grip, Worker
+from .adoption import adopted, bent_to, refused_link, wanted, with_settings
+from .command import SnakeCommand
+from .constants import DriveConstants, Start
+from .distal import can_look
 from .looking import Looking
-from .planned_drive import PlannedDrive
-from .planner import Planner
+from .motion import tissue_age_s
 from .planning import PlannerAnswer
 from .requests import FollowTissue, LookRound
 from .row import OUTCOMES, SnakeRow
 from .settings import SnakeSettings
 from .snapshot import SnakeSnapshot
+from .state import SnakeState
+from .step import step
 from .warm_up import small_lumens
 
 STILL_N = 1e-3  # [N] a force that is less is none; it only fades
@@ -32,34 +35,16 @@ STRUCTURE = "lumen"  # id of what a link's bound belongs to
 _WARM_STEPS = 40
 
 
-@dataclass(frozen=True, eq=False)
-class SnakeState:
-    """All that the next step needs.
-
-    steps: control periods since the start. settings: in force. drive: the robot in its lumen at this moment; it is
-    copied before it steps and never written to. doing: the request under way; goal: the bend (2L',) rad that it is for;
-    looking: where a look-round is; looked_deg: how far the last one turned the view to each side.
-    """
-
-    steps: int
-    settings: SnakeSettings
-    drive: PlannedDrive
-    doing: Literal["", "straighten", "bend", "look"] = ""
-    goal: tuple[float, ...] = ()
-    looking: Looking | None = None
-    looked_deg: tuple[float, ...] = (0.0,) * SIDES
-
-
 class SnakeSystem:
     """Implements ``runtime.System``; made by ``SnakeSystemSpec.build``.
 
     Args:
-        first: the robot at its start; planner: computes here, when ``prepare`` warms up, what the worker will.
+        start: the robot at its start; planner: computes here, when ``prepare`` warms up, what the worker will.
     """
 
-    def __init__(self, first: PlannedDrive, settings: SnakeSettings, planner: Planner) -> None:
-        self._first, self._settings, self.planner = first, settings, planner
-        self._row = SnakeRow(first.snake, first.settings.manipulated)
+    def __init__(self, start: Start, planner: Worker) -> None:
+        self.constants, self._start, self.planner = start.constants, start.state, planner
+        self._row = SnakeRow(start.constants.snake, start.state.settings.manipulated)
 
     @property
     def row_layout(self) -> tuple[Column, ...]:
@@ -81,7 +66,7 @@ class SnakeSystem:
             for _ in range(_WARM_STEPS):
                 state = self._planned(self.step(state, replace(no_command(), axes=axes)))
             state = self._planned(self.step(state, replace(no_command(), buttons=BUTTON_STRAIGHTEN)))
-        if state.drive.can_look:
+        if can_look(self.constants, state):
             state = self.apply(state, LookRound())
             for _ in range(_WARM_STEPS):
                 state = self._planned(self.step(state, no_command()))
@@ -94,27 +79,29 @@ class SnakeSystem:
 
     def start(self) -> SnakeState:
         """The state at the start, at rest; that it keeps its bounds was seen when it was built."""
-        return SnakeState(0, self._settings, self._first.copy())
+        return self._start
 
     def step(self, state: SnakeState, command: Command) -> SnakeState:
         """One control period; every motion is certified, whoever wants it."""
-        drive, settings = state.drive.copy(), state.settings
+        drive, speeds = self.constants, self.settings(state)
         x, y, insert = (_share(axis) for axis in command.axes)
         straighten = bool(command.buttons & BUTTON_STRAIGHTEN)
-        asked = x or y or insert or straighten
-        now = _undone(state) if asked else state
-        looking, bend = now.looking, now.goal or None
+        if x or y or insert or straighten:
+            state = _undone(state)
+        looking, goal = state.looking, state.bend_goal
         if looking is not None:
-            straighten, bend = looking.back, looking.goal
-        speed = settings.camera_mm_per_s
-        straighten = straighten or now.doing == "straighten"
-        drive.step(DriveCommand(insert * settings.insertion_mm_per_s, (x * speed, y * speed), straighten, bend))
-        now = replace(now, steps=state.steps + 1, drive=drive)
+            straighten, goal = looking.back, looking.goal
+        camera = (x * speeds.camera_mm_per_s, y * speeds.camera_mm_per_s)
+        straighten = straighten or state.doing == "straighten"
+        asked = SnakeCommand(insert * speeds.insertion_mm_per_s, camera, straighten, goal)
+        state = step(drive, state, asked, state.period_s)
         if looking is not None:
-            after = looking.stepped(drive)
-            return _undone(now) if after is None else replace(now, looking=after)
-        done = (now.doing == "straighten" and drive.straight) or (now.doing == "bend" and _reached(drive, now.goal))
-        return _undone(now) if done else now
+            after = looking.stepped(drive, state)
+            return _undone(state) if after is None else state._replace(looking=after)
+        straight = state.doing == "straighten" and state.straight
+        if straight or (state.doing == "bend" and bent_to(drive, state, np.array(state.bend_goal)) < REACHED):
+            return _undone(state)
+        return state
 
     def apply(self, state: SnakeState, request: Request) -> SnakeState:
         """The state after a request: ``SetSettings``, ``Straighten``, ``Bend``, ``LookRound`` or ``FollowTissue``.
@@ -127,41 +114,38 @@ class SnakeSystem:
         if isinstance(request, SetSettings):
             return self._with_settings(state, request.settings)
         if isinstance(request, Straighten):
-            return replace(_undone(state), doing="straighten")
+            return _undone(state)._replace(doing="straighten")
         if isinstance(request, Bend):
-            wanted, joints = request.goal, state.drive.distal.dof
-            if len(wanted) != joints or not all(map(math.isfinite, wanted)):
-                raise InputError(f"a bend is {joints} finite angles in rad, not {wanted!r:.80}")
-            return replace(_undone(state), doing="bend", goal=tuple(float(value) for value in wanted))
+            goal, joints = request.goal, self.constants.distal.dof
+            if len(goal) != joints or not all(map(math.isfinite, goal)):
+                raise InputError(f"a bend is {joints} finite angles in rad, not {goal!r:.80}")
+            return _undone(state)._replace(doing="bend", bend_goal=tuple(float(value) for value in goal))
         if isinstance(request, LookRound):
             return self._looking(state, request)
         if isinstance(request, FollowTissue):
-            drive = state.drive.copy()
-            drive.following = bool(request.on)
-            return replace(state, drive=drive)
+            return state._replace(following=bool(request.on))
         raise ControlError(f"a snake does not know the request {type(request).__name__}")
 
     def _looking(self, state: SnakeState, request: LookRound) -> SnakeState:
         if not (math.isfinite(request.aim_deg) and 1.0 <= request.aim_deg <= 90.0):
             raise InputError(f"a look-round aims at 1 to 90°, not {request.aim_deg!r:.20}")
-        if not state.drive.can_look:
+        if not can_look(self.constants, state):
             raise ControlError("too near the entrance to look round: insert until all links that bend are inside")
-        return replace(_undone(state), doing="look", looking=Looking(math.radians(request.aim_deg)))
+        return _undone(state)._replace(doing="look", looking=Looking(math.radians(request.aim_deg)))
 
     def _with_settings(self, state: SnakeState, settings: Any) -> SnakeState:
         if not isinstance(settings, SnakeSettings):
             raise InputError(f"settings of a snake are SnakeSettings, not {type(settings).__name__}")
-        drive = state.drive.copy()
-        drive.set_settings(settings.of_drive(drive.settings))
-        return replace(state, settings=settings, drive=drive)
+        state = with_settings(self.constants, state, settings.of_drive(state.settings))
+        return state._replace(adjusted=settings, period_s=settings.step_s)
 
     def settings(self, state: SnakeState) -> SnakeSettings:
         """The settings in force."""
-        return state.settings
+        return state.adjusted
 
     def period_s(self, state: SnakeState) -> float:
         """The control period in s."""
-        return state.settings.step_s
+        return state.period_s
 
     def steps(self, state: SnakeState) -> int:
         """Control periods since the start."""
@@ -172,11 +156,10 @@ class SnakeSystem:
 
         A snake has no speed to lose: it rests wherever the clock is stopped, and the tissue with it.
         """
-        drive = state.drive
-        if not running or drive.moves:
+        if not running or self.constants.moves:
             return not running
-        still = not state.doing and drive.state.outcome == "rest" and not drive.wants_plan
-        return still and float(np.abs(drive.state.forces.total).max()) < STILL_N
+        still = not state.doing and state.result.name == "rest" and wanted(self.constants, state) is None
+        return still and float(np.abs(state.forces.total).max()) < STILL_N
 
     def grip(self, state: SnakeState) -> Grip | None:
         """None: a snake is steered by axes."""
@@ -184,58 +167,57 @@ class SnakeSystem:
 
     def row(self, state: SnakeState, out: Array) -> None:
         """Write the numbers of ``row_layout`` into ``out``."""
-        self._row.write(state.drive, state.drive.tissue_age_s, out)
+        self._row.write(state, tissue_age_s(self.constants, state), out)
 
     def snapshot(self, state: SnakeState) -> SnakeSnapshot:
         """The picture of a state."""
-        drive = state.drive
-        now, snake = drive.state, drive.snake
-        frames = snake.frames(now.q, now.base)
+        drive, pose = self.constants, state.pose
+        snake, distal = drive.snake, 2 * drive.first
+        frames = snake.frames(pose.q, pose.shape.base)
         camera = frames[-1].copy()
         camera[:3, 3] += snake.camera_offset_mm * camera[:3, 2]
         radius = np.full((snake.links, 1), snake.radius_mm)
-        rest = drive.distal_context().rest
         return SnakeSnapshot(
-            t=now.t,
-            q=now.q,
+            t=state.t,
+            q=pose.q,
             capsules=np.hstack([frames[:-1, :3, 3], frames[1:, :3, 3], radius]),
             tip=frames[-1, :3, 3],
             camera=camera,
-            outcome=OUTCOMES[now.outcome],
-            progress_mm=now.tip_s,
-            length_mm=drive.length_mm,
+            outcome=OUTCOMES[state.result.name],
+            progress_mm=state.tip_s,
+            length_mm=state.tissue.length_mm,
             steps=state.steps,
-            blockers=_blockers(drive),
-            forces=np.append(now.forces.total, 0.0),
-            mode=now.mode,
+            blockers=_blockers(drive, state),
+            forces=np.append(state.forces.total, 0.0),
+            mode=state.mode,
             doing=state.doing,
-            bend=drive.control.bent(now.q[-len(rest) :], rest),
-            straight=drive.straight,
-            can_look=drive.can_look,
-            links_inside=int(now.measured.sum()),
-            deviations=np.where(now.measured, now.deviation.depth, 0.0),
-            bounds=np.where(now.measured, drive.bound, np.inf),
-            resistance=now.forces.resistance,
-            guidance=now.forces.guidance,
-            tissue_age_s=drive.tissue_age_s,
-            following=drive.following,
+            bend=state.control.bent(pose.q[distal:], pose.shape.q[distal:]),
+            straight=state.straight,
+            can_look=can_look(drive, state),
+            links_inside=int(pose.measured.sum()),
+            deviations=np.where(pose.measured, pose.deviation.depth, 0.0),
+            bounds=np.where(pose.measured, pose.bound, np.inf),
+            resistance=state.forces.resistance,
+            guidance=state.forces.guidance,
+            tissue_age_s=tissue_age_s(drive, state),
+            following=state.following,
             looked_deg=np.array(state.looked_deg if state.looking is None else state.looking.turned_deg),
         )
 
     def background(self, state: SnakeState) -> Background | None:
         """What the worker is to plan next, or None."""
-        wanted = state.drive.wanted(None if state.looking is None else state.looking.wanted(state.drive))
-        return None if wanted is None else Background(wanted, state.steps)
+        view = None if state.looking is None else state.looking.wanted(self.constants, state)
+        inputs = wanted(self.constants, state, view)
+        return None if inputs is None else Background(inputs, state.steps)
 
     def adopt(self, state: SnakeState, result: Any, age_s: float) -> SnakeState:
         """The state with a plan; what of it no longer fits is left out."""
         if not isinstance(result, PlannerAnswer):
             raise InputError(f"{type(result).__name__} is no plan for a snake")
-        drive = state.drive.copy()
-        drive.adopt(result, age_s)
+        state = adopted(self.constants, state, result, age_s)
         if state.looking is not None and result.view is not None:
-            return replace(state, drive=drive, looking=state.looking.taken(result.view, drive))
-        return replace(state, drive=drive)
+            return state._replace(looking=state.looking.taken(result.view, self.constants, state))
+        return state
 
 
 def _share(axis: float) -> float:
@@ -248,22 +230,16 @@ def _undone(state: SnakeState) -> SnakeState:
     if not state.doing:
         return state
     looked_deg = state.looked_deg if state.looking is None else state.looking.turned_deg
-    return replace(state, doing="", goal=(), looking=None, looked_deg=looked_deg)
+    return state._replace(doing="", bend_goal=None, looking=None, looked_deg=looked_deg)
 
 
-def _reached(drive: PlannedDrive, goal: tuple[float, ...]) -> bool:
-    return bool(np.abs(drive.bend - goal).max() < REACHED)
-
-
-def _blockers(drive: PlannedDrive) -> tuple[Blocker, ...]:
+def _blockers(drive: DriveConstants, state: SnakeState) -> tuple[Blocker, ...]:
     """What shrank or held the last step."""
-    now = drive.state
-    if now.limit is None:
+    limit, words = state.result.limit, state.result.words or ""
+    if limit is None:
         return ()
-    words = now.held_by or ""
-    refused = drive.refused
-    if now.limit == "bound" and refused is not None:
-        link, name = refused
-        distance = float(drive.bound[link] - now.deviation.depth[link])
-        return (Blocker("bound", STRUCTURE, name, distance, now.held_at, words),)
-    return (Blocker(now.limit, STRUCTURE if now.limit in ("tissue", "end") else "", words=words),)
+    link = refused_link(drive, state)
+    if limit == "bound" and link is not None:
+        distance = float(state.bound[link] - state.deviation.depth[link])
+        return (Blocker("bound", STRUCTURE, f"link {link + 1}", distance, state.held_at, words),)
+    return (Blocker(limit, STRUCTURE if limit in ("tissue", "end") else "", words=words),)

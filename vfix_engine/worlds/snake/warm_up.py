@@ -10,16 +10,15 @@ from ...pathway.pathway import Pathway
 from ...pathway.tissue_motion import breathing
 from ...robots.snake import SnakeModel
 from ...snake.conform.conforming import driven_curve
-from .drive_state import DriveSettings
-from .planned_drive import PlannedDrive
+from .constants import Start, start_of
 from .planner import Planner
-from .settings import SnakeSettings
+from .settings import DriveSettings, SnakeSettings
 
 LINKS, TIP_MM = 6, 160.0
 _BEND_MM, _TURN, _RADIUS_MM, _CONTOURS = 26.0, 4.2, 9.0, 41  # sharper than joints of ± 45° can follow
 
 
-def small_lumens() -> Iterator[tuple[PlannedDrive, SnakeSettings, Planner]]:
+def small_lumens() -> Iterator[tuple[Start, Planner]]:
     """Robots deep in a narrow loop that is too sharp for their joints: one in moving tissue, one in still tissue."""
     turn = np.linspace(0.0, _TURN, _CONTOURS)
     centre = np.column_stack([_BEND_MM * (1.0 - np.cos(turn)), 6.0 * turn, _BEND_MM * np.sin(turn)])
@@ -31,5 +30,5 @@ def small_lumens() -> Iterator[tuple[PlannedDrive, SnakeSettings, Planner]]:
     for motion in (breathing((0.0, 0.3, 1.0), 2.0, 1.0, 60.0), None):
         pathway = Pathway(centre, np.full((len(centre), 1), _RADIUS_MM), len(centre), motion=motion)
         curve = driven_curve(pathway, None)
-        first = PlannedDrive(snake, pathway, fixed, curve, None, TIP_MM, beyond_allowed=True)
-        yield first, settings, Planner(snake, pathway, curve, None, fixed)
+        start = start_of(snake, pathway, fixed, curve, None, TIP_MM, adjusted=settings, beyond_allowed=True)
+        yield start, Planner(snake, pathway, curve, None, fixed)

@@ -1,14 +1,16 @@
 // Marker: a button, and where the marker lies.
-import { group, h } from "/static/js/dom.js";
+import { h } from "/static/js/dom.js";
+import { draw, html, titled } from "/static/js/template.js";
 
 export default class MarkerPanel {
   constructor({ connection }) {
-    this.words = h("p", { class: "words", id: "marker-words" });
-    const lay = h("button", { type: "button", id: "lay-marker", onclick: () => connection.send("marker.lay") }, "Lay the marker");
-    this.element = h("div", {}, group("Marker", null, this.words, lay));
+    this.connection = connection;
+    this.element = h("div", { class: "group" });
   }
 
   update({ marker }) {
-    this.words.textContent = marker ? `Laid ${marker.laid} times.` : "Not laid yet.";
+    draw(this.element, titled("Marker", null, html`
+      <p class="words" id="marker-words">${marker ? `Laid ${marker.laid} times.` : "Not laid yet."}</p>
+      <button type="button" id="lay-marker" @click=${() => this.connection.send("marker.lay")}>Lay the marker</button>`));
   }
 }

@@ -8,7 +8,7 @@ from vfix_engine import SnakeDrive, TriangleMesh
 from vfix_engine.anatomy.lumen.centreline import centreline_between
 from vfix_engine.errors import PathwayError
 from vfix_engine.robots.snake import SnakeModel
-from vfix_engine.worlds.snake.drive import Command, DriveSettings
+from vfix_engine.worlds.snake.drive import DriveSettings, SnakeCommand
 from vfix_engine.worlds.snake.lumen import lumen_between
 
 SETTINGS = DriveSettings(contours=12, interpolated=45, vertices_per_link=30, bends=4, step_s=0.01)
@@ -31,7 +31,7 @@ def test_a_snake_is_put_before_the_entrance_of_a_surface(tube: TriangleMesh) -> 
     np.testing.assert_array_equal(drive.state.base, same.state.base)
     assert drive.snake.links == 6
     for _ in range(50):
-        state = drive.step(Command(insert_mm_per_s=20.0))
+        state = drive.step(SnakeCommand(insert_mm_per_s=20.0))
     assert 9.0 < drive.tip_s <= 10.0  # at 20 mm/s; a little less where the shape changes fast
     assert (state.deviation.depth <= drive.bound).all()
 

@@ -11,9 +11,10 @@ from lumen_shapes import arc, straight
 from vfix_engine.pathway.limits.limits import MOTION_TOLERANCE_MM
 from vfix_engine.pathway.query.query import deviation_of_points
 from vfix_engine.robots.snake import SnakeModel
-from vfix_engine.worlds.snake.drive_state import Command, DriveSettings
+from vfix_engine.worlds.snake.command import SnakeCommand
 from vfix_engine.worlds.snake.look_plan import SIDES, LookPlanner, view_of
 from vfix_engine.worlds.snake.look_round import planned
+from vfix_engine.worlds.snake.settings import DriveSettings
 from vfix_engine.worlds.snake.snake_drive import SnakeDrive
 
 # A bend in which joints of 45° have little left: chords of 28 mm turn by 41°.
@@ -66,7 +67,7 @@ def test_every_way_keeps_the_bounds_and_looks_where_it_says() -> None:
         # It is a way of the robot's: out step by step, and back.
         for bend in [*way.bends, *way.bends[::-1], np.zeros(10)]:
             for _ in range(40):
-                state = drive.step(Command(bend=tuple(bend)))
+                state = drive.step(SnakeCommand(bend=tuple(bend)))
                 assert state.outcome in ("moved", "held", "rest")
                 if np.abs(drive.bend - bend).max() < 1e-9:
                     break

@@ -7,6 +7,7 @@ configuration measured again by the paper's printed steps, a share of the ways f
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -20,8 +21,10 @@ from benchmarks.lumen_attack.lies import LIES
 from benchmarks.lumen_attack.watch import Motion, Tally, Watch
 from vfix_engine.pathway.limits.limits import Configuration, HardLimits, MotionVerdict
 from vfix_engine.robots.snake import SnakeModel
-from vfix_engine.worlds.snake.drive_state import DriveSettings
+from vfix_engine.worlds.snake.command import SnakeCommand
+from vfix_engine.worlds.snake.settings import DriveSettings
 from vfix_engine.worlds.snake.snake_drive import SnakeDrive
+from vfix_engine.worlds.snake.state import SnakeState
 
 SCENES = ("helix", "narrow", "lobes", "hairpin", "breathing bend", "squeezing helix")
 STEPS, SEED = 100, 20261124
@@ -67,11 +70,10 @@ def replaced(broken: Callable[..., MotionVerdict]) -> Callable[[SnakeDrive], Non
     """A sabotage that puts another certificate in the place of both of the drive's."""
 
     def sabotage(drive: SnakeDrive) -> None:
-        part: Any = drive
-        for name in ("_limits", "_distal_limits"):
-            honest: HardLimits = getattr(part, name)
+        for name in ("limits", "distal_limits"):
+            honest: HardLimits = getattr(drive.constants, name)
             other: Any = type("Broken", (), {"certify": lambda _, *motion, of=honest: broken(of, *motion)})()
-            setattr(part, name, other)
+            drive.constants = replace(drive.constants, **{name: other})
         LIES["control"](drive, np.random.default_rng(1))
 
     return sabotage
@@ -121,13 +123,16 @@ def test_a_way_through_the_wall_is_found_out() -> None:
 def test_a_motion_that_nobody_judged_is_found_out() -> None:
     def sabotage(drive: SnakeDrive) -> None:
         part: Any = drive
-        honest = part._bend
+        honest = part.step
 
-        def drifting(*asked: Any) -> Any:
-            part.q[-1] *= 0.9999
-            return honest(*asked)
+        def drifting(command: SnakeCommand, dt: float) -> SnakeState:
+            state = honest(command, dt)
+            q = state.q.copy()
+            q[-1] *= 0.9999
+            drive.state = state._replace(pose=state.pose._replace(q=q))
+            return drive.state
 
-        part._bend = drifting
+        part.step = drifting
 
     found = Campaign("helix", 2, 60, sabotage, ("pushing",)).run()
     assert found["violations"] > 0

@@ -25,12 +25,13 @@ from vfix_engine.snake.bending.bending import BendProblem
 from vfix_engine.snake.bending.hermite import PolarHermite
 from vfix_engine.snake.bending.optimise import control_bends
 from vfix_engine.snake.bending.visual_motor import BendDirection, VisualMotor
+from vfix_engine.worlds.snake.command import SnakeCommand
 from vfix_engine.worlds.snake.drive import drive_lumen
 from vfix_engine.worlds.snake.drive_report import Visit
-from vfix_engine.worlds.snake.drive_state import Command, DriveSettings
 from vfix_engine.worlds.snake.look_round import look_round
 from vfix_engine.worlds.snake.narrow import narrowest
 from vfix_engine.worlds.snake.operators import Stop, scripted
+from vfix_engine.worlds.snake.settings import DriveSettings
 from vfix_engine.worlds.snake.snake_drive import SnakeDrive
 
 LANE = straight(contours=16)
@@ -214,7 +215,7 @@ def test_a_drive_starts_with_what_fits_together(drive: SnakeDrive) -> None:
         with pytest.raises(InputError, match=words):
             SnakeDrive(**{"snake": drive.snake, "pathway": LANE, "settings": drive.settings, "tip_s": 170.0} | wrong)
     assert SnakeDrive(SnakeModel(12), LANE, drive.settings, longer_allowed=True).state.outcome == "rest"
-    for command, dt in (((1, 2), 0.001), (Command(), "a"), (Command(), math.nan)):
+    for command, dt in (((1, 2), 0.001), (SnakeCommand(), "a"), (SnakeCommand(), math.nan)):
         with pytest.raises(InputError):
             drive.step(command, dt)
 
@@ -241,7 +242,7 @@ def test_tissue_that_leaves_no_pathway_holds_the_robot_until_there_is_one() -> N
     held, reasons, q = 0, set(), drive.q.copy()
     for _ in range(200):
         lost = drive.lost
-        state = drive.step(Command(camera_mm_per_s=(30.0, 0.0)), 0.001)
+        state = drive.step(SnakeCommand(camera_mm_per_s=(30.0, 0.0)), 0.001)
         if drive.lost is not None:
             held += 1
             reasons.add(state.held_by)

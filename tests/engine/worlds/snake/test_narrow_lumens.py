@@ -34,13 +34,15 @@ from vfix_engine.runtime.replay import replay
 from vfix_engine.runtime.run import END, Run, RunWriter
 from vfix_engine.worlds.registry import spec_of
 from vfix_engine.worlds.snake import LumenContours, LumenSurface, SnakeSettings, SnakeSystemSpec
+from vfix_engine.worlds.snake.command import SnakeCommand
 from vfix_engine.worlds.snake.drive import drive_lumen
 from vfix_engine.worlds.snake.drive_run import STALLED, DriveRun
-from vfix_engine.worlds.snake.drive_state import Command, DriveSettings, DriveState
 from vfix_engine.worlds.snake.look_round import Order, Stop, look_round
 from vfix_engine.worlds.snake.lumen import lumen_between
 from vfix_engine.worlds.snake.narrow import narrowest
+from vfix_engine.worlds.snake.settings import DriveSettings
 from vfix_engine.worlds.snake.snake_drive import SnakeDrive
+from vfix_engine.worlds.snake.state import SnakeState
 from vfix_engine.worlds.snake.wall_depth import WallDepth
 
 COARSE = DriveSettings(vertices_per_link=30, bends=4, step_s=0.01)
@@ -93,7 +95,7 @@ def test_into_the_narrow_no_link_is_ever_beyond_the_bound_of_its_place(back: boo
         camera = (40.0 * math.cos(turn), 40.0 * math.sin(turn)) if phase >= 40 else (0.0, 0.0)
         straighten = phase < 15 and not drive.straight
         insert = 0.0 if any(camera) or straighten else -20.0 if back else 20.0
-        state = drive.step(Command(insert, camera, straighten), 0.025)
+        state = drive.step(SnakeCommand(insert, camera, straighten), 0.025)
         bound = bounds_by_place(drive.pathway, drive.settings, state.windows)
         np.testing.assert_allclose(state.bound, bound, rtol=1e-9)
         depth = judge.depth(state.packed, state.windows, state.measured, state.q, state.base)
@@ -237,7 +239,7 @@ def test_a_drive_that_gets_nowhere_ends_and_says_why() -> None:
     run = DriveRun(drive, [], None, lambda _: None)
     for _ in range(STALLED):
         assert run.stalled is None
-        run.carry_out(Order(Command(camera_mm_per_s=(1.0, 0.0)), 0.001))
+        run.carry_out(Order(SnakeCommand(camera_mm_per_s=(1.0, 0.0)), 0.001))
     assert run.finish(10.0) == run.stalled == f"{STALLED:,} steps in a row moved nothing: link 1 at its bound"
 
 
@@ -246,7 +248,7 @@ def test_a_thin_robot_in_a_thin_lumen_ends_its_look_round() -> None:
     settings = DriveSettings(vertices_per_link=10, bends=4, step_s=0.02)
     drive, steps = SnakeDrive(SnakeModel(3, radius_mm=1.5), straight(200.0, 3.0), settings, tip_s=150.0), 0
     for order in look_round(drive, Stop("here", 150.0)):
-        state: DriveState = drive.step(order.command, order.dt)
+        state: SnakeState = drive.step(order.command, order.dt)
         assert (state.deviation.depth <= BOUND_SHARE * 3.0 + 1e-9).all()
         steps += 1
     assert steps < 4000
@@ -262,8 +264,8 @@ def test_rows_have_the_depth_of_each_distal_link() -> None:
     state = system.start()
     states = [state := system.step(state, hand(0.5)) for _ in range(3)]
     found = rows(system, states)
-    np.testing.assert_array_equal(found[-1, -5:], states[-1].drive.state.deviation.depth[-5:])
-    assert judged(system.start(), states).violations == 0
+    np.testing.assert_array_equal(found[-1, -5:], states[-1].deviation.depth[-5:])
+    assert judged(system, system.start(), states).violations == 0
 
 
 def test_a_recording_of_before_is_read_and_driven_again(tmp_path: Path) -> None:

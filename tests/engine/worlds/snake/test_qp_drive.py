@@ -14,8 +14,9 @@ from vfix_engine.snake.control.projection import projected_to_limits
 from vfix_engine.snake.control.qp_drive import QpControl
 from vfix_engine.snake.control.tip_control import DistalContext, camera_jacobian
 from vfix_engine.snake.control.wall_rows import wall_rows
+from vfix_engine.worlds.snake.command import SnakeCommand
 from vfix_engine.worlds.snake.drive import compare_controls
-from vfix_engine.worlds.snake.drive_state import Command, DriveSettings
+from vfix_engine.worlds.snake.settings import DriveSettings
 from vfix_engine.worlds.snake.snake_drive import SnakeDrive
 
 SETTINGS = DriveSettings(vertices_per_link=40, control="qp", step_s=0.002)
@@ -51,7 +52,7 @@ def test_the_camera_goes_where_the_command_says() -> None:
     for command in ((20.0, 0.0), (0.0, -20.0), (8.0, 8.0)):
         for _ in range(20):
             before = drive.snake.camera(drive.q, drive.state.base)
-            state = drive.step(Command(camera_mm_per_s=command))
+            state = drive.step(SnakeCommand(camera_mm_per_s=command))
             moved = before[:3, :2].T @ (drive.snake.camera(drive.q, drive.state.base)[:3, 3] - before[:3, 3])
             np.testing.assert_allclose(moved, np.array(command) * 0.002, atol=3e-3)
             assert state.outcome == "moved"
@@ -61,12 +62,12 @@ def test_at_the_wall_it_slides_where_the_parameterised_control_stops() -> None:
     """Pushed aside for long, the camera stops at the bound; pushed obliquely it goes on along it."""
     drive = SnakeDrive(SnakeModel(6), straight(400.0, 12.0, contours=21), SETTINGS, tip_s=200.0)
     for _ in range(700):
-        drive.step(Command(camera_mm_per_s=(100.0, 0.0)), 0.005)
+        drive.step(SnakeCommand(camera_mm_per_s=(100.0, 0.0)), 0.005)
     assert drive.state.deviation.depth[-1] > 0.9 * drive.bound[-1]
     assert (drive.state.deviation.depth <= drive.bound).all()
     before = drive.snake.camera(drive.q, drive.state.base)[:3, 3]
     for _ in range(60):
-        drive.step(Command(camera_mm_per_s=(60.0, 60.0)), 0.005)
+        drive.step(SnakeCommand(camera_mm_per_s=(60.0, 60.0)), 0.005)
     moved = drive.snake.camera(drive.q, drive.state.base)[:3, 3] - before
     assert abs(moved[1]) > 3.0
     assert (drive.state.deviation.depth <= drive.bound).all()
@@ -79,7 +80,7 @@ def test_steps_that_are_not_small_are_carried_out_at_the_wall() -> None:
     outcomes, near = [], 0
     for k in range(260):
         angle = 0.02 * max(k - 60, 0)
-        state = drive.step(Command(camera_mm_per_s=(120.0 * math.cos(angle), 120.0 * math.sin(angle))))
+        state = drive.step(SnakeCommand(camera_mm_per_s=(120.0 * math.cos(angle), 120.0 * math.sin(angle))))
         outcomes.append(state.outcome)
         near += state.deviation.depth[-1] > drive.bound[-1] - 0.2
     assert near > 120
@@ -93,16 +94,16 @@ def test_straightening_goes_back_by_the_way_that_was_come() -> None:
     aside[8], beyond[8:] = 0.3, 0.3
     for bend in (aside, beyond):
         for _ in range(300):
-            drive.step(Command(bend=tuple(bend)))
+            drive.step(SnakeCommand(bend=tuple(bend)))
     honest = drive.distal_limits.certify
 
     def certify(packed, windows, before, after, *more):
         verdict = honest(packed, windows, before, after, *more)
-        blocked = np.linalg.norm((after.q - drive.state.q_conformed[-10:])[8:] - 0.15) < 0.06
+        blocked = np.linalg.norm((after.q - drive.state.q_nominal[-10:])[8:] - 0.15) < 0.06
         return verdict._replace(taken=False, held_by="something in the way") if blocked else verdict
 
     drive.distal_limits.certify = certify
-    outcomes = [drive.step(Command(straighten=True)).outcome for _ in range(900)]
+    outcomes = [drive.step(SnakeCommand(straighten=True)).outcome for _ in range(900)]
     assert drive.straight
     assert outcomes.count("held") < 5
     assert outcomes[-1] == "rest"

@@ -22,16 +22,17 @@ from vfix_engine.robots.snake import SnakeModel
 from vfix_engine.worlds.snake.drive import Shot, drive_lumen, lumen_between
 from vfix_engine.worlds.snake.drive_report import DeviationTally
 from vfix_engine.worlds.snake.drive_run import why_it_ended
-from vfix_engine.worlds.snake.drive_state import DriveSettings, DriveState
 from vfix_engine.worlds.snake.operators import Stop, _come_again, adversarial, scripted
+from vfix_engine.worlds.snake.settings import DriveSettings
 from vfix_engine.worlds.snake.snake_drive import SnakeDrive
+from vfix_engine.worlds.snake.state import SnakeState
 from vfix_engine.worlds.snake.wall_depth import WallDepth
 
 QUICK = DriveSettings(vertices_per_link=40, bends=4, step_s=0.008)
 
 
 def judged(
-    drive: SnakeDrive, state: DriveState, q: np.ndarray | None = None, base: np.ndarray | None = None
+    drive: SnakeDrive, state: SnakeState, q: np.ndarray | None = None, base: np.ndarray | None = None
 ) -> np.ndarray:
     """Depth (L,) of the links that are inside, each vertex against each segment of its window."""
     frames = drive.snake.frames(state.q if q is None else q, state.base if base is None else base)[1:]

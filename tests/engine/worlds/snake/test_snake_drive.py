@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,9 +16,10 @@ from vfix_engine.pathway.limits.limits import beyond_text
 from vfix_engine.pathway.tissue_motion import breathing
 from vfix_engine.robots.snake import SnakeModel
 from vfix_engine.snake.conform.conformance import conform
-from vfix_engine.snake.conform.waypoints import moved_off
-from vfix_engine.snake.control.projection import projected_to_limits
-from vfix_engine.worlds.snake.drive_state import Command, DriveSettings
+from vfix_engine.snake.conform.moved_off import moved_off
+from vfix_engine.snake.control.wall_program import WallProgram
+from vfix_engine.worlds.snake.command import SnakeCommand
+from vfix_engine.worlds.snake.settings import DriveSettings
 from vfix_engine.worlds.snake.snake_drive import SnakeDrive
 
 QUICK = DriveSettings(vertices_per_link=40, bends=4, step_s=0.008)
@@ -27,9 +29,9 @@ def test_without_a_command_nothing_moves() -> None:
     drive = SnakeDrive(SnakeModel(6), straight(300.0), QUICK, tip_s=170.0)
     q, base = drive.q.copy(), drive.state.base
     for command in (
-        Command(),
-        Command(math.nan, (0.0, 0.0)),
-        Command(0.0, (math.inf, 1.0)),
+        SnakeCommand(),
+        SnakeCommand(math.nan, (0.0, 0.0)),
+        SnakeCommand(0.0, (math.inf, 1.0)),
     ):
         state = drive.step(command)
         assert state.outcome == "rest"
@@ -38,55 +40,58 @@ def test_without_a_command_nothing_moves() -> None:
     assert drive.refused_commands == 2
     for dt in (0.0, -1.0, math.nan, math.inf):
         with pytest.raises(InputError):
-            drive.step(Command(), dt)
+            drive.step(SnakeCommand(), dt)
 
 
 def test_of_a_command_that_is_not_finite_the_rest_is_carried_out() -> None:
     """'straighten' above all."""
     drive = SnakeDrive(SnakeModel(6), straight(300.0, 20.0), QUICK, tip_s=170.0)
-    assert drive.step(Command(10.0, (0.0, math.nan))).outcome == "moved"
+    assert drive.step(SnakeCommand(10.0, (0.0, math.nan))).outcome == "moved"
     assert drive.tip_s == pytest.approx(170.08)
     for _ in range(30):
-        drive.step(Command(camera_mm_per_s=(100.0, 0.0)))
+        drive.step(SnakeCommand(camera_mm_per_s=(100.0, 0.0)))
     bent = np.abs(drive.bend).max()
     for _ in range(10):
-        drive.step(Command(math.nan, (math.inf, 0.0), True, (math.nan,) * 10))
+        drive.step(SnakeCommand(math.nan, (math.inf, 0.0), True, (math.nan,) * 10))
     assert np.abs(drive.bend).max() < bent - math.radians(2.0)
     assert drive.refused_commands == 11
 
 
 def test_what_projects_a_shape_to_the_limits_is_compiled_before_the_first_step(monkeypatch: pytest.MonkeyPatch) -> None:
     """Its first call of an installation takes seconds."""
-    asked = []
-    monkeypatch.setattr(
-        "vfix_engine.worlds.snake.shape_steps.projected_to_limits",
-        lambda *given: asked.append(projected_to_limits(*given)),
-    )
+    answers: list[np.ndarray | None] = []
+    solve = WallProgram.solve
+
+    def solved(program: WallProgram, *given: Any) -> np.ndarray | None:
+        answers.append(solve(program, *given))
+        return answers[-1]
+
+    monkeypatch.setattr(WallProgram, "solve", solved)
     SnakeDrive(SnakeModel(6), straight(300.0), QUICK, tip_s=170.0)
-    assert len(asked) == 1
-    assert asked[0] is not None
+    assert answers
+    assert all(answer is not None for answer in answers)
 
 
 def test_a_step_that_is_cut_says_so() -> None:
     """By the joints' speed or by the longest step that is inserted: asked for was more."""
     drive = SnakeDrive(SnakeModel(6), straight(300.0, 20.0), QUICK, tip_s=170.0)
-    state = drive.step(Command(insert_mm_per_s=-1e300), 0.1)
+    state = drive.step(SnakeCommand(insert_mm_per_s=-1e300), 0.1)
     assert (state.outcome, state.limit) == ("shrunk", "step")
     assert drive.tip_s == pytest.approx(169.5)
     for control in ("parameterised", "qp"):
         drive = SnakeDrive(SnakeModel(6), straight(300.0, 20.0), replace(QUICK, control=control), tip_s=170.0)
-        assert drive.step(Command(camera_mm_per_s=(5.0, 0.0))).outcome == "moved"
-        state = drive.step(Command(camera_mm_per_s=(500.0, 0.0)))
+        assert drive.step(SnakeCommand(camera_mm_per_s=(5.0, 0.0))).outcome == "moved"
+        state = drive.step(SnakeCommand(camera_mm_per_s=(500.0, 0.0)))
         assert (state.outcome, state.limit) == ("shrunk", "speed")
         assert "36°/s" in str(state.held_by)
     curved = SnakeDrive(SnakeModel(5), helix(24.0, 12.0, 7.5, radius=10.0, contours=71), QUICK, tip_s=60.0)
-    assert "speed" in {curved.step(Command(insert_mm_per_s=20.0), 0.02).limit for _ in range(20)}
+    assert "speed" in {curved.step(SnakeCommand(insert_mm_per_s=20.0), 0.02).limit for _ in range(20)}
 
 
 def test_a_link_at_its_bound_is_named_with_its_place_and_enough_digits() -> None:
     drive = SnakeDrive(SnakeModel(6), straight(300.0), QUICK, tip_s=170.0)
     for _ in range(300):
-        state = drive.step(Command(camera_mm_per_s=(60.0, 0.0)))
+        state = drive.step(SnakeCommand(camera_mm_per_s=(60.0, 0.0)))
     assert (state.outcome, state.limit) == ("held", "bound")
     depth, bound = re.findall(r"([\d.]+) mm", str(state.held_by))
     assert float(depth) > float(bound)
@@ -101,18 +106,17 @@ def test_a_link_at_its_bound_is_named_with_its_place_and_enough_digits() -> None
 def test_forces_are_those_of_depth_and_of_real_motion() -> None:
     """(33) at every step, whatever is commanded; a robot that the wall stops pushes nobody towards it, nor jumps."""
     drive = SnakeDrive(SnakeModel(6), straight(300.0), replace(QUICK, step_s=0.001), tip_s=170.0)
-    felt = [drive.step(Command(camera_mm_per_s=(60.0, 0.0))).forces for _ in range(2400)]
+    felt = [drive.step(SnakeCommand(camera_mm_per_s=(60.0, 0.0))).forces for _ in range(2400)]
     assert drive.state.outcome == "held"
     held = felt[-1]
     k, depth = np.array(drive.hand.settings.spring), drive.state.deviation.depth[-5:]
     assert np.linalg.norm(held.guidance) == pytest.approx(k @ depth, rel=1e-3)
     assert held.total[0] < -0.3
     assert np.linalg.norm(held.resistance) < 1e-3
-    for command in (
-        [Command()] * 100 + [Command(camera_mm_per_s=(-60.0, 30.0))] * 100 + [Command(straighten=True)] * 200
-    ):
+    away = SnakeCommand(camera_mm_per_s=(-60.0, 30.0))
+    for command in [SnakeCommand()] * 100 + [away] * 100 + [SnakeCommand(straighten=True)] * 200:
         felt.append(drive.step(command).forces)
-        if command == Command():
+        if command == SnakeCommand():
             np.testing.assert_allclose(felt[-1].guidance, held.guidance, rtol=1e-3)
     total = np.array([forces.total for forces in felt])
     assert np.linalg.norm(np.diff(total, axis=0), axis=1).max() < 0.05
@@ -124,7 +128,7 @@ def test_a_robot_follows_a_pathway_that_breathes() -> None:
     drive = SnakeDrive(SnakeModel(6), pathway, DriveSettings(vertices_per_link=30), tip_s=170.0)
     swept, deepest = [], 0.0
     for _ in range(110):
-        state = drive.step(Command(), 0.02)
+        state = drive.step(SnakeCommand(), 0.02)
         swept.append(drive.snake.tip(state.q, state.base)[1, 3])
         deepest = max(deepest, state.deviation.depth.max())
     assert np.ptp(swept) > 6.0
@@ -148,13 +152,13 @@ def test_a_start_beyond_the_bounds_is_refused() -> None:
 )  # fmt: skip
 def test_a_command_that_is_none_is_refused(wrong) -> None:
     with pytest.raises(InputError):
-        Command(**wrong)
-    assert not Command(10**400).finite
+        SnakeCommand(**wrong)
+    assert not SnakeCommand(10**400).finite
 
 
 def test_insertion_comes_before_the_camera() -> None:
     drive = SnakeDrive(SnakeModel(6), straight(300.0), QUICK, tip_s=170.0)
-    state = drive.step(Command(20.0, (50.0, 0.0)), 0.02)
+    state = drive.step(SnakeCommand(20.0, (50.0, 0.0)), 0.02)
     assert (state.mode, state.outcome) == ("inserting", "shrunk")
     assert "insertion comes first" in str(state.held_by)
     assert drive.straight
@@ -164,36 +168,36 @@ def test_insertion_comes_before_the_camera() -> None:
 def test_a_bent_tip_is_not_inserted() -> None:
     drive = SnakeDrive(SnakeModel(6), straight(300.0, 20.0), QUICK, tip_s=170.0)
     for _ in range(60):
-        drive.step(Command(camera_mm_per_s=(300.0, 0.0)), 0.01)
+        drive.step(SnakeCommand(camera_mm_per_s=(300.0, 0.0)), 0.01)
     assert math.hypot(*drive.state.steering) > 0.2
-    state = drive.step(Command(insert_mm_per_s=20.0), 0.02)
+    state = drive.step(SnakeCommand(insert_mm_per_s=20.0), 0.02)
     assert state.outcome == "held"
     assert "straighten" in str(state.held_by)
     for _ in range(200):
-        state = drive.step(Command(straighten=True), 0.01)
+        state = drive.step(SnakeCommand(straighten=True), 0.01)
     assert drive.straight
-    assert drive.step(Command(insert_mm_per_s=20.0), 0.02).outcome == "moved"
+    assert drive.step(SnakeCommand(insert_mm_per_s=20.0), 0.02).outcome == "moved"
 
 
 def test_a_bend_by_its_joints_is_gone_to_and_straightened() -> None:
     drive = SnakeDrive(SnakeModel(6), straight(300.0, 20.0), QUICK, tip_s=170.0)
     bend = tuple(np.radians([0.0, 5.0, 0.0, 3.0, 0.0, 0.0, 0.0, -4.0, 0.0, 2.0]))
     for _ in range(60):
-        state = drive.step(Command(bend=bend))
+        state = drive.step(SnakeCommand(bend=bend))
         assert state.mode == "looking"
     np.testing.assert_allclose(drive.bend, bend, atol=1e-12)
-    held = drive.step(Command(camera_mm_per_s=(30.0, 0.0)))
+    held = drive.step(SnakeCommand(camera_mm_per_s=(30.0, 0.0)))
     assert (held.outcome, "straighten" in str(held.held_by)) == ("held", True)
-    held = drive.step(Command(insert_mm_per_s=20.0), 0.02)
+    held = drive.step(SnakeCommand(insert_mm_per_s=20.0), 0.02)
     assert (held.outcome, "straighten" in str(held.held_by)) == ("held", True)
     for _ in range(60):
-        drive.step(Command(straighten=True))
+        drive.step(SnakeCommand(straighten=True))
     assert drive.straight
-    assert drive.step(Command(straighten=True)).outcome == "rest"  # it is so already
-    assert drive.step(Command(camera_mm_per_s=(5.0, 0.0))).outcome == "moved"
+    assert drive.step(SnakeCommand(straighten=True)).outcome == "rest"  # it is so already
+    assert drive.step(SnakeCommand(camera_mm_per_s=(5.0, 0.0))).outcome == "moved"
     with pytest.raises(InputError, match="bend of 3 joints"):
-        drive.step(Command(bend=(0.0, 0.0, 0.0)))
-    assert drive.step(Command(bend=(math.nan,) * 10)).outcome == "rest"
+        drive.step(SnakeCommand(bend=(0.0, 0.0, 0.0)))
+    assert drive.step(SnakeCommand(bend=(math.nan,) * 10)).outcome == "rest"
     assert drive.refused_commands == 1
 
 
@@ -215,17 +219,17 @@ def test_a_planned_shape_is_moved_off_the_wall() -> None:
 
 def test_the_ends_of_the_path_hold() -> None:
     drive = SnakeDrive(SnakeModel(3), straight(100.0, contours=11), QUICK, tip_s=99.9)
-    assert drive.step(Command(insert_mm_per_s=20.0), 0.02).outcome == "moved"
+    assert drive.step(SnakeCommand(insert_mm_per_s=20.0), 0.02).outcome == "moved"
     assert drive.tip_s == pytest.approx(100.0)
-    state = drive.step(Command(insert_mm_per_s=20.0), 0.02)
+    state = drive.step(SnakeCommand(insert_mm_per_s=20.0), 0.02)
     assert (state.outcome, state.held_by) == ("held", "the end of the path")
     out = SnakeDrive(SnakeModel(3), straight(100.0, contours=11), QUICK)
-    assert out.step(Command(insert_mm_per_s=-5.0), 0.02).held_by == "the robot is out"
+    assert out.step(SnakeCommand(insert_mm_per_s=-5.0), 0.02).held_by == "the robot is out"
     before = SnakeDrive(SnakeModel(3), straight(100.0, contours=11), QUICK, tip_s=-20.0)
-    assert before.step(Command(insert_mm_per_s=-5.0), 0.02).held_by == "the robot is out"
+    assert before.step(SnakeCommand(insert_mm_per_s=-5.0), 0.02).held_by == "the robot is out"
     assert before.tip_s == -20.0
     for _ in range(80):
-        before.step(Command(insert_mm_per_s=20.0), 0.02)
+        before.step(SnakeCommand(insert_mm_per_s=20.0), 0.02)
     assert before.tip_s > 5.0
 
 
@@ -242,7 +246,7 @@ def test_settings_out_of_range_are_refused() -> None:
 def test_tissue_that_moves_leaves_the_hand_its_steps() -> None:
     """Where joints are at their limits a moved curve has other shapes; they come no faster than the hand can bear."""
     pathway = helix(24.0, 12.0, 7.5, radius=10.0, contours=71).moved(breathing([0.3, 1.0, 0.3], 8.0, 2.0, 100.0))
-    for command in (Command(insert_mm_per_s=20.0), Command(camera_mm_per_s=(20.0, 0.0))):
+    for command in (SnakeCommand(insert_mm_per_s=20.0), SnakeCommand(camera_mm_per_s=(20.0, 0.0))):
         settings = DriveSettings(vertices_per_link=30, bends=4)
         drive = SnakeDrive(SnakeModel(5), pathway, settings, tip_s=60.0)
         reasons = [drive.step(command, 0.001).held_by or "" for _ in range(400)]

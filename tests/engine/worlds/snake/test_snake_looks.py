@@ -42,7 +42,7 @@ def test_all_sides_are_seen_and_the_tip_is_straight_again(
     assert seen.looked_deg.max() < aim + 6.0  # of a path the first view beyond the aim is the last
     assert (seen.doing, seen.straight) == ("", True)
     assert {one.doing for one in states[:-1]} == {"look"}
-    found = judged(first, states[1::7])
+    found = judged(system, first, states[1::7])
     assert (found.violations, found.disagreements) == (0, 0)
     if tissue is None:
         again = looked(system, first, aim)
@@ -53,11 +53,11 @@ def test_all_sides_are_seen_and_the_tip_is_straight_again(
 def test_a_bent_tip_is_straightened_first_and_a_command_ends_it() -> None:
     system = made_spec().build()
     *_, bent = run(system, system.start(), repeat(hand(0.5, 0.3), 900))
-    assert not bent.drive.straight
+    assert not bent.straight
     asked = system.apply(bent, LookRound(20.0))
     assert not system.at_rest(asked, running=True)
     states = list(run(system, asked, repeat(no_command(), 2500)))
-    assert any(one.drive.straight for one in states)
+    assert any(one.straight for one in states)
     assert max(states[-1].looking.turned_deg) > 0.0  # type: ignore[union-attr]
     for ended in (system.step(states[-1], hand(0.2)), system.apply(states[-1], Straighten())):
         assert ended.looking is None

@@ -6,15 +6,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from snake_runs import AGE, BREATH, SAME_MM, TIGHT, hand, judged, made_spec, rows, run, tour
+from snake_runs import AGE, BREATH, SAME_MM, TIGHT, hand, judged, made_spec, rows, run, seen, tour
 
 from vfix_engine.errors import ControlError, InputError
 from vfix_engine.pathway.tissue_motion import breathing, peristalsis, together
 from vfix_engine.robots.snake import SnakeModel
 from vfix_engine.runtime.requests import Bend, Reset, SetSettings, Straighten
 from vfix_engine.worlds.snake import FollowTissue, LumenSurface, SnakeSettings, SnakeSystem, SnakeSystemSpec
-from vfix_engine.worlds.snake.planned_drive import OLDEST_S
 from vfix_engine.worlds.snake.planner import rim_travel
+from vfix_engine.worlds.snake.tissue import OLDEST_S
 
 
 @pytest.fixture(scope="module")
@@ -48,7 +48,7 @@ def test_a_step_is_a_function_of_state_and_command(moving: SnakeSystem) -> None:
 def test_what_the_snake_does_keeps_its_bounds_by_another_measure(tissue) -> None:
     """Judged as benchmarks/lumen_attack does: printed equations, every vertex, every pathway that was in force."""
     system = made_spec(tissue, settings=TIGHT).build()
-    found = judged(system.start(), run(system, system.start(), tour(4000, seed=3)))
+    found = judged(system, system.start(), run(system, system.start(), tour(4000, seed=3)))
     assert found.violations == 0
     assert found.disagreements == 0
     assert -0.6 < found.deepest_mm < SAME_MM  # at the wall, less what is kept back for its own motion
@@ -62,11 +62,11 @@ def test_links_keep_their_bounds_in_the_tissue_as_it_really_is() -> None:
     most, deepest = -np.inf, 0.0
     for state in run(system, system.start(), tour(3000, seed=5)):
         if state.steps % 5 == 0:
-            drive, now = state.drive, state.drive.state
-            frames = drive.snake.frames(now.q, now.base)
-            real = drive.query.deviations(drive.pathway.packed(now.t), frames, now.windows).depth
-            most = max(most, float((real - drive.bound)[now.measured].max()))
-            deepest = max(deepest, float(real[now.measured].max()))
+            drive = system.constants
+            frames = drive.snake.frames(state.q, state.base)
+            real = drive.query.deviations(drive.pathway.packed(state.t), frames, state.windows).depth
+            most = max(most, float((real - state.bound)[state.measured].max()))
+            deepest = max(deepest, float(real[state.measured].max()))
     assert deepest > 0.5  # it did come to the wall
     assert most < 0.0
 
@@ -75,9 +75,8 @@ def test_held_at_the_wall_and_on_as_the_tissue_widens() -> None:
     system = made_spec(peristalsis(0.3, 300.0, 150.0), settings=TIGHT).build()
     outcomes, places = [], []
     for state in run(system, system.start(), [hand(0.3)] * 4000):
-        now = state.drive.state
-        outcomes.append("wall" if (now.outcome, now.limit) == ("held", "bound") else now.outcome)
-        places.append(np.hypot(*now.steering))
+        outcomes.append("wall" if (state.outcome, state.limit) == ("held", "bound") else state.outcome)
+        places.append(np.hypot(*state.steering))
     walls = [k for k, one in enumerate(outcomes) if one == "wall"]
     assert len(walls) > 100
     after = [k for k in range(walls[0], len(outcomes)) if places[k] > places[walls[0]] + 0.02]
@@ -132,18 +131,18 @@ def test_adoptions_that_were_recorded_give_the_same_run_again(moving: SnakeSyste
 def test_without_a_planner_it_holds_and_says_so(still: SnakeSystem, moving: SnakeSystem) -> None:
     for command in (hand(insert=1.0), hand(1.0)):
         state = still.step(still.start(), command)
-        assert (state.drive.state.outcome, state.drive.state.limit) == ("held", "planning")
+        assert (state.outcome, state.limit) == ("held", "planning")
     state = moving.start()
     for _ in range(round(1e3 * OLDEST_S)):
         state = moving.step(state, hand(insert=1.0))
-    assert state.drive.lost is None
+    assert seen(moving, state).lost is None
     state = moving.step(state, hand(insert=1.0))
-    assert (state.drive.state.outcome, state.drive.state.limit) == ("held", "tissue")
-    assert "seen 61 ms ago" in (state.drive.state.held_by or "")
+    assert (state.outcome, state.limit) == ("held", "tissue")
+    assert "seen 61 ms ago" in (state.held_by or "")
     asked = moving.background(state)
     assert asked is not None
     state = moving.step(moving.adopt(state, moving.planner(asked.inputs), 0.0), hand(insert=1.0))
-    assert state.drive.state.outcome in ("moved", "shrunk")
+    assert state.outcome in ("moved", "shrunk")
 
 
 def test_a_plan_that_no_longer_fits_is_left_out(moving: SnakeSystem) -> None:
@@ -151,14 +150,15 @@ def test_a_plan_that_no_longer_fits_is_left_out(moving: SnakeSystem) -> None:
     early = moving.background(last(run(moving, moving.start(), [hand()] * 40, age=1)))
     assert early is not None
     after = moving.adopt(state, moving.planner(early.inputs), 0.07)
-    assert after.drive.seen_t == state.drive.seen_t
+    assert after.tissue.seen_t == state.tissue.seen_t
     assert np.array_equal(rows(moving, [after]), rows(moving, [state]))
 
 
 def test_the_wall_moves_no_more_than_its_rim_travels() -> None:
     """Margin of the reserve: deviations change by at most the travel, over pairs of moments and random places."""
     tissue = together(breathing((0.2, 0.3, 1.0), 8.0, 4.0, 60.0), peristalsis())
-    drive = made_spec(tissue).build().start().drive
+    system = made_spec(tissue).build()
+    drive = seen(system, system.start())
     random, worst = np.random.default_rng(2), 0.0
     frames = drive.snake.frames(drive.q, drive.state.base)
     for _ in range(60):
@@ -174,13 +174,13 @@ def test_the_wall_moves_no_more_than_its_rim_travels() -> None:
 
 def test_requests(still: SnakeSystem) -> None:
     state = last(run(still, still.start(), [hand(0.5)] * 400))
-    assert not state.drive.straight
+    assert not state.straight
     back = last(run(still, still.apply(state, Straighten()), [hand()] * 1000))
-    assert back.drive.straight
+    assert back.straight
     assert back.doing == ""
-    goal = tuple(0.5 * state.drive.bend)
+    goal = tuple(0.5 * seen(still, state).bend)
     bent = last(run(still, still.apply(back, Bend(goal)), [hand()] * 1000))
-    assert np.abs(bent.drive.bend - goal).max() < 1e-9
+    assert np.abs(seen(still, bent).bend - goal).max() < 1e-9
     assert bent.doing == ""
     cancelled = still.step(still.apply(bent, Straighten()), hand(insert=1.0))
     assert cancelled.doing == ""
@@ -192,14 +192,14 @@ def test_requests(still: SnakeSystem) -> None:
 
 def test_settings_that_the_pose_does_not_keep_are_refused(still: SnakeSystem) -> None:
     state = last(run(still, still.start(), [hand(0.5, 0.2)] * 900))
-    deepest = float(state.drive.state.deviation.depth[-1])
+    deepest = float(state.deviation.depth[-1])
     assert deepest > 0.5
     with pytest.raises(ControlError, match=r"link 7 is .* mm outside"):
         still.apply(state, SetSettings(SnakeSettings(tip_bound_mm=0.5 * deepest)))
     wider = still.apply(state, SetSettings(SnakeSettings(tip_bound_mm=6.0, step_s=2e-3)))
     assert still.period_s(wider) == 2e-3
-    assert still.step(wider, hand(0.5)).drive.bound[-1] == 6.0
-    assert state.drive.bound[-1] == 4.0
+    assert still.step(wider, hand(0.5)).bound[-1] == 6.0
+    assert state.bound[-1] == 4.0
 
 
 def test_settings_have_ranges() -> None:
@@ -217,17 +217,17 @@ def test_a_shape_that_does_not_follow_is_left_where_it_is(moving: SnakeSystem) -
     start = last(run(moving, moving.start(), [hand()] * 60))
     stays = last(run(moving, moving.apply(start, FollowTissue(False)), [hand()] * 100))
     goes = last(run(moving, start, [hand()] * 100))
-    assert np.array_equal(stays.drive.q, start.drive.q)
-    assert np.linalg.norm(goes.drive.tip - start.drive.tip) > 0.3
+    assert np.array_equal(stays.q, start.q)
+    assert np.linalg.norm(seen(moving, goes).tip - seen(moving, start).tip) > 0.3
 
 
 def test_nonsense_moves_nothing_and_never_raises(moving: SnakeSystem) -> None:
     state = last(run(moving, moving.start(), [hand()] * 40))
-    before = state.drive.tip_s
+    before = state.tip_s
     nonsense = [hand(np.nan, np.inf, -np.inf), hand(np.nan, 0.0, np.nan)] * 20
     state = last(run(moving, state, nonsense))
-    assert state.drive.tip_s == before
-    assert state.drive.straight
+    assert state.tip_s == before
+    assert state.straight
 
 
 def test_a_snapshot_says_what_holds(still: SnakeSystem) -> None:
@@ -280,5 +280,5 @@ def test_wild_hands_and_late_plans_raise_nothing(moving: SnakeSystem) -> None:
     random = np.random.default_rng(4)
     commands = [hand(insert=float(random.choice([-9.0, -1.0, 1.0]))) for _ in range(40)]
     wild = [one for one in commands for _ in range(int(random.integers(5, 120)))]
-    found = judged(moving.start(), run(moving, moving.start(), wild, age=45))
+    found = judged(moving, moving.start(), run(moving, moving.start(), wild, age=45))
     assert (found.violations, found.disagreements) == (0, 0)

@@ -1,0 +1,31 @@
+"""Types of fields with their bounds (HAZ-05); numbers are finite, since nothing else is read as one."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from msgspec import Meta
+
+from app.kit.names import MAX_NAME
+
+_END = r"$(?!\n)"  # `$` alone is before a last line break too
+
+
+def whole(pattern: str) -> str:
+    """A pattern that a whole text has to match."""
+    return f"^{pattern}{_END}"
+
+
+def shown_pattern(pattern: str) -> str:
+    """A pattern as other programs read it, whose `$` is the end."""
+    return pattern.replace(_END, "$")
+
+
+STRIPPED = "stripped"  # in `extra`: blanks around it are taken off where a page sends it
+
+Identifier = Annotated[str, Meta(min_length=1, max_length=64, pattern=whole(r"[A-Za-z0-9_.\-]+"))]
+Name = Annotated[str, Meta(min_length=1, max_length=MAX_NAME, extra={STRIPPED: True})]
+Colour = Annotated[str, Meta(pattern=whole("#[0-9a-f]{6}"))]
+Revision = Annotated[int, Meta(ge=0, le=2**53)]
+Coordinate = Annotated[float, Meta(ge=-1e4, le=1e4)]  # [mm]
+Position = tuple[Coordinate, Coordinate, Coordinate]  # LPS [mm]

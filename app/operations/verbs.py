@@ -1,0 +1,208 @@
+"""Operations as verbs of the command line: actions of a verb, such as 'plan rename', or options of a listing."""
+
+from __future__ import annotations
+
+import argparse
+import inspect
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Annotated, Any, TypeAlias, get_args, get_origin
+
+import msgspec
+
+from app.documents import Document
+from app.operations.operation import Change, Creation, Operation, Option, Verb
+from app.operations.reading import Unreadable, read
+from app.operations.registry import specs
+from app.operations.spec import DocumentSpec
+from vfix_engine.errors import InputError
+
+Actions: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
+
+
+@dataclass(frozen=True)
+class Called:
+    """An operation that a command line asks for. target: id or name of the document; '' where one is made."""
+
+    spec: DocumentSpec
+    operation: Operation
+    target: str
+
+    def perform(self, services: Any, case_id: str, find: Callable[[str], str]) -> Document[Any]:
+        """Do it. find: the id of a document by its id or name. Raises VfixError."""
+        context = self.spec.context(services)
+        if isinstance(self.operation, Creation):
+            return self.operation.create(context, case_id)
+        assert isinstance(self.operation, Change)
+        return self.operation.run(context, find(self.target))
+
+
+@dataclass(frozen=True)
+class _Offer:
+    """A way to call an operation. name: of its action, or of its option with the dashes."""
+
+    spec: DocumentSpec
+    operation: type[Operation]
+    verb: Verb
+    name: str
+
+    @property
+    def dest(self) -> str:
+        """Where argparse puts the words of an option."""
+        return self.name.lstrip("-").replace("-", "_")
+
+    @property
+    def help(self) -> str:
+        """What it does: of several sentences the first, as argparse's own helps are written."""
+        if self.verb.help:
+            return self.verb.help
+        first = inspect.cleandoc(self.operation.__doc__ or "").split("\n\n")[0].split(". ")[0].rstrip(".")
+        return first[:1].lower() + first[1:]
+
+    @property
+    def words(self) -> list[str]:
+        """What has to be said, in order: the document, and each field that is needed."""
+        target = [self.spec.noun] if issubclass(self.operation, Change) else []
+        return [*target, *(_metavar(field) for field in self.needed)]
+
+    @property
+    def needed(self) -> list[msgspec.structs.FieldInfo]:
+        """Fields that have to be said."""
+        said = {*self.verb.preset, *(option.field for option in self.verb.options)}
+        return [field for field in msgspec.structs.fields(self.operation) if field.required and field.name not in said]
+
+    def called(self, args: argparse.Namespace, words: Sequence[str]) -> Called:
+        """The operation out of its words and options. Raises InputError."""
+        if len(words) < len(self.words):
+            raise InputError(f"{self.name} needs {' '.join(self.words)}.")
+        target, rest = (words[0], words[1:]) if issubclass(self.operation, Change) else ("", words)
+        values = dict(self.verb.preset)
+        for index, field in enumerate(self.needed):
+            values[field.name] = [_place(word) for word in rest[index:]] if _is_list(field.type) else rest[index]
+        for option in self.verb.options:
+            if (value := getattr(args, option.field)) is not None:
+                values[option.field] = value
+        try:
+            return Called(self.spec, read(self.operation, values, strict=False), target)
+        except Unreadable as error:
+            raise InputError(f"{error}.") from None
+
+
+def add_actions(line: str, actions: Actions) -> dict[str, argparse.ArgumentParser]:
+    """The operations whose verbs are actions of a line, such as 'plan', each with what has to and may be said."""
+    found: dict[str, argparse.ArgumentParser] = {}
+    for offer in _offers(line, options=False):
+        parser = found[offer.name] = actions.add_parser(offer.name, help=offer.help)
+        made = "case" if issubclass(offer.operation, Creation) else "target"
+        parser.add_argument(made, metavar=offer.spec.noun if made == "target" else "CASE", help="id or name")
+        for field in offer.needed:
+            many = "+" if _is_list(field.type) else None
+            parser.add_argument(field.name, metavar=_metavar(field), nargs=many, help=_description(field.type))
+        for option in offer.verb.options:
+            add_option(parser, option)
+    return found
+
+
+def called_action(line: str, args: argparse.Namespace) -> Called | None:
+    """The operation that an action of a line is, if it is one. Raises InputError."""
+    offer = next((offer for offer in _offers(line, options=False) if offer.name == args.action), None)
+    if offer is None:
+        return None
+    words = [args.target] if issubclass(offer.operation, Change) else []
+    for field in offer.needed:
+        value = getattr(args, field.name)
+        words += value if isinstance(value, list) else [value]
+    return offer.called(args, words)
+
+
+def add_options(line: str, parser: argparse.ArgumentParser, group: argparse._MutuallyExclusiveGroup) -> None:
+    """The operations whose verbs are options of a line, such as 'case labels', and what may be said with them."""
+    options: dict[str, Option] = {}
+    for offer in _offers(line, options=True):
+        many = any(_is_list(field.type) for field in offer.needed)
+        words, count = offer.words, len(offer.words)
+        nargs: int | str | None = "+" if many else None if count == 1 else count
+        group.add_argument(
+            offer.name, dest=offer.dest, nargs=nargs, metavar=" ".join(words) if many or count == 1 else tuple(words),
+            help=offer.help,
+        )  # fmt: skip
+        options |= {option.flag: option for option in offer.verb.options}
+    for option in options.values():
+        add_option(parser, option)
+
+
+def add_option(parser: argparse.ArgumentParser, option: Option) -> None:
+    """One field that may be left out."""
+    parser.add_argument(
+        option.flag, dest=option.field, metavar=option.metavar, help=option.help, default=option.default,
+        type=str if option.default is None else type(option.default),
+    )  # fmt: skip
+
+
+def called_option(line: str, args: argparse.Namespace) -> Called | None:
+    """The operation that the options of a line ask for, if any. Raises InputError."""
+    offers = list(_offers(line, options=True))
+    found = next((offer for offer in offers if getattr(args, offer.dest, None)), None)
+    allowed = [] if found is None else [option.flag for option in found.verb.options]
+    for offer in offers:
+        for option in offer.verb.options:
+            if option.default is None and getattr(args, option.field) is not None and option.flag not in allowed:
+                raise InputError(f"{option.flag} goes with {offer.name}.")
+    if found is None:
+        return None
+    words = getattr(args, found.dest)
+    return found.called(args, [words] if isinstance(words, str) else words)
+
+
+def lines() -> dict[str, list[DocumentSpec]]:
+    """The first words of all verbs of operations, each with the kinds that have some."""
+    found: dict[str, list[DocumentSpec]] = {}
+    for spec in specs():
+        for operation in spec.operations:
+            for verb in _verbs(operation):
+                kinds = found.setdefault(verb.line.split(" ")[0], [])
+                if spec not in kinds:
+                    kinds.append(spec)
+    return found
+
+
+def _verbs(operation: type[Operation]) -> tuple[Verb, ...]:
+    declared = operation.verb
+    if isinstance(declared, str):
+        return (Verb(declared),) if declared else ()
+    return declared
+
+
+def _offers(line: str, options: bool) -> Iterator[_Offer]:
+    """The operations that are called below a line, by an option of it or by an action."""
+    for spec in specs():
+        for operation in spec.operations:
+            for verb in _verbs(operation):
+                before, _, name = verb.line.rpartition(" ")
+                if before == line and name.startswith("--") == options:
+                    yield _Offer(spec, operation, verb, name)
+
+
+def _metavar(field: msgspec.structs.FieldInfo) -> str:
+    return "X,Y,Z" if _is_list(field.type) else field.name.upper()
+
+
+def _description(kind: Any) -> str:
+    """What a field is, where its type says so."""
+    notes = get_args(kind)[1:] if get_origin(kind) is Annotated else ()
+    return next((note.description for note in notes if isinstance(note, msgspec.Meta) and note.description), "")
+
+
+def _is_list(kind: Any) -> bool:
+    """Whether it is a list of places."""
+    if get_origin(kind) is Annotated:
+        return _is_list(get_args(kind)[0])
+    return get_origin(kind) in (list, tuple) and Ellipsis in (*get_args(kind), ...)
+
+
+def _place(text: str) -> list[float]:
+    try:
+        x, y, z = (float(word) for word in text.split(","))
+    except ValueError:
+        raise InputError(f"{text!r:.60} is not a place: three numbers in mm, separated by commas") from None
+    return [x, y, z]

@@ -1,0 +1,166 @@
+"""Every operation that is declared: hostile bodies are refused by its types, over REST and as a message (HAZ-05)."""
+
+from __future__ import annotations
+
+import json
+import types
+from collections.abc import Iterator
+from typing import Annotated, Any, Literal, Union, get_args, get_origin
+
+import msgspec
+import pytest
+from fastapi import FastAPI
+from rest_client import Client
+
+from app.api import router
+from app.gateway.error_answers import install_error_answers
+from app.operations import specs
+from app.operations.bodies import fields_of
+from app.operations.messages import MessageSpec, messages
+from app.operations.operation import Operation
+from app.operations.reading import Unreadable, read
+from app.operations.rest import addresses
+from app.session.commands import InvalidMessage, parse_command
+
+HOSTILE: list[Any] = [1e300, -1e300, "x" * 10_000, {"a": [1] * 1000}, [[0.0] * 1000] * 10, "../../etc\n", [], ""]
+TEXTS = ["name", "#00ff00", "", "sha256:" + "0" * 64]
+ROUTES = [
+    pytest.param(method, path, operations, id=f"{method} {path}")
+    for spec in specs()
+    for (method, path), operations in addresses(spec).items()
+    if method != "DELETE"
+]
+MESSAGES = [pytest.param(message, id=kind) for kind, message in messages().items()]
+
+
+@pytest.fixture(scope="module")
+def bare() -> Iterator[Client]:
+    """The routes without services: nothing that is refused gets as far."""
+    app = FastAPI()
+    app.state.services = None
+    install_error_answers(app)
+    app.include_router(router)
+    opened = Client(app)
+    yield opened
+    opened.close()
+
+
+def example(kind: Any) -> Any:
+    """A value that a type takes."""
+    origin, arguments = get_origin(kind), get_args(kind)
+    candidates: Iterator[Any] | list[Any]
+    if origin is Annotated:
+        inner = example(arguments[0])
+        candidates = [inner, [inner], *TEXTS, 0, 1, 0.5, 3]
+    elif origin in (Union, types.UnionType):
+        candidates = [example(one) for one in arguments if one is not type(None)]
+    elif origin is Literal:
+        candidates = list(arguments)
+    elif origin is tuple and Ellipsis not in arguments:
+        candidates = [[example(one) for one in arguments]]
+    elif origin in (list, tuple):
+        candidates = [[example(arguments[0])]]
+    elif isinstance(kind, type) and issubclass(kind, msgspec.Struct):
+        candidates = [{field.name: example(field.type) for field in msgspec.structs.fields(kind)}]
+    else:
+        candidates = [*TEXTS, 1, 0.5, True, {}]
+    return next(value for value in candidates if taken(kind, value))
+
+
+def taken(kind: Any, value: Any) -> bool:
+    try:
+        read(kind, value)
+    except Unreadable:
+        return False
+    return True
+
+
+def body_of(operations: list[type[Operation]], path: str) -> dict[str, Any]:
+    """A body of one operation that its types take."""
+    fields = fields_of(operations[:1])
+    return {name: example(kind) for name, (kind, _) in fields.items() if f"{{{name}}}" not in path}
+
+
+def refused_by(kind: Any) -> list[Any]:
+    """The hostile values that a type does not take: all but what may be a name, a word or an empty list."""
+    found = [value for value in HOSTILE if not taken(kind, value)]
+    assert all(value in found for value in HOSTILE[:5])
+    return found
+
+
+@pytest.mark.parametrize(("method", "path", "operations"), ROUTES)
+def test_each_field_of_a_body_is_bounded(
+    bare: Client, method: str, path: str, operations: list[type[Operation]]
+) -> None:
+    address = "/api/v1" + path.replace("{", "").replace("}", "")
+    good = body_of(operations, path)
+
+    def refused(body: Any) -> list[dict[str, Any]]:
+        answer = bare.request(method, address, json=body)
+        assert answer.status_code in (422, 500), answer.text
+        details: list[dict[str, Any]] = answer.json()["error"].get("details", [])
+        return details
+
+    assert refused(good) == [], "what its types take comes as far as the services, which are not there"
+    for name in good:
+        for hostile in refused_by(fields_of(operations)[name][0]):
+            found = refused({**good, name: hostile})
+            assert found, (name, hostile)
+            assert [detail["where"][:2] for detail in found] == [["body", name]] * len(found)
+    assert refused({**good, "nobody": 1}) == [{"where": ["body", "nobody"], "message": "There is no such field"}]
+    assert refused({**good, "revision": -1})[0]["where"] == ["body", "revision"]
+    assert refused([good])[0]["where"] == ["body"]
+
+
+@pytest.mark.parametrize("message", MESSAGES)
+def test_each_field_of_a_message_is_bounded(message: MessageSpec) -> None:
+    good = {name: example(kind) for name, (kind, _) in message.fields().items()}
+    parse_command(json.dumps({"type": message.kind, **good}))
+    for name, (kind, _) in message.fields().items():
+        for hostile in (*refused_by(kind), float("nan"), float("inf")):
+            with pytest.raises(InvalidMessage):
+                parse_command(json.dumps({"type": message.kind, **good, name: hostile}))
+    for further in ({"nobody": 1}, {f"key{n}": n for n in range(10_000)}, {"id": -1}, {"id": True}):
+        with pytest.raises(InvalidMessage):
+            parse_command(json.dumps({"type": message.kind, **good, **further}))
+    with pytest.raises(InvalidMessage, match="stands twice"):
+        parse_command(f'{{"type": "{message.kind}", "type": "undo"}}')
+
+
+def test_a_body_says_every_place_that_is_wrong(bare: Client) -> None:
+    points = [[0, 0, 0], [0, True, 0], [0, 0], [0, 0, 1e6]]
+    answer = bare.post("/api/v1/labels/x/strokes", json={"mode": "blow", "points": points, "colour": "#fff"})
+    places = [".".join(detail["where"]) for detail in answer.json()["error"]["details"]]
+    assert places == [
+        "body.radius_mm", "body.points.1.1", "body.points.2", "body.points.3.2", "body.mode", "body.colour",
+    ]  # fmt: skip
+    many = bare.post("/api/v1/labels/x/strokes", json={"radius_mm": 1, "points": [["a", 0, 0]] * 30})
+    details = many.json()["error"]["details"]
+    assert (len(details), details[-1]["message"]) == (21, "and 10 more")
+
+
+def test_a_body_is_json_without_a_doubled_key(bare: Client) -> None:
+    def told(content: str, kind: str = "application/json") -> str:
+        answer = bare.post("/api/v1/labels/x/strokes", content=content, headers={"Content-Type": kind})
+        assert answer.status_code == 422
+        return str(answer.json()["error"]["details"][0]["message"])
+
+    assert "stands twice" in told('{"radius_mm": 1, "radius_mm": 2}')
+    assert "Content-Type" in told("{}", "text/plain")
+    assert "no number" in told('{"radius_mm": NaN}')
+
+
+def test_blanks_around_a_name_that_a_page_sends_are_taken_off() -> None:
+    command = parse_command('{"type": "label.change", "label_id": "label-1", "name": " Wall "}')
+    (operation,) = command.operations  # type: ignore[union-attr]
+    assert operation.name == "Wall"  # type: ignore[attr-defined]
+    with pytest.raises(InvalidMessage):
+        parse_command('{"type": "label.change", "label_id": "label-1", "name": "  "}')
+
+
+def test_each_operation_is_reached_and_documented_in_its_own_words() -> None:
+    for spec in specs():
+        for operation in spec.operations:
+            assert operation.rest or operation.message or operation.verb, operation
+            assert operation.__doc__, operation
+            assert operation.__doc__.strip().split("\n")[0].endswith((".", ",")), operation
