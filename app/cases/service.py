@@ -34,6 +34,7 @@ from app.kit.cache import Cache
 from app.kit.errors import NotFound
 from app.kit.names import check_name
 from app.store import Store
+from app.store.changes import CASES
 from app.store.errors import StoreDamaged, is_of_reading
 from app.store.models import CaseRow
 from app.store.scratch import Scratch
@@ -57,6 +58,7 @@ class CaseService:
         self._store = store
         self.files = CaseFiles(store.files)
         self._surfaces: Cache[str, TriangleMesh] = Cache(12)
+        self._shown: Cache[tuple[str, tuple[int, ...]], Case] = Cache(8)
         self._volumes: Cache[str, Volume] = Cache(4)
         self._revisions: Cache[str, str] = Cache(16)
         self._trees: Cache[str, ProximityTree] = Cache(4)
@@ -76,6 +78,10 @@ class CaseService:
         """The case, deleted or not. Raises NotFound, and StoreDamaged when what is stored of it cannot be read."""
         with self._store.reading() as session:
             return _case(session, case_id)
+
+    def shown(self, case_id: str) -> Case:
+        """As `get`, for what is shown: not read again until a change of cases is counted, see `Store.changes`."""
+        return self._shown.get((case_id, self._store.changes.of(CASES)), lambda: self.get(case_id))
 
     @property
     def scratch(self) -> Scratch:

@@ -7,11 +7,32 @@ Each step declares its sections in its own ``sections.py``.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Annotated, Literal, NotRequired, TypedDict
+from typing import Annotated, Generic, Literal, NotRequired, TypedDict, TypeVar
 
-Sections = Mapping[str, object]  # by name; each section is a TypedDict or None
+Value = TypeVar("Value", covariant=True)
+_Cheap = TypeVar("_Cheap")
+
+
+@dataclass(frozen=True)
+class Section(Generic[Value]):
+    """A section as it is now, not built yet.
+
+    key: whatever its value depends on; while it is equal to the key of what is shown, nothing is built. build: makes
+    the value, a TypedDict or None.
+    """
+
+    key: object
+    build: Callable[[], Value]
+
+    @staticmethod
+    def of(value: _Cheap) -> Section[_Cheap]:
+        """A value that costs less than to tell whether it is another one."""
+        return Section(value, lambda: value)
+
+
+Sections = Mapping[str, Section[object]]  # by name
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import threading
 import time
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from typing import Any, Literal
 
@@ -14,18 +14,20 @@ import viser
 from app.kit.prompt_threads import PROMPT_THREADS
 from app.messages.client import Client, ClientRole
 from app.messages.fields import Command
+from app.messages.sections import Section, Sections
 from app.operations.messages import OperationMessage
 from app.scene.dragging import DragEvent
 from app.scene.view import SceneEvents, SceneView
 from app.services import Services
 from app.session.commands import SetTab
 from app.session.inbox import Inbox
-from app.session.sections import SessionSections, TabSection
+from app.session.sections import TabSection
 from app.session.view_model import ViewModel
 from app.tabs.base import Closable, Tab
 from app.tabs.registry import load, specs
-from app.workspace.case_view import ShownSurface
+from app.workspace.case_view import CaseView, ShownSurface
 from app.workspace.layers import Layer, LayerStack
+from app.workspace.sections import SceneSection
 from app.workspace.workspace import Workspace
 from vfix_engine.error_places import error_places
 from vfix_engine.errors import InputError, VfixError
@@ -58,7 +60,8 @@ class ClientSession:
 
         scene: the client's scene as it is now; None while there is none.
         """
-        self.client = client
+        self.client, self._services = client, services
+        self._published = -1  # the store's changes then
         self._warming, self._scene = warming, scene
         self._attached: viser.ClientHandle | None = None
         self.view_model = ViewModel()
@@ -103,11 +106,14 @@ class ClientSession:
             self._thread.join(seconds)
         return not self._thread.is_alive()
 
-    def tick(self, changed: bool) -> None:
-        """The planner's clock: what changes by itself is looked at; changed: the stored cases and plans as well."""
-        if changed:
-            self.post(self._look_again, "look again")
+    def tick(self) -> None:
+        """The planner's clock: what changes by itself is looked at, and the store where others have changed it."""
         self.post(self._tick, "tick")
+
+    @property
+    def is_behind(self) -> bool:
+        """Something was stored since everything was published."""
+        return self._published != self._services.store.changes.count
 
     @property
     def lively(self) -> bool:
@@ -130,7 +136,6 @@ class ClientSession:
 
     def come_back(self) -> None:
         self.post(lambda: self._each("come_back"))
-        self.post(self._look_again, "look again")
 
     def greet(self, role: ClientRole) -> None:
         """The client has said what it is; one that was more before gives up what it held."""
@@ -190,7 +195,7 @@ class ClientSession:
             self._guarded(getattr(tab, name))
 
     def _tick(self) -> None:
-        everything = list[bool]()
+        everything = [self.is_behind]
         for tab in self.tabs.values():
             self._guarded(lambda tab=tab: everything.append(tab.tick()))  # type: ignore[misc]
         if any(everything):
@@ -198,10 +203,6 @@ class ClientSession:
         else:
             self._publish_ticking()
             self.view_model.commit()
-
-    def _look_again(self) -> None:
-        """Other clients and the command line change cases and plans too."""
-        self.workspace.stale = True
 
     def _open_first(self, wanted: Mapping[str, str]) -> None:
         self.workspace.open_first(wanted.get("case"), wanted.get("plan"))
@@ -294,24 +295,27 @@ class ClientSession:
         return {layer.name: layer for layer in (*self.workspace.case.layers(), *own)}
 
     def _publish(self) -> None:
-        """Everything, after a request."""
-        fresh, self.workspace.stale = self.workspace.stale, False
-        read = self._guarded(lambda: self.view_model.publish(self.workspace.case.sections(fresh)))
-        read = self._publish_tabs(self._active_last(), fresh) and read
+        """Everything, after a request: of what has not changed only the keys are made."""
+        self._published = self._services.store.changes.count  # before anything is read
+        self._publish_sections([self.workspace.case, *self._active_last()])
         self._guarded(self._draw)
+        self._guarded(self._publish_labels)
         self.view_model.commit()
-        self.workspace.stale |= fresh and not read  # what could not be read is read anew next time
 
-    def _publish_tabs(self, tabs: Iterable[Tab], fresh: bool) -> bool:
-        """Whether all could be read: one that cannot keeps no other one from being shown."""
-        read = True
-        for tab in tabs:
-            read &= self._guarded(lambda tab=tab: self.view_model.publish(tab.sections(fresh)))  # type: ignore[misc]
-        return self._guarded(lambda: self.view_model.publish({"step": self._tab_section()})) and read
+    def _publish_sections(self, sources: Sequence[CaseView | Tab]) -> None:
+        """Those of the case and of tabs: one that cannot be read keeps no other one from being shown."""
+        for one in sources:
+            self._guarded(one.refresh)
+        sections = dict[str, Section[object]]()
+        for one in sources:
+            self._guarded(lambda one=one: sections.update(one.sections()))  # type: ignore[misc]
+        self._guarded(lambda: sections.update(self._own_sections()))
+        for name, section in sections.items():
+            self._guarded(lambda name=name, section=section: self.view_model.publish(name, section))  # type: ignore[misc]
 
     def _publish_ticking(self) -> None:
         """Between requests: only the tabs whose sections and layers change by themselves."""
-        self._publish_tabs([tab for tab in self._active_last() if tab.ticks], fresh=False)
+        self._publish_sections([tab for tab in self._active_last() if tab.ticks])
         now = time.monotonic()
         if self._layers is not None and self.active.ticks and now - self._drawn_at >= SCENE_INTERVAL_S:
             self._drawn_at = now
@@ -323,24 +327,27 @@ class ClientSession:
             self._publish_labels()
 
     def _publish_labels(self) -> None:
-        labels: SessionSections = {"labels": self.workspace.camera.labels()}
-        self.view_model.publish(labels)
+        if self._layers is not None:
+            self.view_model.publish("labels", Section.of(self.workspace.camera.labels()))
+
+    def _own_sections(self) -> Sections:
+        """The :class:`SessionSections`, without the labels, which are there once the scene is drawn."""
+        ready = self._layers is not None and self.workspace.case.surface is not None
+        words = "" if ready else self.workspace.case.loading or "Preparing the scene …"
+        scene: SceneSection = {"ready": ready, "words": words}
+        return {
+            "step": Section.of(self._tab_section()),
+            "scene": Section.of(scene),
+            "camera": Section.of(self.workspace.camera.section()),
+        }
 
     def _draw(self) -> None:
-        """Bring the scene up to date, and say whether there is one."""
-        surface = self.workspace.case.surface
-        ready = self._layers is not None and surface is not None
-        words = "" if ready else self.workspace.case.loading or "Preparing the scene …"
-        shown: SessionSections = {
-            "scene": {"ready": ready, "words": words},
-            "camera": self.workspace.camera.section(),
-        }
-        self.view_model.publish(shown)
+        """Bring the scene up to date."""
         if self._layers is None:
             return
         self._draw_layers(self._layers)
-        self._publish_labels()
-        if ready and self._viewed is not surface:
+        surface = self.workspace.case.surface
+        if surface is not None and self._viewed is not surface:
             self._viewed = surface
             self.workspace.camera.look_from(self.active.first_view)
 

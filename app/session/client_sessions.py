@@ -29,7 +29,7 @@ ABANDONED_S = 600.0  # its rehearsal for so long
 CLOSE_S = 10.0  # for sessions and what they began, once the planner ends
 ENDED_S = 900.0  # and what it had selected and looked at for so long
 TICK_S = 0.02  # what changes by itself is looked at; its figures are shown at 50 Hz
-LOOK_S = 1.0  # between looks whether the store has changed, and at what changes seldom
+LOOK_S = 1.0  # between looks whether other processes have changed the store, and at what changes seldom
 
 
 @dataclass
@@ -70,7 +70,7 @@ class ClientSessions:
         self._executor = ThreadPoolExecutor(max_workers=5 * MAX_SESSIONS, thread_name_prefix="session-work")
         self._lock = threading.Lock()
         self._entries: dict[str, _Entry] = {}
-        self._look_at, self._stored, self._unread = 0.0, -1, False
+        self._look_at, self._unread = 0.0, False
         self._stopped = threading.Event()
         self._clock = threading.Thread(target=self._run, name="session-clock", daemon=True)
         scene_server.on_tab_connected(self._scene_connected)
@@ -92,10 +92,9 @@ class ClientSessions:
         """One tick: pages that are there are shown what changes by itself, those that are away cost nothing."""
         PROMPT_THREADS.rest()
         look = now >= self._look_at
-        changed = False
         if look:
             self._look_at = now + LOOK_S
-            changed = self._store_changed()
+            self._look()
         with self._lock:
             entries = list(self._entries.items())
         for client, entry in entries:
@@ -103,21 +102,19 @@ class ClientSessions:
                 continue
             if not entry.connected:
                 self._wait_for(client, entry, now)
-            elif look or entry.session.lively:
-                entry.session.tick(changed)
+            elif look or entry.session.lively or entry.session.is_behind:
+                entry.session.tick()
 
-    def _store_changed(self) -> bool:
-        """Whether anything was stored since the last look; a store that cannot be asked is logged once."""
-        before = self._stored
+    def _look(self) -> None:
+        """Let the store count what other processes have changed; one that cannot be asked is logged once."""
         try:
-            self._stored = self._services.store.data_version()
+            self._services.store.look()
         except VfixError as error:
             if not self._unread:
                 _LOG.warning("changes from elsewhere are not shown: %s", error_kind(error))
             self._unread = True
-            return False
-        self._unread = False
-        return self._stored != before
+        else:
+            self._unread = False
 
     def connect(self, client: str, wanted: dict[str, str]) -> ClientSession:
         """The session of a client, new or as it was left; a new one takes a while. Raises TabTaken or TooManyTabs."""

@@ -6,7 +6,7 @@ import threading
 from collections.abc import Callable
 from typing import Any
 
-from app.messages.sections import Sections
+from app.messages.sections import Section
 
 _NONE: tuple[int, object] = (0, object())  # what is not there yet differs from everything, None included
 
@@ -17,13 +17,19 @@ class ViewModel:
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._sections: dict[str, tuple[int, object]] = {}
+        self._keys: dict[str, object] = {}  # of what is shown or laid out, for the publishing thread alone
         self._staged: dict[str, object] = {}
         self._revision = 0
         self._listeners: list[Callable[[], None]] = []
 
-    def publish(self, sections: Sections) -> None:
-        """Lay sections out by name; they are shown with the next :meth:`commit`. Called on one thread only."""
-        self._staged |= sections
+    def publish(self, name: str, section: Section[object]) -> None:
+        """Lay a section out where its key is another one than before; it is shown with the next :meth:`commit`.
+
+        Called on one thread only. One that cannot be built stays as it is, and is tried again.
+        """
+        if self._keys.get(name, _NONE) != section.key:
+            self._staged[name] = section.build()
+            self._keys[name] = section.key
 
     def commit(self) -> None:
         """Show everything laid out at once, so that no reader sees half of a change; what is the same is no news."""

@@ -16,6 +16,7 @@ from sqlalchemy import Connection, Engine, create_engine, event
 from sqlalchemy.orm import Session
 
 from app.settings import Settings
+from app.store.changes import Changes, CountedSession
 from app.store.errors import DATABASE_ERRORS, StorageError, StoreBusy, StoreUnusable, storage_error
 from app.store.files import FileStore
 from app.store.private import private_file, private_folder, private_if_there
@@ -46,9 +47,12 @@ class Store:
         self._one_writer = threading.Lock()
         self._copy: ReadOnlyCopy | None = None
         self._refusal: StorageError | None = None
-        self._watch: Any = None  # a separate connection, opened by the first call of `data_version`
+        self.changes = Changes()
+        self._version: int | None = None  # of the database, as the writer's connection counts changes from elsewhere
+        self._writer: Engine | None = None
         try:
             self._engine = self._open(settings)
+            self._writer = self._one_connection(settings.database_path)
         except (StoreUnusable, StoreBusy):
             raise
         except StorageError as error:
@@ -106,10 +110,16 @@ class Store:
         if not self._one_writer.acquire(timeout=BUSY_SECONDS):
             raise StoreBusy("the database is busy with other changes; try again in a moment.")
         try:
-            with Session(self._engine, expire_on_commit=False) as session:
-                session.connection(execution_options={"vfix_writes": True})
+            with CountedSession(self._writer, expire_on_commit=False) as session:
+                connection = session.connection(execution_options={"vfix_writes": True})
+                self._look(connection.connection.driver_connection)
                 yield session
-                session.commit()
+                try:
+                    session.commit()
+                except BaseException:
+                    self.changes.everything()  # it may have come so far
+                    raise
+                self.changes.committed(session)
         except DATABASE_ERRORS as error:
             raise storage_error(error, self._home) from error
         finally:
@@ -152,17 +162,34 @@ class Store:
             for left in (self._home / "uploads", *(self._home / "files").glob(".vfix-*")):  # of earlier versions
                 shutil.rmtree(left, ignore_errors=True) if left.is_dir() else left.unlink(missing_ok=True)
 
-    def data_version(self) -> int:
-        """Return a number that changes with every commit of this or another process. For use by one thread.
-
-        Raises StorageError if the database is not readable.
-        """
+    def look(self) -> None:
+        """Count what another process has stored. Raises StorageError when the database is not readable."""
+        if self._writer is None or not self._one_writer.acquire(blocking=False):
+            return  # nothing changes, or whoever writes now looks
         try:
-            if self._watch is None:
-                self._watch = self._engine.raw_connection()
-            return int(self._watch.execute("PRAGMA data_version").fetchone()[0])
+            with closing(self._writer.raw_connection()) as connection:
+                self._look(connection.driver_connection)
         except DATABASE_ERRORS as error:
             raise storage_error(error, self._home) from error
+        finally:
+            self._one_writer.release()
+
+    def _look(self, connection: Any) -> None:
+        """connection: the writer's, of which SQLite says that others have stored something, never it itself."""
+        version = int(connection.execute("PRAGMA data_version").fetchone()[0])
+        before, self._version = self._version, version
+        if version != before:
+            self.changes.everything()
+
+    def _one_connection(self, path: Path) -> Engine:
+        """Of the writer, which is only one."""
+        engine = _create_engine(path, pool_size=1, max_overflow=0)
+
+        @event.listens_for(engine, "connect")
+        def _on_connect(connection: Any, _: object) -> None:
+            self._version = None  # another connection counts anew
+
+        return engine
 
     def copies(self, holding: str) -> list[Path]:
         """Return copies of the database made before upgrades, complete or not, that contain a text such as an id."""
@@ -187,8 +214,8 @@ class Store:
 
     def close(self) -> None:
         """Close all connections and remove temporary data."""
-        if self._watch is not None:
-            self._watch.close()
+        if self._writer is not None:
+            self._writer.dispose()
         self._engine.dispose()
         if self._copy is not None:
             self._copy.close()
@@ -208,9 +235,9 @@ def _keep_private(database: Path) -> None:
         private_if_there(database.with_name(database.name + ending))
 
 
-def _create_engine(path: Path) -> Engine:
-    # Readers must not wait for a connection, and no error may quote a row, which may contain names (HAZ-33).
-    options = {"max_overflow": -1, "hide_parameters": True}
+def _create_engine(path: Path, pool_size: int = 5, max_overflow: int = -1) -> Engine:
+    # Readers must not wait for a connection, and no error may quote a row: names of people may be in it (HAZ-33).
+    options = {"pool_size": pool_size, "max_overflow": max_overflow, "hide_parameters": True}
     engine = create_engine(f"sqlite:///{path}", connect_args={"timeout": BUSY_SECONDS}, **options)
 
     @event.listens_for(engine, "connect")

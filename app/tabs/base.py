@@ -121,8 +121,14 @@ class Tab:
 
     # -- what the page and the scene show
 
-    def sections(self, fresh: bool) -> Sections:
-        """The tab's sections by name; fresh: read from the store anew, which other clients may have changed.
+    def refresh(self) -> None:
+        """Bring what is shown up to date with the store, which others change too; before sections and layers are asked.
+
+        Called often: whoever reads the store asks its `changes` first.
+        """
+
+    def sections(self) -> Sections:
+        """The tab's sections by name, each with a key of whatever it depends on, which building it does not change.
 
         Every tab's are published; of two with one name those of the active tab count.
         """

@@ -12,6 +12,7 @@ from app.drives.sections import DriveSection
 from app.drives.shared_drive import SharedDrive
 from app.drives.shared_drives import DriveKey, SharedDrives
 from app.drives.view import HAND_LOST, drive_section, motion
+from app.kit.kept import Same
 from app.messages.client import Client
 from app.messages.fields import Command
 from app.scene.hand import GripDrag
@@ -47,6 +48,7 @@ class DriveTab(Tab, Generic[P, T]):
         self.drive: SharedDrive[P, T] | None = None
         self.now: DriveRecord[P, T] = DriveRecord()  # the drive as it was read last
         self.before: T | None = None  # the snapshot that was read before the one of now
+        self.reads = 0  # of new snapshots
         self._taken_ms = 0  # when the snapshot was taken over
         self._run_when_ready = False
         self._hand: GripDrag | None = None  # on the grip, set on the scene's thread
@@ -89,7 +91,7 @@ class DriveTab(Tab, Generic[P, T]):
         before, drive = self.now.snapshot, self.drive
         self.now = now = DriveRecord() if drive is None else drive.read(self.client, take_words)
         if now.snapshot is not before:
-            self._taken_ms, self.before = int(1000 * time.time()), before
+            self._taken_ms, self.before, self.reads = int(1000 * time.time()), before, self.reads + 1
             if before is None and self.active:
                 self.workspace.camera.look_from(self.first_view)  # the robot has come
         return now
@@ -249,6 +251,12 @@ class DriveTab(Tab, Generic[P, T]):
         return list(self.read(take_words=True).words_for_holder)
 
     # -- what the page shows
+
+    def drive_key(self) -> tuple[object, ...]:
+        """Changes with whatever :meth:`drive_section` tells, and with the snapshots that were read before."""
+        now = self.now
+        told = now.state, now.words, now.mine, now.holder, now.unrecorded, now.requested, now.hand_lost
+        return self.reads, Same(now.snapshot), Same(now.prepared), *told, self.client
 
     def drive_section(self) -> DriveSection:
         """The drive as every world has it; see :meth:`with_hand` for what a world adds."""

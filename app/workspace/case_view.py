@@ -15,16 +15,18 @@ from app.cases.service import Case
 from app.cases.structures import CaseKind, Structure
 from app.exchange.patient_images import holds_images
 from app.kit.errors import NotFound
+from app.kit.kept import Same
 from app.kit.values import Position
 from app.messages.fields import Command
+from app.messages.sections import Section, Sections
 from app.scene.anatomy import LETTER_GAP_MM, AnatomyNodes, Look, SliceNodes
 from app.scene.picking import BonePicker, Hit, hit_plane
 from app.scene.view import ClickRay
 from app.services import Services
 from app.workspace import commands as c
-from app.workspace.background import in_background
+from app.workspace.latest import Latest, Run
 from app.workspace.layers import Layer
-from app.workspace.sections import CaseSection, CaseSections
+from app.workspace.sections import CaseSection, ViewSection
 from app.workspace.slice_view import Greys, SliceView
 from vfix_engine.arrays import Array
 from vfix_engine.files.volume import Volume
@@ -49,7 +51,7 @@ class CaseView:
 
     def __init__(self, services: Services, executor: Executor, post: Callable[[Callable[[], None]], Any]) -> None:
         """post: queues a request onto the session's thread."""
-        self._services, self._executor, self._post = services, executor, post
+        self._services, self._latest = services, Latest(executor, post)
         self.case_id: str | None = None
         self.loading = ""
         self.hidden: frozenset[str] = frozenset()  # structures that somebody has hidden, by id
@@ -58,7 +60,7 @@ class CaseView:
         self._look = Look()
         self._slices: SliceView | None = None
         self._picker: BonePicker | None = None
-        self._ticket = 0
+        self._opens = 0  # of cases, which tells two loaded ones apart
         self._pending_cross: Array | None = None
         self._opened_up = False
 
@@ -81,18 +83,15 @@ class CaseView:
         self._look = replace(self._look, cut="whole", slices="none")
         self._opened_up = False
         self._pending_cross = None
-        self._ticket += 1
-        ticket = self._ticket
+        self._opens += 1
 
-        def read() -> None:
+        def read(run: Run) -> tuple[TriangleMesh, BonePicker, Volume | None, Volume | None]:
             mesh = self._display_mesh(case.id)
-            loaded = (mesh, BonePicker(mesh), *self._volumes(case))
-            self._post(lambda: self._loaded(ticket, *loaded))
+            return (mesh, BonePicker(mesh), *self._volumes(case))
 
-        def failed(words: str) -> None:
-            self._post(lambda: self._failed(ticket, words))
-
-        in_background(self._executor, "The head could not be read", read, failed)
+        self._latest.ask(
+            "The head could not be read", read, lambda found: self._loaded(*found), self._failed, lane=case_id
+        )
 
     def _volumes(self, case: Case) -> tuple[Volume | None, Volume | None]:
         """The wide CT and a finer one of a part, where there are such."""
@@ -107,13 +106,9 @@ class CaseView:
                 return meshes[name]
         return self._services.cases.case_surface(case_id)
 
-    def _loaded(
-        self, ticket: int, mesh: TriangleMesh, picker: BonePicker, volume: Volume | None, detail: Volume | None
-    ) -> None:
-        if ticket != self._ticket:
-            return
+    def _loaded(self, mesh: TriangleMesh, picker: BonePicker, volume: Volume | None, detail: Volume | None) -> None:
         bounds = np.asarray(mesh.bounds)
-        self.surface = ShownSurface(f"{self.case_id}:{ticket}", mesh, bounds)
+        self.surface = ShownSurface(f"{self.case_id}:{self._opens}", mesh, bounds)
         self._picker = picker
         centre = bounds.mean(axis=0)
         cross = centre if self._pending_cross is None else self._pending_cross
@@ -121,9 +116,8 @@ class CaseView:
         self._look = replace(self._look, cut_at=float(cross[0]))
         self.loading = ""
 
-    def _failed(self, ticket: int, words: str) -> None:
-        if ticket == self._ticket:
-            self.loading = words
+    def _failed(self, words: str) -> None:
+        self.loading = words
 
     # -- changes
 
@@ -213,6 +207,19 @@ class CaseView:
     # -- for the page
 
     @property
+    def case(self) -> Case | None:
+        """The open case as it was stored at the last :meth:`refresh`; None where none is open, or it is gone."""
+        return self._case
+
+    @property
+    def cross(self) -> Position | None:
+        """Where the slices cross, as the page has it, LPS mm; None without slices."""
+        if self._slices is None:
+            return None
+        x, y, z = (round(float(value), 3) for value in self._slices.cross)
+        return x, y, z
+
+    @property
     def kind(self) -> CaseKind | None:
         """What is driven in the open case; None where none is open."""
         return None if self._case is None else self._case.kind
@@ -222,18 +229,27 @@ class CaseView:
         """Whether the open case was deleted, from the command line or over REST, when it was last read."""
         return self._case is not None and self._case.deleted_at is not None
 
-    def sections(self, fresh: bool) -> CaseSections:
-        """fresh: read what the store says of the case anew, which others may have changed."""
-        if fresh and self.case_id is not None:
+    def refresh(self) -> None:
+        """Read what the store says of the case, which others may have changed."""
+        if self.case_id is not None:
             try:
-                self._case = self._services.cases.get(self.case_id)
+                self._case = self._services.cases.shown(self.case_id)
             except NotFound:
                 self._case = None
-        look = self._look
+
+    def sections(self) -> Sections:
+        """The :class:`CaseSections`."""
+        case, loading, hidden, slices, look = self._case, self.loading, self.hidden, self._slices, self._look
+        view: ViewSection = {"opacity": look.opacity, "cut": look.cut, "slices": look.slices}
         return {
-            "case": None if self._case is None else case_section(self._case, self.loading, self.hidden),
-            "slices": None if self._slices is None else self._slices.view(),
-            "view": {"opacity": look.opacity, "cut": look.cut, "slices": look.slices},
+            "case": Section(
+                (Same(case), loading, hidden), lambda: None if case is None else case_section(case, loading, hidden)
+            ),
+            "slices": Section(
+                None if slices is None else (Same(slices), slices.key()),
+                lambda: None if slices is None else slices.section(),
+            ),
+            "view": Section.of(view),
         }
 
 

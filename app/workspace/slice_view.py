@@ -36,7 +36,6 @@ class SliceView:
         self._bounds = np.asarray(volume.bounds)
         self.greys = Greys()
         self.cross = np.clip(cross, self._bounds[0], self._bounds[1])
-        self._view: tuple[Any, SlicesSection] | None = None
 
     def move(self, axis: Axis, position_mm: float) -> None:
         normal = NORMALS[axis]
@@ -48,15 +47,10 @@ class SliceView:
 
     def key(self) -> Any:
         """Changes with everything the slices show."""
-        return (*(round(float(value), 3) for value in self.cross), self.greys)
+        return (*self.cross.tolist(), self.greys)
 
-    def view(self) -> SlicesSection:
+    def section(self) -> SlicesSection:
         """The page's section: each plane with the place of its pixels (centres), LPS mm."""
-        if self._view is None or self._view[0] != self.key():
-            self._view = (self.key(), self._describe())
-        return self._view[1]
-
-    def _describe(self) -> SlicesSection:
         planes: dict[Axis, SlicePlane] = {}
         for axis, normal in NORMALS.items():
             position = float(self.cross[normal])

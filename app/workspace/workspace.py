@@ -26,8 +26,7 @@ class Workspace:
     """The open case and plan, the camera, and the notes and requests of the client. Owned by the session's thread.
 
     client: who it is and its role. post: queues a request onto the session's thread; may be called on any.
-    note: words for the user, and whether they are an error. stale: cases and plans are read anew with what is
-    published next.
+    note: words for the user, and whether they are an error.
     """
 
     def __init__(
@@ -42,7 +41,6 @@ class Workspace:
         self.case = CaseView(services, executor, post)
         self.camera = CameraView(self.case)
         self.plan = OpenPlan()
-        self.stale = True
         self._case_listeners: list[Callable[[str | None], None]] = []
 
     def note(self, words: str, error: bool = False) -> None:
@@ -72,7 +70,6 @@ class Workspace:
         """Do an operation on a document of the open case. Raises VfixError."""
         if self.case.case_id is None:
             raise InputError("no head is open.")
-        self.stale = True
         message.perform(message.spec.context(self.services, message.revision), self.case.case_id)
 
     def handle(self, command: Command) -> Any:

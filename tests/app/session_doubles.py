@@ -15,6 +15,7 @@ from app.messages.client import Client
 from app.plans.service import Plan
 from app.services import Services
 from app.session.client_session import ClientSession
+from app.tabs.base import Tab
 from app.tabs.plan.tab import PlanTab
 from app.tabs.rehearse.drive_session import RehearsalDrive
 from app.tabs.rehearse.preparation import PreparedRehearsal, plan_key
@@ -72,6 +73,13 @@ def open_sample(services: Services, plan_id: str = SAMPLE, heard: Heard | None =
     workspace.open_first(HEAD, plan_id)
     tab.active = True
     return tab
+
+
+def sections_of(tab: Tab) -> dict[str, Any]:
+    """The sections of a tab as they are now."""
+    tab.workspace.case.refresh()
+    tab.refresh()
+    return {name: section.build() for name, section in tab.sections().items()}
 
 
 def other_case(services: Services) -> Case:

@@ -125,12 +125,12 @@ def test_what_work_in_the_background_is_called_is_a_constant() -> None:
     seen = 0
     for path in sorted((ROOT / "app").rglob("*.py")):
         text = path.read_text(encoding="utf-8")
-        for node in ast.walk(ast.parse(text)) if "in_background(" in text or "_lanes.submit(" in text else ():
+        for node in ast.walk(ast.parse(text)) if "in_background(" in text or "_latest.ask(" in text else ():
             if not isinstance(node, ast.Call):
                 continue
             name = ast.unparse(node.func)
-            if name == "in_background" or (name.endswith("_lanes.submit")):
-                what = node.args[1]
+            if name == "in_background" or name.endswith("_latest.ask"):
+                what = node.args[name == "in_background"]
                 assert isinstance(what, ast.Constant) or (isinstance(what, ast.Name) and what.id.isupper()), path
                 seen += 1
     assert seen >= 7

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from app.cases.service import Case
 from app.imaging.labels import PaintedDocument
-from app.kit.errors import NotFound
+from app.kit.kept import Same
+from app.messages.sections import Section
 from app.tabs.patient.sections import LabelEntry, LabelsSection, LabelState
 from app.workspace.workspace import Workspace
 
@@ -14,24 +15,15 @@ class PaintedLabels:
 
     def __init__(self, workspace: Workspace) -> None:
         self._workspace = workspace
-        self._section: LabelsSection = {"items": []}
-        self._of: str | None = None
 
-    def section(self, fresh: bool) -> LabelsSection:
-        """What the page lists; fresh: read from the store anew."""
-        case_id = self._workspace.case.case_id
-        if fresh or case_id != self._of:
-            self._of = case_id
-            self._section = {"items": [] if case_id is None else self._read(case_id)}
-        return self._section
+    def section(self) -> Section[LabelsSection]:
+        """What the page lists."""
+        case, services = self._workspace.case.case, self._workspace.services
+        changes = services.store.changes.of(services.labels.documents.kind.name)
+        return Section((Same(case), changes), lambda: {"items": [] if case is None else self._read(case)})
 
-    def _read(self, case_id: str) -> list[LabelEntry]:
-        services = self._workspace.services
-        try:
-            case = services.cases.get(case_id)
-        except NotFound:
-            return []
-        return [self._entry(case, item) for item in services.labels.documents.list(case_id)]
+    def _read(self, case: Case) -> list[LabelEntry]:
+        return [self._entry(case, item) for item in self._workspace.services.labels.documents.list(case.id)]
 
     def _entry(self, case: Case, item: PaintedDocument) -> LabelEntry:
         structure, changed = self._workspace.services.labels.structure(case, item)

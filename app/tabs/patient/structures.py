@@ -6,8 +6,9 @@ from typing import Any
 
 from app.cases.service import Case
 from app.cases.structures import Structure
-from app.kit.errors import NotFound
+from app.kit.kept import Kept, Same
 from app.messages.fields import Command
+from app.messages.sections import Section
 from app.scene.structures import StructureNodes, StructureShape
 from app.tabs.patient import commands as c
 from app.tabs.patient.sections import StructureEntry, StructuresSection
@@ -32,6 +33,7 @@ class Structures:
         self._chosen: dict[str, bool] = {}  # shown or not, of the structures that somebody has shown or hidden
         self._meshes: dict[str, TriangleMesh] = {}
         self._reading: set[str] = set()
+        self._asked: Kept[None] = Kept()
 
     def handle(self, command: Command) -> None:
         """Answer one of the structures' commands. Raises InputError and NotFound."""
@@ -48,20 +50,23 @@ class Structures:
             case c.DeleteStructure():
                 stored.delete(case_id, command.structure_id)
 
-    def section(self, fresh: bool) -> StructuresSection:
-        """What the page lists; fresh: read from the store anew."""
-        case_id = self._workspace.case.case_id
-        if case_id is None:
-            self._case = None
-        elif fresh or self._case is None or self._case.id != case_id:
-            try:
-                self._case = self._workspace.services.cases.get(case_id)
-            except NotFound:
-                self._case = None
+    def refresh(self) -> None:
+        """Ask for the surfaces that are to be shown of the open case, and say which ones the slices leave out."""
+        self._case = self._workspace.case.case
+        self._asked.get((Same(self._case), self._workspace.case.loading, tuple(self._chosen.items())), self._ask)
+
+    def _ask(self) -> None:
         self._forget_others()
         self._read()
         self._hide_outlines()
-        return {"items": [self._entry(self._case, item) for item in self._spared()] if self._case else []}
+
+    def section(self) -> Section[StructuresSection]:
+        """What the page lists."""
+        case = self._case
+        return Section(
+            (Same(case), tuple(self._chosen.items())),
+            lambda: {"items": [self._entry(case, item) for item in self._spared()] if case else []},
+        )
 
     def _hide_outlines(self) -> None:
         self._workspace.case.hidden = frozenset(item.id for item in self._spared() if not self._is_shown(item))

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from typing import Any
 
-from app.cases.service import Case
 from app.exchange.patient_images import holds_images
 from app.messages.fields import Command
+from app.messages.sections import Section, Sections
+from app.store.changes import CASES
 from app.tabs.base import Tab
 from app.tabs.patient import SPEC
 from app.tabs.patient import commands as c
 from app.tabs.patient.hints import patient_hint
 from app.tabs.patient.painted import PaintedLabels
-from app.tabs.patient.sections import CaseEntry, PatientSections
+from app.tabs.patient.sections import CaseEntry, CasesSection
 from app.tabs.patient.structures import Structures
 from app.workspace.layers import Layer
 from app.workspace.workspace import Workspace
@@ -26,13 +27,11 @@ class PatientTab(Tab):
 
     def __init__(self, workspace: Workspace, shared: Any = None) -> None:
         super().__init__(workspace, shared)
-        self._cases: list[Case] = []
         self._structures = Structures(workspace)
         self._painted = PaintedLabels(workspace)
 
     def handle(self, command: Command) -> None:
         """Raises InputError where the open case is to be deleted."""
-        self.workspace.stale = True
         cases, workspace = self.workspace.services.cases, self.workspace
         match command:
             case c.ShowStructures() | c.ChangeStructure() | c.DeleteStructure():
@@ -48,9 +47,18 @@ class PatientTab(Tab):
             case c.CaseCommand():
                 cases.delete(command.case_id)
 
-    def sections(self, fresh: bool) -> PatientSections:
-        if fresh or not self._cases:
-            self._cases = list(self.workspace.services.cases.list(include_deleted=True))
+    def refresh(self) -> None:
+        self._structures.refresh()
+
+    def sections(self) -> Sections:
+        """The :class:`PatientSections`."""
+        return {
+            "cases": Section(self.workspace.services.store.changes.of(CASES), self._list),
+            "structures": self._structures.section(),
+            "painted": self._painted.section(),
+        }
+
+    def _list(self) -> CasesSection:
         items: list[CaseEntry] = [
             {
                 "id": case.id,
@@ -60,13 +68,9 @@ class PatientTab(Tab):
                 "unreadable": case.unreadable,
                 "images": holds_images(case),
             }
-            for case in self._cases
+            for case in self.workspace.services.cases.list(include_deleted=True)
         ]
-        return {
-            "cases": {"items": items},
-            "structures": self._structures.section(fresh),
-            "painted": self._painted.section(fresh),
-        }
+        return {"items": items}
 
     def layers(self) -> list[Layer[Any]]:
         return self._structures.layers()

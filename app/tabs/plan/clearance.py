@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from app.kit.kept import Same
 from app.kit.values import Position
 from app.planning.piercing import Pierced
 from app.planning.plan_evaluation import PlanEvaluation
@@ -96,7 +97,7 @@ class ShownTool:
             row = _row(evaluation, self.s_mm)
             run = evaluation.run
             pose = run.segments_start[row], run.segments_end[row], evaluation.tool_radius
-        return Layer("plan.tool", (id(evaluation), self.s_mm), ToolGhost, lambda nodes: nodes.show(pose))
+        return Layer("plan.tool", (Same(evaluation), self.s_mm), ToolGhost, lambda nodes: nodes.show(pose))
 
 
 def _row(evaluation: PlanEvaluation, s_mm: float) -> int:

@@ -6,7 +6,9 @@ from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
 from typing import Any
 
+from app.kit.kept import Same
 from app.kit.values import Position
+from app.messages.sections import Section
 from app.planning.rehearsal_options import RehearsalOptions
 from app.plans.model import Plan
 from app.scene.cones import LENGTH_MM, ConeNodes, Surface
@@ -14,14 +16,13 @@ from app.services import Services
 from app.tabs.plan.cone_section import ConeSection, ConeView
 from app.tabs.plan.dry_runs import Corridor
 from app.tabs.plan.edited_plan import EditedPlan
-from app.tabs.plan.latest import LatestQueue
 from app.tabs.plan.side_words import direction_words
+from app.workspace.latest import Act, Latest, Run
 from app.workspace.layers import Layer
 from vfix_engine.errors import VfixError
 from vfix_engine.worlds.rigid.cone_surface import cone_surface, mean_direction
 from vfix_engine.worlds.rigid.inspection_cone import InspectionCone
 
-_LANE = "cones"
 Found = Mapping[str, tuple[Position, InspectionCone]]  # by the id of a target: where it was, and its cone
 
 
@@ -29,19 +30,11 @@ class Cones:
     """Asks for the cones of one client's plan, the newest wins. Owned by the session's thread."""
 
     def __init__(
-        self,
-        services: Services,
-        executor: Executor,
-        done: Callable[[int, Found], None],
-        say: Callable[[str], object] = bool,
+        self, services: Services, executor: Executor, post: Callable[[Act], Any], say: Callable[[str], object] = bool
     ) -> None:
-        """done: gets the ticket and the answer on another thread; hand both to :meth:`accept` on the owner's.
-
-        say: gets words for the user on another thread, where cones could not be computed.
-        """
+        """post: queues an act onto the owner's thread. say: words for the user, where cones could not be computed."""
         self._say = say
-        self._services, self._lanes, self._done = services, LatestQueue(executor), done
-        self._ticket = 0
+        self._services, self._latest = services, Latest(executor, post)
         self._asked: Any = None
         self._plan_id = ""
         self._found: Found = {}
@@ -51,7 +44,7 @@ class Cones:
         """Ask for the cones of the stored plan once its dry run is there, where they are others than before."""
         plan = None if edited is None else edited.plan
         if plan is None or plan.id != self._plan_id or not plan.targets:
-            self._ticket += 1
+            self._latest.drop()
             self._plan_id, self._found, self._current = "" if plan is None else plan.id, {}, False
             self._asked = None
         if plan is None or not plan.targets:
@@ -62,43 +55,33 @@ class Cones:
         asked = None if stored.evaluation is None else (stored.evaluation, targets)
         if asked == self._asked:
             return
-        self._ticket += 1
+        self._latest.drop()
         self._asked, self._current = asked, False
         if asked is not None:
             self._submit(plan, self._services.rehearsal_options.of(plan.id).in_force)
 
     def _submit(self, plan: Plan, options: RehearsalOptions) -> None:
-        ticket = self._ticket
-
-        def work() -> None:
-            if ticket != self._ticket:
-                return
+        def find(run: Run) -> Found:
             try:
                 cones = self._services.planning.cones(plan, options)
             except VfixError:
                 cones = {}  # the dry run's own words say why
-            self._done(ticket, {t.id: (t.position, cones[t.id]) for t in plan.targets if t.id in cones})
+            return {t.id: (t.position, cones[t.id]) for t in plan.targets if t.id in cones}
 
         def failed(words: str) -> None:
             self._say(words)
-            self._done(ticket, {})
+            self._show({})
 
-        self._lanes.submit(_LANE, "The views of the targets could not be computed", work, failed)
+        self._latest.ask("The views of the targets could not be computed", find, self._show, failed)
 
-    def accept(self, ticket: int, found: Found) -> None:
-        """Show an answer, unless the plan has changed while it waited."""
-        if ticket == self._ticket:
-            self._found, self._current = found, True
+    def _show(self, found: Found) -> None:
+        self._found, self._current = found, True
 
-    def section(self, edited: EditedPlan | None) -> ConeSection:
+    def section(self, edited: EditedPlan | None) -> Section[ConeSection]:
         """The page's section."""
-        if edited is None or not self._found:
-            return {"state": "none", "items": []}
-        items: list[ConeView] = [
-            {"target": target, "cone_deg": round(cone.cone_deg, 1), "words": cone_words(cone)}
-            for target, (_, cone) in self._found.items()
-        ]
-        return {"state": "waits" if self._is_old(edited) else "current", "items": items}
+        found: Found = {} if edited is None else self._found
+        old = edited is not None and self._is_old(edited)
+        return Section((Same(found) if found else None, old), lambda: _view(found, old))
 
     def layer(self, edited: EditedPlan | None) -> Layer[Any]:
         """The cone of the selected target."""
@@ -108,12 +91,22 @@ class Cones:
         def surface() -> Surface | None:
             return None if known is None else cone_surface(known[1], known[0], LENGTH_MM)
 
-        key = None if known is None else (known[0], id(known[1]), old)
+        key = None if known is None else (known[0], Same(known[1]), old)
         return Layer("plan.cone", key, ConeNodes, lambda nodes: nodes.show(surface(), old))
 
     def _is_old(self, edited: EditedPlan) -> bool:
         """Of another path or other targets than those that are shown."""
         return not self._current or edited.dragging or edited.in_hand is not None
+
+
+def _view(found: Found, old: bool) -> ConeSection:
+    if not found:
+        return {"state": "none", "items": []}
+    items: list[ConeView] = [
+        {"target": target, "cone_deg": round(cone.cone_deg, 1), "words": cone_words(cone)}
+        for target, (_, cone) in found.items()
+    ]
+    return {"state": "waits" if old else "current", "items": items}
 
 
 def cone_words(cone: InspectionCone) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 from app.cases.settings import settings_in_case
@@ -16,8 +17,8 @@ from app.planning.verdict import Level, Verdict, refused
 from app.scene import palette
 from app.services import Services
 from app.tabs.plan.clearance import verdict_view
-from app.tabs.plan.latest import LatestQueue
 from app.tabs.plan.sections import CorridorSection, CorridorState, CorridorStatus, ScaleView, SoftTissueView
+from app.workspace.latest import Act, Latest, Run
 from vfix_engine.arrays import Array
 from vfix_engine.errors import StartRefused, VfixError
 
@@ -145,47 +146,34 @@ class Corridor:
 class DryRuns:
     """Runs the newest plan dry; an answer to an older plan is dropped."""
 
-    def __init__(self, services: Services, executor: Executor, done: Callable[[int, Corridor], None]) -> None:
-        """done: gets the ticket and the answer on another thread; hand both to :meth:`accept` on the owner's."""
-        self._services, self._lanes, self._done = services, LatestQueue(executor), done
-        self._ticket = 0
+    def __init__(self, services: Services, executor: Executor, post: Callable[[Act], Any]) -> None:
+        """post: queues an act onto the owner's thread."""
+        self._services, self._latest = services, Latest(executor, post)
         self.current = Corridor()
 
     def clear(self) -> None:
-        self._ticket += 1
+        self._latest.drop()
         self.current = Corridor()
 
     def ask(
         self, plan: Any, kept_mm: float, options: RehearsalOptions = NO_OPTIONS, before: PlanEvaluation | None = None
     ) -> None:
-        """Start the dry run of a plan with two points or more; ``done`` is called from another thread.
+        """Start the dry run of a plan with two points or more.
 
         kept_mm: from bone, in this case. options: of the rehearsal, which hold the tool as they do in it.
         before: what is shown greyed until the answer is there.
         """
-        self._ticket += 1
-        ticket = self._ticket
         waiting = Corridor("computing", "The tool is driven along the path …", margin_mm=kept_mm, before=before)
         self.current = waiting
 
-        def work() -> None:
-            if ticket != self._ticket:
-                return  # this plan is not open any more
+        def find(run: Run) -> Corridor:
+            began = partial(replace, waiting)
+            return self._answer(plan, kept_mm, options, lambda job: run.tell(lambda: self._show(began(job=job))))
 
-            def began(job_id: str) -> None:
-                if ticket == self._ticket:
-                    self._done(ticket, replace(waiting, job=job_id))
+        self._latest.ask(FAILED, find, self._show, lambda words: self._show(failed_run(words, kept_mm)), lane=plan.id)
 
-            answer = self._answer(plan, kept_mm, options, began)
-            if ticket == self._ticket:
-                self._done(ticket, answer)
-
-        self._lanes.submit(plan.id, FAILED, work, lambda words: self._done(ticket, failed_run(words, kept_mm)))
-
-    def accept(self, ticket: int, corridor: Corridor) -> None:
-        """Show an answer, unless the plan has changed while it waited."""
-        if ticket == self._ticket:
-            self.current = corridor
+    def _show(self, corridor: Corridor) -> None:
+        self.current = corridor
 
     def _answer(
         self, plan: Any, kept_mm: float, options: RehearsalOptions = NO_OPTIONS, began: Callable[[str], object] = bool

@@ -8,7 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from app.kit.kept import Kept, Same
 from app.kit.values import Position
+from app.messages.sections import Section
 from app.planning.previews import Dragged
 from app.planning.tissue_words import PLACE_WORDS
 from app.plans.model import PlanPoint, check_robot
@@ -51,7 +53,9 @@ class EditedPlan:
         self._dragged: dict[str, Position] = {}
         self.shaft_in_hand: tuple[str, Position] | None = None  # id of the point, and the direction under the hand
         self._said: Any = None  # of robot and tool, when they were read
-        self.refresh()
+        self._changes = services.store.changes
+        self._seen = self._changes.of_document(plan_id)  # before the plan is read
+        self._show(self._editor.plan)
         self.case = services.cases.get(self.plan.case_id)
         self.selected: str | None = None
         self.add_mode: AddKind = "point"
@@ -61,19 +65,22 @@ class EditedPlan:
         self.second_volume = SecondVolumes(services, self._editor, lambda: self.plan, self._edit)
         self.versions = Versions(services, lambda: self.plan, self._edit)
         self.paths = Paths(self._editor, lambda: self.plan, self._edit)
-        self._path: tuple[tuple[Position, ...], SplinePath | None] | None = None
+        self._path: Kept[SplinePath | None] = Kept()
 
     # -- what there is
 
     def refresh(self) -> None:
-        """Read the plan anew: other clients edit too."""
-        self._show(self._editor.plan)
+        """Read the plan anew where it was changed since, but by an edit from here: other clients edit too."""
+        seen = self._changes.of_document(self.plan_id)
+        if seen != self._seen:
+            self._show(self._editor.plan)
+            self._seen = seen
 
     def _show(self, plan: Plan) -> None:
         self.plan = plan
         if (said := (self.plan.robot, self.plan.tool, self.plan.tool_shape)) != self._said:
             self._said = said
-            self._robot, self._tool = robot_view(self.plan, self._services.instruments), tool_view(self.plan)
+            self._robot, self.tool = robot_view(self.plan, self._services.instruments), tool_view(self.plan)
         known = {entry.id for entry in (*self.plan.points, *self.plan.targets)}
         if self.shaft_in_hand is not None and self.shaft_in_hand[0] not in known:
             self.shaft_in_hand = None
@@ -87,11 +94,12 @@ class EditedPlan:
         try:
             made = change(*arguments, expected_revision=self.plan.revision, **options)
         except VfixError:
-            self.refresh()
+            self._show(self._editor.plan)
             raise
         if isinstance(made, tuple):
             self.selected, made = made
         self._show(made)
+        self._seen = self._seen[0], made.revision
 
     @property
     def plan_id(self) -> str:
@@ -124,12 +132,14 @@ class EditedPlan:
     def path(self) -> SplinePath | None:
         """The spline through the points, None while there is none."""
         points = tuple(self.points())
-        if self._path is None or self._path[0] != points:
-            self._path = (points, _spline(points))
-        return self._path[1]
+        return self._path.get(points, lambda: _spline(points))
 
-    def view(self) -> PlanSection:
+    def section(self) -> Section[PlanSection]:
         """The page's section."""
+        dragged = tuple(self._dragged.items())
+        return Section((Same(self.plan), self.selected, self.add_mode, self.ghost, dragged), self._view)
+
+    def _view(self) -> PlanSection:
         plan, items, path = self.plan, self.items(), self.path()
         return {
             "id": plan.id,
@@ -153,7 +163,7 @@ class EditedPlan:
                 "words": f"{self.ghost.words} {self.ghost.lies_in}".strip(),
             },
             "robot": self._robot,
-            "tool": self._tool,
+            "tool": self.tool,
         }
 
     def kind_of(self, item_id: str) -> ItemKind:

@@ -5,9 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 from app.cases.settings import settings_in_case
+from app.kit.kept import Kept, Same
 from app.kit.values import Position
 from app.planning.placement import StoredPlacement
 from app.planning.plan_evaluation import PlanEvaluation
+from app.planning.rehearsal_options import RehearsalOptions
 from app.planning.verdict import plan_remarks
 from app.plans.model import Plan, drive_parts
 from app.tabs.plan.clearance import ShownTool
@@ -24,24 +26,15 @@ class Judged:
 
     def __init__(self, workspace: Workspace) -> None:
         self._services = workspace.services
-        self.stored = DryRuns(
-            workspace.services,
-            workspace.executor,
-            lambda ticket, answer: workspace.post(lambda: self.stored.accept(ticket, answer)),
-        )
-        self.live = LivePreviews(
-            workspace.services,
-            workspace.executor,
-            lambda ticket, answer: workspace.post(lambda: self.live.accept(ticket, answer)),
-        )
+        self.stored = DryRuns(workspace.services, workspace.executor, workspace.post)
+        self.live = LivePreviews(workspace.services, workspace.executor, workspace.post)
         self.cones = Cones(
-            workspace.services,
-            workspace.executor,
-            lambda ticket, answer: workspace.post(lambda: self.cones.accept(ticket, answer)),
-            lambda words: workspace.post(lambda: workspace.note(words, error=True)),
+            workspace.services, workspace.executor, workspace.post, lambda words: workspace.note(words, error=True)
         )
         self.tool = ShownTool()
         self._key: Any = None
+        self._looked: Kept[None] = Kept()
+        self._balls: Kept[tuple[tuple[Position, float], ...]] = Kept()
         self._way: Any = None  # plan and path that the runs are of
         self._placement: tuple[Any, StoredPlacement] | None = None  # of the last dry run, with what it belongs to
 
@@ -49,14 +42,21 @@ class Judged:
         """No plan is open."""
         self.stored.clear()
         self.live.clear()
-        self._key = self._way = None
+        self._way = None
+        self.again()
 
     def again(self) -> None:
         """The next refresh asks for a dry run of the stored path anew."""
-        self._key = None
+        self._key, self._looked = None, Kept()
 
     def error_balls(self, plan: Plan) -> tuple[tuple[Position, float], ...]:
         """Each target, and what it may be off by behind the plan's registration, 95 of 100 times at most; LPS mm."""
+        return self._balls.get((Same(plan), self._registrations()), lambda: self._error_balls(plan))
+
+    def _registrations(self) -> tuple[int, ...]:
+        return self._services.store.changes.of(self._services.registrations.kind.name)
+
+    def _error_balls(self, plan: Plan) -> tuple[tuple[Position, float], ...]:
         try:
             registered = self._services.planning.registration(plan)
         except PlanError:  # the dry run's words say why
@@ -75,13 +75,14 @@ class Judged:
         if edited is None:
             self.live.clear()
         else:
-            self._refresh_stored(edited)
-            self._refresh_live(edited)
+            options = self._services.rehearsal_options.of(edited.plan_id).in_force
+            key = Same(edited), Same(edited.plan), options, self._registrations()
+            self._looked.get(key, lambda: self._refresh_stored(edited, options))
+            self._refresh_live(edited, options)
         self.cones.refresh(edited, self.stored.current)
 
-    def _refresh_stored(self, edited: EditedPlan) -> None:
+    def _refresh_stored(self, edited: EditedPlan, options: RehearsalOptions) -> None:
         plan = edited.plan
-        options = self._services.rehearsal_options.of(plan.id).in_force
         driven = repr(drive_parts(plan)), self._services.planning.registration_key(plan)
         key = (plan.id, options, *driven, *plan_remarks(plan))
         if key == self._key:
@@ -99,7 +100,7 @@ class Judged:
         way, self._way = self._way, (plan.id, plan.path_id)
         return (self.live.current.pictured or self.stored.current.pictured) if way == self._way else None
 
-    def _refresh_live(self, edited: EditedPlan) -> None:
+    def _refresh_live(self, edited: EditedPlan, options: RehearsalOptions) -> None:
         plan, current = edited.plan, self.stored.current
         robot = [plan.id, plan.path_id, plan.robot.get("name"), plan.robot.get("urdf"), plan.tool, plan.tool_shape]
         if current.evaluation is not None:
@@ -109,4 +110,4 @@ class Judged:
             self.live.clear()
             return
         placement = self._placement[1] if self._placement is not None and self._placement[0] == robot else None
-        self.live.ask(plan, hand, current, placement, self._services.rehearsal_options.of(plan.id).in_force)
+        self.live.ask(plan, hand, current, placement, options)

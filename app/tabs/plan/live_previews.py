@@ -7,17 +7,15 @@ from concurrent.futures import Executor
 from dataclasses import replace
 from typing import Any
 
-from app.kit.errors import JobCancelled
 from app.planning.placement import StoredPlacement
 from app.planning.plan_evaluation import PlanEvaluation
 from app.planning.previews import Dragged
 from app.planning.rehearsal_options import NO_OPTIONS, RehearsalOptions
 from app.services import Services
 from app.tabs.plan.dry_runs import FAILED, Corridor, answered, failed_run
-from app.tabs.plan.latest import LatestQueue
+from app.workspace.latest import Act, Latest
 
 MOVED_WORTH_SAYING_MM = 0.2  # by a release, whose hand is less exact than a click
-_LANE = "live"
 
 
 class LivePreviews:
@@ -28,17 +26,16 @@ class LivePreviews:
     Owned by the session's thread, but for the runs themselves.
     """
 
-    def __init__(self, services: Services, executor: Executor, done: Callable[[int, Corridor], None]) -> None:
-        """done: gets the ticket and the answer on another thread; hand both to :meth:`accept` on the owner's."""
-        self._services, self._lanes, self._done = services, LatestQueue(executor), done
-        self._ticket = self._first = 0  # the newest run and the first one of this drag
+    def __init__(self, services: Services, executor: Executor, post: Callable[[Act], Any]) -> None:
+        """post: queues an act onto the owner's thread."""
+        self._services, self._latest = services, Latest(executor, post)
         self._asked: tuple[Any, ...] | None = None
         self.current = Corridor()
 
     def clear(self) -> None:
         """No hand drags anything; a run that goes on ends."""
         if self._asked is not None:
-            self._first = self._ticket = self._ticket + 1
+            self._latest.drop()
             self._asked, self.current = None, Corridor()
 
     def ask(
@@ -58,33 +55,32 @@ class LivePreviews:
         if asked == self._asked:
             return
         before = self.current.pictured or stored.pictured
-        self._ticket += 1
-        if not self._is_same_drag(asked):
-            self._first = self._ticket
+        goes_on = self._is_same_drag(asked)
         self._asked = asked
-        ticket, kept_mm = self._ticket, stored.margin_mm
+        kept_mm = stored.margin_mm
         if placement is None:
+            self._latest.drop()
             words = "Let go of the point to see whether the tool fits: the robot has no place yet."
             self.current = Corridor("computing", words, margin_mm=kept_mm, provisional=True, before=before)
             return
         words = "The path as it would be is judged …"
         self.current = Corridor("computing", words, margin_mm=kept_mm, provisional=True, before=before)
+        self._latest.ask(
+            FAILED,
+            lambda run: self._answer(plan, dragged, kept_mm, placement, run.check, options),
+            self._show,
+            lambda words: self._show(failed_run(words, kept_mm, True)),
+            older=self._show_greyed,
+            goes_on=goes_on,
+        )
 
-        def go_on(stage: str = "", share: float = 0.0) -> None:
-            if ticket < self._first:
-                raise JobCancelled
+    def _show(self, corridor: Corridor) -> None:
+        """What is so where the hand is."""
+        self.current = corridor
 
-        def work() -> None:
-            if ticket >= self._first and (answer := self._answer(plan, dragged, kept_mm, placement, go_on, options)):
-                self._done(ticket, answer)
-
-        self._lanes.submit(_LANE, FAILED, work, lambda words: self._done(ticket, failed_run(words, kept_mm, True)))
-
-    def accept(self, ticket: int, corridor: Corridor) -> None:
-        """Show an answer: as what is so where the hand is, or greyed where the hand has moved on since."""
-        if ticket == self._ticket:
-            self.current = corridor
-        elif ticket >= self._first and self.current.status == "computing" and corridor.evaluation is not None:
+    def _show_greyed(self, corridor: Corridor) -> None:
+        """What was so where the hand was, while the newest place is judged."""
+        if self.current.status == "computing" and corridor.evaluation is not None:
             self.current = replace(self.current, before=corridor.evaluation)
 
     def _is_same_drag(self, asked: tuple[Any, ...]) -> bool:
@@ -102,8 +98,7 @@ class LivePreviews:
         placement: StoredPlacement,
         go_on: Callable[[str, float], None],
         options: RehearsalOptions = NO_OPTIONS,
-    ) -> Corridor | None:
-        """None where the hand has let go or holds another point."""
+    ) -> Corridor:
         moved = 0.0
 
         def evaluate() -> PlanEvaluation:
@@ -112,9 +107,6 @@ class LivePreviews:
             moved = found.moved_mm
             return found.evaluation
 
-        try:
-            corridor = answered(self._services, plan, kept_mm, evaluate)
-        except JobCancelled:
-            return None
+        corridor = answered(self._services, plan, kept_mm, evaluate)
         words = f" On release the point moves {moved:.1f} mm, clear of bone." if moved > MOVED_WORTH_SAYING_MM else ""
         return replace(corridor, provisional=True, words=corridor.words + words, remark=words.strip())

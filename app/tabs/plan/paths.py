@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from app.kit.kept import Same
 from app.messages.fields import Command
+from app.messages.sections import Section
 from app.plans.editor import PlanEditor
 from app.plans.instruments import shipped_tools
 from app.plans.paths import side_caution
@@ -23,8 +25,11 @@ class Paths:
         """plan: as it is shown; edit: does an edit on the revision that is shown."""
         self._editor, self._plan, self._do = editor, plan, edit
 
-    def view(self) -> PathsSection:
+    def section(self) -> Section[PathsSection]:
         """The page's section."""
+        return Section(Same(self._plan()), self._view)
+
+    def _view(self) -> PathsSection:
         plan, titles = self._plan(), {tool.name: tool.title for tool in shipped_tools()}
         return {
             "items": [

@@ -11,8 +11,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from app.cases.service import Case
+from app.kit.kept import Same
 from app.kit.values import Position
 from app.messages.fields import Command
+from app.messages.sections import Section
 from app.planning.shape_meshes import shape_mesh
 from app.plans.editor import PlanEditor
 from app.plans.service import Plan
@@ -69,10 +72,14 @@ class Regions:
                 return region
         raise PlanError("that region is not in the plan any more.")
 
-    def view(self) -> RegionsSection:
+    def section(self) -> Section[RegionsSection]:
         """The page's section."""
+        case = self._services.cases.shown(self._case_id)
+        key = (Same(self._plan()), Same(case), self.selected, self.drawing, self._dragged)
+        return Section(key, lambda: self._view(case))
+
+    def _view(self, case: Case) -> RegionsSection:
         known = {region.id for region in self._all()}
-        case = self._services.cases.get(self._case_id)
         structures: list[StructureChoice] = [
             {"id": item.id, "name": item.name} for item in case.structures if item.id != case.anatomy.id
         ]

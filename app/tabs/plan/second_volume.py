@@ -8,10 +8,13 @@ from typing import Annotated, Literal, TypedDict
 from pydantic import Field
 
 from app.cases.second_volume import SecondVolume
+from app.kit.kept import Kept, Same
 from app.messages.fields import Command, Identifier
+from app.messages.sections import Section
 from app.plans.editor import PlanEditor
 from app.plans.service import Plan
 from app.services import Services
+from app.store.changes import CASES
 
 Number = Annotated[float, Field(ge=-1e6, le=1e6, allow_inf_nan=False)]
 
@@ -95,20 +98,19 @@ class SecondVolumes:
     ) -> None:
         """plan: as it is shown; edit: does an edit on the revision that is shown."""
         self._services, self._editor, self._plan, self._do = services, editor, plan, edit
-        self._choices: list[VolumeChoice] | None = None
+        self._choices: Kept[list[VolumeChoice]] = Kept()
 
-    def refresh(self) -> None:
-        """Cases come and go: read them anew when they are shown next."""
-        self._choices = None
-
-    def view(self) -> SecondVolumeSection:
+    def section(self) -> Section[SecondVolumeSection]:
         """The page's section."""
+        stored = self._services.store.changes.of(CASES)
+        return Section((Same(self._plan()), stored), lambda: self._view(stored))
+
+    def _view(self, stored: object) -> SecondVolumeSection:
         plan = self._plan()
-        if self._choices is None:
-            self._choices = self._read(plan.case_id)
+        choices = self._choices.get(stored, lambda: self._read(plan.case_id))
         second = plan.second_volume
         known = second is None or any(
-            (choice["case"], choice["volume"]) == (second.case, second.volume) for choice in self._choices
+            (choice["case"], choice["volume"]) == (second.case, second.volume) for choice in choices
         )
         laid: LaidView | None = None
         if second is not None:
@@ -121,7 +123,7 @@ class SecondVolumes:
                 "level": second.level,
                 "to_confirm": second.case != plan.case_id and not second.other_head,
             }
-        return {"laid": laid, "known": known, "choices": self._choices, "locked": plan.locked}
+        return {"laid": laid, "known": known, "choices": choices, "locked": plan.locked}
 
     def _read(self, case_id: str) -> list[VolumeChoice]:
         cases = self._services.cases.list()

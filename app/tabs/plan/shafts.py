@@ -6,7 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from app.kit.kept import Same
 from app.messages.fields import Command
+from app.messages.sections import Section
 from app.plans.model import PlanPoint
 from app.scene.dragging import DragEvent
 from app.scene.shafts import HANDLE, ShaftHandle, ShaftNodes, SuggestedNodes
@@ -122,8 +124,12 @@ class Shafts:
             Layer("plan.suggested", self._shown, SuggestedNodes, lambda nodes: nodes.show(*self._preview())),
         ]
 
-    def section(self, edited: EditedPlan | None) -> ShaftSection:
+    def section(self, edited: EditedPlan | None) -> Section[ShaftSection]:
         """The page's section."""
+        shaft = None if edited is None else (Same(edited.plan), edited.selected, edited.shaft_in_hand)
+        return Section((shaft, self.aiming, self._shown), lambda: self._view(edited))
+
+    def _view(self, edited: EditedPlan | None) -> ShaftSection:
         shown = None if self._shown is None else f"{self._shown[0]} {self._shown[1]}"
         point = None
         if edited is not None:
@@ -135,7 +141,7 @@ class Shafts:
             aiming=self.aiming == point.id,
             words=_words_of(edited, point),
             roll_deg=None if point.roll_deg is None else round(point.roll_deg, 1),
-            bent=bool(edited.view()["tool"]["bend_deg"]),
+            bent=bool(edited.tool["bend_deg"]),
             shown=shown,
         )
 

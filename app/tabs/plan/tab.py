@@ -6,8 +6,11 @@ from typing import Any
 
 import numpy as np
 
+from app.kit.kept import Same
 from app.kit.values import Position
 from app.messages.fields import Command
+from app.messages.sections import Section, Sections
+from app.plans.document import PLAN
 from app.plans.service import Plan
 from app.scene.dragging import DragEvent
 from app.scene.error_balls import ErrorBalls
@@ -28,7 +31,7 @@ from app.tabs.plan.instruments import instruments_section
 from app.tabs.plan.judged import Judged
 from app.tabs.plan.region_words import DRAW_WORDS
 from app.tabs.plan.removed_bone import RemovedBoneCount
-from app.tabs.plan.sections import PlanEntry, PlanSections
+from app.tabs.plan.sections import PlanEntry, PlansSection
 from app.tabs.plan.shafts import AIM_WORDS, Shafts
 from app.workspace.layers import Layer
 from app.workspace.plan_items import curve_layer, curve_points, curve_section, items_layer
@@ -47,7 +50,6 @@ class PlanTab(Tab):
         self._services = workspace.services
         self._edited: EditedPlan | None = None
         self._case_id: str | None = None
-        self._plans: list[Any] = []
         self._shafts = Shafts(workspace.services)
         self._hands = Hands(workspace, self._shafts)
         self._judged = Judged(workspace)
@@ -96,7 +98,6 @@ class PlanTab(Tab):
 
     def close_plan(self) -> None:
         self._case_id = self._edited = None
-        self._plans = []
         self._judged.clear()
         self._shafts.clear()
 
@@ -136,7 +137,7 @@ class PlanTab(Tab):
 
     def curve_key(self) -> Any:
         """Changes when the spline or its colours do."""
-        return (tuple(self._edited.points()), self._shown_corridor()) if self._edited else None
+        return (tuple(self._edited.points()), Same(self._shown_corridor())) if self._edited else None
 
     def _shown_corridor(self) -> Corridor:
         """The dry run of the points as they are shown: live while a hand drags one of the path."""
@@ -154,7 +155,6 @@ class PlanTab(Tab):
     def handle(self, command: Command) -> None:
         """Answer a command; raises VfixError with the reason where that cannot be done."""
         if isinstance(command, c.PlanCommand | c.NewPlan | c.RenamePlan):
-            self.workspace.stale = True
             self.workspace.note(self._handle_plan(command), error=True)
             self.workspace.plan.opened()
         elif isinstance(command, ShowTool | HideTool):
@@ -323,38 +323,41 @@ class PlanTab(Tab):
             corridor.short,
         )
 
-    def sections(self, fresh: bool) -> PlanSections:
-        """fresh: read plan and list anew, which others may have changed.
-
-        Raises InputError when the open plan cannot be read any more; it is closed then.
-        """
-        if self._case_id is not None and (fresh or not self._plans):
-            self._plans = list(self._services.plans.titles(self._case_id, include_deleted=True))
-        if fresh and self._edited is not None:
+    def refresh(self) -> None:
+        """Raises InputError when the open plan cannot be read any more; it is closed then."""
+        if self._edited is not None:
             try:
                 self._edited.refresh()
-                self._edited.versions.refresh()
-                self._edited.second_volume.refresh()
             except InputError:
                 self._edited = None
                 self._judged.clear()
                 raise
         self._judged.refresh(self._edited)
+        self._removed.refresh(self.plan)
+
+    def sections(self) -> Sections:
+        """The :class:`PlanSections`."""
+        edited, corridor, shown_mm = self._edited, self._shown_corridor(), self._judged.tool.s_mm
+        none = Section.of(None)
+        return {
+            "plans": Section((self._case_id, self._services.store.changes.of(PLAN.name)), self._list),
+            "instruments": Section(None, instruments_section),
+            "plan": none if edited is None else edited.section(),
+            "paths": none if edited is None else edited.paths.section(),
+            "versions": none if edited is None else edited.versions.section(),
+            "regions": none if edited is None else edited.regions.section(),
+            "second_volume": none if edited is None else edited.second_volume.section(),
+            "removed_bone": self._removed.section(),
+            "curve": Section(self.curve_key(), lambda: curve_section(self.curve()[0])),
+            "corridor": Section((Same(corridor), shown_mm), lambda: {**corridor.view(), "shown_mm": shown_mm}),
+            "shaft": self._shafts.section(edited),
+            "cones": self._judged.cones.section(edited),
+        }
+
+    def _list(self) -> PlansSection:
+        plans = () if self._case_id is None else self._services.plans.titles(self._case_id, include_deleted=True)
         items: list[PlanEntry] = [
             {"id": plan.id, "name": plan.name, "modified": str(plan.modified), "deleted": bool(plan.deleted_at)}
-            for plan in self._plans
+            for plan in plans
         ]
-        return {
-            "plans": {"items": items},
-            "instruments": instruments_section(),
-            "plan": None if self._edited is None else self._edited.view(),
-            "paths": None if self._edited is None else self._edited.paths.view(),
-            "versions": None if self._edited is None else self._edited.versions.view(),
-            "regions": None if self._edited is None else self._edited.regions.view(),
-            "second_volume": None if self._edited is None else self._edited.second_volume.view(),
-            "removed_bone": self._removed.section(self.plan),
-            "curve": curve_section(self.curve()[0]),
-            "corridor": {**self._shown_corridor().view(), "shown_mm": self._judged.tool.s_mm},
-            "shaft": self._shafts.section(self._edited),
-            "cones": self._judged.cones.section(self._edited),
-        }
+        return {"items": items}

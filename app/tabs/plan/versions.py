@@ -6,7 +6,9 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import TypedDict
 
+from app.kit.kept import Kept, Same
 from app.messages.fields import Command
+from app.messages.sections import Section
 from app.plans.diff import changes
 from app.plans.model import PlanContent
 from app.plans.service import Plan
@@ -51,21 +53,20 @@ class Versions:
     ) -> None:
         """plan: as it is shown; edit: does an edit on the revision that is shown."""
         self._services, self._plan, self._do = services, plan, edit
-        self._known: tuple[PlanVersion, ...] | None = None
+        self._known: Kept[tuple[PlanVersion, ...]] = Kept()
         self._compared: str | None = None
 
-    def refresh(self) -> None:
-        """Other clients save versions too: read them anew when they are shown next."""
-        self._known = None
-
-    def view(self) -> VersionsSection:
+    def section(self) -> Section[VersionsSection]:
         """The page's section."""
+        stored = self._services.store.changes.of(self._services.versions.documents.kind.name)
+        return Section((Same(self._plan()), self._compared, stored), lambda: self._view(stored))
+
+    def _view(self, stored: object) -> VersionsSection:
         plan = self._plan()
-        if self._known is None:
-            self._known = self._services.versions.list(plan.id)
-        compared = next((one for one in self._known if one.id == self._compared), None)
+        known = self._known.get(stored, lambda: self._services.versions.list(plan.id))
+        compared = next((one for one in known if one.id == self._compared), None)
         return {
-            "items": [{"id": one.id, "name": one.name, "created": one.created} for one in reversed(self._known)],
+            "items": [{"id": one.id, "name": one.name, "created": one.created} for one in reversed(known)],
             "compared": None if compared is None else compared.id,
             "changes": [] if compared is None else list(changes(compared.content, plan.content)),
             "differs": compared is not None and self._differs(compared.content, plan),
@@ -93,4 +94,3 @@ class Versions:
             case c.VersionCommand():
                 version_id = command.version_id
                 self._do(lambda **options: service.go_back(plan_id, version_id, **options))
-        self.refresh()

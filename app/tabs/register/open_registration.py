@@ -7,8 +7,10 @@ from typing import Any
 
 from app.documents import check_still_newest
 from app.kit.errors import NotFound
+from app.kit.kept import Kept, Same
 from app.kit.values import Position
 from app.messages.fields import Command
+from app.messages.sections import Section
 from app.plans.service import Plan
 from app.registration.editor import StoredRegistration, found_pair
 from app.registration.point_order import OrderAnswer
@@ -27,19 +29,28 @@ class OpenRegistration:
         """Raises NotFound and InputError."""
         self._services = services
         self._editor = services.registering.editor(registration_id)
+        self._changes = services.store.changes
+        self._seen = self._changes.of_document(registration_id)  # before it is read
         self.document = self._editor.document
         self._anatomy = services.cases.get(self.document.case_id).anatomy.name
         self.selected: str | None = None
+        self._marks: Kept[list[FiducialMark]] = Kept()
         self._orders: tuple[int, OrderAnswer] | None = None  # with the revision that it is of
-        self._errors: tuple[Any, ErrorTable] | None = None
+        self._errors: Kept[ErrorTable] = Kept()
 
     @property
     def id(self) -> str:
         return self.document.id
 
     def refresh(self) -> None:
-        """Read the registration anew: others edit too. Raises InputError where it cannot be read any more."""
-        self._show(self._editor.document)
+        """Read the registration anew where it was changed since, but by an edit from here: others edit too.
+
+        Raises InputError where it cannot be read any more.
+        """
+        seen = self._changes.of_document(self.id)
+        if seen != self._seen:
+            self._show(self._editor.document)
+            self._seen = seen
 
     def _show(self, document: StoredRegistration) -> None:
         self.document = document
@@ -52,10 +63,11 @@ class OpenRegistration:
         try:
             made = change(*arguments, expected_revision=self.document.revision, **options)
         except VfixError:
-            self.refresh()
+            self._show(self._editor.document)
             raise
         added, document = made if isinstance(made, tuple) else (None, made)
         self._show(document)
+        self._seen = self._seen[0], document.revision
         self.selected = added or self.selected
 
     def do(self, command: Command, cross: Position | None) -> str:
@@ -150,8 +162,12 @@ class OpenRegistration:
 
     # -- for the page
 
-    def view(self, plan: Plan | None, has_volume: bool) -> RegistrationSection:
+    def section(self, plan: Plan | None, has_volume: bool) -> Section[RegistrationSection]:
         """The page's section."""
+        key = Same(self.document), Same(plan), Same(self.orders()), self.selected, has_volume
+        return Section(key, lambda: self._view(plan, has_volume))
+
+    def _view(self, plan: Plan | None, has_volume: bool) -> RegistrationSection:
         report = self._services.registering.report(self.document.content)
         return registration_view(
             self.document, report, self._table(plan), self.orders(), self.selected, has_volume, self._anatomy
@@ -159,6 +175,9 @@ class OpenRegistration:
 
     def marks(self) -> list[FiducialMark]:
         """What the slices and the scene show of it."""
+        return self._marks.get((Same(self.document), self.selected), self._marks_now)
+
+    def _marks_now(self) -> list[FiducialMark]:
         content = self.document.content
         return marks_of(content, self._services.registering.report(content), self.selected)
 
@@ -169,10 +188,8 @@ class OpenRegistration:
 
     def _table(self, plan: Plan | None) -> ErrorTable:
         same = plan if plan is not None and plan.case_id == self.document.case_id else None
-        key = (self.document.revision, None if same is None else (same.id, same.revision))
-        if self._errors is None or self._errors[0] != key:
-            self._errors = key, self._services.registering.errors(self.document.content, same)
-        return self._errors[1]
+        key = Same(self.document), Same(same)
+        return self._errors.get(key, lambda: self._services.registering.errors(self.document.content, same))
 
 
 def newest(services: Services, case_id: str, wanted: str | None) -> OpenRegistration | None:

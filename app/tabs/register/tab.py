@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from app.documents import DocumentTitle
+from app.kit.kept import Kept, Same
 from app.kit.values import Position
 from app.messages.fields import Command
+from app.messages.sections import Section, Sections
 from app.plans.service import Plan
 from app.registration.editor import StoredRegistration
 from app.scene.error_balls import ErrorBalls
@@ -17,7 +18,13 @@ from app.tabs.register import SPEC
 from app.tabs.register import commands as c
 from app.tabs.register.hints import register_hint
 from app.tabs.register.open_registration import OpenRegistration, newest
-from app.tabs.register.sections import FiducialMark, PlanUseSection, RegisterSections, RegistrationEntry, TrackerView
+from app.tabs.register.sections import (
+    FiducialMark,
+    PlanUseSection,
+    RegistrationEntry,
+    RegistrationsSection,
+    TrackerView,
+)
 from app.workspace.layers import Layer
 from app.workspace.plan_items import position_of
 from app.workspace.workspace import Workspace
@@ -33,9 +40,9 @@ class RegisterTab(Tab):
         super().__init__(workspace, shared)
         self._services = workspace.services
         self._open: OpenRegistration | None = None
-        self._titles: list[DocumentTitle] = []
         self._pointer_shown: TrackerView | None = None
-        self._told: tuple[Any, tuple[str, bool]] | None = None  # of the error in the open plan, with what it is of
+        self._error: Kept[tuple[str, bool]] = Kept()  # in the open plan
+        self._uses: Kept[PlanUseSection | None] = Kept()
         workspace.on_case_opened(lambda plan_id: self._case_opened())
         workspace.plan.on_opened(self._plan_opened)
 
@@ -48,7 +55,6 @@ class RegisterTab(Tab):
         """The registration of the plan that is open, else the newest of the case."""
         case_id = self.workspace.case.case_id
         self._open = None if case_id is None or not self.offered else newest(self._services, case_id, self._wanted())
-        self._titles = []
 
     def _plan_opened(self) -> None:
         wanted, case_id = self._wanted(), self.workspace.case.case_id
@@ -72,10 +78,9 @@ class RegisterTab(Tab):
         """Answer a command; raises VfixError with the reason where that cannot be done."""
         match command:
             case c.RegistrationCommand() | c.NewRegistration() | c.RenameRegistration():
-                self.workspace.stale = True
                 self._manage(command)
             case c.LookAgain():
-                self.workspace.stale = True
+                pass
             case c.UseRegistration():
                 self._use(command.used)
             case c.PairCommand(type="pair.select"):
@@ -96,8 +101,7 @@ class RegisterTab(Tab):
         self.workspace.case.go_to(place)
 
     def _cross(self) -> Position | None:
-        slices = self.workspace.case.sections(fresh=False)["slices"]
-        return None if slices is None else position_of(slices["cross"])
+        return self.workspace.case.cross
 
     def _manage(self, command: c.RegistrationCommand | c.NewRegistration | c.RenameRegistration) -> None:
         stored, case_id = self._services.registrations, self.workspace.case.case_id
@@ -147,7 +151,6 @@ class RegisterTab(Tab):
             raise InputError("open a plan first; it is a plan that uses a registration.")
         wanted = self._need().id if used else None
         self._services.registering.use(plan.id, wanted, expected_revision=plan.revision)
-        self.workspace.stale = True
 
     # -- the scene
 
@@ -192,33 +195,43 @@ class RegisterTab(Tab):
         blocked = "" if use is None or use["here"] else _blocked(use)
         return register_hint(content, self._services.registering.report(content), used, deleted, blocked)
 
-    def sections(self, fresh: bool) -> RegisterSections:
-        """fresh: read list and open registration anew, which others may have changed."""
-        case_id = self.workspace.case.case_id
-        if case_id is None:
-            self._open, self._titles = None, []
-        elif fresh or not self._titles:
-            self._titles = list(self._services.registrations.titles(case_id, include_deleted=True))
-        if fresh and self._open is not None:
+    def refresh(self) -> None:
+        """Raises VfixError when the open registration cannot be read any more; it is closed then."""
+        if self.workspace.case.case_id is None:
+            self._open = None
+        if self._open is not None:
             try:
                 self._open.refresh()
             except VfixError:
                 self._open = None
                 raise
+
+    def sections(self) -> Sections:
+        """The :class:`RegisterSections`."""
+        opened, marks, case, case_id = self._open, self._marks(), self.workspace.case.case, self.workspace.case.case_id
+        has_volume, use = case is not None and case.has_volume, self._plan_use()
+        registration: Section[object] = Section.of(None)
+        if opened is not None:
+            registration = opened.section(self.workspace.plan.current, has_volume)
+        return {
+            "registrations": Section((case_id, self._stored()), lambda: self._list(case_id)),
+            "registration": registration,
+            "plan_use": Section(Same(use), lambda: use),
+            "fiducials": Section(Same(marks) if marks else None, lambda: {"items": marks}),
+            "pointer": Section.of(self._pointer()),
+        }
+
+    def _stored(self) -> tuple[int, ...]:
+        """Changes with every registration that is stored."""
+        return self._services.store.changes.of(self._services.registrations.kind.name)
+
+    def _list(self, case_id: str | None) -> RegistrationsSection:
+        titles = () if case_id is None else self._services.registrations.titles(case_id, include_deleted=True)
         items: list[RegistrationEntry] = [
             {"id": one.id, "name": one.name, "modified": str(one.modified), "deleted": bool(one.deleted_at)}
-            for one in self._titles
+            for one in titles
         ]
-        case = self.workspace.case.sections(fresh=False)["case"]
-        has_volume = case is not None and case["has_volume"]
-        opened = self._open
-        return {
-            "registrations": {"items": items},
-            "registration": None if opened is None else opened.view(self.workspace.plan.current, has_volume),
-            "plan_use": self._plan_use(),
-            "fiducials": {"items": self._marks()},
-            "pointer": self._pointer(),
-        }
+        return {"items": items}
 
     def tick(self) -> bool:
         """The pointer comes into sight and goes out of it while nobody asks for anything."""
@@ -231,6 +244,10 @@ class RegisterTab(Tab):
 
     def _plan_use(self) -> PlanUseSection | None:
         plan = self.workspace.plan.current
+        opened = None if self._open is None else self._open.id
+        return self._uses.get((Same(plan), opened, self._stored()), lambda: self._use_of(plan))
+
+    def _use_of(self, plan: Plan | None) -> PlanUseSection | None:
         if plan is None:
             return None
         used = self._services.registering.registration_of(plan)
@@ -253,10 +270,12 @@ class RegisterTab(Tab):
     def _error_of(self, plan: Plan, document: StoredRegistration) -> tuple[str, bool]:
         """What error is to be expected, in words, and whether the plan's targets have balls of it."""
         key = (plan.id, plan.revision, document.id, document.revision)
-        if self._told is None or self._told[0] != key:
+
+        def error() -> tuple[str, bool]:
             table = self._services.registering.errors(document.content, plan)
-            self._told = key, (table.short, bool(table.targets))
-        return self._told[1]
+            return table.short, bool(table.targets)
+
+        return self._error.get(key, error)
 
 
 def _blocked(use: PlanUseSection | None) -> str:

@@ -8,6 +8,7 @@ from app.drives.drive_record import DriveRecord
 from app.drives.shared_drive import SharedDrive
 from app.drives.shared_drives import DriveKey, SharedDrives
 from app.kit.errors import PlanLocked
+from app.kit.kept import Kept
 from app.kit.values import Position
 from app.planning.rehearsal_options import NO_OPTIONS, RehearsalOptions
 from app.plans.service import Plan
@@ -32,7 +33,7 @@ class RehearsalSession(DriveTab[PreparedRehearsal, RigidSnapshot]):
     def __init__(self, workspace: Workspace, shared: RehearsalDrives) -> None:
         super().__init__(workspace, shared)
         self._services = workspace.services
-        self._registered: tuple[object, str] | None = None  # plan and its registration's id, and that one's key
+        self._registered: Kept[str] = Kept()  # key of the plan's registration
         self._uncertainty: SurfaceUncertainty | None = None  # of the bone that the margin is kept to
         self._has_ct = False
         self.so_far = DriveFigures()
@@ -129,7 +130,7 @@ class RehearsalSession(DriveTab[PreparedRehearsal, RigidSnapshot]):
         """The robot pauses where its registration has gone under it; returns words for the user, '' for none."""
         words = self._withdrawn(now) if self._changed and now.snapshot is not None and now.snapshot.running else ""
         if words and not self._stopped_for:  # read anew before somebody's robot is stopped
-            self._registered = None
+            self._registered = Kept()
             words = self._withdrawn(now)
         if words and self.drive is not None:
             self.drive.halt()
@@ -138,10 +139,9 @@ class RehearsalSession(DriveTab[PreparedRehearsal, RigidSnapshot]):
 
     def _key(self, plan: Plan) -> PlanKey:
         """What a rehearsal of the plan depends on; its registration is read anew once something was stored."""
-        of = (plan.id, plan.registration)
-        if self._registered is None or self._registered[0] != of:
-            self._registered = of, self._services.planning.registration_key(plan)
-        return plan_key(plan, self._registered[1])
+        stored = self._services.store.changes.of(self._services.registrations.kind.name)
+        of = (plan.id, plan.registration, stored)
+        return plan_key(plan, self._registered.get(of, lambda: self._services.planning.registration_key(plan)))
 
     def give_up(self) -> None:
         """The robot pauses where it is, the handle is free, and the plan keeps the settings that came into force."""

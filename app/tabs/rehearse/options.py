@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 from app.planning.head_tissue import MAX_DEPTH_MM, NOSTRIL_DEPTH_MM, STIFFNESS_N_PER_MM
@@ -20,7 +20,7 @@ from app.planning.verdict import NOSTRIL_MM
 from app.plans.service import Plan
 from app.services import Services
 from app.tabs.rehearse.sections import CentreChoice, CentreSection, OptionsSection, OptionView
-from app.workspace.background import in_background
+from app.workspace.latest import Latest, Run
 from vfix_engine.errors import VfixError
 from vfix_engine.geometry.path import SplinePath
 from vfix_engine.virtual_fixtures import RemoteCentre
@@ -45,7 +45,7 @@ class CentrePlaces:
 
     def __init__(self, services: Services, executor: Executor, post: Callable[[Callable[[], None]], Any]) -> None:
         """post: queues what is called onto the owner's thread."""
-        self._services, self._executor, self._post = services, executor, post
+        self._services, self._latest = services, Latest(executor, post)
         self._key: object = None
         self.known: _Known | None = None  # of the plan that was looked at last
         self._last: tuple[object, RemoteCentre | str] = (None, "")  # what was looked at last
@@ -57,31 +57,23 @@ class CentrePlaces:
         if key == self._key:
             return
         self._key, self.known = key, None
+        self._latest.drop()
         if plan is None or len(points) < 2:
             return
         path = path_of(plan)
         at = zip(plan.points, point_places(plan, path), strict=True)
         has_ct = bool(self._services.cases.get(plan.case_id).volumes)
         known = self.known = _Known(path, tuple((point.id, point.label, s) for point, s in at), has_ct)
-        self._find(key, plan, known)
+        self._find(plan, known)
 
-    def _find(self, key: object, plan: Plan, known: _Known) -> None:
-        def find() -> None:
-            try:
-                volume = self._services.cases.volume(self._services.cases.get(plan.case_id))
-                tell(entry_mm(plan, known.path, volume), "")
-            except VfixError as error:
-                tell(None, str(error))
+    def _find(self, plan: Plan, known: _Known) -> None:
+        def find(run: Run) -> float | None:
+            return entry_mm(plan, known.path, self._services.cases.volume(self._services.cases.get(plan.case_id)))
 
-        def tell(entry: float | None, trouble: str) -> None:
-            found = _Known(known.path, known.points, known.has_ct, entry, trouble)
-            self._post(lambda: self._accept(key, found))
+        def show(entry: float | None, trouble: str = "") -> None:
+            self.known = replace(known, entry=entry, trouble=trouble)
 
-        in_background(self._executor, "The entry was not found", find, lambda words: tell(None, words))
-
-    def _accept(self, key: object, found: _Known) -> None:
-        if key == self._key:
-            self.known = found
+        self._latest.ask("The entry was not found", find, show, lambda words: show(None, words), lane=plan.id)
 
     def at_mm(self, place: PathPlace) -> float | None:
         """The arc length of a place; None where it is not known, or there is none."""

@@ -7,7 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from app.kit.kept import Kept, Same
 from app.messages.fields import Command
+from app.messages.sections import Section, Sections
 from app.planning.rehearsal_options import NO_OPTIONS, RehearsalOptions
 from app.scene.centre import CentreNodes
 from app.tabs.drive_tab import NOT_HELD
@@ -17,7 +19,7 @@ from app.tabs.rehearse.drive_nodes import DriveNodes
 from app.tabs.rehearse.drive_session import RehearsalDrive, RehearsalDrives, RehearsalRecord, RehearsalSession
 from app.tabs.rehearse.hints import rehearse_hint
 from app.tabs.rehearse.options import CentrePlaces, options_section, place_of
-from app.tabs.rehearse.sections import OptionsSection, RehearsalSection, RehearsalSections
+from app.tabs.rehearse.sections import OptionsSection, RehearsalSection
 from app.tabs.rehearse.view import details_section, rehearsal_section, settings_section, tool_section
 from app.workspace.layers import Layer
 from app.workspace.plan_items import curve_layer, curve_section, entries, items_layer, plan_items
@@ -38,7 +40,6 @@ class RehearseTab(RehearsalSession):
     def __init__(self, workspace: Workspace, shared: RehearsalDrives) -> None:
         super().__init__(workspace, shared)
         self._centre = CentrePlaces(workspace.services, workspace.executor, workspace.post)
-        self._shown_options: tuple[object, OptionsSection] | None = None  # with what it depends on
         self._told_of: RigidSnapshot | None = None  # the pose that others were told last
         self._told = NO_OPTIONS  # the options as they were when everything was published last
 
@@ -91,7 +92,7 @@ class RehearseTab(RehearsalSession):
         """Never by a registration that is not the plan's any more: at the entry the robot is placed anew, else it
         stays there. What stands at the entry with other options is placed anew, too.
         """
-        self._registered = None  # read now, not when something was stored last
+        self._registered = Kept()  # read now, not when something was stored last
         now = self.read()
         at_entry = now.snapshot is None or now.snapshot.steps == 0
         withdrawn = self._withdrawn(now)
@@ -120,7 +121,6 @@ class RehearseTab(RehearsalSession):
         """Read the newest snapshot, and tell the user what the control process has said."""
         super().tick()
         edited, self._plan_edited = self._plan_edited, False
-        self.workspace.stale |= edited
         if self._services.live.wanted:
             self._tell_tool(self.now)
         drawn, told, self._told = self.driven, self._told, self.wanted
@@ -142,7 +142,7 @@ class RehearseTab(RehearsalSession):
         if self.workspace.plan.current is not None and not self._has_wanted(self.now):
             self.open(drive)
             return
-        self._registered = None  # it may have changed while the robot came
+        self._registered = Kept()  # it may have changed while the robot came
         if words := self._withdrawn(self.now):
             self._run_when_ready = False
             self.workspace.note(words, error=True)
@@ -168,22 +168,25 @@ class RehearseTab(RehearsalSession):
         """Whether the margin was changed since the drive was prepared."""
         return now.prepared is not None and _settings(now).margin_mm != now.prepared.settings.margin_mm
 
-    def sections(self, fresh: bool) -> RehearsalSections:
-        if fresh:
-            self._registered = None
-        now = self.read()
-        self._compare(now)
-        driven = self.driven
-        sections: RehearsalSections = {
-            "rehearsal": self._rehearsal(now),
-            "driven": None if driven is None else entries(driven.items),
-            "details": details_section(now.snapshot),
-            "settings": settings_section(_settings(now), now.answered, now.refusal, self._uncertainty),
+    def refresh(self) -> None:
+        self._compare(self.read())
+        if self.active or self.wanted.remote_centre:
+            self._centre.ask(self.workspace.plan.current)
+
+    def sections(self) -> Sections:
+        """The :class:`RehearsalSections`."""
+        now, driven, snapshot = self.now, self.driven, self.now.snapshot
+        settings = _settings(now), now.answered, now.refusal, self._uncertainty
+        sections: dict[str, Section[object]] = {
+            "rehearsal": Section((*self.drive_key(), self._changed), lambda: self._rehearsal(now)),
+            "driven": Section(Same(driven), lambda: None if driven is None else entries(driven.items)),
+            "details": Section(Same(snapshot), lambda: details_section(snapshot)),
+            "settings": Section(settings, lambda: settings_section(*settings)),
             "options": self._options(now),
-            "tool": tool_section(now.snapshot),
+            "tool": Section(Same(snapshot), lambda: tool_section(snapshot)),
         }
         if driven is not None:
-            sections["curve"] = curve_section(driven.curve)
+            sections["curve"] = Section(Same(driven), lambda: curve_section(driven.curve))
         return sections
 
     def _rehearsal(self, now: RehearsalRecord) -> RehearsalSection:
@@ -192,18 +195,16 @@ class RehearseTab(RehearsalSession):
         section["plan_changed"] = self._changed
         return section
 
-    def _options(self, now: RehearsalRecord) -> OptionsSection:
-        """Built again when something that it depends on has changed."""
+    def _options(self, now: RehearsalRecord) -> Section[OptionsSection]:
         plan, wanted = self.workspace.plan.current, self.wanted
-        if self.active or wanted.remote_centre:
-            self._centre.ask(plan)
         in_force = None if now.prepared is None else now.prepared.options
-        depends_on = (plan and (plan.id, plan.revision), wanted, in_force, now.may_prepare, self._centre.known)
-        if self._shown_options is None or self._shown_options[0] != depends_on:
+        key = Same(plan), wanted, in_force, now.may_prepare, Same(self._centre.known), self._has_ct
+
+        def build() -> OptionsSection:
             centre = None if plan is None or len(plan.points) < 2 else self._centre.section(wanted.centre)
-            section = options_section(wanted, in_force, centre, self._has_ct, now.may_prepare)
-            self._shown_options = depends_on, section
-        return self._shown_options[1]
+            return options_section(wanted, in_force, centre, self._has_ct, now.may_prepare)
+
+        return Section(key, build)
 
     def layers(self) -> list[Layer[Any]]:
         """The robot while the step is active; points and curve of what is driven instead of the plan's."""
@@ -214,7 +215,7 @@ class RehearseTab(RehearsalSession):
         if driven is not None:
             layers += [
                 items_layer(driven.items, None, locked=True),
-                curve_layer(id(driven), lambda: (driven.curve, None)),
+                curve_layer(Same(driven), lambda: (driven.curve, None)),
             ]
         if now.snapshot is not None and now.prepared is not None:
             layers.append(self._robot_layer(now.snapshot, now.prepared.robot, now.mine))
@@ -236,7 +237,7 @@ class RehearseTab(RehearsalSession):
             nodes.hand.show_sight(now.tip, now.virtual_point if now.mode == "inspect" else None)
             nodes.hand.show_blocked(now.blocking_point if now.held or now.slowed else None)
 
-        return Layer("rehearse.drive", key, lambda view: DriveNodes(view, robot.robot.visuals), show, id(robot))
+        return Layer("rehearse.drive", key, lambda view: DriveNodes(view, robot.robot.visuals), show, Same(robot))
 
 
 def _settings(now: RehearsalRecord) -> ControlSettings:

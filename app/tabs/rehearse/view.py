@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
 from typing import cast
 
 import numpy as np
@@ -102,7 +101,6 @@ def details_section(snapshot: RigidSnapshot | None) -> DetailsSection:
     return found if snapshot is None else {**found, "rows": snapshot.rows}
 
 
-@lru_cache(maxsize=32)
 def settings_section(
     settings: ControlSettings, answered: int, refusal: str = "", uncertainty: SurfaceUncertainty | None = None
 ) -> SettingsSection:

@@ -145,13 +145,13 @@ def test_another_heads_volume_is_asked_about(client: Client, phantom_services: S
 def test_choices_tell_other_heads_apart(phantom_services: Services, head: Case) -> None:
     plan = phantom_services.plans.create(head.id, "Apart")
     edited = EditedPlan(phantom_services, plan.id)
-    (choice,) = (one for one in edited.second_volume.view()["choices"] if one["case"] == "head-phantom")
+    (choice,) = (one for one in edited.second_volume.section().build()["choices"] if one["case"] == "head-phantom")
     assert choice["other_head"] == phantom_services.cases.get("head-phantom").created
     file = json.loads(to_native_json(plan)) | {"second_volume": {"case": "head-phantom"}}  # of a plan from elsewhere
     edited = EditedPlan(
         phantom_services, phantom_services.plans.add_file(head.id, from_native_json(json.dumps(file))).id
     )
-    laid = edited.second_volume.view()["laid"]
+    laid = edited.second_volume.section().build()["laid"]
     assert laid is not None
     assert laid["to_confirm"]
 

@@ -15,6 +15,7 @@ from websockets.frames import Close
 from websockets.sync.client import ClientConnection, connect
 
 from app.kit.prompt_threads import PROMPT_THREADS
+from app.messages.sections import Section
 from app.messages.version import VERSION
 from app.session import client_session
 from app.session.client_sessions import MAX_PAGES
@@ -150,7 +151,7 @@ def test_who_says_no_hello_is_shown_nothing_and_holds_no_place(pages: Planner, m
     address = f"ws://{pages.host}/session?tab=silent-tab"
     with connect(address, additional_headers=[pages.cookie], origin=pages.origin, proxy=None) as silent:
         eventually(lambda: "silent-tab" in pages.app.state.sessions._entries)
-        pages.app.state.sessions._entries["silent-tab"].session.view_model.publish({"secret": 1})
+        pages.app.state.sessions._entries["silent-tab"].session.view_model.publish("secret", Section.of(1))
         assert json.loads(silent.recv(timeout=60))["type"] == "hello"
         with pytest.raises(ConnectionClosed):
             silent.recv(timeout=60)  # no section

@@ -60,13 +60,13 @@ def test_a_click_on_the_teeth_is_offered_with_a_word_about_the_flesh(
     case = cases.create("Real", frame=CaseFrame("LPS", assumed=False), surfaces=surfaces, volume=volume)
     instruments = Instruments(store.files)
     planning = Planning(cases, instruments)
-    services = SimpleNamespace(cases=cases, plans=plans, instruments=instruments, planning=planning)
+    services = SimpleNamespace(store=store, cases=cases, plans=plans, instruments=instruments, planning=planning)
     desk = EditedPlan(cast(Services, services), plans.create(case.id, "Clicks").id)
     front = cases.tree(case).point_distance(np.array([[-21.5, -100.0, -26.3]]))[1][0]
     desk.pick(front)
     assert desk.ghost is not None
     assert re.fullmatch(r"Moved \d\.\d mm, clear of bone\.", desk.ghost.words)
-    assert desk.view()["ghost"]["words"].endswith("The place lies in soft tissue, not in the airway.")
+    assert desk.section().build()["ghost"]["words"].endswith("The place lies in soft tissue, not in the airway.")
     desk.confirm()
     (point,) = desk.plan.points
     desk.drag(point.id, (-29.5, -97.5, -25.0))

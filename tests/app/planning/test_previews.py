@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from session_doubles import SAMPLE, Later, open_sample
+from session_doubles import SAMPLE, Later, open_sample, sections_of
 
 from app.cases.settings import settings_in_case
 from app.kit.errors import JobCancelled
@@ -20,6 +20,7 @@ from app.services import Services
 from app.tabs.plan import commands as c
 from app.tabs.plan.dry_runs import Corridor
 from app.tabs.plan.live_previews import LivePreviews
+from app.workspace.latest import Act
 from vfix_engine.errors import PlanError, StartRefused
 from vfix_engine.geometry.capsules import Segments
 from vfix_engine.robots import RobotModel, Tool
@@ -122,8 +123,8 @@ def test_a_run_for_an_older_place_of_the_hand_ends(phantom_services: Services, s
 def test_the_newest_place_alone_is_judged_and_what_is_old_is_greyed(
     phantom_services: Services, stored: PlanEvaluation
 ) -> None:
-    plan, executor, ran = phantom_services.plans.get(SAMPLE), Later(), list[tuple[int, Corridor]]()
-    live = LivePreviews(phantom_services, executor, lambda *answer: ran.append(answer))
+    plan, executor, ran = phantom_services.plans.get(SAMPLE), Later(), list[Act]()
+    live = LivePreviews(phantom_services, executor, ran.append)
     known = Corridor("done", evaluation=stored, margin_mm=0.3)
     placing, point = StoredPlacement(stored.base, stored.q_start), plan.points[1]
     x, y, z = point.position
@@ -136,21 +137,21 @@ def test_the_newest_place_alone_is_judged_and_what_is_old_is_greyed(
     while executor.work:
         executor.work.pop(0)()
     assert len(ran) == 2, "the place that was judged already and the newest; two places between are left out"
-    live.accept(*ran[0])
+    ran[0]()
     view = live.current.view()
     assert (view["status"], view["state"]) == ("computing", "drag_waits")
-    assert live.current.before is ran[0][1].evaluation, "greyed, of the place where the hand was"
-    live.accept(*ran[1])
+    assert live.current.before not in (stored, None), "greyed, of the place where the hand was"
+    ran[1]()
     view = live.current.view()
     assert (view["status"], view["state"]) == ("done", "drag")
     assert "rovisional" in view["state_words"]
     live.ask(plan, Dragged(point.id, (x, y, z + 1.0)), known, placing, NO_OPTIONS)
     assert live.current.before is not stored, "the last place of the hand is what is greyed"
-    live.accept(*ran[1])
+    ran[1]()
     assert live.current.status == "computing", "an answer to an older place stays grey"
     live.ask(plan, Dragged(plan.points[2].id, (x, y, z + 1.0)), known, placing, NO_OPTIONS)
     kept = live.current.before
-    live.accept(*ran[0])
+    ran[0]()
     assert live.current.before is kept, "an answer to a drag of another point is dropped"
 
 
@@ -158,27 +159,27 @@ def test_a_drag_is_live_and_its_release_is_one_edit(phantom_services: Services) 
     plan = phantom_services.plans.duplicate(SAMPLE, "Live")
     step = open_sample(phantom_services, plan.id)
     judged, evaluation = step._judged, phantom_services.planning.evaluate(plan)
-    step.sections(True)
+    sections_of(step)
     judged.stored.current = Corridor("done", evaluation=evaluation)
-    step.sections(False)
+    sections_of(step)
     point = plan.points[1]
     x, y, z = point.position
     step.handle(c.DragItem(type="item.drag", item_id=point.id, position=(x, y, z + 0.4)))
-    corridor = step.sections(False)["corridor"]
+    corridor = sections_of(step)["corridor"]
     assert corridor["state"] == "drag_waits"
     assert phantom_services.plans.get(plan.id).revision == plan.revision
     step.handle(c.ItemCommand(type="item.drop", item_id=point.id))
-    corridor = step.sections(False)["corridor"]
+    corridor = sections_of(step)["corridor"]
     assert corridor["state"] == "waits"  # placed again, the picture of the hand's last place greyed
     assert phantom_services.plans.get(plan.id).revision == plan.revision + 1
     step.handle(c.Undo(type="undo"))
     assert phantom_services.plans.get(plan.id).points == plan.points
     # A target that is dragged changes nothing of the path.
     judged.stored.current = Corridor("done", evaluation=evaluation)
-    step.sections(False)
+    sections_of(step)
     judged.stored.current = Corridor("done", evaluation=evaluation)
     step.handle(c.DragItem(type="item.drag", item_id=plan.targets[0].id, position=(x, y, z)))
-    assert step.sections(False)["corridor"]["state"] == "current"
+    assert sections_of(step)["corridor"]["state"] == "current"
     phantom_services.plans.delete(plan.id)
 
 
@@ -196,14 +197,14 @@ def test_a_shaft_is_dragged_live_and_stored_as_one_edit(phantom_services: Servic
     assert step._edited is not None
     step._edited.set_shaft(point.id, (0.0, -1.0, 0.0), None)
     step._edited.selected = point.id
-    step.sections(True)
+    sections_of(step)
     step._judged.stored.current = Corridor("done", evaluation=stored)
-    step.sections(False)
+    sections_of(step)
     before = phantom_services.plans.get(plan.id)
     x, y, z = point.position
     handle = (x + 3.0, y - 30.0, z - 4.0)
     step.dragged(DragEvent(f"shaft:{point.id}", "start", handle))
-    sections = step.sections(False)
+    sections = sections_of(step)
     assert sections["corridor"]["state"] == "drag_waits"
     assert sections["shaft"]["words"].startswith("The shaft leaves towards the front (A), ")
     assert phantom_services.plans.get(plan.id).revision == before.revision

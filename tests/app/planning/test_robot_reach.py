@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from session_doubles import SAMPLE, open_sample
+from session_doubles import SAMPLE, open_sample, sections_of
 
 from app.services import Services
 from app.tabs.plan import commands as c
@@ -34,7 +34,7 @@ def test_the_verdict_of_a_urdf_of_ones_own_names_the_joint(phantom_services: Ser
     step = open_sample(phantom_services, plan.id)
     step.handle(c.ChooseTool(type="plan.tool", name="straight_pointer"))
     step.handle(c.ChooseRobot(type="plan.robot", name=own.name, urdf=own.urdf, tool_frame=own.tool_frame))
-    section = step.sections(True)["plan"]
+    section = sections_of(step)["plan"]
     assert section is not None
     assert (section["robot"]["urdf"], section["tool"]["title"]) == (own.urdf, "Straight pointer")
     corridor = step._judged.stored._answer(phantom_services.plans.get(plan.id), 0.3)

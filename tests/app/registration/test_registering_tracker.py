@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from registration_poses_cases import paired_poses, table
 from rest_client import CASE, opened_client
-from session_doubles import HEAD, workspace_of
+from session_doubles import HEAD, sections_of, workspace_of
 
 from app.kit.errors import NotFound
 from app.link.tracker import Collected
@@ -83,12 +83,12 @@ def test_without_a_tracker_it_says_how_to_have_one(phantom_services: Services) -
 def test_the_page_is_told_when_the_pointer_goes_out_of_sight(tracked: Services, pointer: Pointer) -> None:
     tab: Any = RegisterTab(workspace_of(tracked))
     tab.active = True
-    assert tab.sections(fresh=True)["pointer"] == {"state": "fresh", "words": "Stylus is tracked"}
+    assert sections_of(tab)["pointer"] == {"state": "fresh", "words": "Stylus is tracked"}
     assert tab.tick()
     assert not tab.tick()
     pointer.state = "stale"
     assert tab.tick()
-    assert tab.sections(fresh=False)["pointer"]["state"] == "stale"
+    assert sections_of(tab)["pointer"]["state"] == "stale"
     tab.active = False
     tab.tick()
     assert not tab.tick()

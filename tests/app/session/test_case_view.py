@@ -32,6 +32,6 @@ def test_slices_stay_inside_the_volume() -> None:
     assert view.cross.tolist() == [4.0, 6.0, 8.0]
     view.move("axial", -1e4)
     assert view.cross.tolist() == [4.0, 6.0, 3.0]
-    plane = view.view()["planes"]["coronal"]
+    plane = view.section()["planes"]["coronal"]
     assert (plane["columns"], plane["rows"], plane["position"]) == (4, 6, 6.0)
     assert plane["origin"][1] == 6.0

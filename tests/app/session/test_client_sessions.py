@@ -123,20 +123,16 @@ def test_a_page_that_comes_back_in_the_very_tick_is_waited_for_anew(
 def test_a_store_that_cannot_be_asked_is_logged_once_and_asked_again(
     sessions: ClientSessions, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    ticks: list[bool] = []
-    monkeypatch.setattr(ClientSession, "tick", lambda self, changed: ticks.append(changed))
     settle(sessions.connect("tab-one-0", {"plan": SAMPLE}))
     store, now = sessions._services.store, time.monotonic()
     sessions.beat(now)
     with monkeypatch.context() as broken:
-        connection = SimpleNamespace(execute=lambda statement: fail(sqlite3.OperationalError("disk I/O error")))
-        broken.setattr(store, "_watch", connection)
+        broken.setattr(store, "_look", lambda connection: fail(sqlite3.OperationalError("disk I/O error")))
         with pytest.raises(StorageError):
-            store.data_version()
+            store.look()
         for n in range(1, 4):
             sessions.beat(now + n * client_sessions.LOOK_S)
     sessions.beat(now + 4 * client_sessions.LOOK_S)
-    assert ticks == [True, False, False, False, False]
     logged = [record.levelname for record in caplog.records if record.name == client_sessions.__name__]
     assert logged == ["WARNING"]
 
@@ -146,9 +142,9 @@ def test_a_page_that_is_away_costs_nothing(sessions: ClientSessions, monkeypatch
     ticks: list[str] = []
     tick = ClientSession.tick
 
-    def counted(self: ClientSession, changed: bool) -> None:
+    def counted(self: ClientSession) -> None:
         ticks.append(self.client)
-        tick(self, changed)
+        tick(self)
 
     monkeypatch.setattr(ClientSession, "tick", counted)
     here, away = (sessions.connect(tab, {"plan": SAMPLE}) for tab in ("tab-here-0", "tab-away-0"))
@@ -160,12 +156,12 @@ def test_a_page_that_is_away_costs_nothing(sessions: ClientSessions, monkeypatch
     plan = services.plans.create(HEAD, "Made elsewhere")
     for n in range(100):
         sessions.beat(now + 0.05 * n)
+        settle(here)
+        settle(here)
     assert set(ticks) == {"tab-here-0"}
     assert len(ticks) < 10, "nothing moves there either: a look now and then is enough"
 
     def names(session: ClientSession) -> set[str]:
-        settle(session)
-        settle(session)  # what is published follows each request
         section = session.view_model.read("plans")
         return set() if section is None else {item["name"] for item in section["items"]}
 
@@ -174,6 +170,8 @@ def test_a_page_that_is_away_costs_nothing(sessions: ClientSessions, monkeypatch
     services.plans.delete(plan.id)
     assert "Renamed elsewhere" not in names(away)
     sessions.connect("tab-away-0", {})
+    settle(away)
+    settle(away)
     assert "Renamed elsewhere" in names(away)
 
 
@@ -282,7 +280,7 @@ def test_a_head_that_is_deleted_elsewhere_is_told(sessions: ClientSessions, phan
     session = sessions.connect("tab-one-0", {"case": case.id})
 
     def hint() -> str:
-        session.tick(changed=True)
+        session.tick()
         settle(session)
         settle(session)
         return str(session.view_model.read("step")["hint"])

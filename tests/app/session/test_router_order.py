@@ -12,6 +12,7 @@ from typing import Any
 
 import pytest
 
+from app.messages.sections import Section
 from app.session.view_model import ViewModel
 
 router = importlib.import_module("app.session.router")  # the package has an object of this name
@@ -22,8 +23,7 @@ def test_a_reply_follows_the_state_that_it_answers() -> None:
     model, sent = ViewModel(), list[dict[str, Any]]()
 
     def publish(number: int) -> None:
-        sections: Any = {"plan": {"revision": number}}
-        model.publish(sections)
+        model.publish("plan", Section.of({"revision": number}))
         model.commit()
 
     async def write() -> None:

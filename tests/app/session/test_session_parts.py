@@ -8,6 +8,7 @@ import queue
 
 import pytest
 
+from app.messages.sections import Section
 from app.session.commands import InvalidMessage, parse_command
 from app.session.inbox import MAX_WAITING, Inbox
 from app.session.router import to_text
@@ -55,19 +56,19 @@ def test_the_view_model_tells_what_changed_and_only_that() -> None:
     """HAZ-31: a reader that comes late gets the newest value of each section, once."""
     model, calls = ViewModel(), []
     unsubscribe = model.subscribe(lambda: calls.append(1))
-    model.publish({"plan": {"n": 1}})
-    model.publish({"case": None})
+    model.publish("plan", Section.of({"n": 1}))
+    model.publish("case", Section.of(None))
     assert model.changed_since(0) == (0, {}), "nothing is shown before it is committed"
     model.commit()
     first, sections = model.changed_since(0)
     assert sections == {"plan": {"n": 1}, "case": None}
     for n in (1, 2, 3, 3):
-        model.publish({"plan": {"n": n}})
+        model.publish("plan", Section.of({"n": n}))
         model.commit()
     assert model.changed_since(first)[1] == {"plan": {"n": 3}}
     assert len(calls) == 3
     unsubscribe()
-    model.publish({"plan": {"n": 4}})
+    model.publish("plan", Section.of({"n": 4}))
     model.commit()
     assert len(calls) == 3
 

@@ -11,6 +11,7 @@ import pytest
 from session_doubles import SAMPLE, Tabs, fail, rehearse_tab, settle
 
 from app.kit.errors import JobCancelled
+from app.messages.sections import Section
 from app.services import Services
 from app.session import client_sessions
 from app.session.client_session import ClientSession
@@ -107,26 +108,30 @@ def test_an_error_in_one_step_leaves_the_others_shown_and_is_tried_again(
     session, notes = sessions.connect("tab-one-0", {"plan": SAMPLE}), list[str]()
     settle(session)
     session.note = lambda words, error: notes.append(words)
-    names, fresh = list(session.tabs), list[tuple[str, bool]]()
+    names, read = list(session.tabs), list[str]()
     for name in names:
-        tab = session.tabs[name]
-        monkeypatch.setattr(tab, "sections", lambda again, name=name: fresh.append((name, again)) or {})
+        monkeypatch.setattr(session.tabs[name], "refresh", lambda name=name: read.append(name))
     first = session._active_last()[0]
     with monkeypatch.context() as broken:
-        broken.setattr(first, "sections", lambda again: fail(RuntimeError("of Doe, John")))
-        session.post(session._look_again)
+        broken.setattr(first, "refresh", lambda: fail(RuntimeError("of Doe, John")))
         settle(session)
         settle(session)  # what is published follows each request
-        assert {name for name, again in fresh if again} == {*names} - {first.spec.name}
+        assert {*read} == {*names} - {first.spec.name}
         assert set(notes) == {"That did not work; the planner's log says why."}
-    fresh.clear()
+    read.clear()
     settle(session)
     settle(session)
-    assert (first.spec.name, True) in fresh, "what could not be read is still to be read anew"
-    fresh.clear()
-    settle(session)
-    settle(session)
-    assert not any(again for _, again in fresh)
+    assert first.spec.name in read, "what could not be read is tried again"
+    notes.clear()
+    with monkeypatch.context() as broken:
+        name, before = next((name, session.view_model.read(name)) for name in first.sections())
+        unbuilt = Section(object(), lambda: fail(RuntimeError("of Doe, John")))
+        broken.setattr(first, "sections", lambda: {name: unbuilt, "marker": Section.of({"n": 1})})
+        settle(session)
+        settle(session)
+    assert session.view_model.read("marker") == {"n": 1}, "a section that cannot be built keeps no other one back"
+    assert session.view_model.read(name) is before is not None, "and stays as it was"
+    assert set(notes) == {"That did not work; the planner's log says why."}
 
 
 def test_an_error_in_one_step_keeps_no_other_one_from_letting_go(

@@ -3,30 +3,32 @@
 from __future__ import annotations
 
 import numpy as np
-from session_doubles import SAMPLE, Later, open_sample
+from session_doubles import SAMPLE, Later, open_sample, sections_of
 
+from app.kit.kept import Same
 from app.scene.cones import cone_edges
 from app.services import Services
 from app.tabs.plan import commands as c
-from app.tabs.plan.cones import Cones, Found, cone_words
+from app.tabs.plan.cones import Cones, cone_words
 from app.tabs.plan.dry_runs import Corridor
 from app.tabs.plan.edited_plan import EditedPlan
+from app.workspace.latest import Act
 from vfix_engine.worlds.rigid.cone_surface import cone_surface
 
 
 def test_the_cones_of_the_page_are_those_that_evaluate_tells(phantom_services: Services) -> None:
     plan = phantom_services.plans.duplicate(SAMPLE, "Cones")
-    edited, executor, ran = EditedPlan(phantom_services, plan.id), Later(), list[tuple[int, Found]]()
-    cones = Cones(phantom_services, executor, lambda *answer: ran.append(answer))
+    edited, executor, ran = EditedPlan(phantom_services, plan.id), Later(), list[Act]()
+    cones = Cones(phantom_services, executor, ran.append)
     cones.refresh(edited, Corridor("computing"))
-    assert cones.section(edited)["state"] == "none"
+    assert cones.section(edited).build()["state"] == "none"
     known = Corridor("done", evaluation=phantom_services.planning.evaluate(plan))
     cones.refresh(edited, known)
     cones.refresh(edited, known)
     assert len(executor.work) == 1
     executor.work.pop()()
-    cones.accept(*ran.pop())
-    section = cones.section(edited)
+    ran.pop()()
+    section = cones.section(edited).build()
     assert section["state"] == "current"
     told = phantom_services.path_evaluations.of_plan(plan).chosen.targets
     assert [(one["target"], one["cone_deg"]) for one in section["items"]] == [(t.target, t.cone_deg) for t in told]
@@ -34,12 +36,12 @@ def test_the_cones_of_the_page_are_those_that_evaluate_tells(phantom_services: S
     # Under a hand, and until the dry run of the released path is there, they are greyed.
     target = plan.targets[0]
     edited.drag(target.id, target.position)
-    assert cones.section(edited)["state"] == "waits"
+    assert cones.section(edited).build()["state"] == "waits"
     edited.let_go()
     cones.refresh(edited, Corridor("computing"))
-    assert cones.section(edited)["state"] == "waits"
+    assert cones.section(edited).build()["state"] == "waits"
     cones.refresh(edited, Corridor("failed"))
-    assert cones.section(edited)["state"] == "none"
+    assert cones.section(edited).build()["state"] == "none"
     phantom_services.plans.delete(plan.id)
 
 
@@ -47,13 +49,13 @@ def test_the_selected_target_alone_has_its_cone_drawn(phantom_services: Services
     step = open_sample(phantom_services)
     plan = phantom_services.plans.get(SAMPLE)
     found = phantom_services.planning.cones(plan)
-    step.sections(True)
+    sections_of(step)
     cones, target = step._judged.cones, plan.targets[0]
-    cones.accept(cones._ticket, {t.id: (t.position, found[t.id]) for t in plan.targets})
+    cones._show({t.id: (t.position, found[t.id]) for t in plan.targets})
     step.handle(c.ItemCommand(type="item.select", item_id=plan.points[0].id))
     assert cones.layer(step._edited).key is None
     step.handle(c.ItemCommand(type="item.select", item_id=target.id))
-    assert cones.layer(step._edited).key == (target.position, id(found[target.id]), False)
+    assert cones.layer(step._edited).key == (target.position, Same(found[target.id]), False)
     assert "°" in cone_words(found[target.id])
 
 

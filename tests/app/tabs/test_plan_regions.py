@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from session_doubles import SAMPLE, open_sample
+from session_doubles import SAMPLE, open_sample, sections_of
 
 from app.messages.fields import Command
 from app.planning.shape_meshes import shape_mesh
@@ -44,7 +44,7 @@ def plan_of(tab: PlanTab) -> Plan:
 
 def regions(tab: PlanTab) -> RegionsSection:
     assert tab._edited is not None
-    return tab._edited.regions.view()
+    return tab._edited.regions.section().build()
 
 
 def click(tab: PlanTab, *places: tuple[float, float, float]) -> None:
@@ -278,7 +278,7 @@ def test_paths_and_notes_of_the_open_plan(tab: PlanTab) -> None:
     count = len(plan_of(tab).points)
 
     def paths() -> list[tuple[str, int]]:
-        view = tab.sections(False)["paths"]
+        view = sections_of(tab)["paths"]
         assert view is not None
         return [(item["name"], item["points"]) for item in view["items"]]
 
@@ -292,6 +292,6 @@ def test_paths_and_notes_of_the_open_plan(tab: PlanTab) -> None:
     tab.handle(r.PathCommand(type="path.delete", path_id=plan_of(tab).path_id))
     assert (plan_of(tab).path.name, plan_of(tab).paths[0].entry_side) == ("Path 2", "left")
     tab.handle(r.PlanNotes(type="plan.notes", notes="Septum deviates."))
-    view = tab.sections(False)["paths"]
+    view = sections_of(tab)["paths"]
     assert view is not None
     assert view["notes"] == "Septum deviates."

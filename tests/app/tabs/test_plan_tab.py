@@ -6,10 +6,11 @@ import re
 from types import SimpleNamespace
 
 import pytest
-from session_doubles import HEAD, SAMPLE, Later, fail, open_sample, other_case
+from session_doubles import HEAD, SAMPLE, Later, fail, open_sample, other_case, sections_of
 
 from app.cases.service import Case
 from app.documents import DocumentKind
+from app.documents.rows import touch
 from app.kit.cache import Cache
 from app.kit.jobs import Job
 from app.planning.rehearsal_options import NO_OPTIONS, RehearsalOptions
@@ -17,41 +18,43 @@ from app.planning.remote_centre import PathPlace
 from app.scene import palette
 from app.services import Services
 from app.store.errors import StorageError
-from app.store.models import DocumentStateRow
+from app.store.models import DocumentRow, DocumentStateRow
 from app.tabs.plan import commands as c
 from app.tabs.plan.dry_runs import Corridor, DryRuns, failed_run
 from app.tabs.plan.edited_plan import EditedPlan
 from app.tabs.plan.hints import plan_hint
 from app.tabs.plan.version_commands import VersionCommand
+from app.workspace.latest import Act
 from vfix_engine.anatomy.surface_uncertainty import SurfaceUncertainty
 from vfix_engine.errors import InputError, PlanError
 
 
 def test_the_dry_run_of_an_older_plan_is_not_shown_for_a_newer_one(monkeypatch: pytest.MonkeyPatch) -> None:
     """The answer waits in the inbox behind the very edit that makes it old."""
-    waiting: list[tuple[int, Corridor]] = []
+    waiting: list[Act] = []
     executor = Later()
-    runs = DryRuns(SimpleNamespace(), executor, lambda *answer: waiting.append(answer))  # type: ignore[arg-type]
+    runs = DryRuns(SimpleNamespace(), executor, waiting.append)  # type: ignore[arg-type]
     monkeypatch.setattr(runs, "_answer", lambda plan, *rest: Corridor("done", plan.id, completed=True))
     runs.ask(SimpleNamespace(id="old"), 0.3)
     executor.work.pop()()
     runs.ask(SimpleNamespace(id="new"), 0.3)
-    runs.accept(*waiting.pop())
+    waiting.pop()()
     assert runs.current.status == "computing"
     executor.work.pop()()
-    runs.accept(*waiting.pop())
+    waiting.pop()()
     assert runs.current.words == "new"
 
 
 def test_a_dry_run_whose_case_cannot_be_read_has_failed(
     phantom_services: Services, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    step, executor, ran = open_sample(phantom_services), Later(), list[Corridor]()
+    step, executor = open_sample(phantom_services), Later()
     monkeypatch.setattr(phantom_services.cases, "get", lambda case_id: fail(StorageError("the disk is broken")))
     monkeypatch.setattr(phantom_services.dry_runs, "evaluate", lambda *given: SimpleNamespace())
-    DryRuns(phantom_services, executor, lambda ticket, answer: ran.append(answer)).ask(step.plan, 0.3)
+    runs = DryRuns(phantom_services, executor, lambda act: act())
+    runs.ask(step.plan, 0.3)
     executor.work.pop()()
-    assert [(answer.status, answer.words) for answer in ran] == [("failed", "the disk is broken")]
+    assert (runs.current.status, runs.current.words) == ("failed", "the disk is broken")
 
 
 def test_the_pages_dry_run_is_the_one_that_others_ask_for(
@@ -69,7 +72,8 @@ def test_the_pages_dry_run_is_the_one_that_others_ask_for(
         return wait(job_id)
 
     monkeypatch.setattr(services.jobs, "wait", cancelled_while_awaited)
-    DryRuns(services, executor, lambda ticket, answer: ran.append(answer)).ask(plan, 0.45)
+    runs = DryRuns(services, executor, lambda act: (act(), ran.append(runs.current)))
+    runs.ask(plan, 0.45)
     executor.work.pop()()
     began, ended = ran
     assert (began.status, began.job) == ("computing", job.id)  # the page shows how far it is, and can cancel it
@@ -86,15 +90,15 @@ def test_a_dry_run_is_made_again_when_somebody_asks_and_with_the_options_of_the_
     step, asked = open_sample(phantom_services, plan.id), list[RehearsalOptions]()
     step._judged.stored.ask = lambda plan, kept, options, before: asked.append(options)  # type: ignore[method-assign]
     step._judged.again()
-    step.sections(True)
-    step.sections(True)
+    sections_of(step)
+    sections_of(step)
     assert asked == [NO_OPTIONS]
     step.handle(c.EditCommand(type="dry_run.again"))
-    step.sections(True)
+    sections_of(step)
     phantom_services.rehearsal_options.choose(plan.id, RehearsalOptions(centre=PathPlace(at_mm=3.0)))
-    step.sections(True)  # where the remote centre would be is nothing while it is off
+    sections_of(step)  # where the remote centre would be is nothing while it is off
     phantom_services.rehearsal_options.choose(plan.id, RehearsalOptions(speed_limit=True))
-    step.sections(True)
+    sections_of(step)
     assert asked == [NO_OPTIONS, NO_OPTIONS, RehearsalOptions(speed_limit=True)]
     phantom_services.plans.delete(plan.id)
 
@@ -158,7 +162,7 @@ def test_the_verdict_names_bone_soft_tissue_and_what_the_margin_leaves_open(phan
     step = open_sample(phantom_services)
     ran: list[Corridor] = []
     executor = Later()
-    corridor = DryRuns(phantom_services, executor, lambda ticket, answer: ran.append(answer))
+    corridor = DryRuns(phantom_services, executor, lambda act: (act(), ran.append(corridor.current)))
     for margin in (0.3, 0.4):
         corridor.ask(step.plan, margin)
         executor.work.pop()()
@@ -182,10 +186,10 @@ def test_a_clearance_within_what_the_scan_leaves_open_is_no_fit(
     monkeypatch.setattr(Case, "uncertainty", SurfaceUncertainty(0.0, 4.0))
     monkeypatch.setattr(phantom_services.planning, "_evaluations", Cache(1))  # those known are of the case as it is
     step, executor = open_sample(phantom_services), Later()
-    ran: list[Corridor] = []
-    DryRuns(phantom_services, executor, lambda ticket, answer: ran.append(answer)).ask(step.plan, 0.3)
+    runs = DryRuns(phantom_services, executor, lambda act: act())
+    runs.ask(step.plan, 0.3)
     executor.work.pop()()
-    answer = ran[-1]
+    answer = runs.current
     assert re.match(
         r"Tight: bone may be nearer than the scan shows\. 1\.\d\d mm to bone at \d+ mm \(margin 0\.30\)\. "
         r"The shaft is nearest\. Bone may lie 2\.00 mm off its surface\. ",
@@ -214,9 +218,9 @@ def test_the_list_of_plans_does_not_read_what_they_contain(
     step = open_sample(phantom_services)
     read: list[str] = []
     monkeypatch.setattr(DocumentKind, "content", lambda *_: read.append("content"))
-    step._plans = list(phantom_services.plans.titles(HEAD))
+    listed = step.sections()["plans"].build()
     assert read == []
-    assert SAMPLE in [title.id for title in step._plans]
+    assert SAMPLE in [plan["id"] for plan in listed["items"]]  # type: ignore[index]
 
 
 def test_a_plan_that_cannot_be_read_does_not_keep_its_head_closed(phantom_services: Services) -> None:
@@ -229,9 +233,12 @@ def test_a_plan_that_cannot_be_read_does_not_keep_its_head_closed(phantom_servic
         state = session.get(DocumentStateRow, (bad.id, 0))
         assert state is not None
         state.content = {**state.content, "points": "none"}
+        row = session.get(DocumentRow, bad.id)
+        assert row is not None
+        touch(row)
     with pytest.raises(InputError, match="'Bad' cannot be read"):
-        step.sections(fresh=True)
-    step.sections(fresh=True)
+        sections_of(step)
+    sections_of(step)
     assert step.plan_id is None
     assert "'Bad' cannot be read" in step.open(HEAD, None)
     assert step.plan_id == good.id
@@ -294,10 +301,10 @@ def test_a_version_that_differs_in_settings_alone_is_not_gone_back_to(phantom_se
     phantom_services.plans.editor(plan.id).set_settings({"margin_mm": 0.5})
     step = open_sample(phantom_services, plan.id)
     step.handle(VersionCommand(type="version.compare", version_id=version.id))
-    view = step.sections(True)["versions"]
+    view = sections_of(step)["versions"]
     assert (len(view["changes"]), view["differs"]) == (1, False)
     phantom_services.plans.editor(plan.id).delete_point(plan.points[1].id)
-    assert step.sections(True)["versions"]["differs"] is True
+    assert sections_of(step)["versions"]["differs"] is True
     phantom_services.plans.delete(plan.id)
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from session_doubles import HEAD, SAMPLE, Heard, other_case, workspace_of
+from session_doubles import HEAD, SAMPLE, Heard, other_case, sections_of, workspace_of
 
 from app.registration.document import FiducialPair, RegistrationContent
 from app.registration.fit_report import refitted, report_of
@@ -42,9 +42,8 @@ class Opened:
         return self.shown()
 
     def shown(self) -> dict[str, Any]:
-        fresh, self.workspace.stale = self.workspace.stale, False
-        self.plans.sections(fresh)
-        return dict(self.tab.sections(fresh))
+        sections_of(self.plans)
+        return sections_of(self.tab)
 
 
 @pytest.fixture
@@ -237,7 +236,6 @@ def test_what_does_not_fit_or_is_deleted_is_not_recommended(opened: Opened) -> N
     back = opened.do("registration.restore", registration_id=registration["id"])
     assert back["registration"]["id"] == registration["id"]
     opened.services.registrations.delete(registration["id"])
-    opened.workspace.stale = True
     assert opened.shown()["registration"]["deleted"]
     assert "is deleted" in opened.tab.hint()
     assert opened.do("registration.use", used=False)["plan_use"]["state"] == "none"
@@ -249,7 +247,7 @@ def test_a_plan_opens_the_registration_that_it_uses(opened: Opened) -> None:
     opened.do("registration.new")
     again = RegisterTab(opened.workspace)
     opened.workspace.open_first(HEAD, opened.plan_id)
-    shown = again.sections(fresh=True)["registration"]
+    shown = sections_of(again)["registration"]
     assert shown is not None
     assert shown["id"] == first["id"]
 

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from session_doubles import CLIENT, SAMPLE, Later, Now, Robot, fail, other_case, put_in_place, workspace_of
+from session_doubles import CLIENT, SAMPLE, Later, Now, Robot, fail, other_case, put_in_place, sections_of, workspace_of
 
 from app.drives.shared_drives import SharedDrives
 from app.messages.client import Client
@@ -248,11 +248,11 @@ def test_an_option_comes_into_force_with_a_reset_and_the_page_says_so(phantom_se
     assert drive is not None
     drive.lease.take(CLIENT)
     put_in_place(drive, Robot(), plan)
-    section = tab.sections(True)["options"]
+    section = sections_of(tab)["options"]
     assert (section["words"], section["centre"]) == ("", None)
     wish = c.SetOptions(type="rehearsal.options", soft_tissue=False, remote_centre=True, speed_limit=False)
     tab.handle(wish)
-    section = tab.sections(True)["options"]
+    section = sections_of(tab)["options"]
     assert [item["name"] for item in section["items"] if item["on"]] == ["remote_centre"]
     assert section["centre"] is not None
     assert section["centre"]["chosen"] == "entry"
@@ -260,7 +260,7 @@ def test_an_option_comes_into_force_with_a_reset_and_the_page_says_so(phantom_se
     tab.handle(wish.model_copy(update={"centre_point": plan.points[1].id}))
     assert tab.wanted.centre == PathPlace(plan.points[1].id)
     tab.handle(wish.model_copy(update={"centre_mm": 12.0}))
-    section = tab.sections(True)["options"]
+    section = sections_of(tab)["options"]
     assert section["centre"] is not None
     assert (section["centre"]["chosen"], section["centre"]["at_mm"]) == ("mm", 12.0)
     assert [layer.name for layer in tab.layers()].count("rehearse.centre") == 1
@@ -273,7 +273,7 @@ def test_an_option_comes_into_force_with_a_reset_and_the_page_says_so(phantom_se
     drive.lease.take(OTHER)
     with pytest.raises(ControlError, match="holds the handle"):
         tab.handle(wish)
-    assert {item["refusal"] for item in tab.sections(True)["options"]["items"]} == {"Another window holds the handle."}
+    assert {item["refusal"] for item in sections_of(tab)["options"]["items"]} == {"Another window holds the handle."}
     tab.close()
     phantom_services.plans.delete(plan.id)
 

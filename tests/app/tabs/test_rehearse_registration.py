@@ -77,7 +77,6 @@ class Driven:
             editor.change_pair(editor.document.content.pairs[0].id, {"enabled": False})
         else:
             services.registering.use(self.plan.id, None)
-        self.tab._registered = None
 
 
 @pytest.fixture

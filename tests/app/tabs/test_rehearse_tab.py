@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from session_doubles import CLIENT, SAMPLE, Heard, Robot, fail, put_in_place, workspace_of
+from session_doubles import CLIENT, SAMPLE, Heard, Robot, fail, put_in_place, sections_of, workspace_of
 
 from app.cases.model import Case
 from app.drives.drive_record import DriveRecord
@@ -124,7 +124,7 @@ def test_a_rehearsal_goes_on_along_what_it_was_placed_for_and_says_that_the_plan
     robot, editor = _in_place(tab, plan), phantom_services.plans.editor(plan.id)
 
     def show() -> tuple[Any, Any]:
-        sections = tab.sections(fresh=False)
+        sections = sections_of(tab)
         return sections["rehearsal"], sections["driven"]
 
     shown, driven = show()

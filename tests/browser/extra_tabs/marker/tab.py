@@ -6,9 +6,10 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from extra_tabs.marker import SPEC, LayMarker, MarkerSections
+from extra_tabs.marker import SPEC, LayMarker
 
 from app.messages.fields import Command
+from app.messages.sections import Section, Sections
 from app.scene.view import SceneView
 from app.tabs.base import Tab
 from app.workspace.layers import Layer
@@ -42,15 +43,15 @@ class MarkerTab(Tab):
 
     def handle(self, command: Command) -> int:
         """Lay the marker where the slices cross; returns how often it was laid."""
-        slices = self.workspace.case.sections(fresh=False)["slices"]
-        if not isinstance(command, LayMarker) or slices is None:
+        cross = self.workspace.case.cross
+        if not isinstance(command, LayMarker) or cross is None:
             raise InputError("a marker needs slices to lie in.")
-        self._position, self._laid = slices["cross"], self._laid + 1
+        self._position, self._laid = list(cross), self._laid + 1
         return self._laid
 
-    def sections(self, fresh: bool) -> MarkerSections:
-        at = self._position
-        return {"marker": None if at is None else {"position": at, "laid": self._laid}}
+    def sections(self) -> Sections:
+        at, laid = self._position, self._laid
+        return {"marker": Section((at, laid), lambda: None if at is None else {"position": at, "laid": laid})}
 
     def layers(self) -> list[Layer[Any]]:
         at = self._position
