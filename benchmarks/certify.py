@@ -8,8 +8,8 @@ import time
 from collections import Counter
 from typing import Any
 
-from benchmarks.attack.arenas import BUILDERS
-from benchmarks.attack.campaign import Campaign
+from benchmarks.attack.rigid.arenas import BUILDERS
+from benchmarks.attack.rigid.episodes import Campaign
 from benchmarks.in_processes import each_scene
 from benchmarks.report import BenchmarkRefused, machine, need
 

@@ -14,8 +14,8 @@ import coal
 import numpy as np
 import pytest
 
-from benchmarks.attack.arenas import BUILDERS
-from benchmarks.attack.campaign import Campaign
+from benchmarks.attack.rigid.arenas import BUILDERS
+from benchmarks.attack.rigid.episodes import Campaign
 from benchmarks.certify import summary
 from vfix_engine.control import Controller, qp
 from vfix_engine.virtual_fixtures import StepState

@@ -14,11 +14,11 @@ import numpy as np
 import pytest
 from lumen_shapes import straight
 
-from benchmarks.lumen_attack.campaign import Campaign
-from benchmarks.lumen_attack.command import SUMMED, summary
-from benchmarks.lumen_attack.hands import HANDS
-from benchmarks.lumen_attack.lies import LIES
-from benchmarks.lumen_attack.watch import Motion, Tally, Watch
+from benchmarks.attack.snake.command import SUMMED, summary
+from benchmarks.attack.snake.episodes import Campaign
+from benchmarks.attack.snake.hands import HANDS
+from benchmarks.attack.snake.lies import LIES
+from benchmarks.attack.snake.watch import Motion, Tally, Watch
 from vfix_engine.pathway.limits.limits import Configuration, LinksAt, MotionVerdict
 from vfix_engine.robots.snake import SnakeModel
 from vfix_engine.worlds.snake.command import SnakeCommand

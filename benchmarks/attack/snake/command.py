@@ -11,7 +11,7 @@ from typing import Any
 from benchmarks.in_processes import each_scene
 from benchmarks.report import BenchmarkRefused, machine
 
-from .campaign import Campaign
+from .episodes import Campaign
 from .scenes import BUILDERS
 
 Job = tuple[str, int, int]  # scene, seed, steps
