@@ -1,34 +1,36 @@
-"""One scene under attack: episodes of changing settings, modes, solvers and hands."""
+"""Episodes of the rigid tool under attack: changing settings, tasks, solvers and hands, and anatomy that moves."""
 
 from __future__ import annotations
 
-import time
-import zlib
 from collections.abc import Callable, Sequence
 from contextlib import nullcontext
 from dataclasses import replace
 from types import ModuleType
-from typing import Any
 
 import numpy as np
 
+from benchmarks.attack import campaign
 from vfix_engine.arrays import Array
 from vfix_engine.control import Controller, ControlSettings
+from vfix_engine.control.qp import DUAL
 from vfix_engine.errors import ControlError, StartRefused
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.proximity.proximity import ProximityTree
-from vfix_engine.worlds.rigid.rehearsal import Rehearsal, RehearsalState
+from vfix_engine.runtime.requests import SetTask
+from vfix_engine.worlds.rigid.rigid import RigidSystem
+from vfix_engine.worlds.rigid.rigid_state import RehearsalState
 from vfix_engine.worlds.rigid.scene import Scene
 
-from .arenas import BUILDERS
+from .arenas import BUILDERS, Arena
 from .assaults import ASSAULTS, lying_solver
 from .bodies import Judges
 from .hands import Memory
-from .watch import Ledger, Tally, Watch
+from .watch import RigidTally, Watch
 
 EPISODE = (60, 240)  # steps
 PLACES_TRIED = 60
-CHOSEN = (*ASSAULTS, "past the program", "past the program")  # with frequencies by their number of occurrences
+PAST = "past the program"
+CHOSEN = (*ASSAULTS, PAST, PAST)  # with frequencies by their number of occurrences
 LIES = 0.06  # fraction of the episodes with a lying solver
 EXTREME = 0.1  # fraction of the settings, except for the chosen ones, at an end of their range
 CHOSEN_SETTINGS = {
@@ -41,9 +43,17 @@ RUSHED = 1  # fast episodes at the start
 RUSH = {"dt_s": 5e-3, "gain_mm_per_s_per_n": 10.0, "force_cap_n": 20.0}
 OTHER_SOLVERS = (None,) * 17 + ("daqp", "daqp", "osqp")  # None: the default
 
+Episode = campaign.Episode[Memory, RigidSystem, RehearsalState]
 
-class Campaign:
-    """Attacks one scene for a number of steps; a function of scene, seed and steps alone (HAZ-13)."""
+
+class RigidCampaign(campaign.Campaign[Arena, RigidTally, Memory, RigidSystem, RehearsalState]):
+    """Attacks the rigid tool in one scene.
+
+    share: fraction of the steps whose pose coal measures again. replays: number of finer replays measured by coal.
+    sabotage: modifies every controller, to prove that the judges detect it. assaults: names, repeated by frequency.
+    """
+
+    scenes = BUILDERS
 
     def __init__(
         self,
@@ -56,53 +66,76 @@ class Campaign:
         sabotage: Callable[[Controller], None] | None = None,
         assaults: Sequence[str] = CHOSEN,
     ):
-        """Prepare the campaign.
-
-        share: fraction of the steps whose pose coal measures again. replays: number of finer replays measured by coal.
-        sabotage: modifies every controller, to prove that the judges detect it. assaults: names, repeated by frequency.
-        """
-        self._name, self._steps, self._coal = name, steps, coal
+        super().__init__(name, seed, steps, RigidTally())
+        self._coal, self._share, self._replays = coal, share, replays
         self._sabotage, self._assaults = sabotage, list(assaults)
-        self._random = np.random.default_rng([seed, zlib.crc32(name.encode())])
-        self.tally = Tally()
-        self._ledger = Ledger(self.tally, share, replays)
+        self._judges: Judges | None = None
+        self._last: Episode | None = None
 
-    def run(self) -> dict[str, Any]:
-        """Run the campaign and return its figures; ``skipped`` states the reason if there are none."""
-        begin = time.perf_counter()
-        arena = BUILDERS[self._name](self._random)
-        if isinstance(arena, str):
-            return {"name": self._name, "skipped": arena}
-        self._arena, self._judges = arena, Judges(arena.scene, self._coal)
-        q = np.array(arena.scene.q_start)
-        while self.tally.steps < self._steps:
-            q = self._episode(q)
-        return {
-            "name": self._name,
-            "triangles": len(arena.scene.tree.mesh.faces),
-            "zones": len(arena.scene.zones),
-            **self.tally.counts(),
-            "deepest_mm": self.tally.deepest_mm,
-            "least_room_mm": self.tally.least_room_mm if np.isfinite(self.tally.least_room_mm) else None,
-            "used": dict(sorted(self.tally.used.items())),
-            "failures": self.tally.failures,
-            "hash": self._ledger.digest.hexdigest(),
-            "seconds": time.perf_counter() - begin,
-        }
+    def size(self) -> dict[str, int]:
+        """Return the number of triangles and zones."""
+        return {"triangles": len(self.arena.scene.tree.mesh.faces), "zones": len(self.arena.scene.zones)}
+
+    def motion(self, state: RehearsalState) -> bytes:
+        """Return the joints."""
+        return state.tool.q.tobytes()
+
+    def begin(self) -> Episode | None:
+        """Return an episode of one assault that continues where the last one ended, or begins at or near the start."""
+        # The first episode moves quickly into contact, where the other assaults begin.
+        rushing = self.tally.episodes < RUSHED
+        settings = replace(self._settings(), **RUSH) if rushing else self._settings()
+        lies = not rushing and self.random.random() < LIES
+        begun, self._last = self._begun(self._last, settings, lies), None
+        if begun is None:
+            return None
+        system, state = begun
+        name = "hand: to the nearest bone" if rushing else str(self.random.choice(self._assaults))
+        if not rushing:
+            state = self._in_some_mode(system, state)
+        self.tally.episodes += 1
+        memory = Memory(np.random.default_rng(self.random.integers(2**63)))
+        doing = (name, *["lying solver"] * lies)
+        self._last = campaign.Episode(
+            system,
+            state,
+            ASSAULTS[name],
+            memory,
+            self._watch(system, state, doing).judge,
+            int(self.random.integers(*EPISODE)),
+            (*doing, f"mode: {state.mode}"),
+            lying_solver(memory.random) if lies else nullcontext(),
+        )
+        return self._last
+
+    def between(self, episode: Episode) -> None:
+        """Change the mode now and then, and move anatomy that moves."""
+        if self.random.random() >= (CHANGES if self.arena.moves == 0.0 else MOVES):
+            return
+        state = episode.state = self._in_some_mode(episode.system, episode.state)
+        if self.arena.moves > 0.0:
+            episode.system = self._moved(state)
+            episode.judge = self._watch(episode.system, state, episode.doing[:-1]).judge
+
+    def _watch(self, system: RigidSystem, state: RehearsalState, doing: Sequence[str]) -> Watch:
+        if self._judges is None:
+            self._judges = Judges(self.arena.scene, self._coal)
+        coal = self._share, self._replays
+        return Watch(self.tally, self._judges, system, state, *coal, ", ".join(doing), limits=doing[0] != PAST)
 
     def _settings(self) -> ControlSettings:
         """Return random settings, most often usual values, and sometimes extreme ones."""
-        pick = self._random.choice
-        fast = self._random.random() < 0.3
+        pick = self.random.choice
+        fast = self.random.random() < 0.3
         ends = {
-            name: (bound.low, bound.high)[int(self._random.integers(2))]
+            name: (bound.low, bound.high)[int(self.random.integers(2))]
             for name, bound in ControlSettings.bounds().items()
-            if name not in CHOSEN_SETTINGS and self._random.random() < EXTREME
+            if name not in CHOSEN_SETTINGS and self.random.random() < EXTREME
         }
         return ControlSettings(
             **ends,
             dt_s=float(pick((1e-4, 1e-3, 1e-3, 1e-3, 5e-3, 2e-2))),
-            margin_mm=float(pick(self._arena.margins)),
+            margin_mm=float(pick(self.arena.margins)),
             threshold_mm=float(pick((0.5, 1.0, 3.0, 3.0, 5.0))),
             gain_mm_per_s_per_n=10.0 if fast else 2.0,
             force_cap_n=20.0 if fast else 5.0,
@@ -112,95 +145,51 @@ class Campaign:
             target_tolerance_mm=float(pick((0.015, 0.2))),
         )
 
-    def _episode(self, q: Array) -> Array:
-        """Run one episode of one assault, and return the joints at its end."""
-        tally = self.tally
-        # The first episode moves quickly into contact, where the other assaults begin.
-        rushing = tally.episodes < RUSHED
-        settings = replace(self._settings(), **RUSH) if rushing else self._settings()
-        lies = not rushing and self._random.random() < LIES
-        begun = self._begin(q, settings, lies)
-        if begun is None:
-            tally.refused_starts += 1
-            return np.array(self._arena.scene.q_start)
-        rehearsal, state = begun
-        name = "hand: to the nearest bone" if rushing else str(self._random.choice(self._assaults))
-        if not rushing:
-            state = self._in_some_mode(rehearsal, state)
-        tally.used.update((name, f"mode: {state.mode}"))
-        tally.episodes += 1
-        memory = Memory(np.random.default_rng(self._random.integers(2**63)))
-        limits = name != "past the program"
-        watch = Watch(self._ledger, self._judges, settings, rehearsal.scene.robot, state, limits)
-        self._ledger.doing = f"{name}, lying solver" if lies else name
-        tally.used.update(["lying solver"] * lies)
-        length = min(int(self._random.integers(*EPISODE)), self._steps - tally.steps)
-        with lying_solver(memory.random) if lies else nullcontext():
-            for _ in range(length):
-                try:
-                    after, snapshot = ASSAULTS[name](memory, rehearsal, state)
-                except Exception as error:  # of any type, since a step must never raise
-                    tally.exceptions += 1
-                    tally.fail("exception", assault=name, error=repr(error))
-                    tally.steps += 1
-                    break
-                watch.judge(state, after, snapshot)
-                memory.held, memory.count = snapshot.held, memory.count + 1
-                state = after
-                if self._random.random() < (CHANGES if self._arena.moves == 0.0 else MOVES):
-                    state = self._in_some_mode(rehearsal, state)
-                    if self._arena.moves > 0.0:
-                        rehearsal = self._moved(rehearsal, state)
-                        watch = Watch(self._ledger, self._judges, settings, rehearsal.scene.robot, state, limits)
-        return state.tool.q
-
-    def _begin(self, q: Array, settings: ControlSettings, lies: bool) -> tuple[Rehearsal, RehearsalState] | None:
-        """Return a rehearsal that continues at q, or begins at or near the start."""
-        scene = self._arena.scene
-        robot, rehearsal = scene.robot, self._rehearsal(scene, settings, lies)
+    def _begun(
+        self, last: Episode | None, settings: ControlSettings, lies: bool
+    ) -> tuple[RigidSystem, RehearsalState] | None:
+        scene = self.arena.scene
+        q: Array = np.array(scene.q_start) if last is None else last.state.tool.q
+        robot, system = scene.robot, self._system(scene, settings, lies)
         for attempt in range(PLACES_TRIED):
-            if attempt == 1 or (attempt == 0 and self._random.random() < 0.3):
+            if attempt == 1 or (attempt == 0 and self.random.random() < 0.3):
                 q = np.array(scene.q_start)
             elif attempt > 1:
-                spread = np.where(robot.revolute, 0.1, 8.0) * self._random.uniform(-1, 1, len(q))
+                spread = np.where(robot.revolute, 0.1, 8.0) * self.random.uniform(-1, 1, len(q))
                 q = np.clip(scene.q_start + spread, robot.lower, robot.upper)
-            rehearsal.scene = replace(scene, q_start=q)
+            system.scene = replace(scene, q_start=q)
             try:
-                return rehearsal, rehearsal.start("free")
+                return system, system.start("free")
             except StartRefused:
                 continue
         return None
 
-    def _moved(self, rehearsal: Rehearsal, state: RehearsalState) -> Rehearsal:
-        """Move the anatomy but not the tool, which may then be inside the margin (HAZ-04)."""
-        mesh = self._judges.mesh
-        shift = self._random.normal(size=3) * self._arena.moves
-        tree = ProximityTree(TriangleMesh(np.asarray(mesh.vertices) + shift, mesh.faces))
-        self._arena = replace(self._arena, scene=replace(self._arena.scene, tree=tree))
-        self._judges = Judges(self._arena.scene, self._coal)
-        moved = rehearsal.with_anatomy(tree)
+    def _system(self, scene: Scene, settings: ControlSettings, lies: bool) -> RigidSystem:
+        solver = OTHER_SOLVERS[int(self.random.integers(len(OTHER_SOLVERS)))]
+        solver = "daqp" if lies else solver  # the solver that the lying one replaces
+        return self._sabotaged(RigidSystem(scene, settings, solver or DUAL))
+
+    def _sabotaged(self, system: RigidSystem) -> RigidSystem:
         if self._sabotage is not None:
-            self._sabotage(moved.controller)
-        if moved.controller.measure(state.tool.q).clearance < rehearsal.settings.margin_mm:
+            self._sabotage(system.controller)
+        return system
+
+    def _moved(self, state: RehearsalState) -> RigidSystem:
+        """Move the anatomy but not the tool, which may then be inside the margin (HAZ-04)."""
+        mesh = self.arena.scene.tree.mesh
+        shift = self.random.normal(size=3) * self.arena.moves
+        tree = ProximityTree(TriangleMesh(np.asarray(mesh.vertices) + shift, mesh.faces))
+        self.arena = replace(self.arena, scene=replace(self.arena.scene, tree=tree))
+        self._judges = None
+        moved = self._sabotaged(RigidSystem(self.arena.scene, state.settings))
+        if moved.controller.measure(state.tool.q).clearance < state.settings.margin_mm:
             self.tally.inside_starts += 1
         return moved
 
-    def _rehearsal(self, scene: Scene, settings: ControlSettings, lies: bool) -> Rehearsal:
-        rehearsal = Rehearsal(scene, settings)
-        solver = OTHER_SOLVERS[int(self._random.integers(len(OTHER_SOLVERS)))]
-        solver = "daqp" if lies else solver  # the solver that the lying one replaces
-        if solver is not None:
-            rehearsal.controller = Controller(
-                scene.placed_robot(), scene.tool, scene.tree, settings, solver, scene.zones, scene.fixtures
-            )
-        if self._sabotage is not None:
-            self._sabotage(rehearsal.controller)
-        return rehearsal
-
-    def _in_some_mode(self, rehearsal: Rehearsal, state: RehearsalState) -> RehearsalState:
-        mode = str(self._random.choice(self._arena.modes))
-        target = int(self._random.integers(max(len(self._arena.scene.targets), 1)))
+    def _in_some_mode(self, system: RigidSystem, state: RehearsalState) -> RehearsalState:
+        mode = str(self.random.choice(self.arena.modes))
+        target = int(self.random.integers(max(len(self.arena.scene.targets), 1)))
         try:
-            return rehearsal.with_mode(state, mode, target)
+            return system.apply(state, SetTask(mode, target))
         except ControlError:
             return state
