@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import argparse
-from functools import partial
 from typing import Any
 
 from benchmarks.attack import command
-from benchmarks.attack.rigid.arenas import BUILDERS
 from benchmarks.attack.rigid.episodes import RigidCampaign
-from benchmarks.attack.rigid.watch import RigidTally
 from benchmarks.report import need
 
 SUMMARY = "attack the certificate: adversarial steps, every accepted motion measured again"
@@ -34,23 +31,6 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
         BenchmarkRefused: coal is not installed, or an option makes no sense.
     """
     need("coal")
-    names = command.chosen(args, BUILDERS, args.steps)
-    replays = max(2, -(-COAL_REPLAYS * args.steps // (1_000_000 * len(names))))
-    return _with_shares(command.attack(partial(_attack, replays), names, args, args.steps, RigidTally()))
-
-
-def summary(scenes: list[dict[str, Any]], seconds: float) -> dict[str, Any]:
-    """Return the figures of all scenes together."""
-    return _with_shares(command.summary(scenes, seconds, RigidTally()))
-
-
-def _with_shares(total: dict[str, Any]) -> dict[str, Any]:
-    return total | {
-        "limits_judged_share": total["limits_judged"] / max(total["steps"], 1),
-        "emergency_share": total["emergencies"] / max(total["limits_judged"], 1),
-    }
-
-
-def _attack(replays: int, job: command.Job) -> dict[str, Any]:
-    """``replays``: number of finer replays measured by coal."""
-    return RigidCampaign(*job, need("coal"), COAL_SHARE, replays).run()
+    scenes = len(args.scene or RigidCampaign.scenes)
+    replays = max(2, -(-COAL_REPLAYS * args.steps // (1_000_000 * scenes)))
+    return command.attack(RigidCampaign, args, args.steps, share=COAL_SHARE, replays=replays)

@@ -17,7 +17,8 @@ from typing import Any
 import numpy as np
 
 from benchmarks import lumen_controls, lumen_gpu, report
-from benchmarks.attack.snake import command as lumen_attack
+from benchmarks.attack import command
+from benchmarks.attack.snake.episodes import SnakeCampaign
 from benchmarks.lumen_peers import NumpyQuery, literal_query
 from benchmarks.lumen_scene import JUDGED, LINKS, SEGMENTS, Scene
 from benchmarks.lumen_threads import ThreadedQuery
@@ -51,7 +52,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--plots", type=Path, metavar="FOLDER", help="draw the sweeps and bends as SVG files there")
     parser.add_argument("--controls", action="store_true", help="also bends and both controls: a minute more")
     parser.add_argument("--gpu", action="store_true", help="refuse to run where no GPU is found")
-    lumen_attack.add_arguments(parser)
+    parser.add_argument("--attack", type=int, metavar="STEPS", help="attack the hard limits instead: so many steps")
+    parser.add_argument("--seed", type=int, default=0, metavar="S", help="of the attack; same seed, same motions")
+    parser.add_argument("--jobs", type=int, default=2, metavar="J", help="processes of the attack (default 2)")
+    parser.add_argument("--scene", action="append", metavar="NAME", help="attack this scene only; may be repeated")
 
 
 def run(args: argparse.Namespace) -> dict[str, Any]:
@@ -61,7 +65,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
         BenchmarkRefused: an option makes no sense, or matplotlib (for plots) or a GPU is missing.
     """
     if args.attack is not None:
-        return lumen_attack.attack(args)
+        return command.attack(SnakeCampaign, args, args.attack)
     threads = _thread_counts(args)
     if not LINKS <= args.vertices <= 1_000_000 or args.rounds < 3:
         raise report.BenchmarkRefused(f"{LINKS} to 1,000,000 vertices, and at least 3 rounds")

@@ -9,7 +9,7 @@ from abc import ABC, abstractmethod
 from collections import Counter
 from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from typing import Any, ClassVar, Generic, TypeVar
 
 import numpy as np
@@ -56,9 +56,8 @@ class Tally:
 
     def report(self) -> dict[str, Any]:
         """Return everything by name; None for a room of which nothing was measured."""
-        found = {one.name: getattr(self, one.name) for one in fields(self)}
         room = self.least_room_mm if np.isfinite(self.least_room_mm) else None
-        return found | {"least_room_mm": room, "used": dict(sorted(self.used.items()))}
+        return vars(self) | {"least_room_mm": room, "used": dict(sorted(self.used.items()))}
 
     def fail(self, kind: str, **details: Any) -> None:
         """Keep the data to reproduce a failure."""
@@ -95,14 +94,18 @@ class Episode(Generic[M, Sys, S]):
 class Campaign(ABC, Generic[A, T, M, Sys, S]):
     """Attacks one scene for a number of steps; a function of scene, seed and steps alone (HAZ-13).
 
-    scenes: builders by name; a builder returns the reason if its data are missing.
+    scenes: builders by name; a builder returns the reason if its data are missing. tally_type: class of ``tally``.
+    input_key: key of a failure for the names of what was used.
     """
 
     scenes: ClassVar[Mapping[str, Callable[[Random], Any]]]
+    tally_type: ClassVar[type[Any]]
+    input_key: ClassVar[str] = "doing"
     arena: A
 
-    def __init__(self, name: str, seed: int, steps: int, tally: T):
-        self.name, self.steps, self.tally = name, steps, tally
+    def __init__(self, name: str, seed: int, steps: int):
+        self.name, self.steps = name, steps
+        self.tally: T = self.tally_type()
         self.random = np.random.default_rng([seed, zlib.crc32(name.encode())])
 
     @abstractmethod
@@ -113,9 +116,15 @@ class Campaign(ABC, Generic[A, T, M, Sys, S]):
     def begin(self) -> Episode[M, Sys, S] | None:
         """Return the next episode; None if its start was refused."""
 
-    @abstractmethod
-    def motion(self, state: S) -> bytes:
-        """Return what of a state enters the hash."""
+    def motion(self, state: Any) -> bytes:
+        """Return what of a state enters the hash: its joints."""
+        joints: bytes = state.q.tobytes()
+        return joints
+
+    @staticmethod
+    def shares(total: dict[str, Any]) -> dict[str, float]:
+        """Return further figures of all scenes together, from their counts."""
+        return {}
 
     def between(self, episode: Episode[M, Sys, S]) -> None:
         """Change an episode between two steps."""
@@ -146,7 +155,7 @@ class Campaign(ABC, Generic[A, T, M, Sys, S]):
                     after = episode.assault(episode.memory, episode.system, episode.state)
                 except Exception as error:  # of any type, since a step must never raise
                     tally.exceptions += 1
-                    tally.fail("exception", doing=", ".join(episode.doing), error=repr(error))
+                    tally.fail("exception", error=repr(error), **{self.input_key: ", ".join(episode.doing)})
                     return
                 hashed(self.motion(after))
                 episode.judge(episode.state, after)

@@ -6,10 +6,12 @@ from collections.abc import Callable, Sequence
 from contextlib import nullcontext
 from dataclasses import replace
 from types import ModuleType
+from typing import Any
 
 import numpy as np
 
 from benchmarks.attack import campaign
+from benchmarks.report import need
 from vfix_engine.arrays import Array
 from vfix_engine.control import Controller, ControlSettings
 from vfix_engine.control.qp import DUAL
@@ -49,36 +51,41 @@ Episode = campaign.Episode[Memory, RigidSystem, RehearsalState]
 class RigidCampaign(campaign.Campaign[Arena, RigidTally, Memory, RigidSystem, RehearsalState]):
     """Attacks the rigid tool in one scene.
 
-    share: fraction of the steps whose pose coal measures again. replays: number of finer replays measured by coal.
+    with_coal: whether coal measures again: the poses of a fraction ``share`` of the steps, and ``replays`` replays.
     sabotage: modifies every controller, to prove that the judges detect it. assaults: names, repeated by frequency.
     """
 
-    scenes = BUILDERS
+    scenes, tally_type, input_key = BUILDERS, RigidTally, "assault"
 
     def __init__(
         self,
         name: str,
         seed: int,
         steps: int,
-        coal: ModuleType | None,
+        with_coal: bool = True,
         share: float = 0.1,
         replays: int = 40,
         sabotage: Callable[[Controller], None] | None = None,
         assaults: Sequence[str] = CHOSEN,
     ):
-        super().__init__(name, seed, steps, RigidTally())
-        self._coal, self._share, self._replays = coal, share, replays
+        super().__init__(name, seed, steps)
+        self._coal: ModuleType | None = need("coal") if with_coal else None
+        self._share, self._replays = share, replays
         self._sabotage, self._assaults = sabotage, list(assaults)
         self._judges: Judges | None = None
         self._last: Episode | None = None
 
+    @staticmethod
+    def shares(total: dict[str, Any]) -> dict[str, float]:
+        """Return the shares of the steps that had to keep the joint limits, and of emergencies among these."""
+        return {
+            "limits_judged_share": total["limits_judged"] / max(total["steps"], 1),
+            "emergency_share": total["emergencies"] / max(total["limits_judged"], 1),
+        }
+
     def size(self) -> dict[str, int]:
         """Return the number of triangles and zones."""
         return {"triangles": len(self.arena.scene.tree.mesh.faces), "zones": len(self.arena.scene.zones)}
-
-    def motion(self, state: RehearsalState) -> bytes:
-        """Return the joints."""
-        return state.tool.q.tobytes()
 
     def begin(self) -> Episode | None:
         """Return an episode of one assault that continues where the last one ended, or begins at or near the start."""

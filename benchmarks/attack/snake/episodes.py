@@ -33,7 +33,7 @@ class SnakeCampaign(campaign.Campaign[Arena, SnakeTally, Memory, ScriptSystem, S
     with a motion that are replayed. longest: largest number of steps of an episode.
     """
 
-    scenes = BUILDERS
+    scenes, tally_type = BUILDERS, SnakeTally
 
     def __init__(
         self,
@@ -45,7 +45,7 @@ class SnakeCampaign(campaign.Campaign[Arena, SnakeTally, Memory, ScriptSystem, S
         replays: float = 0.02,
         longest: int = LONGEST,
     ):
-        super().__init__(name, seed, steps, SnakeTally())
+        super().__init__(name, seed, steps)
         self._sabotage, self._hands, self._replays, self._longest = sabotage, hands, replays, longest
 
     def size(self) -> dict[str, int]:

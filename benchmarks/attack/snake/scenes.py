@@ -41,11 +41,6 @@ class Arena:
     curve: Curve | None = None
     slack: Array | None = None
 
-    @property
-    def moves(self) -> bool:
-        """Whether its tissue moves."""
-        return self.pathway.motion is not None
-
 
 def _bend(
     radius: Array | float, bend: float = 90.0, turn: float = 2.4, rise: float = 0.0, contours: int = 25

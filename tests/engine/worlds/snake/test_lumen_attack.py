@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from lumen_shapes import straight
 
-from benchmarks.attack import command
+from benchmarks.attack.command import summary
 from benchmarks.attack.snake.episodes import SnakeCampaign
 from benchmarks.attack.snake.hands import HANDS
 from benchmarks.attack.snake.lies import LIES
@@ -31,13 +31,9 @@ SCENES = ("helix", "narrow", "lobes", "hairpin", "breathing bend", "squeezing he
 STEPS, SEED = 100, 20261124
 
 
-def summary(scenes: list[dict[str, Any]]) -> dict[str, Any]:
-    return command.summary(scenes, 0.0, SnakeTally())
-
-
 @pytest.fixture(scope="module")
 def total() -> dict[str, Any]:
-    return summary([SnakeCampaign(name, SEED, STEPS, longest=30).run() for name in SCENES])
+    return summary(SnakeCampaign, [SnakeCampaign(name, SEED, STEPS, longest=30).run() for name in SCENES])
 
 
 def test_no_accepted_motion_breaks_what_is_promised(total: dict[str, Any]) -> None:
@@ -101,7 +97,7 @@ def told_too_little(honest: SnakeCertificate, state: LinksAt, motion: Configurat
 def test_a_broken_certificate_is_found_out(broken: Callable[..., MotionVerdict], seen: str) -> None:
     found = SnakeCampaign("helix", 1, 60, replaced(broken), ("into the wall",), replays=0.0).run()
     assert found[seen] > 0
-    assert not summary([found])["correct"]
+    assert not summary(SnakeCampaign, [found])["correct"]
 
 
 def test_a_way_through_the_wall_is_found_out() -> None:
