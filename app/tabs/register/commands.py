@@ -30,12 +30,6 @@ class NewRegistration(Command):
     name: Name | None = None
 
 
-class LookAgain(Command):
-    """Read the open registration anew, after a request that changed it on another way."""
-
-    type: Literal["registration.look"]
-
-
 class EditRegistration(Command):
     """Of the open registration: redo, confirm every bead, forget what was measured, or fit the pairs."""
 
@@ -137,7 +131,6 @@ COMMANDS: tuple[type[Command], ...] = (
     RegistrationCommand,
     RenameRegistration,
     NewRegistration,
-    LookAgain,
     EditRegistration,
     UndoRegistration,
     LockRegistration,

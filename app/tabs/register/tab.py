@@ -79,8 +79,6 @@ class RegisterTab(Tab):
         match command:
             case c.RegistrationCommand() | c.NewRegistration() | c.RenameRegistration():
                 self._manage(command)
-            case c.LookAgain():
-                pass
             case c.UseRegistration():
                 self._use(command.used)
             case c.PairCommand(type="pair.select"):

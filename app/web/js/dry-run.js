@@ -1,20 +1,16 @@
 // The dry run of the open plan: its verdict, how far a run is, and a button that cancels it.
 import { h, whenChanged } from "./dom.js";
 import { sentence } from "./format.js";
-import { goesOn, jobNow, remove } from "./rest.js";
+import { remove } from "./rest.js";
 
 /** @import { Connection } from "./connection.js" */
-/** @import { CorridorSection, JobPublic, VerdictPart } from "./types.js" */
+/** @import { EvaluationSection, VerdictPart } from "./types.js" */
 
 const QUIET_MS = 400; // a run that ends sooner shows no bar
-const LOOK_MS = 300;
-
-/** @param {number} ms */
-const pause = (ms) => new Promise((resolve) => { setTimeout(resolve, ms); });
 
 /**
  * Whether the verdict and plot are of an earlier path, or of an earlier place of the hand that drags a point.
- * @param {CorridorSection | null | undefined} corridor
+ * @param {EvaluationSection | null | undefined} corridor
  */
 export function isOld(corridor) {
   return corridor?.state === "waits" || corridor?.state === "drag_waits";
@@ -37,6 +33,8 @@ export class DryRun {
     this.changed = whenChanged();
     /** @type {string | null} */
     this.job = null;
+    /** @type {ReturnType<typeof setTimeout> | undefined} until the bar of that job may be shown */
+    this.quiet = undefined;
     this.connection = connection;
     this.verdict = h("p", { class: "words", id });
     this.moreWords = h("p", { class: "words" });
@@ -51,18 +49,19 @@ export class DryRun {
     this.element = h("div", { class: "fields" }, this.verdict, this.more, this.state, this.showMe, this.progress, this.again);
   }
 
-  /** @param {CorridorSection | undefined} corridor */
+  /** @param {EvaluationSection | undefined} corridor */
   update(corridor) {
     this.changed([corridor?.words, corridor?.level, corridor?.short, corridor?.caution, corridor?.cancelled, corridor?.job, corridor?.verdict, corridor?.state_words], () => {
       this.say(corridor);
       this.again.hidden = !corridor?.cancelled;
       this.follow(corridor?.job ?? null);
     });
+    this.show();
   }
 
   /**
    * The verdict, where each figure about a place shows the tool there; without one the words of what goes on.
-   * @param {CorridorSection | undefined} corridor
+   * @param {EvaluationSection | undefined} corridor
    */
   say(corridor) {
     const verdict = corridor?.verdict;
@@ -106,25 +105,21 @@ export class DryRun {
    * Show how far a job is, until it has ended or another one is followed.
    * @param {string | null} job its id; null where none runs
    */
-  async follow(job) {
+  follow(job) {
     if (job === this.job) return;
     this.job = job;
-    this.progress.hidden = true;
     this.cancelButton.disabled = false;
-    if (!job) return;
-    await pause(QUIET_MS);
-    while (this.job === job) {
-      const now = this.connection.connected === false ? null : await jobNow(job).catch(() => null); // a lost planner is not asked
-      if (this.job !== job) return;
-      this.show(now);
-      if (now && !goesOn(now)) return;
-      await pause(LOOK_MS);
-    }
+    clearTimeout(this.quiet);
+    this.quiet = setTimeout(() => {
+      this.quiet = undefined;
+      this.show();
+    }, QUIET_MS);
   }
 
-  /** @param {JobPublic | null} now null while the planner does not say */
-  show(now) {
-    this.progress.hidden = !now || !goesOn(now);
+  /** How far the job is, from when on it may be shown. */
+  show() {
+    const now = this.quiet === undefined && this.connection.state.jobs?.items.find(({ id }) => id === this.job);
+    this.progress.hidden = !now;
     if (!now) return;
     const percent = `${Math.round(now.fraction * 100)} %`;
     this.stage.textContent = now.state === "queued" ? "Waiting for another one" : `${sentence(now.stage).replace(/\.$/, "")}, ${percent}`;

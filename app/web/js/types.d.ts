@@ -33,6 +33,28 @@ export interface LabelView {
 }
 
 /**
+ * The jobs that wait or run, whoever began them, oldest first; one that is missing has ended.
+ *
+ * version: number of changes so far; it also tells of a job that began and ended between two messages.
+ */
+export interface JobsSection {
+  version: number;
+  items: JobEntry[];
+}
+
+/** A job that waits or runs, with the fields that REST has for it. */
+export interface JobEntry {
+  id: string;
+  kind: "import" | "structures" | "dry_run" | "run" | "suggestion" | "tools" | "segmentation" | "islands" | "overlay" | "beads" | "refinement";
+  case_id: string | null;
+  subject: string;
+  created: string;
+  state: "queued" | "running" | "done" | "failed" | "cancelled";
+  stage: string;
+  fraction: number;
+}
+
+/**
  * The open case; loading: what is being read, None when all of it is there.
  *
  * window: width and centre of grey values that the scanner's files suggest, None where they do not.
@@ -447,7 +469,7 @@ export interface CurveSection {
  * 'drag' of the path as it would be under a hand, with the robot's base kept, 'drag_waits' of an earlier place of the
  * hand. state_words says so.
  */
-export interface CorridorSection {
+export interface EvaluationSection {
   status: "none" | "computing" | "done" | "failed";
   words: string;
   level: "fits" | "tight" | "pierces" | "blocked" | "unknown" | null;
@@ -1452,12 +1474,13 @@ export interface ViewModel {
   case?: CaseSection | null;
   cases?: CasesSection;
   cones?: ConeSection;
-  corridor?: CorridorSection;
+  corridor?: EvaluationSection;
   curve?: CurveSection;
   details?: DetailsSection;
   driven?: ItemsSection | null;
   fiducials?: FiducialsSection;
   instruments?: InstrumentsSection;
+  jobs?: JobsSection;
   labels?: LabelView[];
   options?: OptionsSection;
   painted?: LabelsSection;
@@ -1712,7 +1735,6 @@ export interface Commands {
   "registration.lock": {
     locked: boolean;
   };
-  "registration.look": {};
   "registration.new": {
     name?: string | null;
   };
