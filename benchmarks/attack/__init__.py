@@ -1,1 +1,1 @@
-"""The attack on the certificate: scenes, adversarial hands, and judges that share no code with the engine."""
+"""The attack on every world: one campaign over ``System``, and for each world scenes, hostile inputs and an oracle."""
