@@ -5,7 +5,7 @@ import { isOld } from "/static/js/dry-run.js";
 import { fixed } from "/static/js/format.js";
 
 /** @import { Connection } from "/static/js/connection.js" */
-/** @import { ClearanceProfile, CorridorSection, ObstacleCurve, ScaleView, VerdictView } from "/static/js/types.js" */
+/** @import { ClearanceProfile, EvaluationSection, ObstacleCurve, ScaleView, VerdictView } from "/static/js/types.js" */
 
 const WIDTH = 320, HEIGHT = 132; // of the drawing's own units; it is as wide as the panel
 const LEFT = 26, RIGHT = 6, TOP = 8, BOTTOM = 22;
@@ -52,7 +52,7 @@ export class ClearanceGroup {
     this.show(Math.min(Math.max(share, 0), 1) * this.verdict.length_mm);
   }
 
-  /** @param {CorridorSection | undefined} corridor */
+  /** @param {EvaluationSection | undefined} corridor */
   update(corridor) {
     const verdict = corridor?.verdict ?? null;
     this.old = isOld(corridor);

@@ -14,7 +14,7 @@ from app.plans.model import Plan
 from app.scene.cones import LENGTH_MM, ConeNodes, Surface
 from app.services import Services
 from app.tabs.plan.cone_section import ConeSection, ConeView
-from app.tabs.plan.dry_runs import Corridor
+from app.tabs.plan.dry_runs import ShownEvaluation
 from app.tabs.plan.edited_plan import EditedPlan
 from app.tabs.plan.side_words import direction_words
 from app.workspace.latest import Act, Latest, Run
@@ -40,7 +40,7 @@ class Cones:
         self._found: Found = {}
         self._current = False
 
-    def refresh(self, edited: EditedPlan | None, stored: Corridor) -> None:
+    def refresh(self, edited: EditedPlan | None, stored: ShownEvaluation) -> None:
         """Ask for the cones of the stored plan once its dry run is there, where they are others than before."""
         plan = None if edited is None else edited.plan
         if plan is None or plan.id != self._plan_id or not plan.targets:

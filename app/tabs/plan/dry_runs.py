@@ -17,14 +17,14 @@ from app.planning.verdict import Level, Verdict, refused
 from app.scene import palette
 from app.services import Services
 from app.tabs.plan.clearance import verdict_view
-from app.tabs.plan.sections import CorridorSection, CorridorState, CorridorStatus, ScaleView, SoftTissueView
+from app.tabs.plan.sections import EvaluationSection, EvaluationState, EvaluationStatus, ScaleView, SoftTissueView
 from app.workspace.latest import Act, Latest, Run
 from vfix_engine.arrays import Array
 from vfix_engine.errors import StartRefused, VfixError
 
 FAILED = "The dry run failed"
 
-STATE_WORDS: dict[CorridorState, str] = {
+STATE_WORDS: dict[EvaluationState, str] = {
     "none": "",
     "current": "",
     "waits": "Greyed: an earlier answer. The path is simulated anew …",
@@ -34,7 +34,7 @@ STATE_WORDS: dict[CorridorState, str] = {
 
 
 @dataclass(frozen=True)
-class Corridor:
+class ShownEvaluation:
     """The state of the dry run of one plan.
 
     status: 'none', 'computing', 'done' or 'failed'. refusal: the verdict of one that has failed since the tool does not
@@ -47,7 +47,7 @@ class Corridor:
     would do besides.
     """
 
-    status: CorridorStatus = "none"
+    status: EvaluationStatus = "none"
     words: str = ""
     caution: bool = False
     completed: bool | None = None
@@ -89,7 +89,7 @@ class Corridor:
         """Places (n, 3) along the path and the bone clearance (n,) of the whole tool there, as an export has them."""
         return None if self.evaluation is None else (self.evaluation.positions, self.evaluation.clearance)
 
-    def view(self) -> CorridorSection:
+    def view(self) -> EvaluationSection:
         """The page's section."""
         verdict, tissue = self.verdict, None
         least = None if verdict is None else verdict.least_clearance_mm
@@ -134,7 +134,7 @@ class Corridor:
             return "Simulated from entry to the end of the path."
         return f"Simulated from the entry to {found.reached_mm:.0f} of {found.length_mm:.0f} mm."
 
-    def _state(self) -> CorridorState:
+    def _state(self) -> EvaluationState:
         """What the shown verdict and plot are of."""
         if self.status == "computing":
             return "drag_waits" if self.provisional else "waits"
@@ -149,11 +149,11 @@ class DryRuns:
     def __init__(self, services: Services, executor: Executor, post: Callable[[Act], Any]) -> None:
         """post: queues an act onto the owner's thread."""
         self._services, self._latest = services, Latest(executor, post)
-        self.current = Corridor()
+        self.current = ShownEvaluation()
 
     def clear(self) -> None:
         self._latest.drop()
-        self.current = Corridor()
+        self.current = ShownEvaluation()
 
     def ask(
         self, plan: Any, kept_mm: float, options: RehearsalOptions = NO_OPTIONS, before: PlanEvaluation | None = None
@@ -163,36 +163,36 @@ class DryRuns:
         kept_mm: from bone, in this case. options: of the rehearsal, which hold the tool as they do in it.
         before: what is shown greyed until the answer is there.
         """
-        waiting = Corridor("computing", "The tool is driven along the path …", margin_mm=kept_mm, before=before)
+        waiting = ShownEvaluation("computing", "The tool is driven along the path …", margin_mm=kept_mm, before=before)
         self.current = waiting
 
-        def find(run: Run) -> Corridor:
+        def find(run: Run) -> ShownEvaluation:
             began = partial(replace, waiting)
             return self._answer(plan, kept_mm, options, lambda job: run.tell(lambda: self._show(began(job=job))))
 
         self._latest.ask(FAILED, find, self._show, lambda words: self._show(failed_run(words, kept_mm)), lane=plan.id)
 
-    def _show(self, corridor: Corridor) -> None:
-        self.current = corridor
+    def _show(self, shown: ShownEvaluation) -> None:
+        self.current = shown
 
     def _answer(
         self, plan: Any, kept_mm: float, options: RehearsalOptions = NO_OPTIONS, began: Callable[[str], object] = bool
-    ) -> Corridor:
+    ) -> ShownEvaluation:
         try:
             return answered(
                 self._services, plan, kept_mm, lambda: self._services.dry_runs.evaluate(plan, options, began)
             )
         except JobCancelled:
             words = "The dry run was cancelled: whether the tool fits is not known."
-            return Corridor("failed", words, caution=True, completed=False, margin_mm=kept_mm, cancelled=True)
+            return ShownEvaluation("failed", words, caution=True, completed=False, margin_mm=kept_mm, cancelled=True)
 
 
-def failed_run(words: str, kept_mm: float, provisional: bool = False) -> Corridor:
+def failed_run(words: str, kept_mm: float, provisional: bool = False) -> ShownEvaluation:
     """No answer, and why."""
-    return Corridor("failed", words, True, completed=False, margin_mm=kept_mm, provisional=provisional)
+    return ShownEvaluation("failed", words, True, completed=False, margin_mm=kept_mm, provisional=provisional)
 
 
-def answered(services: Services, plan: Any, kept_mm: float, evaluate: Callable[[], PlanEvaluation]) -> Corridor:
+def answered(services: Services, plan: Any, kept_mm: float, evaluate: Callable[[], PlanEvaluation]) -> ShownEvaluation:
     """The evaluation of a plan with its words, or why there is none. Lets JobCancelled pass, and what is unexpected.
 
     kept_mm: of an answer that has failed; one that has not says itself what was kept.
@@ -205,9 +205,11 @@ def answered(services: Services, plan: Any, kept_mm: float, evaluate: Callable[[
         raise
     except StartRefused as error:
         verdict = refused(error).with_remarks(plan)
-        return Corridor("failed", verdict.words, caution=True, completed=False, margin_mm=kept_mm, refusal=verdict)
+        return ShownEvaluation(
+            "failed", verdict.words, caution=True, completed=False, margin_mm=kept_mm, refusal=verdict
+        )
     except VfixError as error:
         return failed_run(str(error), kept_mm)
     words = evaluation.verdict.words
     caution, warning = evaluation.verdict.level != "fits", uncertainty.warning(settings.margin_mm)
-    return Corridor("done", words, caution, evaluation.completed, evaluation, settings.kept_mm, warning)
+    return ShownEvaluation("done", words, caution, evaluation.completed, evaluation, settings.kept_mm, warning)

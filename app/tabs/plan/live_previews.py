@@ -12,7 +12,7 @@ from app.planning.plan_evaluation import PlanEvaluation
 from app.planning.previews import Dragged
 from app.planning.rehearsal_options import NO_OPTIONS, RehearsalOptions
 from app.services import Services
-from app.tabs.plan.dry_runs import FAILED, Corridor, answered, failed_run
+from app.tabs.plan.dry_runs import FAILED, ShownEvaluation, answered, failed_run
 from app.workspace.latest import Act, Latest
 
 MOVED_WORTH_SAYING_MM = 0.2  # by a release, whose hand is less exact than a click
@@ -30,19 +30,19 @@ class LivePreviews:
         """post: queues an act onto the owner's thread."""
         self._services, self._latest = services, Latest(executor, post)
         self._asked: tuple[Any, ...] | None = None
-        self.current = Corridor()
+        self.current = ShownEvaluation()
 
     def clear(self) -> None:
         """No hand drags anything; a run that goes on ends."""
         if self._asked is not None:
             self._latest.drop()
-            self._asked, self.current = None, Corridor()
+            self._asked, self.current = None, ShownEvaluation()
 
     def ask(
         self,
         plan: Any,
         dragged: Dragged,
-        stored: Corridor,
+        stored: ShownEvaluation,
         placement: StoredPlacement | None,
         options: RehearsalOptions,
     ) -> None:
@@ -61,10 +61,10 @@ class LivePreviews:
         if placement is None:
             self._latest.drop()
             words = "Let go of the point to see whether the tool fits: the robot has no place yet."
-            self.current = Corridor("computing", words, margin_mm=kept_mm, provisional=True, before=before)
+            self.current = ShownEvaluation("computing", words, margin_mm=kept_mm, provisional=True, before=before)
             return
         words = "The path as it would be is judged …"
-        self.current = Corridor("computing", words, margin_mm=kept_mm, provisional=True, before=before)
+        self.current = ShownEvaluation("computing", words, margin_mm=kept_mm, provisional=True, before=before)
         self._latest.ask(
             FAILED,
             lambda run: self._answer(plan, dragged, kept_mm, placement, run.check, options),
@@ -74,14 +74,14 @@ class LivePreviews:
             goes_on=goes_on,
         )
 
-    def _show(self, corridor: Corridor) -> None:
+    def _show(self, shown: ShownEvaluation) -> None:
         """What is so where the hand is."""
-        self.current = corridor
+        self.current = shown
 
-    def _show_greyed(self, corridor: Corridor) -> None:
+    def _show_greyed(self, shown: ShownEvaluation) -> None:
         """What was so where the hand was, while the newest place is judged."""
-        if self.current.status == "computing" and corridor.evaluation is not None:
-            self.current = replace(self.current, before=corridor.evaluation)
+        if self.current.status == "computing" and shown.evaluation is not None:
+            self.current = replace(self.current, before=shown.evaluation)
 
     def _is_same_drag(self, asked: tuple[Any, ...]) -> bool:
         """Whether the hand holds the same point of the same path as before, in another place."""
@@ -98,7 +98,7 @@ class LivePreviews:
         placement: StoredPlacement,
         go_on: Callable[[str, float], None],
         options: RehearsalOptions = NO_OPTIONS,
-    ) -> Corridor:
+    ) -> ShownEvaluation:
         moved = 0.0
 
         def evaluate() -> PlanEvaluation:
@@ -107,6 +107,6 @@ class LivePreviews:
             moved = found.moved_mm
             return found.evaluation
 
-        corridor = answered(self._services, plan, kept_mm, evaluate)
+        shown = answered(self._services, plan, kept_mm, evaluate)
         words = f" On release the point moves {moved:.1f} mm, clear of bone." if moved > MOVED_WORTH_SAYING_MM else ""
-        return replace(corridor, provisional=True, words=corridor.words + words, remark=words.strip())
+        return replace(shown, provisional=True, words=shown.words + words, remark=words.strip())

@@ -18,7 +18,7 @@ import { PlannerError, download, missing, read, upload } from "/static/js/rest.j
 
 /** @import { Parts } from "/static/js/panel.js" */
 /** @import { Row } from "/static/js/dom.js" */
-/** @import { Commands, CorridorSection, GhostView, ItemEntry, PlanEntry, PlanPublic, PlanRegistrationPublic, PlanSection, ViewModel } from "/static/js/types.js" */
+/** @import { Commands, EvaluationSection, GhostView, ItemEntry, PlanEntry, PlanPublic, PlanRegistrationPublic, PlanSection, ViewModel } from "/static/js/types.js" */
 
 /** @typedef {Commands["add.mode"]["kind"]} Kind */
 
@@ -144,7 +144,7 @@ export default class PlanPanel {
 
   /**
    * @param {PlanSection | null | undefined} plan
-   * @param {CorridorSection | undefined} corridor
+   * @param {EvaluationSection | undefined} corridor
    */
   renderPlan(plan, corridor) {
     this.undoButton.disabled = !plan?.can_undo;

@@ -14,8 +14,8 @@ from app.tabs.plan.versions import VersionSections
 from app.workspace.sections import CurveSection, ItemKind, ItemsSection
 
 AddKind = Literal["point", "target", "none"]
-CorridorStatus = Literal["none", "computing", "done", "failed"]
-CorridorState = Literal["none", "current", "waits", "drag", "drag_waits"]
+EvaluationStatus = Literal["none", "computing", "done", "failed"]
+EvaluationState = Literal["none", "current", "waits", "drag", "drag_waits"]
 
 
 class PlanEntry(TypedDict):
@@ -200,7 +200,7 @@ class ScaleView(TypedDict):
     blocked: str
 
 
-class CorridorSection(TypedDict):
+class EvaluationSection(TypedDict):
     """The dry run of the plan; completed is None until it has ended.
 
     level, short: of the verdict, also where the tool does not fit at the entry or the run has failed; None and '' while
@@ -214,7 +214,7 @@ class CorridorSection(TypedDict):
     hand. state_words says so.
     """
 
-    status: CorridorStatus
+    status: EvaluationStatus
     words: str
     level: Level | None
     short: str
@@ -229,7 +229,7 @@ class CorridorSection(TypedDict):
     cancelled: bool
     verdict: VerdictView | None
     shown_mm: float | None
-    state: CorridorState
+    state: EvaluationState
     state_words: str
 
 
@@ -240,6 +240,6 @@ class PlanSections(RegionSections, VersionSections, SecondVolumeSections):
     instruments: InstrumentsSection
     plan: PlanSection | None
     curve: CurveSection
-    corridor: CorridorSection
+    corridor: EvaluationSection
     shaft: ShaftSection
     cones: ConeSection

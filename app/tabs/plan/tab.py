@@ -22,13 +22,13 @@ from app.tabs.plan import SPEC
 from app.tabs.plan import commands as c
 from app.tabs.plan.clearance import pierced_layer
 from app.tabs.plan.clearance_commands import HideTool, ShowTool
-from app.tabs.plan.dry_runs import Corridor
+from app.tabs.plan.dry_runs import ShownEvaluation
 from app.tabs.plan.edited_plan import EditedPlan, Ghost
 from app.tabs.plan.edits import Edits
+from app.tabs.plan.evaluations import Evaluations
 from app.tabs.plan.hands import Hands
 from app.tabs.plan.hints import plan_hint
 from app.tabs.plan.instruments import instruments_section
-from app.tabs.plan.judged import Judged
 from app.tabs.plan.region_words import DRAW_WORDS
 from app.tabs.plan.removed_bone import RemovedBoneCount
 from app.tabs.plan.sections import PlanEntry, PlansSection
@@ -52,8 +52,8 @@ class PlanTab(Tab):
         self._case_id: str | None = None
         self._shafts = Shafts(workspace.services)
         self._hands = Hands(workspace, self._shafts)
-        self._judged = Judged(workspace)
-        self._edits = Edits(workspace.case, self._shafts, self._judged.again)
+        self._evaluations = Evaluations(workspace)
+        self._edits = Edits(workspace.case, self._shafts, self._evaluations.again)
         self._removed = RemovedBoneCount(workspace)
         workspace.plan.provide(lambda: self.plan)
         workspace.on_case_opened(self._case_opened)
@@ -98,7 +98,7 @@ class PlanTab(Tab):
 
     def close_plan(self) -> None:
         self._case_id = self._edited = None
-        self._judged.clear()
+        self._evaluations.clear()
         self._shafts.clear()
 
     def _load(self, plan_id: str) -> None:
@@ -107,7 +107,7 @@ class PlanTab(Tab):
         self._edited = EditedPlan(self._services, plan_id)
         self._services.live.opened(self.workspace.client.id, plan_id)
         points = self._edited.points()
-        self._judged.again()
+        self._evaluations.again()
         if points:
             self.workspace.case.go_to(points[len(points) // 2])
 
@@ -137,15 +137,15 @@ class PlanTab(Tab):
 
     def curve_key(self) -> Any:
         """Changes when the spline or its colours do."""
-        return (tuple(self._edited.points()), Same(self._shown_corridor())) if self._edited else None
+        return (tuple(self._edited.points()), Same(self._shown_evaluation())) if self._edited else None
 
-    def _shown_corridor(self) -> Corridor:
+    def _shown_evaluation(self) -> ShownEvaluation:
         """The dry run of the points as they are shown: live while a hand drags one of the path."""
-        return self._judged.shown(self._edited)
+        return self._evaluations.shown(self._edited)
 
     def curve(self) -> tuple[Array | None, Array | None]:
         """Places along the spline, and the clearance of the whole tool there where it is known."""
-        samples = self._shown_corridor().samples()
+        samples = self._shown_evaluation().samples()
         if samples is not None:
             return samples
         return curve_points(None if self._edited is None else self._edited.path()), None
@@ -166,13 +166,13 @@ class PlanTab(Tab):
             self._handle_edit(command)
 
     def _show_tool(self, command: ShowTool | HideTool) -> None:
-        evaluation = self._shown_corridor().evaluation
+        evaluation = self._shown_evaluation().evaluation
         if isinstance(command, HideTool):
-            self._judged.tool.clear()
+            self._evaluations.tool.clear()
         elif evaluation is None:
             raise PlanError("the tool is shown once the dry run has ended.")
         else:
-            self.workspace.case.go_to(self._judged.tool.at(evaluation, command.s_mm))
+            self.workspace.case.go_to(self._evaluations.tool.at(evaluation, command.s_mm))
 
     def _handle_edit(self, command: Command) -> None:
         edited = self._need()
@@ -254,10 +254,10 @@ class PlanTab(Tab):
         return [
             items_layer(self.items(), selected, locked=self._is_still),
             curve_layer(self.curve_key(), self.curve),
-            self._judged.tool.layer(self._shown_corridor().evaluation if self.active else None),
-            pierced_layer(self._shown_corridor().evaluation if self.active else None),
+            self._evaluations.tool.layer(self._shown_evaluation().evaluation if self.active else None),
+            pierced_layer(self._shown_evaluation().evaluation if self.active else None),
             *self._region_layers(),
-            self._judged.cones.layer(self._edited if self.active else None),
+            self._evaluations.cones.layer(self._edited if self.active else None),
             self._error_layer(),
             *self._shafts.layers(edited, self._is_still),
             Layer(
@@ -280,7 +280,7 @@ class PlanTab(Tab):
         """What the targets may be off by behind the plan's registration (95 %)."""
         balls: tuple[tuple[Position, float], ...] = ()
         if self._edited is not None and self.active and self._edited.plan.targets:
-            balls = self._judged.error_balls(self._edited.plan)
+            balls = self._evaluations.error_balls(self._edited.plan)
         return Layer("plan.error", balls, ErrorBalls, lambda nodes: nodes.show(balls))
 
     def _region_layers(self) -> list[Layer[Any]]:
@@ -312,15 +312,15 @@ class PlanTab(Tab):
             return AIM_WORDS
         if plan.deleted_at is not None:
             return "This plan was deleted elsewhere. Restore it from the list of plans, or open another one."
-        corridor = self._shown_corridor()
+        shown = self._shown_evaluation()
         return plan_hint(
             len(plan.points),
             len(plan.targets),
             edited.add_mode,
             edited.ghost is not None,
             edited.locked,
-            None if corridor.verdict is None else (corridor.verdict.level, corridor.verdict.reason),
-            corridor.short,
+            None if shown.verdict is None else (shown.verdict.level, shown.verdict.reason),
+            shown.short,
         )
 
     def refresh(self) -> None:
@@ -330,14 +330,14 @@ class PlanTab(Tab):
                 self._edited.refresh()
             except InputError:
                 self._edited = None
-                self._judged.clear()
+                self._evaluations.clear()
                 raise
-        self._judged.refresh(self._edited)
+        self._evaluations.refresh(self._edited)
         self._removed.refresh(self.plan)
 
     def sections(self) -> Sections:
         """The :class:`PlanSections`."""
-        edited, corridor, shown_mm = self._edited, self._shown_corridor(), self._judged.tool.s_mm
+        edited, shown, shown_mm = self._edited, self._shown_evaluation(), self._evaluations.tool.s_mm
         none = Section.of(None)
         return {
             "plans": Section((self._case_id, self._services.store.changes.of(PLAN.name)), self._list),
@@ -349,9 +349,9 @@ class PlanTab(Tab):
             "second_volume": none if edited is None else edited.second_volume.section(),
             "removed_bone": self._removed.section(),
             "curve": Section(self.curve_key(), lambda: curve_section(self.curve()[0])),
-            "corridor": Section((Same(corridor), shown_mm), lambda: {**corridor.view(), "shown_mm": shown_mm}),
+            "corridor": Section((Same(shown), shown_mm), lambda: {**shown.view(), "shown_mm": shown_mm}),
             "shaft": self._shafts.section(edited),
-            "cones": self._judged.cones.section(edited),
+            "cones": self._evaluations.cones.section(edited),
         }
 
     def _list(self) -> PlansSection:

@@ -4,7 +4,7 @@ import { sentence } from "./format.js";
 import { goesOn, jobNow, remove } from "./rest.js";
 
 /** @import { Connection } from "./connection.js" */
-/** @import { CorridorSection, JobPublic, VerdictPart } from "./types.js" */
+/** @import { EvaluationSection, JobPublic, VerdictPart } from "./types.js" */
 
 const QUIET_MS = 400; // a run that ends sooner shows no bar
 const LOOK_MS = 300;
@@ -14,7 +14,7 @@ const pause = (ms) => new Promise((resolve) => { setTimeout(resolve, ms); });
 
 /**
  * Whether the verdict and plot are of an earlier path, or of an earlier place of the hand that drags a point.
- * @param {CorridorSection | null | undefined} corridor
+ * @param {EvaluationSection | null | undefined} corridor
  */
 export function isOld(corridor) {
   return corridor?.state === "waits" || corridor?.state === "drag_waits";
@@ -51,7 +51,7 @@ export class DryRun {
     this.element = h("div", { class: "fields" }, this.verdict, this.more, this.state, this.showMe, this.progress, this.again);
   }
 
-  /** @param {CorridorSection | undefined} corridor */
+  /** @param {EvaluationSection | undefined} corridor */
   update(corridor) {
     this.changed([corridor?.words, corridor?.level, corridor?.short, corridor?.caution, corridor?.cancelled, corridor?.job, corridor?.verdict, corridor?.state_words], () => {
       this.say(corridor);
@@ -62,7 +62,7 @@ export class DryRun {
 
   /**
    * The verdict, where each figure about a place shows the tool there; without one the words of what goes on.
-   * @param {CorridorSection | undefined} corridor
+   * @param {EvaluationSection | undefined} corridor
    */
   say(corridor) {
     const verdict = corridor?.verdict;

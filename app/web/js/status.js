@@ -3,7 +3,7 @@ import { h } from "./dom.js";
 import { isOld } from "./dry-run.js";
 import { fixed, sentence } from "./format.js";
 /** @import { TabStatus } from "./panel.js" */
-/** @import { CorridorSection, DetailsSection, ViewModel } from "./types.js" */
+/** @import { EvaluationSection, DetailsSection, ViewModel } from "./types.js" */
 
 /** @type {[Exclude<keyof DetailsSection, "priority">, string, number, string][]} name, label, digits, unit */
 const ROWS = [
@@ -122,7 +122,7 @@ export function reading(name, extra = "") {
 
 /**
  * The verdict's sentence, as banner and panel have it, or what goes on.
- * @param {CorridorSection | null | undefined} corridor
+ * @param {EvaluationSection | null | undefined} corridor
  */
 function planWords(corridor) {
   if (isOld(corridor)) return "Judging the path …";

@@ -447,7 +447,7 @@ export interface CurveSection {
  * 'drag' of the path as it would be under a hand, with the robot's base kept, 'drag_waits' of an earlier place of the
  * hand. state_words says so.
  */
-export interface CorridorSection {
+export interface EvaluationSection {
   status: "none" | "computing" | "done" | "failed";
   words: string;
   level: "fits" | "tight" | "pierces" | "blocked" | "unknown" | null;
@@ -1452,7 +1452,7 @@ export interface ViewModel {
   case?: CaseSection | null;
   cases?: CasesSection;
   cones?: ConeSection;
-  corridor?: CorridorSection;
+  corridor?: EvaluationSection;
   curve?: CurveSection;
   details?: DetailsSection;
   driven?: ItemsSection | null;

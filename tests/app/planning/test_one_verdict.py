@@ -28,7 +28,7 @@ from app.plans.model import Plan
 from app.plans.zones import PlanZone
 from app.registration.driven import DrivenRegistration
 from app.services import Services
-from app.tabs.plan.dry_runs import Corridor, answered
+from app.tabs.plan.dry_runs import ShownEvaluation, answered
 from app.tabs.rehearse.drive_figures import DryRunFigures
 from vfix_engine.anatomy.surface_uncertainty import SurfaceUncertainty
 from vfix_engine.errors import StartRefused
@@ -143,9 +143,9 @@ class World:
 def told(world: World, plan: Plan, step: Any) -> dict[str, str]:
     """By place, the text that it tells of a plan."""
     kept = settings_in_case(plan.settings, world.surface).kept_mm
-    corridor: Corridor = answered(world.services, plan, kept, lambda: world.planned.evaluate(plan))
-    step._judged.stored.current = corridor
-    view = corridor.view()
+    shown: ShownEvaluation = answered(world.services, plan, kept, lambda: world.planned.evaluate(plan))
+    step._evaluations.stored.current = shown
+    view = shown.view()
     panel = view["words"] if view["verdict"] is None else "".join(part["words"] for part in view["verdict"]["parts"])
     report = world.reports.of_plan(plan)
     public = PathReportPublic.model_validate(report.chosen, from_attributes=True)

@@ -18,7 +18,7 @@ from app.planning.rehearsal_options import NO_OPTIONS
 from app.scene.dragging import DragEvent
 from app.services import Services
 from app.tabs.plan import commands as c
-from app.tabs.plan.dry_runs import Corridor
+from app.tabs.plan.dry_runs import ShownEvaluation
 from app.tabs.plan.live_previews import LivePreviews
 from app.workspace.latest import Act
 from vfix_engine.errors import PlanError, StartRefused
@@ -125,7 +125,7 @@ def test_the_newest_place_alone_is_judged_and_what_is_old_is_greyed(
 ) -> None:
     plan, executor, ran = phantom_services.plans.get(SAMPLE), Later(), list[Act]()
     live = LivePreviews(phantom_services, executor, ran.append)
-    known = Corridor("done", evaluation=stored, margin_mm=0.3)
+    known = ShownEvaluation("done", evaluation=stored, margin_mm=0.3)
     placing, point = StoredPlacement(stored.base, stored.q_start), plan.points[1]
     x, y, z = point.position
     for step in range(4):
@@ -158,26 +158,26 @@ def test_the_newest_place_alone_is_judged_and_what_is_old_is_greyed(
 def test_a_drag_is_live_and_its_release_is_one_edit(phantom_services: Services) -> None:
     plan = phantom_services.plans.duplicate(SAMPLE, "Live")
     step = open_sample(phantom_services, plan.id)
-    judged, evaluation = step._judged, phantom_services.planning.evaluate(plan)
+    judged, evaluation = step._evaluations, phantom_services.planning.evaluate(plan)
     sections_of(step)
-    judged.stored.current = Corridor("done", evaluation=evaluation)
+    judged.stored.current = ShownEvaluation("done", evaluation=evaluation)
     sections_of(step)
     point = plan.points[1]
     x, y, z = point.position
     step.handle(c.DragItem(type="item.drag", item_id=point.id, position=(x, y, z + 0.4)))
-    corridor = sections_of(step)["corridor"]
-    assert corridor["state"] == "drag_waits"
+    shown = sections_of(step)["corridor"]
+    assert shown["state"] == "drag_waits"
     assert phantom_services.plans.get(plan.id).revision == plan.revision
     step.handle(c.ItemCommand(type="item.drop", item_id=point.id))
-    corridor = sections_of(step)["corridor"]
-    assert corridor["state"] == "waits"  # placed again, the picture of the hand's last place greyed
+    shown = sections_of(step)["corridor"]
+    assert shown["state"] == "waits"  # placed again, the picture of the hand's last place greyed
     assert phantom_services.plans.get(plan.id).revision == plan.revision + 1
     step.handle(c.Undo(type="undo"))
     assert phantom_services.plans.get(plan.id).points == plan.points
     # A target that is dragged changes nothing of the path.
-    judged.stored.current = Corridor("done", evaluation=evaluation)
+    judged.stored.current = ShownEvaluation("done", evaluation=evaluation)
     sections_of(step)
-    judged.stored.current = Corridor("done", evaluation=evaluation)
+    judged.stored.current = ShownEvaluation("done", evaluation=evaluation)
     step.handle(c.DragItem(type="item.drag", item_id=plan.targets[0].id, position=(x, y, z)))
     assert sections_of(step)["corridor"]["state"] == "current"
     phantom_services.plans.delete(plan.id)
@@ -198,7 +198,7 @@ def test_a_shaft_is_dragged_live_and_stored_as_one_edit(phantom_services: Servic
     step._edited.set_shaft(point.id, (0.0, -1.0, 0.0), None)
     step._edited.selected = point.id
     sections_of(step)
-    step._judged.stored.current = Corridor("done", evaluation=stored)
+    step._evaluations.stored.current = ShownEvaluation("done", evaluation=stored)
     sections_of(step)
     before = phantom_services.plans.get(plan.id)
     x, y, z = point.position

@@ -37,8 +37,8 @@ def test_the_verdict_of_a_urdf_of_ones_own_names_the_joint(phantom_services: Ser
     section = sections_of(step)["plan"]
     assert section is not None
     assert (section["robot"]["urdf"], section["tool"]["title"]) == (own.urdf, "Straight pointer")
-    corridor = step._judged.stored._answer(phantom_services.plans.get(plan.id), 0.3)
-    assert re.match(r"Blocked\. Held at \d+ of 90 mm: joint 2 \(shoulder_pitch\) at its limit\.", corridor.words)
+    shown = step._evaluations.stored._answer(phantom_services.plans.get(plan.id), 0.3)
+    assert re.match(r"Blocked\. Held at \d+ of 90 mm: joint 2 \(shoulder_pitch\) at its limit\.", shown.words)
     phantom_services.plans.delete(plan.id)
 
 

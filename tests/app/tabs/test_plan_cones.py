@@ -10,7 +10,7 @@ from app.scene.cones import cone_edges
 from app.services import Services
 from app.tabs.plan import commands as c
 from app.tabs.plan.cones import Cones, cone_words
-from app.tabs.plan.dry_runs import Corridor
+from app.tabs.plan.dry_runs import ShownEvaluation
 from app.tabs.plan.edited_plan import EditedPlan
 from app.workspace.latest import Act
 from vfix_engine.worlds.rigid.cone_surface import cone_surface
@@ -20,9 +20,9 @@ def test_the_cones_of_the_page_are_those_that_evaluate_tells(phantom_services: S
     plan = phantom_services.plans.duplicate(SAMPLE, "Cones")
     edited, executor, ran = EditedPlan(phantom_services, plan.id), Later(), list[Act]()
     cones = Cones(phantom_services, executor, ran.append)
-    cones.refresh(edited, Corridor("computing"))
+    cones.refresh(edited, ShownEvaluation("computing"))
     assert cones.section(edited).build()["state"] == "none"
-    known = Corridor("done", evaluation=phantom_services.planning.evaluate(plan))
+    known = ShownEvaluation("done", evaluation=phantom_services.planning.evaluate(plan))
     cones.refresh(edited, known)
     cones.refresh(edited, known)
     assert len(executor.work) == 1
@@ -38,9 +38,9 @@ def test_the_cones_of_the_page_are_those_that_evaluate_tells(phantom_services: S
     edited.drag(target.id, target.position)
     assert cones.section(edited).build()["state"] == "waits"
     edited.let_go()
-    cones.refresh(edited, Corridor("computing"))
+    cones.refresh(edited, ShownEvaluation("computing"))
     assert cones.section(edited).build()["state"] == "waits"
-    cones.refresh(edited, Corridor("failed"))
+    cones.refresh(edited, ShownEvaluation("failed"))
     assert cones.section(edited).build()["state"] == "none"
     phantom_services.plans.delete(plan.id)
 
@@ -50,7 +50,7 @@ def test_the_selected_target_alone_has_its_cone_drawn(phantom_services: Services
     plan = phantom_services.plans.get(SAMPLE)
     found = phantom_services.planning.cones(plan)
     sections_of(step)
-    cones, target = step._judged.cones, plan.targets[0]
+    cones, target = step._evaluations.cones, plan.targets[0]
     cones._show({t.id: (t.position, found[t.id]) for t in plan.targets})
     step.handle(c.ItemCommand(type="item.select", item_id=plan.points[0].id))
     assert cones.layer(step._edited).key is None

@@ -20,7 +20,7 @@ from app.services import Services
 from app.store.errors import StorageError
 from app.store.models import DocumentRow, DocumentStateRow
 from app.tabs.plan import commands as c
-from app.tabs.plan.dry_runs import Corridor, DryRuns, failed_run
+from app.tabs.plan.dry_runs import DryRuns, ShownEvaluation, failed_run
 from app.tabs.plan.edited_plan import EditedPlan
 from app.tabs.plan.hints import plan_hint
 from app.tabs.plan.version_commands import VersionCommand
@@ -34,7 +34,7 @@ def test_the_dry_run_of_an_older_plan_is_not_shown_for_a_newer_one(monkeypatch: 
     waiting: list[Act] = []
     executor = Later()
     runs = DryRuns(SimpleNamespace(), executor, waiting.append)  # type: ignore[arg-type]
-    monkeypatch.setattr(runs, "_answer", lambda plan, *rest: Corridor("done", plan.id, completed=True))
+    monkeypatch.setattr(runs, "_answer", lambda plan, *rest: ShownEvaluation("done", plan.id, completed=True))
     runs.ask(SimpleNamespace(id="old"), 0.3)
     executor.work.pop()()
     runs.ask(SimpleNamespace(id="new"), 0.3)
@@ -65,7 +65,7 @@ def test_the_pages_dry_run_is_the_one_that_others_ask_for(
     plan = services.plans.duplicate(SAMPLE, "Shared")
     services.plans.editor(plan.id).set_settings({"margin_mm": 0.45})
     plan = services.plans.get(plan.id)
-    job, executor, ran, wait = services.dry_runs.start(plan), Later(), list[Corridor](), services.jobs.wait
+    job, executor, ran, wait = services.dry_runs.start(plan), Later(), list[ShownEvaluation](), services.jobs.wait
 
     def cancelled_while_awaited(job_id: str) -> Job:
         services.jobs.cancel(job_id)
@@ -88,8 +88,8 @@ def test_a_dry_run_is_made_again_when_somebody_asks_and_with_the_options_of_the_
 ) -> None:
     plan = phantom_services.plans.duplicate(SAMPLE, "Again")
     step, asked = open_sample(phantom_services, plan.id), list[RehearsalOptions]()
-    step._judged.stored.ask = lambda plan, kept, options, before: asked.append(options)  # type: ignore[method-assign]
-    step._judged.again()
+    step._evaluations.stored.ask = lambda plan, kept, options, before: asked.append(options)  # type: ignore[method-assign]
+    step._evaluations.again()
     sections_of(step)
     sections_of(step)
     assert asked == [NO_OPTIONS]
@@ -149,7 +149,7 @@ def test_a_drag_that_never_ends_leaves_nothing_behind(phantom_services: Services
 def test_the_path_is_coloured_with_what_an_export_says(phantom_services: Services) -> None:
     step = open_sample(phantom_services)
     evaluation = phantom_services.planning.evaluate(step.plan)
-    step._judged.stored.current = Corridor("done", evaluation=evaluation)
+    step._evaluations.stored.current = ShownEvaluation("done", evaluation=evaluation)
     places, clearance = step.curve()
     samples, _ = phantom_services.planning.curve(step.plan)
     assert places is not None
@@ -160,11 +160,11 @@ def test_the_path_is_coloured_with_what_an_export_says(phantom_services: Service
 
 def test_the_verdict_names_bone_soft_tissue_and_what_the_margin_leaves_open(phantom_services: Services) -> None:
     step = open_sample(phantom_services)
-    ran: list[Corridor] = []
+    ran: list[ShownEvaluation] = []
     executor = Later()
-    corridor = DryRuns(phantom_services, executor, lambda act: (act(), ran.append(corridor.current)))
+    shown = DryRuns(phantom_services, executor, lambda act: (act(), ran.append(shown.current)))
     for margin in (0.3, 0.4):
-        corridor.ask(step.plan, margin)
+        shown.ask(step.plan, margin)
         executor.work.pop()()
     ran = [answer for answer in ran if answer.status == "done"]
     assert re.fullmatch(
@@ -275,7 +275,7 @@ def test_the_hint_says_whether_the_tool_was_stopped_or_not_driven_at_all() -> No
     said = "Not known: the dry run failed: the disk is broken"
     assert (failed.short, failed.view()["short"], failed.view()["level"]) == (said, said, "unknown")
     assert plan_hint(3, 1, "point", False, False, None, failed.short) == f"{said}."
-    assert (Corridor("computing").short, Corridor("computing").level) == ("", None)
+    assert (ShownEvaluation("computing").short, ShownEvaluation("computing").level) == ("", None)
     hint = plan_hint(3, 0, "target", False, False, clear, "Fits")  # type: ignore[arg-type]
     assert hint.startswith("Fits. Click what is to be inspected")
     assert plan_hint(3, 1, "target", False, False, clear, "Fits") == "Fits. Go to Rehearse."  # type: ignore[arg-type]
@@ -285,7 +285,7 @@ def test_the_hint_says_whether_the_tool_was_stopped_or_not_driven_at_all() -> No
 
 def test_the_scale_names_the_colour_of_what_the_tool_does_not_reach() -> None:
     def unknown(completed: bool) -> str | None:
-        scale = Corridor("done", completed=completed).view()["scale"]
+        scale = ShownEvaluation("done", completed=completed).view()["scale"]
         assert scale is not None
         assert scale["blocked"] == palette.hex_colour(palette.PIERCED)
         return scale["unknown"]

@@ -14,14 +14,14 @@ from app.planning.verdict import plan_remarks
 from app.plans.model import Plan, drive_parts
 from app.tabs.plan.clearance import ShownTool
 from app.tabs.plan.cones import Cones
-from app.tabs.plan.dry_runs import Corridor, DryRuns
+from app.tabs.plan.dry_runs import DryRuns, ShownEvaluation
 from app.tabs.plan.edited_plan import EditedPlan
 from app.tabs.plan.live_previews import LivePreviews
 from app.workspace.workspace import Workspace
 from vfix_engine.errors import PlanError
 
 
-class Judged:
+class Evaluations:
     """Asks for the runs of one client's plan. Owned by the session's thread."""
 
     def __init__(self, workspace: Workspace) -> None:
@@ -65,7 +65,7 @@ class Judged:
         off = None if registered is None else registered.off_mm(places)
         return () if off is None else tuple(zip(places, off.tolist(), strict=True))
 
-    def shown(self, edited: EditedPlan | None) -> Corridor:
+    def shown(self, edited: EditedPlan | None) -> ShownEvaluation:
         """The dry run of the points as they are shown: live while a hand drags one of the path."""
         hand = None if edited is None else edited.in_hand
         return self.stored.current if hand is None else self.live.current
