@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks import lumen_controls, lumen_gpu, report
-from benchmarks.lumen_attack import command as lumen_attack
+from benchmarks.attack.snake import command as lumen_attack
 from benchmarks.lumen_peers import NumpyQuery, literal_query
 from benchmarks.lumen_scene import JUDGED, LINKS, SEGMENTS, Scene
 from benchmarks.lumen_threads import ThreadedQuery

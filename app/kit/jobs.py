@@ -118,6 +118,7 @@ class Jobs:
         self._entries: dict[str, _Entry] = {}
         self._lanes: dict[str, deque[str]] = {}  # ids of waiting jobs by lane; a lane exists while it is busy
         self._closed = False
+        self._version = 0
         self._prompt = ThreadPoolExecutor(THREADS, thread_name_prefix="vfix-prompt-job")
         self._others = ThreadPoolExecutor(THREADS, thread_name_prefix="vfix-job")
 
@@ -149,6 +150,7 @@ class Jobs:
             known = self._jobs.get(next(equal, ""))
             if not closed and known is None:
                 self._jobs[job.id], self._entries[job.id] = job, entry
+                self._version += 1
                 self._forget_old()
                 if lane in self._lanes:
                     self._lanes[lane].append(job.id)
@@ -160,6 +162,16 @@ class Jobs:
         if closed:
             raise PlannerEnds
         return known or job
+
+    @property
+    def version(self) -> int:
+        """Number of changes so far: of jobs that were queued, have reported, or have ended."""
+        return self._version
+
+    def going_on(self) -> tuple[int, tuple[Job, ...]]:
+        """Return the version, and the jobs that wait or run in it, oldest first."""
+        with self._lock:
+            return self._version, tuple(job for job in self._jobs.values() if job.state not in ENDED)
 
     def get(self, job_id: str) -> Job:
         """Return the state of a job. Raises NotFound."""
@@ -263,6 +275,7 @@ class Jobs:
         with self._lock:
             if job_id in self._jobs:
                 self._jobs[job_id] = replace(self._jobs[job_id], **changes)  # type: ignore[arg-type]
+                self._version += 1
 
     def _find(self, job_id: str) -> Job:
         if job_id not in self._jobs:

@@ -21,7 +21,7 @@ from app.scene.view import SceneEvents, SceneView
 from app.services import Services
 from app.session.commands import SetTab
 from app.session.inbox import Inbox
-from app.session.sections import TabSection
+from app.session.sections import TabSection, jobs_section
 from app.session.view_model import ViewModel
 from app.tabs.base import Closable, Tab
 from app.tabs.registry import load, specs
@@ -62,6 +62,7 @@ class ClientSession:
         """
         self.client, self._services = client, services
         self._published = -1  # the store's changes then
+        self._jobs = services.jobs.going_on()
         self._warming, self._scene = warming, scene
         self._attached: viser.ClientHandle | None = None
         self.view_model = ViewModel()
@@ -195,6 +196,7 @@ class ClientSession:
             self._guarded(getattr(tab, name))
 
     def _tick(self) -> None:
+        self._jobs = self._services.jobs.going_on()  # first: what an ended job has stored is not shown after its end
         everything = [self.is_behind]
         for tab in self.tabs.values():
             self._guarded(lambda tab=tab: everything.append(tab.tick()))  # type: ignore[misc]
@@ -296,6 +298,7 @@ class ClientSession:
 
     def _publish(self) -> None:
         """Everything, after a request: of what has not changed only the keys are made."""
+        self._jobs = self._services.jobs.going_on()
         self._published = self._services.store.changes.count  # before anything is read
         self._publish_sections([self.workspace.case, *self._active_last()])
         self._guarded(self._draw)
@@ -339,6 +342,7 @@ class ClientSession:
             "step": Section.of(self._tab_section()),
             "scene": Section.of(scene),
             "camera": Section.of(self.workspace.camera.section()),
+            "jobs": Section(self._jobs[0], lambda: jobs_section(*self._jobs)),
         }
 
     def _draw(self) -> None:

@@ -29,6 +29,7 @@ ABANDONED_S = 600.0  # its rehearsal for so long
 CLOSE_S = 10.0  # for sessions and what they began, once the planner ends
 ENDED_S = 900.0  # and what it had selected and looked at for so long
 TICK_S = 0.02  # what changes by itself is looked at; its figures are shown at 50 Hz
+JOBS_S = 0.1  # between two looks at jobs, which may report at every step
 LOOK_S = 1.0  # between looks whether other processes have changed the store, and at what changes seldom
 
 
@@ -71,6 +72,7 @@ class ClientSessions:
         self._lock = threading.Lock()
         self._entries: dict[str, _Entry] = {}
         self._look_at, self._unread = 0.0, False
+        self._jobs_at, self._jobs_version = 0.0, 0
         self._stopped = threading.Event()
         self._clock = threading.Thread(target=self._run, name="session-clock", daemon=True)
         scene_server.on_tab_connected(self._scene_connected)
@@ -95,6 +97,7 @@ class ClientSessions:
         if look:
             self._look_at = now + LOOK_S
             self._look()
+        jobs = self._jobs_changed(now)
         with self._lock:
             entries = list(self._entries.items())
         for client, entry in entries:
@@ -102,8 +105,16 @@ class ClientSessions:
                 continue
             if not entry.connected:
                 self._wait_for(client, entry, now)
-            elif look or entry.session.lively or entry.session.is_behind:
+            elif look or jobs or entry.session.lively or entry.session.is_behind:
                 entry.session.tick()
+
+    def _jobs_changed(self, now: float) -> bool:
+        """Whether jobs have changed since the pages were last told."""
+        version = self._services.jobs.version
+        if version == self._jobs_version or now < self._jobs_at:
+            return False
+        self._jobs_at, self._jobs_version = now + JOBS_S, version
+        return True
 
     def _look(self) -> None:
         """Let the store count what other processes have changed; one that cannot be asked is logged once."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import NotRequired, TypedDict
 
+from app.kit.jobs import Job, JobKind, JobState
 from app.tabs.spec import Input
 from app.workspace.sections import CameraSection, LabelView, SceneSection
 
@@ -21,10 +22,51 @@ class TabSection(TypedDict):
     offered: NotRequired[list[str]]
 
 
+class JobEntry(TypedDict):
+    """A job that waits or runs, with the fields that REST has for it."""
+
+    id: str
+    kind: JobKind
+    case_id: str | None
+    subject: str
+    created: str
+    state: JobState
+    stage: str
+    fraction: float
+
+
+class JobsSection(TypedDict):
+    """The jobs that wait or run, whoever began them, oldest first; one that is missing has ended.
+
+    version: number of changes so far; it also tells of a job that began and ended between two messages.
+    """
+
+    version: int
+    items: list[JobEntry]
+
+
+def jobs_section(version: int, jobs: tuple[Job, ...]) -> JobsSection:
+    items: list[JobEntry] = [
+        {
+            "id": job.id,
+            "kind": job.kind,
+            "case_id": job.case_id,
+            "subject": job.subject,
+            "created": job.created,
+            "state": job.state,
+            "stage": job.stage,
+            "fraction": job.fraction,
+        }
+        for job in jobs
+    ]
+    return {"version": version, "items": items}
+
+
 class SessionSections(TypedDict, total=False):
-    """The tab, the scene with its labels, and the camera of a client."""
+    """The tab, the scene with its labels, the camera of a client, and the jobs of all."""
 
     step: TabSection
     scene: SceneSection
     camera: CameraSection
     labels: list[LabelView]
+    jobs: JobsSection

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from lumen_shapes import arc
 
-from benchmarks.lumen_attack.judge import Judge
+from benchmarks.attack.snake.judge import Judge
 from vfix_engine.pathway.pathway import TissueMotion
 from vfix_engine.pathway.tissue_motion import breathing, peristalsis
 from vfix_engine.robots.snake import SnakeModel
@@ -102,7 +102,7 @@ def seen(system: SnakeSystem, state: SnakeState) -> SnakeDrive:
 
 
 def judged(system: SnakeSystem, first: SnakeState, states: Iterable[SnakeState]) -> Verdicts:
-    """As benchmarks/lumen_attack does: kinematics and depths as printed, every vertex against every segment."""
+    """As benchmarks/attack/snake does: kinematics and depths as printed, every vertex against every segment."""
     before, violations, disagreements, deepest, fastest = first, 0, 0, -np.inf, 0.0
     judge = Judge(system.constants.snake, system.constants.query.vertices)
     for now in states:

@@ -2,6 +2,7 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 import { layOutPage } from "./page.js";
 import { JobList, jobWords } from "../../app/web/js/job-list.js";
+import { jobWatch } from "../../app/web/js/jobs.js";
 
 const job = (fields) => ({ id: "job-1", kind: "import", subject: "Block", state: "running", stage: "Reading the file", fraction: 0.254, ...fields });
 
@@ -18,7 +19,6 @@ test("one that waits has no share, and a name that cannot be used is left out", 
 test("a job stands in the first list that holds it, and each change is told", () => {
   const { document } = layOutPage();
   Object.assign(document, { createElement: () => ({ append: () => {} }) });
-  Object.assign(globalThis, { setInterval: () => 0, fetch: async () => new Response("[]") });
   const list = new JobList(() => {});
   const filled = new Map();
   list.fill = (element, items) => filled.set(element, items.map(({ id }) => id));
@@ -28,4 +28,19 @@ test("a job stands in the first list that holds it, and each change is told", ()
   for (const one of [job({}), job({ id: "job-2", kind: "segmentation" }), job({ id: "job-3", kind: "segmentation" })]) list.show(one);
   assert.deepEqual([mine, segmentations, list.element].map((element) => filled.get(element)), [["job-2"], ["job-3"], ["job-1"]]);
   assert.equal(changes, 3);
+});
+
+test("jobs that somebody began are found once when the page is loaded, and then while the list is shown", () => {
+  const { document } = layOutPage();
+  Object.assign(document, { createElement: () => ({ append: () => {} }) });
+  Object.assign(jobWatch, { heard: 0, items: [] });
+  const list = new JobList(() => {});
+  const found = [];
+  list.watch = ({ id }) => found.push(id);
+  jobWatch.hear([job({}), job({ id: "job-2", kind: "islands" })]);
+  jobWatch.hear([job({ id: "job-3" })]);
+  assert.deepEqual(found, ["job-1"]);
+  Object.assign(list.element, { isConnected: true });
+  list.look();
+  assert.deepEqual(found, ["job-1", "job-3"]);
 });

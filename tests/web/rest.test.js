@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { afterEach, test } from "node:test";
-import { PlannerError, finished, goesOn, jobs, missing, post, remove, wasCancelled } from "../../app/web/js/rest.js";
+import { PlannerError, missing, post, remove, wasCancelled } from "../../app/web/js/rest.js";
 
 const real = globalThis.fetch;
 afterEach(() => { globalThis.fetch = real; });
@@ -15,7 +15,6 @@ function answering(...answers) {
 }
 
 const json = (body, status = 200) => new Response(JSON.stringify(body), { status });
-const job = (fields) => ({ id: "job-1", state: "running", stage: "reading", fraction: 0.5, result: null, error: null, ...fields });
 
 test("an error has the planner's words, code and what is missing", async () => {
   answering(json({ error: { code: "frame_error", message: "name the frame.", details: { missing: ["frame"] } } }, 400));
@@ -41,33 +40,8 @@ test("204 is null", async () => {
   assert.equal(await remove("/api/v1/x"), null);
 });
 
-test("a job is watched until it is done", async () => {
-  const seen = [];
-  const asked = answering(json(job({ fraction: 0.9 })), json(job({ state: "done", result: "case-1" })));
-  const done = await finished(job({ state: "queued" }), (now) => seen.push(now.fraction), 1);
-  assert.equal(done.result, "case-1");
-  assert.deepEqual(seen, [0.5, 0.9]);
-  assert.deepEqual(asked, [["GET", "/api/v1/jobs/job-1"], ["GET", "/api/v1/jobs/job-1"]]);
-});
-
-test("a job that fails throws what the planner says", async () => {
-  const failed = job({ state: "failed", error: { code: "frame_error", message: "name the unit.", details: { missing: ["unit"] } } });
-  const error = await finished(failed, () => {}, 1).catch((reason) => reason);
-  assert.deepEqual([error.message, missing(error)], ["name the unit.", ["unit"]]);
-});
-
-test("a job that was cancelled is no failure of the file", async () => {
-  const cancelled = job({ state: "cancelled", error: { code: "job_cancelled", message: "The work was cancelled.", details: null } });
-  answering(json(cancelled));
-  const error = await finished(job({}), () => {}, 1).catch((reason) => reason);
-  assert.equal(wasCancelled(error), true);
+test("a job that was cancelled is no failure of the file", () => {
+  assert.equal(wasCancelled(new PlannerError({ code: "job_cancelled", message: "The work was cancelled.", details: null })), true);
   assert.equal(wasCancelled(new PlannerError({ code: "frame_error", message: "", details: null })), false);
   assert.equal(wasCancelled(null), false);
-});
-
-test("jobs that wait or run go on, the others do not", async () => {
-  const states = ["queued", "running", "done", "failed", "cancelled"];
-  const asked = answering(json(states.map((state) => job({ state }))));
-  assert.deepEqual((await jobs()).map(goesOn), [true, true, false, false, false]);
-  assert.deepEqual(asked, [["GET", "/api/v1/jobs"]]);
 });

@@ -1,5 +1,6 @@
 // What of a threshold is kept, shown while it is chosen: at half resolution at once, in full when the hand rests.
-import { finished, post, remove } from "/static/js/rest.js";
+import { finished } from "/static/js/jobs.js";
+import { post, remove } from "/static/js/rest.js";
 import { thresholdPreview } from "/static/js/threshold-preview.js";
 
 /** @import { JobPublic } from "/static/js/types.js" */
@@ -79,7 +80,7 @@ export class IslandPreview {
         return;
       }
       this.job = job.id;
-      const done = await finished(job, () => {}, 150);
+      const done = await finished(job, () => {});
       if (key === this.key) await this.show(await fetch(`${addressOf(caseId)}/${encodeURIComponent(done.result ?? "")}`, { credentials: "same-origin" }), key, "");
     } catch (error) {
       if (key === this.key) this.fail(error);

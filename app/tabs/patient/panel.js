@@ -15,7 +15,7 @@ import { StructuresGroup } from "./structures.js";
 /** @import { Question } from "/static/js/dialogs.js" */
 /** @import { SeriesFacts } from "/static/js/rest.js" */
 /** @import { Found } from "./files-in.js" */
-/** @import { CaseEntry, CaseSection, ImportAnswer, JobPublic, ViewModel } from "/static/js/types.js" */
+/** @import { CaseEntry, CaseSection, ImportAnswer, JobEntry, JobPublic, ViewModel } from "/static/js/types.js" */
 
 // What a file may leave unsaid, by the word that the planner has for it.
 /** @type {Record<string, Question>} */
@@ -98,6 +98,7 @@ export default class PatientPanel {
     this.overlays.update(state);
     this.segment.update(state.case, state.slices?.cross);
     this.paint.update(state);
+    this.jobs.look();
     this.changedCases([state.cases, this.showDeleted.checked, state.case?.id], () => this.renderCases(state));
   }
 
@@ -232,7 +233,7 @@ export default class PatientPanel {
 
   /**
    * What came of a job: a new head, a question, or why there is none. What a dry run gives, the Plan tab shows.
-   * @param {JobPublic} job
+   * @param {JobEntry & Partial<JobPublic>} job
    * @param {unknown} error
    */
   async ended(job, error) {
@@ -276,7 +277,7 @@ export default class PatientPanel {
 
   /**
    * Answer what an import's file does not say; the file stays with the planner. Throws what is no such question.
-   * @param {JobPublic} job
+   * @param {JobEntry} job
    * @param {string} name
    * @param {unknown} error
    */

@@ -90,7 +90,6 @@ export class BeadsGroup {
       const wish = { diameter_mm: heldNumber(this.diameter), threshold_hu: heldNumber(this.threshold) };
       const found = await this.work.run(`/api/v1/registrations/${encodeURIComponent(registration.id)}/beads`, wish);
       if (found === null) note("The search for beads was cancelled; what was found before stays.");
-      await this.connection.request("registration.look");
     } catch (error) {
       note(/** @type {Error} */ (error).message, { error: true });
     } finally {

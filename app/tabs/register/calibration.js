@@ -94,7 +94,7 @@ export class CalibrationGroup {
   }
 
   /**
-   * Do something that changes the registration, and look at it again.
+   * Do something that changes the registration.
    * @template Answer
    * @param {string} what goes on
    * @param {() => Promise<Answer>} act
@@ -104,9 +104,7 @@ export class CalibrationGroup {
     if (!this.registration || this.busy) return null;
     this.say(what === "swing" ? this.swung(SWUNG_S) : "One moment …");
     try {
-      const answer = await act();
-      await this.connection.request("registration.look");
-      return answer;
+      return await act();
     } catch (error) {
       note(/** @type {Error} */ (error).message, { error: true });
       return null;

@@ -14,12 +14,6 @@ class OpenRegistration(Command):
     registration_id: Identifier
 
 
-class LookAgain(Command):
-    """Read the open registration anew, after a request that changed it on another way."""
-
-    type: Literal["registration.look"]
-
-
 class ShowBead(Command):
     """Bring the slices to a found bead."""
 
@@ -54,7 +48,6 @@ class UseRegistration(Command):
 
 COMMANDS: tuple[type[Command], ...] = (
     OpenRegistration,
-    LookAgain,
     ShowBead,
     SelectPair,
     MatchOrder,

@@ -132,7 +132,6 @@ export class PointsGroup {
     this.update(registration, this.pointer);
     try {
       const answer = await send(`/api/v1/registrations/${encodeURIComponent(registration.id)}/pairs/${encodeURIComponent(pairId)}/measure`, {});
-      await this.connection.request("registration.look");
       note(`Measured; the tip was still within ${mm(answer.spread_mm, 2)} rms.`);
     } catch (error) {
       note(/** @type {Error} */ (error).message, { error: true });
@@ -152,7 +151,6 @@ export class PointsGroup {
       /** @type {RegistrationPublic} */
       const read = await upload(`/api/v1/registrations/${encodeURIComponent(this.registration.id)}/measured`, form, () => {});
       if (read.told) note(read.told, { stay: true });
-      await this.connection.request("registration.look");
       note("The points were read. Check that each belongs to its bead, or press ‘Match order’.");
     } catch (error) {
       note(/** @type {Error} */ (error).message, { error: true });

@@ -1,9 +1,10 @@
 // Refining on a surface: points touched on bone, the refinement as a job, and what it says and does not say.
 import { fillOptions, group, h, whenChanged } from "/static/js/dom.js";
 import { folding } from "/static/js/folding.js";
+import { finished } from "/static/js/jobs.js";
 import { note } from "/static/js/dialogs.js";
 import { heldNumber, ownNumber } from "/static/js/fields.js";
-import { finished, post, remove, send, upload } from "/static/js/rest.js";
+import { post, remove, send, upload } from "/static/js/rest.js";
 import { field } from "./beads.js";
 import { RecordButton } from "./record.js";
 import { refinementRows, touchedWords } from "./words.js";
@@ -11,7 +12,6 @@ import { refinementRows, touchedWords } from "./words.js";
 /** @import { Connection } from "/static/js/connection.js" */
 /** @import { JobPublic, RegistrationSection, StructureEntry, TrackerView } from "/static/js/types.js" */
 
-const EVERY_MS = 250;
 const WHAT = "Points touched on bone, over edges and on several sides, are moved onto the bone of the CT. The registration has to be right within some millimetres before.";
 
 export class SurfaceGroup {
@@ -88,7 +88,7 @@ export class SurfaceGroup {
   }
 
   /**
-   * Do something that takes a while, then look again; what it cannot do is told.
+   * Do something that takes a while; what it cannot do is told.
    * @param {string} words
    * @param {() => Promise<unknown>} work
    */
@@ -98,7 +98,6 @@ export class SurfaceGroup {
     this.again();
     try {
       await work();
-      await this.connection.request("registration.look");
     } catch (error) {
       note(/** @type {Error} */ (error).message, { error: true });
     } finally {
@@ -113,7 +112,7 @@ export class SurfaceGroup {
 
   /** @param {JobPublic} job */
   async watch(job) {
-    await finished(job, ({ stage }) => { this.busy = `${stage} …`; this.again(); }, EVERY_MS);
+    await finished(job, ({ stage }) => { this.busy = `${stage} …`; this.again(); });
   }
 
   touch() {

@@ -82,8 +82,6 @@ class RegisterTab(Tab):
             case c.OpenRegistration():
                 self._check_own(command.registration_id)
                 self._open = OpenRegistration(self._services, command.registration_id)
-            case c.LookAgain():
-                pass
             case c.UseRegistration():
                 self._use(command.used)
             case c.SelectPair():

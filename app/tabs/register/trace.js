@@ -89,7 +89,6 @@ export class TraceGroup {
     try {
       const traced = await work();
       [this.told, this.toldOf, this.toldBy, this.path] = [`${traced.words} Undo in Plan takes it back.`, traced.plan.id, id, traced.path];
-      await this.connection.request("registration.look");
     } catch (error) {
       note(/** @type {Error} */ (error).message, { error: true });
     } finally {

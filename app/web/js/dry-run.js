@@ -1,16 +1,12 @@
 // The dry run of the open plan: its verdict, how far a run is, and a button that cancels it.
 import { h, whenChanged } from "./dom.js";
 import { sentence } from "./format.js";
-import { goesOn, jobNow, remove } from "./rest.js";
+import { remove } from "./rest.js";
 
 /** @import { Connection } from "./connection.js" */
-/** @import { EvaluationSection, JobPublic, VerdictPart } from "./types.js" */
+/** @import { EvaluationSection, VerdictPart } from "./types.js" */
 
 const QUIET_MS = 400; // a run that ends sooner shows no bar
-const LOOK_MS = 300;
-
-/** @param {number} ms */
-const pause = (ms) => new Promise((resolve) => { setTimeout(resolve, ms); });
 
 /**
  * Whether the verdict and plot are of an earlier path, or of an earlier place of the hand that drags a point.
@@ -37,6 +33,8 @@ export class DryRun {
     this.changed = whenChanged();
     /** @type {string | null} */
     this.job = null;
+    /** @type {ReturnType<typeof setTimeout> | undefined} until the bar of that job may be shown */
+    this.quiet = undefined;
     this.connection = connection;
     this.verdict = h("p", { class: "words", id });
     this.moreWords = h("p", { class: "words" });
@@ -58,6 +56,7 @@ export class DryRun {
       this.again.hidden = !corridor?.cancelled;
       this.follow(corridor?.job ?? null);
     });
+    this.show();
   }
 
   /**
@@ -106,25 +105,21 @@ export class DryRun {
    * Show how far a job is, until it has ended or another one is followed.
    * @param {string | null} job its id; null where none runs
    */
-  async follow(job) {
+  follow(job) {
     if (job === this.job) return;
     this.job = job;
-    this.progress.hidden = true;
     this.cancelButton.disabled = false;
-    if (!job) return;
-    await pause(QUIET_MS);
-    while (this.job === job) {
-      const now = this.connection.connected === false ? null : await jobNow(job).catch(() => null); // a lost planner is not asked
-      if (this.job !== job) return;
-      this.show(now);
-      if (now && !goesOn(now)) return;
-      await pause(LOOK_MS);
-    }
+    clearTimeout(this.quiet);
+    this.quiet = setTimeout(() => {
+      this.quiet = undefined;
+      this.show();
+    }, QUIET_MS);
   }
 
-  /** @param {JobPublic | null} now null while the planner does not say */
-  show(now) {
-    this.progress.hidden = !now || !goesOn(now);
+  /** How far the job is, from when on it may be shown. */
+  show() {
+    const now = this.quiet === undefined && this.connection.state.jobs?.items.find(({ id }) => id === this.job);
+    this.progress.hidden = !now;
     if (!now) return;
     const percent = `${Math.round(now.fraction * 100)} %`;
     this.stage.textContent = now.state === "queued" ? "Waiting for another one" : `${sentence(now.stage).replace(/\.$/, "")}, ${percent}`;

@@ -1,11 +1,10 @@
 // A job that is followed in place, beside the button that began it.
 import { h } from "./dom.js";
 import { sentence } from "./format.js";
-import { finished, remove, send, wasCancelled } from "./rest.js";
+import { finished } from "./jobs.js";
+import { remove, send, wasCancelled } from "./rest.js";
 
-/** @import { JobPublic } from "./types.js" */
-
-const EVERY_MS = 250;
+/** @import { JobEntry, JobPublic } from "./types.js" */
 
 /** A job that is followed, with its stage, a bar and a button that cancels it. */
 export class JobLine {
@@ -36,7 +35,7 @@ export class JobLine {
     this.job = job.id;
     this.cancelButton.disabled = false;
     try {
-      return (await finished(job, (now) => this.show(now), EVERY_MS)).result;
+      return (await finished(job, (now) => this.show(now))).result;
     } catch (error) {
       if (wasCancelled(error)) return null;
       throw error;
@@ -46,7 +45,7 @@ export class JobLine {
     }
   }
 
-  /** @param {JobPublic} now */
+  /** @param {JobEntry} now */
   show(now) {
     const percent = `${Math.round(now.fraction * 100)} %`;
     this.element.hidden = false;

@@ -1,18 +1,18 @@
 // What the planner works at: its jobs with stage, fraction and a button that cancels.
 import { h, keyed } from "./dom.js";
-import { finished, goesOn, jobs, remove } from "./rest.js";
+import { finished, jobWatch } from "./jobs.js";
+import { remove } from "./rest.js";
 
 /** @import { Row } from "./dom.js" */
-/** @import { JobPublic } from "./types.js" */
+/** @import { JobEntry, JobPublic } from "./types.js" */
 
-const LOOK_MS = 2000;
 /**
  * What is shown: work that somebody waits for.
- * @type {Partial<Record<JobPublic["kind"], string>>}
+ * @type {Partial<Record<JobEntry["kind"], string>>}
  */
 const KINDS = { import: "Import", structures: "Import", overlay: "Import", dry_run: "Dry run", segmentation: "Segmentation" };
 
-/** @param {JobPublic} job */
+/** @param {JobEntry} job */
 export function jobWords({ kind, subject, state, stage, fraction }) {
   const now = state === "queued" ? "waiting for another one" : `${stage}, ${Math.round(fraction * 100)} %`;
   return `${[KINDS[kind], subject && `‘${subject}’`].filter(Boolean).join(" ")}: ${now}`;
@@ -23,22 +23,22 @@ export function jobWords({ kind, subject, state, stage, fraction }) {
  * `ended(job, error)` is called once for each when it has ended, with what it failed with or was cancelled by.
  */
 export class JobList extends EventTarget {
-  /** @param {(job: JobPublic, error: unknown) => unknown} ended */
+  /** @param {(job: JobEntry & Partial<JobPublic>, error: unknown) => unknown} ended */
   constructor(ended) {
     super();
     this.ended = ended;
-    /** @type {{ holds: (job: JobPublic) => boolean, element: HTMLElement }[]} */
+    /** @type {{ holds: (job: JobEntry) => boolean, element: HTMLElement }[]} */
     this.others = [];
-    /** @type {Map<string, JobPublic>} by id, as last reported */
+    /** @type {Map<string, JobEntry>} by id, as last reported */
     this.jobs = new Map();
     this.element = h("ul", { class: "jobs", hidden: true });
-    setInterval(() => this.look(), LOOK_MS);
+    jobWatch.addEventListener("change", () => this.look());
     this.look();
   }
 
   /**
    * A list of its own for some of the jobs, beside the button that begins them; a job is in the first that holds it.
-   * @param {(job: JobPublic) => boolean} holds
+   * @param {(job: JobEntry) => boolean} holds
    */
   beside(holds) {
     const element = h("ul", { class: "jobs", hidden: true });
@@ -47,23 +47,20 @@ export class JobList extends EventTarget {
   }
 
   /** Find jobs that somebody began, while the list can be seen or nothing is known yet. */
-  async look() {
+  look() {
     if (this.looked && !this.element.isConnected) return;
-    try {
-      for (const job of await jobs()) if (KINDS[job.kind] && goesOn(job)) this.watch(job);
-      this.looked = true;
-    } catch {
-      // the planner is away, which the page's banner says; the next look finds what goes on
-    }
+    for (const job of jobWatch.items) if (KINDS[job.kind]) this.watch(job);
+    this.looked = jobWatch.heard > 0;
   }
 
   /**
    * Show a job until it has ended.
-   * @param {JobPublic} job
+   * @param {JobEntry} job
    */
   async watch(job) {
     if (this.jobs.has(job.id)) return;
     this.show(job);
+    /** @type {JobEntry & Partial<JobPublic>} */
     let done = job;
     /** @type {unknown} */
     let failure = null;
@@ -77,7 +74,7 @@ export class JobList extends EventTarget {
     await this.ended(done, failure);
   }
 
-  /** @param {JobPublic} job */
+  /** @param {JobEntry} job */
   show(job) {
     this.jobs.set(job.id, job);
     this.render();
@@ -96,7 +93,7 @@ export class JobList extends EventTarget {
 
   /**
    * @param {HTMLElement} list
-   * @param {JobPublic[]} items
+   * @param {JobEntry[]} items
    */
   fill(list, items) {
     list.hidden = !items.length;
@@ -108,8 +105,8 @@ export class JobList extends EventTarget {
   }
 
   /**
-   * @param {JobPublic} job
-   * @returns {Row<JobPublic>}
+   * @param {JobEntry} job
+   * @returns {Row<JobEntry>}
    */
   row(job) {
     const button = h("button", { type: "button", "data-tool": "cancel" }, "Cancel");

@@ -5,6 +5,7 @@ import { clearErrors, note } from "./dialogs.js";
 import { FirstTask } from "./first-task.js";
 import { pacing } from "./frame-pacing.js";
 import { Help } from "./help.js";
+import { jobWatch } from "./jobs.js";
 import { Keys, letGoOfEverything } from "./keys.js";
 import { Layouts } from "./layout.js";
 import { loadPanel } from "./panel.js";
@@ -41,6 +42,7 @@ class Page {
     this.changedTitle = whenChanged();
     this.changedPlace = whenChanged();
     this.connection.on("hello", ({ steps }) => this.changedTabs([steps], () => this.offer(steps)));
+    jobWatch.follow(this.connection);
     this.connection.on("state", () => this.schedule());
     this.connection.on("link", (link) => this.link(link));
     for (const name of /** @type {("refused" | "anew")[]} */ (["refused", "anew"])) {

@@ -93,14 +93,6 @@ export function remove(path) {
 }
 
 /**
- * The jobs that the planner remembers, oldest first: what waits and runs, and what ended lately.
- * @returns {Promise<JobPublic[]>}
- */
-export function jobs() {
-  return call("/api/v1/jobs");
-}
-
-/**
  * How far a job is.
  * @param {string} id
  * @returns {Promise<JobPublic>}
@@ -110,36 +102,11 @@ export function jobNow(id) {
 }
 
 /**
- * Whether a job waits or runs.
- * @param {JobPublic} job
- */
-export function goesOn(job) {
-  return job.state === "queued" || job.state === "running";
-}
-
-/**
  * Whether somebody cancelled the job that failed so.
  * @param {unknown} error
  */
 export function wasCancelled(error) {
   return error instanceof PlannerError && error.code === "job_cancelled";
-}
-
-/**
- * Watch a job until it is done; throws what it failed with, and for a cancelled one what `wasCancelled` tells.
- * @param {JobPublic} job
- * @param {(job: JobPublic) => void} onProgress
- * @param {number} [everyMs]
- */
-export async function finished(job, onProgress, everyMs = 300) {
-  let now = job;
-  while (goesOn(now)) {
-    onProgress(now);
-    await new Promise((resolve) => { setTimeout(resolve, everyMs); });
-    now = await jobNow(now.id);
-  }
-  if (now.state === "done") return now;
-  throw now.error ? new PlannerError(now.error) : new Error("The planner says that this failed, and not why.");
 }
 
 /**

@@ -33,6 +33,28 @@ export interface LabelView {
 }
 
 /**
+ * The jobs that wait or run, whoever began them, oldest first; one that is missing has ended.
+ *
+ * version: number of changes so far; it also tells of a job that began and ended between two messages.
+ */
+export interface JobsSection {
+  version: number;
+  items: JobEntry[];
+}
+
+/** A job that waits or runs, with the fields that REST has for it. */
+export interface JobEntry {
+  id: string;
+  kind: "import" | "structures" | "dry_run" | "run" | "suggestion" | "tools" | "segmentation" | "islands" | "overlay" | "beads" | "refinement";
+  case_id: string | null;
+  subject: string;
+  created: string;
+  state: "queued" | "running" | "done" | "failed" | "cancelled";
+  stage: string;
+  fraction: number;
+}
+
+/**
  * The open case; loading: what is being read, None when all of it is there.
  *
  * window: width and centre of grey values that the scanner's files suggest, None where they do not.
@@ -1458,6 +1480,7 @@ export interface ViewModel {
   driven?: ItemsSection | null;
   fiducials?: FiducialsSection;
   instruments?: InstrumentsSection;
+  jobs?: JobsSection;
   labels?: LabelView[];
   options?: OptionsSection;
   painted?: LabelsSection;
@@ -1738,7 +1761,6 @@ export interface Commands {
     locked: boolean;
     revision?: number | null;
   };
-  "registration.look": {};
   "registration.new": {
     name?: string | null;
     to?: "patient" | "base" | null;

@@ -271,10 +271,10 @@ def test_what_was_touched_is_shown_with_what_judges_it(opened: Opened) -> None:
     assert (registration["anatomy"], registration["touched"]) == ("Bone", None)
     job = opened.services.refining.start_touch(registration["id"], count=40, seed=1)
     assert opened.services.jobs.wait(job.id, 120.0).state == "done"
-    touched = opened.do("registration.look")["registration"]["touched"]
+    touched = opened.shown()["registration"]["touched"]
     assert touched == {"structure": "bone", "count": 40, "measured_from": "simulated", "refinement": None}
     opened.services.refining.refine(registration["id"])
-    refined = opened.do("registration.look")["registration"]
+    refined = opened.shown()["registration"]
     assert (refined["made_from"], refined["fit"]["state"], refined["errors"]["rows"]) == ("surface", "refined", [])
     assert refined["touched"]["refinement"]["kept"] == 30
     assert refined["fit"]["fre_mm"] > 0.0

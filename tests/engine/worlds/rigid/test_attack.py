@@ -14,8 +14,8 @@ import coal
 import numpy as np
 import pytest
 
-from benchmarks.attack.arenas import BUILDERS
-from benchmarks.attack.campaign import Campaign
+from benchmarks.attack.rigid.arenas import BUILDERS
+from benchmarks.attack.rigid.episodes import RigidCampaign
 from benchmarks.certify import summary
 from vfix_engine.control import Controller, qp
 from vfix_engine.virtual_fixtures import StepState
@@ -30,7 +30,7 @@ HEAD_SEED = 2  # of the real head: a run that leans on bone, in a space that is 
 def attacked() -> list[dict[str, Any]]:
     """What the attack found in every scene but the real head."""
     names = [name for name in BUILDERS if name != REAL_HEAD]
-    return [Campaign(name, SEED, HEAD_STEPS if name == PHANTOM else STEPS, coal).run() for name in names]
+    return [RigidCampaign(name, SEED, HEAD_STEPS if name == PHANTOM else STEPS, coal).run() for name in names]
 
 
 def assert_promises_kept(total: dict[str, Any]) -> None:
@@ -56,7 +56,7 @@ def test_no_accepted_motion_breaks_what_is_promised(attacked: list[dict[str, Any
 
 
 def test_no_accepted_motion_in_the_real_head_breaks_what_is_promised(trial_data: object) -> None:
-    total = summary([Campaign(REAL_HEAD, HEAD_SEED, HEAD_STEPS, coal).run()], 0.0)
+    total = summary([RigidCampaign(REAL_HEAD, HEAD_SEED, HEAD_STEPS, coal).run()], 0.0)
     assert_promises_kept(total)
     assert (total["steps"], total["scenes"]) == (HEAD_STEPS, 1)
     assert total["moved"] > 200
@@ -79,9 +79,9 @@ def test_the_attack_is_one(attacked: list[dict[str, Any]]) -> None:
 
 def test_the_same_seed_makes_the_same_motions() -> None:
     """HAZ-13."""
-    hashes = {Campaign("soup", 3, 400, None).run()["hash"] for _ in range(3)}
+    hashes = {RigidCampaign("soup", 3, 400, None).run()["hash"] for _ in range(3)}
     assert len(hashes) == 1
-    assert hashes != {Campaign("soup", 4, 400, None).run()["hash"]}
+    assert hashes != {RigidCampaign("soup", 4, 400, None).run()["hash"]}
 
 
 Certify = Callable[[StepState, np.ndarray], StepState | None]
@@ -163,7 +163,7 @@ def no_speed(controller: Controller, honest: Certify) -> Certify:
 def test_a_broken_certificate_is_found_out(
     broken: Callable[[Controller, Certify], Certify], scene: str, assault: str, what: str
 ) -> None:
-    found = Campaign(scene, 1, 800, coal, sabotage=with_certificate(broken), assaults=(assault,)).run()
+    found = RigidCampaign(scene, 1, 800, coal, sabotage=with_certificate(broken), assaults=(assault,)).run()
     assert found[what] > 0
     assert found["failures"]
     assert not summary([found], 0.0)["correct"]

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmarks.attack.bodies import Judges
+from benchmarks.attack.rigid.bodies import Judges
 from tests.engine.scenes import curved_tube, straight_scene, wall
 from vfix_engine import Simulation
 from vfix_engine.control import Controller, ControlSettings, StepRequest, qp

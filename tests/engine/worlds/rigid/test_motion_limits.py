@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from benchmarks.attack.limits import MotionJudge, braking_way
+from benchmarks.attack.rigid.limits import MotionJudge, braking_way
 from tests.engine.scenes import curved_tube, placed_scene, straight_scene, wall
 from vfix_engine.control import ControlSettings
 from vfix_engine.control.admittance import slew_limited

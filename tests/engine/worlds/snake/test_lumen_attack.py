@@ -14,26 +14,30 @@ import numpy as np
 import pytest
 from lumen_shapes import straight
 
-from benchmarks.lumen_attack.campaign import Campaign
-from benchmarks.lumen_attack.command import SUMMED, summary
-from benchmarks.lumen_attack.hands import HANDS
-from benchmarks.lumen_attack.lies import LIES
-from benchmarks.lumen_attack.watch import Motion, Tally, Watch
+from benchmarks.attack import command
+from benchmarks.attack.snake.episodes import SnakeCampaign
+from benchmarks.attack.snake.hands import HANDS
+from benchmarks.attack.snake.lies import LIES
+from benchmarks.attack.snake.watch import Motion, SnakeTally, Watch
 from vfix_engine.pathway.limits.limits import Configuration, LinksAt, MotionVerdict
 from vfix_engine.robots.snake import SnakeModel
-from vfix_engine.worlds.snake.command import SnakeCommand
-from vfix_engine.worlds.snake.constants import SnakeCertificate
+from vfix_engine.runtime.command import Command
+from vfix_engine.worlds.snake.constants import SnakeCertificate, start_of
+from vfix_engine.worlds.snake.script import ScriptSystem
 from vfix_engine.worlds.snake.settings import DriveSettings
-from vfix_engine.worlds.snake.snake_drive import SnakeDrive
 from vfix_engine.worlds.snake.state import SnakeState
 
 SCENES = ("helix", "narrow", "lobes", "hairpin", "breathing bend", "squeezing helix")
 STEPS, SEED = 100, 20261124
 
 
+def summary(scenes: list[dict[str, Any]]) -> dict[str, Any]:
+    return command.summary(scenes, 0.0, SnakeTally())
+
+
 @pytest.fixture(scope="module")
 def total() -> dict[str, Any]:
-    return summary([Campaign(name, SEED, STEPS, longest=30).run() for name in SCENES], 0.0)
+    return summary([SnakeCampaign(name, SEED, STEPS, longest=30).run() for name in SCENES])
 
 
 def test_no_accepted_motion_breaks_what_is_promised(total: dict[str, Any]) -> None:
@@ -58,24 +62,24 @@ def test_the_attack_is_one(total: dict[str, Any]) -> None:
     assert {"control: parameterised", "control: qp"} <= set(used)
     assert len(set(used) & set(HANDS)) >= 8
     assert {f"lie: {name}" for name in LIES} & set(used)
-    assert set(SUMMED) <= set(total)
+    assert set(vars(SnakeTally())) <= set(total)
 
 
 def test_the_same_seed_makes_the_same_motions() -> None:
     """HAZ-13."""
-    hashes = [Campaign("helix", seed, 25, longest=10, replays=0.0).run()["hash"] for seed in (3, 3, 4)]
+    hashes = [SnakeCampaign("helix", seed, 25, longest=10, replays=0.0).run()["hash"] for seed in (3, 3, 4)]
     assert hashes[0] == hashes[1] != hashes[2]
 
 
-def replaced(broken: Callable[..., MotionVerdict]) -> Callable[[SnakeDrive], None]:
+def replaced(broken: Callable[..., MotionVerdict]) -> Callable[[ScriptSystem], None]:
     """A sabotage that puts another certificate in the place of both of the drive's."""
 
-    def sabotage(drive: SnakeDrive) -> None:
+    def sabotage(system: ScriptSystem) -> None:
         for name in ("limits", "distal_limits"):
-            honest: SnakeCertificate = getattr(drive.constants, name)
+            honest: SnakeCertificate = getattr(system.constants, name)
             other: Any = type("Broken", (), {"certify": lambda _, *motion, of=honest: broken(of, *motion)})()
-            drive.constants = replace(drive.constants, **{name: other})
-        LIES["control"](drive, np.random.default_rng(1))
+            system.constants = replace(system.constants, **{name: other})
+        LIES["control"](system, np.random.default_rng(1))
 
     return sabotage
 
@@ -95,26 +99,24 @@ def told_too_little(honest: SnakeCertificate, state: LinksAt, motion: Configurat
 
 @pytest.mark.parametrize(("broken", "seen"), [(lax, "violations"), (told_too_little, "disagreements")])
 def test_a_broken_certificate_is_found_out(broken: Callable[..., MotionVerdict], seen: str) -> None:
-    found = Campaign("helix", 1, 60, replaced(broken), ("into the wall",), replays=0.0).run()
+    found = SnakeCampaign("helix", 1, 60, replaced(broken), ("into the wall",), replays=0.0).run()
     assert found[seen] > 0
-    assert not summary([found], 0.0)["correct"]
+    assert not summary([found])["correct"]
 
 
 def test_a_way_through_the_wall_is_found_out() -> None:
     """Both ends are within the bounds; between them the base swings round, outside of the tube."""
     settings = DriveSettings(vertices_per_link=30, bound_mm=20.0, tip_bound_mm=20.0)
-    drive = SnakeDrive(SnakeModel(5), straight(260.0, contours=14), settings, tip_s=160.0)
-    tally, base, q = Tally(), drive.state.base, np.zeros(10)
-    watch = Watch(tally, drive, "", 0.0, 0)
+    start = start_of(SnakeModel(5), straight(260.0, contours=14), settings, tip_s=160.0, plans_here=True)
+    tally, state, q = SnakeTally(), start.state, np.zeros(10)
+    watch, base = Watch(tally, ScriptSystem(start), "", 0.0, 0), state.base
     cosine, sine = np.cos(2.98), np.sin(2.98)
     turn = np.array([[cosine, 0.0, sine, 0.0], [0.0, 1.0, 0.0, 0.0], [-sine, 0.0, cosine, 0.0], [0.0, 0.0, 0.0, 1.0]])
     end = base @ turn
     end[:3, 3] = base[:3, 3] + 150.0 * base[:3, 2]
     back = np.tile([0.0, 0.03], 5)
-    windows = np.tile([0, len(drive.state.packed.rows)], (5, 1))
-    motion = Motion(
-        0, drive.state.packed, windows, np.ones(5, dtype=bool), Configuration(base, q), Configuration(end, back)
-    )
+    windows = np.tile([0, len(state.packed.rows)], (5, 1))
+    motion = Motion(0, state.packed, windows, np.ones(5, dtype=bool), Configuration(base, q), Configuration(end, back))
     watch._replay([motion], [(q, base, q, base)], False)
     assert (tally.replayed, tally.replay_hits) == (1, 0)
     watch._replay([motion], [(q, base, back, end)], False)
@@ -123,19 +125,18 @@ def test_a_way_through_the_wall_is_found_out() -> None:
 
 
 def test_a_motion_that_nobody_judged_is_found_out() -> None:
-    def sabotage(drive: SnakeDrive) -> None:
-        part: Any = drive
+    def sabotage(system: ScriptSystem) -> None:
+        part: Any = system
         honest = part.step
 
-        def drifting(command: SnakeCommand, dt: float) -> SnakeState:
-            state = honest(command, dt)
+        def drifting(before: SnakeState, command: Command) -> SnakeState:
+            state: SnakeState = honest(before, command)
             q = state.q.copy()
             q[-1] *= 0.9999
-            drive.state = state._replace(pose=state.pose._replace(q=q))
-            return drive.state
+            return state._replace(pose=state.pose._replace(q=q))
 
         part.step = drifting
 
-    found = Campaign("helix", 2, 60, sabotage, ("pushing",)).run()
+    found = SnakeCampaign("helix", 2, 60, sabotage, ("pushing",)).run()
     assert found["violations"] > 0
     assert {"moved without a verdict"} == {failure["kind"] for failure in found["failures"]} - {"disagreement"}

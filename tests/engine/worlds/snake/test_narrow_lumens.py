@@ -14,7 +14,7 @@ import pytest
 from lumen_shapes import arc, straight
 from snake_runs import hand, judged, made_spec, rows
 
-from benchmarks.lumen_attack.judge import Judge, bounds_by_place
+from benchmarks.attack.snake.judge import Judge, bounds_by_place
 from vfix_engine.anatomy.lumen.free_radius import free_radius
 from vfix_engine.errors import InputError, PathwayError
 from vfix_engine.geometry.capsules import Segments

@@ -46,7 +46,7 @@ def test_a_step_is_a_function_of_state_and_command(moving: SnakeSystem) -> None:
 
 @pytest.mark.parametrize("tissue", [None, BREATH], ids=["still", "moving"])
 def test_what_the_snake_does_keeps_its_bounds_by_another_measure(tissue) -> None:
-    """Judged as benchmarks/lumen_attack does: printed equations, every vertex, every pathway that was in force."""
+    """Judged as benchmarks/attack/snake does: printed equations, every vertex, every pathway that was in force."""
     system = made_spec(tissue, settings=TIGHT).build()
     found = judged(system, system.start(), run(system, system.start(), tour(4000, seed=3)))
     assert found.violations == 0

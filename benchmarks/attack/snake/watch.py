@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields, replace
-from typing import Any, NamedTuple
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
+from benchmarks.attack.campaign import Tally
 from vfix_engine.arrays import Array, BoolArray, IntArray
 from vfix_engine.pathway.limits.limits import MOTION_TOLERANCE_MM, Configuration, LinksAt, MotionVerdict
 from vfix_engine.pathway.packed import PackedPathway
 from vfix_engine.runtime.system import Certificate
-from vfix_engine.worlds.snake.snake_drive import SnakeDrive
+from vfix_engine.worlds.snake.script import ScriptSystem
 from vfix_engine.worlds.snake.state import SnakeState
 
 from .judge import Judge, bounds_by_place, turned
@@ -22,7 +23,6 @@ FINER = 50  # poses of a replay
 NEAR_MM = 0.5  # steps nearer than this to a bound are replayed five times as often
 TISSUE_EVERY = 10  # steps in moving tissue between queries of its true position
 LONG_S, RECOVERS_S = 0.03, 2.0  # [s] a step in which tissue moves unobserved, and how long a robot may take to follow
-FAILURES_KEPT = 5
 
 
 class Motion(NamedTuple):
@@ -40,8 +40,8 @@ class Motion(NamedTuple):
 
 
 @dataclass
-class Tally:
-    """What was found in one scene.
+class SnakeTally(Tally):
+    """The findings in one scene of the snake.
 
     violations: links beyond what is promised at a configuration that a step ended in, on the way to it, or moved there
     by no motion that the certificate took. deepest_mm: beyond that, at configurations; way_mm: beyond b_i on the way,
@@ -50,41 +50,16 @@ class Tally:
     tissue_mm: beyond b_i against the tissue as it was at the very end of the step.
     """
 
-    steps: int = 0
-    violations: int = 0
-    deepest_mm: float = 0.0
     way_mm: float = 0.0
-    held: int = 0
     shrunk: int = 0
-    moved: int = 0
     inserted: int = 0
-    nan: int = 0
-    remeasured: int = 0
-    replayed: int = 0
     replayed_insertions: int = 0
     replayed_in_moving_tissue: int = 0
-    replay_hits: int = 0
-    disagreements: int = 0
-    limit_violations: int = 0
-    exceptions: int = 0
     refused_commands: int = 0
-    refused_starts: int = 0
     outrun: int = 0
     outrun_in_time: int = 0
     outrun_mm: float = 0.0
     tissue_mm: float = 0.0
-    least_room_mm: float = np.inf
-    failures: list[dict[str, Any]] = field(default_factory=list)
-
-    def told(self) -> dict[str, Any]:
-        """Everything by name; None for a room that nothing was measured of."""
-        found = {one.name: getattr(self, one.name) for one in fields(self)}
-        return found | {"least_room_mm": self.least_room_mm if np.isfinite(self.least_room_mm) else None}
-
-    def fail(self, kind: str, **details: Any) -> None:
-        """Keep the data to reproduce a failure."""
-        if len(self.failures) < FAILURES_KEPT:
-            self.failures.append({"kind": kind, "step": self.steps, **details})
 
 
 class _Witness:
@@ -106,30 +81,29 @@ class _Witness:
 class Watch:
     """Judges every step of one episode."""
 
-    def __init__(self, tally: Tally, drive: SnakeDrive, doing: str, replays: float, seed: int):
-        self._tally, self._drive, self._doing, self._replays = tally, drive, doing, replays
+    def __init__(self, tally: SnakeTally, system: ScriptSystem, doing: str, replays: float, seed: int):
+        self._tally, self._doing, self._replays = tally, doing, replays
+        given, state = system.constants, system.start()
+        self._snake, self._pathway, self._settings = given.snake, given.pathway, state.settings
         self._random = np.random.default_rng(seed)
-        self._judge = Judge(drive.snake, drive.query.vertices)
+        self._judge = Judge(given.snake, given.query.vertices)
         self._taken: list[Motion] = []
-        given = drive.constants
         limits = _Witness(given.limits, 0, self._taken)
         distal = _Witness(given.distal_limits, given.first, self._taken)
-        drive.constants = replace(given, limits=limits, distal_limits=distal)
-        self._windows, self._measured = drive.state.windows, drive.state.measured
-        self._q, self._base, self._tip = drive.q.copy(), drive.state.base.copy(), drive.tip_s
-        self._refused, self._rushed = 0, -np.inf
+        system.constants = replace(given, limits=limits, distal_limits=distal)
+        self._windows, self._measured = state.windows, state.measured
+        self._q, self._base, self._tip = state.q.copy(), state.base.copy(), state.tip_s
+        self._rushed = -np.inf
         self._asked, self._found = b"", np.empty(0)  # windows that bounds were asked of last, and those bounds
 
-    def judge(self, state: SnakeState, dt: float) -> None:
+    def judge(self, before: SnakeState, state: SnakeState) -> None:
         """Judge one step of the engine."""
-        tally, motions = self._tally, [self._of_all_links(one) for one in self._taken]
+        tally, dt, motions = self._tally, state.period_s, [self._of_all_links(one) for one in self._taken]
         self._taken.clear()
         self._windows, self._measured = state.windows, state.measured
-        tally.steps += 1
         tally.held += state.outcome == "held"
         tally.shrunk += state.outcome == "shrunk"
-        tally.refused_commands += self._drive.state.refused_commands - self._refused
-        self._refused = self._drive.state.refused_commands
+        tally.refused_commands += state.refused_commands - before.refused_commands
         if not (
             np.isfinite(state.q).all() and np.isfinite(state.base).all() and np.isfinite(state.deviation.depth).all()
         ):
@@ -145,8 +119,8 @@ class Watch:
         depth = self._judge_end(state, motions, poses)
         if motions and self._random.random() < self._replays * self._haste(depth, state):
             self._replay(motions, poses, state.tip_s != self._tip)
-        if self._drive.pathway.motion is not None and tally.steps % TISSUE_EVERY == 0:
-            now = self._drive.pathway.packed(state.t)
+        if self._pathway.motion is not None and tally.steps % TISSUE_EVERY == 0:
+            now = self._pathway.packed(state.t)
             over = self._depth(now, state.windows, state.measured, state.q, state.base) - self._bound(state.windows)
             tally.tissue_mm = max(tally.tissue_mm, float(over[state.measured].max(initial=0.0)))
         self._q, self._base, self._tip = state.q.copy(), state.base.copy(), state.tip_s
@@ -167,7 +141,7 @@ class Watch:
         key = windows.tobytes()
         if key != self._asked:
             self._asked = key
-            self._found = bounds_by_place(self._drive.pathway, self._drive.settings, windows)
+            self._found = bounds_by_place(self._pathway, self._settings, windows)
         return self._found
 
     def _haste(self, depth: Array, state: SnakeState) -> float:
@@ -176,7 +150,7 @@ class Watch:
 
     def _judge_joints(self, state: SnakeState, dt: float) -> None:
         """Judge range and speed of every joint (HAZ-06)."""
-        q_max, most = self._drive.snake.q_max, self._drive.settings.speed_max * dt
+        q_max, most = self._snake.q_max, self._settings.speed_max * dt
         over = max(float(np.abs(state.q).max()) - q_max, float(np.abs(state.q - self._q).max()) - most * (1.0 + 1e-9))
         if over > 1e-15:
             self._tally.limit_violations += 1
@@ -219,7 +193,7 @@ class Watch:
         tally.least_room_mm = min(tally.least_room_mm, abs(float(over.max())))
         if over.max() <= AGREES_MM:
             return depth
-        if self._drive.pathway.motion is None:
+        if self._pathway.motion is None:
             self._promise(over, "configuration")
             return depth
         tally.outrun += 1
@@ -246,11 +220,11 @@ class Watch:
         tally = self._tally
         tally.replayed += 1
         tally.replayed_insertions += inserted
-        tally.replayed_in_moving_tissue += self._drive.pathway.motion is not None
+        tally.replayed_in_moving_tissue += self._pathway.motion is not None
         worst = -np.inf
         for one, (q, base, q_end, base_end) in zip(motions, poses, strict=True):
             asked, limit = one.measured, self._bound(one.windows)
-            if self._drive.pathway.motion is not None:
+            if self._pathway.motion is not None:
                 limit = np.maximum(limit, self._depth(one.packed, one.windows, asked, q, base))
             for share in np.linspace(0.0, 1.0, FINER + 1)[1:]:
                 here = turned(base, base_end, share)

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.attack.campaign import Random
 from benchmarks.cases import DEFAULT_TRIAL_DATA
 from vfix_engine.arrays import Array
 from vfix_engine.files.mesh_files import read_mesh
@@ -114,23 +115,23 @@ def _colon(links: int, tissue: TissueMotion | None = None) -> Arena | str:
 
 _breath = partial(breathing, BODY, falloff_s=100.0)
 
-BUILDERS: dict[str, Callable[[], Arena | str]] = {
-    "tube": lambda: _made(5, _bend(12.0, 1e4, 0.03)),
-    "bend": lambda: _made(5, _bend(13.0)),
-    "helix": lambda: _made(5, _bend(13.0, rise=35.0, turn=3.0)),
-    "long helix": lambda: _made(30, _bend(14.0, 110.0, 8.0, 45.0, 70)),
-    "waists": lambda: _made(5, _bend(_waisted(), 120.0)),
-    "narrow": lambda: _made(5, _bend(4.5, 150.0, 1.8)),  # inscribed radii of less than the bounds
-    "lobes": lambda: _made(5, _bend(_lobed())),
-    "cavity": lambda: _made(5, body_cavity()),
-    "hairpin": lambda: _made(5, _hairpin()),
-    "breathing bend": lambda: _made(5, _bend(13.0), _breath()),
-    "breathing lobes": lambda: _made(5, _bend(_lobed()), breathing(BODY, 8.0, 4.0)),
-    "squeezing helix": lambda: _made(5, _bend(13.0, rise=35.0, turn=3.0), peristalsis()),
-    "squeezing long helix": lambda: _made(30, _bend(14.0, 110.0, 8.0, 45.0, 70), together(_breath(), peristalsis())),
-    "colon, 5 links": lambda: _colon(5),
-    "colon, 30 links": lambda: _colon(30),
-    "breathing colon, 5 links": lambda: _colon(5, _breath()),
-    "breathing colon, 30 links": lambda: _colon(30, _breath()),
-    "squeezing colon, 30 links": lambda: _colon(30, together(_breath(), peristalsis())),
+BUILDERS: dict[str, Callable[[Random], Arena | str]] = {
+    "tube": lambda _: _made(5, _bend(12.0, 1e4, 0.03)),
+    "bend": lambda _: _made(5, _bend(13.0)),
+    "helix": lambda _: _made(5, _bend(13.0, rise=35.0, turn=3.0)),
+    "long helix": lambda _: _made(30, _bend(14.0, 110.0, 8.0, 45.0, 70)),
+    "waists": lambda _: _made(5, _bend(_waisted(), 120.0)),
+    "narrow": lambda _: _made(5, _bend(4.5, 150.0, 1.8)),  # inscribed radii of less than the bounds
+    "lobes": lambda _: _made(5, _bend(_lobed())),
+    "cavity": lambda _: _made(5, body_cavity()),
+    "hairpin": lambda _: _made(5, _hairpin()),
+    "breathing bend": lambda _: _made(5, _bend(13.0), _breath()),
+    "breathing lobes": lambda _: _made(5, _bend(_lobed()), breathing(BODY, 8.0, 4.0)),
+    "squeezing helix": lambda _: _made(5, _bend(13.0, rise=35.0, turn=3.0), peristalsis()),
+    "squeezing long helix": lambda _: _made(30, _bend(14.0, 110.0, 8.0, 45.0, 70), together(_breath(), peristalsis())),
+    "colon, 5 links": lambda _: _colon(5),
+    "colon, 30 links": lambda _: _colon(30),
+    "breathing colon, 5 links": lambda _: _colon(5, _breath()),
+    "breathing colon, 30 links": lambda _: _colon(30, _breath()),
+    "squeezing colon, 30 links": lambda _: _colon(30, together(_breath(), peristalsis())),
 }

@@ -2,44 +2,47 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from benchmarks.attack import campaign
+from benchmarks.attack.campaign import NONSENSE
 from vfix_engine.arrays import Array
 from vfix_engine.control import StepRequest, qp
 from vfix_engine.virtual_fixtures import Constraint, Objective
-from vfix_engine.worlds.rigid.rehearsal import Rehearsal, RehearsalState
-from vfix_engine.worlds.rigid.snapshot import RigidSnapshot
+from vfix_engine.worlds.rigid.rigid import RigidSystem
+from vfix_engine.worlds.rigid.rigid_state import ZEROS, LastStep, RehearsalState
 
 from .hands import HANDS, Hand, Memory
 
-Stepped = tuple[RehearsalState, RigidSnapshot]
-Assault = Callable[[Memory, Rehearsal, RehearsalState], Stepped]
+Assault = campaign.Assault[Memory, RigidSystem, RehearsalState]
 
-NONSENSE = (np.nan, np.inf, -np.inf, 1e300, -1e300, 1e-320, 0.0, 1.0)
+INVALID = (*NONSENSE[:-1], 1.0)
 
 
 def by_hand(hand: Hand) -> Assault:
     """Return an assault by the hand's command, which is processed as every command."""
 
-    def act(memory: Memory, rehearsal: Rehearsal, state: RehearsalState) -> Stepped:
-        return rehearsal.step(state, hand(memory, rehearsal, state))
+    def act(memory: Memory, system: RigidSystem, state: RehearsalState) -> RehearsalState:
+        after = system.step(state, hand(memory, system, state))
+        memory.held = after.last is not None and after.last.report.held
+        return after
 
     return act
 
 
-def past_the_program(memory: Memory, rehearsal: Rehearsal, state: RehearsalState) -> Stepped:
+def past_the_program(memory: Memory, system: RigidSystem, state: RehearsalState) -> RehearsalState:
     """Take joint steps as from a lying solver, from far too small to through the whole anatomy at once.
 
     No row, bound or residual protects the margin here: only the certificate does.
     """
-    random, robot = memory.random, rehearsal.scene.robot
+    random, robot = memory.random, system.scene.robot
     kind = random.integers(7)
-    box = robot.speed * rehearsal.settings.dt_s
+    box = robot.speed * state.settings.dt_s
     size = len(state.tool.q)
     if kind == 0:
         step = box * random.uniform(-1, 1, size)
@@ -52,29 +55,28 @@ def past_the_program(memory: Memory, rehearsal: Rehearsal, state: RehearsalState
         joint = int(random.integers(size))
         step[joint] = (1.0 if robot.revolute[joint] else 40.0) * random.normal()
     elif kind >= 5:
-        step = _grazing(memory, rehearsal, state)
+        step = _grazing(memory, system, state)
     else:
-        step = np.where(random.random(size) < 0.3, random.choice(NONSENSE, size=size), box * random.normal(size=size))
+        step = np.where(random.random(size) < 0.3, random.choice(INVALID, size=size), box * random.normal(size=size))
     within = np.clip(step, robot.lower - state.tool.q, robot.upper - state.tool.q) if kind != 4 else step
-    tool = rehearsal.controller.certify(state.tool, within)
-    after = state if tool is None else replace(state, tool=tool)
-    return after, rehearsal.snapshot(after)
+    tool = system.controller.certify(state.tool, within)
+    return replace(state, tool=state.tool if tool is None else tool, last=None)
 
 
-def _grazing(memory: Memory, rehearsal: Rehearsal, state: RehearsalState) -> Array:
+def _grazing(memory: Memory, system: RigidSystem, state: RehearsalState) -> Array:
     """Return a step straight at the nearest bone, up to the margin or a little further, and sideways as well."""
     tip, random = state.tool.tip, memory.random
-    pair = rehearsal.scene.tree.closest(state.tool.segments)
+    pair = system.scene.tree.closest(state.tool.segments)
     lever = pair.on_tool - tip.position
     jacobian = tip.jacobian[:3] + np.cross(tip.jacobian[3:].T, lever).T
-    room = pair.distance - rehearsal.settings.margin_mm
+    room = pair.distance - state.settings.margin_mm
     way = room * random.uniform(0.8, 1.2) + random.choice((0.0, 1e-3, 0.03)) * random.random()
     aside = random.choice((0.0, 0.1, 1.0, 5.0)) * np.cross(pair.normal, random.normal(size=3))
     step: Array = np.linalg.lstsq(jacobian, aside - way * pair.normal, rcond=1e-6)[0]
     return step
 
 
-def with_rows(memory: Memory, rehearsal: Rehearsal, state: RehearsalState) -> Stepped:
+def with_rows(memory: Memory, system: RigidSystem, state: RehearsalState) -> RehearsalState:
     """Add contradictory rows of any size, some of them NaN or infinite (HAZ-03, HAZ-05)."""
     random = memory.random
     size = len(state.tool.q) + 1
@@ -87,12 +89,17 @@ def with_rows(memory: Memory, rehearsal: Rehearsal, state: RehearsalState) -> St
         rows[1], bound[:2] = -rows[0], -scale
     if random.random() < 0.3:
         spoilt = (target, matrix, rows, bound)[int(random.integers(4))]
-        spoilt.flat[int(random.integers(spoilt.size))] = random.choice(NONSENSE)
+        spoilt.flat[int(random.integers(spoilt.size))] = random.choice(INVALID)
     constraint = Constraint("target", rows, bound, np.arange(4))
     task = StepRequest((Objective(matrix, target),), (constraint,), scale, np.ones(size - 1))
-    report = rehearsal.controller.step(state.tool, task)
-    after = replace(state, tool=report.state, steps=state.steps + 1, emergencies=state.emergencies + report.emergency)
-    return after, rehearsal.snapshot(after, report)
+    report = system.controller.step(state.tool, task)
+    return replace(
+        state,
+        tool=report.state,
+        steps=state.steps + 1,
+        emergencies=state.emergencies + report.emergency,
+        last=LastStep(report, ZEROS, ZEROS, "", False),
+    )
 
 
 class _Liar:
@@ -114,12 +121,12 @@ class _Liar:
         elif kind == 2:
             x = random.normal(size=len(x)) * 10.0 ** random.uniform(-3, 6)
         elif kind == 3:
-            x[int(random.integers(len(x)))] = random.choice(NONSENSE)
+            x[int(random.integers(len(x)))] = random.choice(INVALID)
         elif kind == 4:
             x = -x
         multiplier = np.array(info["lam"], dtype=float)
         if kind == 5:
-            multiplier = random.choice(NONSENSE) * random.normal(size=len(multiplier))
+            multiplier = random.choice(INVALID) * random.normal(size=len(multiplier))
         return x, value, 1, {**info, "lam": multiplier}
 
 

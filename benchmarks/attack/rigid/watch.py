@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import hashlib
-from collections import Counter
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from benchmarks.attack.campaign import Tally
 from vfix_engine.arrays import Array
-from vfix_engine.control import ControlSettings
-from vfix_engine.robots import RobotModel
-from vfix_engine.worlds.rigid.rehearsal import RehearsalState
+from vfix_engine.worlds.rigid.rigid import RigidSystem
+from vfix_engine.worlds.rigid.rigid_state import RehearsalState
 from vfix_engine.worlds.rigid.snapshot import RigidSnapshot
 
 from .bodies import Judges
@@ -26,95 +24,57 @@ FINER = 50  # poses between two steps
 NEAR_SHARE = 2.0  # a step is replayed if the remaining room is less than this times its length
 ROOM_MM = 0.05  # beyond the margin: the least range in which the judges measure
 LAST_BITS = 1e-9  # tolerance of a limit for rounding, relative
-FAILURES_KEPT = 5  # of a scene, with the data to reproduce them
 REPLAYS_PASSED = 7  # coal measures one of this many replays, until there are enough
 
 
 @dataclass
-class Tally:
-    """The findings in one scene; ``failures`` holds the data to reproduce the first few.
+class RigidTally(Tally):
+    """The findings in one scene of the rigid tool.
 
     deepest_mm: the largest violation of the required clearance by a pose or the motion to it.
     least_room_mm: the least clearance of a pose above the required one.
     limits_judged: steps that had to keep the joint limits. beyond_limits: of the other steps, those that did not.
     """
 
-    steps: int = 0
-    violations: int = 0
-    deepest_mm: float = 0.0
-    held: int = 0
-    moved: int = 0
-    nan: int = 0
-    remeasured: int = 0
-    replayed: int = 0
-    replay_hits: int = 0
     replay_remeasured: int = 0
     emergencies: int = 0
     limits_judged: int = 0
-    limit_violations: int = 0
     beyond_limits: int = 0
-    disagreements: int = 0
-    exceptions: int = 0
     episodes: int = 0
-    refused_starts: int = 0
     inside_starts: int = 0
-    least_room_mm: float = np.inf
-    used: Counter[str] = field(default_factory=Counter)
-    failures: list[dict[str, Any]] = field(default_factory=list)
-
-    def counts(self) -> dict[str, int]:
-        """Return the integers by name."""
-        return {f.name: getattr(self, f.name) for f in fields(self) if isinstance(getattr(self, f.name), int)}
-
-    def fail(self, kind: str, **details: Any) -> None:
-        """Keep the data to reproduce a failure."""
-        if len(self.failures) < FAILURES_KEPT:
-            self.failures.append({"kind": kind, "step": self.steps, **details})
-
-
-@dataclass
-class Ledger:
-    """State shared by the episodes of a scene: the tally, the hash of all joints, and the amount of checks by coal.
-
-    share: fraction of the steps whose pose coal measures again. replays: number of finer replays measured by coal.
-    doing: the current assault.
-    """
-
-    tally: Tally
-    share: float
-    replays: int
-    digest: Any = field(default_factory=hashlib.sha256)
-    doing: str = ""
 
 
 class Watch:
     """Judges every step of one episode.
 
+    share: fraction of the steps whose pose coal measures again. replays: number of finer replays measured by coal.
+    doing: names of what is used.
     limits: whether the joints' speeds and accelerations have to be kept. Steps that bypass the program and are checked
     only by the certificate need not keep them, and are counted separately. Ranges always have to be kept.
     """
 
     def __init__(
         self,
-        ledger: Ledger,
+        tally: RigidTally,
         judges: Judges,
-        settings: ControlSettings,
-        robot: RobotModel,
+        system: RigidSystem,
         state: RehearsalState,
-        limits: bool = True,
+        share: float,
+        replays: int,
+        doing: str,
+        limits: bool,
     ):
-        self._ledger, self._tally, self._judges = ledger, ledger.tally, judges
-        self._settings, self._robot, self._limits = settings, robot, limits
-        self._margins = judges.margins(settings.margin_mm)
+        self._tally, self._judges, self._system = tally, judges, system
+        self._share, self._replays, self._doing, self._limits = share, replays, doing, limits
+        self._settings, self._robot = state.settings, system.scene.robot
+        self._margins = judges.margins(state.settings.margin_mm)
         self._places = judges.screws.places(state.tool.q)
         self._clear = judges.clearance(self._places, self._margins + ROOM_MM)
 
-    def judge(self, before: RehearsalState, after: RehearsalState, snapshot: RigidSnapshot) -> None:
+    def judge(self, before: RehearsalState, after: RehearsalState) -> None:
         """Judge one step of the engine."""
-        tally, q = self._tally, after.tool.q
-        tally.steps += 1
+        tally, q, snapshot = self._tally, after.tool.q, self._system.snapshot(after)
         tally.held += snapshot.held
-        self._ledger.digest.update(q.tobytes())
         if not _all_finite(after, snapshot):
             tally.nan += 1
             tally.fail("not finite", q=q.tolist())
@@ -134,7 +94,7 @@ class Watch:
         room = np.minimum(self._clear, clear) - self._margins[:, None]
         if room.min() < NEAR_SHARE * way:
             self._replay(before, after, floor)
-        if tally.remeasured < self._ledger.share * tally.steps:
+        if tally.remeasured < self._share * tally.steps:
             self._ask_coal(places, clear, caps, floor)
             tally.remeasured += 1
         self._places, self._clear = places, clear
@@ -160,12 +120,12 @@ class Watch:
             tally.limits_judged += 1
             if emergency:
                 tally.emergencies += 1
-                tally.used[f"emergency: {self._ledger.doing}"] += 1
+                tally.used[f"emergency: {self._doing}"] += 1
         else:
             tally.beyond_limits += bool((too_fast > 0.0).any())
         if (over > 0.0).any():
             tally.limit_violations += 1
-            joint, doing = int(over.argmax()), self._ledger.doing
+            joint, doing = int(over.argmax()), self._doing
             tally.fail("joint limit", assault=doing, joint=joint, over=float(over.max()), step_of=step.tolist())
 
     def _too_fast(self, before: RehearsalState, after: RehearsalState, emergency: bool) -> Array:
@@ -201,7 +161,7 @@ class Watch:
         caps = self._margins + ROOM_MM
         worst = judges.between(before.tool.q, after.tool.q, FINER, caps)
         tally.replay_hits += self._found(floor - worst, "replay", before, after)
-        if tally.replay_remeasured < self._ledger.replays and tally.replayed % REPLAYS_PASSED == 1:
+        if tally.replay_remeasured < self._replays and tally.replayed % REPLAYS_PASSED == 1:
             q, to = before.tool.q, after.tool.q
             poses = [judges.screws.places(q + k / FINER * (to - q)) for k in range(1, FINER)]
             found = [judges.clearance(p, caps) for p in poses]

@@ -8,14 +8,13 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.attack.campaign import Random
 from vfix_engine.arrays import Array
 from vfix_engine.geometry.curve import Curve
 from vfix_engine.snake.conform.conformance import ShapeSolution
 from vfix_engine.snake.control.tip_control import DistalContext
 from vfix_engine.worlds.snake.inline_planner import InlinePlanner
-from vfix_engine.worlds.snake.snake_drive import SnakeDrive
-
-Random = np.random.Generator
+from vfix_engine.worlds.snake.script import ScriptSystem
 
 
 def _wild(random: Random, q: Array, q_max: float) -> Array:
@@ -31,10 +30,10 @@ def _wild(random: Random, q: Array, q_max: float) -> Array:
     return np.asarray(found)
 
 
-def control(drive: SnakeDrive, random: Random) -> None:
+def control(system: ScriptSystem, random: Random) -> None:
     """The control of the distal links wants anything."""
-    part: Any = drive.state.control
-    part.wanted = lambda q, camera_mm, most: _wild(random, q, drive.snake.q_max)
+    part: Any = system.start().control
+    part.wanted = lambda q, camera_mm, most: _wild(random, q, system.constants.snake.q_max)
 
 
 class _LyingPlanner(InlinePlanner):
@@ -56,30 +55,30 @@ class _LyingPlanner(InlinePlanner):
         return replace(found, q=np.where(np.isfinite(q), q, 0.0), base=base, exact=False)
 
 
-def conformance(drive: SnakeDrive, random: Random) -> None:
+def conformance(system: ScriptSystem, random: Random) -> None:
     """The shape that is to conform lies anywhere."""
-    honest = drive.constants.planner
+    honest = system.constants.planner
     assert honest is not None
     liar = _LyingPlanner(honest.snake, honest.pathway, honest.insertion, honest.every_s)
     object.__setattr__(liar, "random", random)
-    drive.constants = replace(drive.constants, planner=liar)
+    system.constants = replace(system.constants, planner=liar)
 
 
-def easing(drive: SnakeDrive, random: Random) -> None:
+def easing(system: ScriptSystem, random: Random) -> None:
     """The program that is to find a way back within the bounds finds something else."""
-    honest = drive.constants.eased
+    honest = system.constants.eased
 
     def lying(context: DistalContext, q: Array, most: float) -> Array:
         found = honest(context, q, most)
         found = context.rest if found is None else found
         change = random.normal(size=len(found)) * 10.0 ** random.uniform(-5.0, -1.0)
         # The joints' speed is kept by the program's box, not by the certificate.
-        return drive.snake.clamp(np.clip(found + change, q - most, q + most))
+        return system.constants.snake.clamp(np.clip(found + change, q - most, q + most))
 
-    drive.constants = replace(drive.constants, eased=lying)
+    system.constants = replace(system.constants, eased=lying)
 
 
-LIES: dict[str, Callable[[SnakeDrive, Random], None]] = {
+LIES: dict[str, Callable[[ScriptSystem, Random], None]] = {
     "control": control,
     "conformance": conformance,
     "easing": easing,
