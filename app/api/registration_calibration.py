@@ -1,11 +1,8 @@
-"""Calibrations of registrations: the pointer's tip, the tracker beside the robot, and registrations to its base."""
+"""Tables of poses that calibrate a registration: of the pointer, and of the tracker beside the robot."""
 
-from typing import Annotated
-
-from fastapi import APIRouter, Query, Request
+from fastapi import APIRouter, Request
 from starlette.concurrency import run_in_threadpool
 
-from app.api.calibration_models import SimulateWish, SwingWish, ToBaseWish
 from app.api.dependencies import ERRORS, Condition, ConditionDep, Identifier, ServicesDep
 from app.api.uploads import form_of, receive, receive_small
 from app.registration.editor import StoredRegistration
@@ -14,8 +11,6 @@ from app.registration.public import RegistrationPublic
 from vfix_engine.errors import InputError
 
 router = APIRouter(tags=["registrations"], responses=ERRORS)
-
-Seen = Annotated[int | None, Query(ge=0)]
 
 _POINTER = form_of({"file": ".csv of the pointer's poses: x, y, z, qx, qy, qz, qw, unit and kind"}, {}, frame=False)
 _ROBOT = form_of(
@@ -43,34 +38,6 @@ async def read_pointer(
     return await run_in_threadpool(work)
 
 
-@router.post("/registrations/{registration_id}/pointer/track")
-def track_pointer(
-    registration_id: Identifier, wish: SwingWish, services: ServicesDep, condition: ConditionDep
-) -> RegistrationPublic:
-    """Find the tip of the tracked pointer, which is swung about it for some seconds."""
-    expected, calibrating = condition.expected(wish.revision), services.registering.calibrating
-    return _told(condition, calibrating.track_pointer(registration_id, wish.seconds, expected_revision=expected))
-
-
-@router.post("/registrations/{registration_id}/pointer/simulate")
-def simulate_pointer(
-    registration_id: Identifier, wish: SimulateWish, services: ServicesDep, condition: ConditionDep
-) -> RegistrationPublic:
-    """Find the tip of a simulated pointer, for practice."""
-    expected, calibrating = condition.expected(wish.revision), services.registering.calibrating
-    done = calibrating.simulate_pointer(registration_id, wish.noise_mm, wish.seed, expected_revision=expected)
-    return _told(condition, done)
-
-
-@router.delete("/registrations/{registration_id}/pointer")
-def clear_pointer(
-    registration_id: Identifier, services: ServicesDep, condition: ConditionDep, revision: Seen = None
-) -> RegistrationPublic:
-    """Forget the pointer's tip: the tracker tells where the tip is."""
-    expected, calibrating = condition.expected(revision), services.registering.calibrating
-    return _told(condition, calibrating.set_pointer(registration_id, None, expected_revision=expected))
-
-
 @router.post("/registrations/{registration_id}/robot", openapi_extra=_ROBOT)
 async def read_robot(
     registration_id: Identifier, request: Request, services: ServicesDep, condition: ConditionDep
@@ -90,34 +57,6 @@ async def read_robot(
             upload.remove()
 
     return await run_in_threadpool(work)
-
-
-@router.post("/registrations/{registration_id}/robot/simulate")
-def simulate_robot(
-    registration_id: Identifier, wish: SimulateWish, services: ServicesDep, condition: ConditionDep
-) -> RegistrationPublic:
-    """Find where a simulated tracker stands beside a simulated robot, for practice."""
-    expected, calibrating = condition.expected(wish.revision), services.registering.calibrating
-    done = calibrating.simulate_robot(registration_id, wish.noise_mm, wish.seed, expected_revision=expected)
-    return _told(condition, done)
-
-
-@router.delete("/registrations/{registration_id}/robot")
-def clear_robot(
-    registration_id: Identifier, services: ServicesDep, condition: ConditionDep, revision: Seen = None
-) -> RegistrationPublic:
-    """Forget where the tracker stands beside the robot."""
-    expected, calibrating = condition.expected(revision), services.registering.calibrating
-    return _told(condition, calibrating.set_robot(registration_id, None, expected_revision=expected))
-
-
-@router.post("/registrations/{registration_id}/to-base", status_code=201)
-def make_to_base(
-    registration_id: Identifier, wish: ToBaseWish, services: ServicesDep, condition: ConditionDep
-) -> RegistrationPublic:
-    """Make a new registration to the robot's base: this one's points, taken through its robot's calibration."""
-    expected, calibrating = condition.expected(wish.revision), services.registering.calibrating
-    return _told(condition, calibrating.to_base(registration_id, wish.name, expected_revision=expected))
 
 
 def _told(condition: Condition, document: StoredRegistration) -> RegistrationPublic:

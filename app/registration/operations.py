@@ -11,19 +11,18 @@ from msgspec import UNSET, Meta, UnsetType
 from app.documents import Document
 from app.kit.names import MAX_NAME
 from app.operations.fields import STRIPPED, Identifier, Name, Position
-from app.operations.operation import Change, Context, Creation
+from app.operations.operation import Change, Creation
 from app.operations.spec import DocumentSpec
 from app.operations.standard import Delete, Redo, Rename, Restore, SetDeleted, SetLocked, Undo
+from app.registration.calibration_operations import CALIBRATIONS, Registrations, Seed
 from app.registration.document import RegistrationContent
 from app.registration.editor import RegistrationEditor, StoredRegistration, found_pair
 from app.registration.kind import REGISTRATION
 from app.registration.public import RegistrationPublic
-from app.registration.service import Registering
 from app.registration.simulated_touch import DEFAULT_NOISE_MM
 from vfix_engine.errors import InputError
 from vfix_engine.frames import RegisteredTo
 
-Registrations = Context[RegistrationContent, Registering]
 Label = Annotated[str, Meta(max_length=MAX_NAME, extra={STRIPPED: True})]
 Number = Annotated[float, Meta(ge=-1e6, le=1e6)]  # what may be, the editor says
 
@@ -247,7 +246,7 @@ class TouchPair(RegistrationEdit, frozen=True):
     message = "pair.touch"
     pair_id: Identifier | None = None  # of a message: each one that was not measured, else that was simulated
     noise_mm: Number = DEFAULT_NOISE_MM
-    seed: Annotated[int, Meta(ge=0, le=2**63 - 1)] | None = None
+    seed: Seed | None = None
 
     def edit(self, editor: RegistrationEditor, **expected: Any) -> StoredRegistration:
         return editor.touch(self._touched(editor.document.content), self.noise_mm, self.seed, **expected)
@@ -273,7 +272,7 @@ SPEC = DocumentSpec(
     operations=(
         CreateRegistration, DuplicateRegistration, Rename, LockRegistration, SetDeleted, SetFle, StateFle, FitPairs,
         RegisterTo, Delete, Restore, UndoRegistration, RedoRegistration, JudgeBead, ConfirmBeads, AddPair, ChangePair,
-        DeletePair, ClearMeasured, TouchPair,
+        DeletePair, ClearMeasured, TouchPair, *CALIBRATIONS,
     ),
     service="registering",
 )  # fmt: skip
