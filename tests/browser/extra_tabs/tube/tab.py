@@ -8,9 +8,10 @@ from extra_tabs.tube import SPEC
 from extra_tabs.tube.world import LENGTH_MM, TubeSpec
 
 from app.drives.prepared_drive import PreparedDrive
-from app.drives.sections import DriveSections
 from app.drives.shared_drives import DriveKey, SharedDrives
 from app.drives.view import details_section
+from app.kit.kept import Same
+from app.messages.sections import Section, Sections
 from app.scene.hand import HandNodes
 from app.tabs.drive_tab import DriveTab
 from app.workspace.layers import Layer
@@ -42,9 +43,12 @@ class TubeTab(DriveTab[PreparedDrive[Snapshot], Snapshot]):
         recording, unrecorded = self.workspace.services.recordings.attempt(self.key.case_id, None, "Tube")
         return PreparedDrive(TubeSpec(), NoSettings(), recording, unrecorded)
 
-    def sections(self, fresh: bool) -> DriveSections:
+    def sections(self) -> Sections:
         now = self.read()
-        return {"rehearsal": self.drive_section(), "details": details_section(now.snapshot)}
+        return {
+            "rehearsal": Section(self.drive_key(), self.drive_section),
+            "details": Section(Same(now.snapshot), lambda: details_section(now.snapshot)),
+        }
 
     def layers(self) -> list[Layer[Any]]:
         now = self.now.snapshot
