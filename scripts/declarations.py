@@ -25,12 +25,13 @@ sys.path.insert(0, str(ROOT))
 from app.api.dependencies import ErrorPublic  # noqa: E402
 from app.api.jobs import ImportAnswer, JobPublic  # noqa: E402
 from app.api.plan_models import OwnRobotPublic, PlanPublic  # noqa: E402
-from app.api.registration_models import PlanRegistrationPublic, RegistrationPublic  # noqa: E402
+from app.api.registration_models import PlanRegistrationPublic  # noqa: E402
 from app.api.suggestions import SuggestionPublic, ToolTablePublic  # noqa: E402
 from app.api.tracing import TracedPublic  # noqa: E402
 from app.messages import sections  # noqa: E402
 from app.messages.hello import Hello  # noqa: E402
 from app.operations.messages import messages  # noqa: E402
+from app.registration.public import RegistrationPublic  # noqa: E402
 from app.session import commands  # noqa: E402
 from app.session.sections import SessionSections  # noqa: E402
 from app.tabs.registry import specs  # noqa: E402
@@ -160,7 +161,8 @@ def command_fields() -> "dict[str, dict[str, tuple[Any, bool]]]":
         fields.pop("id")
         found |= dict.fromkeys(get_args(kinds), fields)
     for message in messages().values():
-        found[message.kind] = {name: (kind, default is NODEFAULT) for name, (kind, default) in message.fields().items()}
+        fields = {name: (kind, default is NODEFAULT) for name, (kind, default) in message.fields().items()}
+        found[message.kind] = {**fields, "revision": (int | None, False)}
     return dict(sorted(found.items()))
 
 

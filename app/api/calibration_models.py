@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from pydantic import BaseModel, Field
+from pydantic import Field
 
 from app.api.dependencies import Number, Wish
 from app.api.plan_models import Name, Revision
@@ -13,55 +13,7 @@ from app.registration.calibration import (
     PIVOT_S,
     SHORTEST_PIVOT_S,
 )
-from app.registration.calibration_records import (
-    PointerTip,
-    PosesFrom,
-    RobotToTracker,
-    pointer_cautions,
-    robot_cautions,
-)
 from app.registration.simulated_touch import DEFAULT_NOISE_MM
-
-Triple = tuple[float, float, float]
-
-
-class PointerTipPublic(BaseModel):
-    """The tip of a tracked pointer, mm in the frame whose pose the tracker tells, and how it was found.
-
-    residual_mm: rms distance of the tip from where it stood; tip_error_mm: expected rms error of it; swing_deg: half
-    angle of the cone that the pointer was swung in. cautions: sentences.
-    """
-
-    tip: Triple
-    residual_mm: float
-    tip_error_mm: float
-    swing_deg: float
-    poses: int
-    measured_from: PosesFrom
-    cautions: list[str]
-
-    @classmethod
-    def of(cls, pointer: PointerTip | None) -> PointerTipPublic | None:
-        return None if pointer is None else cls(**vars(pointer), cautions=list(pointer_cautions(pointer)))
-
-
-class RobotToTrackerPublic(BaseModel):
-    """Where the tracker stands beside the robot. transform: from the tracker to the base, 16 numbers row by row, mm.
-
-    covariance: 36 numbers, row by row, of its error (t, ω) in mm and rad. cautions: sentences.
-    """
-
-    transform: list[float]
-    rotation_residual_deg: float
-    translation_residual_mm: float
-    covariance: list[float]
-    poses: int
-    measured_from: PosesFrom
-    cautions: list[str]
-
-    @classmethod
-    def of(cls, robot: RobotToTracker | None) -> RobotToTrackerPublic | None:
-        return None if robot is None else cls(**vars(robot), cautions=list(robot_cautions(robot)))
 
 
 class SimulateWish(Wish):

@@ -8,10 +8,10 @@ from starlette.concurrency import run_in_threadpool
 from app.api.dependencies import ERRORS, ConditionDep, Identifier, ServicesDep
 from app.api.jobs import JobPublic
 from app.api.registration_files import MAX_BYTES
-from app.api.registration_models import RegistrationPublic
 from app.api.surface_models import RefineWish, SurfaceTouchWish, SurfaceTrackedWish
 from app.api.uploads import form_of, receive_small
 from app.registration.files import read_touched
+from app.registration.public import RegistrationPublic
 
 router = APIRouter(tags=["registrations"], responses=ERRORS)
 

@@ -8,7 +8,6 @@ from fastapi import APIRouter, Query, Request, Response
 from starlette.concurrency import run_in_threadpool
 
 from app.api.dependencies import ERRORS, ConditionDep, Identifier, ServicesDep
-from app.api.registration_models import RegistrationPublic
 from app.api.uploads import form_of, receive_small, safe_name
 from app.plans.imported_places import measured_notes
 from app.plans.model import NOTICE
@@ -20,6 +19,7 @@ from app.registration.files import (
     read_measured,
     read_transform,
 )
+from app.registration.public import RegistrationPublic
 from vfix_engine.errors import InputError
 from vfix_engine.frames import RegisteredTo
 

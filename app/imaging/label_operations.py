@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Annotated, ClassVar, Literal
 
 import msgspec
@@ -23,7 +24,8 @@ _BALL = (Option("--radius-mm", "radius_mm", "MM", "of the ball (1)", 1.0),)
 Volume = Annotated[str, Meta(max_length=64)]
 
 
-class LabelPublic(DocumentPublic, frozen=True, kw_only=True):
+@dataclass(frozen=True, kw_only=True)
+class LabelPublic(DocumentPublic):
     """A painted label. volume: whose grid it has. strokes: since its newest stored mask.
 
     structure: id of the structure made of it, else null; changed: whether it was painted since.

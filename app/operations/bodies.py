@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import functools
+import operator
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from typing import Any, get_args
 
 import msgspec
+from msgspec import UnsetType
 
 from app.operations.operation import Operation
 from app.operations.reading import Place, Unreadable, read
@@ -26,7 +29,8 @@ def fields_of(operations: Sequence[type[Operation]], keys: Keys = keys_of) -> di
     for operation in operations:
         of = {name: key for key, name in keys(operation).items()}
         for field in msgspec.structs.fields(operation):
-            found[of[field.name]] = (field.type, field.default) if alone else (field.type | None, None)
+            kind = _said(field.type)
+            found[of[field.name]] = (kind, field.default) if alone else (kind | None, None)
     return found
 
 
@@ -50,3 +54,9 @@ def read_operations(
         if values:
             found.append(read(operation, values, where))
     return found
+
+
+def _said(kind: Any) -> Any:
+    """The type of what may be said: UNSET, of a field whose null means something, says that it was left out."""
+    kinds = [one for one in get_args(kind) if one is not UnsetType]
+    return kind if UnsetType not in get_args(kind) else functools.reduce(operator.or_, kinds)

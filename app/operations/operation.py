@@ -52,9 +52,9 @@ class Operation(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     aliases: ClassVar[Mapping[str, str]] = {}
     of_open: ClassVar[bool] = False
     verb: ClassVar[str | tuple[Verb, ...]] = ""
-    answers: ClassVar[type[msgspec.Struct] | None] = None
+    answers: ClassVar[type[Any] | None] = None
 
-    def answer(self, context: Context[Any, Any], document: Document[Any]) -> msgspec.Struct:
+    def answer(self, context: Context[Any, Any], document: Document[Any]) -> Any:
         """What REST answers where that is not the document, of the type `answers`."""
         raise NotImplementedError
 

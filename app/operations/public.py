@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, fields, make_dataclass
 from typing import Any
 
 import msgspec
@@ -9,8 +10,12 @@ import msgspec
 from app.documents import Document, DocumentKind
 
 
-class DocumentPublic(msgspec.Struct, frozen=True, kw_only=True):
-    """What every document has. unreadable: in a list, why its content cannot be read; '' where it can."""
+@dataclass(frozen=True, kw_only=True)
+class DocumentPublic:
+    """What every document has. unreadable: in a list, why its content cannot be read; '' where it can.
+
+    A dataclass, so that a route that is written by hand may answer it too.
+    """
 
     id: str
     name: str
@@ -27,15 +32,15 @@ class DocumentPublic(msgspec.Struct, frozen=True, kw_only=True):
 
 def common_values(document: Document[Any]) -> dict[str, Any]:
     """The values of the fields of `DocumentPublic`."""
-    return {name: getattr(document, name) for name in DocumentPublic.__struct_fields__}
+    return {field.name: getattr(document, field.name) for field in fields(DocumentPublic)}
 
 
-def public_type(kind: DocumentKind[Any], name: str) -> type[msgspec.Struct]:
+def public_type(kind: DocumentKind[Any], name: str) -> type[Any]:
     """What is answered of a kind whose content is a struct: its fields beside those of every document."""
-    fields = [(field.name, field.type) for field in msgspec.structs.fields(kind.content_type)]
-    return msgspec.defstruct(name, fields, bases=(DocumentPublic,), frozen=True, kw_only=True)
+    own = [(field.name, field.type) for field in msgspec.structs.fields(kind.content_type)]
+    return make_dataclass(name, own, bases=(DocumentPublic,), frozen=True, kw_only=True)
 
 
-def public_value(public: type[msgspec.Struct], document: Document[Any]) -> msgspec.Struct:
+def public_value(public: type[Any], document: Document[Any]) -> Any:
     """A document as `public_type` has it."""
     return public(**common_values(document), **msgspec.structs.asdict(document.content))

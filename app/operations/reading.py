@@ -50,7 +50,7 @@ def _of_parts(kind: Any, data: Any, where: Place) -> Iterator[Problem]:
     if origin is Annotated:
         yield from _of_parts(arguments[0], data, where)
     elif origin in (Union, types.UnionType):
-        others = [one for one in arguments if one is not type(None)]
+        others = [one for one in arguments if one not in (type(None), msgspec.UnsetType)]
         if len(others) == 1 and data is not None:
             yield from _of_parts(others[0], data, where)
     elif isinstance(kind, type) and issubclass(kind, msgspec.Struct):

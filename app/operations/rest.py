@@ -111,7 +111,7 @@ class OperationRoutes:
         endpoint = self._perform(spec, operations, has_body)
         self._add(spec, method, path, words, endpoint, answer, parameters, first.status, extra)
 
-    def _schema(self, kind: type[msgspec.Struct]) -> Schema:
+    def _schema(self, kind: type[Any]) -> Schema:
         (schema,), components = schemas_of([kind])
         self.components |= components
         return schema

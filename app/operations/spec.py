@@ -7,8 +7,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-import msgspec
-
 from app.documents import Document, DocumentKind
 from app.operations.operation import Context, Operation
 from app.operations.public import public_type, public_value
@@ -30,15 +28,15 @@ class DocumentSpec:
     id: str
     operations: tuple[type[Operation], ...]
     service: str = ""
-    public: type[msgspec.Struct] | None = None
-    public_of: Callable[[Any, Document[Any]], msgspec.Struct] | None = None
+    public: type[Any] | None = None
+    public_of: Callable[[Any, Document[Any]], Any] | None = None
 
     @functools.cached_property
-    def answer(self) -> type[msgspec.Struct]:
+    def answer(self) -> type[Any]:
         """The type of what REST answers."""
         return self.public or public_type(self.kind, f"{self.title}Public")
 
-    def answer_of(self, service: Any, document: Document[Any]) -> msgspec.Struct:
+    def answer_of(self, service: Any, document: Document[Any]) -> Any:
         """What REST answers."""
         return public_value(self.answer, document) if self.public_of is None else self.public_of(service, document)
 

@@ -4,4 +4,7 @@ from app.tabs.register.commands import COMMANDS
 from app.tabs.register.sections import RegisterSections
 from app.tabs.spec import TabSpec
 
-SPEC = TabSpec("register", "Register", 25, __name__, "RegisterTab", COMMANDS, RegisterSections, kinds=("head",))
+SPEC = TabSpec(
+    "register", "Register", 25, __name__, "RegisterTab", COMMANDS, RegisterSections,
+    documents=("registration",), kinds=("head",),
+)  # fmt: skip

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
 from typing import Any
+
+import msgspec
 
 from app.documents import check_still_newest
 from app.kit.errors import NotFound
@@ -11,8 +14,13 @@ from app.kit.kept import Kept, Same
 from app.kit.values import Position
 from app.messages.fields import Command
 from app.messages.sections import Section
+from app.operations.messages import OperationMessage
+from app.operations.operation import Change, Operation
+from app.operations.spec import DocumentSpec
+from app.operations.standard import Redo, Undo
 from app.plans.service import Plan
 from app.registration.editor import StoredRegistration, found_pair
+from app.registration.operations import AddPair
 from app.registration.point_order import OrderAnswer
 from app.registration.target_errors import ErrorTable
 from app.services import Services
@@ -58,94 +66,55 @@ class OpenRegistration:
         if self.selected not in known:
             self.selected = None
 
-    def _edit(self, change: Callable[..., Any], *arguments: Any, **options: Any) -> None:
-        """Do an edit on the revision that is shown, and select what it adds."""
+    def _edit(self, change: Callable[..., StoredRegistration], *arguments: Any) -> None:
+        """Do an edit on the revision that is shown."""
         try:
-            made = change(*arguments, expected_revision=self.document.revision, **options)
+            document = change(*arguments, expected_revision=self.document.revision)
         except VfixError:
             self._show(self._editor.document)
             raise
-        added, document = made if isinstance(made, tuple) else (None, made)
         self._show(document)
         self._seen = self._seen[0], document.revision
-        self.selected = added or self.selected
 
-    def do(self, command: Command, cross: Position | None) -> str:
-        """Answer a command of the open registration; returns words for the user, often none.
+    def operate(self, message: OperationMessage, cross: Position | None) -> str:
+        """Do an operation; returns words for the user, often none. Raises VfixError where it cannot be done.
 
-        cross: where the slices cross. Raises VfixError where it cannot be done.
+        cross: where the slices cross.
         """
-        editor = self._editor
-        match command:
-            case c.EditRegistration():
-                return self._plain(command.type)
-            case c.UndoRegistration():
-                check_still_newest(command.revision, self.document.revision)
-                return self._plain(command.type)
-            case c.LockRegistration():
-                self._edit(editor.set_locked, command.locked)
-            case c.JudgeBead():
-                self._edit(editor.judge_bead, command.bead_id, confirmed=command.confirmed)
-            case c.AddPair():
-                place = command.in_image or cross
-                if place is None:
-                    raise InputError("this head has no slices to take a place from.")
-                self._edit(editor.added_pair, place)
-            case c.ChangePair():
-                self._edit(editor.change_pair, command.pair_id, command.fields())
-            case c.PairCommand(type="pair.delete"):
-                self._edit(editor.delete_pair, command.pair_id)
-            case c.Touch():
-                self._edit(editor.touch, self._touched(command.pair_id), command.noise_mm)
-            case c.MatchOrder() | c.TakeOrder():
-                self._order(command)
-            case c.StateFle():
-                self._edit(editor.set_fle, command.fle_mm)
-            case _:
-                raise InputError(f"the command {type(command).__name__} cannot be used here.")
-        return ""
-
-    def _plain(self, name: str) -> str:
-        editor = self._editor
-        if name == "registration.undo" and not self.document.can_undo and not self.document.locked:
-            return "There is nothing to undo."
-        if name == "registration.redo" and not self.document.can_redo and not self.document.locked:
-            return "There is nothing to redo."
-        acts: dict[str, Callable[..., StoredRegistration]] = {
-            "registration.undo": editor.undo,
-            "registration.redo": editor.redo,
-            "bead.confirm_all": editor.confirm_all,
-            "pair.clear_measured": editor.clear_measured,
-            "registration.fit_pairs": editor.fit_pairs,
-        }
-        self._edit(acts[name])
+        (operation,) = message.operations
+        check_still_newest(message.revision, self.document.revision)
+        if not self.document.locked:
+            if isinstance(operation, Undo) and not self.document.can_undo:
+                return "There is nothing to undo."
+            if isinstance(operation, Redo) and not self.document.can_redo:
+                return "There is nothing to redo."
+        if isinstance(operation, AddPair) and operation.in_image is None:
+            if cross is None:
+                raise InputError("this head has no slices to take a place from.")
+            operation = msgspec.structs.replace(operation, in_image=cross)
+        self._edit(functools.partial(self._done, message.spec, operation))
+        if isinstance(operation, AddPair):
+            self.selected = operation.added(self.document)
         return self.document.told
 
-    def _touched(self, pair_id: str | None) -> list[str]:
-        """The pairs to touch: that one; else those that were not measured, else those that were simulated."""
-        pairs = self.document.content.pairs
-        if pair_id is not None:
-            return [found_pair(self.document.content, pair_id).id]
-        left = [pair.id for pair in pairs if pair.in_image is not None and pair.measured is None]
-        if left or not pairs:
-            return left
-        again = [pair.id for pair in pairs if pair.in_image is not None and pair.measured_from == "simulated"]
-        if not again:
-            raise InputError("every point was really measured; no simulated touch replaces that.")
-        return again
+    def _done(self, spec: DocumentSpec, operation: Operation, *, expected_revision: int) -> StoredRegistration:
+        assert isinstance(operation, Change)
+        return operation.run(spec.context(self._services, expected_revision), self.id)
 
-    def _order(self, command: c.MatchOrder | c.TakeOrder) -> None:
+    def order(self, command: Command) -> None:
+        """Find an order of the points, forget it or take it. Raises VfixError where it cannot be done."""
         orders = self.orders()
-        if isinstance(command, c.TakeOrder):
-            if orders is None or command.candidate >= len(orders.candidates):
-                raise InputError("the points have changed since the order was looked for; look again.")
-            self._edit(self._editor.reorder, orders.candidates[command.candidate].measured_of)
-            self._orders = None
-        elif command.type == "order.forget":
-            self._orders = None
-        else:
-            answer = self._services.registering.order(self.document.content)
-            self._orders = (self.document.revision, answer)
+        match command:
+            case c.TakeOrder():
+                if orders is None or command.candidate >= len(orders.candidates):
+                    raise InputError("the points have changed since the order was looked for; look again.")
+                self._edit(self._editor.reorder, orders.candidates[command.candidate].measured_of)
+                self._orders = None
+            case c.MatchOrder(type="order.find"):
+                answer = self._services.registering.order(self.document.content)
+                self._orders = (self.document.revision, answer)
+            case _:
+                self._orders = None
 
     def orders(self) -> OrderAnswer | None:
         """The orders that were found of the points as they are."""

@@ -5,9 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 from app.kit.kept import Kept, Same
-from app.kit.values import Position
 from app.messages.fields import Command
 from app.messages.sections import Section, Sections
+from app.operations.messages import OperationMessage
+from app.operations.operation import Creation, Operation
+from app.operations.standard import Delete, Restore
 from app.plans.service import Plan
 from app.registration.editor import StoredRegistration
 from app.scene.error_balls import ErrorBalls
@@ -77,20 +79,44 @@ class RegisterTab(Tab):
     def handle(self, command: Command) -> None:
         """Answer a command; raises VfixError with the reason where that cannot be done."""
         match command:
-            case c.RegistrationCommand() | c.NewRegistration() | c.RenameRegistration():
-                self._manage(command)
+            case c.OpenRegistration():
+                self._check_own(command.registration_id)
+                self._open = OpenRegistration(self._services, command.registration_id)
             case c.UseRegistration():
                 self._use(command.used)
-            case c.PairCommand(type="pair.select"):
+            case c.SelectPair():
                 self._select(command.pair_id)
             case c.ShowBead():
                 self._select(command.bead_id)
             case _:
-                before = self._need().selected
-                self.workspace.note(self._need().do(command, self._cross()))
-                after = self._need().selected
-                if after is not None and after != before:
-                    self._select(after)
+                self._need().order(command)
+
+    def operate(self, message: OperationMessage) -> None:
+        """Do an operation, on the open registration where it names none."""
+        (operation,) = message.operations
+        if message.target or isinstance(operation, Creation):
+            self._manage(message, operation)
+            return
+        opened = self._need()
+        before = opened.selected
+        self.workspace.note(opened.operate(message, self.workspace.case.cross))
+        if opened.selected is not None and opened.selected != before:
+            self._select(opened.selected)
+
+    def _manage(self, message: OperationMessage, operation: Operation) -> None:
+        """An operation on the list; what it makes or brings back is opened."""
+        if message.target:
+            self._check_own(message.target, deleted=isinstance(operation, Restore))
+        case_id = self._case_id()
+        done = message.perform(message.spec.context(self._services, message.revision), case_id)
+        assert done is not None
+        here = None if self._open is None else self._open.id
+        if isinstance(operation, Delete) and here == done.id:
+            self._open = newest(self._services, case_id, None)
+        elif done.id != message.target or (isinstance(operation, Restore) and here is None):
+            self._open = OpenRegistration(self._services, done.id)
+        elif here == done.id:
+            self._need().refresh()
 
     def _select(self, item_id: str) -> None:
         opened = self._need()
@@ -98,46 +124,14 @@ class RegisterTab(Tab):
         opened.selected = item_id
         self.workspace.case.go_to(place)
 
-    def _cross(self) -> Position | None:
-        return self.workspace.case.cross
-
-    def _manage(self, command: c.RegistrationCommand | c.NewRegistration | c.RenameRegistration) -> None:
-        stored, case_id = self._services.registrations, self.workspace.case.case_id
-        if case_id is None:
+    def _case_id(self) -> str:
+        if self.workspace.case.case_id is None:
             raise InputError("open a head first; a registration belongs to one.")
-        match command:
-            case c.NewRegistration():
-                name = command.name or self._next_name(case_id)
-                self._open = OpenRegistration(self._services, stored.create(case_id, name).id)
-            case c.RenameRegistration():
-                self._check_own(command.registration_id, case_id)
-                stored.rename(command.registration_id, command.name)
-                if self._open is not None and self._open.id == command.registration_id:
-                    self._open.refresh()
-            case c.RegistrationCommand(type="registration.open"):
-                self._check_own(command.registration_id, case_id)
-                self._open = OpenRegistration(self._services, command.registration_id)
-            case c.RegistrationCommand(type="registration.duplicate"):
-                self._check_own(command.registration_id, case_id)
-                self._open = OpenRegistration(self._services, stored.duplicate(command.registration_id).id)
-            case c.RegistrationCommand(type="registration.restore"):
-                self._check_own(command.registration_id, case_id, deleted=True)
-                stored.restore(command.registration_id)
-                if self._open is None:
-                    self._open = OpenRegistration(self._services, command.registration_id)
-            case c.RegistrationCommand():
-                self._check_own(command.registration_id, case_id)
-                stored.delete(command.registration_id)
-                if self._open is not None and self._open.id == command.registration_id:
-                    self._open = newest(self._services, case_id, None)
+        return self.workspace.case.case_id
 
-    def _next_name(self, case_id: str) -> str:
-        taken = {title.name for title in self._services.registrations.titles(case_id, include_deleted=True)}
-        return next(name for n in range(1, len(taken) + 2) if (name := f"Registration {n}") not in taken)
-
-    def _check_own(self, registration_id: str, case_id: str, deleted: bool = False) -> None:
+    def _check_own(self, registration_id: str, deleted: bool = False) -> None:
         """Refuse a registration of another head, and one that is deleted unless that is what is asked for."""
-        title = self._services.registrations.title(registration_id)
+        case_id, title = self._case_id(), self._services.registrations.title(registration_id)
         if title.case_id != case_id:
             raise InputError("that registration belongs to another head; open that head first.")
         if title.deleted_at is not None and not deleted:

@@ -1228,14 +1228,23 @@ export interface ToolPublic {
  *
  * made_from: 'none' while there is no transform (what stands there means nothing then), 'pairs', 'given' of one that
  * was read from a file, or 'surface' of one that was refined on touched points. fle_mm: as stated; null where it is
- * estimated, see `fit`.
+ * estimated, see `fit`. told: of undo and redo what it took back or did again; of a file its doubts; else ''.
  */
 export interface RegistrationPublic {
   id: string;
   name: string;
   case_id: string;
+  created: string;
+  modified: string;
+  revision: number;
+  locked: boolean;
+  deleted_at: string | null;
+  can_undo: boolean;
+  can_redo: boolean;
+  unreadable: string;
   case_hash: string;
   schema: string;
+  told: string;
   to: "patient" | "base";
   transform: number[];
   made_from: "none" | "pairs" | "given" | "surface";
@@ -1248,15 +1257,6 @@ export interface RegistrationPublic {
   pointer: PointerTipPublic | null;
   robot: RobotToTrackerPublic | null;
   said: SaidByFile | null;
-  created: string;
-  modified: string;
-  revision: number;
-  locked: boolean;
-  deleted_at: string | null;
-  can_undo: boolean;
-  can_redo: boolean;
-  unreadable: string;
-  told: string;
   notice: string;
 }
 
@@ -1519,10 +1519,13 @@ export interface Commands {
   "add.mode": {
     kind: "point" | "target" | "none";
   };
-  "bead.confirm_all": {};
+  "bead.confirm_all": {
+    revision?: number | null;
+  };
   "bead.judge": {
     bead_id: string;
     confirmed: boolean | null;
+    revision?: number | null;
   };
   "bead.show": {
     bead_id: string;
@@ -1574,21 +1577,26 @@ export interface Commands {
     name?: string | null;
     colour?: string | null;
     locked?: boolean | null;
+    revision?: number | null;
   };
   "label.delete": {
     label_id: string;
+    revision?: number | null;
   };
   "label.new": {
     name: string;
     colour?: string;
     volume?: string | null;
     structure_id?: string | null;
+    revision?: number | null;
   };
   "label.redo": {
     label_id: string;
+    revision?: number | null;
   };
   "label.restore": {
     label_id: string;
+    revision?: number | null;
   };
   "label.stroke": {
     label_id: string;
@@ -1597,9 +1605,11 @@ export interface Commands {
     mode?: "paint" | "erase";
     brush?: "disc" | "ball";
     normal?: [number, number, number] | null;
+    revision?: number | null;
   };
   "label.undo": {
     label_id: string;
+    revision?: number | null;
   };
   "lock": {
     locked: boolean;
@@ -1610,7 +1620,10 @@ export interface Commands {
     candidate: number;
   };
   "pair.add": {
+    label?: string | null;
     in_image?: [number, number, number] | null;
+    measured?: [number, number, number] | null;
+    revision?: number | null;
   };
   "pair.change": {
     pair_id: string;
@@ -1619,17 +1632,23 @@ export interface Commands {
     measured?: [number, number, number] | null;
     enabled?: boolean | null;
     weight?: number | null;
+    revision?: number | null;
   };
-  "pair.clear_measured": {};
+  "pair.clear_measured": {
+    revision?: number | null;
+  };
   "pair.delete": {
     pair_id: string;
+    revision?: number | null;
   };
   "pair.select": {
     pair_id: string;
   };
   "pair.touch": {
     pair_id?: string | null;
-    noise_mm: number;
+    noise_mm?: number;
+    seed?: number | null;
+    revision?: number | null;
   };
   "path.choose": {
     path_id: string;
@@ -1724,30 +1743,44 @@ export interface Commands {
   };
   "registration.delete": {
     registration_id: string;
+    revision?: number | null;
   };
   "registration.duplicate": {
     registration_id: string;
+    revision?: number | null;
   };
-  "registration.fit_pairs": {};
+  "registration.fit_pairs": {
+    made_from?: "pairs";
+    revision?: number | null;
+  };
   "registration.fle": {
     fle_mm: number | null;
+    revision?: number | null;
   };
   "registration.lock": {
     locked: boolean;
+    revision?: number | null;
   };
   "registration.new": {
     name?: string | null;
+    to?: "patient" | "base" | null;
+    copy_of?: string | null;
+    revision?: number | null;
   };
   "registration.open": {
     registration_id: string;
   };
-  "registration.redo": {};
+  "registration.redo": {
+    revision?: number | null;
+  };
   "registration.rename": {
     registration_id: string;
     name: string;
+    revision?: number | null;
   };
   "registration.restore": {
     registration_id: string;
+    revision?: number | null;
   };
   "registration.undo": {
     revision?: number | null;

@@ -11,13 +11,13 @@ from copy import deepcopy
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 import pytest
 from session_doubles import other_case
 
 from app.api.case_models import CasePublic
 from app.api.plan_models import PlanPublic
-from app.api.registration_models import RegistrationPublic
 from app.cases.model import CaseFrame
 from app.cases.structures import BONE
 from app.cli import main
@@ -28,6 +28,7 @@ from app.kit.errors import TooLarge
 from app.planning.protected_structures import with_surface_errors
 from app.plans.model import PlanContent, PlanPoint
 from app.plans.zones import PlanZone
+from app.registration.public import RegistrationPublic
 from app.services import Services, build_services
 from app.settings import Settings
 from app.store.models import CaseRow
@@ -116,7 +117,7 @@ def use(services: Services, case_id: str) -> None:
         PlanPublic.of(plan).model_dump_json()
         services.registering.registration_of(plan)
     for registration in services.registrations.list(case_id):
-        RegistrationPublic.of(registration).model_dump_json()
+        msgspec.json.encode(RegistrationPublic.of(registration))
 
 
 def leaves(value: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:

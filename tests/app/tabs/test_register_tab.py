@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Iterator
 from typing import Any
@@ -10,11 +11,12 @@ import numpy as np
 import pytest
 from session_doubles import HEAD, SAMPLE, Heard, other_case, sections_of, workspace_of
 
+from app.operations.messages import OperationMessage
 from app.registration.document import FiducialPair, RegistrationContent
 from app.registration.fit_report import refitted, report_of
 from app.services import Services
+from app.session.commands import parse_command
 from app.tabs.plan.tab import PlanTab
-from app.tabs.register import commands as c
 from app.tabs.register.hints import register_hint
 from app.tabs.register.tab import RegisterTab
 from vfix_engine.anatomy.phantom import load_landmarks
@@ -37,8 +39,11 @@ class Opened:
 
     def do(self, kind: str, **fields: Any) -> dict[str, Any]:
         """Answer a command, and what the page is shown then."""
-        model = next(one for one in c.COMMANDS if kind in one.model_fields["type"].annotation.__args__)  # type: ignore[union-attr]
-        self.tab.handle(model(type=kind, **fields))
+        command = parse_command(json.dumps({"type": kind, **fields}))
+        if isinstance(command, OperationMessage):
+            self.tab.operate(command)
+        else:
+            self.tab.handle(command)
         return self.shown()
 
     def shown(self) -> dict[str, Any]:
@@ -156,6 +161,8 @@ def test_the_order_is_asked_for_and_forgotten_when_the_points_change(opened: Ope
     assert (taken["orders"], taken["fit"]["fre_mm"] < 1.0) == (None, True)
     assert opened.do("order.find")["registration"]["orders"]["unchanged"]
     assert opened.do("pair.change", pair_id=pairs[0]["id"], label="mine")["registration"]["orders"] is None
+    emptied = opened.do("pair.change", pair_id=pairs[4]["id"], measured=None, weight=None)["registration"]["pairs"][4]
+    assert (emptied["measured"], emptied["in_image"], emptied["label"]) == (None, pairs[4]["in_image"], "F5")
     with pytest.raises(InputError, match="look again"):
         opened.do("order.take", candidate=0)
     assert opened.do("registration.fle", fle_mm=0.5)["registration"]["fle_stated_mm"] == 0.5
