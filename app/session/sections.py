@@ -23,7 +23,7 @@ class TabSection(TypedDict):
 
 
 class JobEntry(TypedDict):
-    """A job that waits or runs, with the fields that REST has for it."""
+    """A job that waits or runs, as REST has it; `result` and `error` come at its end, from REST alone."""
 
     id: str
     kind: JobKind

@@ -42,7 +42,7 @@ export interface JobsSection {
   items: JobEntry[];
 }
 
-/** A job that waits or runs, with the fields that REST has for it. */
+/** A job that waits or runs, as REST has it; `result` and `error` come at its end, from REST alone. */
 export interface JobEntry {
   id: string;
   kind: "import" | "structures" | "dry_run" | "run" | "suggestion" | "tools" | "segmentation" | "islands" | "overlay" | "beads" | "refinement";
