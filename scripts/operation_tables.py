@@ -63,7 +63,8 @@ def _bounds(schema: dict[str, Any]) -> str:
     if "enum" in schema:
         return f" ({', '.join(f'`{word}`' for word in schema['enum'])})"
     if "minimum" in schema and "maximum" in schema:
-        return f" ({schema['minimum']:,g} to {schema['maximum']:,g})"
+        low, high = (f"{schema[end]:,.12g}" for end in ("minimum", "maximum"))
+        return f" (at least {low})" if schema["maximum"] >= 2**53 else f" ({low} to {high})"
     if "maxItems" in schema and schema.get("items"):
         return f" (at most {schema['maxItems']:,})"
     return ""
