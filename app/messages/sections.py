@@ -2,7 +2,7 @@
 
 A section is a typed dictionary of plain JSON values; one that does not exist is None.
 Lengths are in mm, forces in N, positions in the patient frame (LPS).
-Each step declares its sections in its own ``sections.py``.
+Each tab declares its sections in its own ``sections.py``.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ class TabEntry(TypedDict):
 
 
 class HelloMessage(TypedDict):
-    """The first message to a client: the version of all that follow, and the steps in the order of their tabs."""
+    """The first message to a client: the version of all that follow, and the tabs in their order."""
 
     type: Literal["hello"]
     version: int

@@ -17,7 +17,7 @@ from vfix_engine.json_text import parse_json
 
 def _known_tab(name: str) -> str:
     if name not in [spec.name for spec in registry.specs()]:
-        raise ValueError("there is no such step")
+        raise ValueError("there is no such tab")
     return name
 
 

@@ -60,7 +60,7 @@ export class SegmentGroup {
     this.element.id = "segment";
     this.element.addEventListener("change", () => this.rests());
     this.showParts();
-    // A tint that nobody can switch off would stay when another step is shown.
+    // A tint that nobody can switch off would stay when another tab is shown.
     this.seen = false;
     new ResizeObserver(() => this.turned()).observe(this.element);
   }

@@ -41,7 +41,7 @@ from vfix_engine.errors import InputError, PlanError
 
 
 class PlanTab(Tab):
-    """Opens plans for all steps, and edits the open one."""
+    """Opens plans for all tabs, and edits the open one."""
 
     spec = SPEC
 

@@ -61,7 +61,7 @@ export default class RegisterPanel {
   }
 
   /**
-   * Whether the key is of this step: undo and redo, as in Plan.
+   * Whether the key is of this tab: undo and redo, as in Plan.
    * @param {KeyboardEvent} event
    */
   key(event) {

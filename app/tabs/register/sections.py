@@ -176,7 +176,7 @@ class RegistrationSection(TypedDict):
 
 
 class PlanUseSection(TypedDict):
-    """The registration that the open plan uses. here: it is the one that is open in this step.
+    """The registration that the open plan uses. here: it is the one that is open in this tab.
 
     words: that it can be used, or why not. Of one that can: doubts to know before, and what error is to be expected.
     has_balls: the error at the plan's targets is known, and drawn as balls about them.
@@ -209,7 +209,7 @@ class FiducialMark(TypedDict):
 
 
 class FiducialsSection(TypedDict):
-    """The marks of beads and points while the step is open."""
+    """The marks of beads and points while the tab is open."""
 
     items: list[FiducialMark]
 

@@ -46,7 +46,7 @@ class RehearseTab(RehearsalSession):
     def available(self) -> bool:
         return self.workspace.plan.id is not None
 
-    # -- entering and leaving the step
+    # -- entering and leaving the tab
 
     def enter(self) -> None:
         """Open the anatomy along the path, look at it, and put the robot at its entry where nobody else has it."""
@@ -207,7 +207,7 @@ class RehearseTab(RehearsalSession):
         return Section(key, build)
 
     def layers(self) -> list[Layer[Any]]:
-        """The robot while the step is active; points and curve of what is driven instead of the plan's."""
+        """The robot while the tab is active; points and curve of what is driven instead of the plan's."""
         if not self.active:
             return []
         layers: list[Layer[Any]] = []

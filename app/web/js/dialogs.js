@@ -139,7 +139,7 @@ export function noteEdit(connection, what, request, words) {
   }).catch((error) => note(error.message, { error: true }));
 }
 
-/** What went wrong before is no news any more: another head, plan or step is shown, or another file was chosen. */
+/** What went wrong before is no news any more: another head, plan or tab is shown, or another file was chosen. */
 export function clearErrors() {
   byId("alerts").replaceChildren();
 }

@@ -103,7 +103,7 @@ export class Keys {
   }
 
   /**
-   * Whether the key is a command of the step, which is sent then.
+   * Whether the key is a command of the tab, which is sent then.
    * @param {KeyboardEvent} event
    */
   command(event) {

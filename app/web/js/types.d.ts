@@ -782,7 +782,7 @@ export interface RobotView {
 }
 
 /**
- * The registration that the open plan uses. here: it is the one that is open in this step.
+ * The registration that the open plan uses. here: it is the one that is open in this tab.
  *
  * words: that it can be used, or why not. Of one that can: doubts to know before, and what error is to be expected.
  * has_balls: the error at the plan's targets is known, and drawn as balls about them.
@@ -800,7 +800,7 @@ export interface PlanUseSection {
   locked: boolean;
 }
 
-/** The marks of beads and points while the step is open. */
+/** The marks of beads and points while the tab is open. */
 export interface FiducialsSection {
   items: FiducialMark[];
 }
@@ -947,7 +947,7 @@ export interface Hello {
   role?: "holds" | "instructs" | "watches";
 }
 
-/** The first message to a client: the version of all that follow, and the steps in the order of their tabs. */
+/** The first message to a client: the version of all that follow, and the tabs in their order. */
 export interface HelloMessage {
   type: "hello";
   version: number;
