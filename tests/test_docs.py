@@ -172,8 +172,7 @@ def hazard_rows() -> dict[str, list[str]]:
 
 def test_the_table_of_hazards_is_complete_and_in_order() -> None:
     numbers = [int(hazard.removeprefix("HAZ-")) for hazard in hazard_rows()]
-    assert numbers == sorted(set(numbers))
-    assert set(range(1, 36)) | {36, 37} <= set(numbers)
+    assert numbers == list(range(1, len(numbers) + 1))
     for hazard, (_, _, _, _, target, state) in hazard_rows().items():
         assert re.search(r"\w", target), hazard
         assert re.match(r"built($|; .)|in part: .|not built$", state), (hazard, state)

@@ -1,1 +1,1 @@
-"""Drives: recordings of a plan's rehearsals, kept and replayed."""
+"""Drives of any world: process, shared handle and lease, poses, recordings and stored runs."""

@@ -1,7 +1,7 @@
 """The page's session: one websocket per tab, commands in, a view model out.
 
 A tab owns a :class:`~app.session.client_session.ClientSession`; what several tabs share is a
-:class:`~app.tabs.rehearse.shared_drive.SharedDrive` with the lease of its handle.
+:class:`~app.drives.shared_drive.SharedDrive` with the lease of its handle.
 Callbacks of the websocket and of the scene only queue requests; a session's own thread answers them in order.
 """
 

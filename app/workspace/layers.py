@@ -1,4 +1,4 @@
-"""Layers of the scene: what steps and views add to it, drawn again only where it has changed."""
+"""Layers of the scene: what tabs and workspace add to it, drawn again only where it has changed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The plan that a client has open: one step edits it, others drive or show it."""
+"""The plan that a client has open: one tab edits it, others drive or show it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Sections of what every step shares: the open case and how it is shown, points and targets, the scene, the camera."""
+"""Sections of what all tabs share: the open case and how it is shown, points and targets, the scene, the camera."""
 
 from __future__ import annotations
 

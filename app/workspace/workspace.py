@@ -1,4 +1,4 @@
-"""What the steps of one client share; it belongs to none of them."""
+"""What the tabs of one client share; it belongs to none of them."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ class Workspace:
         message.perform(message.spec.context(self.services, message.revision), self.case.case_id)
 
     def handle(self, command: Command) -> Any:
-        """Answer a command for what every step shares."""
+        """Answer a command for what all tabs share."""
         match command:
             case c.SetCamera():
                 self.camera.look_from(command.view)

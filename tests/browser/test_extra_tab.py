@@ -56,7 +56,7 @@ def planner(home: Settings, tube: str) -> Iterator[Planner]:
     started.stop()
 
 
-def test_a_fourth_step_is_one_folder_and_one_line(browser: Browser, planner: Planner, artefacts: Path) -> None:
+def test_a_tab_of_ones_own_is_one_folder_and_one_line(browser: Browser, planner: Planner, artefacts: Path) -> None:
     """Its tab, its panel, its command with the answer, its section, its layer, its hint and its own address."""
     context = browser.new_context(viewport=VIEWPORT)
     context.add_init_script(NO_ANTIALIASING)

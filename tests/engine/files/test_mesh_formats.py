@@ -13,7 +13,7 @@ import pytest
 import trimesh
 
 from vfix_engine.errors import FrameError, MeshError
-from vfix_engine.files.mesh_files import READERS, is_mesh, read_mesh
+from vfix_engine.files.mesh_files import READERS, is_mesh, mesh_suffixes, read_mesh
 from vfix_engine.geometry.mesh import TriangleMesh
 
 SPHERE = trimesh.creation.icosphere(subdivisions=2, radius=30.0)
@@ -301,3 +301,11 @@ def test_a_format_of_ones_own_is_read_and_checked(tmp_path: Path, monkeypatch: p
     (tmp_path / "head.off").write_text(text.rsplit("\n", 1)[0] + f"\n3 0 1 {len(VERTICES)}")
     with pytest.raises(MeshError, match="corner"):
         read_mesh(tmp_path / "head.off", "LPS", "mm")
+
+
+@pytest.mark.parametrize("file", ["app/tabs/patient/files-in.js", "app/commands/import_.py", "docs/cli.md"])
+def test_every_place_that_lists_the_formats_lists_all(file: str) -> None:
+    text = (Path(__file__).parents[3] / file).read_text(encoding="utf-8")
+    for suffix in mesh_suffixes():
+        lists = [suffix in text, f"{suffix[1:]}|" in text] if file.endswith(".js") else [suffix in text]
+        assert all(lists), suffix

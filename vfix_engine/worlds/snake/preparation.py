@@ -1,6 +1,6 @@
 """What compiles every kernel that a snake needs in the control process and in a scripted drive.
 
-`python -m vfix_engine.worlds.snake.preparation drive` is its process; see ``runtime/preparation.py``.
+`python -m vfix_engine.worlds.snake.preparation drive` is its process; see ``kernels/preparation.py``.
 """
 
 from __future__ import annotations
