@@ -139,6 +139,7 @@ class NoServices(contextlib.ExitStack):
     """In the place of the services: nothing runs that would have to be ended, and nothing changes."""
 
     store = SimpleNamespace(look=lambda: None)
+    jobs = SimpleNamespace(version=0)
 
     def end(self) -> None:
         pass
