@@ -160,5 +160,5 @@ def _look_at_the_page(line: str) -> None:
     with opener.open(f"{address[0].split('?')[0]}static/lib/lit-html/lit-html.js", timeout=60) as library:
         assert library.headers.get_content_type() == "text/javascript"
         assert b"BSD-3-Clause" in library.read()
-    with opener.open(f"{address[0].split('?')[0]}api/cases", timeout=60) as cases:
+    with opener.open(f"{address[0].split('?')[0]}api/v1/cases", timeout=60) as cases:
         assert b"head-phantom" in cases.read()
