@@ -46,7 +46,6 @@ class Services:
         from app.planning.rehearsal_options import OptionsByPlan
         from app.planning.removed_volumes import RemovedVolumeService
         from app.planning.suggestions import Suggestions
-        from app.plans.instruments import Instruments
         from app.plans.service import PlanService
         from app.plans.shipped_head import ensure_head_phantom
         from app.plans.versions import PlanVersions
@@ -69,7 +68,7 @@ class Services:
         self.overlays = Overlays(cases)
         self.purge = Purge(store)
         self.versions = PlanVersions(store, plans)
-        self.instruments = instruments = Instruments(store.files)
+        self.instruments = instruments = plans.instruments
         self.importing = ImportService(cases)
         self.import_jobs = ImportJobs(jobs, self.importing)
         self.segmenting = Segmenting(cases, jobs)
@@ -85,6 +84,7 @@ class Services:
         self.planning = planning = Planning(
             cases, instruments, distance_fields, lambda plan: driven_registration(registering.registration_of(plan))
         )
+        plans.connect(cases, planning)
         self.dry_runs = DryRunJobs(jobs, planning)
         self.previews = Previews(cases, planning)
         self.rehearsal_options = options = OptionsByPlan()
