@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar, Literal, get_args, get_origin
@@ -10,7 +11,7 @@ from typing import Annotated, Any, ClassVar, Literal, get_args, get_origin
 import msgspec
 
 from app.documents import Document
-from app.operations import registry
+from app.operations import registry, standard
 from app.operations.bodies import Field, fields_of, keys_of, read_operations
 from app.operations.fields import STRIPPED, Identifier, Revision
 from app.operations.operation import Change, Context, Creation, Operation
@@ -69,6 +70,14 @@ class MessageSpec:
         """The field that names the document; '' where none does."""
         first = self.operations[0]
         return self.spec.id if issubclass(first, Change) and not first.of_open else ""
+
+    @property
+    def title(self) -> str:
+        """The name of what it does, for people."""
+        first = self.operations[0]
+        words = re.findall("[A-Z][a-z]*", first.__name__)
+        title = first.title or " ".join([words[0], *(word.lower() for word in words[1:])])
+        return f"{title} {self.spec.kind.noun}" if first.__module__ == standard.__name__ else title
 
     def fields(self) -> dict[str, Field]:
         """Each field besides those of every message."""

@@ -37,6 +37,7 @@ class Context(Generic[Content, Service]):
 class Operation(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Base class. The docstring is the help text: its first sentence on the command line, all of it in REST.
 
+    title: its name for people, in the palette; '' for that of the class, 'Rename plan' of RenamePlan.
     rest: method and address below /api/v1, or several; '{id}' is the document's. A field that an address names is read
     from there. Operations of one address are told apart by the keys of their bodies: one of them is done per request.
     status: of the answer. message: its type on the WebSocket. aliases: names of fields there that differ, '' of
@@ -47,6 +48,7 @@ class Operation(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     each a `Verb`. An empty one leaves that way out.
     """
 
+    title: ClassVar[str] = ""
     rest: ClassVar[str | tuple[str, ...]] = ""
     status: ClassVar[int] = 200
     message: ClassVar[str] = ""
