@@ -13,7 +13,7 @@ from app.commands.head_options import say_notes
 from app.documents import Document
 from app.exchange.resolve import find, read_bytes
 from app.plans.imported_places import measured_notes
-from app.plans.operations.registration import UseRegistration
+from app.plans.operations.instruments import UseRegistration
 from app.registration.document import RegistrationContent
 from app.registration.editor import MeasuredPoint, StoredRegistration
 from app.registration.files import export_text, name_of, read_measured, read_transform

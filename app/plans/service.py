@@ -38,23 +38,23 @@ class DryRuns(Protocol):
         """Raise PlanError where no drive could keep a protected structure."""
 
 
-class Registrations(Protocol):
+class UsedRegistrations(Protocol):
     """What operations on plans ask of registrations."""
 
-    def check_usable(self, plan: Plan) -> None:
-        """Raise NotFound or PlanError where the registration that a plan refers to cannot be used."""
+    def check_usable(self, plan: Plan, registration_id: str) -> None:
+        """Raise NotFound, and PlanError where a plan cannot use a registration."""
 
 
 class PlanService:
     """Plans of every case: documents of the kind 'plan'. May be used from any thread.
 
-    versions: of every plan. cases, overlays, planning, registrations: what some operations ask; there after `connect`.
+    versions: of every plan. cases, planning, registering, overlays: what some operations ask; there after `connect`.
     """
 
     cases: CaseService
-    overlays: Overlays
     planning: DryRuns
-    registrations: Registrations
+    registering: UsedRegistrations
+    overlays: Overlays
 
     def __init__(self, store: Store) -> None:
         self._store = store
@@ -62,9 +62,11 @@ class PlanService:
         self.versions = PlanVersions(store, self.documents)
         self.instruments = Instruments(store.files)
 
-    def connect(self, cases: CaseService, overlays: Overlays, planning: DryRuns, registrations: Registrations) -> None:
+    def connect(
+        self, cases: CaseService, planning: DryRuns, registering: UsedRegistrations, overlays: Overlays
+    ) -> None:
         """Make known what is built after this service."""
-        self.cases, self.overlays, self.planning, self.registrations = cases, overlays, planning, registrations
+        self.cases, self.planning, self.registering, self.overlays = cases, planning, registering, overlays
 
     def do(self, plan_id: str, operation: Change, *, expected_revision: int | None = None) -> Plan:
         """Do an operation on a plan. Raises VfixError, PlanConflict at another revision than the expected one."""

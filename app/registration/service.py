@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
 from app.cases.model import CaseBead as KnownBead
@@ -200,14 +200,10 @@ class Registering:
 
     # -- plans
 
-    def check_usable(self, plan: Plan) -> None:
-        """Raise NotFound where the registration that a plan refers to is not there, PlanError where it cannot be used.
-
-        That is one of another case, a deleted one, or one without a transform.
-        """
-        assert plan.registration is not None
-        self.documents.get(plan.registration)
-        used = self.registration_of(plan)
+    def check_usable(self, plan: Plan, registration_id: str) -> None:
+        """Raise NotFound, and PlanError for a registration of another case, a deleted one or an unfinished one."""
+        self.documents.get(registration_id)
+        used = self.registration_of(replace(plan, registration=registration_id))
         if used.state != "ready":
             name = "" if used.document is None else used.document.name
             raise PlanError(_REFUSED[used.state].replace("{name}", name))

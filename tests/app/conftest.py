@@ -64,7 +64,7 @@ def cases(store: Store) -> CaseService:
 def plans(store: Store, cases: CaseService) -> PlanService:
     """Without a dry run and registrations that would refuse anything."""
     made = PlanService(store)
-    made.connect(cases, Overlays(cases), mock.Mock(), mock.Mock())
+    made.connect(cases, mock.Mock(), mock.Mock(), Overlays(cases))
     return made
 
 

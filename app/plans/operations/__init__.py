@@ -8,7 +8,6 @@ from app.plans.operations import (
     instruments,
     points,
     regions,
-    registration,
     removed_bone,
     second_volume,
     versions,
@@ -33,7 +32,7 @@ SPEC = DocumentSpec(
         points.AddPoint, points.AddTarget, points.TakeTargets, points.MovePoint, points.RenamePoint,
         points.RenameItem, points.DeletePoint,
         *zones.OPERATIONS, *removed_bone.OPERATIONS, *regions.OPERATIONS, *versions.OPERATIONS,
-        *second_volume.OPERATIONS, *registration.OPERATIONS,
+        *second_volume.OPERATIONS, instruments.UseRegistration,
     ),
     service="plans",
 )  # fmt: skip

@@ -1,4 +1,4 @@
-"""Messages of the page about regions: a structure to spare, or bone to be removed, whichever has the id."""
+"""Messages of the page about regions: a protected structure or a region of bone removal, whichever has the id."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Number = Annotated[float, Meta(ge=-1e3, le=1e3)]  # [mm, N/mm]; what may be, the
 
 
 class SpareStructure(PlanEdit, frozen=True):
-    """Spare a structure of the case, under its own name."""
+    """Protect a structure of the case, under its own name."""
 
     message = "region.structure"
     structure: Identifier

@@ -1,4 +1,4 @@
-"""Operations on the bone that a plan removes before the tool goes in."""
+"""Operations on a plan's regions of bone removal."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _WHAT = "region"
 
 @dataclass(frozen=True, kw_only=True)
 class EditedBone(RemovedBone):
-    """A region of bone to be removed after an edit, and the plan's revision after it."""
+    """A region of bone removal after an edit, and the plan's revision after it."""
 
     revision: int
 
@@ -39,7 +39,7 @@ class _AnsweredBone(PlanEdit, frozen=True):
 
 
 class AddBone(_AnsweredBone, frozen=True):
-    """Add a region in which bone will be removed: a sphere, a capsule or a box."""
+    """Add a region of bone removal: a sphere, a capsule or a box."""
 
     rest = "POST /plans/{id}/removed-bone"
     status = 201
@@ -57,7 +57,7 @@ class AddBone(_AnsweredBone, frozen=True):
 
 
 class ChangeBone(_AnsweredBone, frozen=True):
-    """Change the name or the shape of a region of bone to be removed, or both in one edit."""
+    """Change the name or the shape of a region of bone removal, or both in one edit."""
 
     rest = "PATCH /plans/{id}/removed-bone/{region_id}"
     region_id: Identifier
@@ -77,7 +77,7 @@ class ChangeBone(_AnsweredBone, frozen=True):
 
 
 class DeleteBone(PlanEdit, frozen=True):
-    """Delete a region of bone to be removed; the bone stays."""
+    """Delete a region of bone removal; the bone stays."""
 
     rest = "DELETE /plans/{id}/removed-bone/{region_id}"
     region_id: Identifier

@@ -31,7 +31,11 @@ class LaidVolume(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class LayOver(PlanEdit, frozen=True):
-    """Lay a volume over the head of a plan: one of its own case, or the CT of another case; null takes it away."""
+    """Overlay the slices: a `volume` of a `case`, null for its widest CT; or with null nothing.
+
+    `transform`: rigid, 16 numbers row by row, from the second volume's LPS to the head's, mm. `opacity`: 0 to 1. For a
+    case other than the plan's, `other_head` confirms that both show the same patient.
+    """
 
     rest = "PUT /plans/{id}/second-volume"
     second_volume: LaidVolume | None

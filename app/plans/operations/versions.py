@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from app.operations.fields import Identifier, Name
 from app.operations.operation import Change
-from app.plans.model import check_content
+from app.plans.model import PlanContent, check_content
 from app.plans.operations.base import PlanEdit, Plans, StoredPlan
-from app.plans.operations.document import TakeOver
 from app.plans.versions import PlanVersion, PlanVersions
 
 
@@ -51,7 +50,7 @@ class VersionChange(Change, frozen=True):
 
 
 class SaveVersion(VersionChange, frozen=True):
-    """Keep the plan as it is now under a name."""
+    """Save the plan as it is now under a name; at most 100, in addition to those received over the live link."""
 
     rest = "POST /plans/{id}/versions"
     status = 201
@@ -109,7 +108,7 @@ class RestoreVersion(VersionChange, frozen=True):
 
 
 class GoBack(PlanEdit, frozen=True):
-    """Make the plan what it was in a version, as one edit that undo takes back; settings stay."""
+    """Restore the plan from a version, as one edit that undo takes back; settings stay."""
 
     rest = "POST /plans/{id}/versions/{version_id}/go-back"
     message = "version.go_back"
@@ -118,6 +117,15 @@ class GoBack(PlanEdit, frozen=True):
     def run(self, context: Plans, document_id: str) -> StoredPlan:
         content = context.service.versions.get(document_id, self.version_id).content
         return TakeOver(content=check_content(content)).run(context, document_id)
+
+
+class TakeOver(PlanEdit, frozen=True):
+    """Take over another content, but for its settings, which are no step of the history."""
+
+    content: PlanContent
+
+    def apply(self, content: PlanContent, context: Plans) -> PlanContent:
+        return replace(self.content, settings=content.settings)
 
 
 OPERATIONS = (SaveVersion, RenameVersion, DeleteVersion, RestoreVersion, GoBack)

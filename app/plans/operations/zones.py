@@ -1,4 +1,4 @@
-"""Operations on a plan's structures to spare."""
+"""Operations on a plan's protected structures."""
 
 from __future__ import annotations
 
@@ -13,10 +13,15 @@ from app.operations.fields import Identifier, Name
 from app.plans.document import plan_of
 from app.plans.model import PlanContent, drive_parts, without_placement
 from app.plans.operations.base import PlanEdit, Plans, StoredPlan, found, put, without
-from app.plans.zones import COLOURS, Firmness, PlanZone, RemovedBone, check_zones
+from app.plans.zones import COLOURS, LARGEST_DEPTH_MM, Firmness, PlanZone, RemovedBone, check_zones
 from vfix_engine.errors import PlanError
+from vfix_engine.virtual_fixtures.soft_zone import STIFFEST_N_PER_MM
+from vfix_engine.virtual_fixtures.zones import LARGEST_MARGIN_MM
 
-Number = Annotated[float, Meta(ge=-1e6, le=1e6)]  # what may be, `check_zone` says
+Margin = Annotated[float, Meta(ge=0.0, le=LARGEST_MARGIN_MM)]
+Stiffness = Annotated[float, Meta(gt=0.0, le=STIFFEST_N_PER_MM)]
+Depth = Annotated[float, Meta(ge=0.0, le=LARGEST_DEPTH_MM)]
+Number = Annotated[float, Meta(ge=-1e6, le=1e6)]
 # A text, a number, a place, or a list of places; what each field of a shape may be, `check_shape` says.
 _Numbers = Annotated[list[Number], Meta(max_length=64)]
 _Places = Annotated[list[Number | _Numbers], Meta(max_length=64)]
@@ -33,20 +38,20 @@ _MAY_BE_NULL = ("max_depth_mm", "stiffness_n_per_mm")
 
 @dataclass(frozen=True, kw_only=True)
 class EditedZone(PlanZone):
-    """A structure to spare after an edit, and the plan's revision after it."""
+    """A protected structure after an edit, and the plan's revision after it."""
 
     revision: int
 
 
 class _ZoneEdit(PlanEdit, frozen=True, kw_only=True):
-    """What is said of a structure to spare; what is left out stays, or is as a new one has it."""
+    """Fields of a protected structure; what is left out stays, or is as a new one has it."""
 
     name: Name | UnsetType | None = UNSET
     shape: Shape | UnsetType | None = UNSET
-    margin_mm: Number | UnsetType | None = UNSET
+    margin_mm: Margin | UnsetType | None = UNSET
     kind: Firmness | UnsetType | None = UNSET
-    stiffness_n_per_mm: Number | UnsetType | None = UNSET
-    max_depth_mm: Number | UnsetType | None = UNSET
+    stiffness_n_per_mm: Stiffness | UnsetType | None = UNSET
+    max_depth_mm: Depth | UnsetType | None = UNSET
     colour: Annotated[str, Meta(max_length=7)] | UnsetType | None = UNSET
     visible: bool | UnsetType | None = UNSET
 
@@ -74,7 +79,7 @@ class _AnsweredZone(_ZoneEdit, frozen=True):
 
 
 class AddZone(_AnsweredZone, frozen=True, kw_only=True):
-    """Add a structure to spare; by default hard, with a margin of 1 mm and a colour of its own.
+    """Add a protected structure; by default hard, with a margin of 1 mm and a colour of its own.
 
     One that no drive could keep is refused, as is a structure that the case does not have.
     """
@@ -102,7 +107,7 @@ class AddZone(_AnsweredZone, frozen=True, kw_only=True):
 
 
 class ChangeZone(_AnsweredZone, frozen=True, kw_only=True):
-    """Change any fields of a structure to spare in one edit; those that are left out stay.
+    """Change any fields of a protected structure in one edit; those that are left out stay.
 
     A null `max_depth_mm` leaves the depth open. One that is made hard loses its stiffness and its depth.
     """
@@ -132,7 +137,7 @@ class ChangeZone(_AnsweredZone, frozen=True, kw_only=True):
 
 
 class DeleteZone(PlanEdit, frozen=True):
-    """Delete a structure to spare."""
+    """Delete a protected structure."""
 
     rest = "DELETE /plans/{id}/zones/{zone_id}"
     zone_id: Identifier

@@ -10,7 +10,7 @@ from app.messages.sections import Section, Sections
 from app.operations.messages import OperationMessage
 from app.operations.operation import Creation, Operation
 from app.operations.standard import Delete, Restore
-from app.plans.operations.registration import UseRegistration
+from app.plans.operations.instruments import UseRegistration
 from app.plans.service import Plan
 from app.registration.editor import StoredRegistration
 from app.scene.error_balls import ErrorBalls

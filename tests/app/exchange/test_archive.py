@@ -35,7 +35,7 @@ from app.imaging.label_operations import DrawStroke
 from app.kit import zip_directory
 from app.kit.errors import JobCancelled, TooLarge
 from app.plans.model import PlanContent, PlanPoint
-from app.plans.operations.registration import UseRegistration
+from app.plans.operations.instruments import UseRegistration
 from app.plans.operations.versions import GoBack
 from app.plans.zones import PlanZone
 from app.registration.document import FiducialPair, RegistrationContent

@@ -22,7 +22,7 @@ from app.live import incoming as module
 from app.live.incoming import MAX_REGISTRATIONS, Intake
 from app.live.outgoing import plan_messages, registration_messages
 from app.plans.model import Plan, PlanContent, PlanPoint
-from app.plans.operations.registration import UseRegistration
+from app.plans.operations.instruments import UseRegistration
 from app.plans.operations.versions import GoBack
 from app.plans.service import PlanService
 from app.plans.versions import PlanVersions

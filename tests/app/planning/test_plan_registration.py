@@ -14,7 +14,7 @@ from app.exchange.robot_frame import BaseExport
 from app.planning.dry_runs import DryRunJobs
 from app.planning.evaluation import Planning, registered_key
 from app.plans.model import Plan
-from app.plans.operations.registration import UseRegistration
+from app.plans.operations.instruments import UseRegistration
 from app.plans.shipped_head import SAMPLE_PLAN
 from app.registration.document import FiducialPair, RegistrationContent
 from app.registration.driven import DrivenRegistration

@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from app.cases.model import HEAD_PHANTOM
 from app.kit.errors import DocumentConflict, DocumentLocked
-from app.plans.operations.registration import UseRegistration
+from app.plans.operations.instruments import UseRegistration
 from app.plans.shipped_head import SAMPLE_PLAN
 from app.registration.calibrating import Calibrating
 from app.registration.calibration import (

@@ -15,7 +15,7 @@ from app.documents import Document, Ref
 from app.kit.errors import DocumentLocked, NotFound
 from app.kit.jobs import Job
 from app.link import Pose
-from app.plans.operations.registration import UseRegistration
+from app.plans.operations.instruments import UseRegistration
 from app.plans.shipped_head import SAMPLE_PLAN
 from app.registration.document import RegistrationContent
 from app.registration.driven import driven_registration

@@ -15,7 +15,7 @@ from app.exchange.plan_files import from_native_json, to_native_json
 from app.kit.errors import DocumentLocked, NotFound, PlanConflict
 from app.plans.diff import changes
 from app.plans.model import Plan
-from app.plans.operations.registration import UseRegistration
+from app.plans.operations.instruments import UseRegistration
 from app.plans.shipped_head import SAMPLE_PLAN
 from app.registration.document import RegistrationContent
 from app.registration.editor import MeasuredPoint, RegistrationEditor

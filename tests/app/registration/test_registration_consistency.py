@@ -17,7 +17,7 @@ from session_doubles import other_case
 
 from app.live.outgoing import no_registration, registration_messages
 from app.plans.model import PlanContent
-from app.plans.operations.registration import UseRegistration
+from app.plans.operations.instruments import UseRegistration
 from app.registration.document import IDENTITY, RegistrationContent
 from app.registration.driven import driven_registration
 from app.registration.files import export_text

@@ -10,7 +10,7 @@ import pytest
 from app.cases.model import HEAD_PHANTOM
 from app.live.outgoing import no_registration, registration_messages
 from app.plans.model import Plan
-from app.plans.operations.registration import UseRegistration
+from app.plans.operations.instruments import UseRegistration
 from app.plans.shipped_head import SAMPLE_PLAN
 from app.registration.driven import driven_registration
 from app.registration.editor import RegistrationEditor

@@ -13,7 +13,7 @@ from app.cases.model import HEAD_PHANTOM
 from app.kit.errors import PlanConflict
 from app.link import Pose
 from app.plans.model import Plan
-from app.plans.operations.registration import UseRegistration
+from app.plans.operations.instruments import UseRegistration
 from app.plans.shipped_head import SAMPLE_PLAN
 from app.registration.calibration_records import PointerTip, RobotToTracker
 from app.registration.document import RegistrationContent

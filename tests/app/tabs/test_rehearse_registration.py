@@ -12,7 +12,7 @@ from registration_contents import content_of
 from session_doubles import CLIENT, HEAD, SAMPLE, Heard, Robot, put_in_place, workspace_of
 
 from app.drives.shared_drives import SharedDrives
-from app.plans.operations.registration import UseRegistration
+from app.plans.operations.instruments import UseRegistration
 from app.plans.service import Plan
 from app.services import Services
 from app.tabs.rehearse import commands as c
