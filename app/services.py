@@ -48,7 +48,6 @@ class Services:
         from app.planning.suggestions import Suggestions
         from app.plans.service import PlanService
         from app.plans.shipped_head import ensure_head_phantom
-        from app.plans.versions import PlanVersions
         from app.registration.driven import driven_registration
         from app.registration.kind import REGISTRATION
         from app.registration.refining import Refining
@@ -65,9 +64,9 @@ class Services:
         self.tracker = tracker = _tracker(settings)
 
         self.structures = CaseStructures(cases)
-        self.overlays = Overlays(cases)
+        self.overlays = overlays = Overlays(cases)
         self.purge = Purge(store)
-        self.versions = PlanVersions(store, plans)
+        self.versions = plans.versions
         self.instruments = instruments = plans.instruments
         self.importing = ImportService(cases)
         self.import_jobs = ImportJobs(jobs, self.importing)
@@ -84,7 +83,7 @@ class Services:
         self.planning = planning = Planning(
             cases, instruments, distance_fields, lambda plan: driven_registration(registering.registration_of(plan))
         )
-        plans.connect(cases, planning)
+        plans.connect(cases, planning, registering, overlays)
         self.dry_runs = DryRunJobs(jobs, planning)
         self.previews = Previews(cases, planning)
         self.rehearsal_options = options = OptionsByPlan()

@@ -3,7 +3,16 @@
 from app.operations.spec import DocumentSpec
 from app.operations.standard import SetDeleted
 from app.plans.document import PLAN, plan_of
-from app.plans.operations import document, instruments, points
+from app.plans.operations import (
+    document,
+    instruments,
+    points,
+    regions,
+    removed_bone,
+    second_volume,
+    versions,
+    zones,
+)
 from app.plans.operations.base import PlanEdit
 from app.plans.public import PlanPublic
 
@@ -22,6 +31,8 @@ SPEC = DocumentSpec(
         instruments.ChooseRobotByName, instruments.ChooseToolByName, instruments.PlaceRobot,
         points.AddPoint, points.AddTarget, points.TakeTargets, points.MovePoint, points.RenamePoint,
         points.RenameItem, points.DeletePoint,
+        *zones.OPERATIONS, *removed_bone.OPERATIONS, *regions.OPERATIONS, *versions.OPERATIONS,
+        *second_volume.OPERATIONS, instruments.UseRegistration,
     ),
     service="plans",
 )  # fmt: skip

@@ -21,6 +21,7 @@ from app.plans.model import PlanPoint
 from app.plans.operations.base import PlanEdit
 from app.plans.operations.document import SetNotes
 from app.plans.operations.points import AddPoint, AddTarget, DeletePoint, MovePoint, SetPoints
+from app.plans.operations.regions import DeleteRegion
 from app.plans.service import Plan
 from app.scene.plan import PlanItem
 from app.services import Services
@@ -69,9 +70,9 @@ class EditedPlan:
         self.add_mode: AddKind = "point"
         self.insert_after: str | None = None
         self.ghost: Ghost | None = None
-        self.regions = Regions(services, self._editor, lambda: self.plan, self._edit)
-        self.second_volume = SecondVolumes(services, self._editor, lambda: self.plan, self._edit)
-        self.versions = Versions(services, lambda: self.plan, self._edit)
+        self.regions = Regions(services, lambda: self.plan, self.perform)
+        self.second_volume = SecondVolumes(services, lambda: self.plan)
+        self.versions = Versions(services, lambda: self.plan)
         self.paths = Paths(self._editor, lambda: self.plan, self._edit)
         self._path: Kept[SplinePath | None] = Kept()
 
@@ -110,9 +111,12 @@ class EditedPlan:
             return nothing
         plan = self._edit(functools.partial(self._services.plans.do, self.plan_id, operation))
         if isinstance(operation, PlanEdit) and (added := operation.added(plan.content)):
-            self.selected = added
+            if not self.regions.select_added(added):
+                self.selected = added
         elif isinstance(operation, DeletePoint) and self.selected == operation.point_id:
             self.selected = None
+        elif isinstance(operation, DeleteRegion) and self.regions.selected == operation.region_id:
+            self.regions.selected = None
         return plan.told
 
     def _edit(self, change: Callable[..., Plan], *arguments: Any, **options: Any) -> Plan:

@@ -1760,9 +1760,11 @@ export interface Commands {
     sizes_mm?: number[] | null;
     place?: [number, number, number] | null;
     turn?: boolean;
+    revision?: number | null;
   };
   "region.delete": {
     region_id: string;
+    revision?: number | null;
   };
   "region.done": {};
   "region.draw": {
@@ -1776,6 +1778,7 @@ export interface Commands {
   };
   "region.structure": {
     structure: string;
+    revision?: number | null;
   };
   "registration.delete": {
     registration_id: string;
@@ -1846,14 +1849,17 @@ export interface Commands {
   "rehearsal.take": {};
   "second_volume.lay": {
     case_id: string;
-    volume?: string | null;
     transform: number[];
     opacity: number;
     window: number;
     level: number;
+    volume?: string | null;
     other_head?: boolean;
+    revision?: number | null;
   };
-  "second_volume.none": {};
+  "second_volume.none": {
+    revision?: number | null;
+  };
   "shaft.aim": {
     item_id: string;
   };
@@ -1916,19 +1922,24 @@ export interface Commands {
   };
   "version.delete": {
     version_id: string;
+    revision?: number | null;
   };
   "version.go_back": {
     version_id: string;
+    revision?: number | null;
   };
   "version.rename": {
     version_id: string;
     name: string;
+    revision?: number | null;
   };
   "version.restore": {
     version_id: string;
+    revision?: number | null;
   };
   "version.save": {
     name: string;
+    revision?: number | null;
   };
   "view.camera": {
     view: "anterior" | "left" | "right" | "superior" | "oblique" | "nose";

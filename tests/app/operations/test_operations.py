@@ -51,7 +51,7 @@ def example(kind: Any) -> Any:
     candidates: Iterator[Any] | list[Any]
     if origin is Annotated:
         inner = example(arguments[0])
-        candidates = [inner, [inner], *TEXTS, 0, 1, 0.5, 3]
+        candidates = [inner, [inner], *TEXTS, 0, 1, 0.5, 3, *([inner * 16] if isinstance(inner, list) else [])]
     elif origin in (Union, types.UnionType):
         candidates = [example(one) for one in arguments if one is not type(None)]
     elif origin is Literal:
