@@ -12,8 +12,8 @@ from app.kit.names import check_stored_label
 from app.kit.values import number
 from app.operations.fields import MaybeId, Place
 from app.registration.calibration_records import PointerTip, RobotToTracker, Rows, check_rigid, check_robot
+from app.registration.file_metadata import FileMetadata
 from app.registration.found_beads import MAX_BEADS, BeadSearchRecord, FoundBead, check_beads
-from app.registration.said_by_file import SaidByFile
 from app.registration.touched_surface import TouchedSurface, check_surface
 from vfix_engine.errors import InputError
 from vfix_engine.frames import ImageRegistration, RegisteredTo
@@ -73,7 +73,7 @@ class RegistrationContent:
     surface: TouchedSurface | None = None
     pointer: PointerTip | None = None
     robot: RobotToTracker | None = None
-    said: SaidByFile | None = None
+    said: FileMetadata | None = None
 
     @property
     def said_simulated(self) -> bool:

@@ -17,9 +17,9 @@ from app.documents import Document
 from app.registration.calibration import registered_to, simulated_robot, why_not_to_base
 from app.registration.document import FiducialPair, RegistrationContent
 from app.registration.editor import MeasuredPoint, RegistrationEditor, with_measured
+from app.registration.file_metadata import FileMetadata
 from app.registration.files import TransformFormat, export_text, name_of, read_measured, read_transform
 from app.registration.fit_report import report_of
-from app.registration.said_by_file import SaidByFile
 from app.services import Services
 from vfix_engine.errors import FrameError, InputError
 from vfix_engine.registration.transform_files import json_text, tfm_text
@@ -178,7 +178,7 @@ def test_a_file_of_before_says_what_it_is_to_as_well() -> None:
 def test_a_file_that_leaves_open_what_it_is_to_is_the_users_to_say() -> None:
     for name, text in (("a.tfm", tfm_text(pose())), ("a.json", json_text(pose()))):
         open_ = read_transform(name, text.encode())
-        assert (open_.to, open_.said) == ("patient", SaidByFile())
+        assert (open_.to, open_.said) == ("patient", FileMetadata())
         assert read_transform(name, text.encode(), "base").to == "base"
         corrected = registered_to(open_, "base")
         assert (corrected.to, corrected.transform) == ("base", open_.transform)
@@ -192,7 +192,7 @@ def test_a_file_that_leaves_open_what_it_is_to_is_the_users_to_say() -> None:
 def test_a_figure_that_is_none_is_passed_over_and_what_is_no_no_is_simulated() -> None:
     odd = {"simulated": "perhaps", "fre_mm": "inf", "points": 2.5, "error_of_a_point_mm": [0.3], "direction": ["x"]}
     content = read_transform("a.json", json_text(pose(), fixed="patient", origin=odd).encode())
-    assert content.said == SaidByFile("patient", simulated=True)
+    assert content.said == FileMetadata("patient", simulated=True)
     for no in ("no", "No", False, None):
         said = read_transform("a.json", json_text(pose(), origin={"simulated": no}).encode()).said
         assert said is not None

@@ -30,7 +30,7 @@ from app.tabs.register.views import marks_of, registration_view
 from vfix_engine.errors import InputError, VfixError
 
 
-class OpenRegistration:
+class EditedRegistration:
     """What one client does with one registration. Owned by the session's thread."""
 
     def __init__(self, services: Services, registration_id: str) -> None:
@@ -161,13 +161,13 @@ class OpenRegistration:
         return self._errors.get(key, lambda: self._services.registering.errors(self.document.content, same))
 
 
-def newest(services: Services, case_id: str, wanted: str | None) -> OpenRegistration | None:
+def newest(services: Services, case_id: str, wanted: str | None) -> EditedRegistration | None:
     """The wanted registration of a case, else the newest that can be read; None where there is none."""
     ids = [title.id for title in services.registrations.titles(case_id)]
     ids.sort(key=lambda known: known == wanted)  # stable: the wanted one is the last
     for known in reversed(ids):
         try:
-            return OpenRegistration(services, known)
+            return EditedRegistration(services, known)
         except (NotFound, InputError):
             continue  # the list says which cannot be read
     return None
