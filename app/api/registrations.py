@@ -1,24 +1,19 @@
-"""Registrations: beads of the CT, tracked points, order, expected errors, and plans that use one."""
+"""Registrations: beads of the CT, orders that fit, expected errors, and plans that use one."""
 
 from typing import Annotated
 
 from fastapi import APIRouter, Query
 
-from app.api.dependencies import ERRORS, Condition, ConditionDep, Identifier, ServicesDep
+from app.api.dependencies import ERRORS, ConditionDep, Identifier, ServicesDep
 from app.api.jobs import JobPublic
 from app.api.plan_models import PlanPublic
 from app.api.registration_models import (
     BeadsWish,
     ErrorTablePublic,
-    MeasuredPair,
-    MeasureWish,
-    OrderWish,
     PlanRegistrationPublic,
     PlanRegistrationWish,
 )
-from app.registration.editor import StoredRegistration
 from app.registration.point_order import OrderAnswer
-from app.registration.public import RegistrationPublic
 from vfix_engine.errors import InputError
 
 router = APIRouter(tags=["registrations"], responses=ERRORS)
@@ -30,29 +25,10 @@ def start_beads(registration_id: Identifier, wish: BeadsWish, services: Services
     return JobPublic.of(services.registering.start_beads(registration_id, wish.diameter_mm, wish.threshold_hu))
 
 
-@router.post("/registrations/{registration_id}/pairs/{pair_id}/measure")
-def measure(
-    registration_id: Identifier, pair_id: Identifier, wish: MeasureWish, services: ServicesDep, condition: ConditionDep
-) -> MeasuredPair:
-    """Measure it with the tracked pointer, whose tip rests on the point for some seconds."""
-    expected = condition.expected(wish.revision)
-    done, spread = services.registering.measure(registration_id, pair_id, wish.seconds, expected_revision=expected)
-    return MeasuredPair(spread_mm=spread, registration=_told(condition, done))
-
-
 @router.get("/registrations/{registration_id}/order")
 def show_order(registration_id: Identifier, services: ServicesDep) -> OrderAnswer:
     """In which order the measured points fit the places in the image; several where the layout is symmetric."""
     return services.registering.order(services.registrations.get(registration_id).content)
-
-
-@router.post("/registrations/{registration_id}/order")
-def use_order(
-    registration_id: Identifier, wish: OrderWish, services: ServicesDep, condition: ConditionDep
-) -> RegistrationPublic:
-    """Take an order, as one edit."""
-    editor, expected = services.registering.editor(registration_id), condition.expected(wish.revision)
-    return _told(condition, editor.reorder(wish.measured_of, expected_revision=expected))
 
 
 @router.get("/registrations/{registration_id}/errors")
@@ -85,8 +61,3 @@ def use_registration(
     plan = services.registering.use(plan_id, wish.registration, expected_revision=expected)
     condition.tell(plan.revision)
     return PlanPublic.of(plan)
-
-
-def _told(condition: Condition, document: StoredRegistration) -> RegistrationPublic:
-    condition.tell(document.revision)
-    return RegistrationPublic.of(document)

@@ -22,6 +22,7 @@ def shown_pattern(pattern: str) -> str:
     return pattern.replace(_END, "$")
 
 
+REFUSED = "refused"  # in `extra`: what is said of a number beyond its bounds, which stands for {} there
 STRIPPED = "stripped"  # in `extra`: blanks around it are taken off where a page sends it
 
 _KEPT = r"[\w.\-]"  # of an identifier that is stored: letters of any alphabet

@@ -116,7 +116,12 @@ def read_message(message: Mapping[str, Any]) -> OperationMessage | None:
 
 
 def _keys(operation: type[Operation]) -> dict[str, str]:
-    return {operation.aliases.get(name, name): name for name in keys_of(operation)}
+    """A field has its alias, or what is within it has one, such as 'fle.mm'."""
+    aliases, found = operation.aliases, dict[str, str]()
+    for name in keys_of(operation):
+        inner = [other for other in aliases if other.startswith(f"{name}.")]
+        found |= {aliases.get(other, other): other for other in inner or [name]}
+    return found
 
 
 def _stripped(spec: MessageSpec, said: Mapping[str, Any]) -> dict[str, Any]:

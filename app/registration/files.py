@@ -20,8 +20,8 @@ from app.kit.text_tables import (
 from app.kit.values import Position, check_position
 from app.plans.model import NOTICE
 from app.registration.calibration import real_tracker_to_base
-from app.registration.document import MAX_PAIRS, RegistrationContent
-from app.registration.editor import MeasuredPoint, StoredRegistration
+from app.registration.document import MAX_PAIRS, RegistrationContent, StoredRegistration
+from app.registration.edits import MeasuredPoint
 from app.registration.file_metadata import FULL, FileMetadata, direction, said_of
 from app.registration.fit_report import FitReport, report_of
 from app.registration.touched_surface import MAX_TOUCHED

@@ -11,7 +11,7 @@ from app.operations.messages import OperationMessage
 from app.operations.operation import Creation, Operation
 from app.operations.standard import Delete, Restore
 from app.plans.service import Plan
-from app.registration.editor import StoredRegistration
+from app.registration.document import StoredRegistration
 from app.scene.error_balls import ErrorBalls
 from app.scene.fiducials import FiducialNodes, FiducialShape
 from app.scene.view import ClickRay, SceneView
