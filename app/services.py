@@ -27,6 +27,7 @@ class Services:
         from app.drives.recordings import Recordings
         from app.drives.runs import RunService
         from app.exchange.archive import ArchiveReader, ArchiveWriter
+        from app.exchange.report import PlanReports
         from app.exchange.robot_frame import BaseExport
         from app.exchange.slicer import SlicerExport
         from app.imaging.import_jobs import ImportJobs
@@ -92,6 +93,9 @@ class Services:
         self.runs = runs = RunService(store)
         self.recordings = Recordings(jobs, runs)
 
+        self.plan_reports = PlanReports(
+            cases, instruments, planning, self.dry_runs, self.path_evaluations, options, registering
+        )
         self.slicer = SlicerExport(cases, planning, registrations)
         self.base_export = BaseExport(planning, registrations)
         self.archive_writer = ArchiveWriter(store, cases, plans, instruments, runs)
