@@ -125,7 +125,12 @@ def read_message(message: Mapping[str, Any]) -> OperationMessage | None:
 
 
 def _keys(operation: type[Operation]) -> dict[str, str]:
-    return {key: name for name in keys_of(operation) if (key := operation.aliases.get(name, name))}
+    """A field has its alias, or what is within it has one, such as 'fle.mm'; one with an empty alias is not said."""
+    aliases, found = operation.aliases, dict[str, str]()
+    for name in keys_of(operation):
+        inner = [other for other in aliases if other.startswith(f"{name}.")]
+        found |= {key: other for other in inner or [name] if (key := aliases.get(other, other))}
+    return found
 
 
 def _stripped(spec: MessageSpec, said: Mapping[str, Any]) -> dict[str, Any]:

@@ -1279,7 +1279,7 @@ export interface RegistrationPublic {
   fit: FitPublic;
   pointer: PointerTipPublic | null;
   robot: RobotToTrackerPublic | null;
-  said: SaidByFile | null;
+  said: FileMetadata | null;
   notice: string;
 }
 
@@ -1411,7 +1411,7 @@ export interface RobotToTrackerPublic {
  *
  * fre_mm, points, fle_mm: FRE, number of points and error of one, as a `FitReport` has them; None where it says none.
  */
-export interface SaidByFile {
+export interface FileMetadata {
   to: "patient" | "base" | null;
   simulated: boolean;
   fre_mm: number | null;
