@@ -8,7 +8,7 @@ from typing import Annotated, Literal, TypedDict
 from pydantic import Field
 
 from app.cases.second_volume import SecondVolume
-from app.kit.kept import Kept, Same
+from app.kit.kept import Kept
 from app.messages.fields import Command, Identifier
 from app.messages.sections import Section
 from app.plans.editor import PlanEditor
@@ -102,8 +102,8 @@ class SecondVolumes:
 
     def section(self) -> Section[SecondVolumeSection]:
         """The page's section."""
-        stored = self._services.store.changes.of(CASES)
-        return Section((Same(self._plan()), stored), lambda: self._view(stored))
+        stored, plan = self._services.store.changes.of(CASES), self._plan()
+        return Section((plan.case_id, plan.second_volume, plan.locked, stored), lambda: self._view(stored))
 
     def _view(self, stored: object) -> SecondVolumeSection:
         plan = self._plan()
