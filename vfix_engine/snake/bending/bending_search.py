@@ -57,7 +57,7 @@ def direction(family: Family, t: float) -> float:
 def along(
     lumen: DistalPathway, family: Family, phi: float, target: float, scratch: BendWorkspace
 ) -> tuple[float, float]:
-    """Radius at which a ray's cost first falls to ``target``, and that of its minimum beyond; negative if it does not."""
+    """Radii at which a ray's cost first falls to ``target`` and of its minimum beyond; negative if it does not."""
     u, v = math.cos(phi), math.sin(phi)
     step = family.farthest / _STEPS
     first, least, lowest = -1.0, -1.0, math.inf

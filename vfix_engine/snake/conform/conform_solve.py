@@ -62,7 +62,7 @@ def _value(hessian: Array, gradient: Array, x: Array, slope: Array) -> float:
 def _free_step(
     hessian: Array, slope: Array, x: Array, lower: Array, upper: Array, factor: Array, free: IntArray, step: Array
 ) -> None:
-    """Newton's step for unknowns that are not fixed at a limit, by their slope or because the step would leave the box."""
+    """Newton's step for unknowns that neither their slope nor the step itself fixes at a limit."""
     count = 0
     for i in range(len(x)):
         held = (x[i] <= lower[i] and slope[i] >= 0.0) or (x[i] >= upper[i] and slope[i] <= 0.0)
