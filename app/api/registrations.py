@@ -6,7 +6,6 @@ from fastapi import APIRouter, Query
 
 from app.api.dependencies import ERRORS, Condition, ConditionDep, Identifier, ServicesDep
 from app.api.jobs import JobPublic
-from app.api.plan_models import PlanPublic
 from app.api.registration_models import (
     BeadsWish,
     ErrorTablePublic,
@@ -14,7 +13,6 @@ from app.api.registration_models import (
     MeasureWish,
     OrderWish,
     PlanRegistrationPublic,
-    PlanRegistrationWish,
 )
 from app.registration.editor import StoredRegistration
 from app.registration.point_order import OrderAnswer
@@ -74,17 +72,6 @@ def show_plan_registration(plan_id: Identifier, services: ServicesDep) -> PlanRe
     used = services.registering.registration_of(plan)
     errors = None if used.document is None else services.registering.errors(used.document.content, plan)
     return PlanRegistrationPublic.of(plan_id, used, errors)
-
-
-@router.put("/plans/{plan_id}/registration")
-def use_registration(
-    plan_id: Identifier, wish: PlanRegistrationWish, services: ServicesDep, condition: ConditionDep
-) -> PlanPublic:
-    """Use a registration of the plan's case, or none, as one edit that undo takes back."""
-    expected = condition.expected(wish.revision)
-    plan = services.registering.use(plan_id, wish.registration, expected_revision=expected)
-    condition.tell(plan.revision)
-    return PlanPublic.of(plan)
 
 
 def _told(condition: Condition, document: StoredRegistration) -> RegistrationPublic:

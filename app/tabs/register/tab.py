@@ -10,6 +10,7 @@ from app.messages.sections import Section, Sections
 from app.operations.messages import OperationMessage
 from app.operations.operation import Creation, Operation
 from app.operations.standard import Delete, Restore
+from app.plans.operations.instruments import UseRegistration
 from app.plans.service import Plan
 from app.registration.editor import StoredRegistration
 from app.scene.error_balls import ErrorBalls
@@ -142,7 +143,7 @@ class RegisterTab(Tab):
         if plan is None:
             raise InputError("open a plan first; it is a plan that uses a registration.")
         wanted = self._need().id if used else None
-        self._services.registering.use(plan.id, wanted, expected_revision=plan.revision)
+        self._services.plans.do(plan.id, UseRegistration(registration=wanted), expected_revision=plan.revision)
 
     # -- the scene
 
@@ -186,6 +187,14 @@ class RegisterTab(Tab):
         deleted = opened.document.deleted_at is not None
         blocked = "" if use is None or use["here"] else _blocked(use)
         return register_hint(content, self._services.registering.report(content), used, deleted, blocked)
+
+    def subject(self) -> object:
+        """Beside no registration little is told of a plan that uses none."""
+        plan = self.workspace.plan.current
+        told: object = Same(plan)
+        if self._open is None and plan is not None and plan.registration is None:
+            told = plan.id, plan.locked
+        return Same(self.workspace.case.case), told, self._stored()
 
     def refresh(self) -> None:
         """Raises VfixError when the open registration cannot be read any more; it is closed then."""
