@@ -1,4 +1,4 @@
-"""A snake that a script drives step by step, without a clock: what is planned is planned within a step."""
+"""A snake that a script drives step by step, without a clock; plans are made within a step."""
 
 from __future__ import annotations
 
@@ -25,20 +25,20 @@ from .state import SnakeState
 from .step import step
 from .tissue import lost
 
-_TIMED = 10  # every so many steps one query of all links is timed
+_TIMED = 10  # interval in steps at which one query of all links is timed
 
 
 class Observer(Protocol):
-    """Hears of everything that is done with a drive, in the order in which it is done again to repeat it."""
+    """Observer of a drive; its calls, in their order, repeat the drive."""
 
     def stepped(self, command: SnakeCommand, dt: float) -> None:
-        """The drive has made a step of ``dt`` s; the command as it was given."""
+        """The drive has made a step of ``dt`` s with this command."""
 
     def planned_anew(self, waypoint_mm: float) -> None:
-        """What was planned ahead is forgotten; shapes are ``waypoint_mm`` apart from now on."""
+        """Plans are discarded; shapes are ``waypoint_mm`` apart from now on."""
 
     def made_ready(self) -> None:
-        """The control of the distal links gets ready."""
+        """The control of the distal links is made ready."""
 
 
 class SnakeDrive:
@@ -46,12 +46,12 @@ class SnakeDrive:
 
     Args:
         snake: the whole robot.
-        pathway: what its links are measured against, still or moving.
-        curve: what it is to conform to, None: the pathway's own; with a moving pathway always the pathway's own.
+        pathway: in which its links are measured, still or moving.
+        curve: to which it conforms, None: the pathway's own; with a moving pathway always the pathway's own.
         slack: (N,) mm at the curve's points, how far the robot may leave the curve there.
-        tip_s: how far in it starts, mm; at 0 it lies straight before the entrance.
-        beyond_allowed: it may start with links beyond their bounds, which then go no deeper than they are.
-        longer_allowed: it may have more links than it takes to the path's end, some of which never come in.
+        tip_s: initial arc length of the tip, mm; at 0 the robot is straight before the entrance.
+        beyond_allowed: it may start with links beyond their bounds, which then move no deeper.
+        longer_allowed: it may have more links than the path needs, some of which never enter.
 
     Raises:
         InputError: a link that starts beyond its bound; a robot longer than the path; slack without a curve or of
@@ -84,7 +84,7 @@ class SnakeDrive:
 
     @classmethod
     def at(cls, constants: DriveConstants, state: SnakeState) -> Self:
-        """A drive that goes on from a state."""
+        """A drive that continues from a state."""
         drive = cls.__new__(cls)
         drive._go_on(constants, state)
         return drive
@@ -103,17 +103,18 @@ class SnakeDrive:
         tip_s: float = 0.0,
         anyway: bool = False,
     ) -> Self:
-        """A snake before the entrance of a lumen of one's own, with the pathway that is found through it.
+        """A snake before the entrance of your own lumen, with the pathway that is found through it.
 
         Args:
             mesh: the lumen's surface, mm; start, end: (3,) clicks in the patient frame.
-            links: of the snake; None: as many as it takes to the end. snake: whose links they are; None: the paper's.
-            tissue: how the pathway moves; None: it is still. tip_s: how far in the tip starts, mm.
-            anyway: also where the pathway is narrower than the robot somewhere as far as it reaches.
+            links: number of links; None: as many as the path to the end needs. snake: model of a link; None: the
+                paper's.
+            tissue: motion of the pathway; None: it is still. tip_s: initial arc length of the tip, mm.
+            anyway: accept a pathway that is narrower than the robot within its range.
 
         Raises:
-            PathwayError: clicks or a surface that no path can be made of; a pathway that is narrower than the robot.
-            InputError: as the class. RobotError: a number of links that no snake has.
+            PathwayError: clicks or a surface that give no path; a pathway that is narrower than the robot.
+            InputError: as the class. RobotError: an invalid number of links.
         """
         settings, model = settings or DriveSettings(), snake or SnakeModel(1)
         lumen = lumen_between(mesh, start, end, model, settings, tissue)
@@ -143,23 +144,23 @@ class SnakeDrive:
         return self.state
 
     def ready_to_look(self) -> None:
-        """Let the control of the distal links get ready here, if it is not; a camera command does it by itself."""
+        """Make the control of the distal links ready here, if it is not; a camera command does this implicitly."""
         if self.observer is not None:
             self.observer.made_ready()
         self.state = ready_to_look(self.constants, self.state)
 
     def plan_anew(self, waypoint_mm: float) -> None:
-        """Forget what was planned ahead; from here on in shapes ``waypoint_mm`` apart."""
+        """Discard plans; from here on shapes are ``waypoint_mm`` apart."""
         if self.observer is not None:
             self.observer.planned_anew(waypoint_mm)
         self.state = planned_anew(self.state, waypoint_mm)
 
     def distal_context(self) -> DistalContext:
-        """Where the distal links are now, for a control of them."""
+        """The present position of the distal links, for their control."""
         return distal_context(self.constants, self.state)
 
     def _query_s(self, state: SnakeState) -> float:
-        """What a query of all links takes, s."""
+        """Duration of a query of all links, s."""
         frames, asked = self.snake.frames(state.q, state.base), perf_counter()
         self.query.deviations(state.packed, frames, state.windows)
         return perf_counter() - asked
@@ -171,7 +172,7 @@ class SnakeDrive:
 
     @property
     def bound(self) -> Array:
-        """(L,) mm, b_i where the links are."""
+        """(L,) mm, b_i at the links' positions."""
         return self.state.bound
 
     @property
@@ -181,7 +182,7 @@ class SnakeDrive:
 
     @property
     def tip_s(self) -> float:
-        """How far the tip is in, mm."""
+        """Arc length of the tip, mm."""
         return self.state.tip_s
 
     @property
@@ -196,12 +197,12 @@ class SnakeDrive:
 
     @property
     def lost(self) -> str | None:
-        """In words, why the tissue leaves no pathway now; nothing moves until it does."""
+        """The reason why there is no valid pathway now; nothing moves until there is."""
         return lost(self.constants, self.state)
 
     @property
     def straight(self) -> bool:
-        """Whether the distal links lie as the conforming shape has them."""
+        """Whether the distal links have the conforming shape."""
         return self.state.straight
 
     @property
@@ -224,6 +225,6 @@ class SnakeDrive:
 
 
 def planned_anew(state: SnakeState, spacing_mm: float) -> SnakeState:
-    """Without what was planned ahead; from here on in shapes ``spacing_mm`` apart."""
+    """Without plans; from here on shapes are ``spacing_mm`` apart."""
     state = state.restarted()
     return state._replace(ahead=state.ahead._replace(spacing_mm=spacing_mm))
