@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from .command import SnakeCommand
     from .drive import drive_lumen
     from .requests import FollowTissue, LookRound
-    from .script import DriveRecorder, DriveSpec
+    from .script import DriveSpec
     from .settings import DriveSettings, SnakeSettings
     from .snake_drive import SnakeDrive
     from .snapshot import SnakeSnapshot
@@ -24,14 +24,13 @@ if TYPE_CHECKING:
     from .system import SnakeSystem
 
 _WHERE = {
-    "DriveRecorder": "script", "DriveSettings": "settings", "DriveSpec": "script", "FollowTissue": "requests",
+    "DriveSettings": "settings", "DriveSpec": "script", "FollowTissue": "requests",
     "LookRound": "requests", "LumenContours": "spec", "LumenSurface": "spec", "SnakeCommand": "command",
     "SnakeDrive": "snake_drive", "SnakeSettings": "settings", "SnakeSnapshot": "snapshot", "SnakeState": "state",
     "SnakeSystem": "system", "SnakeSystemSpec": "spec", "drive_lumen": "drive",
 }  # fmt: skip
 
 __all__ = [
-    "DriveRecorder",
     "DriveSettings",
     "DriveSpec",
     "FollowTissue",

@@ -47,11 +47,13 @@ def compare_controls(
     common = settings or DriveSettings()
     watched = _drive(lane, tip_s, common, "parameterised")
     look: list[Order] = []
-    for order in scripted(watched, [Stop("here", tip_s)], tip_s, with_plan=False):
-        look.append(order)
-        watched.step(order.command, order.dt)
+    operator = scripted([Stop("here", tip_s)], tip_s, with_plan=False)
+    while (act := operator(watched.system, watched.state)) is not None:
+        look.append(act.note)
+        watched.act(act)
     still = _drive(lane, tip_s, common, "parameterised")
-    attack = [_only_camera(order) for order in adversarial(still, attack_steps, seed)]
+    attacker = adversarial(attack_steps, seed)
+    attack = [_only_camera(act.note) for act in iter(lambda: attacker(still.system, still.state), None)]
     return {
         name: {control: _measured(_drive(lane, tip_s, common, control), orders) for control in CONTROLS}
         for name, orders in (("scripted", look), ("adversarial", attack))
@@ -82,7 +84,7 @@ def _measured(drive: SnakeDrive, orders: list[Order]) -> dict[str, Any]:
     for order in orders:
         before = drive.q.copy()
         state = drive.step(order.command, order.dt)
-        tally.add(before, state, order.dt)
+        tally.add(before, state, order.dt, drive.step_s)
         joints.append(state.q[-drive.distal.dof :])
         cameras.append(_camera(drive))
         command = (order.command if order.command.finite else SnakeCommand()).camera * order.dt

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from time import perf_counter
 
@@ -17,18 +17,21 @@ from ...geometry.mesh import TriangleMesh
 from ...pathway.fit import containment
 from ...pathway.pathway import TissueMotion
 from ...robots.snake import SnakeModel
+from ...runtime.driver import Log
 from ...snake.conform.conforming import driven_curve
 from ...validate import point as checked_point
 from ...validate import whole
 from .command import SnakeCommand
 from .compare import compare_controls
+from .constants import Start
 from .drive_report import DriveReport, Visit
 from .drive_run import DriveRun
 from .lumen import Lumen, lumen_between
 from .narrow import narrowest
-from .operators import OPERATORS, Order, Stop, adversarial, scripted
+from .operators import OPERATORS, SnakeOperator, Stop, attacked, scripted
+from .script import DriveSpec
 from .settings import DriveSettings
-from .snake_drive import Observer, SnakeDrive
+from .snake_drive import SnakeDrive
 from .state import SnakeState
 from .wall_depth import WallDepth
 
@@ -87,7 +90,7 @@ def drive_lumen(
     seed: int = 0,
     anyway: bool = False,
     progress: Callable[[str], None] | None = None,
-    observe: Callable[[SnakeDrive, Lumen], Observer | None] | None = None,
+    record: Callable[[DriveSpec], Log | None] | None = None,
 ) -> DriveReport:
     """Insert a snake from ``start`` towards ``end`` as far as it reaches, and look round at each landmark on the way.
 
@@ -101,7 +104,8 @@ def drive_lumen(
         tissue: how the pathway moves; None: it is still.
         seed: of the adversarial operator; progress: called with what is being done.
         anyway: go also where the pathway is narrower than the robot, which is refused otherwise.
-        observe: makes who hears of all that is done with the drive, such as what records it; called once, None: nobody.
+        record: returns the destination of the recorded run for the spec of the drive, which is at its start; None:
+            nothing is recorded.
 
     Raises:
         PathwayError: clicks or a surface that no path can be made of; a pathway that is narrower than the robot.
@@ -130,13 +134,14 @@ def drive_lumen(
     for words in warnings:
         say(f"warning: {words}")
     drive = SnakeDrive(robot, lumen.pathway, settings, lumen.curve, lumen.slack)
-    if observe is not None:
-        drive.observer = observe(drive, lumen)
+    if record is not None:
+        drive.driver.log = record(DriveSpec.of(Start(drive.constants, drive.state), lumen))
     run = DriveRun(drive, visits, WallDepth(mesh, lumen.pathway, curve, robot.links) if tissue is None else None, say)
-    for order in _orders(drive, operator, visits, target, seed):
-        visit = run.carry_out(order)
-        if visit is not None and picture is not None and order.event in ("arrived", "bent"):
-            picture(Shot(visit.name, order.event, places[visit.name], robot, drive.state, lumen))
+    driving = _operator(operator, visits, target, seed)
+    while (act := driving(drive.system, drive.state)) is not None:
+        visit, event = run.carry_out(act), act.note.event
+        if visit is not None and picture is not None and event in ("arrived", "bent"):
+            picture(Shot(visit.name, event, places[visit.name], robot, drive.state, lumen))
         if operator == "scripted" and run.stalled is not None:
             break
     target = min(target, drive.length_mm)  # a path that moves may have become shorter
@@ -174,10 +179,6 @@ def _visits(
     return sorted(found, key=lambda visit: visit.s_mm), places
 
 
-def _orders(drive: SnakeDrive, operator: str, visits: list[Visit], target: float, seed: int) -> Iterator[Order]:
+def _operator(name: str, visits: list[Visit], target: float, seed: int) -> SnakeOperator:
     stops = [Stop(visit.name, visit.s_mm) for visit in visits if not visit.note]
-    for order in scripted(drive, stops, target):
-        if operator == "scripted" or order.event in (None, "arrived"):
-            yield order
-        if operator == "adversarial" and order.event == "arrived":
-            yield from adversarial(drive, _ATTACK_STEPS, seed)
+    return scripted(stops, target) if name == "scripted" else attacked(stops, target, _ATTACK_STEPS, seed)

@@ -96,8 +96,8 @@ class DeviationTally:
     def __post_init__(self) -> None:
         self.outside, self.least_bound = np.full(len(self.bound), np.nan), np.array(self.bound)
 
-    def add(self, before: Array, state: SnakeState, dt: float) -> None:
-        """One more step, from joints ``before``."""
+    def add(self, before: Array, state: SnakeState, dt: float, step_s: float = 0.0, query_s: float = 0.0) -> None:
+        """One more step, from joints ``before``; it and a query of all links took so many s on the clock."""
         depth = state.deviation.depth[state.measured]
         self.total += float(depth.sum())
         self.measured += len(depth)
@@ -117,10 +117,10 @@ class DeviationTally:
         if state.held_by is not None:
             self.reasons[_plain(state.held_by)] = self.reasons.get(_plain(state.held_by), 0) + 1
         if state.outcome != "rest":
-            self.step_us[state.mode].append(1e6 * state.step_s)
-        self.query_us.append(1e6 * state.query_s)
-        if state.step_s > self.slowest_s:
-            self.slowest_s, self.slowest_at_mm = state.step_s, state.tip_s
+            self.step_us[state.mode].append(1e6 * step_s)
+        self.query_us.append(1e6 * query_s)
+        if step_s > self.slowest_s:
+            self.slowest_s, self.slowest_at_mm = step_s, state.tip_s
 
     @property
     def mean(self) -> float:

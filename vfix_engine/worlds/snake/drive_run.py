@@ -1,4 +1,4 @@
-"""A drive under way: it carries an operator's orders out and notes what they come to."""
+"""A drive under way: it carries out what an operator does and notes what that comes to."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ...arrays import Array
+from ...runtime.operator import Act
 from .drive_report import DeviationTally, Visit
 from .look_round import Order, Retry
 from .snake_drive import SnakeDrive
@@ -55,13 +56,14 @@ class DriveRun:
         why = self.drive.state.held_by or "nothing that is known holds it"
         return f"{self._still:,} steps in a row moved nothing: {why}"
 
-    def carry_out(self, order: Order) -> Visit | None:
-        """One step of the drive; the landmark that its event is about, if there is an event."""
+    def carry_out(self, act: Act) -> Visit | None:
+        """One step of the drive; the landmark that the event of its order is about, if there is an event."""
         before, tip_s = self.drive.q.copy(), self.drive.tip_s
-        self.drive.step(order.command, order.dt)
+        order: Order = act.note
+        self.drive.act(act)
         moved = self.drive.tip_s != tip_s or not np.array_equal(self.drive.q, before)
         self._still = 0 if moved or order.event is not None else self._still + 1
-        self.tally.add(before, self.drive.state, order.dt)
+        self.tally.add(before, self.drive.state, order.dt, self.drive.step_s, self.drive.query_s)
         self._offsets.append(self.drive.offset_mm)
         if self._behind is not None:
             self._behind.look(self.drive, order.event is not None)

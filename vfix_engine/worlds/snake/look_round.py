@@ -13,8 +13,8 @@ from ...arrays import Array
 from ...snake.control.parameterised import ParameterisedControl
 from ...validate import point_text
 from .command import SnakeCommand
+from .drive_view import DriveView
 from .look_plan import SIDES, LookPlanner, SidePath, view_of
-from .snake_drive import SnakeDrive
 
 STUCK = 40  # steps that are held, one after the other, until the operator gives up
 PASSED_MM = 5.0  # beyond a place that held the insertion: past it
@@ -107,7 +107,7 @@ class Retry:
 
 
 class Order(NamedTuple):
-    """A command for ``dt`` s; ``event`` says what has just been reached, if anything, ``stop`` where.
+    """A command for ``dt`` s; ``event`` says what has just been reached, if anything, ``stop`` where. Note of an act.
 
     reason: in words, of giving up. looked: what a look-round came to; retry: what an attempt came to.
     """
@@ -124,7 +124,7 @@ class Order(NamedTuple):
 class _Seen:
     """How far the camera has really looked to each side, whatever was commanded."""
 
-    def __init__(self, drive: SnakeDrive) -> None:
+    def __init__(self, drive: DriveView) -> None:
         self._drive = drive
         self.turned = np.zeros(SIDES)  # [rad]
 
@@ -135,7 +135,7 @@ class _Seen:
         self.turned[view.side()] = max(self.turned[view.side()], view.turned)
 
 
-def planned(drive: SnakeDrive) -> tuple[LookPlanner, tuple[SidePath, ...]]:
+def planned(drive: DriveView) -> tuple[LookPlanner, tuple[SidePath, ...]]:
     """Ways to look to every side from where the robot is."""
     planner = LookPlanner(
         drive.distal_context(), drive.distal_limits, math.radians(drive.settings.look_aim_deg), drive.constants.first
@@ -143,7 +143,7 @@ def planned(drive: SnakeDrive) -> tuple[LookPlanner, tuple[SidePath, ...]]:
     return planner, planner.plan()
 
 
-def look_round(drive: SnakeDrive, stop: Stop, with_plan: bool = True) -> Iterator[Order]:
+def look_round(drive: DriveView, stop: Stop, with_plan: bool = True) -> Iterator[Order]:
     """Once round by camera commands; then, with a plan, to each side that can be looked to farther than that."""
     seen, dt, least = _Seen(drive), drive.settings.step_s, drive.settings.look_least_deg
     trail: list[Array] = []
@@ -182,7 +182,7 @@ def _missing(looked: Looked, least: float) -> str:
     return f"the view turned to {looked.count(least)} of {SIDES} sides by {least:g}°: {words}"
 
 
-def _by_hand(drive: SnakeDrive, stop: Stop, seen: _Seen, trail: list[Array]) -> Iterator[Order]:
+def _by_hand(drive: DriveView, stop: Stop, seen: _Seen, trail: list[Array]) -> Iterator[Order]:
     """r from 0 to 1, ϑ once round, back to 0: all by commands in the camera's plane; ``trail`` gets the bends."""
     dt = drive.settings.step_s
     drive.ready_to_look()
@@ -231,7 +231,7 @@ def _wanted_view(time_s: float) -> tuple[float, float]:
 
 
 def _there_and_back(
-    drive: SnakeDrive, stop: Stop, seen: _Seen, bends: Array, event: Literal["bent"] | None
+    drive: DriveView, stop: Stop, seen: _Seen, bends: Array, event: Literal["bent"] | None
 ) -> Iterator[Order]:
     """Along a path, and back by the same path."""
     gone: list[Array] = []
@@ -245,7 +245,7 @@ def _there_and_back(
     yield from _back(drive, gone)
 
 
-def _to(drive: SnakeDrive, bend: Array, stop: Stop | None = None) -> Iterator[Order]:
+def _to(drive: DriveView, bend: Array, stop: Stop | None = None) -> Iterator[Order]:
     held, command = 0, SnakeCommand(bend=tuple(float(value) for value in bend))
     least = left = float(np.abs(drive.bend - bend).max())
     while held < STUCK and left > _REACHED:
@@ -254,7 +254,7 @@ def _to(drive: SnakeDrive, bend: Array, stop: Stop | None = None) -> Iterator[Or
         held, least = (0, left) if left < least - _REACHED else (held + 1, least)
 
 
-def _back(drive: SnakeDrive, trail: list[Array]) -> Iterator[Order]:
+def _back(drive: DriveView, trail: list[Array]) -> Iterator[Order]:
     """Straight again; where the straight path there is held, by the bends that led here."""
     yield from _straighten(drive)
     if not drive.straight:
@@ -263,7 +263,7 @@ def _back(drive: SnakeDrive, trail: list[Array]) -> Iterator[Order]:
         yield from _straighten(drive)
 
 
-def _straighten(drive: SnakeDrive) -> Iterator[Order]:
+def _straighten(drive: DriveView) -> Iterator[Order]:
     dt, held, least = max(drive.settings.step_s, _STEP_S), 0, math.inf
     while held < STUCK and not drive.straight:
         yield Order(SnakeCommand(straighten=True), dt)

@@ -1,20 +1,24 @@
-"""Operators without a hand: one that does the job, one that tries to break it.
+"""Operators of the snake: one that does the job, one that tries to break it.
 
-An operator is a generator: it looks at the drive's state and yields the next order, which the caller carries out.
+Each is written as a generator of orders, which looks at the drive before each; ``SnakeOperator`` is the operator.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Generator, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
+from functools import partial
 
 import numpy as np
 
+from ...runtime.operator import Act
 from .command import SnakeCommand
+from .drive_view import DriveView
 from .look_round import PASSED_MM, STUCK, Order, Retry, Stop, look_round, planned
-from .snake_drive import SnakeDrive
+from .script import ScriptSystem, act_of
+from .state import SnakeState
 
-__all__ = ["OPERATORS", "Order", "Retry", "Stop", "adversarial", "scripted"]
+__all__ = ["OPERATORS", "Order", "Retry", "SnakeOperator", "Stop", "adversarial", "attacked", "scripted"]
 
 OPERATORS = ("scripted", "adversarial")
 
@@ -24,11 +28,56 @@ _SAME_AGAIN = 2  # steps that are held where nothing moves: another one would be
 _COME_AGAIN = ((5.0, 0.5), (10.0, 1.0), (20.0, 2.0), (40.0, 0.5))
 
 
-def scripted(drive: SnakeDrive, stops: Sequence[Stop], target_s: float, with_plan: bool = True) -> Iterator[Order]:
+class SnakeOperator:
+    """An operator of ``ScriptSystem``, whose acts have their orders as notes.
+
+    write: a generator of orders, which sees the drive as it is when each is asked for.
+    """
+
+    def __init__(self, write: Callable[[DriveView], Iterator[Order]]) -> None:
+        self._write = write
+        self._begun: tuple[DriveView, Iterator[Order]] | None = None
+
+    def __call__(self, system: ScriptSystem, state: SnakeState) -> Act | None:
+        if self._begun is None:
+            view = DriveView(system, state)
+            self._begun = view, self._write(view)
+        view, orders = self._begun
+        view.state, view.asked = state, []
+        order = next(orders, None)
+        if order is None:
+            return None
+        act = act_of(order.command, order.dt, view.state)
+        return Act(act.command, (*view.asked, *act.requests), order)
+
+
+def scripted(stops: Sequence[Stop], target_s: float, with_plan: bool = True) -> SnakeOperator:
     """Insert to ``target_s``; at every stop on the way look round once with the distal links.
 
     with_plan: whether sides that the hand does not reach are looked to by planned bends, from the best place near by.
     """
+    return SnakeOperator(partial(_scripted, stops=stops, target_s=target_s, with_plan=with_plan))
+
+
+def adversarial(steps: int, seed: int = 0) -> SnakeOperator:
+    """Commands that try to get links out of the pathway: jumps, full speed, one direction for long, nonsense."""
+    return SnakeOperator(partial(_adversarial, steps=steps, seed=seed))
+
+
+def attacked(stops: Sequence[Stop], target_s: float, steps: int, seed: int = 0) -> SnakeOperator:
+    """As ``scripted``, but for ``steps`` of the adversarial operator at every stop."""
+
+    def write(drive: DriveView) -> Iterator[Order]:
+        for order in _scripted(drive, stops, target_s):
+            if order.event in (None, "arrived"):
+                yield order
+            if order.event == "arrived":
+                yield from _adversarial(drive, steps, seed)
+
+    return SnakeOperator(write)
+
+
+def _scripted(drive: DriveView, stops: Sequence[Stop], target_s: float, with_plan: bool = True) -> Iterator[Order]:
     settings = drive.settings
     for stop in sorted(stops, key=lambda one: one.s_mm):
         if stop.s_mm > target_s + 1e-9:
@@ -44,7 +93,7 @@ def scripted(drive: SnakeDrive, stops: Sequence[Stop], target_s: float, with_pla
     yield from _insert(drive, target_s)
 
 
-def _insert(drive: SnakeDrive, to_s: float) -> Iterator[Order]:
+def _insert(drive: DriveView, to_s: float) -> Iterator[Order]:
     """Forwards; where it is held, back and again."""
     yield from _go(drive, to_s)
     # A path that moves may be shorter than it was: its end is the end.
@@ -55,7 +104,7 @@ def _insert(drive: SnakeDrive, to_s: float) -> Iterator[Order]:
         yield from _go(drive, to_s)
 
 
-def _come_again(drive: SnakeDrive, to_s: float) -> Generator[Order, None, bool]:
+def _come_again(drive: DriveView, to_s: float) -> Generator[Order, None, bool]:
     """Draw back and come again, farther and with other shapes each time; whether the place was passed."""
     at, why, usual = drive.tip_s, _held_by(drive), drive.settings.waypoint_mm
     x, y, z = (drive.tip if drive.state.held_at is None else drive.state.held_at).tolist()
@@ -80,11 +129,11 @@ def _come_again(drive: SnakeDrive, to_s: float) -> Generator[Order, None, bool]:
     return passed
 
 
-def _held_by(drive: SnakeDrive) -> str:
+def _held_by(drive: DriveView) -> str:
     return drive.state.held_by or "steps that hardly move it"
 
 
-def _go(drive: SnakeDrive, to_s: float) -> Iterator[Order]:
+def _go(drive: DriveView, to_s: float) -> Iterator[Order]:
     """Forwards or backwards, until the tip is there or held."""
     settings, held, same, still = drive.settings, 0, 0, drive.pathway.motion is None
     usual = settings.insertion_step_mm / settings.insertion_mm_per_s  # [s]
@@ -98,7 +147,7 @@ def _go(drive: SnakeDrive, to_s: float) -> Iterator[Order]:
         held = held + 1 if abs(drive.tip_s - was) < min(_CREEP_MM, 0.5 * abs(to_s - was)) else 0
 
 
-def _to_the_best_place(drive: SnakeDrive, stop: Stop, target_s: float) -> Iterator[Order]:
+def _to_the_best_place(drive: DriveView, stop: Stop, target_s: float) -> Iterator[Order]:
     """Where a landmark itself leaves a side out: to the place near by from which the worst side is the best."""
     within, least = drive.settings.look_within_mm, math.radians(drive.settings.look_least_deg)
     best_s, best = stop.s_mm, _worst_side(drive)
@@ -117,13 +166,12 @@ def _to_the_best_place(drive: SnakeDrive, stop: Stop, target_s: float) -> Iterat
     yield from _go(drive, best_s)
 
 
-def _worst_side(drive: SnakeDrive) -> float:
+def _worst_side(drive: DriveView) -> float:
     """Of the paths to look to each side from here, how far the shortest turns the view, rad."""
     return min(path.turned for path in planned(drive)[1])
 
 
-def adversarial(drive: SnakeDrive, steps: int, seed: int = 0) -> Iterator[Order]:
-    """Commands that try to get links out of the pathway: jumps, full speed, one direction for long, nonsense."""
+def _adversarial(drive: DriveView, steps: int, seed: int) -> Iterator[Order]:
     random = np.random.default_rng(seed)
     dt = drive.settings.step_s
     usual = drive.settings.insertion_step_mm / drive.settings.insertion_mm_per_s

@@ -1,15 +1,13 @@
-"""A scripted drive as a system: what ``drive_lumen`` does with its drive is recorded as a run and driven again."""
+"""The snake as a system for scripts, without a clock, whose runs are recorded and driven again."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from typing import Any, Self
 
-import numpy as np
-
 from ...errors import ControlError
-from ...runtime.command import BUTTON_STRAIGHTEN, COMMAND_SIZE, Command, command_to_row, no_command
-from ...runtime.driver import Log
+from ...runtime.command import BUTTON_STRAIGHTEN, Command, no_command
+from ...runtime.operator import Act
 from ...runtime.requests import Request
 from ...runtime.system import Background, Column
 from .command import SnakeCommand
@@ -19,48 +17,26 @@ from .lumen import Lumen
 from .requests import BendTowards, GetReady, PlanAnew, SetPeriod
 from .row import SnakeRow
 from .settings import SnakeSettings
-from .snake_drive import SnakeDrive, planned_anew
 from .spec import LumenContours, SnakeSystemSpec
 from .state import SnakeState
 from .step import step
 from .system import SnakeSystem
 
 
-class DriveRecorder:
-    """Observes a drive and writes its run to a log; made before the drive's first step."""
-
-    def __init__(self, drive: SnakeDrive, log: Log) -> None:
-        self._drive, self._log = drive, log
-        self._row = SnakeRow(drive.snake, drive.settings.manipulated)
-        self._line = np.zeros(COMMAND_SIZE + len(self._row.layout))
-        self._dt = drive.settings.step_s
-        self._bend: tuple[float, ...] | None = None
-
-    def stepped(self, command: SnakeCommand, dt: float) -> None:
-        """One tick, and before it what is different about it."""
-        if dt != self._dt:
-            self._dt = dt
-            self._log.event("request", SetPeriod(dt))
-        if command.bend != self._bend:
-            self._bend = command.bend
-            self._log.event("request", BendTowards(command.bend))
-        axes = (*command.camera_mm_per_s, command.insert_mm_per_s)
-        buttons = BUTTON_STRAIGHTEN if command.straighten else 0
-        command_to_row(replace(no_command(), axes=axes, buttons=buttons), self._line)
-        self._row.write(self._drive.state, 0.0, self._line[COMMAND_SIZE:])
-        self._log.tick(self._line)
-
-    def planned_anew(self, waypoint_mm: float) -> None:
-        """Between two ticks."""
-        self._log.event("request", PlanAnew(waypoint_mm))
-
-    def made_ready(self) -> None:
-        """Between two ticks."""
-        self._log.event("request", GetReady())
+def act_of(command: SnakeCommand, dt: float, state: SnakeState) -> Act:
+    """What brings ``ScriptSystem`` from a state by a command for ``dt`` s: the command, and what else changes by it."""
+    requests: list[Request] = []
+    if dt != state.period_s:
+        requests.append(SetPeriod(dt))
+    if command.bend != state.bend_goal:
+        requests.append(BendTowards(command.bend))
+    axes = (*command.camera_mm_per_s, command.insert_mm_per_s)
+    buttons = BUTTON_STRAIGHTEN if command.straighten else 0
+    return Act(replace(no_command(), axes=axes, buttons=buttons), tuple(requests))
 
 
 class ScriptSystem(SnakeSystem):
-    """A drive of a script, driven again: it plans within its steps, which take as long as the script's orders say.
+    """A snake that plans within its steps, which take as long as the script asks.
 
     ``Command.axes`` are mm/s: of the camera to the right and down, and of the insertion.
     """
@@ -78,13 +54,14 @@ class ScriptSystem(SnakeSystem):
         return step(self.constants, state, SnakeCommand(insert, (x, y), straighten, state.bend_goal), state.period_s)
 
     def apply(self, state: SnakeState, request: Request) -> SnakeState:
-        """The state after what ``DriveRecorder`` writes. Raises ControlError for other requests."""
+        """The state after one of a script's requests. Raises ControlError for others."""
         if isinstance(request, SetPeriod):
             return state._replace(period_s=request.dt)
         if isinstance(request, BendTowards):
             return state._replace(bend_goal=None if request.bend is None else tuple(request.bend))
         if isinstance(request, PlanAnew):
-            return planned_anew(state, request.waypoint_mm)
+            state = state.restarted()
+            return state._replace(ahead=state.ahead._replace(spacing_mm=request.waypoint_mm))
         if isinstance(request, GetReady):
             return ready_to_look(self.constants, state)
         raise ControlError(f"a scripted drive does not know the request {type(request).__name__}")
@@ -114,10 +91,11 @@ class DriveSpec(SnakeSystemSpec):
     """A scripted drive of a snake: ``drive`` has all of its settings, the others are not used."""
 
     @classmethod
-    def of(cls, drive: SnakeDrive, lumen: Lumen) -> Self:
+    def of(cls, start: Start, lumen: Lumen) -> Self:
         """Of a drive that is at its start in a lumen."""
-        contours = LumenContours.of(lumen)
-        return cls(contours, drive.snake, drive=drive.settings, tissue=drive.pathway.motion, tip_s=drive.tip_s)
+        (constants, state), contours = start, LumenContours.of(lumen)
+        motion = constants.pathway.motion
+        return cls(contours, constants.snake, drive=state.settings, tissue=motion, tip_s=state.tip_s)
 
     @property
     def columns(self) -> tuple[Column, ...]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from time import perf_counter
-from typing import Protocol, Self
+from typing import Self
 
 from numpy.typing import ArrayLike
 
@@ -13,36 +13,27 @@ from ...geometry.curve import Curve
 from ...geometry.mesh import TriangleMesh
 from ...pathway.pathway import Pathway, TissueMotion
 from ...robots.snake import SnakeModel
-from ...snake.control.tip_control import DistalContext
+from ...runtime.driver import Driver
+from ...runtime.operator import Act
+from ...runtime.requests import Request
 from ...validate import positive
 from .command import SnakeCommand
-from .constants import DriveConstants, start_of
-from .distal import bend_of, can_look, distal_context, ready_to_look
+from .constants import start_of
+from .drive_view import DriveView
 from .lumen import lumen_between
 from .narrow import narrowest
+from .script import ScriptSystem, act_of
 from .settings import DriveSettings
 from .state import SnakeState
-from .step import step
-from .tissue import lost
 
 _TIMED = 10  # every so many steps one query of all links is timed
 
 
-class Observer(Protocol):
-    """Hears of everything that is done with a drive, in the order in which it is done again to repeat it."""
+class SnakeDrive(DriveView):
+    """A snake in a lumen; each step and each request replaces its ``state``.
 
-    def stepped(self, command: SnakeCommand, dt: float) -> None:
-        """The drive has made a step of ``dt`` s; the command as it was given."""
-
-    def planned_anew(self, waypoint_mm: float) -> None:
-        """What was planned ahead is forgotten; shapes are ``waypoint_mm`` apart from now on."""
-
-    def made_ready(self) -> None:
-        """The control of the distal links gets ready."""
-
-
-class SnakeDrive:
-    """A snake in a lumen: ``constants``, some of which are attributes, and the ``state``, which each step replaces.
+    driver: steps it; with a ``log`` it records a run of ``DriveSpec``. step_s, query_s: what the last step and the last
+    query of all links that was timed took on the clock, s.
 
     Args:
         snake: the whole robot.
@@ -57,6 +48,8 @@ class SnakeDrive:
         InputError: a link that starts beyond its bound; a robot longer than the path; slack without a curve or of
             another shape; a pathway with closed ends, which has no entrance.
     """
+
+    system: ScriptSystem
 
     def __init__(
         self,
@@ -74,20 +67,10 @@ class SnakeDrive:
             snake, pathway, settings or DriveSettings(), curve, slack, tip_s,
             plans_here=True, beyond_allowed=beyond_allowed, longer_allowed=longer_allowed,
         )  # fmt: skip
-        self._go_on(*start)
-
-    def _go_on(self, constants: DriveConstants, state: SnakeState) -> None:
-        self.constants, self.state = constants, state
-        self.snake, self.distal, self.pathway = constants.snake, constants.distal, constants.pathway
-        self.query, self.distal_limits, self.hand = constants.query, constants.distal_limits, constants.hand
-        self.observer: Observer | None = None
-
-    @classmethod
-    def at(cls, constants: DriveConstants, state: SnakeState) -> Self:
-        """A drive that goes on from a state."""
-        drive = cls.__new__(cls)
-        drive._go_on(constants, state)
-        return drive
+        system = ScriptSystem(start)
+        super().__init__(system, start.state)
+        self.driver: Driver[SnakeState] = Driver(system)
+        self.step_s = self.query_s = 0.0
 
     @classmethod
     def in_lumen(
@@ -128,102 +111,24 @@ class SnakeDrive:
         Raises:
             InputError: a step that is not finite and positive, or no ``SnakeCommand``.
         """
-        began = perf_counter()
         dt = self.settings.step_s if dt is None else positive("a step's time in s", dt)
         if not isinstance(command, SnakeCommand):
             raise InputError(f"{command!r:.60} is no command: give SnakeCommand(insert_mm_per_s=…, camera_mm_per_s=…)")
         if command.bend is not None and len(command.bend) != self.distal.dof:
             raise InputError(f"a bend of {len(command.bend)} joints: give {self.distal.dof}")
-        timed = self.state.steps % _TIMED == 0
-        state = step(self.constants, self.state, command, dt)
-        query_s = self._query_s(state) if timed else state.query_s
-        self.state = state._replace(query_s=query_s, step_s=perf_counter() - began)
-        if self.observer is not None:
-            self.observer.stepped(command, dt)
-        return self.state
+        return self.act(act_of(command, dt, self.state))
 
-    def ready_to_look(self) -> None:
-        """Let the control of the distal links get ready here, if it is not; a camera command does it by itself."""
-        if self.observer is not None:
-            self.observer.made_ready()
-        self.state = ready_to_look(self.constants, self.state)
+    def act(self, act: Act) -> SnakeState:
+        """Carry out what an operator does."""
+        timed, began = self.state.steps % _TIMED == 0, perf_counter()
+        self.state = state = self.driver.act(act)
+        self.step_s = perf_counter() - began
+        if timed:
+            frames, asked = self.snake.frames(state.q, state.base), perf_counter()
+            self.query.deviations(state.packed, frames, state.windows)
+            self.query_s = perf_counter() - asked
+        return state
 
-    def plan_anew(self, waypoint_mm: float) -> None:
-        """Forget what was planned ahead; from here on in shapes ``waypoint_mm`` apart."""
-        if self.observer is not None:
-            self.observer.planned_anew(waypoint_mm)
-        self.state = planned_anew(self.state, waypoint_mm)
-
-    def distal_context(self) -> DistalContext:
-        """Where the distal links are now, for a control of them."""
-        return distal_context(self.constants, self.state)
-
-    def _query_s(self, state: SnakeState) -> float:
-        """What a query of all links takes, s."""
-        frames, asked = self.snake.frames(state.q, state.base), perf_counter()
-        self.query.deviations(state.packed, frames, state.windows)
-        return perf_counter() - asked
-
-    @property
-    def settings(self) -> DriveSettings:
-        """In force."""
-        return self.state.settings
-
-    @property
-    def bound(self) -> Array:
-        """(L,) mm, b_i where the links are."""
-        return self.state.bound
-
-    @property
-    def q(self) -> Array:
-        """(2L,) rad."""
-        return self.state.q
-
-    @property
-    def tip_s(self) -> float:
-        """How far the tip is in, mm."""
-        return self.state.tip_s
-
-    @property
-    def length_mm(self) -> float:
-        """Of the curve that the robot conforms to."""
-        return self.state.tissue.length_mm
-
-    @property
-    def can_look(self) -> bool:
-        """Whether all the links that the camera command moves are inside."""
-        return can_look(self.constants, self.state)
-
-    @property
-    def lost(self) -> str | None:
-        """In words, why the tissue leaves no pathway now; nothing moves until it does."""
-        return lost(self.constants, self.state)
-
-    @property
-    def straight(self) -> bool:
-        """Whether the distal links lie as the conforming shape has them."""
-        return self.state.straight
-
-    @property
-    def tip(self) -> Array:
-        """(3,) of the last link's far end, LPS mm."""
-        tip: Array = self.snake.tip(self.q, self.state.base)[:3, 3]
-        return tip
-
-    @property
-    def bend(self) -> Array:
-        """(2L',) rad by which the distal joints differ from the conforming shape."""
-        return bend_of(self.constants, self.state)
-
-    @property
-    def offset_mm(self) -> Array:
-        """Distances of the joint centres that are inside to the curve, of the conforming shape."""
-        shape = self.state.pose.shape
-        inside: Array = shape.offset_mm[shape.joint_s >= 0.0]
-        return inside
-
-
-def planned_anew(state: SnakeState, spacing_mm: float) -> SnakeState:
-    """Without what was planned ahead; from here on in shapes ``spacing_mm`` apart."""
-    state = state.restarted()
-    return state._replace(ahead=state.ahead._replace(spacing_mm=spacing_mm))
+    def ask(self, request: Request) -> None:
+        """Carry out a request."""
+        self.state = self.driver.apply(request)

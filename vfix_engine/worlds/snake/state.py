@@ -115,7 +115,6 @@ class SnakeState(NamedTuple):
     result: of the step; refused: what the certificate refused last.
     inserting: the last command did; toward: the direction of the last insertion.
     following: the shape follows the tissue. refused_commands: that were not finite.
-    query_s, step_s: what the last query of all links and this step took on the clock in s, where somebody measures it.
     period_s: of the next step. doing: the request under way; bend_goal: (2L',) rad that it is for, None: none; looking:
         where a look-round is; looked_deg: how far the last one turned the view to each side.
     """
@@ -143,8 +142,6 @@ class SnakeState(NamedTuple):
     toward: int = 1
     following: bool = True
     refused_commands: int = 0
-    query_s: float = 0.0
-    step_s: float = 0.0
     doing: Literal["", "straighten", "bend", "look"] = ""
     bend_goal: tuple[float, ...] | None = None
     looking: Looking | None = None

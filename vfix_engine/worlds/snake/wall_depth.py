@@ -12,7 +12,7 @@ from ...geometry.curve import Curve
 from ...geometry.mesh import TriangleMesh
 from ...pathway.pathway import Pathway
 from ...validate import point_text
-from .snake_drive import SnakeDrive
+from .drive_view import DriveView
 
 EVERY_MM = 10.0  # of insertion between two places at which links are measured against the wall
 _RAYS = 12
@@ -42,7 +42,7 @@ class WallDepth:
         self.deepest: dict[str, Any] = {"mm": 0.0, "link": None, "at_lps": None, "tip_mm": None}
         self.per_link = np.full(links, np.nan)
 
-    def look(self, drive: SnakeDrive, always: bool = False) -> None:
+    def look(self, drive: DriveView, always: bool = False) -> None:
         """Measure the links that are inside, if the tip has gone on by ``EVERY_MM`` or ``always``."""
         if not always and drive.tip_s < self._next_mm:
             return
@@ -71,7 +71,7 @@ class WallDepth:
                 "tip_mm": float(drive.tip_s),
             }  # fmt: skip
 
-    def _of_axes(self, drive: SnakeDrive, frames: Array) -> tuple[IntArray, Array, Array]:
+    def _of_axes(self, drive: DriveView, frames: Array) -> tuple[IntArray, Array, Array]:
         """How deep what is between the vertices is: links (n,), points of the wall (n, 3) and depths (n,) in mm.
 
         The ball about a place of a link's axis is part of the link, but for the joint's end, where it is part of the

@@ -30,7 +30,7 @@ from vfix_engine.worlds.snake.drive import drive_lumen
 from vfix_engine.worlds.snake.drive_report import Visit
 from vfix_engine.worlds.snake.look_round import look_round
 from vfix_engine.worlds.snake.narrow import narrowest
-from vfix_engine.worlds.snake.operators import Stop, scripted
+from vfix_engine.worlds.snake.operators import Stop, _scripted
 from vfix_engine.worlds.snake.settings import DriveSettings
 from vfix_engine.worlds.snake.snake_drive import SnakeDrive
 
@@ -298,9 +298,9 @@ def test_an_operator_whose_steps_lead_nowhere_gives_up(monkeypatch: pytest.Monke
         state=SimpleNamespace(outcome="shrunk", held_by="link 5 would be 4.10 mm outside", held_at=np.zeros(3)),
         plan_anew=lambda _: None, pathway=SimpleNamespace(motion=None),
     )  # fmt: skip
-    assert sum(1 for _ in scripted(stuck, [], 200.0)) < 1000
+    assert sum(1 for _ in _scripted(stuck, [], 200.0)) < 1000
     stuck.state.outcome = "held"  # the same numbers would refuse the same step again and again
-    assert sum(1 for _ in scripted(stuck, [], 200.0)) < 30
+    assert sum(1 for _ in _scripted(stuck, [], 200.0)) < 30
     stuck.state.outcome = "shrunk"
     monkeypatch.setattr("vfix_engine.worlds.snake.look_round._by_hand", lambda *_: iter(()))
     orders = list(look_round(stuck, Stop("here", 100.0)))

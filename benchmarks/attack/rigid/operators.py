@@ -1,8 +1,7 @@
-"""Adversarial hands: each returns a command for a state of the rigid tool that might break a limit."""
+"""Adversarial operators of the rigid tool: each returns a command for its state that might break a limit."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +10,8 @@ from benchmarks.attack import campaign
 from benchmarks.attack.campaign import NONSENSE, Random
 from vfix_engine.arrays import Array
 from vfix_engine.runtime.command import Command, Master
+from vfix_engine.runtime.operator import Act
+from vfix_engine.worlds.rigid.operators import to_nearest_bone
 from vfix_engine.worlds.rigid.rigid import RigidSystem
 from vfix_engine.worlds.rigid.rigid_state import RehearsalState
 
@@ -19,14 +20,14 @@ LOOK_AGAIN = 8  # steps after which the nearest bone is searched again
 
 @dataclass
 class Memory(campaign.Memory):
-    """What a hand remembers; held: whether the last step was, also after a change of the mode."""
+    """What an operator remembers; held: whether the last step was, also after a change of the mode."""
 
     held: bool = False
     direction: Array | None = None
     until: int = 0
 
 
-Hand = Callable[[Memory, RigidSystem, RehearsalState], Command]
+Attack = campaign.Attack[Memory, RigidSystem, RehearsalState]
 
 
 def _direction(random: Random) -> Array:
@@ -45,80 +46,79 @@ def _kept(memory: Memory, longest: int) -> Array:
 def _to_bone(memory: Memory, system: RigidSystem, state: RehearsalState) -> Array:
     """Return the direction to the nearest bone, searched every few steps."""
     if memory.direction is None or memory.count >= memory.until:
-        normal = system.scene.tree.closest(state.tool.segments).normal
-        memory.direction = -np.array(normal)
+        memory.direction = to_nearest_bone(system, state)
         memory.until = memory.count + LOOK_AGAIN
     return memory.direction
 
 
-def at_random(memory: Memory, system: RigidSystem, state: RehearsalState) -> Command:
+def at_random(memory: Memory, system: RigidSystem, state: RehearsalState) -> Act:
     """Another force each step."""
     force = memory.random.normal(size=3) * 4.0
-    return Command(force, int(memory.random.integers(-1, 2)), int(memory.random.integers(-1, 2)))
+    return Act(Command(force, int(memory.random.integers(-1, 2)), int(memory.random.integers(-1, 2))))
 
 
-def jumping(memory: Memory, system: RigidSystem, state: RehearsalState) -> Command:
+def jumping(memory: Memory, system: RigidSystem, state: RehearsalState) -> Act:
     """A constant force that jumps now and then."""
-    return Command(_kept(memory, 60) * 30.0, twist=int(memory.count // 40 % 3) - 1)
+    return Act(Command(_kept(memory, 60) * 30.0, twist=int(memory.count // 40 % 3) - 1))
 
 
-def saturated(memory: Memory, system: RigidSystem, state: RehearsalState) -> Command:
+def saturated(memory: Memory, system: RigidSystem, state: RehearsalState) -> Act:
     """A million newtons in one direction."""
-    return Command(_kept(memory, 150) * 1e6, drive=1)
+    return Act(Command(_kept(memory, 150) * 1e6, drive=1))
 
 
-def nonsense(memory: Memory, system: RigidSystem, state: RehearsalState) -> Command:
+def nonsense(memory: Memory, system: RigidSystem, state: RehearsalState) -> Act:
     """NaN, infinite and huge values, and valid ones in between."""
     force = memory.random.choice(NONSENSE, size=3)
-    return Command(np.asarray(force, dtype=float), int(memory.random.choice((-1, 0, 1))), 1)
+    return Act(Command(np.asarray(force, dtype=float), int(memory.random.choice((-1, 0, 1))), 1))
 
 
-def towards_bone(memory: Memory, system: RigidSystem, state: RehearsalState) -> Command:
+def towards_bone(memory: Memory, system: RigidSystem, state: RehearsalState) -> Act:
     """Full force into the nearest bone."""
-    return Command(_to_bone(memory, system, state) * 50.0)
+    return Act(Command(_to_bone(memory, system, state) * 50.0))
 
 
-def alternating(memory: Memory, system: RigidSystem, state: RehearsalState) -> Command:
+def alternating(memory: Memory, system: RigidSystem, state: RehearsalState) -> Act:
     """Into bone and back out, every step."""
     sign = -1.0 if memory.count % 2 else 1.0
-    return Command(sign * _to_bone(memory, system, state) * 50.0, drive=int(sign), twist=int(-sign))
+    return Act(Command(sign * _to_bone(memory, system, state) * 50.0, drive=int(sign), twist=int(-sign)))
 
 
-def resonant(memory: Memory, system: RigidSystem, state: RehearsalState) -> Command:
+def resonant(memory: Memory, system: RigidSystem, state: RehearsalState) -> Act:
     """Moves sideways as soon as it is stopped, and pushes in as soon as it is not."""
     inward = _to_bone(memory, system, state)
     if not memory.held:
-        return Command(inward * 20.0)
+        return Act(Command(inward * 20.0))
     aside = np.cross(inward, _direction(memory.random))
-    return Command(inward * 8.0 + aside * 12.0, twist=int(memory.random.integers(-1, 2)))
+    return Act(Command(inward * 8.0 + aside * 12.0, twist=int(memory.random.integers(-1, 2))))
 
 
-def into_corners(memory: Memory, system: RigidSystem, state: RehearsalState) -> Command:
+def into_corners(memory: Memory, system: RigidSystem, state: RehearsalState) -> Act:
     """Along the nearest bone and a little into it, until something else stops it."""
     inward = _to_bone(memory, system, state)
     aside = np.cross(inward, np.roll(inward, 1 + memory.count // 200 % 2) + 0.1)
     size = float(np.linalg.norm(aside))
-    return Command(inward * 3.0 + (aside / size if size > 1e-9 else aside) * 20.0)
+    return Act(Command(inward * 3.0 + (aside / size if size > 1e-9 else aside) * 20.0))
 
 
-def twisting(memory: Memory, system: RigidSystem, state: RehearsalState) -> Command:
+def twisting(memory: Memory, system: RigidSystem, state: RehearsalState) -> Act:
     """Turns about the shaft, this way and that, leaning into bone."""
-    return Command(_to_bone(memory, system, state) * 2.0, twist=1 if memory.count // 25 % 2 else -1)
+    return Act(Command(_to_bone(memory, system, state) * 2.0, twist=1 if memory.count // 25 % 2 else -1))
 
 
-def flooding(memory: Memory, system: RigidSystem, state: RehearsalState) -> Command:
+def flooding(memory: Memory, system: RigidSystem, state: RehearsalState) -> Act:
     """Everything at once, everything different each step."""
     size = 10.0 ** memory.random.uniform(-9, 9)
     drive, twist = (int(v) for v in memory.random.integers(-1, 2, size=2))
-    return Command(_direction(memory.random) * size, drive, twist)
+    return Act(Command(_direction(memory.random) * size, drive, twist))
 
 
-def driving(memory: Memory, system: RigidSystem, state: RehearsalState) -> Command:
+def driving(memory: Memory, system: RigidSystem, state: RehearsalState) -> Act:
     """Along the path with full force and sideways at the same time, sometimes back."""
-    return Command(_kept(memory, 200) * 4.0, drive=-1 if memory.count // 120 % 4 == 3 else 1)
+    return Act(Command(_kept(memory, 200) * 4.0, drive=-1 if memory.count // 120 % 4 == 3 else 1))
 
 
-def master(memory: Memory, system: RigidSystem, state: RehearsalState) -> Command:
+def master(memory: Memory, system: RigidSystem, state: RehearsalState) -> Act:
     """A remote master that runs ahead, jumps, lets go and sends invalid values."""
     random, kind = memory.random, int(memory.random.integers(8))
     increment = _kept(memory, 40) * random.uniform(0, 0.3)
@@ -128,12 +128,11 @@ def master(memory: Memory, system: RigidSystem, state: RehearsalState) -> Comman
         increment = _direction(random) * 10.0 ** random.uniform(-9, 9)
     elif kind == 2:
         increment = np.asarray(random.choice(NONSENSE, size=3), dtype=float)
-    return Command(
-        np.zeros(3), twist=int(random.integers(-1, 2)), master=Master(increment, bool(random.random() > 0.03))
-    )
+    twist, clutch = int(random.integers(-1, 2)), bool(random.random() > 0.03)
+    return Act(Command(np.zeros(3), twist=twist, master=Master(increment, clutch)))
 
 
-HANDS: dict[str, Hand] = {
+ATTACKS: dict[str, Attack] = {
     "random": at_random,
     "jumps": jumping,
     "saturated": saturated,
