@@ -27,6 +27,7 @@ class Services:
         from app.drives.recordings import Recordings
         from app.drives.runs import RunService
         from app.exchange.archive import ArchiveReader, ArchiveWriter
+        from app.exchange.report import PlanReports
         from app.exchange.robot_frame import BaseExport
         from app.exchange.slicer import SlicerExport
         from app.imaging.import_jobs import ImportJobs
@@ -45,7 +46,6 @@ class Services:
         from app.planning.rehearsal_options import OptionsByPlan
         from app.planning.removed_volumes import RemovedVolumeService
         from app.planning.suggestions import Suggestions
-        from app.plans.instruments import Instruments
         from app.plans.service import PlanService
         from app.plans.shipped_head import ensure_head_phantom
         from app.plans.versions import PlanVersions
@@ -68,7 +68,7 @@ class Services:
         self.overlays = Overlays(cases)
         self.purge = Purge(store)
         self.versions = PlanVersions(store, plans)
-        self.instruments = instruments = Instruments(store.files)
+        self.instruments = instruments = plans.instruments
         self.importing = ImportService(cases)
         self.import_jobs = ImportJobs(jobs, self.importing)
         self.segmenting = Segmenting(cases, jobs)
@@ -84,6 +84,7 @@ class Services:
         self.planning = planning = Planning(
             cases, instruments, distance_fields, lambda plan: driven_registration(registering.registration_of(plan))
         )
+        plans.connect(cases, planning)
         self.dry_runs = DryRunJobs(jobs, planning)
         self.previews = Previews(cases, planning)
         self.rehearsal_options = options = OptionsByPlan()
@@ -93,6 +94,9 @@ class Services:
         self.runs = runs = RunService(store)
         self.recordings = Recordings(jobs, runs)
 
+        self.plan_reports = PlanReports(
+            cases, instruments, planning, self.dry_runs, self.path_evaluations, options, registering
+        )
         self.slicer = SlicerExport(cases, planning, registrations)
         self.base_export = BaseExport(planning, registrations)
         self.archive_writer = ArchiveWriter(store, cases, plans, instruments, runs)

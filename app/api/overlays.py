@@ -6,10 +6,11 @@ from app.api.case_models import CasePublic, OverlayPublic, OverlayUpdate
 from app.api.cases import MAX_CASE_BYTES
 from app.api.dependencies import ERRORS, ConditionDep, Identifier, ServicesDep, Wish
 from app.api.jobs import JobPublic
-from app.api.plan_models import PlanPublic, Revision, SecondVolumePublic
+from app.api.plan_models import Revision, SecondVolumePublic
 from app.api.uploads import MAX_FILES, USE_DESCRIPTION, form_of, receive
 from app.cases.second_volume import second_from_json
 from app.imaging.importing import OverlayRequest
+from app.plans.public import PlanPublic
 
 router = APIRouter(tags=["second volumes"], responses=ERRORS)
 

@@ -10,11 +10,12 @@ from fastapi import APIRouter, Query
 from pydantic import Field
 
 from app.api.dependencies import ERRORS, Condition, ConditionDep, Identifier, Number, ServicesDep, Wish
-from app.api.plan_models import Name, PathPublic, PlanPublic, RemovedBonePublic, Revision, ZonePublic
+from app.api.plan_models import Name, RemovedBonePublic, Revision, ZonePublic
 from app.kit.errors import NotFound
 from app.plans.edits import changed_zone
-from app.plans.model import MAX_NOTES, Plan
-from app.plans.paths import EntrySide
+from app.plans.model import Plan
+from app.plans.paths import EntrySide, PlanPath
+from app.plans.public import PlanPublic
 from app.plans.zones import Firmness, PlanZone
 from vfix_engine.errors import PlanError
 
@@ -112,17 +113,12 @@ class ShaftWish(Wish):
     revision: Revision = None
 
 
-class NotesWish(Wish):
-    """What the planner writes down."""
-
-    notes: Annotated[str, Field(max_length=MAX_NOTES)]
-    revision: Revision = None
-
-
 @router.get("/plans/{plan_id}/zones")
 def list_zones(plan_id: Identifier, services: ServicesDep, condition: ConditionDep) -> list[ZonePublic]:
     """Structures to spare of a plan."""
-    return _told(condition, services.plans.get(plan_id)).zones
+    plan = services.plans.get(plan_id)
+    condition.tell(plan.revision)
+    return [ZonePublic(**vars(one)) for one in plan.zones]
 
 
 @router.post("/plans/{plan_id}/zones", status_code=201)
@@ -176,7 +172,9 @@ def delete_zone(
 @router.get("/plans/{plan_id}/removed-bone")
 def list_removed_bone(plan_id: Identifier, services: ServicesDep, condition: ConditionDep) -> list[RemovedBonePublic]:
     """Regions of a plan in which bone will be removed."""
-    return _told(condition, services.plans.get(plan_id)).removed_bone
+    plan = services.plans.get(plan_id)
+    condition.tell(plan.revision)
+    return [RemovedBonePublic(**vars(one)) for one in plan.removed_bone]
 
 
 @router.post("/plans/{plan_id}/removed-bone", status_code=201)
@@ -212,9 +210,11 @@ def delete_removed_bone(
 
 
 @router.get("/plans/{plan_id}/paths")
-def list_paths(plan_id: Identifier, services: ServicesDep, condition: ConditionDep) -> list[PathPublic]:
+def list_paths(plan_id: Identifier, services: ServicesDep, condition: ConditionDep) -> list[PlanPath]:
     """Paths of a plan; the plan's `path_id` says which is chosen."""
-    return _told(condition, services.plans.get(plan_id)).paths
+    plan = services.plans.get(plan_id)
+    condition.tell(plan.revision)
+    return list(plan.paths)
 
 
 @router.post("/plans/{plan_id}/paths", status_code=201)
@@ -258,13 +258,6 @@ def set_shaft(
     """Set the shaft's direction and roll at a point of the chosen path."""
     paths, expected = services.plans.editor(plan_id).paths, condition.expected(wish.revision)
     return _told(condition, paths.set_shaft(point_id, wish.direction, wish.roll_deg, expected_revision=expected))
-
-
-@router.put("/plans/{plan_id}/notes")
-def set_notes(plan_id: Identifier, wish: NotesWish, services: ServicesDep, condition: ConditionDep) -> PlanPublic:
-    """Replace the notes of a plan."""
-    expected = condition.expected(wish.revision)
-    return _told(condition, services.plans.editor(plan_id).paths.set_notes(wish.notes, expected_revision=expected))
 
 
 def _told(condition: Condition, plan: Plan) -> PlanPublic:

@@ -6,7 +6,8 @@ from fastapi import APIRouter, Query
 from pydantic import BaseModel, Field
 
 from app.api.dependencies import ERRORS, ConditionDep, Identifier, ServicesDep, Wish
-from app.api.plan_models import Name, PlanPublic, Revision
+from app.api.plan_models import Name, Revision
+from app.plans.public import PlanPublic
 from app.plans.versions import PlanVersion
 
 router = APIRouter(tags=["plan versions"], responses=ERRORS)

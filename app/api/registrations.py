@@ -6,7 +6,6 @@ from fastapi import APIRouter, Query
 
 from app.api.dependencies import ERRORS, Condition, ConditionDep, Identifier, ServicesDep
 from app.api.jobs import JobPublic
-from app.api.plan_models import PlanPublic
 from app.api.registration_models import (
     BeadsWish,
     ErrorTablePublic,
@@ -16,6 +15,7 @@ from app.api.registration_models import (
     PlanRegistrationPublic,
     PlanRegistrationWish,
 )
+from app.plans.public import PlanPublic
 from app.registration.editor import StoredRegistration
 from app.registration.point_order import OrderAnswer
 from app.registration.public import RegistrationPublic

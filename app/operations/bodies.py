@@ -29,22 +29,29 @@ def fields_of(operations: Sequence[type[Operation]], keys: Keys = keys_of) -> di
     for operation in operations:
         of = {name: key for key, name in keys(operation).items()}
         for field in msgspec.structs.fields(operation):
+            if field.name not in of:
+                continue
             kind = _said(field.type)
             found[of[field.name]] = (kind, field.default) if alone else (kind | None, None)
     return found
 
 
 def read_operations(
-    operations: Sequence[type[Operation]], body: Mapping[str, Any], where: Place = (), keys: Keys = keys_of
+    operations: Sequence[type[Operation]],
+    body: Mapping[str, Any],
+    where: Place = (),
+    keys: Keys = keys_of,
+    of_all: dict[str, Any] | None = None,
 ) -> list[Operation]:
     """The operations that a body asks for: one that stands alone, or those of several that have a key in it.
 
-    Where there are several, a null says nothing. Raises Unreadable.
+    Where there are several, a null says nothing. of_all: values of fields that each of them has. Raises Unreadable.
     """
+    of_all = of_all or {}
     if len(operations) == 1:
         names = keys(operations[0])
-        return [read(operations[0], {names.get(key, key): value for key, value in body.items()}, where)]
-    known = {key for operation in operations for key in keys(operation)}
+        return [read(operations[0], {names.get(key, key): value for key, value in body.items()} | of_all, where)]
+    known = {key for operation in operations for key in keys(operation)} - of_all.keys()
     if unknown := [key for key in body if key not in known]:
         raise Unreadable([((*where, key), "There is no such field") for key in unknown])
     found = []
@@ -52,7 +59,7 @@ def read_operations(
         names = keys(operation)
         values = {names[key]: value for key, value in body.items() if key in names and value is not None}
         if values:
-            found.append(read(operation, values, where))
+            found.append(read(operation, values | of_all, where))
     return found
 
 

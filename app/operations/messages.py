@@ -116,7 +116,7 @@ def read_message(message: Mapping[str, Any]) -> OperationMessage | None:
 
 
 def _keys(operation: type[Operation]) -> dict[str, str]:
-    return {operation.aliases.get(name, name): name for name in keys_of(operation)}
+    return {key: name for name in keys_of(operation) if (key := operation.aliases.get(name, name))}
 
 
 def _stripped(spec: MessageSpec, said: Mapping[str, Any]) -> dict[str, Any]:

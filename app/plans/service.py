@@ -5,13 +5,17 @@ from __future__ import annotations
 import io
 import shutil
 from dataclasses import replace
+from typing import Any, Protocol
 
+from app.cases.service import CaseService
 from app.documents import Documents, DocumentTitle
 from app.kit.errors import OtherCase
+from app.operations.operation import Change, Context
 from app.plans.document import PLAN, plan_of
 from app.plans.editor import PlanEditor
-from app.plans.instruments import shaped_tool
+from app.plans.instruments import Instruments, shaped_tool
 from app.plans.model import Plan, PlanContent, PlanFile, PlanPoint, check_content, without_placement
+from app.plans.zones import PlanZone
 from app.store import Store
 from app.store.models import CaseRow
 from vfix_engine.errors import PlanError
@@ -22,12 +26,37 @@ __all__ = ["Plan", "PlanContent", "PlanEditor", "PlanFile", "PlanPoint", "PlanSe
 PlanTitle = DocumentTitle
 
 
+class DryRuns(Protocol):
+    """What operations on plans ask of the dry run."""
+
+    def placed_robot(self, plan: Plan) -> dict[str, Any]:
+        """The plan's robot with the placement of its dry run. Raises VfixError."""
+
+    def check_zone(self, plan: Plan, zone: PlanZone) -> None:
+        """Raise PlanError where no drive could keep a protected structure."""
+
+
 class PlanService:
-    """Plans of every case: documents of the kind 'plan'. May be used from any thread."""
+    """Plans of every case: documents of the kind 'plan'. May be used from any thread.
+
+    cases, planning: what some operations ask; there after `connect`.
+    """
+
+    cases: CaseService
+    planning: DryRuns
 
     def __init__(self, store: Store) -> None:
         self._store = store
         self.documents = Documents(store, PLAN)
+        self.instruments = Instruments(store.files)
+
+    def connect(self, cases: CaseService, planning: DryRuns) -> None:
+        """Make known what is built after this service."""
+        self.cases, self.planning = cases, planning
+
+    def do(self, plan_id: str, operation: Change, *, expected_revision: int | None = None) -> Plan:
+        """Do an operation on a plan. Raises VfixError, PlanConflict at another revision than the expected one."""
+        return plan_of(operation.run(Context(self.documents, self, expected_revision), plan_id))
 
     def list(self, case_id: str | None = None, include_deleted: bool = False) -> tuple[Plan, ...]:
         """Plans of a case, or of all, oldest first; one whose content cannot be read says why (`unreadable`)."""

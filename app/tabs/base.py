@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from typing import Any, ClassVar, Protocol
 
+from app.kit.kept import Same
 from app.messages.fields import Command
 from app.messages.sections import Sections
 from app.operations.messages import OperationMessage
@@ -120,6 +121,14 @@ class Tab:
         """The page is there again."""
 
     # -- what the page and the scene show
+
+    def subject(self) -> object:
+        """What the tab shows besides what its requests and ticks change, as a key.
+
+        After a request that was about another tab, this one is not asked anything while its subject is equal.
+        """
+        shown, changes = self.workspace.case, self.workspace.services.store.changes
+        return Same(shown.case), shown.loading, Same(self.workspace.plan.current), changes.count
 
     def refresh(self) -> None:
         """Bring what is shown up to date with the store, which others change too; before sections and layers are asked.

@@ -27,6 +27,8 @@ const POINTS_QUESTION = {
   label: "The points are",
   options: [["path", "a path, from outside to inside"], ["targets", "targets to inspect"]],
 };
+const SCAN_WORDS = "A scan can identify its patient.";
+const SCAN_QUESTION = { name: "scan", label: "The pictures show", options: [["without", "outlines of bone only"], ["with", "the scan as well"]] };
 const QUESTIONS = [FRAME_QUESTION, POINTS_QUESTION];
 const AXES = [["R/L", "Right or left of the middle of the scan's frame, in mm"], ["A/P", "Front or back, in mm"], ["S/I", "Up or down, in mm"]];
 /** @type {[Kind, string][]} */
@@ -34,6 +36,7 @@ const MODES = [["point", "Path point"], ["target", "Target"], ["none", "Nothing"
 const EXPORTS = [
   ["json", "vfix plan (JSON)", "Everything, comes back as it was"],
   ["mrk.json", "3D Slicer markups (.mrk.json)", "Control points, dense curve with bone clearance, targets"],
+  ["report", "Report to print (.html)", "Verdict, figures and pictures on one page of A4"],
   ["csv", "Table (.csv)", "Points and targets in mm"],
   ["slicer", "Folder for 3D Slicer (.zip)", "Plan, head, CT and registrations as a scene that 3D Slicer opens; made in some seconds"],
 ];
@@ -277,10 +280,24 @@ export default class PlanPanel {
   async export(format) {
     const { plan, plan_use: use, case: head } = this.connection.state;
     if (!plan || (format === "slicer" && head?.images && !await askForImages(head.name))) return;
+    if (format === "report") {
+      this.report(plan.id);
+      return;
+    }
     const path = `/api/v1/plans/${encodeURIComponent(plan.id)}/export`;
     download(format === "slicer" ? `${path}/slicer?with_images=true` : `${path}?format=${encodeURIComponent(format)}`);
     if (format === "slicer") note("The folder for 3D Slicer is being made; its download begins in some seconds.");
     if (use?.registration && format === "json") note(`The file names the registration ‘${use.name ?? use.registration}’ and does not hold it. To take both elsewhere, save the head in Patient; or export the transform in Register as well.`, { stay: true });
+  }
+
+  /**
+   * The report to print. With the scan in its pictures where that shows nobody, or where the user wants it.
+   * @param {string} planId
+   */
+  async report(planId) {
+    const { case: head } = this.connection.state;
+    const answer = head?.images ? await askChoices("Report to print", SCAN_WORDS, [SCAN_QUESTION], "Save") : { scan: "with" };
+    if (answer) download(`/api/v1/plans/${encodeURIComponent(planId)}/report/page?with_images=${answer.scan === "with"}`);
   }
 
   async importPlan() {

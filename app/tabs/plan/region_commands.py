@@ -7,7 +7,6 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from app.messages.fields import Command, Identifier, Name, Position
-from app.plans.model import MAX_NOTES
 from app.plans.paths import EntrySide
 from app.tabs.plan.region_sections import DrawKind, FreeSide, Purpose
 
@@ -84,10 +83,5 @@ class EntrySideOfPath(Command):
     side: EntrySide
 
 
-class PlanNotes(Command):
-    type: Literal["plan.notes"]
-    notes: Annotated[str, Field(max_length=MAX_NOTES)]
-
-
 REGION_COMMANDS: tuple[type[Command], ...] = (DrawRegion, RegionPlain, RegionOfStructure, RegionCommand, ChangeRegion)
-PATH_COMMANDS: tuple[type[Command], ...] = (PathCommand, NewPath, RenamePath, EntrySideOfPath, PlanNotes)
+PATH_COMMANDS: tuple[type[Command], ...] = (PathCommand, NewPath, RenamePath, EntrySideOfPath)

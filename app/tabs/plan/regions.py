@@ -34,7 +34,7 @@ REMOVED_COLOUR = "#d98880"
 _FREE = {"R": (-1, 0, 0), "L": (1, 0, 0), "A": (0, -1, 0), "P": (0, 1, 0), "S": (0, 0, 1), "I": (0, 0, -1)}
 _SIZES: dict[str, tuple[float, ...]] = {"box": (5.0, 5.0, 5.0)}
 
-Edit = Callable[[Callable[..., Plan]], None]
+Edit = Callable[[Callable[..., Plan]], object]
 
 
 @dataclass(frozen=True)

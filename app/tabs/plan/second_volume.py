@@ -94,7 +94,7 @@ class SecondVolumes:
         services: Services,
         editor: PlanEditor,
         plan: Callable[[], Plan],
-        edit: Callable[[Callable[..., Plan]], None],
+        edit: Callable[[Callable[..., Plan]], object],
     ) -> None:
         """plan: as it is shown; edit: does an edit on the revision that is shown."""
         self._services, self._editor, self._plan, self._do = services, editor, plan, edit

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,12 @@ from app.kit.kept import Same
 from app.kit.values import Position
 from app.messages.fields import Command
 from app.messages.sections import Section, Sections
+from app.operations.messages import OperationMessage
+from app.operations.operation import Change, Creation, Operation
+from app.operations.standard import Delete, Rename
 from app.plans.document import PLAN
+from app.plans.operations.document import DuplicatePlan
+from app.plans.operations.points import TakeTargets
 from app.plans.service import Plan
 from app.scene.dragging import DragEvent
 from app.scene.error_balls import ErrorBalls
@@ -154,16 +160,26 @@ class PlanTab(Tab):
 
     def handle(self, command: Command) -> None:
         """Answer a command; raises VfixError with the reason where that cannot be done."""
-        if isinstance(command, c.PlanCommand | c.NewPlan | c.RenamePlan):
-            self.workspace.note(self._handle_plan(command), error=True)
+        if isinstance(command, c.OpenPlan):
+            self._load(command.plan_id)
             self.workspace.plan.opened()
         elif isinstance(command, ShowTool | HideTool):
             self._show_tool(command)
-        elif isinstance(command, c.TakeTargets):
-            self._check_own(command.plan_id)
-            self._need().take_targets(self._services.plans.get(command.plan_id))
         else:
-            self._handle_edit(command)
+            chosen = isinstance(command, c.ItemCommand) and command.type == "item.select"  # again, perhaps
+            self._edit(lambda edited: self._edits.do(edited, command), chosen)
+
+    def operate(self, message: OperationMessage) -> None:
+        """Do an operation, on the open plan where it names none."""
+        (operation,) = message.operations
+        if message.target or isinstance(operation, Creation):
+            self.workspace.note(self._manage(message, operation), error=True)
+            self.workspace.plan.opened()
+            return
+        assert isinstance(operation, Change)
+        if isinstance(operation, TakeTargets):
+            self._check_own(operation.plan)
+        self._edit(lambda edited: edited.perform(operation, message.revision))
 
     def _show_tool(self, command: ShowTool | HideTool) -> None:
         evaluation = self._shown_evaluation().evaluation
@@ -174,38 +190,29 @@ class PlanTab(Tab):
         else:
             self.workspace.case.go_to(self._evaluations.tool.at(evaluation, command.s_mm))
 
-    def _handle_edit(self, command: Command) -> None:
+    def _edit(self, act: Callable[[EditedPlan], str], chosen: bool = False) -> None:
+        """Do something with the open plan, say its words, and go to what it selects; chosen: also where it was that."""
         edited = self._need()
         before = edited.selected
-        words = self._edits.do(edited, command)
-        chosen = isinstance(command, c.ItemCommand) and command.type == "item.select"  # again, perhaps
+        words = act(edited)
         if edited.selected is not None and (chosen or edited.selected != before):
             self.workspace.case.go_to(edited.place_of(edited.selected))
         self.workspace.note(words)
 
-    def _handle_plan(self, command: c.PlanCommand | c.NewPlan | c.RenamePlan) -> str:
-        """Open, make, rename, duplicate, delete and restore plans; returns words for the user, often none."""
-        plans = self._services.plans
-        match command:
-            case c.NewPlan():
-                if self._case_id is None:
-                    raise PlanError("open a head first; a plan belongs to one.")
-                self._load(plans.create(self._case_id, command.name).id)
-            case c.RenamePlan():
-                plans.rename(command.plan_id, command.name)
-                if command.plan_id == self.plan_id:
-                    self._reload()
-            case c.PlanCommand(type="plan.open"):
-                self._load(command.plan_id)
-            case c.PlanCommand(type="plan.duplicate"):
-                self._check_own(command.plan_id)
-                self._load(plans.duplicate(command.plan_id).id)
-            case c.PlanCommand(type="plan.restore"):
-                plans.restore(command.plan_id)
-            case c.PlanCommand():
-                plans.delete(command.plan_id)
-                if command.plan_id == self.plan_id and self._case_id is not None:
-                    return self.open(self._case_id, None)
+    def _manage(self, message: OperationMessage, operation: Operation) -> str:
+        """Make, rename, duplicate, delete and restore plans; returns words for the user, often none."""
+        if isinstance(operation, Creation) and self._case_id is None:
+            raise PlanError("open a head first; a plan belongs to one.")
+        if isinstance(operation, DuplicatePlan):
+            self._check_own(message.target)
+        done = message.perform(message.spec.context(self._services, message.revision), self._case_id or "")
+        assert done is not None
+        if done.id != message.target:  # it was made
+            self._load(done.id)
+        elif done.id == self.plan_id and isinstance(operation, Delete) and self._case_id is not None:
+            return self.open(self._case_id, None)
+        elif done.id == self.plan_id and isinstance(operation, Rename):
+            self._reload()
         return ""
 
     def _reload(self) -> None:
@@ -322,6 +329,10 @@ class PlanTab(Tab):
             None if shown.verdict is None else (shown.verdict.level, shown.verdict.reason),
             shown.short,
         )
+
+    def subject(self) -> object:
+        options = None if self._edited is None else self._services.rehearsal_options.of(self._edited.plan_id)
+        return Same(self.workspace.case.case), self._services.store.changes.count, options
 
     def refresh(self) -> None:
         """Raises InputError when the open plan cannot be read any more; it is closed then."""

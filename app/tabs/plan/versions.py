@@ -49,7 +49,7 @@ class Versions:
     """What one client does with the versions of one plan. Owned by the session's thread."""
 
     def __init__(
-        self, services: Services, plan: Callable[[], Plan], edit: Callable[[Callable[..., Plan]], None]
+        self, services: Services, plan: Callable[[], Plan], edit: Callable[[Callable[..., Plan]], object]
     ) -> None:
         """plan: as it is shown; edit: does an edit on the revision that is shown."""
         self._services, self._plan, self._do = services, plan, edit

@@ -187,6 +187,14 @@ class RegisterTab(Tab):
         blocked = "" if use is None or use["here"] else _blocked(use)
         return register_hint(content, self._services.registering.report(content), used, deleted, blocked)
 
+    def subject(self) -> object:
+        """Beside no registration little is told of a plan that uses none."""
+        plan = self.workspace.plan.current
+        told: object = Same(plan)
+        if self._open is None and plan is not None and plan.registration is None:
+            told = plan.id, plan.locked
+        return Same(self.workspace.case.case), told, self._stored()
+
     def refresh(self) -> None:
         """Raises VfixError when the open registration cannot be read any more; it is closed then."""
         if self.workspace.case.case_id is None:

@@ -1034,45 +1034,53 @@ export interface OwnRobotPublic {
   notes: string[];
 }
 
-/** A plan; positions in LPS mm. points, tool and tool_shape are those of the chosen path, `path_id`. */
+/**
+ * A plan; positions in LPS mm. points, tool and tool_shape are those of the chosen path, `path_id`.
+ *
+ * tool_shape: bend_deg, shaft_radius_mm where not the shipped ones. told: of undo and redo: what it took back or did
+ * again; of a file: its doubts; else ''. entry_side: of the chosen path. registration: id of the one that it uses.
+ */
 export interface PlanPublic {
-  schema: string;
   id: string;
   name: string;
   case_id: string;
-  case_hash: string;
-  frame: string;
-  unit: string;
-  points: PointPublic[];
-  targets: PointPublic[];
-  tool: string;
-  tool_shape: Record<string, number>;
-  robot: RobotPublic;
-  settings: Record<string, number>;
   created: string;
   modified: string;
   revision: number;
   locked: boolean;
   deleted_at: string | null;
+  can_undo: boolean;
+  can_redo: boolean;
   unreadable: string;
+  schema: string;
+  case_hash: string;
+  frame: string;
+  unit: string;
   told: string;
   notice: string;
-  path_id: string;
-  paths: PathPublic[];
   entry_side: string;
-  zones: ZonePublic[];
-  removed_bone: RemovedBonePublic[];
+  points: PlanPoint[];
+  targets: PlanPoint[];
+  tool: string;
+  tool_shape: Record<string, number>;
+  robot: RobotPublic;
+  settings: Record<string, number>;
+  paths: PlanPath[];
+  path_id: string;
+  zones: PlanZone[];
+  removed_bone: RemovedBone[];
   notes: string;
-  second_volume: SecondVolumePublic | null;
+  second_volume: SecondVolume | null;
   registration: string | null;
 }
 
 /**
- * A path point or a target, LPS mm.
+ * A path point or a target; position in LPS mm.
  *
- * direction: of the shaft at a path point, from the tip towards the tail, length 1; roll_deg: about it. Null: open.
+ * direction: of a path point, from the tool's tip towards the tail of its shaft, LPS, of length 1; None where the
+ * plan leaves it open. roll_deg: turn of a bent tool about that direction; None where the plan leaves it open.
  */
-export interface PointPublic {
+export interface PlanPoint {
   id: string;
   label: string;
   position: [number, number, number];
@@ -1093,44 +1101,52 @@ export interface RobotPublic {
   tool_frame: string | null;
 }
 
-/** A path of a plan; positions in LPS mm. */
-export interface PathPublic {
+/** One way into the head. Its points lead from outside to inside; tool and tool_shape are as those of a plan. */
+export interface PlanPath {
   id: string;
   name: string;
-  points: PointPublic[];
+  points: PlanPoint[];
   tool: string;
   tool_shape: Record<string, number>;
-  entry_side: string;
+  entry_side: "" | "left" | "right" | "midline";
 }
 
-/** A structure to spare; shape as in a file of zones, or of the kind 'capsules' or 'structure'. */
-export interface ZonePublic {
+/**
+ * A structure to spare.
+ *
+ * shape: as in a file of zones, or {'kind': 'capsules', 'points': …, 'radius': …} or {'kind': 'structure',
+ * 'structure': id}. margin_mm: how far the tool stays away from a hard one; of a soft one the thickness of the layer
+ * around it. A hard one is not entered; a soft one pushes back with stiffness_n_per_mm, and max_depth_mm is how deep
+ * it may be entered, None where the plan does not say. visible: whether the views draw it, which no drive asks.
+ */
+export interface PlanZone {
   id: string;
   name: string;
   shape: Record<string, unknown>;
   margin_mm: number;
-  kind: string;
+  kind: "hard" | "soft";
   stiffness_n_per_mm: number | null;
   max_depth_mm: number | null;
   colour: string;
   visible: boolean;
 }
 
-/** Bone that is to be removed before the tool goes in. */
-export interface RemovedBonePublic {
+/** A region in which bone will be removed before the tool goes in: a sphere, a capsule or a box. */
+export interface RemovedBone {
   id: string;
   name: string;
   shape: Record<string, unknown>;
 }
 
 /**
- * What is laid over the head's slices: a volume of a case by its name, else that case's widest CT.
+ * A volume that is drawn over the slices of the head.
  *
- * transform: 16 numbers row by row, from the second volume's LPS to the head's, mm, rigid. opacity: from 0 to 1.
- * window, level: its values from black to white, and the value in their middle.
- * other_head: confirms that a volume of another case than the plan's shows the same patient.
+ * case: id of the case that it belongs to, the plan's own or another one. volume: its name there; None: the widest CT.
+ * transform: 16 numbers row by row, from the second volume's LPS to the head's, mm; rigid.
+ * opacity: from 0 to 1. window, level: its values from black to white, and the value in their middle.
+ * other_head: somebody confirmed that this volume, of another case, shows the same patient (HAZ-38).
  */
-export interface SecondVolumePublic {
+export interface SecondVolume {
   case: string;
   volume: string | null;
   transform: number[];
@@ -1557,6 +1573,7 @@ export interface Commands {
   "heartbeat": {};
   "item.delete": {
     item_id: string;
+    revision?: number | null;
   };
   "item.drag": {
     item_id: string;
@@ -1568,6 +1585,7 @@ export interface Commands {
   "item.rename": {
     item_id: string;
     label: string;
+    revision?: number | null;
   };
   "item.select": {
     item_id: string;
@@ -1613,6 +1631,7 @@ export interface Commands {
   };
   "lock": {
     locked: boolean;
+    revision?: number | null;
   };
   "order.find": {};
   "order.forget": {};
@@ -1673,15 +1692,19 @@ export interface Commands {
   };
   "plan.delete": {
     plan_id: string;
+    revision?: number | null;
   };
   "plan.duplicate": {
     plan_id: string;
+    revision?: number | null;
   };
   "plan.new": {
     name: string;
+    revision?: number | null;
   };
   "plan.notes": {
     notes: string;
+    revision?: number | null;
   };
   "plan.open": {
     plan_id: string;
@@ -1689,19 +1712,23 @@ export interface Commands {
   "plan.rename": {
     plan_id: string;
     name: string;
+    revision?: number | null;
   };
   "plan.restore": {
     plan_id: string;
+    revision?: number | null;
   };
   "plan.robot": {
     name: string;
     urdf?: string | null;
     tool_frame?: string | null;
+    revision?: number | null;
   };
   "plan.tool": {
     name: string;
     bend_deg?: number | null;
     shaft_radius_mm?: number | null;
+    revision?: number | null;
   };
   "point.insert_after": {
     item_id: string;
@@ -1709,7 +1736,9 @@ export interface Commands {
   "project": {
     points: [number, number, number][];
   };
-  "redo": {};
+  "redo": {
+    revision?: number | null;
+  };
   "region.cancel": {};
   "region.change": {
     region_id: string;
@@ -1867,6 +1896,7 @@ export interface Commands {
   };
   "targets.take": {
     plan_id: string;
+    revision?: number | null;
   };
   "twist": {
     direction: -1 | 0 | 1;

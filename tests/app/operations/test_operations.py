@@ -22,7 +22,7 @@ from app.operations.reading import Unreadable, read
 from app.operations.rest import addresses
 from app.session.commands import InvalidMessage, parse_command
 
-HOSTILE: list[Any] = [1e300, -1e300, "x" * 10_000, {"a": [1] * 1000}, [[0.0] * 1000] * 10, "../../etc\n", [], ""]
+HOSTILE: list[Any] = [1e300, -1e300, "x" * 10_001, {"a": [1] * 1000}, [[0.0] * 1000] * 10, "../../etc\n", [], ""]
 TEXTS = ["name", "#00ff00", "", "sha256:" + "0" * 64]
 ROUTES = [
     pytest.param(method, path, operations, id=f"{method} {path}")

@@ -216,6 +216,7 @@ def test_the_scene_shows_what_is_driven_while_it_is_driven(sessions: ClientSessi
     drawn = _items(session)
     assert len(drawn) == len(plan.points) + len(plan.targets) - 1
     session.active.active, rehearse.active, session.active = False, True, rehearse
+    session._touch_all()
     assert _items(session) == tuple(plan_items(plan))
     shown = SimpleNamespace(show=lambda places, clearance: drawn_curve.append((places, clearance)))
     drawn_curve: list[Any] = []

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from session_doubles import SAMPLE, open_sample, sections_of
+from session_doubles import SAMPLE, open_sample, sections_of, send
 
 from app.messages.fields import Command
 from app.planning.shape_meshes import shape_mesh
@@ -68,8 +68,8 @@ def test_a_click_draws_one_region_and_the_next_click_adds_a_point_again(tab: Pla
     click(tab, PLACE)
     assert len(plan_of(tab).zones) == 1
     with pytest.raises(InputError, match="something else was edited since"):
-        tab.handle(c.Undo(type="undo", revision=before.revision))
-    tab.handle(c.Undo(type="undo", revision=plan_of(tab).revision))
+        send(tab, "undo", revision=before.revision)
+    send(tab, "undo", revision=plan_of(tab).revision)
     assert (regions(tab)["items"], regions(tab)["selected"]) == ([], None)
 
 
@@ -183,7 +183,7 @@ def test_a_region_is_dragged_by_its_ball_and_selected_by_a_click_on_it(tab: Plan
     direction = np.array([0.0, 1.0, 0.0])
     tab.clicked(ClickRay(np.array(there) - 0.5 * direction, direction))  # nothing lies between
     assert regions(tab)["selected"] == zone.id
-    tab.handle(c.Lock(type="lock", locked=True))
+    send(tab, "lock", locked=True)
     tab.dragged(DragEvent(item, "end", PLACE))
     assert plan_of(tab).zones[0].shape["centre"] == list(there)
     with pytest.raises(PlanError, match="locked"):
@@ -244,7 +244,7 @@ def test_fields_of_a_region_are_changed_one_edit_at_a_time(tab: PlanTab) -> None
     with pytest.raises(PlanError, match="1 sizes, not 2"):
         change(sizes_mm=[1.0, 2.0])
     for _ in range(5):
-        tab.handle(c.Undo(type="undo"))
+        send(tab, "undo")
     assert regions(tab)["items"] == []
 
 
@@ -291,7 +291,7 @@ def test_paths_and_notes_of_the_open_plan(tab: PlanTab) -> None:
     assert paths() == [("Left", count), ("Path 2", 0), ("Path 3", count)]
     tab.handle(r.PathCommand(type="path.delete", path_id=plan_of(tab).path_id))
     assert (plan_of(tab).path.name, plan_of(tab).paths[0].entry_side) == ("Path 2", "left")
-    tab.handle(r.PlanNotes(type="plan.notes", notes="Septum deviates."))
+    send(tab, "plan.notes", notes="Septum deviates.")
     view = sections_of(tab)["paths"]
     assert view is not None
     assert view["notes"] == "Septum deviates."
