@@ -24,9 +24,9 @@ from vfix_engine.control.tasks import view_point
 from vfix_engine.runtime import Act, Command, SetTask
 from vfix_engine.virtual_fixtures import StepState
 from vfix_engine.worlds.rigid.operators import RigidOperator, ScriptedOperator, to_nearest_bone
-from vfix_engine.worlds.rigid.rigid import RigidSystem
-from vfix_engine.worlds.rigid.rigid_state import RehearsalState
 from vfix_engine.worlds.rigid.scene import Scene
+from vfix_engine.worlds.rigid.state import RehearsalState
+from vfix_engine.worlds.rigid.system import RigidSystem
 
 STEPS = 1500  # of each drive
 SWING_STEPS = 700  # of one swing about the target, and of one motion back and forth in the free drive

@@ -28,11 +28,11 @@ from vfix_engine.pathway.pathway_surface import pathway_surface
 from vfix_engine.pathway.tissue_motion import breathing, peristalsis, together
 from vfix_engine.robots.snake import SnakeModel
 from vfix_engine.worlds.snake import DriveSpec
-from vfix_engine.worlds.snake.drive import OPERATORS, DriveReport, DriveSettings, Shot, drive_lumen
-from vfix_engine.worlds.snake.look_plan import view_of
+from vfix_engine.worlds.snake.offline.drive_lumen import OPERATORS, DriveReport, DriveSettings, Shot, drive_lumen
 from vfix_engine.worlds.snake.picture.picture import LumenPictures
+from vfix_engine.worlds.snake.plans.look_plan import view_of
 from vfix_engine.worlds.snake.settings import CONTROLS
-from vfix_engine.worlds.snake.state import SnakeState
+from vfix_engine.worlds.snake.stepping.state import SnakeState
 
 if TYPE_CHECKING:  # a drive without a store keeps no run
     from app.commands.recorded_run import RecordedRun

@@ -18,7 +18,7 @@ from vfix_engine.runtime.command import Command, no_command
 from vfix_engine.runtime.driver import Driver
 from vfix_engine.runtime.operator import Act
 from vfix_engine.worlds.snake import LumenContours, SnakeDrive, SnakeSettings, SnakeState, SnakeSystem, SnakeSystemSpec
-from vfix_engine.worlds.snake.operators import SnakeOperator
+from vfix_engine.worlds.snake.offline.operators import SnakeOperator
 from vfix_engine.worlds.snake.settings import DriveSettings
 
 BREATH = breathing((0.0, 0.3, 1.0), 6.0, 1.0, 60.0)  # up to 18 mm/s: a hurried breath

@@ -17,8 +17,8 @@ from vfix_engine.control import StepRequest, qp
 from vfix_engine.runtime.operator import after
 from vfix_engine.virtual_fixtures import Constraint, Objective
 from vfix_engine.worlds.rigid.operators import RigidOperator
-from vfix_engine.worlds.rigid.rigid import RigidSystem
-from vfix_engine.worlds.rigid.rigid_state import ZEROS, LastStep, RehearsalState
+from vfix_engine.worlds.rigid.state import ZEROS, LastStep, RehearsalState
+from vfix_engine.worlds.rigid.system import RigidSystem
 
 from .operators import ATTACKS, Attack, Memory
 

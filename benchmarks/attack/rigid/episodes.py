@@ -19,9 +19,9 @@ from vfix_engine.errors import ControlError, StartRefused
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.proximity.proximity import ProximityTree
 from vfix_engine.runtime.requests import SetTask
-from vfix_engine.worlds.rigid.rigid import RigidSystem
-from vfix_engine.worlds.rigid.rigid_state import RehearsalState
 from vfix_engine.worlds.rigid.scene import Scene
+from vfix_engine.worlds.rigid.state import RehearsalState
+from vfix_engine.worlds.rigid.system import RigidSystem
 
 from .arenas import BUILDERS, Arena
 from .assaults import ASSAULTS, lying_solver

@@ -12,8 +12,8 @@ from vfix_engine.arrays import Array
 from vfix_engine.runtime.command import Command, Master
 from vfix_engine.runtime.operator import Act
 from vfix_engine.worlds.rigid.operators import to_nearest_bone
-from vfix_engine.worlds.rigid.rigid import RigidSystem
-from vfix_engine.worlds.rigid.rigid_state import RehearsalState
+from vfix_engine.worlds.rigid.state import RehearsalState
+from vfix_engine.worlds.rigid.system import RigidSystem
 
 LOOK_AGAIN = 8  # steps after which the nearest bone is searched again
 

@@ -10,10 +10,10 @@ import numpy as np
 from benchmarks.attack import campaign
 from vfix_engine.errors import InputError, PathwayError
 from vfix_engine.robots.snake import SnakeModel
-from vfix_engine.worlds.snake.constants import start_of
-from vfix_engine.worlds.snake.script import ScriptSystem
+from vfix_engine.worlds.snake.offline.script import ScriptSystem
 from vfix_engine.worlds.snake.settings import CONTROLS, DriveSettings
-from vfix_engine.worlds.snake.state import SnakeState
+from vfix_engine.worlds.snake.stepping.constants import start_of
+from vfix_engine.worlds.snake.stepping.state import SnakeState
 
 from .lies import LIES
 from .operators import ATTACKS, Memory, by_operator

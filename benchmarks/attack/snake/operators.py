@@ -14,9 +14,9 @@ from benchmarks.attack.campaign import NONSENSE
 from vfix_engine.arrays import Array
 from vfix_engine.runtime.command import BUTTON_STRAIGHTEN, Command
 from vfix_engine.runtime.operator import Act, after
+from vfix_engine.worlds.snake.offline.script import ScriptSystem
 from vfix_engine.worlds.snake.requests import SetPeriod
-from vfix_engine.worlds.snake.script import ScriptSystem
-from vfix_engine.worlds.snake.state import SnakeState
+from vfix_engine.worlds.snake.stepping.state import SnakeState
 
 PACES = (1.0, 1.0, 1.0, 10.0, 40.0)  # durations as multiples of the settings' step
 

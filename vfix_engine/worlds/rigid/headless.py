@@ -15,9 +15,9 @@ from ...runtime.requests import Reset, SetTask
 from .dry_run import dry_run
 from .operators import PushingOperator, RigidOperator, ScriptedOperator
 from .rehearsal import Rehearsal
-from .rigid import NO_PATH, ON_PATH_MM
 from .rigid_snapshot import lazy_snapshot
 from .snapshot import RigidSnapshot
+from .system import NO_PATH, ON_PATH_MM
 
 PATIENCE_STEPS = 400  # steps without progress after which a scripted hand gives up
 GAIN_MM = 0.02  # less than this in that many steps is no progress towards a target

@@ -9,8 +9,8 @@ import numpy as np
 from ...arrays import Array
 from ...runtime.command import Command
 from ...runtime.operator import Act
-from .rigid import RigidSystem
-from .rigid_state import RehearsalState
+from .state import RehearsalState
+from .system import RigidSystem
 
 RigidOperator = Callable[[RigidSystem, RehearsalState], Act]  # an ``Operator`` that never finishes
 

@@ -26,8 +26,8 @@ from ...proximity.fit import nearest_free_point
 from ...proximity.proximity import ProximityTree
 from ...robots import PlacedRobot, RobotModel, Tool
 from .dry_run import dry_run
-from .rigid import RigidSystem
 from .scene import Scene
+from .system import RigidSystem
 
 # Of two processes; the second parts put kernels of both first ones into theirs.
 RIGID = Preparation(

@@ -22,10 +22,10 @@ from benchmarks.attack.snake.watch import Motion, SnakeTally, Watch
 from vfix_engine.pathway.limits.limits import Configuration, LinksAt, MotionVerdict
 from vfix_engine.robots.snake import SnakeModel
 from vfix_engine.runtime.command import Command
-from vfix_engine.worlds.snake.constants import SnakeCertificate, start_of
-from vfix_engine.worlds.snake.script import ScriptSystem
+from vfix_engine.worlds.snake.offline.script import ScriptSystem
 from vfix_engine.worlds.snake.settings import DriveSettings
-from vfix_engine.worlds.snake.state import SnakeState
+from vfix_engine.worlds.snake.stepping.constants import SnakeCertificate, start_of
+from vfix_engine.worlds.snake.stepping.state import SnakeState
 
 SCENES = ("helix", "narrow", "lobes", "hairpin", "breathing bend", "squeezing helix")
 STEPS, SEED = 100, 20261124

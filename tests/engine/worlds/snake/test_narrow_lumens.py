@@ -36,16 +36,16 @@ from vfix_engine.runtime.replay import replay
 from vfix_engine.runtime.run import END, Run, RunWriter
 from vfix_engine.worlds.registry import spec_of
 from vfix_engine.worlds.snake import LumenContours, LumenSurface, SnakeSettings, SnakeSystemSpec
-from vfix_engine.worlds.snake.command import SnakeCommand
-from vfix_engine.worlds.snake.drive import drive_lumen
-from vfix_engine.worlds.snake.drive_run import STALLED, DriveRun
-from vfix_engine.worlds.snake.look_round import Order, Stop, look_round
 from vfix_engine.worlds.snake.lumen import lumen_between
 from vfix_engine.worlds.snake.narrow import narrowest
+from vfix_engine.worlds.snake.offline.drive_lumen import drive_lumen
+from vfix_engine.worlds.snake.offline.drive_run import STALLED, DriveRun
+from vfix_engine.worlds.snake.offline.look_round import Order, Stop, look_round
+from vfix_engine.worlds.snake.offline.snake_drive import SnakeDrive
+from vfix_engine.worlds.snake.offline.wall_depth import WallDepth
 from vfix_engine.worlds.snake.settings import DriveSettings
-from vfix_engine.worlds.snake.snake_drive import SnakeDrive
-from vfix_engine.worlds.snake.state import SnakeState
-from vfix_engine.worlds.snake.wall_depth import WallDepth
+from vfix_engine.worlds.snake.stepping.command import SnakeCommand
+from vfix_engine.worlds.snake.stepping.state import SnakeState
 
 COARSE = DriveSettings(vertices_per_link=30, bends=4, step_s=0.01)
 

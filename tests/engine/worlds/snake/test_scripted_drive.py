@@ -21,17 +21,17 @@ from vfix_engine.pathway.query.query import deviation_of_points
 from vfix_engine.pathway.tissue_motion import breathing, peristalsis
 from vfix_engine.robots.snake import SnakeModel
 from vfix_engine.runtime.operator import after
-from vfix_engine.worlds.snake.constants import Start
-from vfix_engine.worlds.snake.drive import Shot, drive_lumen, lumen_between
-from vfix_engine.worlds.snake.drive_report import DeviationTally
-from vfix_engine.worlds.snake.drive_run import why_it_ended
-from vfix_engine.worlds.snake.operators import Stop, _come_again, adversarial, scripted
+from vfix_engine.worlds.snake.offline.drive_lumen import Shot, drive_lumen, lumen_between
+from vfix_engine.worlds.snake.offline.drive_report import DeviationTally
+from vfix_engine.worlds.snake.offline.drive_run import why_it_ended
+from vfix_engine.worlds.snake.offline.operators import Stop, _come_again, adversarial, scripted
+from vfix_engine.worlds.snake.offline.script import ScriptSystem
+from vfix_engine.worlds.snake.offline.snake_drive import SnakeDrive
+from vfix_engine.worlds.snake.offline.wall_depth import WallDepth
 from vfix_engine.worlds.snake.requests import GetReady
-from vfix_engine.worlds.snake.script import ScriptSystem
 from vfix_engine.worlds.snake.settings import DriveSettings
-from vfix_engine.worlds.snake.snake_drive import SnakeDrive
-from vfix_engine.worlds.snake.state import SnakeState
-from vfix_engine.worlds.snake.wall_depth import WallDepth
+from vfix_engine.worlds.snake.stepping.constants import Start
+from vfix_engine.worlds.snake.stepping.state import SnakeState
 
 QUICK = DriveSettings(vertices_per_link=40, bends=4, step_s=0.008)
 

@@ -13,9 +13,9 @@ from vfix_engine.pathway.tissue_motion import breathing, peristalsis, together
 from vfix_engine.robots.snake import SnakeModel
 from vfix_engine.runtime.requests import Bend, Reset, SetSettings, Straighten
 from vfix_engine.worlds.snake import FollowTissue, LumenSurface, SnakeSettings, SnakeSystem, SnakeSystemSpec
-from vfix_engine.worlds.snake.drive_view import DriveView
-from vfix_engine.worlds.snake.planner import rim_travel
-from vfix_engine.worlds.snake.tissue import OLDEST_S
+from vfix_engine.worlds.snake.offline.drive_view import DriveView
+from vfix_engine.worlds.snake.plans.planner import rim_travel
+from vfix_engine.worlds.snake.stepping.tissue import OLDEST_S
 
 
 @pytest.fixture(scope="module")
