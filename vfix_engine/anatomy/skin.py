@@ -26,12 +26,12 @@ SKIN_TRIANGLES = 80_000
 INTO_OPENINGS_MM = 8.0  # distance that the room's air is followed into openings of the head
 FINE_ENOUGH_MM = 1.0  # finer voxels are skipped where those left are no larger
 THIN_MM = 8.0  # parts of a body that a ball of this diameter does not fit into: ears, and the shell of a headrest
-LARGEST_THIN_PART_MM = 150.0  # diagonal of the box of a thin part: 75 mm of an ear, 126 mm of nose and palate, 231 mm of a rest
+LARGEST_THIN_PART_MM = 150.0  # diagonal of its box: 75 mm of an ear, 126 mm of a nose, 231 mm of a headrest
 _COARSE_MM = 2.0
 _LEAST_TRIANGLES = 200  # smaller components are noise
 _ALL = np.ones((3, 3, 3), np.bool_)
 # Fractions of the time until each stage, on the synthetic head.
-_TOLD, _FOUND = 0.35, 0.7
+_TOLD, _AIR, _FOUND = 0.35, 0.6, 0.8
 
 
 def skin_of_volume(volume: Volume, *, progress: ProgressCallback = no_progress) -> ThinnedSurface:
@@ -45,11 +45,11 @@ def skin_of_volume(volume: Volume, *, progress: ProgressCallback = no_progress) 
     coarse = Volume(volume.hu[_every(steps)], volume.origin, volume.spacing * steps, volume.direction)
     alone = without_surroundings(coarse)
     progress("Finding the skin", _TOLD)
-    surface = _surface(alone, _air_shown(alone), padding(coarse))
+    air = _air_shown(alone)
+    progress("Finding the skin", _AIR)
+    surface = _surface(alone, air, padding(coarse))
     words = f"Thinning {len(surface.faces):,} triangles"
-    return thinned_for_display(
-        surface, SKIN_TRIANGLES, lambda share: progress(words, _FOUND + (1.0 - _FOUND) * share)
-    )
+    return thinned_for_display(surface, SKIN_TRIANGLES, lambda share: progress(words, _FOUND + (1.0 - _FOUND) * share))
 
 
 def without_surroundings(volume: Volume) -> Volume:
