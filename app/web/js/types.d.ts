@@ -45,7 +45,7 @@ export interface JobsSection {
 /** A waiting or running job, as in REST; REST alone has `result` and `error`, at its end. */
 export interface JobEntry {
   id: string;
-  kind: "import" | "structures" | "dry_run" | "run" | "suggestion" | "tools" | "segmentation" | "islands" | "overlay" | "beads" | "refinement";
+  kind: "import" | "structures" | "dry_run" | "run" | "suggestion" | "tools" | "segmentation" | "islands" | "overlay" | "beads" | "refinement" | "skin";
   case_id: string | null;
   subject: string;
   created: string;
@@ -140,11 +140,24 @@ export interface SliceGrid {
   v: [number, number, number];
 }
 
-/** How the head is shown: opacity 0 to 1, the cut, and the slices in the scene ('none', an axis or 'all'). */
+/** How the head is shown: opacity 0 to 1, the cut, the slices in the scene ('none', an axis or 'all'), the skin. */
 export interface ViewSection {
   opacity: number;
   cut: "whole" | "left" | "right";
   slices: string;
+  skin: SkinSection;
+}
+
+/**
+ * The skin in the scene. possible: the case has a CT of a head. shown: switched on, and there or being made.
+ *
+ * opacity: 0 to 1. words: why it could not be made, or the warning that it is a patient's face; else ''.
+ */
+export interface SkinSection {
+  possible: boolean;
+  shown: boolean;
+  opacity: number;
+  words: string;
 }
 
 /** All cases, the deleted ones included. */
@@ -996,7 +1009,7 @@ export interface ErrorMessage {
  */
 export interface JobPublic {
   id: string;
-  kind: "import" | "structures" | "dry_run" | "run" | "suggestion" | "tools" | "segmentation" | "islands" | "overlay" | "beads" | "refinement";
+  kind: "import" | "structures" | "dry_run" | "run" | "suggestion" | "tools" | "segmentation" | "islands" | "overlay" | "beads" | "refinement" | "skin";
   case_id: string | null;
   subject: string;
   created: string;
@@ -1951,6 +1964,8 @@ export interface Commands {
     opacity?: number | null;
     cut?: "whole" | "left" | "right" | null;
     slices?: "none" | "axial" | "coronal" | "sagittal" | "all" | null;
+    skin?: boolean | null;
+    skin_opacity?: number | null;
   };
 }
 
