@@ -9,7 +9,7 @@ from app.operations.messages import messages
 
 APP = Path(__file__).resolve().parents[3] / "app"
 # What is done by a gesture or by keys, and not by a control: restoring from the message that says what was deleted.
-BY_GESTURE = {"label.restore"}
+BY_GESTURE = {"label.restore", "version.restore"}
 
 
 @pytest.fixture(scope="module")
