@@ -83,7 +83,7 @@ class Services:
         self.planning = planning = Planning(
             cases, instruments, distance_fields, lambda plan: driven_registration(registering.registration_of(plan))
         )
-        plans.connect(cases, planning)
+        plans.connect(cases, planning, registering)
         self.dry_runs = DryRunJobs(jobs, planning)
         self.previews = Previews(cases, planning)
         self.rehearsal_options = options = OptionsByPlan()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 from fastapi import APIRouter, Query
 from pydantic import Field
@@ -14,7 +14,7 @@ from app.api.plan_models import Name, RemovedBonePublic, Revision, ZonePublic
 from app.kit.errors import NotFound
 from app.plans.edits import changed_zone
 from app.plans.model import Plan
-from app.plans.paths import EntrySide, PlanPath
+from app.plans.paths import PlanPath
 from app.plans.public import PlanPublic
 from app.plans.zones import Firmness, PlanZone
 from vfix_engine.errors import PlanError
@@ -22,7 +22,6 @@ from vfix_engine.errors import PlanError
 router = APIRouter(tags=["plan parts"], responses=ERRORS)
 
 Seen = Annotated[int | None, Query(ge=0)]
-Direction = tuple[Number, Number, Number]
 ShapeWish = Annotated[
     dict[Annotated[str, Field(max_length=32)], Any],
     Field(max_length=8, description="as in a file of zones, LPS mm; or of the kind 'capsules' or 'structure'"),
@@ -85,31 +84,6 @@ class BoneUpdate(Wish):
 
     shape: ShapeWish | None = None
     name: Name | None = None
-    revision: Revision = None
-
-
-class PathCreate(Wish):
-    """A new path, which is chosen: empty with the chosen path's tool, or a copy of another one."""
-
-    name: Name | None = None
-    copy_of: Annotated[str | None, Field(max_length=64)] = None
-    revision: Revision = None
-
-
-class PathUpdate(Wish):
-    """One per request: rename, say where the path enters, or choose it."""
-
-    name: Name | None = None
-    entry_side: EntrySide | None = None
-    chosen: Literal[True] | None = None
-    revision: Revision = None
-
-
-class ShaftWish(Wish):
-    """The shaft's direction at a path point, LPS from the tip towards the tail, and its roll; null leaves both open."""
-
-    direction: Direction | None
-    roll_deg: Number | None = None
     revision: Revision = None
 
 
@@ -215,49 +189,6 @@ def list_paths(plan_id: Identifier, services: ServicesDep, condition: ConditionD
     plan = services.plans.get(plan_id)
     condition.tell(plan.revision)
     return list(plan.paths)
-
-
-@router.post("/plans/{plan_id}/paths", status_code=201)
-def add_path(plan_id: Identifier, wish: PathCreate, services: ServicesDep, condition: ConditionDep) -> PlanPublic:
-    """Add a path and choose it."""
-    expected = condition.expected(wish.revision)
-    paths = services.plans.editor(plan_id).paths
-    return _told(condition, paths.add(wish.name, copy_of=wish.copy_of, expected_revision=expected)[1])
-
-
-@router.patch("/plans/{plan_id}/paths/{path_id}")
-def change_path(
-    plan_id: Identifier, path_id: Identifier, change: PathUpdate, services: ServicesDep, condition: ConditionDep
-) -> PlanPublic:
-    """Rename a path, say where it enters, or choose it: one per request. Points are those of the chosen path."""
-    if len(change.model_dump(exclude={"revision"}, exclude_none=True)) != 1:
-        raise PlanError("give one of name, entry_side and chosen.")
-    paths, expected = services.plans.editor(plan_id).paths, condition.expected(change.revision)
-    if change.name is not None:
-        plan = paths.rename(path_id, change.name, expected_revision=expected)
-    elif change.entry_side is not None:
-        plan = paths.set_entry_side(path_id, change.entry_side, expected_revision=expected)
-    else:
-        plan = paths.choose(path_id, expected_revision=expected)
-    return _told(condition, plan)
-
-
-@router.delete("/plans/{plan_id}/paths/{path_id}")
-def delete_path(
-    plan_id: Identifier, path_id: Identifier, services: ServicesDep, condition: ConditionDep, revision: Seen = None
-) -> PlanPublic:
-    """Delete a path; a plan keeps one at least."""
-    expected = condition.expected(revision)
-    return _told(condition, services.plans.editor(plan_id).paths.delete(path_id, expected_revision=expected))
-
-
-@router.put("/plans/{plan_id}/points/{point_id}/shaft")
-def set_shaft(
-    plan_id: Identifier, point_id: Identifier, wish: ShaftWish, services: ServicesDep, condition: ConditionDep
-) -> PlanPublic:
-    """Set the shaft's direction and roll at a point of the chosen path."""
-    paths, expected = services.plans.editor(plan_id).paths, condition.expected(wish.revision)
-    return _told(condition, paths.set_shaft(point_id, wish.direction, wish.roll_deg, expected_revision=expected))
 
 
 def _told(condition: Condition, plan: Plan) -> PlanPublic:

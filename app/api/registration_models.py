@@ -57,13 +57,6 @@ class ErrorTablePublic(BaseModel):
         return cls.model_validate(table, from_attributes=True)
 
 
-class PlanRegistrationWish(Wish):
-    """The registration that a plan uses; null for none."""
-
-    registration: Annotated[str | None, Field(min_length=1, max_length=64)]
-    revision: Revision = None
-
-
 class PlanRegistrationPublic(BaseModel):
     """The registration that a plan refers to: 'ready', or why it cannot be used, with words; null without any.
 

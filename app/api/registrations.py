@@ -13,9 +13,7 @@ from app.api.registration_models import (
     MeasureWish,
     OrderWish,
     PlanRegistrationPublic,
-    PlanRegistrationWish,
 )
-from app.plans.public import PlanPublic
 from app.registration.editor import StoredRegistration
 from app.registration.point_order import OrderAnswer
 from app.registration.public import RegistrationPublic
@@ -74,17 +72,6 @@ def show_plan_registration(plan_id: Identifier, services: ServicesDep) -> PlanRe
     used = services.registering.registration_of(plan)
     errors = None if used.document is None else services.registering.errors(used.document.content, plan)
     return PlanRegistrationPublic.of(plan_id, used, errors)
-
-
-@router.put("/plans/{plan_id}/registration")
-def use_registration(
-    plan_id: Identifier, wish: PlanRegistrationWish, services: ServicesDep, condition: ConditionDep
-) -> PlanPublic:
-    """Use a registration of the plan's case, or none, as one edit that undo takes back."""
-    expected = condition.expected(wish.revision)
-    plan = services.registering.use(plan_id, wish.registration, expected_revision=expected)
-    condition.tell(plan.revision)
-    return PlanPublic.of(plan)
 
 
 def _told(condition: Condition, document: StoredRegistration) -> RegistrationPublic:

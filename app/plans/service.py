@@ -36,23 +36,31 @@ class DryRuns(Protocol):
         """Raise PlanError where no drive could keep a protected structure."""
 
 
+class UsedRegistrations(Protocol):
+    """What operations on plans ask of registrations."""
+
+    def check_usable(self, plan: Plan, registration_id: str) -> None:
+        """Raise NotFound, and PlanError where a plan cannot use a registration."""
+
+
 class PlanService:
     """Plans of every case: documents of the kind 'plan'. May be used from any thread.
 
-    cases, planning: what some operations ask; there after `connect`.
+    cases, planning, registering: what some operations ask; there after `connect`.
     """
 
     cases: CaseService
     planning: DryRuns
+    registering: UsedRegistrations
 
     def __init__(self, store: Store) -> None:
         self._store = store
         self.documents = Documents(store, PLAN)
         self.instruments = Instruments(store.files)
 
-    def connect(self, cases: CaseService, planning: DryRuns) -> None:
+    def connect(self, cases: CaseService, planning: DryRuns, registering: UsedRegistrations) -> None:
         """Make known what is built after this service."""
-        self.cases, self.planning = cases, planning
+        self.cases, self.planning, self.registering = cases, planning, registering
 
     def do(self, plan_id: str, operation: Change, *, expected_revision: int | None = None) -> Plan:
         """Do an operation on a plan. Raises VfixError, PlanConflict at another revision than the expected one."""

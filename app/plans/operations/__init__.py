@@ -3,7 +3,7 @@
 from app.operations.spec import DocumentSpec
 from app.operations.standard import SetDeleted
 from app.plans.document import PLAN, plan_of
-from app.plans.operations import document, instruments, points
+from app.plans.operations import document, instruments, paths, points
 from app.plans.operations.base import PlanEdit
 from app.plans.public import PlanPublic
 
@@ -21,7 +21,8 @@ SPEC = DocumentSpec(
         document.RestorePlan, document.UndoPlan, document.RedoPlan, document.SetNotes,
         instruments.ChooseRobotByName, instruments.ChooseToolByName, instruments.PlaceRobot,
         points.AddPoint, points.AddTarget, points.TakeTargets, points.MovePoint, points.RenamePoint,
-        points.RenameItem, points.DeletePoint,
+        points.RenameItem, points.DeletePoint, paths.SetShaft, paths.AddPath, paths.CopyPath, paths.RenamePath,
+        paths.SetEntrySide, paths.ChoosePath, paths.DeletePath, instruments.UseRegistration,
     ),
     service="plans",
 )  # fmt: skip

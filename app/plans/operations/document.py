@@ -109,12 +109,3 @@ class SetSettings(Change, frozen=True):
     def run(self, context: Plans, document_id: str) -> StoredPlan:
         editor = context.documents.editor(document_id)
         return editor.set_settings(self.settings, expected_revision=context.expected)
-
-
-class TakeOver(PlanEdit, frozen=True):
-    """Take over another content, but for its settings, which are no step of the history."""
-
-    content: PlanContent
-
-    def apply(self, content: PlanContent, context: Plans) -> PlanContent:
-        return replace(self.content, settings=content.settings)

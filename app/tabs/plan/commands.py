@@ -6,7 +6,7 @@ from typing import Literal
 
 from app.messages.fields import Command, Identifier, Position
 from app.tabs.plan import clearance_commands
-from app.tabs.plan.region_commands import PATH_COMMANDS, REGION_COMMANDS
+from app.tabs.plan.region_commands import REGION_COMMANDS
 from app.tabs.plan.second_volume import SECOND_VOLUME_COMMANDS
 from app.tabs.plan.version_commands import VERSION_COMMANDS
 
@@ -53,7 +53,6 @@ COMMANDS: tuple[type[Command], ...] = (
     PickOnSlice,
     *clearance_commands.COMMANDS,
     *REGION_COMMANDS,
-    *PATH_COMMANDS,
     *VERSION_COMMANDS,
     *SECOND_VOLUME_COMMANDS,
 )

@@ -20,12 +20,12 @@ from app.planning.tissue_words import PLACE_WORDS
 from app.plans.model import PlanPoint
 from app.plans.operations.base import PlanEdit
 from app.plans.operations.document import SetNotes
+from app.plans.operations.paths import AddPath, ChoosePath, CopyPath, DeletePath, PathEdit, SetShaft
 from app.plans.operations.points import AddPoint, AddTarget, DeletePoint, MovePoint, SetPoints
 from app.plans.service import Plan
 from app.scene.plan import PlanItem
 from app.services import Services
 from app.tabs.plan.instruments import robot_view, tool_view
-from app.tabs.plan.paths import Paths
 from app.tabs.plan.regions import Regions
 from app.tabs.plan.second_volume import SecondVolumes
 from app.tabs.plan.sections import AddKind, PlanSection
@@ -38,7 +38,8 @@ from vfix_engine.geometry.path import SplinePath
 
 MOVED_WORTH_SAYING_MM = 0.05  # by a click, which goes to the nearest free place
 DROP_MOVED_MM = 0.2  # by a drop, whose hand is less exact
-ENDING = (SetLocked, Undo, Redo, SetNotes)  # operations that take back what is half drawn, dragged or shown as a ghost
+ENDING = (SetLocked, Undo, Redo, SetNotes, AddPath, CopyPath, PathEdit, ChoosePath, DeletePath)
+# Operations that take back what is half drawn, dragged or shown as a ghost
 
 
 @dataclass(frozen=True)
@@ -72,7 +73,6 @@ class EditedPlan:
         self.regions = Regions(services, self._editor, lambda: self.plan, self._edit)
         self.second_volume = SecondVolumes(services, self._editor, lambda: self.plan, self._edit)
         self.versions = Versions(services, lambda: self.plan, self._edit)
-        self.paths = Paths(self._editor, lambda: self.plan, self._edit)
         self._path: Kept[SplinePath | None] = Kept()
 
     # -- what there is
@@ -301,7 +301,7 @@ class EditedPlan:
 
     def set_shaft(self, point_id: str, direction: Position | None, roll_deg: float | None) -> None:
         """The shaft's direction and roll at a path point; None leaves them open."""
-        self._edit(self._editor.paths.set_shaft, point_id, direction, roll_deg)
+        self.perform(SetShaft(point_id=point_id, direction=direction, roll_deg=roll_deg))
 
     def use_points(self, points: tuple[PlanPoint, ...]) -> None:
         """Another way for the path, with the shaft's directions, as one edit."""

@@ -10,6 +10,7 @@ from app.messages.sections import Section, Sections
 from app.operations.messages import OperationMessage
 from app.operations.operation import Creation, Operation
 from app.operations.standard import Delete, Restore
+from app.plans.operations.instruments import UseRegistration
 from app.plans.service import Plan
 from app.registration.editor import StoredRegistration
 from app.scene.error_balls import ErrorBalls
@@ -142,7 +143,7 @@ class RegisterTab(Tab):
         if plan is None:
             raise InputError("open a plan first; it is a plan that uses a registration.")
         wanted = self._need().id if used else None
-        self._services.registering.use(plan.id, wanted, expected_revision=plan.revision)
+        self._services.plans.do(plan.id, UseRegistration(registration=wanted), expected_revision=plan.revision)
 
     # -- the scene
 

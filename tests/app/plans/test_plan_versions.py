@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from plan_editor import PlanEditor
 from rest_client import Client, opened_client
 
 from app.cases.service import Case, CaseFrame
@@ -16,6 +17,8 @@ from app.cli import main
 from app.kit.errors import NotFound, PlanConflict, PlanLocked
 from app.plans.diff import changes
 from app.plans.model import PlanContent, PlanPath, PlanPoint
+from app.plans.operations.document import LockPlan, SetSettings, UndoPlan
+from app.plans.operations.points import AddPoint, MovePoint
 from app.plans.service import PlanService
 from app.plans.versions import MAX_VERSIONS, PlanVersions
 from app.plans.zones import PlanZone, RemovedBone
@@ -35,14 +38,14 @@ def versions(store: Store, plans: PlanService) -> PlanVersions:
 
 def test_a_version_is_gone_back_to_and_that_is_undone(plans: PlanService, versions: PlanVersions, case: Case) -> None:
     plan = plans.create(case.id, "Corridor")
-    editor = plans.editor(plan.id)
-    point = editor.add_point((1, 2, 3))
+    editor = PlanEditor(plans, plan.id)
+    point = editor.add(AddPoint(position=(1, 2, 3)))
     editor.zones.add(SPHERE, "eye")
     saved = versions.save(plan.id, "Before lunch", expected_revision=editor.revision)
     before = editor.plan.content
-    editor.move_point(point, (4, 6, 3))
+    editor.do(MovePoint(point_id=point, position=(4, 6, 3)))
     editor.zones.delete(editor.plan.zones[0].id)
-    editor.set_settings({"margin_mm": 0.5})
+    editor.do(SetSettings(settings={"margin_mm": 0.5}))
     assert versions.differences(plan.id, saved.id) == (
         "Path ‘Path 1’: point ‘P1’: moved by 5.0 mm.",
         "Structure to spare ‘eye’ is gone.",
@@ -51,10 +54,10 @@ def test_a_version_is_gone_back_to_and_that_is_undone(plans: PlanService, versio
     after = editor.plan.content
     back = versions.go_back(plan.id, "Before lunch", expected_revision=editor.revision)
     assert back.content == replace(before, settings={"margin_mm": 0.5})
-    assert editor.undo().content == after
+    assert editor.do(UndoPlan()).content == after
     with pytest.raises(PlanConflict):
         versions.go_back(plan.id, saved.id, expected_revision=1)
-    editor.set_locked(True)
+    editor.do(LockPlan(locked=True))
     with pytest.raises(PlanLocked):
         versions.go_back(plan.id, saved.id)
 

@@ -12,6 +12,7 @@ from registration_contents import content_of
 from session_doubles import CLIENT, HEAD, SAMPLE, Heard, Robot, put_in_place, workspace_of
 
 from app.drives.shared_drives import SharedDrives
+from app.plans.operations.instruments import UseRegistration
 from app.plans.service import Plan
 from app.services import Services
 from app.tabs.rehearse import commands as c
@@ -76,7 +77,7 @@ class Driven:
         elif how == "changed":
             editor.change_pair(editor.document.content.pairs[0].id, {"enabled": False})
         else:
-            services.registering.use(self.plan.id, None)
+            services.plans.do(self.plan.id, UseRegistration(registration=None))
 
 
 @pytest.fixture
@@ -84,7 +85,7 @@ def driven(phantom_services: Services) -> Iterator[Driven]:
     services, heard = phantom_services, Heard()
     registration = services.registrations.create(HEAD, "OR", content_of(sigma=0.05)).id
     plan = services.plans.duplicate(SAMPLE)
-    plan = services.registering.use(plan.id, registration)
+    plan = services.plans.do(plan.id, UseRegistration(registration=registration))
     workspace = workspace_of(services, heard)
     tab = RehearseTab(workspace, SharedDrives())
     workspace.plan.provide(lambda: services.plans.get(plan.id))
