@@ -15,6 +15,7 @@ from app.exchange.plan_files import from_native_json, to_native_json
 from app.kit.errors import DocumentLocked, NotFound, PlanConflict
 from app.plans.diff import changes
 from app.plans.model import Plan
+from app.plans.operations.document import RedoPlan, UndoPlan
 from app.plans.operations.instruments import UseRegistration
 from app.plans.shipped_head import SAMPLE_PLAN
 from app.registration.document import RegistrationContent
@@ -291,11 +292,11 @@ def test_a_plan_uses_a_registration_and_says_where_it_cannot(
     registering, plans = phantom_services.registering, phantom_services.plans
     assert registering.registration_of(plan).state == "none"
     with pytest.raises(PlanError, match="no transform yet"):
-        plans.do(plan.id, UseRegistration(registration=editor.id))
+        phantom_services.plans.do(plan.id, UseRegistration(registration=editor.id))
     editor.become(content_of(0.3))
     with pytest.raises(PlanConflict):
-        plans.do(plan.id, UseRegistration(registration=editor.id), expected_revision=plan.revision + 5)
-    used = plans.do(plan.id, UseRegistration(registration=editor.id))
+        phantom_services.plans.do(plan.id, UseRegistration(registration=editor.id), expected_revision=plan.revision + 5)
+    used = phantom_services.plans.do(plan.id, UseRegistration(registration=editor.id))
     assert used.registration == editor.id
     assert plans.documents.get(plan.id).refs[-1].id == editor.id
     found = registering.registration_of(used)
@@ -314,11 +315,11 @@ def test_a_plan_uses_a_registration_and_says_where_it_cannot(
     assert registering.registration_of(used).state == "unfinished"
     missing = registering.registration_of(replace(used, registration="registration-gone"))
     assert (missing.state, missing.registration) == ("missing", None)
-    assert plans.editor(plan.id).undo().registration is None
-    assert plans.editor(plan.id).redo().registration == editor.id
-    assert plans.do(plan.id, UseRegistration(registration=None)).registration is None
+    assert plans.do(plan.id, UndoPlan()).registration is None
+    assert plans.do(plan.id, RedoPlan()).registration == editor.id
+    assert phantom_services.plans.do(plan.id, UseRegistration(registration=None)).registration is None
     with pytest.raises(NotFound):
-        plans.do(plan.id, UseRegistration(registration="registration-gone"))
+        phantom_services.plans.do(plan.id, UseRegistration(registration="registration-gone"))
 
 
 def test_a_registration_of_another_head_is_not_used(phantom_services: Services, plan: Plan) -> None:
