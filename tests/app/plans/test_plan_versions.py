@@ -201,11 +201,14 @@ def test_versions_over_rest_and_on_the_command_line(
     assert client.get(f"{path}/versions/{version}/changes").json() == {"changes": ["Path ‘Path 1’: point ‘P1’ is new."]}
     assert client.get(f"{path}/versions/{version}/changes", params={"until": version}).json() == {"changes": []}
     assert client.get(f"{path}/versions/nobody/changes").status_code == 404
-    assert client.patch(f"{path}/versions/{version}", json={"name": "Start"}).json()["name"] == "Start"
+    renamed = client.patch(f"{path}/versions/{version}", json={"name": "Start"})
+    assert (renamed.json()["name"], renamed.headers["etag"]) == ("Start", '"2"')  # the plan's
+    stale = client.patch(f"{path}/versions/{version}", json={"name": "x"}, headers={"If-Match": '"1"'})
+    assert stale.status_code == 412
     back = client.post(f"{path}/versions/{version}/go-back", json={"revision": 2})
     assert (back.json()["points"], back.headers["etag"]) == ([], '"3"')
     assert client.post(f"{path}/undo").json()["points"][0]["position"] == [1, 2, 3]
-    client.delete(f"{path}/versions/{version}")
+    assert client.delete(f"{path}/versions/Start").json() == renamed.json()
     assert client.get(f"{path}/versions").json() == []
     client.post(f"{path}/versions/{version}/restore")
     client.close()
