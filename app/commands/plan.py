@@ -7,7 +7,7 @@ import json
 from pathlib import Path
 from typing import Any, get_args
 
-from app.commands import plan_evaluate, plan_suggest, plan_versions
+from app.commands import plan_evaluate, plan_report, plan_suggest, plan_versions
 from app.commands.head_options import say_notes
 from app.exchange.patient_images import check_images
 from app.exchange.plan_files import (
@@ -63,6 +63,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     every["import"] = actions.add_parser("import", help="make a plan of a file")
     _add_import_options(every["import"])
     every["evaluate"] = plan_evaluate.add_parser(actions)
+    every["report"] = plan_report.add_parser(actions)
     every |= plan_versions.add_actions(actions)
     every |= verbs.add_actions("plan", actions)
     every |= plan_suggest.add_actions(actions)
@@ -96,6 +97,8 @@ def run(args: argparse.Namespace) -> int:
         _say(args, {**summary(plan), "notes": wanting}, [_line(plan), *wanting])
     elif args.action == "evaluate":
         plan_evaluate.run(services, args)
+    elif args.action == "report":
+        plan_report.run(services, args)
     elif args.action in plan_versions.ACTIONS:
         plan_versions.run(services, args)
     elif (called := verbs.called_action("plan", args)) is not None:

@@ -22,10 +22,11 @@ from app.services import Services
 from app.session.commands import SetTab
 from app.session.inbox import Inbox
 from app.session.sections import TabSection, jobs_section
+from app.session.tab_view import TabView
 from app.session.view_model import ViewModel
 from app.tabs.base import Closable, Tab
 from app.tabs.registry import load, specs
-from app.workspace.case_view import CaseView, ShownSurface
+from app.workspace.case_view import ShownSurface
 from app.workspace.layers import Layer, LayerStack
 from app.workspace.sections import SceneSection
 from app.workspace.workspace import Workspace
@@ -68,7 +69,6 @@ class ClientSession:
         self.view_model = ViewModel()
         self.note: Note = lambda words, error: None
         self._inbox = Inbox()
-        self.post = self._inbox.put  # may be called on any thread; what the page sends is offered
         self._layers: LayerStack | None = None
         self._drawn_at = 0.0
         self._own: list[str] = []  # names of the active tab's layers when everything was drawn
@@ -77,24 +77,30 @@ class ClientSession:
             Client(client), services, executor, self.post, lambda words, error: self.note(words, error)
         )
         self.tabs: dict[str, Tab] = {}
+        self._views: dict[Tab, TabView] = {}  # in the order of the tabs
         self._tabs_of: dict[type, list[Tab]] = {}  # those of a drive belong to every tab that drives
         self._tab_of_kind: dict[str, Tab] = {}
         for spec in specs():
             tab = self.tabs[spec.name] = load(spec)(self.workspace, shared[spec.name])
+            self._views[tab] = TabView(tab)
             self._tab_of_kind |= dict.fromkeys(spec.documents, tab)
             for kind in spec.commands:
                 self._tabs_of.setdefault(kind, []).append(tab)
         self.active = self.tabs.get(FIRST_TAB) or next(iter(self.tabs.values()))
         self.active.active = True
         self.workspace.camera.places = lambda: [place for tab in self.tabs.values() for place in tab.places()]
-        self.workspace.on_case_opened(lambda plan_id: self._leave_other_kind())
+        self.workspace.on_case_opened(lambda plan_id: self._case_opened())
         self._thread = threading.Thread(target=self._run, name=f"session-{client[:6]}", daemon=True)
 
     # -- from other threads: queue only, but for what a hand does
 
+    def post(self, request: Callable[[], Any]) -> None:
+        """Queue work of the planner itself, such as an answer from the background; it may be about any tab."""
+        self._inbox.put(lambda: self._touch_all(request))
+
     def start(self, wanted: Mapping[str, str]) -> None:
         """Begin work; ``wanted`` names the case, plan and tab to open, where the client remembers them."""
-        self._inbox.put(lambda: self._open_first(wanted))
+        self.post(lambda: self._open_first(wanted))
         self._thread.start()
 
     def close(self) -> None:
@@ -109,7 +115,7 @@ class ClientSession:
 
     def tick(self) -> None:
         """The planner's clock: what changes by itself is looked at, and the store where others have changed it."""
-        self.post(self._tick, "tick")
+        self._inbox.put(self._tick, "tick")
 
     @property
     def is_behind(self) -> bool:
@@ -164,8 +170,10 @@ class ClientSession:
 
     def _events(self) -> SceneEvents:
         return SceneEvents(
-            clicked=lambda ray: self._inbox.offer(lambda: self.active.clicked(ray)),
-            item_dragged=lambda drag: self._inbox.offer(lambda: self.active.dragged(drag), _drag_slot(drag)),
+            clicked=lambda ray: self._inbox.offer(lambda: self._touched(self.active).clicked(ray)),
+            item_dragged=lambda drag: self._inbox.offer(
+                lambda: self._touched(self.active).dragged(drag), _drag_slot(drag)
+            ),
             grip_dragged=lambda drag: self.active.gripped(drag),
             camera_moved=lambda lens: self._inbox.offer(lambda: self.workspace.camera.moved(lens), "camera"),
         )
@@ -180,6 +188,17 @@ class ClientSession:
                 self._guarded(self._publish)
         for tab in self.tabs.values():
             self._guarded(tab.close)
+
+    def _touched(self, tab: Tab) -> Tab:
+        """A tab to which something happens: it is asked again what it shows."""
+        self._views[tab].touch()
+        return tab
+
+    def _touch_all(self, request: Callable[[], Any] = lambda: None) -> None:
+        """Do what may be about any tab."""
+        for view in self._views.values():
+            view.touch()
+        request()
 
     def _guarded(self, request: Callable[[], Any]) -> bool:
         """Whether it was done; the user is told why not."""
@@ -197,10 +216,12 @@ class ClientSession:
 
     def _tick(self) -> None:
         self._jobs = self._services.jobs.going_on()  # first: what an ended job has stored is not shown after its end
-        everything = [self.is_behind]
+        changed = list[bool]()
         for tab in self.tabs.values():
-            self._guarded(lambda tab=tab: everything.append(tab.tick()))  # type: ignore[misc]
-        if any(everything):
+            self._guarded(lambda tab=tab: changed.append(tab.tick()))  # type: ignore[misc]
+        if any(changed):
+            self._touch_all()
+        if any(changed) or self.is_behind:
             self._publish()
         else:
             self._publish_ticking()
@@ -213,8 +234,9 @@ class ClientSession:
         elif wanted.get("step") in self._offered():
             self._set_tab(wanted["step"])
 
-    def _leave_other_kind(self) -> None:
-        """A case was opened that the active tab is not for."""
+    def _case_opened(self) -> None:
+        """It may be one that the active tab is not for."""
+        self._touch_all()
         if not self.active.offered:
             self._set_tab(self._available()[0])
 
@@ -241,11 +263,11 @@ class ClientSession:
     def _do(self, command: Command | OperationMessage) -> Any:
         if isinstance(command, OperationMessage):
             tab = self._tab_of_kind.get(command.spec.kind.name)
-            return self.workspace.operate(command) if tab is None else tab.operate(command)
+            return self.workspace.operate(command) if tab is None else self._touched(tab).operate(command)
         if isinstance(command, SetTab):
             return self._set_tab(command.name)
         tab = self._tab_of(command)
-        return self.workspace.handle(command) if tab is None else tab.handle(command)
+        return self.workspace.handle(command) if tab is None else self._touched(tab).handle(command)
 
     def _set_tab(self, name: str) -> None:
         tab = self.tabs[name]
@@ -253,6 +275,7 @@ class ClientSession:
             return
         if not tab.offered:
             raise InputError(f"‘{tab.spec.label}’ is not for this kind of case.")
+        self._touch_all()
         self.active.leave()
         self.active.active, tab.active = False, True
         self.active = tab
@@ -285,44 +308,49 @@ class ClientSession:
 
     # -- what the page and the scene show
 
-    def _active_last(self) -> list[Tab]:
+    def _active_last(self) -> list[TabView]:
         """Of sections and layers with one name the last counts: before the active tab those for the open case do."""
-        return sorted(self.tabs.values(), key=lambda tab: (tab is self.active, tab.offered))
+        return sorted(self._views.values(), key=lambda view: (view.tab is self.active, view.tab.offered))
 
     def layers(self) -> dict[str, Layer[Any]]:
         """What the scene shows now, by name."""
         own = list[Layer[Any]]()
-        for tab in self._active_last():
-            self._guarded(lambda tab=tab: own.extend(tab.layers()))  # type: ignore[misc]
+        for view in self._active_last():
+            self._guarded(lambda view=view: own.extend(view.layers))  # type: ignore[misc]
         return {layer.name: layer for layer in (*self.workspace.case.layers(), *own)}
 
     def _publish(self) -> None:
-        """Everything, after a request: of what has not changed only the keys are made."""
+        """Everything, after a request: of tabs that nothing has happened to, what they showed before."""
         self._jobs = self._services.jobs.going_on()
         self._published = self._services.store.changes.count  # before anything is read
-        self._publish_sections([self.workspace.case, *self._active_last()])
+        self._guarded(self.workspace.case.refresh)
+        for view in self._views.values():
+            self._guarded(view.refresh)
+        self._publish_sections([self.workspace.case.sections(), *(view.sections for view in self._active_last())])
         self._guarded(self._draw)
         self._guarded(self._publish_labels)
         self.view_model.commit()
 
-    def _publish_sections(self, sources: Sequence[CaseView | Tab]) -> None:
-        """Those of the case and of tabs: one that cannot be read keeps no other one from being shown."""
-        for one in sources:
-            self._guarded(one.refresh)
+    def _publish_sections(self, sources: Sequence[Sections]) -> None:
+        """One that cannot be built keeps no other one from being shown."""
         sections = dict[str, Section[object]]()
-        for one in sources:
-            self._guarded(lambda one=one: sections.update(one.sections()))  # type: ignore[misc]
+        for source in sources:
+            sections.update(source)
         self._guarded(lambda: sections.update(self._own_sections()))
         for name, section in sections.items():
             self._guarded(lambda name=name, section=section: self.view_model.publish(name, section))  # type: ignore[misc]
 
     def _publish_ticking(self) -> None:
         """Between requests: only the tabs whose sections and layers change by themselves."""
-        self._publish_sections([tab for tab in self._active_last() if tab.ticks])
+        ticking = [view for view in self._active_last() if view.tab.ticks]
+        for view in ticking:
+            view.touch()
+            self._guarded(view.refresh)
+        self._publish_sections([view.sections for view in ticking])
         now = time.monotonic()
         if self._layers is not None and self.active.ticks and now - self._drawn_at >= SCENE_INTERVAL_S:
             self._drawn_at = now
-            own = self.active.layers()
+            own = self._views[self.active].layers
             if [layer.name for layer in own] == self._own:
                 self._layers.update(own)
             else:
@@ -356,7 +384,7 @@ class ClientSession:
             self.workspace.camera.look_from(self.active.first_view)
 
     def _draw_layers(self, stack: LayerStack) -> None:
-        self._own = [layer.name for layer in self.active.layers()]
+        self._own = [layer.name for layer in self._views[self.active].layers]
         stack.draw(self.layers().values())
 
     def _tab_section(self) -> TabSection:
@@ -364,7 +392,7 @@ class ClientSession:
         spec = self.active.spec
         if warming:
             hint = f"{warming} …"
-        elif self.workspace.case.deleted and spec.input != "drive":
+        elif self.workspace.case.deleted and not self.active.busy:
             hint = "This head was deleted elsewhere. Restore it from the list of deleted heads, or open another one."
         else:
             hint = self.active.hint()

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from typing import Any, ClassVar, Protocol
 
+from app.kit.kept import Same
 from app.messages.fields import Command
 from app.messages.sections import Sections
 from app.operations.messages import OperationMessage
@@ -121,6 +122,14 @@ class Tab:
 
     # -- what the page and the scene show
 
+    def subject(self) -> object:
+        """What the tab shows besides what its requests and ticks change, as a key.
+
+        After a request that was about another tab, this one is not asked anything while its subject is equal.
+        """
+        shown, changes = self.workspace.case, self.workspace.services.store.changes
+        return Same(shown.case), shown.loading, Same(self.workspace.plan.current), changes.count
+
     def refresh(self) -> None:
         """Bring what is shown up to date with the store, which others change too; before sections and layers are asked.
 
@@ -141,6 +150,11 @@ class Tab:
     def places(self) -> list[Position]:
         """Places [LPS mm] that a near view of the anatomy has to show."""
         return []
+
+    @property
+    def busy(self) -> bool:
+        """Whether the tab's own hint goes before all others, such as while a robot moves."""
+        return False
 
     def hint(self) -> str:
         """What to do next, in one sentence, while the tab is active."""

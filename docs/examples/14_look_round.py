@@ -1,4 +1,4 @@
-"""Look round in a lumen: the camera goes where it is told, and the wall's bounds hold."""
+"""Look around in a lumen: camera commands, with every link within its bound of the pathway."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Feel the wall of a lumen: what leads the hand back, and what holds back its haste."""
+"""Feel the wall of a lumen: the guidance force that leads the hand back, and the resistance to fast motion."""
 
 import numpy as np
 

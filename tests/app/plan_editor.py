@@ -13,7 +13,6 @@ class PlanEditor:
     def __init__(self, plans: PlanService, plan_id: str) -> None:
         self._plans, self._id = plans, plan_id
         self._document = plans.documents.editor(plan_id)
-        self.zones, self.removed_bone = plans.editor(plan_id).zones, plans.editor(plan_id).removed_bone
 
     @property
     def plan(self) -> Plan:

@@ -19,6 +19,7 @@ from walks import ROOT, Function, functions_passed
 from app.plans.service import Plan
 from app.services import Services
 from app.session.client_session import ClientSession, make_shared
+from app.tabs.plan.commands import EditCommand
 from app.tabs.plan.tab import PlanTab
 from app.tabs.rehearse.drive_nodes import DriveNodes
 from app.tabs.rehearse.preparation import prepare
@@ -163,8 +164,8 @@ def test_a_click_goes_from_the_mesh_to_the_store(client: tuple[ClientSession, Br
 
     look_at(plan.points[2].position)
     click()  # the tree of the surface and the tool are loaded
-    tab._cancel()
-    session._publish()
+    session.command(EditCommand(type="ghost.cancel"))
+    answer(session)
     first = functions_passed(click)
     ghost = tab._need().ghost
     assert ghost is not None

@@ -6,7 +6,7 @@ from typing import Any
 
 from app.cases.service import Case
 from app.cases.structures import Structure
-from app.kit.kept import Kept, Same
+from app.kit.kept import Same
 from app.messages.fields import Command
 from app.messages.sections import Section
 from app.scene.structures import StructureNodes, StructureShape
@@ -33,7 +33,6 @@ class Structures:
         self._chosen: dict[str, bool] = {}  # shown or not, of the structures that somebody has shown or hidden
         self._meshes: dict[str, TriangleMesh] = {}
         self._reading: set[str] = set()
-        self._asked: Kept[None] = Kept()
 
     def handle(self, command: Command) -> None:
         """Answer one of the structures' commands. Raises InputError and NotFound."""
@@ -53,9 +52,6 @@ class Structures:
     def refresh(self) -> None:
         """Ask for the surfaces that are to be shown of the open case, and say which ones the slices leave out."""
         self._case = self._workspace.case.case
-        self._asked.get((Same(self._case), self._workspace.case.loading, tuple(self._chosen.items())), self._ask)
-
-    def _ask(self) -> None:
         self._forget_others()
         self._read()
         self._hide_outlines()

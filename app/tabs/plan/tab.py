@@ -331,6 +331,10 @@ class PlanTab(Tab):
             shown.short,
         )
 
+    def subject(self) -> object:
+        options = None if self._edited is None else self._services.rehearsal_options.of(self._edited.plan_id)
+        return Same(self.workspace.case.case), self._services.store.changes.count, options
+
     def refresh(self) -> None:
         """Raises InputError when the open plan cannot be read any more; it is closed then."""
         if self._edited is not None:

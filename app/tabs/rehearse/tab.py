@@ -168,6 +168,13 @@ class RehearseTab(RehearsalSession):
         """Whether the margin was changed since the drive was prepared."""
         return now.prepared is not None and _settings(now).margin_mm != now.prepared.settings.margin_mm
 
+    def subject(self) -> object:
+        """The drive itself is read with every tick. Of a plan without robot and remote centre little is told."""
+        plan, wanted = self.workspace.plan.current, self.wanted
+        if plan is not None and self.now.prepared is None and not wanted.remote_centre:
+            return wanted, plan.id, len(plan.points) < 2
+        return wanted, Same(plan), self._services.store.changes.of(self._services.registrations.kind.name)
+
     def refresh(self) -> None:
         self._compare(self.read())
         if self.active or self.wanted.remote_centre:

@@ -947,11 +947,12 @@ export interface Hello {
   role?: "holds" | "instructs" | "watches";
 }
 
-/** The first message to a client: the version of all that follow, and the tabs in their order. */
+/** The first message to a client: the version of all that follow, the tabs in their order, and the operations. */
 export interface HelloMessage {
   type: "hello";
   version: number;
   steps: TabEntry[];
+  operations: OperationEntry[];
 }
 
 /** A tab of the page: the label of its tab, and the address of the module that draws its panel. */
@@ -959,6 +960,12 @@ export interface TabEntry {
   name: string;
   label: string;
   panel: string;
+}
+
+/** An operation on a document: the type of its message, and its name for people. */
+export interface OperationEntry {
+  type: string;
+  name: string;
 }
 
 /** Words for the user. */
@@ -1272,7 +1279,7 @@ export interface RegistrationPublic {
   fit: FitPublic;
   pointer: PointerTipPublic | null;
   robot: RobotToTrackerPublic | null;
-  said: SaidByFile | null;
+  said: FileMetadata | null;
   notice: string;
 }
 
@@ -1404,7 +1411,7 @@ export interface RobotToTrackerPublic {
  *
  * fre_mm, points, fle_mm: FRE, number of points and error of one, as a `FitReport` has them; None where it says none.
  */
-export interface SaidByFile {
+export interface FileMetadata {
   to: "patient" | "base" | null;
   simulated: boolean;
   fre_mm: number | null;
@@ -1760,9 +1767,11 @@ export interface Commands {
     sizes_mm?: number[] | null;
     place?: [number, number, number] | null;
     turn?: boolean;
+    revision?: number | null;
   };
   "region.delete": {
     region_id: string;
+    revision?: number | null;
   };
   "region.done": {};
   "region.draw": {
@@ -1776,6 +1785,7 @@ export interface Commands {
   };
   "region.structure": {
     structure: string;
+    revision?: number | null;
   };
   "registration.delete": {
     registration_id: string;
@@ -1846,14 +1856,17 @@ export interface Commands {
   "rehearsal.take": {};
   "second_volume.lay": {
     case_id: string;
-    volume?: string | null;
     transform: number[];
     opacity: number;
     window: number;
     level: number;
+    volume?: string | null;
     other_head?: boolean;
+    revision?: number | null;
   };
-  "second_volume.none": {};
+  "second_volume.none": {
+    revision?: number | null;
+  };
   "shaft.aim": {
     item_id: string;
   };
@@ -1916,19 +1929,24 @@ export interface Commands {
   };
   "version.delete": {
     version_id: string;
+    revision?: number | null;
   };
   "version.go_back": {
     version_id: string;
+    revision?: number | null;
   };
   "version.rename": {
     version_id: string;
     name: string;
+    revision?: number | null;
   };
   "version.restore": {
     version_id: string;
+    revision?: number | null;
   };
   "version.save": {
     name: string;
+    revision?: number | null;
   };
   "view.camera": {
     view: "anterior" | "left" | "right" | "superior" | "oblique" | "nose";

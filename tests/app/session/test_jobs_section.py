@@ -50,7 +50,7 @@ def start_here(session: ClientSession, wanted: dict[str, str]) -> None:
         if request != session._tick:
             session._publish()
 
-    session.post = post  # type: ignore[assignment]
+    session._inbox.put = post  # type: ignore[method-assign]
     post(lambda: session._open_first(wanted))
 
 

@@ -81,7 +81,7 @@ class Pages:
             self.services.plans.delete(plan_id)
         self.services.cases.delete(self.case)
         for title in self.services.registrations.titles(HEAD):
-            self.services.registering.editor(title.id).set_locked(False)
+            self.services.registrations.editor(title.id).set_locked(False)
             self.services.registrations.delete(title.id)
         self.elsewhere.close()
 
@@ -178,7 +178,7 @@ def test_what_is_shown_is_what_would_be_built_anew_after_each_of_many_acts(pages
                 assert request is not None
                 session._guarded(request)
             session._publish()
-            sources = [session.workspace.case, *session._active_last()]
+            sources = [session.workspace.case, *(view.tab for view in session._active_last())]
             wanted = {name: section for one in sources for name, section in one.sections().items()}
             for name, section in {**wanted, **session._own_sections()}.items():
                 assert session.view_model.read(name) == section.build(), (number, name)

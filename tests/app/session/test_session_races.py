@@ -111,7 +111,7 @@ def test_an_error_in_one_step_leaves_the_others_shown_and_is_tried_again(
     names, read = list(session.tabs), list[str]()
     for name in names:
         monkeypatch.setattr(session.tabs[name], "refresh", lambda name=name: read.append(name))
-    first = session._active_last()[0]
+    first = session._active_last()[0].tab
     with monkeypatch.context() as broken:
         broken.setattr(first, "refresh", lambda: fail(RuntimeError("of Doe, John")))
         settle(session)

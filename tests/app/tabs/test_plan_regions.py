@@ -128,7 +128,7 @@ def test_a_half_space_tells_its_side_and_is_turned_round(tab: PlanTab) -> None:
     click(tab, PLACE)
     (zone,) = plan_of(tab).zones
     assert regions(tab)["items"][0]["sub"].startswith("Half-space: kept free above S 12.0; the tool stays below · hard")
-    tab.handle(r.ChangeRegion(type="region.change", region_id=zone.id, turn=True))
+    send(tab, "region.change", region_id=zone.id, turn=True)
     (turned,) = plan_of(tab).zones
     assert (turned.shape["point"], turned.shape["normal"]) == (zone.shape["point"], [0.0, 0.0, 1.0])
     assert "the tool stays above" in regions(tab)["items"][0]["sub"]
@@ -136,7 +136,7 @@ def test_a_half_space_tells_its_side_and_is_turned_round(tab: PlanTab) -> None:
     click(tab, PLACE)
     ball = plan_of(tab).zones[1]
     with pytest.raises(PlanError, match="only a half-space"):
-        tab.handle(r.ChangeRegion(type="region.change", region_id=ball.id, turn=True))
+        send(tab, "region.change", region_id=ball.id, turn=True)
 
 
 def test_bone_to_be_removed_is_a_solid_of_its_own(tab: PlanTab) -> None:
@@ -150,7 +150,7 @@ def test_bone_to_be_removed_is_a_solid_of_its_own(tab: PlanTab) -> None:
     assert [item["sub"] for item in regions(tab)["items"]] == ["Capsule, radius 3.0 mm", "Box, 4.0 × 6.0 × 8.0 mm"]
     with pytest.raises(PlanError, match="a sphere, a capsule or a box"):
         tab.handle(draw("remove", "patch", 3.0))
-    tab.handle(r.RegionCommand(type="region.delete", region_id=capsule.id))
+    send(tab, "region.delete", region_id=capsule.id)
     assert plan_of(tab).removed_bone == (box,)
 
 
@@ -190,7 +190,7 @@ def test_a_region_is_dragged_by_its_ball_and_selected_by_a_click_on_it(tab: Plan
     with pytest.raises(PlanError, match="locked"):
         tab.handle(draw("spare", "sphere", 4.0))
     with pytest.raises(PlanError, match="locked"):
-        tab.handle(r.RegionCommand(type="region.delete", region_id=zone.id))
+        send(tab, "region.delete", region_id=zone.id)
 
 
 @pytest.mark.parametrize(
@@ -229,7 +229,7 @@ def test_fields_of_a_region_are_changed_one_edit_at_a_time(tab: PlanTab) -> None
     zone_id = plan_of(tab).zones[0].id
 
     def change(**fields: object) -> None:
-        tab.handle(r.ChangeRegion.model_validate({"type": "region.change", "region_id": zone_id, **fields}))
+        send(tab, "region.change", region_id=zone_id, **fields)
 
     change(name="optic nerve", colour="#123456")
     change(soft=True, max_depth_mm=1.5)

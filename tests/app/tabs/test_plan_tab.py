@@ -25,7 +25,6 @@ from app.tabs.plan import commands as c
 from app.tabs.plan.dry_runs import DryRuns, ShownEvaluation, failed_run
 from app.tabs.plan.edited_plan import EditedPlan
 from app.tabs.plan.hints import plan_hint
-from app.tabs.plan.version_commands import VersionCommand
 from app.workspace.latest import Act
 from vfix_engine.anatomy.surface_uncertainty import SurfaceUncertainty
 from vfix_engine.errors import InputError, PlanError
@@ -307,7 +306,7 @@ def test_a_version_that_differs_in_settings_alone_is_not_gone_back_to(phantom_se
     version = phantom_services.versions.save(plan.id, "Before")
     phantom_services.plans.do(plan.id, SetSettings(settings={"margin_mm": 0.5}))
     step = open_sample(phantom_services, plan.id)
-    step.handle(VersionCommand(type="version.compare", version_id=version.id))
+    step.handle(c.CompareVersion(type="version.compare", version_id=version.id))
     view = sections_of(step)["versions"]
     assert (len(view["changes"]), view["differs"]) == (1, False)
     phantom_services.plans.do(plan.id, DeletePoint(point_id=plan.points[1].id))
