@@ -50,7 +50,6 @@ class Services:
         from app.plans.shipped_head import ensure_head_phantom
         from app.registration.driven import driven_registration
         from app.registration.kind import REGISTRATION
-        from app.registration.refining import Refining
         from app.registration.service import Registering
         from app.registration.tracing import Tracing
         from app.store import Store
@@ -76,7 +75,7 @@ class Services:
 
         self.registrations = registrations = Documents(store, REGISTRATION)
         self.registering = registering = Registering(registrations, cases, plans, jobs, tracker)
-        self.refining = Refining(cases, registering, jobs, tracker)
+        self.refining = registering.refining
         self.tracing = Tracing(cases, plans, registering, tracker)
 
         self.distance_fields = distance_fields = DistanceFields(cases)

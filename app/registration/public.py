@@ -13,9 +13,9 @@ from app.operations.public import DocumentPublic, common_values
 from app.plans.model import NOTICE
 from app.registration.calibration_records import PointerTip, RobotToTracker, pointer_cautions, robot_cautions
 from app.registration.document import MadeFrom, MeasuredFrom, RegistrationContent
+from app.registration.file_metadata import FileMetadata
 from app.registration.fit_report import FitReport, FitState, FleSource, WrongPair, report_of
 from app.registration.found_beads import BeadSearchRecord
-from app.registration.said_by_file import SaidByFile
 from app.registration.touched_surface import TouchedSurface
 from vfix_engine.frames import RegisteredTo
 
@@ -122,7 +122,7 @@ class RegistrationPublic(DocumentPublic):
     fit: FitPublic
     pointer: PointerTipPublic | None
     robot: RobotToTrackerPublic | None
-    said: SaidByFile | None
+    said: FileMetadata | None
     notice: str = NOTICE
 
     @classmethod

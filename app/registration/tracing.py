@@ -14,7 +14,7 @@ from app.plans.model import Plan
 from app.plans.operations.paths import AddTracedPath
 from app.plans.service import PlanService
 from app.registration.calibration import simulated_transform
-from app.registration.editor import StoredRegistration
+from app.registration.document import StoredRegistration
 from app.registration.service import Registering
 from app.registration.simulated_touch import DEFAULT_NOISE_MM, check_simulated, simulated_touches
 from app.registration.tracked_tip import recorded_tips

@@ -392,7 +392,7 @@ class ClientSession:
         spec = self.active.spec
         if warming:
             hint = f"{warming} …"
-        elif self.workspace.case.deleted and spec.input != "drive":
+        elif self.workspace.case.deleted and not self.active.busy:
             hint = "This head was deleted elsewhere. Restore it from the list of deleted heads, or open another one."
         else:
             hint = self.active.hint()

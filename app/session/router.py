@@ -19,6 +19,7 @@ from app.kit.prompt_threads import PROMPT_THREADS
 from app.messages.hello import NotUnderstood, read_hello
 from app.messages.sections import HelloMessage, NoteMessage, ReplyMessage, StateMessage
 from app.messages.version import VERSION
+from app.operations.messages import messages
 from app.session.client_sessions import MAX_PAGES, ClientSessions, TabTaken, TooManyTabs
 from app.session.commands import InvalidMessage, parse_command
 from app.tabs.registry import specs
@@ -147,11 +148,12 @@ class ClientOutbox:
 
 
 def hello() -> HelloMessage:
-    """The first message to a client: the version of the messages, and the tabs with their panels."""
+    """The first message to a client: the version of the messages, the tabs with their panels, and the operations."""
     return {
         "type": "hello",
         "version": VERSION,
         "steps": [{"name": spec.name, "label": spec.label, "panel": f"/tabs/{spec.name}/panel.js"} for spec in specs()],
+        "operations": [{"type": kind, "name": message.title} for kind, message in messages().items()],
     }
 
 

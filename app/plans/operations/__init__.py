@@ -32,9 +32,9 @@ SPEC = DocumentSpec(
         instruments.ChooseRobotByName, instruments.ChooseToolByName, instruments.PlaceRobot,
         points.AddPoint, points.AddTarget, points.TakeTargets, points.MovePoint, points.RenamePoint,
         points.RenameItem, points.DeletePoint, paths.SetShaft, paths.AddPath, paths.CopyPath, paths.RenamePath,
-        paths.SetEntrySide, paths.ChoosePath, paths.DeletePath, instruments.UseRegistration,
+        paths.SetEntrySide, paths.ChoosePath, paths.DeletePath,
         *zones.OPERATIONS, *removed_bone.OPERATIONS, *regions.OPERATIONS, *versions.OPERATIONS,
-        *second_volume.OPERATIONS,
+        *second_volume.OPERATIONS, instruments.UseRegistration,
     ),
     service="plans",
 )  # fmt: skip

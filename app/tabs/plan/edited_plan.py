@@ -37,8 +37,8 @@ from vfix_engine.geometry.path import SplinePath
 
 MOVED_WORTH_SAYING_MM = 0.05  # by a click, which goes to the nearest free place
 DROP_MOVED_MM = 0.2  # by a drop, whose hand is less exact
+# Operations that take back what is half drawn, dragged or shown as a ghost.
 ENDING = (SetLocked, Undo, Redo, SetNotes, AddPath, CopyPath, PathEdit, ChoosePath, DeletePath)
-# Operations that take back what is half drawn, dragged or shown as a ghost
 
 
 @dataclass(frozen=True)

@@ -947,11 +947,12 @@ export interface Hello {
   role?: "holds" | "instructs" | "watches";
 }
 
-/** The first message to a client: the version of all that follow, and the tabs in their order. */
+/** The first message to a client: the version of all that follow, the tabs in their order, and the operations. */
 export interface HelloMessage {
   type: "hello";
   version: number;
   steps: TabEntry[];
+  operations: OperationEntry[];
 }
 
 /** A tab of the page: the label of its tab, and the address of the module that draws its panel. */
@@ -959,6 +960,12 @@ export interface TabEntry {
   name: string;
   label: string;
   panel: string;
+}
+
+/** An operation on a document: the type of its message, and its name for people. */
+export interface OperationEntry {
+  type: string;
+  name: string;
 }
 
 /** Words for the user. */
@@ -1272,7 +1279,7 @@ export interface RegistrationPublic {
   fit: FitPublic;
   pointer: PointerTipPublic | null;
   robot: RobotToTrackerPublic | null;
-  said: SaidByFile | null;
+  said: FileMetadata | null;
   notice: string;
 }
 
@@ -1404,7 +1411,7 @@ export interface RobotToTrackerPublic {
  *
  * fre_mm, points, fle_mm: FRE, number of points and error of one, as a `FitReport` has them; None where it says none.
  */
-export interface SaidByFile {
+export interface FileMetadata {
   to: "patient" | "base" | null;
   simulated: boolean;
   fre_mm: number | null;

@@ -37,7 +37,7 @@ from app.kit import zip_directory
 from app.kit.errors import JobCancelled, TooLarge
 from app.plans.model import PlanContent, PlanPoint
 from app.plans.operations.document import LockPlan, SetSettings
-from app.plans.operations.instruments import ReferToRegistration
+from app.plans.operations.instruments import UseRegistration
 from app.plans.operations.points import MovePoint
 from app.plans.operations.versions import GoBack
 from app.plans.zones import PlanZone
@@ -96,7 +96,7 @@ def head(services: Services) -> Case:
     pairs = (FiducialPair("A", (0.0, 0.0, 0.0), (5.0, 6.0, 7.0)),)
     content = RegistrationContent("patient", tuple(np.eye(4).ravel().tolist()), pairs, made_from="given")
     registration = services.registrations.create(case.id, "R", content)
-    editor.do(ReferToRegistration(registration=registration.id))
+    services.plans.do(plan.id, UseRegistration(registration=registration.id))
     editor.do(LockPlan(locked=True))
     label = services.labels.create(case.id, "Tumour")
     DrawStroke(radius_mm=2.0, points=((4.0, 4.0, 4.0),)).run(LABELS.context(services), label.id)

@@ -23,7 +23,7 @@ from app.live.incoming import MAX_REGISTRATIONS, Intake
 from app.live.outgoing import plan_messages, registration_messages
 from app.plans.model import Plan, PlanContent, PlanPoint
 from app.plans.operations.document import LockPlan, UndoPlan
-from app.plans.operations.instruments import ReferToRegistration
+from app.plans.operations.instruments import UseRegistration
 from app.plans.operations.points import MovePoint
 from app.plans.operations.versions import GoBack
 from app.plans.service import PlanService
@@ -368,7 +368,7 @@ def test_another_implementation_hears_the_plan_and_its_changes(parts: Parts, pla
     assert path.names == ["entry", "end"]
     assert peer.wait_for_message("Targets", timeout=5).names == ["Öffnung"]
     content = RegistrationContent("patient", tuple(TURN.ravel().tolist()), made_from="given")
-    parts.plans.do(plan.id, ReferToRegistration(registration=parts.registrations.create(plan.case_id, "R", content).id))
+    parts.plans.do(plan.id, UseRegistration(registration=parts.registrations.create(plan.case_id, "R", content).id))
     told = frames.registration_to_ras(TURN)
     heard(peer, "Registration", lambda message: np.allclose(message.matrix, told, rtol=1e-6, atol=1e-7))
     parts.plans.do(plan.id, MovePoint(point_id="b", position=(40.0, 50.0, 60.0)))
@@ -380,7 +380,7 @@ def test_another_implementation_hears_that_a_registration_does_not_apply_any_mor
 ) -> None:
     """By another plan, which goes by none; by the first one again; and when no page shows any plan."""
     content = RegistrationContent("patient", tuple(TURN.ravel().tolist()), made_from="given")
-    parts.plans.do(plan.id, ReferToRegistration(registration=parts.registrations.create(plan.case_id, "R", content).id))
+    parts.plans.do(plan.id, UseRegistration(registration=parts.registrations.create(plan.case_id, "R", content).id))
     told, none = frames.registration_to_ras(TURN), np.eye(4)
     heard(peer, "Registration", lambda message: np.allclose(message.matrix, told, atol=1e-6))
     other = parts.plans.create(case.id, "Other way", PlanContent(POINTS, TARGETS))

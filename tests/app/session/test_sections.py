@@ -81,7 +81,7 @@ class Pages:
             self.services.plans.delete(plan_id)
         self.services.cases.delete(self.case)
         for title in self.services.registrations.titles(HEAD):
-            self.services.registering.editor(title.id).set_locked(False)
+            self.services.registrations.editor(title.id).set_locked(False)
             self.services.registrations.delete(title.id)
         self.elsewhere.close()
 
