@@ -1691,21 +1691,28 @@ export interface Commands {
   };
   "path.choose": {
     path_id: string;
+    revision?: number | null;
   };
   "path.delete": {
     path_id: string;
+    revision?: number | null;
   };
   "path.duplicate": {
     path_id: string;
+    revision?: number | null;
   };
-  "path.new": {};
+  "path.new": {
+    revision?: number | null;
+  };
   "path.rename": {
     path_id: string;
     name: string;
+    revision?: number | null;
   };
   "path.side": {
     path_id: string;
     side: "" | "left" | "right" | "midline";
+    revision?: number | null;
   };
   "pick.slice": {
     position: [number, number, number];
