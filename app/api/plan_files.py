@@ -12,12 +12,12 @@ from starlette.concurrency import run_in_threadpool
 
 from app.api.dependencies import ERRORS, ConditionDep, Identifier, ServicesDep
 from app.api.passing_file import PassingFile
-from app.api.plan_models import PlanPublic
 from app.api.uploads import form_of, receive_small, safe_name
 from app.exchange.patient_images import WITH_IMAGES, check_images, holds_images
 from app.exchange.plan_files import MEDIA_TYPES, PlanFormat, PointsAs, export_text, read_plan
 from app.plans.imported_places import content_notes
 from app.plans.model import NOTICE
+from app.plans.public import PlanPublic
 from app.store.errors import StorageError
 from vfix_engine.errors import InputError
 

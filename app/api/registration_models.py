@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated
-
-from pydantic import BaseModel, Field
+from pydantic import BaseModel
 
 from app.api.dependencies import Number, Wish
-from app.api.plan_models import Revision
 from app.registration.fit_report import FleSource
 from app.registration.public import Length
 from app.registration.service import PlanRegistration, UseState
@@ -34,13 +31,6 @@ class ErrorTablePublic(BaseModel):
     @classmethod
     def of(cls, table: ErrorTable) -> ErrorTablePublic:
         return cls.model_validate(table, from_attributes=True)
-
-
-class PlanRegistrationWish(Wish):
-    """The registration that a plan uses; null for none."""
-
-    registration: Annotated[str | None, Field(min_length=1, max_length=64)]
-    revision: Revision = None
 
 
 class PlanRegistrationPublic(BaseModel):

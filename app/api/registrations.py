@@ -4,14 +4,12 @@ from typing import Annotated
 
 from fastapi import APIRouter, Query
 
-from app.api.dependencies import ERRORS, ConditionDep, Identifier, ServicesDep
+from app.api.dependencies import ERRORS, Identifier, ServicesDep
 from app.api.jobs import JobPublic
-from app.api.plan_models import PlanPublic
 from app.api.registration_models import (
     BeadsWish,
     ErrorTablePublic,
     PlanRegistrationPublic,
-    PlanRegistrationWish,
 )
 from app.registration.point_order import OrderAnswer
 from vfix_engine.errors import InputError
@@ -50,14 +48,3 @@ def show_plan_registration(plan_id: Identifier, services: ServicesDep) -> PlanRe
     used = services.registering.registration_of(plan)
     errors = None if used.document is None else services.registering.errors(used.document.content, plan)
     return PlanRegistrationPublic.of(plan_id, used, errors)
-
-
-@router.put("/plans/{plan_id}/registration")
-def use_registration(
-    plan_id: Identifier, wish: PlanRegistrationWish, services: ServicesDep, condition: ConditionDep
-) -> PlanPublic:
-    """Use a registration of the plan's case, or none, as one edit that undo takes back."""
-    expected = condition.expected(wish.revision)
-    plan = services.registering.use(plan_id, wish.registration, expected_revision=expected)
-    condition.tell(plan.revision)
-    return PlanPublic.of(plan)

@@ -10,9 +10,10 @@ from pydantic import BaseModel, Field
 
 from app.api.dependencies import ERRORS, Condition, ConditionDep, Identifier, ServicesDep, Wish
 from app.api.jobs import JobPublic
-from app.api.plan_models import PlanPublic, Revision
+from app.api.plan_models import Revision
 from app.planning.suggestions import described, described_none
 from app.planning.verdict import Level
+from app.plans.public import PlanPublic
 
 router = APIRouter(tags=["suggestions"], responses=ERRORS)
 

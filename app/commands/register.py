@@ -16,6 +16,7 @@ from app.exchange.resolve import find, read_bytes
 from app.operations import verbs
 from app.operations.standard import Redo, Undo
 from app.plans.imported_places import measured_notes
+from app.plans.operations.instruments import UseRegistration
 from app.registration.document import RegistrationContent, StoredRegistration
 from app.registration.edits import edit, with_measured
 from app.registration.files import export_text, name_of, read_measured, read_transform
@@ -179,7 +180,7 @@ def _fit(services: Services, registration_id: str, args: argparse.Namespace) -> 
     report = registering.report(document.content)
     used = args.use and plan_id is not None and report.usable and certain
     if used and plan_id is not None:
-        registering.use(plan_id, registration_id)
+        services.plans.do(plan_id, UseRegistration(registration=registration_id))
     plan = None if plan_id is None else services.plans.get(plan_id)
     data = {**summary(document), **_fitted(services, document, certain), "plan": plan_id, "used": used}
     table = registering.errors(document.content, plan)

@@ -41,15 +41,20 @@ def _field(kind: type[msgspec.Struct], name: str) -> msgspec.structs.FieldInfo:
 
 
 def read_operations(
-    operations: Sequence[type[Operation]], body: Mapping[str, Any], where: Place = (), keys: Keys = keys_of
+    operations: Sequence[type[Operation]],
+    body: Mapping[str, Any],
+    where: Place = (),
+    keys: Keys = keys_of,
+    of_all: Mapping[str, Any] | None = None,
 ) -> list[Operation]:
     """The operations that a body asks for: one that stands alone, or those of several that have a key in it.
 
-    Where there are several, a null says nothing. Raises Unreadable.
+    Where there are several, a null says nothing. of_all: values of fields that each of them has. Raises Unreadable.
     """
+    of_all = of_all or {}
     if len(operations) == 1:
-        return [_read(operations[0], body, where, keys)]
-    known = {key for operation in operations for key in keys(operation)}
+        return [_read(operations[0], {**body, **of_all}, where, keys)]
+    known = {key for operation in operations for key in keys(operation)} - of_all.keys()
     if unknown := [key for key in body if key not in known]:
         raise Unreadable([((*where, key), "There is no such field") for key in unknown])
     found = []
@@ -57,7 +62,7 @@ def read_operations(
         names = keys(operation)
         said = {key: value for key, value in body.items() if key in names and value is not None}
         if said:
-            found.append(_read(operation, said, where, keys))
+            found.append(_read(operation, {**said, **of_all}, where, keys))
     return found
 
 

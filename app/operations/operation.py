@@ -37,16 +37,18 @@ class Context(Generic[Content, Service]):
 class Operation(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Base class. The docstring is the help text: its first sentence on the command line, all of it in REST.
 
+    title: its name for people, in the palette; '' for that of the class, 'Rename plan' of RenamePlan.
     rest: method and address below /api/v1, or several; '{id}' is the document's. A field that an address names is read
     from there. Operations of one address are told apart by the keys of their bodies: one of them is done per request.
-    status: of the answer. message: its type on the WebSocket. aliases: names of fields there that differ,
-    'fle.mm' of the field `mm` of the field `fle`, where only that is said there.
+    status: of the answer. message: its type on the WebSocket. aliases: names of fields there that differ, '' of
+    one that is not said there; 'fle.mm' of the field `mm` of the field `fle`, where only that is said there.
     of_open: the message names no document, it is about the one that the client has open.
     answers: what REST answers with instead of the document, see `answer`.
     verb: on the command line, such as 'plan rename' or, as an option of a listing, 'case labels --undo'; or several,
     each a `Verb`. An empty one leaves that way out.
     """
 
+    title: ClassVar[str] = ""
     rest: ClassVar[str | tuple[str, ...]] = ""
     status: ClassVar[int] = 200
     message: ClassVar[str] = ""

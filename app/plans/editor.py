@@ -6,20 +6,17 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from app.cases.second_volume import SecondVolume, check_second
 from app.documents import DocumentEditor
 from app.kit.errors import NotFound
 from app.kit.names import check_label
 from app.kit.values import check_position
 from app.plans.document import plan_of
-from app.plans.edits import BoneEdits, PathEdits, ZoneEdits
+from app.plans.edits import PathEdits
 from app.plans.instruments import shaped_tool
 from app.plans.model import (
     Plan,
     PlanContent,
     PlanPoint,
-    check_content,
-    check_registration_id,
     check_robot,
     check_tool_shape,
     new_point_id,
@@ -35,14 +32,12 @@ class PlanEditor:
     Each edit is one of the plan's document and returns the plan that it made, or the id of what it added.
     `expected_revision` is the revision the caller saw: where the plan has moved on, PlanConflict is raised and nothing
     changes. A locked plan refuses every edit with PlanLocked.
-    Points are those of the chosen path. paths, zones, removed_bone: edits of these parts, with the same rules.
+    Points are those of the chosen path. paths: edits of these, with the same rules.
     """
 
     def __init__(self, document: DocumentEditor[PlanContent]) -> None:
         self._document = document
         self.paths = PathEdits(self._edit)
-        self.zones = ZoneEdits(self._edit)
-        self.removed_bone = BoneEdits(self._edit)
 
     @property
     def plan(self) -> Plan:
@@ -212,31 +207,6 @@ class PlanEditor:
 
         def change(content: PlanContent) -> PlanContent:
             return replace(content, tool=name, tool_shape=checked, robot=without_placement(content.robot))
-
-        return self._edit(change, expected_revision)
-
-    def become(self, content: PlanContent, *, expected_revision: int | None = None) -> Plan:
-        """Take over another content as one edit; the settings, which are no step of the history, stay."""
-        checked = check_content(content)
-        return self._edit(lambda c: replace(checked, settings=c.settings), expected_revision)
-
-    def lay_over(self, second: SecondVolume | None, *, expected_revision: int | None = None) -> Plan:
-        """Lay a second volume over the head's slices; None takes it away."""
-        checked = check_second(second)
-        return self._edit(lambda content: replace(content, second_volume=checked), expected_revision)
-
-    def use_registration(self, registration_id: str | None, *, expected_revision: int | None = None) -> Plan:
-        """Refer to a registration of the plan's case by its id; None refers to none.
-
-        Whether it can be used is for `Registering.use` to say. A placement of the robot is in the patient's frame,
-        which is the image's without a registration: it is dropped where the plan gets its first or loses its last.
-        """
-        checked = check_registration_id(registration_id)
-
-        def change(content: PlanContent) -> PlanContent:
-            crossed = (content.registration is None) != (checked is None)
-            robot = without_placement(content.robot) if crossed else content.robot
-            return replace(content, registration=checked, robot=robot)
 
         return self._edit(change, expected_revision)
 

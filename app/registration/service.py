@@ -211,20 +211,13 @@ class Registering:
 
     # -- plans
 
-    def use(self, plan_id: str, registration_id: str | None, *, expected_revision: int | None = None) -> Plan:
-        """Let a plan use a registration of its case, or none, as one edit of the plan.
-
-        Raises NotFound, and PlanError for a registration of another case, a deleted one or one without a transform.
-        """
-        if registration_id is not None:
-            wanted = replace(self._plans.get(plan_id), registration=registration_id)
-            self.documents.get(registration_id)
-            used = self.registration_of(wanted)
-            if used.state != "ready":
-                raise PlanError(
-                    _REFUSED[used.state].replace("{name}", "" if used.document is None else used.document.name)
-                )
-        return self._plans.editor(plan_id).use_registration(registration_id, expected_revision=expected_revision)
+    def check_usable(self, plan: Plan, registration_id: str) -> None:
+        """Raise NotFound, and PlanError for a registration of another case, a deleted one or an unfinished one."""
+        self.documents.get(registration_id)
+        used = self.registration_of(replace(plan, registration=registration_id))
+        if used.state != "ready":
+            name = "" if used.document is None else used.document.name
+            raise PlanError(_REFUSED[used.state].replace("{name}", name))
 
     def registration_of(self, plan: Plan) -> PlanRegistration:
         """The registration that a plan refers to, or why it cannot be used."""

@@ -15,7 +15,7 @@ from app.plans.service import Plan
 from app.tabs.plan import region_commands as c
 from app.tabs.plan.region_sections import PathsSection
 
-Edit = Callable[[Callable[..., Plan]], None]
+Edit = Callable[[Callable[..., Plan]], object]
 
 
 class Paths:
@@ -72,5 +72,3 @@ class Paths:
                 edit(paths.rename, command.path_id, command.name)
             case c.EntrySideOfPath():
                 edit(paths.set_entry_side, command.path_id, command.side)
-            case c.PlanNotes():
-                edit(paths.set_notes, command.notes)

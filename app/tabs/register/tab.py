@@ -10,6 +10,7 @@ from app.messages.sections import Section, Sections
 from app.operations.messages import OperationMessage
 from app.operations.operation import Creation, Operation
 from app.operations.standard import Delete, Restore
+from app.plans.operations.instruments import UseRegistration
 from app.plans.service import Plan
 from app.registration.document import StoredRegistration
 from app.scene.error_balls import ErrorBalls
@@ -49,9 +50,6 @@ class RegisterTab(Tab):
         workspace.plan.on_opened(self._plan_opened)
 
     # -- opening
-
-    def available(self) -> bool:
-        return self.workspace.case.case_id is not None
 
     def _case_opened(self) -> None:
         """The registration of the plan that is open, else the newest of the case."""
@@ -142,7 +140,7 @@ class RegisterTab(Tab):
         if plan is None:
             raise InputError("open a plan first; it is a plan that uses a registration.")
         wanted = self._need().id if used else None
-        self._services.registering.use(plan.id, wanted, expected_revision=plan.revision)
+        self._services.plans.do(plan.id, UseRegistration(registration=wanted), expected_revision=plan.revision)
 
     # -- the scene
 

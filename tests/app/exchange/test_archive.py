@@ -35,6 +35,8 @@ from app.imaging.label_operations import DrawStroke
 from app.kit import zip_directory
 from app.kit.errors import JobCancelled, TooLarge
 from app.plans.model import PlanContent, PlanPoint
+from app.plans.operations.instruments import UseRegistration
+from app.plans.operations.versions import GoBack
 from app.plans.zones import PlanZone
 from app.registration.document import FiducialPair, RegistrationContent
 from app.services import Services, build_services
@@ -91,7 +93,7 @@ def head(services: Services) -> Case:
     pairs = (FiducialPair("A", (0.0, 0.0, 0.0), (5.0, 6.0, 7.0)),)
     content = RegistrationContent("patient", tuple(np.eye(4).ravel().tolist()), pairs, made_from="given")
     registration = services.registrations.create(case.id, "R", content)
-    editor.use_registration(registration.id)
+    services.plans.do(plan.id, UseRegistration(registration=registration.id))
     editor.set_locked(True)
     label = services.labels.create(case.id, "Tumour")
     DrawStroke(radius_mm=2.0, points=((4.0, 4.0, 4.0),)).run(LABELS.context(services), label.id)
@@ -167,7 +169,7 @@ def test_a_copy_beside_the_case_gets_identifiers_of_its_own(services: Services, 
     (plan,), (own,) = services.plans.list(made.id), services.plans.list(head.id)
     assert plan.id != own.id
     services.plans.editor(plan.id).set_locked(False)
-    services.versions.go_back(plan.id, "First")
+    services.plans.do(plan.id, GoBack(version_id="First"))
     assert services.plans.get(plan.id).points == POINTS
     assert services.plans.get(own.id) == own
 

@@ -23,7 +23,7 @@ from app.operations.rest import addresses
 from app.registration.operations import FleWish, SetFle
 from app.session.commands import InvalidMessage, parse_command
 
-HOSTILE: list[Any] = [1e300, -1e300, "x" * 10_000, {"a": [1] * 1000}, [[0.0] * 1000] * 10, "../../etc\n", [], ""]
+HOSTILE: list[Any] = [1e300, -1e300, "x" * 10_001, {"a": [1] * 1000}, [[0.0] * 1000] * 10, "../../etc\n", [], ""]
 TEXTS = ["name", "#00ff00", "", "sha256:" + "0" * 64]
 ROUTES = [
     pytest.param(method, path, operations, id=f"{method} {path}")
@@ -52,7 +52,7 @@ def example(kind: Any) -> Any:
     candidates: Iterator[Any] | list[Any]
     if origin is Annotated:
         inner = example(arguments[0])
-        candidates = [inner, [inner], *TEXTS, 0, 1, 0.5, 3]
+        candidates = [inner, [inner], *TEXTS, 0, 1, 0.5, 3, *([inner * 16] if isinstance(inner, list) else [])]
     elif origin in (Union, types.UnionType):
         candidates = [example(one) for one in arguments if one is not type(None)]
     elif origin is Literal:

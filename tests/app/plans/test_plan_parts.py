@@ -19,6 +19,9 @@ from app.kit.errors import NotFound, PlanConflict, PlanLocked, TooLarge
 from app.plans.document import BEFORE_PATHS, STORED
 from app.plans.editor import PlanEditor
 from app.plans.model import MAX_NOTES, PlanContent, PlanPath, PlanPoint, check_stored, drive_parts
+from app.plans.operations import PlanEdit
+from app.plans.operations.removed_bone import AddBone, ChangeBone, DeleteBone
+from app.plans.operations.zones import AddZone, ChangeZone, DeleteZone
 from app.plans.paths import MAX_PATHS, ends_words, side_caution
 from app.plans.service import Plan, PlanService
 from app.plans.zones import MAX_ZONES, PlanZone, RemovedBone
@@ -211,22 +214,30 @@ def test_a_placing_belongs_to_the_path_that_it_was_made_for(editor: PlanEditor) 
     assert editor.paths.add()[1].robot["base"] is None
 
 
-def test_zones_and_bone_are_edited(editor: PlanEditor) -> None:
-    nerve, _ = editor.zones.add(SHAPES[2], "optic nerve")
-    soft, plan = editor.zones.add(SPHERE, kind="soft", max_depth_mm=1.5)
+def test_zones_and_bone_are_edited(plans: PlanService, plan: Plan) -> None:
+    def do(operation: PlanEdit) -> Plan:
+        return plans.do(plan.id, operation)
+
+    nerve = do(AddZone(shape=SHAPES[2], name="optic nerve")).zones[0].id
+    plan = do(AddZone(shape=SPHERE, kind="soft", max_depth_mm=1.5))
+    soft = plan.zones[1].id
     assert [zone.name for zone in plan.zones] == ["optic nerve", "Structure 1"]
     assert (plan.zones[1].stiffness_n_per_mm, plan.zones[1].max_depth_mm) == (0.5, 1.5)
     assert plan.zones[0].colour != plan.zones[1].colour
-    plan = editor.zones.change(soft, kind="hard", margin_mm=2, colour="#ABCDEF", visible=False)
+    plan = do(ChangeZone(zone_id=soft, kind="hard", margin_mm=2, colour="#ABCDEF", visible=False))
     assert plan.zones[1] == PlanZone(soft, "Structure 1", SPHERE, 2.0, colour="#abcdef", visible=False)
-    region, plan = editor.removed_bone.add(SPHERE)
-    assert editor.removed_bone.change(region, name="Sphenoid front").removed_bone[0].name == "Sphenoid front"
-    assert editor.zones.delete(nerve).zones == plan.zones[1:]
-    assert editor.removed_bone.delete(region).removed_bone == ()
+    region = do(AddBone(shape=SPHERE)).removed_bone[0].id
+    assert do(ChangeBone(region_id=region, name="Sphenoid front")).removed_bone[0].name == "Sphenoid front"
+    assert do(DeleteZone(zone_id=nerve)).zones == plan.zones[1:]
+    assert do(DeleteBone(region_id=region)).removed_bone == ()
     with pytest.raises(NotFound):
-        editor.zones.delete(nerve)
+        do(DeleteZone(zone_id=nerve))
     with pytest.raises(NotFound):
-        editor.removed_bone.change(region, name="x")
+        do(ChangeBone(region_id=region, name="x"))
+    with pytest.raises(PlanError, match="what is to change"):
+        do(ChangeZone(zone_id=soft))
+    with pytest.raises(PlanError, match="needs its margin_mm"):
+        do(ChangeZone(zone_id=soft, margin_mm=None))
 
 
 WRONG: list[tuple[dict[str, Any], str]] = [
@@ -246,22 +257,23 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     ({"kind": "soft", "max_depth_mm": 30}, "allowed is 0 to 20"),
     ({"colour": "red"}, "#rrggbb"),
     ({"name": "a\u202eb"}, "control character"),
-    ({"size": 1}, "has no 'size'"),
 ]
 
 
 @pytest.mark.parametrize(("fields", "words"), WRONG)
-def test_a_wrong_zone_is_refused_and_nothing_changes(editor: PlanEditor, fields: dict[str, Any], words: str) -> None:
-    zone_id, plan = editor.zones.add(SPHERE, "eye")
+def test_a_wrong_zone_is_refused_and_nothing_changes(
+    plans: PlanService, plan: Plan, fields: dict[str, Any], words: str
+) -> None:
+    plan = plans.do(plan.id, AddZone(shape=SPHERE, name="eye"))
     with pytest.raises(InputError, match=words):
-        editor.zones.change(zone_id, **fields)
-    assert editor.plan == plan
+        plans.do(plan.id, ChangeZone(zone_id=plan.zones[0].id, **fields))
+    assert plans.get(plan.id) == plan
 
 
-def test_a_region_of_bone_is_a_solid(editor: PlanEditor) -> None:
+def test_a_region_of_bone_is_a_solid(plans: PlanService, plan: Plan) -> None:
     for shape in (*SHAPES[4:], SHAPES[2]):
         with pytest.raises(PlanError, match="known are sphere, capsule, box"):
-            editor.removed_bone.add(shape)
+            plans.do(plan.id, AddBone(shape=shape))
 
 
 def test_too_much_is_refused(plans: PlanService, case: Case, editor: PlanEditor) -> None:
@@ -279,11 +291,11 @@ def test_too_much_is_refused(plans: PlanService, case: Case, editor: PlanEditor)
         plans.create(case.id, "Twice", PlanContent(paths=(PlanPath("a", "A"), PlanPath("b", "A")), path_id="a"))
 
 
-def test_every_edit_is_undone_redone_locked_and_in_conflict(editor: PlanEditor) -> None:
+def test_every_edit_is_undone_redone_locked_and_in_conflict(plans: PlanService, plan: Plan, editor: PlanEditor) -> None:
     """HAZ-24: every edit goes over the one history, with the plan's revision and its lock."""
     point_id = editor.add_point((1, 2, 3))
-    zone_id, _ = editor.zones.add(SPHERE, "eye")
-    region, _ = editor.removed_bone.add(SPHERE)
+    zone_id = plans.do(plan.id, AddZone(shape=SPHERE, name="eye")).zones[0].id
+    region = plans.do(plan.id, AddBone(shape=SPHERE)).removed_bone[0].id
     edits: list[Callable[..., object]] = [
         lambda **o: editor.paths.add("Second", **o),
         lambda **o: editor.paths.rename(editor.plan.path_id, "Third", **o),
@@ -291,11 +303,11 @@ def test_every_edit_is_undone_redone_locked_and_in_conflict(editor: PlanEditor) 
         lambda **o: editor.paths.choose("path-1", **o),
         lambda **o: editor.paths.set_shaft(point_id, (1, 0, 0), **o),
         lambda **o: editor.paths.set_notes("careful", **o),
-        lambda **o: editor.zones.add(SPHERE, **o),
-        lambda **o: editor.zones.change(zone_id, margin_mm=2.0, **o),
-        lambda **o: editor.zones.delete(zone_id, **o),
-        lambda **o: editor.removed_bone.change(region, name="other", **o),
-        lambda **o: editor.removed_bone.delete(region, **o),
+        lambda **o: plans.do(plan.id, AddZone(shape=SPHERE), **o),
+        lambda **o: plans.do(plan.id, ChangeZone(zone_id=zone_id, margin_mm=2.0), **o),
+        lambda **o: plans.do(plan.id, DeleteZone(zone_id=zone_id), **o),
+        lambda **o: plans.do(plan.id, ChangeBone(region_id=region, name="other"), **o),
+        lambda **o: plans.do(plan.id, DeleteBone(region_id=region), **o),
         lambda **o: editor.paths.delete(editor.plan.path_id, **o),
     ]
     for edit in edits:

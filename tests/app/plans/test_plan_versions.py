@@ -16,12 +16,13 @@ from app.cli import main
 from app.kit.errors import NotFound, PlanConflict, PlanLocked
 from app.plans.diff import changes
 from app.plans.model import PlanContent, PlanPath, PlanPoint
+from app.plans.operations.versions import GoBack, SaveVersion
+from app.plans.operations.zones import AddZone, DeleteZone
 from app.plans.service import PlanService
 from app.plans.versions import MAX_VERSIONS, PlanVersions
 from app.plans.zones import PlanZone, RemovedBone
 from app.services import Services, build_services
 from app.settings import Settings
-from app.store import Store
 from tests.engine.scenes import curved_tube
 from vfix_engine.errors import PlanError
 
@@ -29,19 +30,20 @@ SPHERE: dict[str, Any] = {"kind": "sphere", "centre": [1.0, 2.0, 3.0], "radius":
 
 
 @pytest.fixture
-def versions(store: Store, plans: PlanService) -> PlanVersions:
-    return PlanVersions(store, plans)
+def versions(plans: PlanService) -> PlanVersions:
+    return plans.versions
 
 
 def test_a_version_is_gone_back_to_and_that_is_undone(plans: PlanService, versions: PlanVersions, case: Case) -> None:
     plan = plans.create(case.id, "Corridor")
     editor = plans.editor(plan.id)
     point = editor.add_point((1, 2, 3))
-    editor.zones.add(SPHERE, "eye")
-    saved = versions.save(plan.id, "Before lunch", expected_revision=editor.revision)
+    plans.do(plan.id, AddZone(shape=SPHERE, name="eye"))
+    plans.do(plan.id, SaveVersion(name="Before lunch"), expected_revision=editor.revision)
+    saved = versions.get(plan.id, "Before lunch")
     before = editor.plan.content
     editor.move_point(point, (4, 6, 3))
-    editor.zones.delete(editor.plan.zones[0].id)
+    plans.do(plan.id, DeleteZone(zone_id=editor.plan.zones[0].id))
     editor.set_settings({"margin_mm": 0.5})
     assert versions.differences(plan.id, saved.id) == (
         "Path ‘Path 1’: point ‘P1’: moved by 5.0 mm.",
@@ -49,14 +51,14 @@ def test_a_version_is_gone_back_to_and_that_is_undone(plans: PlanService, versio
         "Safety margin: 0.5 mm instead of 0.3 mm.",
     )
     after = editor.plan.content
-    back = versions.go_back(plan.id, "Before lunch", expected_revision=editor.revision)
+    back = plans.do(plan.id, GoBack(version_id="Before lunch"), expected_revision=editor.revision)
     assert back.content == replace(before, settings={"margin_mm": 0.5})
     assert editor.undo().content == after
     with pytest.raises(PlanConflict):
-        versions.go_back(plan.id, saved.id, expected_revision=1)
+        plans.do(plan.id, GoBack(version_id=saved.id), expected_revision=1)
     editor.set_locked(True)
     with pytest.raises(PlanLocked):
-        versions.go_back(plan.id, saved.id)
+        plans.do(plan.id, GoBack(version_id=saved.id))
 
 
 def test_versions_are_listed_renamed_deleted_and_restored(

@@ -16,6 +16,7 @@ from scipy.spatial.transform import Rotation
 from app.cases.model import HEAD_PHANTOM
 from app.kit.errors import DocumentConflict, DocumentLocked
 from app.operations.standard import SetLocked, Undo
+from app.plans.operations.instruments import UseRegistration
 from app.plans.shipped_head import SAMPLE_PLAN
 from app.registration.calibrating import Calibrating
 from app.registration.calibration import (
@@ -240,7 +241,7 @@ def test_a_registration_to_the_base_is_made_from_one_to_the_patient(
     assert again.fre_mm is not None
     assert again.fre_mm < 1.0
     plan = phantom_services.plans.duplicate(SAMPLE_PLAN)
-    plan = phantom_services.registering.use(plan.id, based.id)
+    plan = phantom_services.plans.do(plan.id, UseRegistration(registration=based.id))
     evaluation = phantom_services.planning.evaluate(plan)
     assert evaluation.completed
     np.testing.assert_allclose(evaluation.base, np.linalg.inv(again.registration.transform), atol=1e-9)

@@ -17,6 +17,7 @@ from app.kit.errors import DocumentLocked, NotFound
 from app.kit.jobs import Job
 from app.link import Pose
 from app.operations.standard import Redo, SetLocked, Undo
+from app.plans.operations.instruments import UseRegistration
 from app.plans.shipped_head import SAMPLE_PLAN
 from app.registration.document import RegistrationContent
 from app.registration.driven import driven_registration
@@ -119,7 +120,7 @@ def test_no_error_is_known_of_a_refined_transform(phantom_services: Services, ed
     assert "refined on a surface" in table.words
     assert "file" not in table.words
     plan = services.plans.duplicate(SAMPLE_PLAN, "Through a refined one")
-    plan = services.registering.use(plan.id, editor.id)
+    plan = services.plans.do(plan.id, UseRegistration(registration=editor.id))
     driven = driven_registration(services.registering.registration_of(plan))
     assert driven is not None
     assert driven.off_mm([[0.0, 0.0, 0.0]]) is None

@@ -18,6 +18,7 @@ from app.kit.errors import DocumentLocked, NotFound, PlanConflict
 from app.operations.standard import SetLocked, Undo
 from app.plans.diff import changes
 from app.plans.model import Plan
+from app.plans.operations.instruments import UseRegistration
 from app.plans.shipped_head import SAMPLE_PLAN
 from app.registration.document import RegistrationContent
 from app.registration.edits import MeasuredPoint, with_measured
@@ -301,11 +302,11 @@ def test_a_plan_uses_a_registration_and_says_where_it_cannot(
     registering, plans = phantom_services.registering, phantom_services.plans
     assert registering.registration_of(plan).state == "none"
     with pytest.raises(PlanError, match="no transform yet"):
-        registering.use(plan.id, editor.id)
+        plans.do(plan.id, UseRegistration(registration=editor.id))
     editor.become(content_of(0.3))
     with pytest.raises(PlanConflict):
-        registering.use(plan.id, editor.id, expected_revision=plan.revision + 5)
-    used = registering.use(plan.id, editor.id)
+        plans.do(plan.id, UseRegistration(registration=editor.id), expected_revision=plan.revision + 5)
+    used = plans.do(plan.id, UseRegistration(registration=editor.id))
     assert used.registration == editor.id
     assert plans.documents.get(plan.id).refs[-1].id == editor.id
     found = registering.registration_of(used)
@@ -326,14 +327,14 @@ def test_a_plan_uses_a_registration_and_says_where_it_cannot(
     assert (missing.state, missing.registration) == ("missing", None)
     assert plans.editor(plan.id).undo().registration is None
     assert plans.editor(plan.id).redo().registration == editor.id
-    assert registering.use(plan.id, None).registration is None
+    assert plans.do(plan.id, UseRegistration(registration=None)).registration is None
     with pytest.raises(NotFound):
-        registering.use(plan.id, "registration-gone")
+        plans.do(plan.id, UseRegistration(registration="registration-gone"))
 
 
 def test_a_registration_of_another_head_is_not_used(phantom_services: Services, plan: Plan) -> None:
     other = phantom_services.registrations.create(other_case(phantom_services).id, "Elsewhere", content_of())
     with pytest.raises(PlanError, match="another head"):
-        phantom_services.registering.use(plan.id, other.id)
+        phantom_services.plans.do(plan.id, UseRegistration(registration=other.id))
     found = phantom_services.registering.registration_of(replace(plan, registration=other.id))
     assert (found.state, found.registration) == ("other_case", None)

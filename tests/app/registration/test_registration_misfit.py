@@ -11,6 +11,7 @@ from edited_registrations import Edited
 from app.cases.model import HEAD_PHANTOM
 from app.live.outgoing import no_registration, registration_messages
 from app.plans.model import Plan
+from app.plans.operations.instruments import UseRegistration
 from app.plans.shipped_head import SAMPLE_PLAN
 from app.registration.driven import driven_registration
 from app.registration.files import export_text
@@ -52,7 +53,7 @@ def test_points_that_do_not_fit_are_gone_by_nowhere(phantom_services: Services, 
     """In a wrong order, with a small error stated: the plan that uses them is not driven, nothing is told or sent."""
     registering, plans = phantom_services.registering, phantom_services.plans
     fitted_pairs(editor, 0.2)
-    registering.use(plan.id, editor.id)
+    plans.do(plan.id, UseRegistration(registration=editor.id))
     assert registering.registration_of(plans.get(plan.id)).state == "ready"
     points = [list(pair.measured or ()) for pair in editor.document.content.pairs]
     for pair, point in zip(editor.document.content.pairs, points[1:] + points[:1], strict=True):
@@ -68,7 +69,7 @@ def test_points_that_do_not_fit_are_gone_by_nowhere(phantom_services: Services, 
     with pytest.raises(PlanError, match="nothing is driven by it"):
         phantom_services.planning.evaluate(plans.get(plan.id))
     with pytest.raises(PlanError, match="do not fit"):
-        registering.use(plan.id, editor.id)
+        plans.do(plan.id, UseRegistration(registration=editor.id))
     table = registering.errors(content, plans.get(plan.id))
     assert (table.targets, table.path) == ((), None)
     assert "No error is told" in table.words
@@ -109,7 +110,7 @@ def test_an_outlier_is_told_where_the_registration_is_used(
     phantom_services: Services, editor: Edited, plan: Plan
 ) -> None:
     fitted_pairs(editor, 0.2)
-    phantom_services.registering.use(plan.id, editor.id)
+    phantom_services.plans.do(plan.id, UseRegistration(registration=editor.id))
     used = phantom_services.plans.get(plan.id)
     assert phantom_services.registering.registration_of(used).doubts == ()
     wrong = editor.document.content.pairs[1]

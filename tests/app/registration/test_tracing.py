@@ -15,6 +15,7 @@ from app.cases.model import HEAD_PHANTOM
 from app.kit.errors import PlanConflict
 from app.link import Pose
 from app.plans.model import Plan
+from app.plans.operations.instruments import UseRegistration
 from app.plans.shipped_head import SAMPLE_PLAN
 from app.registration.calibration_records import PointerTip, RobotToTracker
 from app.registration.document import RegistrationContent
@@ -79,7 +80,7 @@ def test_a_traced_path_comes_back_within_the_noise(phantom_services: Services, e
 
 def test_it_is_one_edit_that_leaves_the_other_paths(phantom_services: Services, editor: Edited, plan: Plan) -> None:
     services = phantom_services
-    services.registering.use(plan.id, editor.id)
+    services.plans.do(plan.id, UseRegistration(registration=editor.id))
     before = services.plans.get(plan.id)
     traced = services.tracing.simulated(plan.id, NOISE_MM, 3)
     assert [path.name for path in traced.plan.paths] == [*(path.name for path in before.paths), "Traced path 1"]

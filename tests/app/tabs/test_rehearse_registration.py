@@ -13,6 +13,7 @@ from registration_contents import content_of
 from session_doubles import CLIENT, HEAD, SAMPLE, Heard, Robot, put_in_place, workspace_of
 
 from app.drives.shared_drives import SharedDrives
+from app.plans.operations.instruments import UseRegistration
 from app.plans.service import Plan
 from app.registration.operations import ChangePair
 from app.services import Services
@@ -78,7 +79,7 @@ class Driven:
         elif how == "changed":
             editor.do(ChangePair(pair_id=editor.document.content.pairs[0].id, enabled=False))
         else:
-            services.registering.use(self.plan.id, None)
+            services.plans.do(self.plan.id, UseRegistration(registration=None))
 
 
 @pytest.fixture
@@ -86,7 +87,7 @@ def driven(phantom_services: Services) -> Iterator[Driven]:
     services, heard = phantom_services, Heard()
     registration = services.registrations.create(HEAD, "OR", content_of(sigma=0.05)).id
     plan = services.plans.duplicate(SAMPLE)
-    plan = services.registering.use(plan.id, registration)
+    plan = services.plans.do(plan.id, UseRegistration(registration=registration))
     workspace = workspace_of(services, heard)
     tab = RehearseTab(workspace, SharedDrives())
     workspace.plan.provide(lambda: services.plans.get(plan.id))
