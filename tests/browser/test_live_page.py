@@ -34,7 +34,7 @@ def test_a_dragged_point_is_judged_live_and_placed_again_on_release(open_page: O
     expect(page.locator("#verdict")).to_be_visible()
     expect(page.locator("table.points").first).to_be_visible()
     assert page.evaluate("""() => {
-      const [verdict, table] = ["#verdict", "table.points"].map((part) => document.querySelector(part));
+      const [verdict, table] = ["#card", "table.points"].map((part) => document.querySelector(part));
       return verdict.getBoundingClientRect().y < table.getBoundingClientRect().y;
     }""")
     station.drag_by(before["points"][4]["position"], (4, -18))
@@ -46,12 +46,13 @@ def test_a_dragged_point_is_judged_live_and_placed_again_on_release(open_page: O
         return corridor["state"] == "drag" and corridor["verdict"] != stored and not stale.count() and corridor
 
     live = station.wait_for("the live verdict", judged, DRIVEN_S)
-    expect(said).to_have_text(re.compile("^Provisional, while you drag: the robot"), use_inner_text=True)
+    expect(said).to_have_text("while you drag", use_inner_text=True)
+    expect(said).to_have_attribute("title", re.compile("^Provisional, while you drag: the robot"))
     assert rest.plan(plan_id)["revision"] == before["revision"], "nothing live is stored"
     station.picture("live-drag")
     page.mouse.up()
     station.wait_for("one edit", lambda: rest.plan(plan_id)["revision"] == before["revision"] + 1)
-    expect(said).to_have_text("Simulated from entry to the end of the path.", timeout=1000.0 * DRIVEN_S)
+    expect(said).to_have_attribute("title", "Simulated from entry to the end of the path.", timeout=1000.0 * DRIVEN_S)
     corridor = station.state("corridor")
     assert corridor["state"] == "current"
     assert corridor["verdict"] != live["verdict"]
