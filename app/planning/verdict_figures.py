@@ -31,8 +31,9 @@ class VerdictFigure:
 
 
 def verdict_figures(evaluation: PlanEvaluation) -> tuple[VerdictFigure, ...]:
-    """Return the figures of an evaluation; the level of the first one is the verdict's."""
-    return tuple(sorted(_figures(evaluation), key=lambda figure: _SEVERITY[figure.level]))
+    """Return the figures of an evaluation: those with the level of the verdict first, then the most severe."""
+    level = evaluation.verdict.level
+    return tuple(sorted(_figures(evaluation), key=lambda figure: (figure.level != level, _SEVERITY[figure.level])))
 
 
 def _figures(evaluation: PlanEvaluation) -> Iterator[VerdictFigure]:
