@@ -27,7 +27,7 @@ class Hit:
 
 
 @dataclass(frozen=True)
-class Plane:
+class PickingPlane:
     """A CT slice in the scene: the axis of its normal, its position on that axis in LPS mm, and its extent."""
 
     axis: int
@@ -65,7 +65,7 @@ class BonePicker:
         return Hit("bone", locations[nearest], float(distance[nearest]))
 
 
-def hit_plane(origin: Array, direction: Array, plane: Plane) -> Hit | None:
+def hit_plane(origin: Array, direction: Array, plane: PickingPlane) -> Hit | None:
     if abs(direction[plane.axis]) < 1e-9:
         return None
     distance = (plane.position - origin[plane.axis]) / direction[plane.axis]

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 from app.kit.kept import Same
-from app.messages.fields import Command
+from app.messages.fields import ClientMessage
 from app.messages.sections import Section
 from app.plans.editor import PlanEditor
 from app.plans.instruments import shipped_tools
@@ -48,7 +48,7 @@ class Paths:
             "locked": plan.locked,
         }
 
-    def handle(self, command: Command) -> None:
+    def handle(self, command: ClientMessage) -> None:
         """Answer a command of a path. Raises InputError with the reason where that cannot be done."""
         paths = self._editor.paths
 

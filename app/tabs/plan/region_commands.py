@@ -6,14 +6,14 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from app.messages.fields import Command, Identifier, Name
+from app.messages.fields import ClientMessage, Identifier, Name
 from app.plans.paths import EntrySide
 from app.tabs.plan.region_sections import DrawKind, FreeSide, Purpose
 
 Number = Annotated[float, Field(ge=-1e3, le=1e3, allow_inf_nan=False)]  # [mm, N/mm]; what may be, the plan says
 
 
-class DrawRegion(Command):
+class DrawRegion(ClientMessage):
     """Begin to draw: the next clicks are of a region of this kind. sizes_mm: its radius, or its half sizes."""
 
     type: Literal["region.draw"]
@@ -23,37 +23,37 @@ class DrawRegion(Command):
     free_side: FreeSide = "S"
 
 
-class RegionPlain(Command):
+class RegionPlain(ClientMessage):
     """End a chain with the places that were clicked, or draw nothing any more."""
 
     type: Literal["region.done", "region.cancel"]
 
 
-class SelectRegion(Command):
+class SelectRegion(ClientMessage):
     type: Literal["region.select"]
     region_id: Identifier
 
 
-class PathCommand(Command):
+class PathCommand(ClientMessage):
     type: Literal["path.choose", "path.duplicate", "path.delete"]
     path_id: Identifier
 
 
-class NewPath(Command):
+class NewPath(ClientMessage):
     type: Literal["path.new"]
 
 
-class RenamePath(Command):
+class RenamePath(ClientMessage):
     type: Literal["path.rename"]
     path_id: Identifier
     name: Name
 
 
-class EntrySideOfPath(Command):
+class EntrySideOfPath(ClientMessage):
     type: Literal["path.side"]
     path_id: Identifier
     side: EntrySide
 
 
-REGION_COMMANDS: tuple[type[Command], ...] = (DrawRegion, RegionPlain, SelectRegion)
-PATH_COMMANDS: tuple[type[Command], ...] = (PathCommand, NewPath, RenamePath, EntrySideOfPath)
+REGION_COMMANDS: tuple[type[ClientMessage], ...] = (DrawRegion, RegionPlain, SelectRegion)
+PATH_COMMANDS: tuple[type[ClientMessage], ...] = (PathCommand, NewPath, RenamePath, EntrySideOfPath)
