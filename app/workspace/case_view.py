@@ -20,13 +20,14 @@ from app.kit.values import Position
 from app.messages.fields import ClientMessage
 from app.messages.sections import Section, Sections
 from app.scene.anatomy import LETTER_GAP_MM, AnatomyNodes, Look, SliceNodes
-from app.scene.picking import BonePicker, Hit, hit_plane
+from app.scene.picking import Hit, SurfacePicker, hit_plane
 from app.scene.view import ClickRay
 from app.services import Services
 from app.workspace import commands as c
 from app.workspace.latest import BackgroundTask, Latest
 from app.workspace.layers import Layer
 from app.workspace.sections import CaseSection, ViewSection
+from app.workspace.skin_view import SkinView
 from app.workspace.slice_view import Greys, SliceView
 from vfix_engine.arrays import Array
 from vfix_engine.files.volume import Volume
@@ -52,6 +53,7 @@ class CaseView:
     def __init__(self, services: Services, executor: Executor, post: Callable[[Callable[[], None]], Any]) -> None:
         """post: queues a request onto the session's thread."""
         self._services, self._latest = services, Latest(executor, post)
+        self._skin = SkinView(services, executor, post)
         self.case_id: str | None = None
         self.loading = ""
         self.hidden: frozenset[str] = frozenset()  # ids of hidden structures
@@ -59,7 +61,7 @@ class CaseView:
         self._case: Case | None = None
         self._look = Look()
         self._slices: SliceView | None = None
-        self._picker: BonePicker | None = None
+        self._picker: SurfacePicker | None = None
         self._opens = 0  # counter of loaded cases, for their keys
         self._pending_cross: Array | None = None
         self._opened_up = False
@@ -80,14 +82,15 @@ class CaseView:
         self.case_id, self._case = case.id, case
         self.loading = "Reading the head …"
         self.surface = self._slices = self._picker = None
-        self._look = replace(self._look, cut="whole", slices="none")
+        self._look = replace(self._look, cut="whole", slices="none", skin=False)
+        self._skin.opened(case)
         self._opened_up = False
         self._pending_cross = None
         self._opens += 1
 
-        def read(run: BackgroundTask) -> tuple[TriangleMesh, BonePicker, Volume | None, Volume | None]:
+        def read(run: BackgroundTask) -> tuple[TriangleMesh, SurfacePicker, Volume | None, Volume | None]:
             mesh = self._display_mesh(case.id)
-            return (mesh, BonePicker(mesh), *self._volumes(case))
+            return (mesh, SurfacePicker(mesh), *self._volumes(case))
 
         self._latest.ask(
             "The head could not be read", read, lambda found: self._loaded(*found), self._failed, lane=case_id
@@ -106,7 +109,7 @@ class CaseView:
                 return meshes[name]
         return self._services.cases.case_surface(case_id)
 
-    def _loaded(self, mesh: TriangleMesh, picker: BonePicker, volume: Volume | None, detail: Volume | None) -> None:
+    def _loaded(self, mesh: TriangleMesh, picker: SurfacePicker, volume: Volume | None, detail: Volume | None) -> None:
         bounds = np.asarray(mesh.bounds)
         self.surface = ShownSurface(f"{self.case_id}:{self._opens}", mesh, bounds)
         self._picker = picker
@@ -147,6 +150,12 @@ class CaseView:
             self._look = replace(self._look, cut=command.cut)
         if command.slices is not None:
             self._look = replace(self._look, slices=command.slices)
+        if command.skin_opacity is not None:
+            self._look = replace(self._look, skin_opacity=command.skin_opacity)
+        if command.skin is not None:
+            self._look = replace(self._look, skin=command.skin)
+            if command.skin:
+                self._skin.ask()
 
     def go_to(self, position: Position | None) -> None:
         """Move the slices, and the cut, to a position; None leaves them."""
@@ -168,7 +177,7 @@ class CaseView:
     # -- for the scene
 
     def layers(self) -> list[Layer[Any]]:
-        """Bone with the letters around it, and the CT slices."""
+        """Bone with the letters around it, the CT slices, and the skin."""
         surface, look, slices = self.surface, self._look, self._slices
         if surface is None:
             return []
@@ -187,7 +196,7 @@ class CaseView:
             lambda nodes: nodes.show([] if slices is None else slices.pictures(look.slices)),
             made_for=surface.key,
         )
-        return [anatomy, pictures]
+        return [anatomy, pictures, *self._skin.layers(look, surface.key)]
 
     def extent(self) -> tuple[Array, float]:
         """Centre [LPS mm] and radius [mm] of what is shown."""
@@ -196,10 +205,11 @@ class CaseView:
         return self.surface.bounds.mean(axis=0), 0.5 * float(np.ptp(self.surface.bounds, axis=0).max()) + LETTER_GAP_MM
 
     def hit(self, ray: ClickRay) -> Hit | None:
-        """The first intersection of a click: displayed bone, or a CT plane in the scene."""
+        """The first intersection of a click: displayed bone or skin, or a CT plane in the scene."""
         if self._picker is None:
             return None
         hits = [self._picker.hit(ray.origin, ray.direction, self._look.cut, self._look.cut_at)]
+        hits.append(self._skin.hit(ray, self._look))
         if self._slices is not None and self._look.slices != "none":
             hits += [hit_plane(ray.origin, ray.direction, plane) for plane in self._slices.planes(self._look.slices)]
         return min((hit for hit in hits if hit is not None), key=lambda hit: hit.distance_mm, default=None)
@@ -240,7 +250,12 @@ class CaseView:
     def sections(self) -> Sections:
         """The :class:`CaseSections`."""
         case, loading, hidden, slices, look = self._case, self.loading, self.hidden, self._slices, self._look
-        view: ViewSection = {"opacity": look.opacity, "cut": look.cut, "slices": look.slices}
+        view: ViewSection = {
+            "opacity": look.opacity,
+            "cut": look.cut,
+            "slices": look.slices,
+            "skin": self._skin.section(look),
+        }
         return {
             "case": Section(
                 (Same(case), loading, hidden), lambda: None if case is None else case_section(case, loading, hidden)

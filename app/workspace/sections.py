@@ -98,12 +98,25 @@ class SlicesSection(TypedDict):
     planes: dict[Axis, SlicePlane]
 
 
+class SkinSection(TypedDict):
+    """The skin in the scene. possible: the case has a CT of a head. shown: switched on, and there or being made.
+
+    opacity: 0 to 1. words: why it could not be made, or the warning that it is a patient's face; else ''.
+    """
+
+    possible: bool
+    shown: bool
+    opacity: float
+    words: str
+
+
 class ViewSection(TypedDict):
-    """How the head is shown: opacity 0 to 1, the cut, and the slices in the scene ('none', an axis or 'all')."""
+    """How the head is shown: opacity 0 to 1, the cut, the slices in the scene ('none', an axis or 'all'), the skin."""
 
     opacity: float
     cut: Literal["whole", "left", "right"]
     slices: str
+    skin: SkinSection
 
 
 class CaseSections(TypedDict):

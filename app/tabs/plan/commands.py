@@ -6,7 +6,7 @@ from typing import Literal
 
 from app.messages.fields import ClientMessage, Identifier, Position
 from app.tabs.plan import clearance_commands
-from app.tabs.plan.region_commands import PATH_COMMANDS, REGION_COMMANDS
+from app.tabs.plan.region_commands import REGION_COMMANDS
 
 
 class OpenPlan(ClientMessage):
@@ -59,5 +59,4 @@ COMMANDS: tuple[type[ClientMessage], ...] = (
     CompareVersion,
     *clearance_commands.COMMANDS,
     *REGION_COMMANDS,
-    *PATH_COMMANDS,
 )

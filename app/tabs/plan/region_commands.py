@@ -6,8 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from app.messages.fields import ClientMessage, Identifier, Name
-from app.plans.paths import EntrySide
+from app.messages.fields import ClientMessage, Identifier
 from app.tabs.plan.region_sections import DrawKind, FreeSide, Purpose
 
 Number = Annotated[float, Field(ge=-1e3, le=1e3, allow_inf_nan=False)]  # [mm, N/mm]; what may be, the plan says
@@ -34,26 +33,4 @@ class SelectRegion(ClientMessage):
     region_id: Identifier
 
 
-class PathCommand(ClientMessage):
-    type: Literal["path.choose", "path.duplicate", "path.delete"]
-    path_id: Identifier
-
-
-class NewPath(ClientMessage):
-    type: Literal["path.new"]
-
-
-class RenamePath(ClientMessage):
-    type: Literal["path.rename"]
-    path_id: Identifier
-    name: Name
-
-
-class EntrySideOfPath(ClientMessage):
-    type: Literal["path.side"]
-    path_id: Identifier
-    side: EntrySide
-
-
 REGION_COMMANDS: tuple[type[ClientMessage], ...] = (DrawRegion, RegionPlain, SelectRegion)
-PATH_COMMANDS: tuple[type[ClientMessage], ...] = (PathCommand, NewPath, RenamePath, EntrySideOfPath)

@@ -26,8 +26,8 @@ from ...proximity.fit import nearest_free_point
 from ...proximity.proximity import ProximityTree
 from ...robots import PlacedRobot, RobotModel, Tool
 from .dry_run import dry_run
-from .rigid import RigidSystem
 from .scene import Scene
+from .system import RigidSystem
 
 # For two processes; the second parts use kernels of both first ones.
 RIGID = Preparation(

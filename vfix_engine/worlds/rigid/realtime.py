@@ -7,8 +7,8 @@ from pathlib import Path
 from ...control import ControlSettings
 from ...runtime.process import ControlProcess
 from ...runtime.requests import SetSettings, SetTask
-from .rigid_spec import RigidSpec, SceneSpec
 from .snapshot import RigidSnapshot
+from .spec import RigidSpec, SceneSpec
 
 __all__ = ["RehearsalProcess", "SceneSpec"]
 

@@ -13,11 +13,11 @@ from ...control.tasks import PathPoint
 from ...proximity.proximity import Proximity
 from ...runtime.command import Command, Master
 from ...virtual_fixtures import Zone
-from .rigid import MODES, ON_PATH_MM, RigidSystem
 from .rigid_snapshot import lazy_snapshot, snapshot_of
-from .rigid_state import LastStep, RehearsalState
 from .scene import Scene
 from .snapshot import RigidSnapshot
+from .state import LastStep, RehearsalState
+from .system import MODES, ON_PATH_MM, RigidSystem
 
 __all__ = ["MODES", "ON_PATH_MM", "Command", "Master", "PathPoint", "Rehearsal", "RehearsalState"]
 

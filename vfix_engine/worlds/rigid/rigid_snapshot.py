@@ -14,9 +14,9 @@ from ...control.tasks import view_point
 from ...robots import Tool
 from ...runtime.snapshot import Blocker
 from ...virtual_fixtures import StepState
-from .rigid_state import LastStep, RehearsalState
 from .scene import Scene
 from .snapshot import RigidSnapshot
+from .state import LastStep, RehearsalState
 from .teleoperation import spring
 
 

@@ -21,7 +21,7 @@ from ...proximity.proximity import Proximity, ProximityTree
 from ...robots import RobotModel, Tool
 from ...validate import several
 from ...virtual_fixtures import Fixture, Zone
-from .numbers import finite_array
+from .command_values import finite_array
 from .placing import Placing, place_robot
 from .rehearsal import Command, Rehearsal, RehearsalState
 from .scene import Scene

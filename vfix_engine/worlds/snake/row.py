@@ -8,7 +8,7 @@ from ...arrays import Array
 from ...robots.snake import SnakeModel
 from ...robots.snake_kernel import snake_frames
 from ...runtime.system import Column
-from .state import SnakeState
+from .stepping.state import SnakeState
 
 OUTCOMES = {"rest": "idle", "moved": "moved", "shrunk": "shrunk", "held": "held"}
 _CODES = {name: float(code) for code, name in enumerate(OUTCOMES)}

@@ -19,12 +19,12 @@ from ...robots.snake import SnakeModel
 from ...runtime.snapshot import Snapshot
 from ...runtime.system import Worker
 from ...snake.conform.conforming import driven_curve
-from .constants import start_of
 from .lumen import Lumen, lumen_between
 from .narrow import narrowest
-from .planner import Planner
+from .plans.planner import Planner
 from .settings import DriveSettings, SnakeSettings
 from .snapshot import SnakeSnapshot
+from .stepping.constants import start_of
 from .system import SnakeSystem
 
 _MOTIONS: dict[str, type[Breathing] | type[Peristalsis]] = {"breathing": Breathing, "peristalsis": Peristalsis}

@@ -14,19 +14,19 @@ from ...runtime.command import BUTTON_STRAIGHTEN, Command, no_command
 from ...runtime.requests import Bend, Request, SetSettings, Straighten
 from ...runtime.snapshot import Blocker
 from ...runtime.system import Background, Column, Grip, Worker
-from .adoption import adopted, bent_to, refused_link, wanted, with_settings
-from .command import SnakeCommand
-from .constants import DriveConstants, Start
-from .distal import can_look
-from .looking import Looking
-from .motion import tissue_age_s
-from .planning import PlannerAnswer
+from .plans.adoption import adopted, bent_to, refused_link, wanted, with_settings
+from .plans.look_progress import Looking
+from .plans.messages import PlannerAnswer
 from .requests import FollowTissue, LookRound
 from .row import OUTCOMES, SnakeRow
 from .settings import SnakeSettings
 from .snapshot import SnakeSnapshot
-from .state import SnakeState
-from .step import step
+from .stepping.command import SnakeCommand
+from .stepping.constants import DriveConstants, Start
+from .stepping.distal import can_look
+from .stepping.motion import tissue_age_s
+from .stepping.state import SnakeState
+from .stepping.step import step
 from .warm_up import small_lumens
 
 STILL_N = 1e-3  # [N] a smaller force counts as none while it decays
