@@ -27,7 +27,7 @@ SPEC = DocumentSpec(
     public_of=lambda service, stored: PlanPublic.of(plan_of(stored)),
     operations=(
         document.CreatePlan, document.DuplicatePlan, document.RenamePlan, document.LockPlan, SetDeleted,
-        document.SetSettings, instruments.ChooseRobot, instruments.ChooseTool, document.DeletePlan,
+        document.SetPlanSettings, instruments.ChooseRobot, instruments.ChooseTool, document.DeletePlan,
         document.RestorePlan, document.UndoPlan, document.RedoPlan, document.SetNotes,
         instruments.ChooseRobotByName, instruments.ChooseToolByName, instruments.PlaceRobot,
         points.AddPoint, points.AddTarget, points.TakeTargets, points.MovePoint, points.RenamePoint,
