@@ -22,8 +22,8 @@ from ....snake.control.projection import projected_to_limits
 from ....snake.control.tip_control import DistalContext, stops
 from ....snake.control.wall_program import WallProgram, joint_regularisation
 from ....virtual_fixtures.rows import with_progress
+from ..requests import SIDES
 
-SIDES = 8  # directions about the straight view; 0 is to the right in its picture, and they go round clockwise
 SECTOR = math.pi / SIDES  # [rad] a view that is no farther than that from a side's direction looks to that side
 _MOST = math.radians(2.0)  # of a joint from one configuration of a path to the next
 _AHEAD = math.radians(6.0)  # so much farther the view is wanted at each
