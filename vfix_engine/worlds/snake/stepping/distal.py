@@ -23,10 +23,10 @@ SAME = 1e-9  # share by which a step may be longer than it is allowed to be, by 
 def distal_context(drive: DriveConstants, state: SnakeState) -> DistalContext:
     """Where the distal links are now, for a control of them."""
     shape, first = state.pose.shape, drive.first
-    frames = drive.snake.frames(shape.q, shape.base)
     window = np.ascontiguousarray(state.pose.windows[first:])
     rest, bound = np.array(shape.q[2 * first :]), limits_here(drive, state)[first:]
-    return DistalContext(drive.distal, drive.distal_query, frames[first], rest, state.tissue.packed, window, bound)
+    base = drive.snake.frame_before(first, shape.q, shape.base)
+    return DistalContext(drive.distal, drive.distal_query, base, rest, state.tissue.packed, window, bound)
 
 
 def bend_of(drive: DriveConstants, state: SnakeState) -> Array:
