@@ -56,9 +56,14 @@ class Tab:
         kind = self.workspace.case.kind
         return not self.spec.kinds or kind is None or kind in self.spec.kinds
 
+    @property
     def available(self) -> bool:
-        """Whether the tab can be opened, where it is offered."""
-        return True
+        """Whether the tab can be opened: it is offered, and what it needs is there."""
+        needs, workspace = self.spec.needs, self.workspace
+        missing = (needs == "case" and workspace.case.case_id is None) or (
+            needs == "plan" and workspace.plan.id is None
+        )
+        return self.offered and not missing
 
     def enter(self) -> None:
         """The client comes to this tab."""
@@ -150,6 +155,11 @@ class Tab:
     def places(self) -> list[Position]:
         """Places [LPS mm] that a near view of the anatomy has to show."""
         return []
+
+    @property
+    def busy(self) -> bool:
+        """Whether the tab's own hint goes before all others, such as while a robot moves."""
+        return False
 
     def hint(self) -> str:
         """What to do next, in one sentence, while the tab is active."""

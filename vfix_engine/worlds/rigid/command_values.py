@@ -1,4 +1,4 @@
-"""Numbers that a script or a hand gives: arrays and shares out of anything, or an InputError in words (HAZ-05)."""
+"""Validation of numbers from a script or a hand: arrays and fractions, or an InputError (HAZ-05)."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ...errors import InputError
 
 
 def array_of(values: ArrayLike, name: str) -> Array:
-    """A float array of any shape, finite or not. Text is none, nor an integer beyond every float."""
+    """A float array of any shape, finite or not. Text and integers beyond the range of floats are refused."""
     try:
         array = np.asarray(values)
         if array.dtype.kind in "biufO":
@@ -35,7 +35,7 @@ def finite_array(values: ArrayLike, shape: tuple[int, ...], name: str) -> Array:
 
 
 def share_of(value: Any, name: str) -> float:
-    """A share of full force: clamped to -1 … 1; a non-finite one is none."""
+    """A fraction of full force, clamped to -1 … 1; a non-finite one is 0."""
     if (type(value) is float or type(value) is int) and -1 <= value <= 1:
         return float(value)
     if isinstance(value, (int, float)):

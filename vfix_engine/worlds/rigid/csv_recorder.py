@@ -1,4 +1,4 @@
-"""Every step to a CSV file, readable by anything."""
+"""Recorder of every step to a CSV file."""
 
 from __future__ import annotations
 
@@ -24,12 +24,13 @@ ABOUT = {
 class CsvRecorder:
     """Columns: t [s], q0 … [mm, rad], tip_x/y/z, and for each tool segment i its axis ends and radius in LPS mm; then
     sideways_mm, how far air leads round the tissue that the tool passes (inf beyond 15 mm, nan where not known); last a
-    column of ones whose name is the notice, so that the table carries it wherever it is copied to.
+    column of ones whose name is the notice, so that copies of the table contain it.
 
-    ways: looks for ways round tissue; None where nothing tells.
+    ways: finds detours round tissue; None if not available.
 
-    The file appears under its name only when the recording is closed, so that a torn one is never mistaken for whole.
-    Beside it lies FILE.about.json with frame, units and the notice.
+    The file gets its name only when the recording is closed, so that an incomplete one is never mistaken for a complete
+    one.
+    FILE.about.json beside it has frame, units and the notice.
     """
 
     def __init__(self, path: Path, ways: Ways | None = None):

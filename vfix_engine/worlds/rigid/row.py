@@ -1,4 +1,4 @@
-"""The row of the rigid tool: what is recorded of every step, as numbers of one array."""
+"""The row of the rigid tool: the recorded numbers of every step in one array."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from ...virtual_fixtures.state import Layout
 from .scene import Scene
 from .state import RehearsalState
 
-OUTCOMES = ("idle", "moved", "shrunk", "held")  # ``outcome`` is the place in here
-PHASES = ("free", "approach", "follow", "done", "inspect_approach", "inspect_hold")  # as is ``phase``
+OUTCOMES = ("idle", "moved", "shrunk", "held")  # ``outcome`` is the index in this tuple
+PHASES = ("free", "approach", "follow", "done", "inspect_approach", "inspect_hold")  # so is ``phase``
 _PHASE = {name: float(place) for place, name in enumerate(PHASES)}
 _OUTCOME = {name: float(place) for place, name in enumerate(OUTCOMES)}
 _FIELDS = ("q", "velocity", "position", "rotation", "start", "end", "distance")  # of a measured state
@@ -24,8 +24,8 @@ class RowWriter:
     """Names, units and the writing of a row for one scene.
 
     q, velocity: joints; tip and rotation (row by row): of the tool's tip; s…: ends of the tool's axis segments;
-    d…: distance of every body to every segment; force, torque: of the hand as they counted; share: part of the wanted
-    motion that was made; emergency: 1 where an acceleration limit was exceeded.
+    d…: distance of every body to every segment; force, torque: effective ones of the hand; share: fraction of the
+    desired motion that was made; emergency: 1 where an acceleration limit was exceeded.
     """
 
     def __init__(self, scene: Scene):
@@ -70,7 +70,7 @@ class RowWriter:
         )  # fmt: skip
 
     def _copies_from(self, layout: Layout) -> tuple[tuple[slice, slice], ...]:
-        """Which part of a row is which part of a measured state's numbers; neighbours are copied together."""
+        """Mapping of parts of a row to parts of a measured state's numbers; neighbours are copied together."""
         copies: list[tuple[slice, slice]] = []
         for into, name in zip(self._parts, _FIELDS, strict=False):
             first, last, _ = layout.places[name]

@@ -1,4 +1,4 @@
-"""The picture of a rigid tool after a step: what the page draws and the recorder keeps, and no step needs."""
+"""Snapshot of a rigid tool after a step, for the page and the recorder."""
 
 from __future__ import annotations
 
@@ -24,15 +24,15 @@ __all__ = ["RigidSnapshot", "Timing", "camera_of", "lazy_snapshot", "snapshot_of
 
 @dataclass(frozen=True, kw_only=True)
 class RigidSnapshot(of_any_world.Snapshot):
-    """What every world has, and of the rigid tool: positions (3,) in LPS mm, force in N, torque in N·mm.
+    """The fields of every world, and those of the rigid tool: positions (3,) in LPS mm, force in N, torque in N·mm.
 
     phase: 'approach', 'follow', 'done', 'inspect_approach', 'inspect_hold' or 'free'.
-    held: the hand pushes and the tool does not move; slowed: it moves less than wanted; reason says why, in words.
+    held: the hand pushes and the tool does not move; slowed: it moves less than commanded; reason says why, in words.
     active: in words, every constraint that acts on the step, strongest first, also where it costs no motion.
     clearance_mm: of the whole tool, exact up to threshold_mm.
     target_error_mm: |P_v − P_t|, NaN outside inspection.
     emergencies: steps so far that had to exceed a joint's acceleration limit.
-    teleoperated: a master drives; ``reflection`` is what it is to feel then, no more than the force cap.
+    teleoperated: a master drives; ``reflection`` is the force on it then, no more than the force cap.
     """
 
     grip: Array
@@ -57,27 +57,27 @@ class RigidSnapshot(of_any_world.Snapshot):
 
     @property
     def segments_start(self) -> Array:
-        """(S, 3) where the tool's axis segments start, from the tip on."""
+        """(S, 3) starts of the tool's axis segments, from the tip on."""
         return self.capsules[:, :3]
 
     @property
     def segments_end(self) -> Array:
-        """(S, 3) where they end."""
+        """(S, 3) their ends."""
         return self.capsules[:, 3:6]
 
     @property
     def radius(self) -> Array:
-        """(S,) of the segments."""
+        """(S,) radii of the segments."""
         return self.capsules[:, 6]
 
     @property
     def reflection(self) -> Array:
-        """(3,) in N, what a master is to feel; another name of ``forces``."""
+        """(3,) in N, force on a master; another name of ``forces``."""
         return self.forces
 
 
 def snapshot_of(scene: Scene, state: RehearsalState, last: LastStep | None) -> RigidSnapshot:
-    """The picture of a state; ``last``: the step that led to it, None for the pose alone."""
+    """The snapshot of a state; ``last``: the step that led to it, None for the pose alone."""
     tool, settings = state.tool, state.settings
     tip, rotation, segments = tool.tip.position, tool.tip.rotation, tool.segments
     centre = view_point(tool, scene.tool, settings.view_distance_mm)
@@ -128,12 +128,12 @@ def snapshot_of(scene: Scene, state: RehearsalState, last: LastStep | None) -> R
 
 
 def lazy_snapshot(scene: Scene, state: RehearsalState) -> RigidSnapshot:
-    """The same picture of a state and its last step, made when one of its fields is asked for first."""
+    """The same snapshot of a state and its last step, made when one of its fields is first read."""
     return _Lazy.of(scene, state)
 
 
 def camera_of(tool: StepState, kind: Tool) -> Array:
-    """transform_camera_to_patient (4, 4); of a tool without a camera one at its tip that looks along it."""
+    """transform_camera_to_patient (4, 4); for a tool without a camera one at its tip that looks along it."""
     pose = np.eye(4)
     pose[:3, :3], pose[:3, 3] = tool.tip.rotation, tool.tip.position
     if kind.camera is not None:
@@ -145,12 +145,12 @@ def camera_of(tool: StepState, kind: Tool) -> Array:
 
 
 def _on_path(scene: Scene, state: RehearsalState) -> tuple[float, float, float]:
-    """Distance of the tip to the path, arc length there, and the path's; zeros without a path."""
+    """Distance of the tip to the path, arc length there, and the path's length; zeros without a path."""
     if scene.path is None or state.nearest is None:
         return 0.0, 0.0, 0.0
     tip, near = state.tool.tip.position, state.nearest
     s, position = near.s, near.position
-    if state.mode != "path":  # off the path the tip may have gone anywhere: there no branch is preferred
+    if state.mode != "path":  # off the path the tip may be anywhere: no branch is preferred there
         s, position, _ = scene.path.closest(tip)
     return float(np.linalg.norm(position - tip)), s, scene.path.length
 
@@ -161,7 +161,7 @@ def _blocker(reason: Reason, names: Mapping[str, str]) -> Blocker:
 
 
 class _Lazy(RigidSnapshot):
-    """A snapshot whose fields are made when the first of them is asked for."""
+    """A snapshot whose fields are made when the first of them is read."""
 
     @classmethod
     def of(cls, scene: Scene, state: RehearsalState) -> RigidSnapshot:

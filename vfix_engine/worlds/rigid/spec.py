@@ -1,4 +1,4 @@
-"""A rigid tool's scene as plain values and arrays, as it crosses to the control process and into a run."""
+"""A rigid tool's scene as plain values and arrays, for the control process and a run."""
 
 from __future__ import annotations
 
@@ -43,8 +43,8 @@ from .system import RigidSystem
 class SceneSpec:
     """A scene that can be sent to another process; see ``Scene`` for the meaning.
 
-    robot: a shipped name or file, or the object, such as one from a URDF of one's own; so the tool.
-    zones, fixtures: objects of this library, or of classes of one's own that can be pickled.
+    robot, tool: a shipped name or file, or the object, such as one from your own URDF.
+    zones, fixtures: objects of this library, or of user-defined classes that can be pickled.
     """
 
     vertices: Array
@@ -100,7 +100,7 @@ class RigidSpec:
 
     world = "rigid"
     snapshot_type = RigidSnapshot
-    snapshot_numbers = MOST_JOINTS + 7 * MAX_PARTS  # whatever robot and tool are
+    snapshot_numbers = MOST_JOINTS + 7 * MAX_PARTS  # for any robot and tool
     has_worker = False
 
     def build(self) -> RigidSystem:
@@ -115,12 +115,12 @@ class RigidSpec:
         raise InputError("a rigid tool has no background work")
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Crosses to another process as its parts; fixtures of one's own as Python pickles them."""
+        """Sent to another process as its parts; user-defined fixtures are pickled."""
         values, arrays = self._parts()
         return _from_process, (values, arrays, self.scene.fixtures)
 
     def to_parts(self) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
-        """See ``runtime.SystemSpec``. Raises InputError: a standing fixture is of a class of one's own."""
+        """See ``runtime.SystemSpec``. Raises InputError: a standing fixture is of a user-defined class."""
         fixtures, more = fixtures_parts(self.scene.fixtures)
         values, arrays = self._parts()
         return values | {"fixtures": fixtures}, arrays | more

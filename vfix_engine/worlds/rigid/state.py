@@ -16,9 +16,9 @@ ZEROS.setflags(write=False)
 
 
 class LastStep(NamedTuple):
-    """What the step that led to a state was about: force (3,) in N and torque (3,) in N·mm as they counted.
+    """The step that led to a state: effective force (3,) in N and torque (3,) in N·mm.
 
-    end: the end of the path that the hand pushes against, in words, or ''; teleoperated: a master drove.
+    end: the end of the path that the hand pushes against, in words, or ''; teleoperated: driven by a master.
     """
 
     report: StepReport
@@ -30,11 +30,11 @@ class LastStep(NamedTuple):
 
 @dataclass(frozen=True)
 class RehearsalState:
-    """All that the next step needs; ``nearest`` is None where there is no path.
+    """Everything that the next step needs; ``nearest`` is None without a path.
 
-    nearest: to the tip while it follows the path; in other modes where it was when it last did.
+    nearest: point of the path nearest to the tip while it follows the path; in other modes the last one.
     emergencies: steps so far that exceeded an acceleration limit; lag: (3,) in mm that the tool is behind its master.
-    settings: in force; last: the step that led here, None after a start or a change of the task.
+    settings: current; last: the step that led here, None after a start or a change of the task.
     """
 
     tool: StepState

@@ -27,13 +27,13 @@ from .snapshot import RigidSnapshot, snapshot_of
 from .state import ZEROS, LastStep, RehearsalState
 from .teleoperation import advance_leader, consume_motion, spring
 
-FORCE_LIMIT_N = 1e6  # only keeps the arithmetic finite; the cap is a setting
+FORCE_LIMIT_N = 1e6  # only keeps the arithmetic finite; the force cap is a setting
 LEAVE_PATH_MM = 0.5  # a tip further off than this is brought back by an approach
 ON_PATH_MM = 0.02  # the approach ends here
 END_MM = 0.02  # remaining arc length that counts as arrived
 ON_TARGET_SHARE = 0.5  # of ε_t, where inspection takes over from its approach
 SEARCH_WINDOW_MM = 5.0  # closest point is searched this far along the path, never on another branch
-STILL = 1e-9  # joint speed in mm/s and rad/s that is none
+STILL = 1e-9  # joint speed in mm/s and rad/s that counts as rest
 
 MODES = ("path", "inspect", "free")
 FREELY = MoveFreely()
@@ -45,7 +45,7 @@ NO_FORCE = (0.0, 0.0, 0.0)
 
 
 class _Stepped(NamedTuple):
-    """What one mode made of a step."""
+    """The result of one mode for a step."""
 
     report: StepReport
     phase: str
@@ -74,13 +74,13 @@ class RigidSystem:
         )
 
     def _controller_of(self, settings: ControlSettings) -> Controller:
-        """The controller of a state's settings; the one that was used last is kept."""
+        """The controller for a state's settings; the last one is cached."""
         if settings is not self.controller.settings and settings != self.controller.settings:
             self.controller = self._controller(settings)
         return self.controller
 
     def prepare(self) -> None:
-        """Load every kernel by a few steps of every mode that the scene has, which lead nowhere."""
+        """Load every kernel by a few steps of every mode of the scene, whose results are discarded."""
         scene, row = self.scene, np.zeros(len(self.row_layout))
         for mode in ["free"] + ["path"] * (scene.path is not None) + ["inspect"] * bool(len(scene.targets)):
             state = self.start(mode)
@@ -95,7 +95,7 @@ class RigidSystem:
 
         Raises:
             StartRefused: the start pose is outside a limit or inside the margin.
-            ControlError: the mode needs a path or target that the scene has not.
+            ControlError: the mode needs a path or target that the scene does not have.
         """
         settings, path = self.first_settings, self.scene.path
         tool = self._controller_of(settings).start(self.scene.q_start)
@@ -153,7 +153,7 @@ class RigidSystem:
         return state.steps
 
     def at_rest(self, state: RehearsalState, running: bool) -> bool:
-        """The tool is at rest, and the last step, if there was one, wanted nothing."""
+        """The tool is at rest, and the last step, if there was one, had no command."""
         last = state.last
         idle = last is None or last.report.outcome == "idle"
         return idle and not bool(np.abs(state.tool.velocity).max() > STILL)
@@ -167,7 +167,7 @@ class RigidSystem:
         self._row.write(state, out)
 
     def snapshot(self, state: RehearsalState) -> RigidSnapshot:
-        """The picture of a state, the step that led there included."""
+        """The snapshot of a state, including the step that led there."""
         return snapshot_of(self.scene, state, state.last)
 
     def background(self, state: RehearsalState) -> Background | None:
@@ -181,8 +181,8 @@ class RigidSystem:
         """One control period.
 
         Raises:
-            InputError: the command's force is not an array of three numbers, or drive or twist is no number;
-                non-finite ones count as none.
+            InputError: the command's force is not an array of three numbers, or drive or twist is not a number;
+                non-finite ones count as 0.
         """
         settings, master = state.settings, command.master
         force, lag = hand_force(command.force, settings.force_cap_n), ZEROS
@@ -271,7 +271,7 @@ class RigidSystem:
         return _Stepped(report, "inspect_approach", state.nearest, push)
 
     def _moved(self, state: RehearsalState, done: _Stepped) -> Array:
-        """Displacement (3,) in mm of what follows a master: the tip, the virtual point, or on a target the grip."""
+        """Displacement (3,) in mm of the point that follows a master: tip, virtual point, or on a target the grip."""
         before, after = state.tool, done.report.state
         if done.phase == "inspect_hold":
             return self._grip(after) - self._grip(before)
@@ -286,10 +286,10 @@ class RigidSystem:
 
 
 def hand_force(given: Array, cap: float) -> Triple:
-    """A hand's force in N as it counts: non-finite ones as none (HAZ-05), no longer than ``cap``.
+    """A hand's effective force in N: 0 if non-finite (HAZ-05), no longer than ``cap``.
 
     Raises:
-        InputError: it is no array of three numbers.
+        InputError: it is not an array of three numbers.
     """
     force = given if type(given) is np.ndarray and given.dtype is _FLOAT else array_of(given, "the force")
     if force.shape != (3,):

@@ -1,7 +1,7 @@
 """The snake as a world that the runtime drives: spec, system, requests, snapshots, and drives without a clock.
 
 ``SnakeSystemSpec`` is the world as plain values and arrays, ``SnakeSystem`` what it builds in the control process.
-What takes longer than a tick is computed by a ``Planner`` in the runtime's worker process.
+Computations longer than a tick run as a ``Planner`` in the runtime's worker process.
 ``SnakeDrive`` and ``drive_lumen`` drive without a clock.
 """
 

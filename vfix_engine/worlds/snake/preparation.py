@@ -1,4 +1,4 @@
-"""What compiles every kernel that a snake needs in the control process and in a scripted drive.
+"""Compilation of every kernel that a snake needs in the control process and in a scripted drive.
 
 `python -m vfix_engine.worlds.snake.preparation drive` is its process; see ``kernels/preparation.py``.
 """

@@ -1,4 +1,4 @@
-"""Small lumens in which a small robot needs every kernel of steps and plans, to load them before the first step."""
+"""Small lumens in which a small robot uses every kernel of steps and plans, to load them before the first step."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A snake that a script drives step by step, without a clock: what is planned is planned within a step."""
+"""A snake that a script drives step by step, without a clock; plans are made within a step."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from ..stepping.state import SnakeState
 from .drive_view import DriveView
 from .script import ScriptSystem, act_of
 
-_TIMED = 10  # every so many steps one query of all links is timed
+_TIMED = 10  # interval in steps at which one query of all links is timed
 
 
 class SnakeDrive(DriveView):
@@ -37,12 +37,12 @@ class SnakeDrive(DriveView):
 
     Args:
         snake: the whole robot.
-        pathway: what its links are measured against, still or moving.
-        curve: what it is to conform to, None: the pathway's own; with a moving pathway always the pathway's own.
+        pathway: in which its links are measured, still or moving.
+        curve: to which it conforms, None: the pathway's own; with a moving pathway always the pathway's own.
         slack: (N,) mm at the curve's points, how far the robot may leave the curve there.
-        tip_s: how far in it starts, mm; at 0 it lies straight before the entrance.
-        beyond_allowed: it may start with links beyond their bounds, which then go no deeper than they are.
-        longer_allowed: it may have more links than it takes to the path's end, some of which never come in.
+        tip_s: initial arc length of the tip, mm; at 0 the robot is straight before the entrance.
+        beyond_allowed: it may start with links beyond their bounds, which then move no deeper.
+        longer_allowed: it may have more links than the path needs, some of which never enter.
 
     Raises:
         InputError: a link that starts beyond its bound; a robot longer than the path; slack without a curve or of
@@ -86,17 +86,18 @@ class SnakeDrive(DriveView):
         tip_s: float = 0.0,
         anyway: bool = False,
     ) -> Self:
-        """A snake before the entrance of a lumen of one's own, with the pathway that is found through it.
+        """A snake before the entrance of your own lumen, with the pathway that is found through it.
 
         Args:
             mesh: the lumen's surface, mm; start, end: (3,) clicks in the patient frame.
-            links: of the snake; None: as many as it takes to the end. snake: whose links they are; None: the paper's.
-            tissue: how the pathway moves; None: it is still. tip_s: how far in the tip starts, mm.
-            anyway: also where the pathway is narrower than the robot somewhere as far as it reaches.
+            links: number of links; None: as many as the path to the end needs. snake: model of a link; None: the
+                paper's.
+            tissue: motion of the pathway; None: it is still. tip_s: initial arc length of the tip, mm.
+            anyway: accept a pathway that is narrower than the robot within its range.
 
         Raises:
-            PathwayError: clicks or a surface that no path can be made of; a pathway that is narrower than the robot.
-            InputError: as the class. RobotError: a number of links that no snake has.
+            PathwayError: clicks or a surface that give no path; a pathway that is narrower than the robot.
+            InputError: as the class. RobotError: an invalid number of links.
         """
         settings, model = settings or DriveSettings(), snake or SnakeModel(1)
         lumen = lumen_between(mesh, start, end, model, settings, tissue)

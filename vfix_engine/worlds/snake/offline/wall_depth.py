@@ -1,4 +1,4 @@
-"""How deep the links of a driven snake really were behind the triangles of the lumen's surface."""
+"""Depth of the links of a driven snake behind the triangles of the lumen's surface."""
 
 from __future__ import annotations
 
@@ -14,20 +14,21 @@ from ....pathway.pathway import Pathway
 from ....validate import point_text
 from .drive_view import DriveView
 
-EVERY_MM = 10.0  # of insertion between two places at which links are measured against the wall
+EVERY_MM = 10.0  # of insertion between two measurements of links against the wall
 _RAYS = 12
-_ALONG_MM = 0.5  # between two places of a link's axis
+_ALONG_MM = 0.5  # between two positions on a link's axis
 
 
 class WallDepth:
-    """How far links past the path's start were behind the triangles of a lumen that does not move.
+    """Depth of links beyond the path's start behind the triangles of a lumen that does not move.
 
-    Measured at the links' vertices, and from the triangles to the links' axes: the ball about a place of an axis is as
-    deep as the fold that pierces it, or the ball itself, would have to move away, also where no vertex is behind it.
+    Measured at the links' vertices, and from the triangles to the links' axes: the ball around a position on an axis is
+    as deep as the distance that the ball, or the fold that pierces it, would have to move, also where no vertex is
+    behind it.
 
-    deepest: {mm, link, at_lps, tip_mm} of the deepest place that was measured, 0 mm where none was behind the wall, or
-        none was measured, which ``words`` and ``to_dict`` tell apart.
-    per_link: (L,) mm, the same of every link; NaN of links that were never measured.
+    deepest: {mm, link, at_lps, tip_mm} of the deepest measured position, 0 mm where none was behind the wall, or
+        none was measured, which ``words`` and ``to_dict`` distinguish.
+    per_link: (L,) mm, the same for every link; NaN for links that were never measured.
     """
 
     def __init__(self, mesh: TriangleMesh, pathway: Pathway, curve: Curve, links: int) -> None:
@@ -43,7 +44,7 @@ class WallDepth:
         self.per_link = np.full(links, np.nan)
 
     def look(self, drive: DriveView, always: bool = False) -> None:
-        """Measure the links that are inside, if the tip has gone on by ``EVERY_MM`` or ``always``."""
+        """Measure the links that are inside, if the tip has advanced by ``EVERY_MM``, or ``always``."""
         if not always and drive.tip_s < self._next_mm:
             return
         self._next_mm = drive.tip_s + EVERY_MM
@@ -55,7 +56,7 @@ class WallDepth:
             return
         link = link[inside]
         points = np.einsum("nij,nj->ni", frames[link, :3, :3], vertices.points[inside]) + frames[link, :3, 3]
-        # The start's plane says what is in only of the links at it: a lumen may come back through that plane later.
+        # The start's plane decides only for the links at it: a lumen may pass through that plane again later.
         past = (state.joint_s[link] >= drive.snake.sphere_mm) | ((points - self._start) @ self._ahead > 0.0)
         if not past.any():
             return
@@ -72,10 +73,10 @@ class WallDepth:
             }  # fmt: skip
 
     def _of_axes(self, drive: DriveView, frames: Array) -> tuple[IntArray, Array, Array]:
-        """How deep what is between the vertices is: links (n,), points of the wall (n, 3) and depths (n,) in mm.
+        """Depths between the vertices: links (n,), points of the wall (n, 3) and depths (n,) in mm.
 
-        The ball about a place of a link's axis is part of the link, but for the joint's end, where it is part of the
-        one before. Wall behind the start's plane does not count near it: there the robot comes in.
+        The ball around a position on a link's axis is part of the link, except at the joint's end, where it is part of
+        the previous link. Wall behind the start's plane does not count near it: there the robot enters.
         """
         snake, state = drive.snake, drive.state
         places = np.linspace(0.0, snake.length_mm, int(np.ceil(snake.length_mm / _ALONG_MM)) + 1)

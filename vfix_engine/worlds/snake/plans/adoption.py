@@ -1,4 +1,4 @@
-"""What a driven snake asks a planner in another process for, and how it goes by the answer."""
+"""Requests of a driven snake to a planner in another process, and the adoption of its plans."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ from ..stepping.state import Ahead, ShapeSample, SnakeState
 from ..stepping.tissue import TISSUE_SHARE
 from .messages import BendsWanted, LookWanted, PlanInputs, PlannedShape, PlannerAnswer, ShapeAtTime
 
-BENDS_MM = 1e-6  # [mm] of insertion since bends were asked for: with more they are for another place
+BENDS_MM = 1e-6  # [mm] of insertion since bends were requested: beyond it they belong to another position
 
 
 def wanted(drive: DriveConstants, state: SnakeState, view: LookWanted | None = None) -> PlanInputs | None:
-    """What a planner is to compute now, or None; ``view``: from where a look-round is to go on."""
+    """The request to a planner, or None; ``view``: from where a look-round continues."""
     age_s, settings = tissue_age_s(drive, state), state.settings
     look = state.t if drive.moves and age_s >= settings.tissue_s - 1e-9 else None
     sign, near, ahead = state.toward, state.pose.shape, state.ahead
@@ -42,7 +42,7 @@ def wanted(drive: DriveConstants, state: SnakeState, view: LookWanted | None = N
         return None
     most = TISSUE_SHARE * settings.speed_max * settings.tissue_s
     kept = np.zeros(drive.snake.links)
-    if drive.moves:  # until the plan after this one is adopted, as it seems
+    if drive.moves:  # estimated time until the plan after this one is adopted
         kept = reserve(state.tissue.rim, state.pose.windows, age_s + settings.tissue_s)
     bend = state.pose.q - state.pose.shape.q
     return PlanInputs(
@@ -51,20 +51,20 @@ def wanted(drive: DriveConstants, state: SnakeState, view: LookWanted | None = N
 
 
 def _bends_wanted(drive: DriveConstants, state: SnakeState) -> BendsWanted | None:
-    """Where control bends are missing and may soon be needed: all links inside, and no insertion going on."""
+    """Where control bends are missing and may soon be needed: all links inside, and no insertion in progress."""
     if state.settled or state.by_joints or state.inserting or not (needs_bends(state) and can_look(drive, state)):
         return None
     return bends_place(drive, state)
 
 
 def bends_place(drive: DriveConstants, state: SnakeState) -> BendsWanted:
-    """Where the distal links are, as a planner asks for it."""
+    """The position of the distal links, as an input of a planner."""
     place = distal_context(drive, state)
     return BendsWanted(state.tissue.seen_t, place.base, place.rest, place.window, place.bound, state.tip_s)
 
 
 def adopted(drive: DriveConstants, state: SnakeState, plan: PlannerAnswer, age_s: float) -> SnakeState:
-    """Going by a plan that was asked for ``age_s`` s ago; what of it no longer fits is left out."""
+    """The state with a plan that was requested ``age_s`` s ago; its outdated parts are ignored."""
     if plan.seen is not None or plan.lost is not None:
         state = state._replace(tissue=state.tissue._replace(lost=plan.lost))
     if plan.seen is not None:
@@ -97,7 +97,7 @@ def _adopted_look(
 
 
 def _extended(state: SnakeState, plan: PlannerAnswer) -> Ahead:
-    """With planned shapes that begin at the last one known, or, where none is left, where the robot is."""
+    """With planned shapes that begin at the last known one or, if none is left, at the robot's shape."""
     ahead, here = state.ahead, state.pose.shape
     new = _samples([shape.on(state.tissue.curve) for shape in plan.ahead])
     if ahead.left(plan.sign):
@@ -125,7 +125,7 @@ def _samples(shapes: list[ShapeSolution]) -> tuple[ShapeSample, ...]:
 
 
 def _from_here(shapes: list[ShapeSolution], tip_s: float) -> list[ShapeSolution]:
-    """Planned shapes, one after the other, with the first where the tip is by now; none where it is at none of them."""
+    """Planned shapes in order, the first at the tip's present position; none if the tip is at none of them."""
     if math.isclose(shapes[0].tip_s, tip_s, rel_tol=0.0, abs_tol=SAME_MM):
         return shapes
     for k in range(len(shapes) - 1):
@@ -156,11 +156,11 @@ def with_settings(drive: DriveConstants, state: SnakeState, settings: DriveSetti
 
 
 def refused_link(drive: DriveConstants, state: SnakeState) -> int | None:
-    """The link that the certificate refused last to go beyond its bound; None where there is none."""
+    """The link whose bound caused the last refusal of the certificate; None where there is none."""
     refused = state.refused
     return None if refused is None else refused.link + (drive.snake.links - refused.snake.links)
 
 
 def bent_to(drive: DriveConstants, state: SnakeState, goal: Array) -> float:
-    """How far the distal joints are from a bend (2L',), the one that is farthest, rad."""
+    """Largest difference of a distal joint from a bend (2L',), rad."""
     return float(np.abs(bend_of(drive, state) - goal).max())

@@ -1,9 +1,9 @@
-"""Where the view can be turned to: bends of the distal links that look to a side, and a path to each of them.
+"""Planning of views: bends of the distal links that look in a direction, and a path to each of them.
 
 The bends (10)-(19) of Kwok 2013 have two parameters and are made for the position of the tip. In a lumen whose own
-bends have the joints at their limits they turn the view to few sides. Here all joints are free: a quadratic program
+bends have the joints at their limits they reach few directions. Here all joints are free: a quadratic program
 turns the view a little, slides along the walls, and every piece of the path is certified by the hard limits before the
-next is looked for. So what is planned is what the robot can do.
+next is computed. So a planned path can be executed.
 """
 
 from __future__ import annotations
@@ -24,22 +24,22 @@ from ....snake.control.wall_program import WallProgram, joint_regularisation
 from ....virtual_fixtures.rows import with_progress
 from ..requests import SIDES
 
-SECTOR = math.pi / SIDES  # [rad] a view that is no farther than that from a side's direction looks to that side
+SECTOR = math.pi / SIDES  # [rad] a view at most this far from a direction counts for it
 _MOST = math.radians(2.0)  # of a joint from one configuration of a path to the next
-_AHEAD = math.radians(6.0)  # so much farther the view is wanted at each
+_AHEAD = math.radians(6.0)  # step of the desired view at each
 _ROUNDS = 120  # configurations of a path at most
-_STALLED, _GAIN = 10, math.radians(0.1)  # a path ends that has not turned the view by that in so many
-_NEAR_MM, _MARGIN_MM = 3.0, 0.02  # vertices so near to their bound get rows, which hold them that much inside of it
-_REGULARISATION = 1e-2  # of a joint's step against an error of the view, both as the motion of a link's end
-_STILL = 1e-5  # [rad] a shorter step counts as none
+_STALLED, _GAIN = 10, math.radians(0.1)  # a path ends that has not turned the view by this in so many configurations
+_NEAR_MM, _MARGIN_MM = 3.0, 0.02  # vertices this near to their bound get rows, which keep them this far inside it
+_REGULARISATION = 1e-2  # weight of a joint's step against an error of the view, both as the motion of a link's end
+_STILL = 1e-5  # [rad] a shorter step counts as no motion
 
 
 @dataclass(frozen=True, eq=False)
 class SidePath:
-    """A path to look to one side.
+    """A path to look in one direction.
 
     bends: (n, 2L') rad from the conforming shape, from near rest to the last; empty where there is none.
-    turned: rad between the straight view and the last. held_by: in words, what ends it.
+    turned: rad between the straight view and the last. held_by: the reason of its end.
     """
 
     bends: Array
@@ -48,17 +48,17 @@ class SidePath:
 
 
 class LookView(NamedTuple):
-    """A view against the straight one: how far turned, and to where in its picture, rad."""
+    """A view relative to the straight one: angle, and direction in its picture, rad."""
 
     turned: float
     towards: float
 
     def side(self) -> int:
-        """The side that it looks to."""
+        """The nearest direction of the look-round."""
         return round(self.towards / (2.0 * SECTOR)) % SIDES
 
     def looks_to(self, side: int) -> bool:
-        """Whether it is no farther than half the angle between two sides from one."""
+        """Whether it is within half the angle between two directions of one."""
         away = (self.towards - 2.0 * SECTOR * side + math.pi) % (2.0 * math.pi) - math.pi
         return abs(away) <= SECTOR
 
@@ -70,10 +70,10 @@ def view_of(straight: Array, direction: Array) -> LookView:
 
 
 class LookPlanner:
-    """Paths to look to each side from one position of the snake.
+    """Paths to look in each direction from one position of the snake.
 
     Args:
-        context: of the distal links; limits: that certify their motion; aim: rad, how far the view is to be turned.
+        context: of the distal links; limits: certify their motion; aim: rad, desired angle of the view.
         first: number of the context's first link in the robot.
     """
 
@@ -89,7 +89,7 @@ class LookPlanner:
         self._straight = context.snake.camera(context.rest, context.base)
 
     def plan(self) -> tuple[SidePath, ...]:
-        """A path for every side: from the straight view, and where that ends early on from those of both neighbours."""
+        """A path for every direction: from the straight view or, if that ends early, from both neighbours' paths."""
         paths = [self.path(side) for side in range(SIDES)]
         for side in range(SIDES):
             for turn in (1, -1):
@@ -99,14 +99,15 @@ class LookPlanner:
         return tuple(paths)
 
     def path(self, side: int, after: Array | None = None) -> SidePath:
-        """From rest, or from the end of another path's bends (n, 2L'), as far towards a side as the bounds let it."""
+        """From rest, or from the end of another path's bends (n, 2L'), as far in a direction as the bounds permit."""
         before = np.empty((0, self.context.snake.dof)) if after is None else after
         return self._continued(side, [self.context.rest + bend for bend in before], certified=True)
 
     def ahead(self, q: Array, side: int, count: int) -> tuple[list[Array], str]:
-        """The next ``count`` joints (2L',) on from q towards a side, and in words what ends there; '' where it goes on.
+        """The next ``count`` joints (2L',) from q in a direction, and why the path ends there; '' where it
+        continues.
 
-        For whoever plans a path a piece at a time: it ends where the aim is reached or the view hardly turns farther.
+        For planning a path piece by piece: it ends where the aim is reached or the view hardly turns further.
         """
         found: list[Array] = []
         before = self._score(q, side)
@@ -121,9 +122,9 @@ class LookPlanner:
         return found, "" if self._score(q, side) - before >= _GAIN * count / _STALLED else self._stops(q)
 
     def anywhere(self, side: int, starts: int, seed: int = 0) -> float:
-        """The most, rad, that any pose within the bounds was found to turn the view to a side, reachable or not.
+        """Largest angle found, rad, of a view in a direction for any pose within the bounds, reachable or not.
 
-        From rest and from random joints, each brought into the bounds and turned on from there, without a path.
+        From rest and from random joints, each projected into the bounds and turned further from there, without a path.
         """
         random, context = np.random.default_rng(seed), self.context
         most = self._continued(side, [], certified=False).turned
@@ -137,7 +138,7 @@ class LookPlanner:
         return view_of(self._straight, self.context.snake.camera(q, self.context.base)[:3, 2])
 
     def _continued(self, side: int, shapes: list[Array], certified: bool) -> SidePath:
-        """On from the last of some shapes, or from rest."""
+        """Continue from the last of some shapes, or from rest."""
         context = self.context
         q = shapes[-1] if shapes else context.rest
         found, best, scores, why = len(shapes), 0.0, [self._score(q, side)], "the search"
@@ -163,7 +164,7 @@ class LookPlanner:
         return SidePath(bends, best, self._stops(shapes[found - 1]) if why else "")
 
     def _score(self, q: Array, side: int) -> float:
-        """How far the view looks towards a side, rad."""
+        """How far the view is turned in a direction, rad."""
         view = self.seen(q)
         return math.atan2(math.sin(view.turned) * math.cos(view.towards - 2.0 * SECTOR * side), math.cos(view.turned))
 
@@ -186,14 +187,14 @@ class LookPlanner:
             if verdict.exhausted:
                 most = share * verdict.part
                 continue
-            # Along a wall that bends away from its rows, and back onto it.
+            # Follow a wall that curves away from its rows, and return onto it.
             projected = projected_to_limits(replace(context, rest=after), q, share * _MOST)
             if projected is not None and self._verdict(q, projected).taken:
                 return projected
         return None
 
     def _verdict(self, q: Array, after: Array) -> MotionVerdict:
-        """What the hard limits say of going from one configuration of a path to another."""
+        """The verdict of the hard limits on the motion from one configuration of a path to another."""
         context = self.context
         links = LinksAt(context.packed, context.window, Configuration(context.base, q), context.bound)
         return self._limits.certify(links, Configuration(context.base, after))
@@ -213,7 +214,7 @@ class LookPlanner:
             return None
         turning = with_progress(length * np.cross(_axes(context, q), view).T, wanted, 1.0)
         program = WallProgram(context, q, _MOST)
-        # What is beyond its bound comes back by a step at a time.
+        # Vertices beyond their bound return by one step at a time.
         least = 0.0 if certified else -_MARGIN_MM - _MOST * length
         wall = program.wall(np.zeros(snake.dof), _NEAR_MM, _MARGIN_MM, least)
         return program.solve([turning, joint_regularisation(context, _REGULARISATION)], [wall], size)
@@ -233,7 +234,7 @@ class LookPlanner:
 
 
 def _axes(context: DistalContext, q: Array) -> Array:
-    """Axes (2L', 3) that the joints turn about: the first of a link is the x axis before it, the second its own y."""
+    """Axes (2L', 3) of the joints: the first of a link is the x axis before it, the second its own y."""
     frames = context.snake.frames(q, context.base)
     axes = np.empty((context.snake.dof, 3))
     axes[0::2], axes[1::2] = frames[:-1, :3, 0], frames[1:, :3, 1]

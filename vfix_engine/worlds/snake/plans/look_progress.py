@@ -1,4 +1,4 @@
-"""A look-round in the control process: to each side by bends that a planner finds a few at a time, and back."""
+"""A look-round in the control process: in each direction by bends that a planner computes a few at a time, and back."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ from .messages import LookPart, LookWanted
 BendAngles = tuple[float, ...]
 
 _REACHED = 1e-9  # [rad]
-_SAME = 1e-6  # [rad] a piece of a path that begins farther from where the last one ends is for another place
-_STUCK = 200  # steps in a row that come no nearer
-_NOT_STRAIGHT = -1  # in the place of a side: straightening before the first
+_SAME = 1e-6  # [rad] a piece of a path that begins farther from the end of the last one belongs to another position
+_STUCK = 200  # steps in a row without progress
+_NOT_STRAIGHT = -1  # instead of a direction: straightening before the first
 
 
 @dataclass(frozen=True)
 class Looking:
-    """Where a look-round is; ``ahead``: bends (2L',) rad off the conforming shape that are planned and not reached.
+    """Progress of a look-round; ``ahead``: bends (2L',) rad off the conforming shape that are planned and not reached.
 
-    aim: rad, where a path ends. ends: in words, what ends the path to this side, '' while it goes on. back: the
-    next step straightens. least, stuck: rad still to go, and steps in a row that brought it no nearer.
-    turned_deg: the most that the view was really turned to each side.
+    aim: rad, where a path ends. ends: the reason why the path in this direction ends, '' while it continues. back: the
+    next step straightens. least, stuck: remaining rad, and steps in a row without progress.
+    turned_deg: the largest actual angle of the view in each direction.
     """
 
     aim: float
@@ -44,25 +44,25 @@ class Looking:
 
     @property
     def goal(self) -> BendAngles | None:
-        """The bend that the next step goes towards; None where one is still being planned."""
+        """The goal of the next step; None where it is still being planned."""
         return self.ahead[0] if self.ahead and not self.back else None
 
     def wanted(self, drive: DriveConstants, state: SnakeState) -> LookWanted | None:
-        """What a planner is to find: the path beyond the last bend that is known, before that is reached."""
+        """The request to a planner: the path beyond the last known bend, before that is reached."""
         if self.back or self.ends or len(self.ahead) > 1:
             return None
         at = bends_place(drive, state)
         return LookWanted(at, at.rest + (self.ahead[-1] if self.ahead else bend_of(drive, state)), self.side, self.aim)
 
     def taken(self, part: LookPart, drive: DriveConstants, state: SnakeState) -> Looking:
-        """With a piece of the path that a planner has found; one for another place is left out."""
+        """With a piece of the path from a planner; one for another position is ignored."""
         end = np.array(self.ahead[-1]) if self.ahead else bend_of(drive, state)
         if self.back or self.ends or part.side != self.side or float(np.abs(part.start - end).max()) > _SAME:
             return self
         return replace(self, ahead=self.ahead + part.bends, ends=part.ends)
 
     def stepped(self, drive: DriveConstants, state: SnakeState) -> Looking | None:
-        """After a step; None where the look-round is over, or cannot get back."""
+        """After a step; None where the look-round is finished, or cannot return."""
         left = float(np.abs(bend_of(drive, state) - (self.goal or 0.0)).max())
         now = (
             replace(self, least=left, stuck=0) if left < self.least - _REACHED else replace(self, stuck=self.stuck + 1)
@@ -84,7 +84,7 @@ class Looking:
         return replace(self, side=side, ends="", back=False, least=math.inf, stuck=0) if side < SIDES else None
 
     def _seen(self, snake: SnakeModel, state: SnakeState) -> Looking:
-        """Note how far the view is turned, and to which side."""
+        """Record the angle of the view, and its direction."""
         view = view_of(snake.camera(state.q_nominal, state.base), snake.camera(state.q, state.base)[:3, 2])
         turned, side = list(self.turned_deg), view.side()
         turned[side] = max(turned[side], math.degrees(view.turned))

@@ -1,4 +1,4 @@
-"""What takes longer than a tick of a driven snake, as plain values: what a planner is asked, and what it answers."""
+"""Requests to a planner and its plans, as plain values: computations longer than a tick of a driven snake."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from ....snake.conform.conformance import ShapeSolution
 
 
 class PlannedShape(NamedTuple):
-    """A ``ShapeSolution`` without its curve, which stays where it is."""
+    """A ``ShapeSolution`` without its curve, which is not sent."""
 
     base: Array
     q: Array
@@ -45,10 +45,10 @@ class PlannedShape(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class BendsWanted:
-    """Where the distal links are, for which control bends are wanted.
+    """The position of the distal links for a request of control bends.
 
-    t: of the pathway in s; base: (4, 4) of the frame that they hang on; rest: (2L',) their part of the conforming
-    shape; window: (L', 2); bound: (L',) mm. tip_s: of the robot, mm.
+    t: of the pathway in s; base: (4, 4) of the frame that they are attached to; rest: (2L',) their part of the
+    conforming shape; window: (L', 2); bound: (L',) mm. tip_s: of the robot, mm.
     """
 
     t: float
@@ -61,9 +61,9 @@ class BendsWanted:
 
 @dataclass(frozen=True, eq=False)
 class LookWanted:
-    """From where the view is to be turned on towards a side.
+    """The start of a request to turn the view further in a direction.
 
-    at: where the distal links are; q: (2L',) rad, their joints; side: 0 … 7, see ``look_plan``.
+    at: position of the distal links; q: (2L',) rad, their joints; side: 0 … 7, see ``look_plan``.
     aim: rad, where a path ends.
     """
 
@@ -74,9 +74,9 @@ class LookWanted:
 
 
 class LookPart(NamedTuple):
-    """A piece of a path towards a side, from the bend ``start`` (2L',) rad off the conforming shape.
+    """A piece of a path in a direction, from the bend ``start`` (2L',) rad off the conforming shape.
 
-    bends: on from there; ends: in words, what ends the path behind them, '' where it goes on.
+    bends: the following ones; ends: the reason why the path ends after them, '' where it continues.
     """
 
     side: int
@@ -87,15 +87,15 @@ class LookPart(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class PlanInputs:
-    """What is wanted of a planner; at least one of four.
+    """A request to a planner, of at least one of four parts.
 
-    t: the time in s at which the tissue is to be looked at, None: not now.
-    near: the shape that the robot has or is about to have, with its tip at ``tip_s`` mm; ``most``: rad, by which the
+    t: time in s at which the tissue is to be sampled, None: not requested.
+    near: the robot's present or next shape, with its tip at ``tip_s`` mm; ``most``: rad, by which the
         shape that follows the tissue may differ from it.
-    sign: of the insertion whose next shapes are wanted, 0: none are. spacing_mm: between two of them.
-    bend: (2L,) rad by which the hand has bent the robot off that shape. bounds: that planned shapes keep where the link
-        is inside, less a reserve (L,) mm; the shape that follows the tissue keeps them with that bend.
-    bends: where control bends are wanted, or None. view: from where the view is to be turned on, or None.
+    sign: of the insertion whose next shapes are requested, 0: none. spacing_mm: between two of them.
+    bend: (2L,) rad, the hand's bend relative to that shape. bounds: kept by planned shapes where the link
+        is inside, less a reserve (L,) mm; the shape that follows the tissue keeps them including that bend.
+    bends: position of the requested control bends, or None. view: start of a requested turn of the view, or None.
     """
 
     t: float | None
@@ -114,9 +114,9 @@ class PlanInputs:
 class ShapeAtTime(NamedTuple):
     """The tissue at the time ``t`` in s, and the shape of the robot that conforms to it.
 
-    centre, tangent, first (C, 3) and radius (C, A): the contours that the pathway is packed of; they are a sixth of its
-    size, and every adoption is recorded. length_mm: of the curve. rim_mm_per_s: (S,), how fast the wall of each segment
-    moves at most.
+    centre, tangent, first (C, 3) and radius (C, A): the contours from which the pathway is packed; they are a sixth of
+    its size, and every adoption is recorded. length_mm: of the curve. rim_mm_per_s: (S,), how fast the wall of each
+    segment moves at most.
     """
 
     t: float
@@ -131,11 +131,11 @@ class ShapeAtTime(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class PlannerAnswer:
-    """A planner's answer; what was not asked for is None or empty.
+    """A planner's answer; parts that were not requested are None or empty.
 
-    seen: the tissue; lost: in words, why the tissue leaves no pathway.
-    near: the shape that ``ahead`` begins at: tips and shapes of an insertion in the direction ``sign``.
-    bends: control bends at the place where they were ``wanted``. view: on towards a side.
+    seen: the tissue; lost: the reason why there is no valid pathway.
+    near: the shape at which ``ahead`` begins, the tips and shapes of an insertion in the direction ``sign``.
+    bends: control bends at the requested position ``wanted``. view: the next piece in a direction.
     """
 
     seen: ShapeAtTime | None

@@ -1,4 +1,4 @@
-"""Computes in the runtime's worker process what is longer than a tick: pathway and curve of now, shapes, bends."""
+"""Computations longer than a tick, in the runtime's worker process: present pathway and curve, shapes, bends."""
 
 from __future__ import annotations
 
@@ -36,9 +36,9 @@ from ..stepping.link_windows import entrance, link_windows, planning_margin
 from .look_plan import LookPlanner
 from .messages import BendsWanted, LookPart, LookWanted, PlanInputs, PlannedShape, PlannerAnswer, ShapeAtTime
 
-SHAPES_AHEAD = 3  # of an insertion, so that it goes on while the next ones are planned
-LOOK_AHEAD = 3  # bends on towards a side in one plan: longer ones would keep the tissue's waiting
-RIM_S = 0.005  # [s] before the look, where the wall's speed is measured from
+SHAPES_AHEAD = 3  # of an insertion, which continues while the next ones are planned
+LOOK_AHEAD = 3  # bends in a direction in one plan: longer plans would delay those of the tissue
+RIM_S = 0.005  # [s] before the sample, over which the wall's speed is measured
 
 
 class _Look(NamedTuple):
@@ -53,7 +53,7 @@ class Planner:
     """A pure function of its inputs; one robot in one lumen.
 
     Args:
-        snake: the whole robot; pathway: still or moving; curve: what it conforms to while the tissue is still, with
+        snake: the whole robot; pathway: still or moving; curve: followed while the tissue is still, with
             ``slack`` (N,) mm about its points; settings: of the drive.
     """
 
@@ -67,10 +67,10 @@ class Planner:
         self._query = Query(snake.vertices(each * snake.links))
         self._distal_query = Query(self._distal.vertices(each * self._distal.links))
         self._entrance, self._inscribed = entrance(pathway.packed(0.0), snake), inscribed_radii(pathway)
-        self._seen = _Look(0.0, pathway.packed(0.0), curve)  # the last one, as bends ask for it
+        self._seen = _Look(0.0, pathway.packed(0.0), curve)  # the last one, for requests of bends
 
     def __call__(self, wanted: PlanInputs) -> PlannerAnswer:
-        """The plan that is wanted."""
+        """The requested plan."""
         near, curve, packed, seen, lost = (
             wanted.near.on(self._curve),
             self._curve,
@@ -97,7 +97,7 @@ class Planner:
         """The tissue at a time, and the shape that conforms to it, moved off the wall where that is needed.
 
         Raises:
-            PathwayError: the tissue leaves no pathway.
+            PathwayError: there is no valid pathway at that time.
         """
         packed, curve = self._pathway.packed(t), self._pathway.curve(t)
         self._seen = _Look(t, packed, curve)
@@ -114,7 +114,7 @@ class Planner:
     def _ahead(
         self, wanted: PlanInputs, near: ShapeSolution, curve: Curve, packed: PackedPathway
     ) -> tuple[PlannedShape, ...]:
-        """The next shapes of an insertion, each moved off the wall before the one after it is found."""
+        """The next shapes of an insertion, each moved off the wall before the next one is computed."""
         slack = self._slack if self._pathway.motion is None else None
         found: list[PlannedShape] = []
         for _ in range(SHAPES_AHEAD):
@@ -137,7 +137,7 @@ class Planner:
         return np.where(shape.joint_s[:-1] >= self._entrance, bound, math.inf)
 
     def _bent_inside(self, goal: ShapeSolution, packed: PackedPathway, wanted: PlanInputs) -> ShapeSolution:
-        """The shape moved so that with the hand's bend on top of it links keep their bounds, as near as can be."""
+        """The nearest shape with which, including the hand's bend, links keep their bounds."""
         windows = link_windows(self._pathway, goal.joint_s, self._first)
         bound = self._kept(goal, wanted)
         kept = bound - np.minimum(RESERVE_MM, 0.5 * bound)
@@ -151,11 +151,11 @@ class Planner:
         return replace(goal, q=self._snake.clamp(goal.q + (q - bent)), exact=False)
 
     def _bends(self, wanted: BendsWanted) -> tuple[DistalBend, ...]:
-        """Control bends in the pathway of the time that is asked for, mostly the one that was looked at last."""
+        """Control bends in the pathway at the requested time, mostly the one sampled last."""
         return found_bends(self._context(wanted), self._settings.bends)
 
     def _view(self, wanted: LookWanted) -> LookPart:
-        """A few bends on towards a side."""
+        """The next few bends in a direction."""
         limits = HardLimits(self._distal_query, self._distal, wanted.at.bound, self._first)
         look = LookPlanner(self._context(wanted.at), limits, wanted.aim, self._first)
         found, ends = look.ahead(wanted.q, wanted.side, LOOK_AHEAD)
@@ -172,7 +172,7 @@ class Planner:
 def rim_travel(before: PackedPathway, after: PackedPathway) -> Array:
     """(S,) mm, how far the wall of each segment has moved at most: |Δcentre| + R |Δtangent| + |ΔR| of its two contours.
 
-    R: the larger of both moments. Pathways with contours of one number.
+    R: the larger of both times. Both pathways have the same number of contours.
     """
     ends = []
     for centre, tangent, radius in ((START, START_TANGENT, START_RADIUS), (END, END_TANGENT, END_RADIUS)):

@@ -1,4 +1,4 @@
-"""What is asked of a driven snake in one step, in millimetres a second."""
+"""The command to a driven snake for one step, in millimetres a second."""
 
 from __future__ import annotations
 
@@ -12,23 +12,23 @@ import numpy as np
 from ....arrays import Array
 from ....errors import InputError
 
-MOST_MM_PER_S = 1000.0  # ten joints at 36°/s, each with all five links ahead of it, are slower
+MOST_MM_PER_S = 1000.0  # faster than ten joints at 36°/s, each with all five links ahead of it
 
 
 @dataclass(frozen=True)
 class SnakeCommand:
-    """What the operator asks for; what is not finite is left out, counts as nothing asked for, and is counted.
+    """A command of the operator; non-finite parts are ignored and counted.
 
-    Insertion comes first: in a step that inserts the tip is not bent, and the state says so.
+    Insertion takes precedence: a step that inserts does not bend the tip, and the state says so.
 
     insert_mm_per_s: forwards, negative backwards.
-    camera_mm_per_s: of the camera in its picture's plane, x to the right, y down.
+    camera_mm_per_s: velocity of the camera in its picture's plane, x to the right, y down.
     straighten: bring the manipulated links back to the shape that conforms.
-    bend: (2L',) rad by which the manipulated joints are to differ from the conforming shape, as far as a step goes; it
-        comes before a camera command. None: no such command.
+    bend: (2L',) rad, desired difference of the manipulated joints from the conforming shape, as far as a step goes; it
+        takes precedence over a camera command. None: no such command.
 
     Raises:
-        InputError: values that are no real numbers, or a camera command that is not two of them.
+        InputError: values that are not real numbers, or a camera command that is not two of them.
     """
 
     insert_mm_per_s: float = 0.0
@@ -53,13 +53,13 @@ class SnakeCommand:
 
     @property
     def finite(self) -> bool:
-        """Whether all its numbers are."""
+        """Whether all its numbers are finite."""
         numbers = (self.insert_mm_per_s, *self.camera_mm_per_s, *(self.bend or ()))
         return all(map(math.isfinite, numbers))
 
     @property
     def cleaned(self) -> SnakeCommand:
-        """Without what is not finite: the insertion, the whole camera command or the whole bend; the rest stays."""
+        """Without non-finite parts: the insertion, the whole camera command or the whole bend."""
         camera = self.camera_mm_per_s if all(map(math.isfinite, self.camera_mm_per_s)) else (0.0, 0.0)
         bend = self.bend if self.bend is not None and all(map(math.isfinite, self.bend)) else None
         insert = self.insert_mm_per_s if math.isfinite(self.insert_mm_per_s) else 0.0
@@ -67,12 +67,12 @@ class SnakeCommand:
 
     @property
     def bends(self) -> bool:
-        """Whether the manipulated links are to move."""
+        """Whether the command moves the manipulated links."""
         return self.straighten or any(self.camera_mm_per_s) or self.bend is not None
 
     @property
     def camera(self) -> Array:
-        """The camera command (2,) in mm/s, no faster than any camera on a snake goes."""
+        """The camera command (2,) in mm/s, limited to the largest speed of any snake's camera."""
         x, y = self.camera_mm_per_s
         size = math.hypot(x, y)
         return np.array([x, y]) * min(1.0, MOST_MM_PER_S / size) if size > 0.0 else np.zeros(2)

@@ -1,4 +1,4 @@
-"""What stays the same during a drive of a snake: robot, lumen, what measures and certifies, and who plans."""
+"""The constants of a snake's drive: robot, lumen, queries, certificates and planner."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ SnakeCertificate = Certificate[LinksAt, Configuration, MotionVerdict]
 
 
 class Placed(NamedTuple):
-    """What joints at some arc lengths are measured against: as ``Pose`` has it."""
+    """Windows, measured links and bounds for joints at some arc lengths, as in ``Pose``."""
 
     windows: IntArray
     measured: BoolArray
@@ -44,11 +44,11 @@ class DriveConstants:
     """One robot in one lumen.
 
     snake: the whole robot; distal: the links that are bent, the last ones from ``first`` on.
-    pathway: still or moving; query, distal_query: of the links' vertices; vertices_per_link: of those.
-    limits, distal_limits: the certificates. inscribed: radii of the pathway's segments, mm; entrance: mm, from which on
+    pathway: still or moving; query, distal_query: of the links' vertices; vertices_per_link: their number.
+    limits, distal_limits: the certificates. inscribed: radii of the pathway's segments, mm; entrance: mm, beyond which
     a link is inside.
-    planner: makes plans within a step; None: they come from elsewhere and are adopted.
-    eased: finds joints within the bounds near those that are not, as ``projected_to_limits``.
+    planner: makes plans within a step; None: plans are made elsewhere and adopted.
+    eased: projects joints to the bounds, as ``projected_to_limits``.
     """
 
     snake: SnakeModel
@@ -68,7 +68,7 @@ class DriveConstants:
 
     @property
     def moves(self) -> bool:
-        """Whether the tissue does."""
+        """Whether the tissue moves."""
         return self.pathway.motion is not None
 
     @classmethod
@@ -96,9 +96,9 @@ class DriveConstants:
         return Placed(windows, joint_s[:-1] >= self.entrance, bounds.at(self.inscribed, windows))
 
     def kept(self, found: Deviations, measured: BoolArray, before: Deviations | None = None) -> Deviations:
-        """Deviations of all links; those outside of the pathway have none.
+        """Deviations of all links; 0 for those that are not inside.
 
-        before: of all links, where ``found`` has the distal ones alone.
+        before: deviations of all links, where ``found`` has only the distal ones.
         """
         first = 0 if before is None else self.first
         depth = np.where(measured[first:], found.depth, 0.0)
@@ -111,7 +111,7 @@ class DriveConstants:
         )
 
     def measured(self, state: SnakeState) -> SnakeState:
-        """With the depths of all links where they are, in the pathway as it was seen last."""
+        """With the depths of all links at their positions, in the pathway sampled last."""
         pose = state.pose
         frames = self.snake.frames(pose.q, pose.shape.base)
         found = self.query.deviations(state.tissue.packed, frames, pose.windows)
@@ -140,7 +140,7 @@ def start_of(
 ) -> Start:
     """A robot at its start in a lumen; arguments and errors as for ``SnakeDrive``.
 
-    plans_here: what is planned is planned within a step. adjusted: settings that may change while it is driven, if any.
+    plans_here: plans are made within a step. adjusted: settings that may change during the drive, if any.
     """
     constants = DriveConstants.of(snake, pathway, settings)
     line = driven_curve(pathway, curve)

@@ -17,11 +17,11 @@ from .refusal import Refusal
 from .state import SnakeState
 from .trail import Trail
 
-SAME = 1e-9  # share by which a step may be longer than it is allowed to be, by rounding
+SAME = 1e-9  # fraction by which rounding may make a step longer than permitted
 
 
 def distal_context(drive: DriveConstants, state: SnakeState) -> DistalContext:
-    """Where the distal links are now, for a control of them."""
+    """The present position of the distal links, for their control."""
     shape, first = state.pose.shape, drive.first
     window = np.ascontiguousarray(state.pose.windows[first:])
     rest, bound = np.array(shape.q[2 * first :]), limits_here(drive, state)[first:]
@@ -41,12 +41,12 @@ def can_look(drive: DriveConstants, state: SnakeState) -> bool:
 
 
 def needs_bends(state: SnakeState) -> bool:
-    """Whether the control steers on bends that are found beforehand."""
+    """Whether the control uses precomputed bends."""
     return isinstance(state.control, ParameterisedControl)
 
 
 def ready_to_look(drive: DriveConstants, state: SnakeState) -> SnakeState:
-    """With the control of the distal links ready here; bends that are planned elsewhere are adopted, not found."""
+    """With the control of the distal links ready here; bends that are planned elsewhere are adopted, not computed."""
     if state.settled or (drive.planner is None and needs_bends(state)):
         return state
     control = state.control.copy()
@@ -57,7 +57,7 @@ def ready_to_look(drive: DriveConstants, state: SnakeState) -> SnakeState:
 def bend(
     drive: DriveConstants, state: SnakeState, command: SnakeCommand, dt: float, left: float
 ) -> tuple[SnakeState, Outcome]:
-    """The distal links, by the camera command or back to the conforming shape, with ``left`` s of joint travel."""
+    """Move the distal links by the camera command or back to the conforming shape, with ``left`` s of joint travel."""
     q, rest = state.pose.q[2 * drive.first :].copy(), state.pose.shape.q[2 * drive.first :]
     most = state.settings.speed_max * left
     steered = command.bend is None and not command.straighten and not state.by_joints
@@ -86,7 +86,7 @@ def bend(
 def _straighten(
     drive: DriveConstants, state: SnakeState, q: Array, rest: Array, most: float, by_joints: bool
 ) -> tuple[SnakeState, Outcome]:
-    """Straight to the conforming shape; where that is refused, back by the bends that led here."""
+    """Directly to the conforming shape; where that is refused, back along the bends that led here."""
     if not state.trail.back:
         state.control.lead((0.0, 0.0))
         state, outcome = _go(drive, state, q, rest, most, by_joints)
@@ -104,7 +104,7 @@ def _straighten(
 def _go(
     drive: DriveConstants, state: SnakeState, q: Array, target: Array, most: float, by_joints: bool
 ) -> tuple[SnakeState, Outcome]:
-    """The distal joints from q (2L',) towards others, none by more than ``most`` rad, as far as the limits let."""
+    """The distal joints from q (2L',) towards others, none by more than ``most`` rad, as far as the limits permit."""
     fastest = float(np.abs(target - q).max()) / most
     if fastest == 0.0:
         return state, REST
@@ -132,7 +132,7 @@ def _go(
 
 
 def _no_bend(drive: DriveConstants, state: SnakeState, q: Array) -> str:
-    """No joint moves the camera as commanded: what is at its end."""
+    """The reason why no joint moves the camera as commanded."""
     here = ", ".join(stops(distal_context(drive, state), q, drive.first))
     known = state.control.ends(drive.first)
     ends = [words for words in (here, f"the bends known here end with {known}" if known else "") if words]
@@ -140,14 +140,14 @@ def _no_bend(drive: DriveConstants, state: SnakeState, q: Array) -> str:
 
 
 def camera_outwards(drive: DriveConstants, state: SnakeState, q: Array) -> Array:
-    """(2,) where the camera goes in its plane as the distal links at q (2L',) bend more, mm."""
+    """(2,) direction of the camera in its plane as the distal links at q (2L',) bend further, mm."""
     if state.settled and not state.by_joints:
         return state.control.outwards(q)
     return outwards(drive.distal, q, state.pose.shape.q[2 * drive.first :])
 
 
 def trail_after(drive: DriveConstants, state: SnakeState, command: SnakeCommand) -> Trail:
-    """The bends to go back by after a step."""
+    """The trail of bends after a step."""
     if state.straight:
         return Trail()
     if command.bends and not command.straighten:

@@ -12,12 +12,12 @@ from .motion import backtracked, in_order, limits_of, moved_towards, refused_par
 from .outcome import MOVED, Outcome
 from .state import Ahead, ShapeSample, SnakeState
 
-SAME = 1e-9  # share by which a step may be longer than it is allowed to be, by rounding
-SAME_MM = 1e-9  # [mm] of insertion that is none: a shape that near is where the robot is
+SAME = 1e-9  # fraction by which rounding may make a step longer than permitted
+SAME_MM = 1e-9  # [mm] of insertion that counts as none: a shape this near is the robot's own
 
 
 def end_of_path(state: SnakeState, tip_s: float, sign: float) -> str | None:
-    """In words, why there is nowhere to go from there in that direction; None where there is."""
+    """The reason why no motion is possible from there in that direction; None where it is."""
     if sign > 0.0:
         return "the end of the path" if tip_s >= state.tissue.length_mm else None
     return "the robot is out" if tip_s <= 0.0 else None
@@ -40,7 +40,7 @@ def insert(drive: DriveConstants, state: SnakeState, wanted_mm: float, dt: float
     ratio = speed_ratio(state, ahead, dt)
     part = min(abs(wanted_mm), most) / abs(remaining)
     within = min(1.0, part, 1.0 / ratio if ratio > 0.0 else 1.0)
-    if within > 1.0 - SAME:  # the sum of the steps so far is rounded: no step is spent on the rest
+    if within > 1.0 - SAME:  # the sum of the steps is rounded: no step is made for the remainder
         within = 1.0
     done = MOVED
     if within < min(1.0, part):
@@ -58,7 +58,7 @@ def insert(drive: DriveConstants, state: SnakeState, wanted_mm: float, dt: float
     if share == 0.0:
         return state, backtracked(state, share)
     tissue = state.tissue
-    if tissue.goal is not None:  # what the tissue asks for goes in with the robot
+    if tissue.goal is not None:  # the tissue's goal advances with the robot
         tissue = tissue._replace(goal=blended(tissue.goal, ahead, share * within))
     passed = state.ahead.passed() if share * within >= 1.0 else state.ahead
     state = state._replace(tip_s=state.pose.shape.tip_s, tissue=tissue, ahead=passed, settled=False)
@@ -75,7 +75,7 @@ def _bent(drive: DriveConstants, state: SnakeState) -> Outcome | None:
 
 
 def _known(state: SnakeState, sign: float) -> tuple[SnakeState, Outcome | None]:
-    """With the next of the shapes that were adopted as the first ahead, or held."""
+    """With the next adopted shape as the first one ahead, or held."""
     end = end_of_path(state, state.tip_s, sign)
     if end is not None:
         return state, Outcome("held", end, "end")
@@ -89,7 +89,7 @@ def _known(state: SnakeState, sign: float) -> tuple[SnakeState, Outcome | None]:
 def _planned(
     drive: DriveConstants, planner: InlinePlanner, state: SnakeState, sign: float
 ) -> tuple[SnakeState, Outcome | None]:
-    """With the next shape as the first ahead, planned now unless it is known, or held."""
+    """With the next shape as the first one ahead, planned now unless it is known, or held."""
     ahead, tip_s = state.ahead, state.tip_s
     if ahead.samples and (ahead.samples[0].place_mm - tip_s) * sign > 0.0:
         return state, None
@@ -100,7 +100,7 @@ def _planned(
     shape = planner.inserted(state.tissue.curve, place, ahead.last, ahead.planned)
     if not in_order(shape.joint_s):
         return state.restarted(), Outcome("held", "no shape conforms to the path there", "end")
-    # A link gets a smaller bound as it comes to a narrower place; those that lead there are planned for it.
+    # A link gets a smaller bound as it reaches a narrower position; the shapes that lead there are planned for it.
     windows, measured, _ = drive.placed(state.bounds, shape.joint_s)
     around = link_windows(drive.pathway, shape.joint_s, drive.first, planning_margin(ahead.spacing_mm))
     limit = limits_of(drive, state, Placed(windows, measured, state.bounds.at(drive.inscribed, around)))

@@ -1,4 +1,4 @@
-"""What a step of the driven snake came to."""
+"""The outcome of a step of the driven snake."""
 
 from __future__ import annotations
 
@@ -10,15 +10,16 @@ LimitedBy = Literal["bound", "speed", "step", "bends", "bent", "end", "tissue", 
 
 
 class Outcome(NamedTuple):
-    """What a step came to.
+    """The outcome of a step.
 
-    name: 'rest' where nothing is asked for or it is so already, 'moved', 'shrunk' to a part of the wanted step, or
-        'held'. 'shrunk' too where a command was carried out but the tissue's motion could not be followed, or where one
-        to bend came with insertion. A bend and 'straighten' name a goal and no speed: on the way there is 'moved'.
-    words: what shrank or held it.
-    limit: what that was, 'bound' of a link, 'speed' of the joints, 'step': the most that one inserts, 'bends': none
-        moves the camera so, 'bent': the tip has to be straightened first, 'end' of the path, 'tissue' without a
-        pathway, 'insertion' before the camera, 'planning' of what is to come.
+    name: 'rest' without a command or where its goal is reached, 'moved', 'shrunk' to a part of the commanded step, or
+        'held'. Also 'shrunk' where a command was executed but the tissue's motion could not be followed, or where one
+        to bend was combined with insertion. A bend and 'straighten' state a goal and no speed: on the way to it is
+        'moved'.
+    words: the reason why it was scaled or held.
+    limit: the limiting constraint, 'bound' of a link, 'speed' of the joints, 'step': the largest insertion, 'bends':
+        none moves the camera so, 'bent': the tip has to be straightened first, 'end' of the path, 'tissue' without a
+        pathway, 'insertion' before the camera, 'planning' of the next part.
     at: (3,) LPS mm, the vertex that would be beyond its link's bound.
     """
 
@@ -32,7 +33,7 @@ REST, MOVED = Outcome("rest"), Outcome("moved")
 
 
 def both(tissue: Outcome, command: Outcome) -> Outcome:
-    """Of following the tissue and a command; tissue that could not be followed is not passed over."""
+    """Outcome of following the tissue and a command; a failure to follow the tissue is included."""
     if tissue.name == "held" and command.name == "moved":
         return tissue._replace(name="shrunk")
     return command

@@ -1,4 +1,4 @@
-"""What the certificate refused last, in words when somebody asks."""
+"""The last refusal of the certificate, put in words on request."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from .outcome import Outcome
 
 @dataclass(frozen=True, eq=False)
 class Refusal:
-    """A verdict on links (L,) with bounds (L,) mm that were to go to a pose."""
+    """A verdict on the motion of links (L,) with bounds (L,) mm to a pose."""
 
     verdict: MotionVerdict
     end: Configuration
@@ -30,7 +30,7 @@ class Refusal:
         return int((self.verdict.deviation.depth - self.bound).argmax())
 
     def outcome(self, name: Literal["shrunk", "held"]) -> Outcome:
-        """Of a step that it shrank or held; the place is that of the vertex farthest out, at the pose wanted."""
+        """Outcome of a step that it scaled or held; the position is that of the outermost vertex, at the goal."""
         found = self.verdict.deviation
         over = found.depth - self.bound
         link = self.link

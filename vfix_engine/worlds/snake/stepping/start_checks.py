@@ -1,4 +1,4 @@
-"""What a drive starts with: robot, place and slack about its curve that fit together, and its control."""
+"""Consistent start values of a drive: robot, position, slack about its curve, and its control."""
 
 from __future__ import annotations
 
@@ -20,11 +20,12 @@ from ..settings import DriveSettings
 
 
 def checked_tip(snake: SnakeModel, length: float, tip_s: float, longer_allowed: bool) -> float:
-    """How far in the tip starts, mm, along a path of so many mm; at most the robot's own length before it.
+    """Arc length in mm at which the tip starts on a path of ``length`` mm; at most the robot's own length before the
+    path.
 
     Raises:
-        InputError: a robot with more links than it takes to the path's end, unless that is allowed; a place before
-            the robot, or none. That the path ends before it is for the conformance to say.
+        InputError: a robot with more links than the path needs, unless that is allowed; a position before
+            the robot, or a value that is not a number. A position beyond the path's end is refused by the conformance.
     """
     fits = math.ceil(length / snake.length_mm)
     if snake.links > fits and not longer_allowed:
@@ -36,10 +37,10 @@ def checked_tip(snake: SnakeModel, length: float, tip_s: float, longer_allowed: 
 
 
 def checked_slack(slack: ArrayLike | None, curve: Curve | None) -> Array | None:
-    """How far the robot may leave a curve that was given, (N,) mm at its points.
+    """How far the robot may leave an explicit curve, (N,) mm at its points.
 
     Raises:
-        InputError: another shape, numbers that are not finite, or no curve that they are about.
+        InputError: another shape, numbers that are not finite, or no explicit curve.
     """
     if slack is None:
         return None
@@ -52,7 +53,8 @@ def checked_slack(slack: ArrayLike | None, curve: Curve | None) -> Array | None:
 
 
 def refuse_beyond(depth: Array, bound: Array) -> None:
-    """Whether all links are within their bounds, (L,) mm: the limits would let one that is not stay there.
+    """Check that all links are within their bounds, (L,) mm: the limits would permit a link beyond its bound to stay
+    there.
 
     Raises:
         InputError: a link is not.

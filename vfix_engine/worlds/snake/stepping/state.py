@@ -1,4 +1,4 @@
-"""The driven snake at one moment: all that its next step needs, as immutable values.
+"""The state of the driven snake: everything that its next step needs, as immutable values.
 
 Arrays are replaced by a step and never written to, so states share them.
 """
@@ -31,11 +31,11 @@ STRAIGHT = 1e-9  # [rad] off the conforming shape
 
 
 class Pose(NamedTuple):
-    """Where the robot is, and how deep its links are: each certified motion replaces it as a whole.
+    """Pose of the robot and depth of its links; each certified motion replaces it as a whole.
 
-    shape: that conforms, without the operator's bend; q: (2L,) rad, with it.
-    windows: (L, 2) segments that links are measured against; measured: (L,) links that are inside the pathway.
-    bound: (L,) mm, b_i where the links are; deviation: (L,) eq. 9, 0 for links that are not measured.
+    shape: the conforming one, without the operator's bend; q: (2L,) rad, with it.
+    windows: (L, 2) segments in which links are measured; measured: (L,) links that are inside the pathway.
+    bound: (L,) mm, b_i at the links' positions; deviation: (L,) eq. 9, 0 for links that are not measured.
     """
 
     shape: ShapeSolution
@@ -47,12 +47,12 @@ class Pose(NamedTuple):
 
 
 class Tissue(NamedTuple):
-    """The pathway as it was seen last.
+    """The last sample of the pathway.
 
-    packed: that pathway; curve: what shapes conform to, length_mm: of what it has become.
-    seen_t: s, when; due: s, when it is seen next; lost: in words, why there is no pathway.
+    packed: that pathway; curve: followed by shapes, length_mm: its present length.
+    seen_t: s, time of the sample; due: s, time of the next one; lost: the reason why there is no valid pathway.
     rim: (S + 1,) mm/s, how fast the wall of each segment moved, and 0.
-    goal: the shape that the tissue's motion asks for, while it is not reached.
+    goal: the shape that conforms to the moved tissue, until it is reached.
     """
 
     packed: PackedPathway
@@ -66,17 +66,18 @@ class Tissue(NamedTuple):
 
 
 class ShapeSample(NamedTuple):
-    """A conforming shape on the way of an insertion, and the place of its tip in mm."""
+    """A conforming shape along an insertion, and the arc length of its tip in mm."""
 
     place_mm: float
     shape: ShapeSolution
 
 
 class Ahead(NamedTuple):
-    """Where an insertion goes next.
+    """The next shapes of an insertion.
 
-    last: the shape that was taken last, or that planning goes on from; planned: the one that was planned last, which
-        may have been let go. sign: of the insertion, 0 where nothing is planned; samples: shapes in that direction.
+    last: the shape that was reached last, or from which planning continues; planned: the one that was planned last,
+        which may have been discarded. sign: of the insertion, 0 where nothing is planned; samples: shapes in that
+        direction.
     """
 
     spacing_mm: float
@@ -86,37 +87,38 @@ class Ahead(NamedTuple):
     samples: tuple[ShapeSample, ...] = ()
 
     def left(self, sign: float) -> int:
-        """How many shapes are known in that direction."""
+        """Number of known shapes in that direction."""
         return len(self.samples) if self.sign == sign else 0
 
     @property
     def end(self) -> ShapeSolution:
-        """The last shape that is known."""
+        """The last known shape."""
         return self.samples[-1].shape if self.samples else self.last
 
     def passed(self) -> Ahead:
-        """The next shape has been taken."""
+        """The next shape has been reached."""
         return self._replace(last=self.samples[0].shape, samples=self.samples[1:])
 
     def restarted(self, shape: ShapeSolution) -> Ahead:
-        """Go on from another shape; what was planned is let go."""
+        """Continue from another shape; plans are discarded."""
         return Ahead(self.spacing_mm, shape, shape)
 
 
 class SnakeState(NamedTuple):
     """The driven snake after a step, with its settings and the request under way.
 
-    t: s; steps: since the start; mode: what the step was about.
-    settings: in force; adjusted: those that may change while it is driven, which a script's do not; bounds: of the
+    t: s; steps: since the start; mode: of the step.
+    settings: current; adjusted: those that may change during a drive, which a script's do not; bounds: of the
         links by place.
-    tip_s: mm, how far the tip is in. began: (2L,) rad, joints at the beginning of the step.
+    tip_s: mm, arc length of the tip. began: (2L,) rad, joints at the beginning of the step.
     control: of the distal links, changed only in a copy; settled: it is ready here; by_joints: the links are bent by
         commands to their joints; trail: bends that led here.
     result: of the step; refused: what the certificate refused last.
     inserting: the last command did; toward: the direction of the last insertion.
     following: the shape follows the tissue. refused_commands: that were not finite.
-    period_s: of the next step. doing: the request under way; bend_goal: (2L',) rad that it is for, None: none; looking:
-        where a look-round is; looked_deg: how far the last one turned the view to each side.
+    query_s, step_s: measured durations of the last query of all links and of this step in s.
+    period_s: of the next step. doing: the active request; bend_goal: (2L',) rad, its goal, None: none; looking:
+        progress of a look-round; looked_deg: angle of the view in each direction in the last one.
     """
 
     settings: DriveSettings
@@ -174,12 +176,12 @@ class SnakeState(NamedTuple):
 
     @property
     def packed(self) -> PackedPathway:
-        """The pathway of this moment."""
+        """The present pathway."""
         return self.tissue.packed
 
     @property
     def windows(self) -> IntArray:
-        """(L, 2) segments that links are measured against."""
+        """(L, 2) segments in which links are measured."""
         return self.pose.windows
 
     @property
@@ -189,7 +191,7 @@ class SnakeState(NamedTuple):
 
     @property
     def bound(self) -> Array:
-        """(L,) mm, b_i where each link is."""
+        """(L,) mm, b_i at each link's position."""
         return self.pose.bound
 
     @property
@@ -209,12 +211,12 @@ class SnakeState(NamedTuple):
 
     @property
     def held_by(self) -> str | None:
-        """In words, what shrank or held it."""
+        """The reason why it was scaled or held."""
         return self.result.words
 
     @property
     def limit(self) -> LimitedBy | None:
-        """What that was."""
+        """The limiting constraint."""
         return self.result.limit
 
     @property
@@ -224,9 +226,9 @@ class SnakeState(NamedTuple):
 
     @property
     def straight(self) -> bool:
-        """Whether the distal links lie as the conforming shape has them."""
+        """Whether the distal links have the conforming shape."""
         return bool(np.abs(self.pose.q - self.pose.shape.q).max() < STRAIGHT)
 
     def restarted(self) -> SnakeState:
-        """With nothing planned beyond the shape that the robot has."""
+        """Without plans beyond the robot's shape."""
         return self._replace(ahead=self.ahead.restarted(self.pose.shape))

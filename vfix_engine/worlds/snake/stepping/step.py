@@ -1,8 +1,8 @@
-"""One step of the driven snake: a wish and a verdict.
+"""One step of the driven snake: a desired motion and a verdict.
 
-The conforming shape, the control of the distal links or the operator say where to go, and the hard limits of
-``limits.py`` decide whether, and how far, the robot goes there. Without a command nothing moves, but for a pathway that
-moves, which the robot's shape follows.
+The conforming shape, the control of the distal links or the operator determine a goal, and the hard limits of
+``limits.py`` decide whether, and how far, the robot moves there. Without a command nothing moves, except that the
+robot's shape follows a moving pathway.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from .tissue import LEAST_LEFT, follow_tissue, lost
 
 
 def step(drive: DriveConstants, state: SnakeState, command: SnakeCommand, dt: float) -> SnakeState:
-    """The state after ``dt`` s; every motion is certified, whoever wants it."""
+    """The state after ``dt`` s; every motion is certified, whatever its source."""
     refused = state.refused_commands
     if not command.finite:
         command, refused = command.cleaned, refused + 1
@@ -44,7 +44,7 @@ def step(drive: DriveConstants, state: SnakeState, command: SnakeCommand, dt: fl
 
 
 def _obeyed(drive: DriveConstants, state: SnakeState, command: SnakeCommand, dt: float) -> tuple[SnakeState, Outcome]:
-    """What the operator asks for, with what the tissue has left of the joints' speed."""
+    """The operator's command, with the joint speed that following the tissue has left."""
     left = time_left(state, dt)
     if left < LEAST_LEFT * dt:
         return state, Outcome("held", "the joints are as fast as they may be, following the tissue", "speed")

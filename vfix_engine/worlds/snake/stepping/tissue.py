@@ -1,4 +1,4 @@
-"""The driven snake goes with the tissue: the pathway of now, and the shape that conforms to it."""
+"""The driven snake follows the tissue: the present pathway, and the shape that conforms to it."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ from .motion import (
 from .outcome import REST, Outcome
 from .state import SnakeState
 
-TISSUE_SHARE = 0.5  # of the joints' speed at most is for following the tissue; the rest is the hand's
-LEAST_LEFT = 0.01  # of a step: with less of its joint travel left nothing more is tried
-OLDEST_S = 0.06  # [s] a pathway that was seen longer ago moves nothing any more
+TISSUE_SHARE = 0.5  # largest fraction of the joints' speed for following the tissue; the rest is the hand's
+LEAST_LEFT = 0.01  # of a step: with less joint travel left no further motion is tried
+OLDEST_S = 0.06  # [s] an older pathway permits no motion
 
 
 def lost(drive: DriveConstants, state: SnakeState) -> str | None:
-    """In words, why there is no pathway that anything may move by; None while there is."""
+    """The reason why there is no pathway that permits motion; None while there is."""
     age_s = tissue_age_s(drive, state)
     if state.tissue.lost is None and age_s > OLDEST_S + 1e-9:
         return f"the tissue was seen {1e3 * age_s:.0f} ms ago; {1e3 * OLDEST_S:.0f} ms is the most"
@@ -35,7 +35,7 @@ def lost(drive: DriveConstants, state: SnakeState) -> str | None:
 
 
 def follow_tissue(drive: DriveConstants, state: SnakeState, dt: float) -> tuple[SnakeState, Outcome]:
-    """The pathway of now, and, as fast as joints may, the shape that conforms to it."""
+    """Update the pathway, and move, as fast as the joints permit, to the shape that conforms to it."""
     state = _seen(drive, state, dt)
     if (words := lost(drive, state)) is not None:
         return state, Outcome("held", words, "tissue")
@@ -53,7 +53,7 @@ def follow_tissue(drive: DriveConstants, state: SnakeState, dt: float) -> tuple[
 
 
 def _seen(drive: DriveConstants, state: SnakeState, dt: float) -> SnakeState:
-    """After a look at the tissue, if it is time to and this drive looks for itself."""
+    """After sampling the tissue, if that is due and this drive samples it itself."""
     planner, tissue = drive.planner, state.tissue
     if planner is None or state.t < tissue.due:
         return state
@@ -71,11 +71,11 @@ def _seen(drive: DriveConstants, state: SnakeState, dt: float) -> SnakeState:
 
 
 def _to_goal(drive: DriveConstants, state: SnakeState, dt: float) -> tuple[SnakeState, Outcome]:
-    """Towards the shape that the tissue asks for, so fast that it is there when the tissue is looked at again."""
+    """Move towards the tissue's goal, at a speed that reaches it when the tissue is sampled again."""
     goal = state.tissue.goal
     if goal is None:
         return state, REST
-    due = min(dt / max(state.tissue.due - state.t + dt, dt), 1.0)  # of the way until the next look
+    due = min(dt / max(state.tissue.due - state.t + dt, dt), 1.0)  # fraction of the way until the next sample
     whole = due == 1.0 and speed_ratio(state, goal, dt) <= 1.0
     state, share = largest_fraction(
         lambda now, share: moved_towards(drive, now, blended(now.pose.shape, goal, share * due), dt),
@@ -84,15 +84,15 @@ def _to_goal(drive: DriveConstants, state: SnakeState, dt: float) -> tuple[Snake
     )
     if share == 0.0 or (whole and share == 1.0):
         state = state._replace(tissue=state.tissue._replace(goal=None))
-    if share == 0.0:  # nothing is followed until the tissue has moved on
+    if share == 0.0:  # no goal until the tissue has moved again
         state = state.restarted()
     return state, backtracked(state, share)
 
 
 def _beyond(drive: DriveConstants, state: SnakeState) -> bool:
-    """Whether a link is to retreat at once, whatever that costs.
+    """Whether a link has to retreat at once, at any cost.
 
-    Where plans come from elsewhere a link that only uses up its reserve waits for the next one.
+    Where plans are made elsewhere, a link that only uses up its reserve waits for the next plan.
     """
     pose = state.pose
     limit = np.where(pose.measured, pose.bound, np.inf) if drive.planner is None else limits_here(drive, state)

@@ -1,4 +1,4 @@
-"""The bends that the hand has come through, to go back by where the straight path from here is not free."""
+"""The bends that the hand has passed, for the way back where the direct path is not free."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ....arrays import Array
 
 SteeringAngles = tuple[float, float]
 
-_APART = math.radians(1.0)  # between two bends that are kept, the joint that differs most
+_APART = math.radians(1.0)  # difference of the most different joint between two stored bends
 _REACHED = 1e-9  # [rad]
 
 
@@ -25,7 +25,7 @@ class Trail(NamedTuple):
     back: bool = False
 
     def noted(self, bend: Array, steering: SteeringAngles) -> Trail:
-        """The hand has come to a bend."""
+        """The hand has reached a bend."""
         bends = self.bends
         if bends and float(np.abs(bends[-1][0] - bend).max()) < _APART:
             return Trail(bends)
@@ -36,7 +36,7 @@ class Trail(NamedTuple):
         return Trail((*bends, (bend.copy(), steering)))
 
     def before(self, bend: Array) -> Trail:
-        """On the way back, without the bends that have been reached."""
+        """On the way back, without the bends already reached."""
         left = len(self.bends)
         while left and float(np.abs(self.bends[left - 1][0] - bend).max()) < _REACHED:
             left -= 1

@@ -24,7 +24,7 @@ _FIGURES = {"fre_mm": "fre_mm", "points": "points", "fle_mm": "error_of_a_point_
 
 
 @dataclass(frozen=True)
-class SaidByFile:
+class FileMetadata:
     """to: what the transform leads to, None where the file leaves that open. simulated: no patient was measured.
 
     fre_mm, points, fle_mm: FRE, number of points and error of one, as a `FitReport` has them; None where it says none.
@@ -50,7 +50,7 @@ def direction(to: RegisteredTo) -> str:
     return f"from the image (LPS, mm) to {FULL[to]} (mm)"
 
 
-def said_of(lines: Sequence[tuple[str, Any]], to: RegisteredTo | None = None) -> SaidByFile:
+def said_of(lines: Sequence[tuple[str, Any]], to: RegisteredTo | None = None) -> FileMetadata:
     """What keys and values of a file say. to: what it says otherwise that the transform leads to.
 
     A figure that cannot be one is passed over. Raises InputError where the file names two frames.
@@ -65,7 +65,7 @@ def said_of(lines: Sequence[tuple[str, Any]], to: RegisteredTo | None = None) ->
     figures = {name: _figure(values.get(key)) for name, key in _FIGURES.items() if name != "points"}
     count = _figure(values.get("points"))
     points = int(count) if count and count.is_integer() and count <= MOST_POINTS else None
-    return SaidByFile(next(iter(frames), None), simulated, points=points, **figures)
+    return FileMetadata(next(iter(frames), None), simulated, points=points, **figures)
 
 
 def _says_yes(value: Any) -> bool:

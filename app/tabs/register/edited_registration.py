@@ -2,10 +2,6 @@
 
 from __future__ import annotations
 
-import functools
-from collections.abc import Callable
-from typing import Any
-
 import msgspec
 
 from app.documents import check_still_newest
@@ -16,11 +12,11 @@ from app.messages.fields import Command
 from app.messages.sections import Section
 from app.operations.messages import OperationMessage
 from app.operations.operation import Change, Operation
-from app.operations.spec import DocumentSpec
 from app.operations.standard import Redo, Undo
 from app.plans.service import Plan
-from app.registration.editor import StoredRegistration, found_pair
-from app.registration.operations import AddPair
+from app.registration.document import StoredRegistration
+from app.registration.edits import found_pair
+from app.registration.operations import SPEC, AddPair, Reorder
 from app.registration.point_order import OrderAnswer
 from app.registration.target_errors import ErrorTable
 from app.services import Services
@@ -30,13 +26,13 @@ from app.tabs.register.views import marks_of, registration_view
 from vfix_engine.errors import InputError, VfixError
 
 
-class OpenRegistration:
+class EditedRegistration:
     """What one client does with one registration. Owned by the session's thread."""
 
     def __init__(self, services: Services, registration_id: str) -> None:
         """Raises NotFound and InputError."""
         self._services = services
-        self._editor = services.registering.editor(registration_id)
+        self._editor = services.registrations.editor(registration_id)
         self._changes = services.store.changes
         self._seen = self._changes.of_document(registration_id)  # before it is read
         self.document = self._editor.document
@@ -66,10 +62,11 @@ class OpenRegistration:
         if self.selected not in known:
             self.selected = None
 
-    def _edit(self, change: Callable[..., StoredRegistration], *arguments: Any) -> None:
-        """Do an edit on the revision that is shown."""
+    def _do(self, operation: Operation) -> None:
+        """Do an operation on the revision that is shown."""
+        assert isinstance(operation, Change)
         try:
-            document = change(*arguments, expected_revision=self.document.revision)
+            document = operation.run(SPEC.context(self._services, self.document.revision), self.id)
         except VfixError:
             self._show(self._editor.document)
             raise
@@ -92,14 +89,10 @@ class OpenRegistration:
             if cross is None:
                 raise InputError("this head has no slices to take a place from.")
             operation = msgspec.structs.replace(operation, in_image=cross)
-        self._edit(functools.partial(self._done, message.spec, operation))
+        self._do(operation)
         if isinstance(operation, AddPair):
             self.selected = operation.added(self.document)
         return self.document.told
-
-    def _done(self, spec: DocumentSpec, operation: Operation, *, expected_revision: int) -> StoredRegistration:
-        assert isinstance(operation, Change)
-        return operation.run(spec.context(self._services, expected_revision), self.id)
 
     def order(self, command: Command) -> None:
         """Find an order of the points, forget it or take it. Raises VfixError where it cannot be done."""
@@ -108,7 +101,7 @@ class OpenRegistration:
             case c.TakeOrder():
                 if orders is None or command.candidate >= len(orders.candidates):
                     raise InputError("the points have changed since the order was looked for; look again.")
-                self._edit(self._editor.reorder, orders.candidates[command.candidate].measured_of)
+                self._do(Reorder(measured_of=dict(orders.candidates[command.candidate].measured_of)))
                 self._orders = None
             case c.MatchOrder(type="order.find"):
                 answer = self._services.registering.order(self.document.content)
@@ -161,13 +154,13 @@ class OpenRegistration:
         return self._errors.get(key, lambda: self._services.registering.errors(self.document.content, same))
 
 
-def newest(services: Services, case_id: str, wanted: str | None) -> OpenRegistration | None:
+def newest(services: Services, case_id: str, wanted: str | None) -> EditedRegistration | None:
     """The wanted registration of a case, else the newest that can be read; None where there is none."""
     ids = [title.id for title in services.registrations.titles(case_id)]
     ids.sort(key=lambda known: known == wanted)  # stable: the wanted one is the last
     for known in reversed(ids):
         try:
-            return OpenRegistration(services, known)
+            return EditedRegistration(services, known)
         except (NotFound, InputError):
             continue  # the list says which cannot be read
     return None
