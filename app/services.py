@@ -35,6 +35,7 @@ class Services:
         from app.imaging.island_previews import IslandPreviews
         from app.imaging.labels import PaintedLabels
         from app.imaging.segmenting import Segmenting
+        from app.imaging.skins import Skins
         from app.kit.admission import AdmissionQueue
         from app.kit.jobs import Jobs
         from app.live import LiveBoard
@@ -48,10 +49,8 @@ class Services:
         from app.planning.suggestions import Suggestions
         from app.plans.service import PlanService
         from app.plans.shipped_head import ensure_head_phantom
-        from app.plans.versions import PlanVersions
         from app.registration.driven import driven_registration
         from app.registration.kind import REGISTRATION
-        from app.registration.refining import Refining
         from app.registration.service import Registering
         from app.registration.tracing import Tracing
         from app.store import Store
@@ -65,26 +64,27 @@ class Services:
         self.tracker = tracker = _tracker(settings)
 
         self.structures = CaseStructures(cases)
-        self.overlays = Overlays(cases)
+        self.overlays = overlays = Overlays(cases)
         self.purge = Purge(store)
-        self.versions = PlanVersions(store, plans)
+        self.versions = plans.versions
         self.instruments = instruments = plans.instruments
         self.importing = ImportService(cases)
         self.import_jobs = ImportJobs(jobs, self.importing)
         self.segmenting = Segmenting(cases, jobs)
         self.labels = PaintedLabels(store, cases, jobs)
         self.islands = IslandPreviews(cases, jobs)
+        self.skins = Skins(store, cases, jobs)
 
         self.registrations = registrations = Documents(store, REGISTRATION)
         self.registering = registering = Registering(registrations, cases, plans, jobs, tracker)
-        self.refining = Refining(cases, registering, jobs, tracker)
+        self.refining = registering.refining
         self.tracing = Tracing(cases, plans, registering, tracker)
 
         self.distance_fields = distance_fields = DistanceFields(cases)
         self.planning = planning = Planning(
             cases, instruments, distance_fields, lambda plan: driven_registration(registering.registration_of(plan))
         )
-        plans.connect(cases, planning)
+        plans.connect(cases, planning, registering, overlays)
         self.dry_runs = DryRunJobs(jobs, planning)
         self.previews = Previews(cases, planning)
         self.rehearsal_options = options = OptionsByPlan()

@@ -1,11 +1,10 @@
 """Models of plans in the API."""
 
-from typing import Annotated, Any
+from typing import Annotated
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, Field
 
-from app.api.dependencies import Flag, Number, Wish
-from app.cases.second_volume import IDENTITY
+from app.api.dependencies import Wish
 from app.kit.names import MAX_NAME
 from app.kit.values import MAX_COORDINATE
 from app.planning.verdict import Level
@@ -18,47 +17,6 @@ Name = Annotated[str, Field(min_length=1, max_length=MAX_NAME)]
 Revision = Annotated[
     int | None, Field(ge=0, strict=True, description="the revision that was seen; another one gives 409")
 ]
-
-
-class ZonePublic(BaseModel):
-    """A structure to spare; shape as in a file of zones, or of the kind 'capsules' or 'structure'."""
-
-    id: str
-    name: str
-    shape: dict[str, Any]
-    margin_mm: float
-    kind: str
-    stiffness_n_per_mm: float | None
-    max_depth_mm: float | None
-    colour: str
-    visible: bool
-
-
-class RemovedBonePublic(BaseModel):
-    """Bone that is to be removed before the tool goes in."""
-
-    id: str
-    name: str
-    shape: dict[str, Any]
-
-
-class SecondVolumePublic(BaseModel):
-    """What is laid over the head's slices: a volume of a case by its name, else that case's widest CT.
-
-    transform: 16 numbers row by row, from the second volume's LPS to the head's, mm, rigid. opacity: from 0 to 1.
-    window, level: its values from black to white, and the value in their middle.
-    other_head: confirms that a volume of another case than the plan's shows the same patient.
-    """
-
-    model_config = ConfigDict(extra="forbid")
-
-    case: Annotated[str, Field(max_length=64)]
-    volume: Annotated[str | None, Field(max_length=64)] = None
-    transform: Annotated[list[Number], Field(min_length=16, max_length=16)] = list(IDENTITY)
-    opacity: Number = 0.5
-    window: Number = 2500.0
-    level: Number = 600.0
-    other_head: Flag = False
 
 
 class OwnRobotPublic(BaseModel):

@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 BONE = (226, 216, 198)
+SKIN = (222, 164, 138)
 ACCENT = (109, 179, 242)
 SELECTED = (255, 255, 255)
 TARGET = (229, 143, 208)

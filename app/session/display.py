@@ -129,7 +129,7 @@ class Display:
         spec = view.tab.spec
         if warming:
             hint = f"{warming} …"
-        elif self._workspace.case.deleted and spec.input != "drive":
+        elif self._workspace.case.deleted and not view.tab.busy:
             hint = "This head was deleted elsewhere. Restore it from the list of deleted heads, or open another one."
         else:
             hint = view.hint

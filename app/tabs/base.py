@@ -159,6 +159,11 @@ class Tab:
         """Places [LPS mm] that a near view of the anatomy has to show."""
         return []
 
+    @property
+    def busy(self) -> bool:
+        """Whether the tab's own hint goes before all others, such as while a robot moves."""
+        return False
+
     def hint(self) -> str:
         """What to do next, in one sentence, while the tab is active."""
         return ""

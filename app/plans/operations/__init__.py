@@ -3,7 +3,17 @@
 from app.operations.spec import DocumentSpec
 from app.operations.standard import SetDeleted
 from app.plans.document import PLAN, plan_of
-from app.plans.operations import document, instruments, points
+from app.plans.operations import (
+    document,
+    instruments,
+    paths,
+    points,
+    regions,
+    removed_bone,
+    second_volume,
+    versions,
+    zones,
+)
 from app.plans.operations.base import PlanEdit
 from app.plans.public import PlanPublic
 
@@ -21,7 +31,10 @@ SPEC = DocumentSpec(
         document.RestorePlan, document.UndoPlan, document.RedoPlan, document.SetNotes,
         instruments.ChooseRobotByName, instruments.ChooseToolByName, instruments.PlaceRobot,
         points.AddPoint, points.AddTarget, points.TakeTargets, points.MovePoint, points.RenamePoint,
-        points.RenameItem, points.DeletePoint,
+        points.RenameItem, points.DeletePoint, paths.SetShaft, paths.AddPath, paths.CopyPath, paths.RenamePath,
+        paths.SetEntrySide, paths.ChoosePath, paths.DeletePath,
+        *zones.OPERATIONS, *removed_bone.OPERATIONS, *regions.OPERATIONS, *versions.OPERATIONS,
+        *second_volume.OPERATIONS, instruments.UseRegistration,
     ),
     service="plans",
 )  # fmt: skip

@@ -24,7 +24,7 @@ class PlanEdit(Edit, frozen=True):
         raise NotImplementedError
 
     def added(self, content: PlanContent) -> str:
-        """Id of the point or target that it added to the content that it made, which a client selects; '' for none."""
+        """Id of what it added to the content that it made, which a client selects; '' for none."""
         return ""
 
 

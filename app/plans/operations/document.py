@@ -78,6 +78,7 @@ class RestorePlan(Restore, frozen=True):
 class UndoPlan(Undo, frozen=True):
     """Take the newest edit back; `told` of the answer says which."""
 
+    title = "Undo"
     message = "undo"
     of_open = True
 
@@ -85,6 +86,7 @@ class UndoPlan(Undo, frozen=True):
 class RedoPlan(Redo, frozen=True):
     """Do again what was taken back; `told` of the answer says what."""
 
+    title = "Redo"
     message = "redo"
     of_open = True
 
@@ -109,12 +111,3 @@ class SetSettings(Change, frozen=True):
     def run(self, context: Plans, document_id: str) -> StoredPlan:
         editor = context.documents.editor(document_id)
         return editor.set_settings(self.settings, expected_revision=context.expected)
-
-
-class TakeOver(PlanEdit, frozen=True):
-    """Take over another content, but for its settings, which are no step of the history."""
-
-    content: PlanContent
-
-    def apply(self, content: PlanContent, context: Plans) -> PlanContent:
-        return replace(self.content, settings=content.settings)

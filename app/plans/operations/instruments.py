@@ -1,4 +1,4 @@
-"""Operations on a plan's robot, its placement and the tool."""
+"""Operations on a plan's robot, its placement, the tool, and the registration through which they are placed."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from app.operations.fields import Identifier, Name
 from app.operations.operation import Verb
 from app.plans.document import plan_of
 from app.plans.instruments import shaped_tool
-from app.plans.model import PlanContent, check_robot, check_tool_shape, without_placement
+from app.plans.model import PlanContent, check_registration_id, check_robot, check_tool_shape, without_placement
 from app.plans.operations.base import PlanEdit, Plans, StoredPlan
 
 Hash = Annotated[str, Meta(min_length=64, max_length=64)]
@@ -55,6 +55,7 @@ class ChooseRobot(PlanEdit, frozen=True):
 class ChooseRobotByName(PlanEdit, frozen=True):
     """Choose another robot: a shipped one by its name, or an uploaded URDF by its hash and the link of the tool."""
 
+    title = "Choose robot"
     message = "plan.robot"
     name: Identifier
     urdf: Identifier | None = None
@@ -80,6 +81,7 @@ class ChooseTool(PlanEdit, frozen=True):
 class ChooseToolByName(PlanEdit, frozen=True):
     """Choose another tool by its name; a bend or radius that is left out is the shipped one's."""
 
+    title = "Choose tool"
     message = "plan.tool"
     name: Identifier
     bend_deg: ShapeNumber | None = None
@@ -110,3 +112,31 @@ class KeepPlacement(PlanEdit, frozen=True):
 
     def apply(self, content: PlanContent, context: Plans) -> PlanContent:
         return replace(content, robot=check_robot(self.robot))
+
+
+class UseRegistration(PlanEdit, frozen=True):
+    """Use a registration of the plan's case, or null for none, as one edit that undo takes back."""
+
+    rest = "PUT /plans/{id}/registration"
+    registration: Identifier | None
+
+    def run(self, context: Plans, document_id: str) -> StoredPlan:
+        if self.registration is not None:
+            context.service.registering.check_usable(plan_of(context.documents.get(document_id)), self.registration)
+        return ReferToRegistration(registration=self.registration).run(context, document_id)
+
+
+class ReferToRegistration(PlanEdit, frozen=True):
+    """Refer to a registration by its id, whether it can be used or not; None refers to none.
+
+    A placement of the robot is in the patient's frame, which is the image's without a registration: it is dropped where
+    the plan gets its first or loses its last.
+    """
+
+    registration: str | None
+
+    def apply(self, content: PlanContent, context: Plans) -> PlanContent:
+        checked = check_registration_id(self.registration)
+        crossed = (content.registration is None) != (checked is None)
+        robot = without_placement(content.robot) if crossed else content.robot
+        return replace(content, registration=checked, robot=robot)

@@ -6,9 +6,7 @@ from typing import Literal
 
 from app.messages.fields import Command, Identifier, Position
 from app.tabs.plan import clearance_commands
-from app.tabs.plan.region_commands import PATH_COMMANDS, REGION_COMMANDS
-from app.tabs.plan.second_volume import SECOND_VOLUME_COMMANDS
-from app.tabs.plan.version_commands import VERSION_COMMANDS
+from app.tabs.plan.region_commands import REGION_COMMANDS
 
 
 class OpenPlan(Command):
@@ -44,6 +42,13 @@ class PickOnSlice(Command):
     position: Position
 
 
+class CompareVersion(Command):
+    """Show what changed since a version; again, it is hidden."""
+
+    type: Literal["version.compare"]
+    version_id: Identifier
+
+
 COMMANDS: tuple[type[Command], ...] = (
     OpenPlan,
     ItemCommand,
@@ -51,9 +56,7 @@ COMMANDS: tuple[type[Command], ...] = (
     AddMode,
     EditCommand,
     PickOnSlice,
+    CompareVersion,
     *clearance_commands.COMMANDS,
     *REGION_COMMANDS,
-    *PATH_COMMANDS,
-    *VERSION_COMMANDS,
-    *SECOND_VOLUME_COMMANDS,
 )

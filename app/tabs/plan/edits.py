@@ -9,11 +9,9 @@ import numpy as np
 from app.messages.fields import Command
 from app.tabs.plan import commands as c
 from app.tabs.plan.edited_plan import EditedPlan
-from app.tabs.plan.region_commands import PATH_COMMANDS, REGION_COMMANDS, DrawRegion
-from app.tabs.plan.second_volume import SECOND_VOLUME_COMMANDS
+from app.tabs.plan.region_commands import REGION_COMMANDS, DrawRegion
 from app.tabs.plan.shafts import Shafts
 from app.tabs.plan.suggest_commands import HideSuggestion, RollShaft, ShaftCommand, SuggestionCommand
-from app.tabs.plan.version_commands import VERSION_COMMANDS
 from app.workspace.case_view import CaseView
 from vfix_engine.errors import InputError
 
@@ -32,16 +30,6 @@ class Edits:
                 self._cancel(edited)  # the next click draws, and means nothing else
             edited.regions.handle(command)
             return ""
-        if isinstance(command, SECOND_VOLUME_COMMANDS):
-            edited.second_volume.handle(command)
-            return ""
-        if isinstance(command, VERSION_COMMANDS):
-            edited.versions.handle(command)
-            return ""
-        if isinstance(command, PATH_COMMANDS):
-            edited.cancel()
-            edited.paths.handle(command)
-            return ""
         match command:
             case c.AddMode():
                 edited.add_mode = command.kind
@@ -54,6 +42,8 @@ class Edits:
                 edited.drag(command.item_id, command.position)
             case c.ItemCommand():
                 return self._item(edited, command)
+            case c.CompareVersion():
+                edited.versions.compare(command.version_id)
             case c.EditCommand():
                 return self._plain(edited, command.type)
             case SuggestionCommand() | HideSuggestion() | ShaftCommand() | RollShaft():

@@ -51,9 +51,9 @@ export default class PlanPanel {
     /** @type {HTMLElement | undefined} what had the focus before the ghost's card */
     this.before = undefined;
     this.overlay = h("div", { class: "overlay overlay-ghost", id: "ghost-card", hidden: true });
-    this.undoButton = iconButton("undo", "Undo (Ctrl+Z)", () => connection.send("undo"), { id: "undo" });
-    this.redoButton = iconButton("redo", "Redo (Ctrl+Shift+Z)", () => connection.send("redo"), { id: "redo" });
-    this.lockButton = h("button", { type: "button", class: "plain", id: "lock", title: "Locked points cannot be moved, added or deleted", onclick: () => connection.send("lock", { locked: !connection.state.plan?.locked }) });
+    this.undoButton = iconButton("undo", "Undo (Ctrl+Z)", () => connection.send("undo"), { id: "undo", "data-operation": "undo" });
+    this.redoButton = iconButton("redo", "Redo (Ctrl+Shift+Z)", () => connection.send("redo"), { id: "redo", "data-operation": "redo" });
+    this.lockButton = h("button", { type: "button", class: "plain", id: "lock", "data-operation": "lock", title: "Locked points cannot be moved, added or deleted", onclick: () => connection.send("lock", { locked: !connection.state.plan?.locked }) });
     this.lockWords = h("p", { class: "words" });
     this.modeButtons = MODES.map(([kind, label]) => h("button", { type: "button", "data-kind": kind, onclick: () => connection.send("add.mode", { kind }) }, label));
     this.modes = h("div", { class: "segmented", role: "group", "aria-label": "What a click adds" }, this.modeButtons);
@@ -63,9 +63,9 @@ export default class PlanPanel {
     this.points = h("tbody");
     this.targets = h("tbody");
     this.selectedWords = h("p", { class: "words" });
-    this.insertButton = h("button", { type: "button", id: "insert", onclick: () => this.act("point.insert_after"), title: "Add a point half way to the next one" }, "Insert after");
-    this.renameButton = h("button", { type: "button", id: "rename-item", onclick: () => this.renameSelected(), title: "F2" }, "Rename");
-    this.deleteButton = h("button", { type: "button", id: "delete-item", onclick: () => this.act("item.delete"), title: "Del" }, "Delete");
+    this.insertButton = h("button", { type: "button", id: "insert", "data-operation": "point.insert_after", onclick: () => this.act("point.insert_after"), title: "Add a point half way to the next one" }, "Insert after");
+    this.renameButton = h("button", { type: "button", id: "rename-item", "data-operation": "item.rename", onclick: () => this.renameSelected(), title: "F2" }, "Rename");
+    this.deleteButton = h("button", { type: "button", id: "delete-item", "data-operation": "item.delete", onclick: () => this.act("item.delete"), title: "Del" }, "Delete");
     this.selectedTools = h("div", { class: "buttons even" }, this.insertButton, this.renameButton, this.deleteButton);
     this.pathWords = h("p", { class: "words" });
     this.targetWords = h("p", { class: "empty" });
@@ -96,7 +96,7 @@ export default class PlanPanel {
       group("Selected", null, this.selectedWords, this.selectedTools, this.cone.element, this.shaft.element),
       folding("spare", this.spare.element, true), folding("opened", this.opened.element, false),
       folding("versions", this.versions.element, false), folding("notes", this.paths.notesElement, false),
-      group("Plans of this head", [h("button", { type: "button", class: "plain", id: "new-plan", onclick: () => this.newPlan() }, "New")], this.planList,
+      group("Plans of this head", [h("button", { type: "button", class: "plain", id: "new-plan", "data-operation": "plan.new", onclick: () => this.newPlan() }, "New")], this.planList,
         h("label", { class: "check" }, this.showDeleted, "Show deleted plans")),
       group("Export and import", null, h("div", { class: "fields" }, this.exports),
         h("button", { type: "button", class: "wide", onclick: () => this.chooser.click() }, "Import a plan …"), this.chooser,
@@ -242,15 +242,15 @@ export default class PlanPanel {
    */
   planRow({ deleted }) {
     const send = (/** @type {"plan.open" | "plan.duplicate" | "plan.restore"} */ type) => this.connection.send(type, { plan_id: row.item.id });
-    const tools = deleted ? [iconButton("restore", "Restore", () => send("plan.restore"))] : [
+    const tools = deleted ? [iconButton("restore", "Restore", () => send("plan.restore"), { "data-operation": "plan.restore" })] : [
       iconButton("pencil", "Rename", async () => {
         const { id, name: before } = row.item;
         const name = await askName("Rename this plan", before);
         if (name) this.connection.send("plan.rename", { plan_id: id, name });
-      }),
-      iconButton("copy", "Duplicate", () => send("plan.duplicate")),
-      iconButton("target", "Take its targets into the open plan", () => this.takeTargets(row.item), { "data-tool": "take-targets" }),
-      iconButton("trash", "Delete", () => this.remove(row.item.id)),
+      }, { "data-operation": "plan.rename" }),
+      iconButton("copy", "Duplicate", () => send("plan.duplicate"), { "data-operation": "plan.duplicate" }),
+      iconButton("target", "Take its targets into the open plan", () => this.takeTargets(row.item), { "data-tool": "take-targets", "data-operation": "targets.take" }),
+      iconButton("trash", "Delete", () => this.remove(row.item.id), { "data-operation": "plan.delete" }),
     ];
     /** @type {Row<PlanEntry>} */
     const row = listRow(deleted, () => send("plan.open"), tools);
