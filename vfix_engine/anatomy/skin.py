@@ -29,13 +29,16 @@ THIN_MM = 8.0  # parts of a body that a ball of this diameter does not fit into:
 LARGEST_THIN_PART_MM = 150.0  # diagonal of its box: 75 mm of an ear, 126 mm of a nose, 231 mm of a headrest
 _COARSE_MM = 2.0
 _LEAST_TRIANGLES = 200  # smaller components are noise
+_NO_SKIN = "this CT shows no air around the head, so there is no skin to see."
 _ALL = np.ones((3, 3, 3), np.bool_)
 # Fractions of the time until each stage, on the synthetic head.
 _TOLD, _AIR, _FOUND = 0.35, 0.6, 0.8
 
 
-def skin_of_volume(volume: Volume, *, progress: ProgressCallback = no_progress) -> ThinnedSurface:
-    """Extract the skin with about `SKIN_TRIANGLES` at most, normals out of the head; and what thinning moved.
+def skin_of_volume(
+    volume: Volume, *, triangles: int = SKIN_TRIANGLES, progress: ProgressCallback = no_progress
+) -> ThinnedSurface:
+    """Extract the skin with about so many triangles at most, normals out of the head; and what thinning moved.
 
     Raises:
         ImageError: the scan shows no head in the air of a room.
@@ -46,10 +49,12 @@ def skin_of_volume(volume: Volume, *, progress: ProgressCallback = no_progress) 
     alone = without_surroundings(coarse)
     progress("Finding the skin", _TOLD)
     air = _air_shown(alone)
+    if not air.any():
+        raise ImageError(_NO_SKIN)
     progress("Finding the skin", _AIR)
     surface = _surface(alone, air, padding(coarse))
     words = f"Thinning {len(surface.faces):,} triangles"
-    return thinned_for_display(surface, SKIN_TRIANGLES, lambda share: progress(words, _FOUND + (1.0 - _FOUND) * share))
+    return thinned_for_display(surface, triangles, lambda share: progress(words, _FOUND + (1.0 - _FOUND) * share))
 
 
 def without_surroundings(volume: Volume) -> Volume:
@@ -145,7 +150,7 @@ def _surface(head: Volume, air: BoolArray, unmeasured: BoolArray) -> TriangleMes
     i, j, k = np.clip(at, 0, np.array(cells.shape[::-1]) - 1).T
     kept = cells[k, j, i]
     if not kept.any():
-        raise ImageError("this CT shows no air around the head, so there is no skin to see.")
+        raise ImageError(_NO_SKIN)
     found = TriangleMesh(*compact(mesh.vertices, mesh.faces[kept]))
     return clean(found, min(_LEAST_TRIANGLES, len(found.faces))).mesh
 
