@@ -27,6 +27,7 @@ class Services:
         from app.drives.recordings import Recordings
         from app.drives.runs import RunService
         from app.exchange.archive import ArchiveReader, ArchiveWriter
+        from app.exchange.report import PlanReports
         from app.exchange.robot_frame import BaseExport
         from app.exchange.slicer import SlicerExport
         from app.imaging.import_jobs import ImportJobs
@@ -46,13 +47,10 @@ class Services:
         from app.planning.rehearsal_options import OptionsByPlan
         from app.planning.removed_volumes import RemovedVolumeService
         from app.planning.suggestions import Suggestions
-        from app.plans.instruments import Instruments
         from app.plans.service import PlanService
         from app.plans.shipped_head import ensure_head_phantom
-        from app.plans.versions import PlanVersions
         from app.registration.driven import driven_registration
         from app.registration.kind import REGISTRATION
-        from app.registration.refining import Refining
         from app.registration.service import Registering
         from app.registration.tracing import Tracing
         from app.store import Store
@@ -66,10 +64,10 @@ class Services:
         self.tracker = tracker = _tracker(settings)
 
         self.structures = CaseStructures(cases)
-        self.overlays = Overlays(cases)
+        self.overlays = overlays = Overlays(cases)
         self.purge = Purge(store)
-        self.versions = PlanVersions(store, plans)
-        self.instruments = instruments = Instruments(store.files)
+        self.versions = plans.versions
+        self.instruments = instruments = plans.instruments
         self.importing = ImportService(cases)
         self.import_jobs = ImportJobs(jobs, self.importing)
         self.segmenting = Segmenting(cases, jobs)
@@ -79,13 +77,14 @@ class Services:
 
         self.registrations = registrations = Documents(store, REGISTRATION)
         self.registering = registering = Registering(registrations, cases, plans, jobs, tracker)
-        self.refining = Refining(cases, registering, jobs, tracker)
+        self.refining = registering.refining
         self.tracing = Tracing(cases, plans, registering, tracker)
 
         self.distance_fields = distance_fields = DistanceFields(cases)
         self.planning = planning = Planning(
             cases, instruments, distance_fields, lambda plan: driven_registration(registering.registration_of(plan))
         )
+        plans.connect(cases, planning, registering, overlays)
         self.dry_runs = DryRunJobs(jobs, planning)
         self.previews = Previews(cases, planning)
         self.rehearsal_options = options = OptionsByPlan()
@@ -95,6 +94,9 @@ class Services:
         self.runs = runs = RunService(store)
         self.recordings = Recordings(jobs, runs)
 
+        self.plan_reports = PlanReports(
+            cases, instruments, planning, self.dry_runs, self.path_evaluations, options, registering
+        )
         self.slicer = SlicerExport(cases, planning, registrations)
         self.base_export = BaseExport(planning, registrations)
         self.archive_writer = ArchiveWriter(store, cases, plans, instruments, runs)

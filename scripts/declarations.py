@@ -8,6 +8,7 @@ app/session, app/messages), or the models below, and commit the result; a test c
 script.
 """
 
+import collections.abc
 import inspect
 import sys
 import types
@@ -24,13 +25,14 @@ sys.path.insert(0, str(ROOT))
 
 from app.api.dependencies import ErrorPublic  # noqa: E402
 from app.api.jobs import ImportAnswer, JobPublic  # noqa: E402
-from app.api.plan_models import OwnRobotPublic, PlanPublic  # noqa: E402
+from app.api.plan_models import OwnRobotPublic  # noqa: E402
 from app.api.registration_models import PlanRegistrationPublic  # noqa: E402
 from app.api.suggestions import SuggestionPublic, ToolTablePublic  # noqa: E402
 from app.api.tracing import TracedPublic  # noqa: E402
 from app.messages import sections  # noqa: E402
 from app.messages.hello import Hello  # noqa: E402
 from app.operations.messages import messages  # noqa: E402
+from app.plans.public import PlanPublic  # noqa: E402
 from app.registration.public import RegistrationPublic  # noqa: E402
 from app.session import commands  # noqa: E402
 from app.session.sections import SessionSections  # noqa: E402
@@ -118,7 +120,7 @@ class Declarations:
         if origin in (list, tuple):
             entry = self.of(arguments[0])
             return f"({entry})[]" if " | " in entry else f"{entry}[]"
-        if origin is dict:
+        if origin in (dict, collections.abc.Mapping):
             key = self.of(arguments[0])
             return f"Record<{key}, {self.of(arguments[1])}>"
         raise TypeError(f"{kind} has no TypeScript type; see scripts/declarations.py.")

@@ -7,7 +7,7 @@ from pydantic import BaseModel, Field
 from app.api.dependencies import Flag, Wish
 from app.cases.service import Case
 from app.cases.structures import CaseKind, StructureOrigin, StructureRole
-from app.kit.names import MAX_NAME
+from app.kit.names import COLOUR, MAX_NAME
 
 Triple = tuple[float, float, float]
 
@@ -144,7 +144,7 @@ class StructureUpdate(Wish):
     """Changes of an imported structure; omitted fields stay."""
 
     name: Annotated[str, Field(min_length=1, max_length=MAX_NAME)] | None = None
-    colour: Annotated[str, Field(pattern=r"^#[0-9a-f]{6}$")] | None = None
+    colour: Annotated[str, Field(pattern=f"^{COLOUR}$")] | None = None
 
 
 class OverlayUpdate(Wish):

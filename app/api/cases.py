@@ -63,12 +63,7 @@ def show_case(case_id: Identifier, services: ServicesDep) -> CasePublic:
 @router.patch("/{case_id}")
 def change_case(case_id: Identifier, change: CaseUpdate, services: ServicesDep) -> CasePublic:
     """Rename a case; `deleted` removes it from the lists or restores it."""
-    case = services.cases.get(case_id)
-    if change.name is not None:
-        case = services.cases.rename(case_id, change.name)
-    if change.deleted is not None:
-        case = services.cases.delete(case_id) if change.deleted else services.cases.restore(case_id)
-    return CasePublic.of(case)
+    return CasePublic.of(services.cases.change(case_id, name=change.name, deleted=change.deleted))
 
 
 @router.delete("/{case_id}")

@@ -1,14 +1,12 @@
-"""Volumes that are laid over a case's slices: list, import, rename and delete; and what a plan lays over its head."""
+"""Volumes that are laid over a case's slices: list, import, rename and delete."""
 
 from fastapi import APIRouter, Request
 
 from app.api.case_models import CasePublic, OverlayPublic, OverlayUpdate
 from app.api.cases import MAX_CASE_BYTES
-from app.api.dependencies import ERRORS, ConditionDep, Identifier, ServicesDep, Wish
+from app.api.dependencies import ERRORS, Identifier, ServicesDep
 from app.api.jobs import JobPublic
-from app.api.plan_models import PlanPublic, Revision, SecondVolumePublic
 from app.api.uploads import MAX_FILES, USE_DESCRIPTION, form_of, receive
-from app.cases.second_volume import second_from_json
 from app.imaging.importing import OverlayRequest
 
 router = APIRouter(tags=["second volumes"], responses=ERRORS)
@@ -17,13 +15,6 @@ _FORM = form_of(
     {"file": "CT or MR: DICOM, NRRD, NIfTI, MetaImage"},
     {"name": "of the volume; else its kind, a number and the time", "use_description": USE_DESCRIPTION},
 )
-
-
-class SecondVolumeWish(Wish):
-    """What a plan lays over its head, or null for nothing."""
-
-    second_volume: SecondVolumePublic | None
-    revision: Revision = None
 
 
 @router.get("/cases/{case_id}/overlays")
@@ -65,15 +56,3 @@ def rename_overlay(
 def delete_overlay(case_id: Identifier, overlay_id: Identifier, services: ServicesDep) -> list[OverlayPublic]:
     """Delete such a volume; the response is those that are left."""
     return CasePublic.of(services.overlays.delete(case_id, overlay_id)).overlays
-
-
-@router.put("/plans/{plan_id}/second-volume")
-def lay_over(plan_id: Identifier, wish: SecondVolumeWish, services: ServicesDep, condition: ConditionDep) -> PlanPublic:
-    """Lay a volume over the head of a plan: one of its own case, or the CT of another case."""
-    second = None if wish.second_volume is None else second_from_json(wish.second_volume.model_dump())
-    expected = condition.expected(wish.revision)
-    if second is not None:
-        services.overlays.check_laid(services.plans.get(plan_id).case_id, second)
-    plan = services.plans.editor(plan_id).lay_over(second, expected_revision=expected)
-    condition.tell(plan.revision)
-    return PlanPublic.of(plan)

@@ -12,12 +12,12 @@ from starlette.concurrency import run_in_threadpool
 
 from app.api.dependencies import ERRORS, ConditionDep, Identifier, ServicesDep
 from app.api.passing_file import PassingFile
-from app.api.plan_models import PlanPublic
 from app.api.uploads import form_of, receive_small, safe_name
-from app.exchange.patient_images import WITH_IMAGES, check_images
+from app.exchange.patient_images import WITH_IMAGES, check_images, holds_images
 from app.exchange.plan_files import MEDIA_TYPES, PlanFormat, PointsAs, export_text, read_plan
 from app.plans.imported_places import content_notes
 from app.plans.model import NOTICE
+from app.plans.public import PlanPublic
 from app.store.errors import StorageError
 from vfix_engine.errors import InputError
 
@@ -55,19 +55,12 @@ def export_plan(
 ) -> Response:
     """The plan as vfix JSON, 3D Slicer Markups with the path as driven, or a table. Not for clinical use."""
     plan = services.plans.get(plan_id)
-    # Headers are Latin-1: the name goes in percent-encoded, with a plain one for clients that cannot read that.
-    plain, full = safe_name(plan.name), quote(plan.name, safe="")
-    disposition = f"attachment; filename=\"{plain}.{form}\"; filename*=UTF-8''{full}.{form}"
     if frame == "base":
         text = services.base_export.text(plan, form, registration)
     else:
         curve, remark = services.planning.curve(plan) if form == "mrk.json" else ((), "")
         text = export_text(plan, form, curve, remark, services.instruments.carried(plan, form))
-    return Response(
-        text,
-        media_type=MEDIA_TYPES[form],
-        headers={"Content-Disposition": disposition, "X-Notice": NOTICE, "Cache-Control": "no-store"},
-    )
+    return Response(text, media_type=MEDIA_TYPES[form], headers=_attachment(plan.name, form))
 
 
 @router.get(
@@ -99,6 +92,34 @@ def export_slicer(
         raise
     headers = {"X-Notice": NOTICE, "Cache-Control": "no-store"}
     return PassingFile(path, media_type="application/zip", filename=f"{name}.zip", headers=headers)
+
+
+@router.get(
+    "/plans/{plan_id}/report/page",
+    response_class=Response,
+    responses={200: {"content": {"text/html": {}}, "description": "One page of A4"}},
+)
+def report_page(
+    plan_id: Identifier,
+    services: ServicesDep,
+    with_images: Annotated[bool, Query(description=WITH_IMAGES)] = False,
+) -> Response:
+    """The report on a plan as a page of HTML to print: verdict, figures, pictures; seconds the first time.
+
+    Its pictures show outlines of bone and, with `with_images=true` or of a head that shows nobody, the scan.
+    """
+    plan = services.plans.get(plan_id)
+    images = with_images or not holds_images(services.cases.get(plan.case_id))
+    text = services.plan_reports.html(plan, with_images=images)
+    return Response(text, media_type="text/html", headers=_attachment(plan.name, "html"))
+
+
+def _attachment(name: str, suffix: str) -> dict[str, str]:
+    """Headers of a file that is saved. They are Latin-1: the name goes in percent-encoded, a plain one beside it."""
+    disposition = (
+        f"attachment; filename=\"{safe_name(name)}.{suffix}\"; filename*=UTF-8''{quote(name, safe='')}.{suffix}"
+    )
+    return {"Content-Disposition": disposition, "X-Notice": NOTICE, "Cache-Control": "no-store"}
 
 
 @router.post("/cases/{case_id}/plans/import", status_code=201, openapi_extra=_FORM)

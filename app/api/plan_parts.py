@@ -1,284 +1,36 @@
-"""Parts of plans: paths, structures to spare, bone to be removed, the shaft's direction at a point, notes."""
+"""Parts of plans: paths, protected structures, bone removal. Changes of them are operations."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import replace
-from typing import Annotated, Any, Literal
+from fastapi import APIRouter
 
-from fastapi import APIRouter, Query
-from pydantic import Field
-
-from app.api.dependencies import ERRORS, Condition, ConditionDep, Identifier, Number, ServicesDep, Wish
-from app.api.plan_models import Name, PathPublic, PlanPublic, RemovedBonePublic, Revision, ZonePublic
-from app.kit.errors import NotFound
-from app.plans.edits import changed_zone
-from app.plans.model import MAX_NOTES, Plan
-from app.plans.paths import EntrySide
-from app.plans.zones import Firmness, PlanZone
-from vfix_engine.errors import PlanError
+from app.api.dependencies import ERRORS, Condition, ConditionDep, Identifier, ServicesDep
+from app.plans.paths import PlanPath
+from app.plans.service import Plan
+from app.plans.zones import PlanZone, RemovedBone
 
 router = APIRouter(tags=["plan parts"], responses=ERRORS)
 
-Seen = Annotated[int | None, Query(ge=0)]
-Direction = tuple[Number, Number, Number]
-ShapeWish = Annotated[
-    dict[Annotated[str, Field(max_length=32)], Any],
-    Field(max_length=8, description="as in a file of zones, LPS mm; or of the kind 'capsules' or 'structure'"),
-]
-
-
-class EditedZone(ZonePublic):
-    """A structure to spare after an edit, and the plan's revision after it."""
-
-    revision: int
-
-
-class EditedBone(RemovedBonePublic):
-    """A region of bone to be removed after an edit, and the plan's revision after it."""
-
-    revision: int
-
-
-class ZoneUpdate(Wish):
-    """Changes of a structure to spare; omitted fields stay. A null max_depth_mm leaves the depth open."""
-
-    name: Name | None = None
-    shape: ShapeWish | None = None
-    margin_mm: Number | None = None
-    kind: Firmness | None = None
-    stiffness_n_per_mm: Number | None = None
-    max_depth_mm: Number | None = None
-    colour: Annotated[str, Field(max_length=7)] | None = None
-    visible: Annotated[bool, Field(strict=True)] | None = None
-    revision: Revision = None
-
-    def fields(self) -> dict[str, Any]:
-        """What is wanted. Raises PlanError for a null where a value is needed."""
-        given = {name: getattr(self, name) for name in self.model_fields_set - {"revision"}}
-        if empty := [name for name, value in given.items() if value is None and name not in _MAY_BE_NULL]:
-            raise PlanError(f"a structure to spare needs its {empty[0]}; leave it out to keep it.")
-        return given
-
-
-class ZoneCreate(ZoneUpdate):
-    """A structure to spare; by default hard, with a margin of 1 mm and a colour of its own."""
-
-    shape: ShapeWish
-
-
-_KEPT_BY = {"shape", "kind", "margin_mm", "max_depth_mm"}  # what decides whether a drive can keep it
-_MAY_BE_NULL = ("max_depth_mm", "stiffness_n_per_mm")
-
-
-class BoneCreate(Wish):
-    """A region in which bone will be removed: a sphere, a capsule or a box."""
-
-    shape: ShapeWish
-    name: Name | None = None
-    revision: Revision = None
-
-
-class BoneUpdate(Wish):
-    """Changes of a region of bone to be removed; omitted fields stay."""
-
-    shape: ShapeWish | None = None
-    name: Name | None = None
-    revision: Revision = None
-
-
-class PathCreate(Wish):
-    """A new path, which is chosen: empty with the chosen path's tool, or a copy of another one."""
-
-    name: Name | None = None
-    copy_of: Annotated[str | None, Field(max_length=64)] = None
-    revision: Revision = None
-
-
-class PathUpdate(Wish):
-    """One per request: rename, say where the path enters, or choose it."""
-
-    name: Name | None = None
-    entry_side: EntrySide | None = None
-    chosen: Literal[True] | None = None
-    revision: Revision = None
-
-
-class ShaftWish(Wish):
-    """The shaft's direction at a path point, LPS from the tip towards the tail, and its roll; null leaves both open."""
-
-    direction: Direction | None
-    roll_deg: Number | None = None
-    revision: Revision = None
-
-
-class NotesWish(Wish):
-    """What the planner writes down."""
-
-    notes: Annotated[str, Field(max_length=MAX_NOTES)]
-    revision: Revision = None
-
 
 @router.get("/plans/{plan_id}/zones")
-def list_zones(plan_id: Identifier, services: ServicesDep, condition: ConditionDep) -> list[ZonePublic]:
-    """Structures to spare of a plan."""
-    return _told(condition, services.plans.get(plan_id)).zones
-
-
-@router.post("/plans/{plan_id}/zones", status_code=201)
-def add_zone(plan_id: Identifier, wish: ZoneCreate, services: ServicesDep, condition: ConditionDep) -> EditedZone:
-    """Add a structure to spare, LPS mm."""
-    expected = condition.expected(wish.revision)
-    fields = wish.fields()
-    shape, name = fields.pop("shape"), fields.pop("name", None)
-    editor = services.plans.editor(plan_id)
-    _check_structure(services, plan_id, shape)
-    wished = PlanZone("zone", "Structure" if name is None else name, shape)
-    services.planning.check_zone(editor.plan, replace(wished, **fields))
-    zone_id, plan = editor.zones.add(shape, name, expected_revision=expected, **fields)
-    return _zone(condition, plan, zone_id)
-
-
-def _check_structure(services: ServicesDep, plan_id: str, shape: Mapping[str, Any]) -> None:
-    """Raises PlanError for a structure that the plan's case does not have, which no drive could keep."""
-    if isinstance(structure := shape.get("structure"), str):
-        try:
-            services.cases.get(services.plans.get(plan_id).case_id).structure(structure)
-        except NotFound as error:
-            raise PlanError(str(error)) from error
-
-
-@router.patch("/plans/{plan_id}/zones/{zone_id}")
-def change_zone(
-    plan_id: Identifier, zone_id: Identifier, change: ZoneUpdate, services: ServicesDep, condition: ConditionDep
-) -> EditedZone:
-    """Change any fields of a structure to spare in one edit."""
-    expected, fields = condition.expected(change.revision), change.fields()
-    if not fields:
-        raise PlanError("give what is to change of the structure to spare.")
-    _check_structure(services, plan_id, fields.get("shape", {}))
-    before = services.plans.get(plan_id)
-    if found := [zone for zone in before.zones if zone.id == zone_id and _KEPT_BY & set(fields)]:
-        services.planning.check_zone(before, changed_zone(found[0], fields))
-    plan = services.plans.editor(plan_id).zones.change(zone_id, expected_revision=expected, **fields)
-    return _zone(condition, plan, zone_id)
-
-
-@router.delete("/plans/{plan_id}/zones/{zone_id}")
-def delete_zone(
-    plan_id: Identifier, zone_id: Identifier, services: ServicesDep, condition: ConditionDep, revision: Seen = None
-) -> PlanPublic:
-    """Delete a structure to spare."""
-    expected = condition.expected(revision)
-    return _told(condition, services.plans.editor(plan_id).zones.delete(zone_id, expected_revision=expected))
+def list_zones(plan_id: Identifier, services: ServicesDep, condition: ConditionDep) -> list[PlanZone]:
+    """Protected structures of a plan."""
+    return list(_plan(plan_id, services, condition).zones)
 
 
 @router.get("/plans/{plan_id}/removed-bone")
-def list_removed_bone(plan_id: Identifier, services: ServicesDep, condition: ConditionDep) -> list[RemovedBonePublic]:
-    """Regions of a plan in which bone will be removed."""
-    return _told(condition, services.plans.get(plan_id)).removed_bone
-
-
-@router.post("/plans/{plan_id}/removed-bone", status_code=201)
-def add_removed_bone(
-    plan_id: Identifier, wish: BoneCreate, services: ServicesDep, condition: ConditionDep
-) -> EditedBone:
-    """Add a region in which bone will be removed, LPS mm."""
-    expected = condition.expected(wish.revision)
-    region, plan = services.plans.editor(plan_id).removed_bone.add(wish.shape, wish.name, expected_revision=expected)
-    return _bone(condition, plan, region)
-
-
-@router.patch("/plans/{plan_id}/removed-bone/{region_id}")
-def change_removed_bone(
-    plan_id: Identifier, region_id: Identifier, change: BoneUpdate, services: ServicesDep, condition: ConditionDep
-) -> EditedBone:
-    """Change the name or the shape of such a region, or both in one edit."""
-    expected = condition.expected(change.revision)
-    fields = {name: value for name in ("name", "shape") if (value := getattr(change, name)) is not None}
-    if not fields:
-        raise PlanError("give the name or the shape that is to change.")
-    plan = services.plans.editor(plan_id).removed_bone.change(region_id, expected_revision=expected, **fields)
-    return _bone(condition, plan, region_id)
-
-
-@router.delete("/plans/{plan_id}/removed-bone/{region_id}")
-def delete_removed_bone(
-    plan_id: Identifier, region_id: Identifier, services: ServicesDep, condition: ConditionDep, revision: Seen = None
-) -> PlanPublic:
-    """Delete such a region."""
-    expected = condition.expected(revision)
-    return _told(condition, services.plans.editor(plan_id).removed_bone.delete(region_id, expected_revision=expected))
+def list_removed_bone(plan_id: Identifier, services: ServicesDep, condition: ConditionDep) -> list[RemovedBone]:
+    """Regions of bone removal of a plan."""
+    return list(_plan(plan_id, services, condition).removed_bone)
 
 
 @router.get("/plans/{plan_id}/paths")
-def list_paths(plan_id: Identifier, services: ServicesDep, condition: ConditionDep) -> list[PathPublic]:
+def list_paths(plan_id: Identifier, services: ServicesDep, condition: ConditionDep) -> list[PlanPath]:
     """Paths of a plan; the plan's `path_id` says which is chosen."""
-    return _told(condition, services.plans.get(plan_id)).paths
+    return list(_plan(plan_id, services, condition).paths)
 
 
-@router.post("/plans/{plan_id}/paths", status_code=201)
-def add_path(plan_id: Identifier, wish: PathCreate, services: ServicesDep, condition: ConditionDep) -> PlanPublic:
-    """Add a path and choose it."""
-    expected = condition.expected(wish.revision)
-    paths = services.plans.editor(plan_id).paths
-    return _told(condition, paths.add(wish.name, copy_of=wish.copy_of, expected_revision=expected)[1])
-
-
-@router.patch("/plans/{plan_id}/paths/{path_id}")
-def change_path(
-    plan_id: Identifier, path_id: Identifier, change: PathUpdate, services: ServicesDep, condition: ConditionDep
-) -> PlanPublic:
-    """Rename a path, say where it enters, or choose it: one per request. Points are those of the chosen path."""
-    if len(change.model_dump(exclude={"revision"}, exclude_none=True)) != 1:
-        raise PlanError("give one of name, entry_side and chosen.")
-    paths, expected = services.plans.editor(plan_id).paths, condition.expected(change.revision)
-    if change.name is not None:
-        plan = paths.rename(path_id, change.name, expected_revision=expected)
-    elif change.entry_side is not None:
-        plan = paths.set_entry_side(path_id, change.entry_side, expected_revision=expected)
-    else:
-        plan = paths.choose(path_id, expected_revision=expected)
-    return _told(condition, plan)
-
-
-@router.delete("/plans/{plan_id}/paths/{path_id}")
-def delete_path(
-    plan_id: Identifier, path_id: Identifier, services: ServicesDep, condition: ConditionDep, revision: Seen = None
-) -> PlanPublic:
-    """Delete a path; a plan keeps one at least."""
-    expected = condition.expected(revision)
-    return _told(condition, services.plans.editor(plan_id).paths.delete(path_id, expected_revision=expected))
-
-
-@router.put("/plans/{plan_id}/points/{point_id}/shaft")
-def set_shaft(
-    plan_id: Identifier, point_id: Identifier, wish: ShaftWish, services: ServicesDep, condition: ConditionDep
-) -> PlanPublic:
-    """Set the shaft's direction and roll at a point of the chosen path."""
-    paths, expected = services.plans.editor(plan_id).paths, condition.expected(wish.revision)
-    return _told(condition, paths.set_shaft(point_id, wish.direction, wish.roll_deg, expected_revision=expected))
-
-
-@router.put("/plans/{plan_id}/notes")
-def set_notes(plan_id: Identifier, wish: NotesWish, services: ServicesDep, condition: ConditionDep) -> PlanPublic:
-    """Replace the notes of a plan."""
-    expected = condition.expected(wish.revision)
-    return _told(condition, services.plans.editor(plan_id).paths.set_notes(wish.notes, expected_revision=expected))
-
-
-def _told(condition: Condition, plan: Plan) -> PlanPublic:
+def _plan(plan_id: str, services: ServicesDep, condition: Condition) -> Plan:
+    plan = services.plans.get(plan_id)
     condition.tell(plan.revision)
-    return PlanPublic.of(plan)
-
-
-def _zone(condition: Condition, plan: Plan, zone_id: str) -> EditedZone:
-    condition.tell(plan.revision)
-    zone = next(zone for zone in plan.zones if zone.id == zone_id)
-    return EditedZone(**vars(zone), revision=plan.revision)
-
-
-def _bone(condition: Condition, plan: Plan, region_id: str) -> EditedBone:
-    condition.tell(plan.revision)
-    region = next(region for region in plan.removed_bone if region.id == region_id)
-    return EditedBone(**vars(region), revision=plan.revision)
+    return plan

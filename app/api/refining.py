@@ -1,14 +1,12 @@
-"""Registrations refined on a surface: touched points in, the refinement as a job, and forgetting them."""
+"""Registrations refined on a surface: touched points in, and the refinement as a job."""
 
-from typing import Annotated
-
-from fastapi import APIRouter, Query, Request
+from fastapi import APIRouter, Request
 from starlette.concurrency import run_in_threadpool
 
 from app.api.dependencies import ERRORS, ConditionDep, Identifier, ServicesDep
 from app.api.jobs import JobPublic
 from app.api.registration_files import MAX_BYTES
-from app.api.surface_models import RefineWish, SurfaceTouchWish, SurfaceTrackedWish
+from app.api.surface_models import RefineWish, SurfaceTouchWish
 from app.api.uploads import form_of, receive_small
 from app.registration.files import read_touched
 from app.registration.public import RegistrationPublic
@@ -49,31 +47,7 @@ def touch_surface(registration_id: Identifier, wish: SurfaceTouchWish, services:
     )
 
 
-@router.post("/registrations/{registration_id}/surface/tracked")
-def take_tracked_surface(
-    registration_id: Identifier, wish: SurfaceTrackedWish, services: ServicesDep, condition: ConditionDep
-) -> RegistrationPublic:
-    """Take what the tracked pointer was stroked over in the last seconds, one place for every millimetre."""
-    expected = condition.expected(wish.revision)
-    done = services.refining.touch_tracked(registration_id, wish.seconds, wish.structure, expected_revision=expected)
-    condition.tell(done.revision)
-    return RegistrationPublic.of(done)
-
-
 @router.post("/registrations/{registration_id}/surface/refine", status_code=202)
 def refine(registration_id: Identifier, wish: RefineWish, services: ServicesDep) -> JobPublic:
     """Move the touched points onto the structure as a job; the transform that is found is one edit."""
     return JobPublic.of(services.refining.start(registration_id, wish.keep))
-
-
-@router.delete("/registrations/{registration_id}/surface")
-def forget_surface(
-    registration_id: Identifier,
-    services: ServicesDep,
-    condition: ConditionDep,
-    revision: Annotated[int | None, Query(ge=0)] = None,
-) -> RegistrationPublic:
-    """Forget the touched points; a refined transform goes back to the fit of the points, where they can be fitted."""
-    done = services.refining.clear(registration_id, expected_revision=condition.expected(revision))
-    condition.tell(done.revision)
-    return RegistrationPublic.of(done)

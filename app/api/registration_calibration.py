@@ -5,7 +5,7 @@ from starlette.concurrency import run_in_threadpool
 
 from app.api.dependencies import ERRORS, Condition, ConditionDep, Identifier, ServicesDep
 from app.api.uploads import form_of, receive, receive_small
-from app.registration.editor import StoredRegistration
+from app.registration.document import StoredRegistration
 from app.registration.pose_tables import MAX_POSES_BYTES
 from app.registration.public import RegistrationPublic
 from vfix_engine.errors import InputError

@@ -1,6 +1,7 @@
 """Files of registrations: measured points as a table, transforms in and out."""
 
 from dataclasses import replace
+from functools import partial
 from typing import Annotated, Any, cast, get_args
 from urllib.parse import quote
 
@@ -11,6 +12,7 @@ from app.api.dependencies import ERRORS, ConditionDep, Identifier, ServicesDep
 from app.api.uploads import form_of, receive_small, safe_name
 from app.plans.imported_places import measured_notes
 from app.plans.model import NOTICE
+from app.registration.edits import edit, with_measured
 from app.registration.files import (
     MEDIA_TYPES,
     TransformFormat,
@@ -44,10 +46,10 @@ async def read_points(
     expected = condition.expected()
 
     def work() -> RegistrationPublic:
-        editor = services.registering.editor(registration_id)
-        content = editor.document.content
-        points = read_measured(data, content)
-        done = editor.set_measured(points, expected_revision=expected)
+        points = read_measured(data, services.registrations.get(registration_id).content)
+        done = edit(
+            services.registrations, registration_id, partial(with_measured, points=points), expected_revision=expected
+        )
         condition.tell(done.revision)
         doubts = measured_notes([point.position for point in points])
         return RegistrationPublic.of(replace(done, told=" ".join(doubts)))

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Annotated
-
-from pydantic import BaseModel, Field
+from pydantic import BaseModel
 
 from app.api.dependencies import Number, Wish
-from app.api.plan_models import Revision
 from app.registration.fit_report import FleSource
-from app.registration.public import Length, RegistrationPublic
-from app.registration.service import LONGEST_S, MEASURE_S, PlanRegistration, UseState
+from app.registration.public import Length
+from app.registration.service import PlanRegistration, UseState
 from app.registration.target_errors import ErrorAlongPath, ErrorAtTarget, ErrorTable
 from vfix_engine.registration.beads import THRESHOLD_HU
 
@@ -20,27 +17,6 @@ class BeadsWish(Wish):
 
     diameter_mm: Number | None = None
     threshold_hu: Number = THRESHOLD_HU
-
-
-class MeasureWish(Wish):
-    """How long the tracked pointer rests on the point."""
-
-    seconds: Annotated[float, Field(ge=0.1, le=LONGEST_S, allow_inf_nan=False, strict=True)] = MEASURE_S
-    revision: Revision = None
-
-
-class MeasuredPair(BaseModel):
-    """The registration after a point was measured; spread_mm: rms distance of the poses from their mean."""
-
-    spread_mm: float
-    registration: RegistrationPublic
-
-
-class OrderWish(Wish):
-    """The order to take: by a pair's id, the id of the pair whose measured point it gets."""
-
-    measured_of: Annotated[dict[str, str], Field(min_length=1, max_length=100)]
-    revision: Revision = None
 
 
 class ErrorTablePublic(BaseModel):
@@ -55,13 +31,6 @@ class ErrorTablePublic(BaseModel):
     @classmethod
     def of(cls, table: ErrorTable) -> ErrorTablePublic:
         return cls.model_validate(table, from_attributes=True)
-
-
-class PlanRegistrationWish(Wish):
-    """The registration that a plan uses; null for none."""
-
-    registration: Annotated[str | None, Field(min_length=1, max_length=64)]
-    revision: Revision = None
 
 
 class PlanRegistrationPublic(BaseModel):

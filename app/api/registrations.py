@@ -1,24 +1,17 @@
-"""Registrations: beads of the CT, tracked points, order, expected errors, and plans that use one."""
+"""Registrations: beads of the CT, orders that fit, expected errors, and plans that use one."""
 
 from typing import Annotated
 
 from fastapi import APIRouter, Query
 
-from app.api.dependencies import ERRORS, Condition, ConditionDep, Identifier, ServicesDep
+from app.api.dependencies import ERRORS, Identifier, ServicesDep
 from app.api.jobs import JobPublic
-from app.api.plan_models import PlanPublic
 from app.api.registration_models import (
     BeadsWish,
     ErrorTablePublic,
-    MeasuredPair,
-    MeasureWish,
-    OrderWish,
     PlanRegistrationPublic,
-    PlanRegistrationWish,
 )
-from app.registration.editor import StoredRegistration
 from app.registration.point_order import OrderAnswer
-from app.registration.public import RegistrationPublic
 from vfix_engine.errors import InputError
 
 router = APIRouter(tags=["registrations"], responses=ERRORS)
@@ -30,29 +23,10 @@ def start_beads(registration_id: Identifier, wish: BeadsWish, services: Services
     return JobPublic.of(services.registering.start_beads(registration_id, wish.diameter_mm, wish.threshold_hu))
 
 
-@router.post("/registrations/{registration_id}/pairs/{pair_id}/measure")
-def measure(
-    registration_id: Identifier, pair_id: Identifier, wish: MeasureWish, services: ServicesDep, condition: ConditionDep
-) -> MeasuredPair:
-    """Measure it with the tracked pointer, whose tip rests on the point for some seconds."""
-    expected = condition.expected(wish.revision)
-    done, spread = services.registering.measure(registration_id, pair_id, wish.seconds, expected_revision=expected)
-    return MeasuredPair(spread_mm=spread, registration=_told(condition, done))
-
-
 @router.get("/registrations/{registration_id}/order")
 def show_order(registration_id: Identifier, services: ServicesDep) -> OrderAnswer:
     """In which order the measured points fit the places in the image; several where the layout is symmetric."""
     return services.registering.order(services.registrations.get(registration_id).content)
-
-
-@router.post("/registrations/{registration_id}/order")
-def use_order(
-    registration_id: Identifier, wish: OrderWish, services: ServicesDep, condition: ConditionDep
-) -> RegistrationPublic:
-    """Take an order, as one edit."""
-    editor, expected = services.registering.editor(registration_id), condition.expected(wish.revision)
-    return _told(condition, editor.reorder(wish.measured_of, expected_revision=expected))
 
 
 @router.get("/registrations/{registration_id}/errors")
@@ -74,19 +48,3 @@ def show_plan_registration(plan_id: Identifier, services: ServicesDep) -> PlanRe
     used = services.registering.registration_of(plan)
     errors = None if used.document is None else services.registering.errors(used.document.content, plan)
     return PlanRegistrationPublic.of(plan_id, used, errors)
-
-
-@router.put("/plans/{plan_id}/registration")
-def use_registration(
-    plan_id: Identifier, wish: PlanRegistrationWish, services: ServicesDep, condition: ConditionDep
-) -> PlanPublic:
-    """Use a registration of the plan's case, or none, as one edit that undo takes back."""
-    expected = condition.expected(wish.revision)
-    plan = services.registering.use(plan_id, wish.registration, expected_revision=expected)
-    condition.tell(plan.revision)
-    return PlanPublic.of(plan)
-
-
-def _told(condition: Condition, document: StoredRegistration) -> RegistrationPublic:
-    condition.tell(document.revision)
-    return RegistrationPublic.of(document)

@@ -7,7 +7,6 @@ from typing import Annotated
 from pydantic import Field
 
 from app.api.dependencies import Number, Wish
-from app.api.plan_models import Revision
 from app.registration.refining import DEFAULT_COUNT, KEEP
 from app.registration.simulated_touch import DEFAULT_NOISE_MM
 from app.registration.touched_surface import MAX_TOUCHED
@@ -27,14 +26,6 @@ class SurfaceTouchWish(Wish):
     count: Annotated[int, Field(ge=1, le=MAX_TOUCHED, strict=True)] = DEFAULT_COUNT
     noise_mm: Number = DEFAULT_NOISE_MM
     seed: Annotated[int | None, Field(ge=0, lt=2**63, strict=True)] = None
-
-
-class SurfaceTrackedWish(Wish):
-    """The last seconds, in which the tracked pointer was stroked over a structure."""
-
-    seconds: Seconds
-    structure: StructureId = None
-    revision: Revision = None
 
 
 class RefineWish(Wish):

@@ -9,10 +9,11 @@ from pydantic import BaseModel, Field
 from starlette.concurrency import run_in_threadpool
 
 from app.api.dependencies import ERRORS, Condition, ConditionDep, Identifier, Number, ServicesDep, Wish
-from app.api.plan_models import PlanPublic, Revision
+from app.api.plan_models import Revision
 from app.api.surface_models import Seconds
 from app.api.uploads import form_of, receive_small
 from app.kit.names import check_name
+from app.plans.public import PlanPublic
 from app.registration.files import read_traced
 from app.registration.simulated_touch import DEFAULT_NOISE_MM
 from app.registration.tracing import Traced, TracedFrom

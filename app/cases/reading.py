@@ -23,7 +23,7 @@ from app.cases.model import (
     extracted_from,
 )
 from app.cases.structures import ANATOMY, BONE, CaseKind, Provenance, Structure, StructureOrigin, StructureRole
-from app.kit.names import check_name, check_stored_label
+from app.kit.names import COLOUR, check_name, check_stored_label
 from app.kit.values import Position, check_id, check_position, number
 from vfix_engine.anatomy.bone import SurfaceReport
 from vfix_engine.anatomy.surface import Dropped
@@ -36,7 +36,6 @@ MAX_NOTE = 1 << 16  # [characters]
 MAX_COUNT = 2**31 - 1  # triangles of a surface, whose indices are int32; voxels along an axis
 MAX_ERROR_MM = 1e4  # by which a surface may be off: longer than any patient
 MAX_HU = 1e6  # of a threshold or a window; voxels are int16
-_COLOUR = re.compile(r"#[0-9a-f]{6}")
 _GEOMETRY = re.compile(r"sha256:[0-9a-f]{64}")
 _SOURCE = re.compile(r"sha256:[0-9a-f]{64}|asset:\w+/\w+\.ply|phantom:\w+")
 _DIGEST = re.compile(r"[0-9a-f]{64}")
@@ -173,7 +172,7 @@ def _structure(item: Any) -> Structure:
         _optional(given["deviation_mm"], lambda value: error_mm(value, "the deviation of a structure")),
         _optional(given["has_inside"], lambda value: _flag(value, "whether a structure has an inside")),
         frame,
-        _optional(given.get("colour"), lambda value: _matching(value, _COLOUR, "the colour of a structure")),
+        _optional(given.get("colour"), lambda value: _matching(value, re.compile(COLOUR), "the colour of a structure")),
         _notes(given.get("notes", ())),
     )
 

@@ -17,7 +17,7 @@ from app.cases.model import Case, CaseContent
 from app.cases.service import CaseService
 from app.cases.structures import Provenance, Structure, encloses
 from app.kit.errors import NotFound
-from app.kit.names import MAX_NAME, check_name
+from app.kit.names import COLOUR, MAX_NAME, check_name
 from app.store.models import DocumentRow, DocumentStateRow
 from vfix_engine.anatomy.bone import slice_uncertainty_mm
 from vfix_engine.anatomy.labels.reading import AnatomyPlace, Segmentation
@@ -27,7 +27,6 @@ from vfix_engine.errors import InputError
 MAX_STRUCTURES = 400  # of a case
 OUTLINE_COLOUR = "#f2c14e"  # of bone in the slices
 _ALIKE = 30  # of 255, in each channel
-_COLOUR = re.compile(r"#[0-9a-f]{6}")
 # For labels whose file has no colour: far apart from each other and from bone, with every common colour blindness.
 _PALETTE = ("#e69f00", "#56b4e9", "#009e73", "#f0e442", "#cc79a7", "#d55e00", "#0072b2", "#9f7fd6")
 
@@ -110,7 +109,7 @@ class CaseStructures:
         """Rename or recolour an imported structure. Raises NotFound and InputError."""
         if name is not None:
             check_name(name, "structure's name")
-        if colour is not None and not _COLOUR.fullmatch(colour):
+        if colour is not None and not re.fullmatch(COLOUR, colour):
             raise InputError("a structure's colour is written as '#rrggbb', in lower case.")
         if colour is not None and _is_bones(colour):
             raise InputError("that colour is bone's outline in the slices; choose another for the structure.")

@@ -155,16 +155,27 @@ class CaseService:
 
     def rename(self, case_id: str, name: str) -> Case:
         """Give a case another name."""
-        check_name(name, "case's name")
-        return self._change(case_id, name=name)
+        return self.change(case_id, name=name)
 
     def delete(self, case_id: str) -> Case:
         """Take a case off the lists, its plans with it; `restore` brings it back."""
-        return self._change(case_id, deleted_at=utc_now())
+        return self.change(case_id, deleted=True)
 
     def restore(self, case_id: str) -> Case:
         """Bring a deleted case back."""
-        return self._change(case_id, deleted_at=None)
+        return self.change(case_id, deleted=False)
+
+    def change(self, case_id: str, *, name: str | None = None, deleted: bool | None = None) -> Case:
+        """Rename a case, and take it off the lists or bring it back, in one transaction; None leaves it as it is."""
+        if name is not None:
+            check_name(name, "case's name")
+        with self._store.writing() as session:
+            row = _row(session, case_id)
+            row.name = row.name if name is None else name
+            if deleted is not None:
+                row.deleted_at = utc_now() if deleted else None
+            session.flush()
+            return _listed(session, case_id) or _case(session, case_id)
 
     def case_surface(self, case_id: str, name: str | None = None) -> TriangleMesh:
         """A surface of a case, that of the structure it is driven in unless a name is given. Raises NotFound."""
@@ -217,14 +228,6 @@ class CaseService:
         # By the file that it is made of: what a structure of an archive says of its geometry is not that.
         source = _named(case.surfaces, structure.surface, "surface").source
         return self._trees.get(source, lambda: ProximityTree(self.case_surface(case.id, structure.surface)))
-
-    def _change(self, case_id: str, **values: str | None) -> Case:
-        with self._store.writing() as session:
-            row = _row(session, case_id)
-            for name, value in values.items():
-                setattr(row, name, value)
-            session.flush()
-            return _listed(session, case_id) or _case(session, case_id)
 
 
 def _row(session: Session, case_id: str) -> CaseRow:

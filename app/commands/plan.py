@@ -7,7 +7,7 @@ import json
 from pathlib import Path
 from typing import Any, get_args
 
-from app.commands import plan_evaluate, plan_suggest, plan_versions
+from app.commands import plan_evaluate, plan_report, plan_suggest, plan_versions
 from app.commands.head_options import say_notes
 from app.exchange.patient_images import check_images
 from app.exchange.plan_files import (
@@ -21,6 +21,8 @@ from app.exchange.plan_files import (
     write_export,
 )
 from app.exchange.resolve import find, read_bytes
+from app.operations import verbs
+from app.plans.document import plan_of
 from app.plans.imported_places import content_notes
 from app.plans.service import Plan
 from app.services import Services, build_services
@@ -39,10 +41,6 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     named = {
         "show": "everything of one plan",
         "export": "write a plan to a file",
-        "place": "keep the placing of the robot that the dry run finds with the plan",
-        "rename": "give a plan another name",
-        "delete": "take a plan off the lists",
-        "restore": "bring a deleted plan back",
     }
     every = {"list": listing}
     for action, words in named.items():
@@ -56,7 +54,6 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     every["export"].add_argument(
         "--registration", metavar="NAME", help="of the image, with --frame base; else the plan's"
     )
-    every["rename"].add_argument("name", metavar="NAME", help="the new name")
     every["export-slicer"] = actions.add_parser("export-slicer", help="write plan and head as a folder for 3D Slicer")
     every["export-slicer"].add_argument("plan", metavar="PLAN", help="id or name")
     every["export-slicer"].add_argument(
@@ -66,7 +63,9 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     every["import"] = actions.add_parser("import", help="make a plan of a file")
     _add_import_options(every["import"])
     every["evaluate"] = plan_evaluate.add_parser(actions)
+    every["report"] = plan_report.add_parser(actions)
     every |= plan_versions.add_actions(actions)
+    every |= verbs.add_actions("plan", actions)
     every |= plan_suggest.add_actions(actions)
     for each in every.values():
         each.add_argument("--json", action="store_true", help="one JSON object on stdout")
@@ -98,16 +97,25 @@ def run(args: argparse.Namespace) -> int:
         _say(args, {**summary(plan), "notes": wanting}, [_line(plan), *wanting])
     elif args.action == "evaluate":
         plan_evaluate.run(services, args)
+    elif args.action == "report":
+        plan_report.run(services, args)
     elif args.action in plan_versions.ACTIONS:
         plan_versions.run(services, args)
+    elif (called := verbs.called_action("plan", args)) is not None:
+        plan = plan_of(called.perform(services, "", lambda text: _named(services, text)))
+        _say(args, summary(plan), [_line(plan)])
     else:
         _run_named(services, args)
     return 0
 
 
+def _named(services: Services, text: str) -> str:
+    return find(services.plans.titles(include_deleted=True), text, "plan").id
+
+
 def _run_named(services: Services, args: argparse.Namespace) -> None:
     """The actions on one plan."""
-    plan_id = find(services.plans.titles(include_deleted=True), args.plan, "plan").id
+    plan_id = _named(services, args.plan)
     if args.action == "show":
         plan = services.plans.get(plan_id)
         print(json.dumps(json.loads(to_native_json(plan))) if args.json else to_native_json(plan), end="\n")
@@ -123,24 +131,11 @@ def _run_named(services: Services, args: argparse.Namespace) -> None:
             notes = ["It names the plan’s registration and does not hold it; `vfix case export` takes both along."]
         _say(args, {**answer, "notes": notes}, [f"{args.file} written. Not for clinical use.", *notes])
         return
-    if args.action == "export-slicer":
-        plan = services.plans.get(plan_id)
-        check_images(services.cases.get(plan.case_id), args.with_images, "--with-images")
-        names = services.slicer.write(plan, args.folder)
-        answer = {**summary(plan), "folder": str(args.folder), "files": list(names)}
-        _say(args, answer, [f"{args.folder / names[0]} written, with {len(names) - 1} files. Not for clinical use."])
-        return
-    if args.action == "place":
-        plan = services.plans.get(plan_id)
-        robot = services.planning.placed_robot(plan)
-        plan = services.plans.editor(plan_id).set_robot(robot, expected_revision=plan.revision)
-    elif args.action == "rename":
-        plan = services.plans.rename(plan_id, args.name)
-    elif args.action == "delete":
-        plan = services.plans.delete(plan_id)
-    else:
-        plan = services.plans.restore(plan_id)
-    _say(args, summary(plan), [_line(plan)])
+    plan = services.plans.get(plan_id)
+    check_images(services.cases.get(plan.case_id), args.with_images, "--with-images")
+    names = services.slicer.write(plan, args.folder)
+    answer = {**summary(plan), "folder": str(args.folder), "files": list(names)}
+    _say(args, answer, [f"{args.folder / names[0]} written, with {len(names) - 1} files. Not for clinical use."])
 
 
 def _exported(services: Services, plan: Plan, form: PlanFormat, args: argparse.Namespace) -> str:

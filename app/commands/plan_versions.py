@@ -7,6 +7,7 @@ import json
 from typing import Any
 
 from app.exchange.resolve import find
+from app.plans.operations.versions import GoBack
 from app.plans.versions import PlanVersion
 from app.services import Services
 
@@ -48,7 +49,7 @@ def _change(services: Services, plan_id: str, args: argparse.Namespace) -> list[
     if args.save is not None:
         return [f"{services.versions.save(plan_id, args.save).id}  {args.save}"]
     if args.go_back is not None:
-        services.versions.go_back(plan_id, args.go_back)
+        services.plans.do(plan_id, GoBack(version_id=args.go_back))
         return [f"The plan is as it was in {args.go_back!r}. Undo takes that back."]
     if args.delete is not None:
         return [f"{services.versions.delete(plan_id, args.delete).id} deleted."]

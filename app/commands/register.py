@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+from functools import partial
 from pathlib import Path
 from typing import Any, get_args
 
@@ -12,11 +13,15 @@ from app.commands import register_refine as refining
 from app.commands.head_options import say_notes
 from app.documents import Document
 from app.exchange.resolve import find, read_bytes
+from app.operations import verbs
+from app.operations.standard import Redo, Undo
 from app.plans.imported_places import measured_notes
-from app.registration.document import RegistrationContent
-from app.registration.editor import MeasuredPoint, StoredRegistration
+from app.plans.operations.instruments import UseRegistration
+from app.registration.document import RegistrationContent, StoredRegistration
+from app.registration.edits import edit, with_measured
 from app.registration.files import export_text, name_of, read_measured, read_transform
 from app.registration.fit_report import report_of
+from app.registration.operations import SPEC, ConfirmBeads, Reorder, SetFle
 from app.services import Services, build_services
 from app.settings import Settings
 from vfix_engine.errors import InputError
@@ -37,16 +42,16 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         "trace": "bring a path that a pointer has traced into a plan",
         "export": "write the transform from the image to the patient to a file",
         "import": "make a registration of a transform in a file",
-        "undo": "take the newest edit of a registration back",
-        "redo": "do an edit again that was taken back",
         **register_calibration.ACTIONS,
     }
     every = {action: actions.add_parser(action, help=text) for action, text in words.items()}
     for each in every.values():
         each.add_argument("case", metavar="CASE", help="id or name of the case")
+    every |= verbs.add_actions("register", actions)
+    for each in every.values():
         each.add_argument("--json", action="store_true", help="one JSON object on stdout")
     every["list"].add_argument("--deleted", action="store_true", help="those that can be restored as well")
-    for action in ("beads", "fit", "refine", "trace", "export", "undo", "redo"):
+    for action in ("beads", "fit", "refine", "trace", "export", *register_calibration.ACTIONS):
         every[action].add_argument("--registration", metavar="NAME", help="id or name; else the newest of the case")
     every["beads"].add_argument("--diameter", type=float, metavar="MM", help="of the beads; else every size")
     every["beads"].add_argument("--threshold", type=float, default=THRESHOLD_HU, metavar="HU", help="brighter than it")
@@ -76,6 +81,12 @@ def run(args: argparse.Namespace) -> int:
     """
     services = build_services(Settings.from_environment())
     case_id = find(services.cases.list(), args.case, "case").id
+    if (called := verbs.called_action("register", args)) is not None:
+        done = called.perform(services, case_id, lambda name: _chosen(services, case_id, name or None, make=False))
+        is_step = isinstance(called.operation, (Undo, Redo))
+        more = {"told": done.told} if is_step else register_calibration.tools_of(done)
+        _say(args, {**summary(done), **more}, [done.told or f"{done.id}  {done.name}, to the {done.content.to}"])
+        return 0
     if args.action == "list":
         found = services.registrations.list(case_id, include_deleted=args.deleted)
         _say(args, {"registrations": [summary(one) for one in found]}, [_line(one) for one in found])
@@ -85,19 +96,13 @@ def run(args: argparse.Namespace) -> int:
     if args.action == "trace":
         named = None if args.registration is None else _chosen(services, case_id, args.registration, make=False)
         return refining.trace(services, case_id, named, args)
-    is_new = args.action == "new"
-    registration_id = "" if is_new else _chosen(services, case_id, args.registration, make=args.action == "beads")
+    registration_id = _chosen(services, case_id, args.registration, make=args.action == "beads")
     if args.action in register_calibration.ACTIONS:
-        done, lines = register_calibration.run(services, case_id, registration_id, args)
+        done, lines = register_calibration.run(services, registration_id, args)
         _say(args, {**summary(done), **register_calibration.tools_of(done)}, lines)
         return 0
     if args.action == "beads":
         return _beads(services, registration_id, args)
-    if args.action in ("undo", "redo"):
-        editor = services.registering.editor(registration_id)
-        stepped = editor.undo() if args.action == "undo" else editor.redo()
-        _say(args, {**summary(stepped), "told": stepped.told}, [stepped.told])
-        return 0
     if args.action == "export":
         return _export(services, registration_id, args)
     if args.action == "refine":
@@ -119,10 +124,9 @@ def _chosen(services: Services, case_id: str, name: str | None, make: bool) -> s
 def _beads(services: Services, registration_id: str, args: argparse.Namespace) -> int:
     stored = services.registrations.get(registration_id)
     found, search = services.registering.look_for_beads(stored.case_id, args.diameter, args.threshold)
-    editor = services.registering.editor(registration_id)
-    document = editor.keep_beads(found, search)
+    document = services.registering.keep_beads(registration_id, found, search)
     if args.confirm:
-        document = editor.confirm_all()
+        document = ConfirmBeads().run(SPEC.context(services), registration_id)
     beads = [{"id": bead.id, "name": bead.name, "position": list(bead.position), "diameter_mm": bead.diameter_mm,
               "peak_hu": bead.peak_hu, "voxels": bead.voxels} for bead in document.content.beads]  # fmt: skip
     lines = [
@@ -156,28 +160,27 @@ def _import(services: Services, case_id: str, args: argparse.Namespace) -> int:
 
 
 def _fit(services: Services, registration_id: str, args: argparse.Namespace) -> int:
-    registering = services.registering
-    editor = registering.editor(registration_id)
-    document = editor.document
+    registering, context = services.registering, SPEC.context(services)
+    document = services.registrations.get(registration_id)
     plan_id = find(services.plans.titles(document.case_id), args.plan, "plan").id if args.plan else None
     if args.use and plan_id is None:
         raise InputError("say by --plan which plan uses the registration.")
     if args.csv is not None:
-        points = _measured(args.csv, document.content)
+        points = read_measured(read_bytes(args.csv), document.content)
         say_notes(measured_notes([point.position for point in points]))
-        document = editor.set_measured(points)
+        document = edit(services.registrations, registration_id, partial(with_measured, points=points))
     certain = True
     if args.match_order:
         order = registering.order(document.content)
         certain = not order.ambiguous
         if certain and not order.unchanged:
-            document = editor.reorder(order.candidates[0].measured_of)
+            document = Reorder(measured_of=dict(order.candidates[0].measured_of)).run(context, registration_id)
     if args.fle is not None:
-        document = editor.set_fle(args.fle)
+        document = verbs.asked(SetFle, fle={"mm": args.fle}).run(context, registration_id)
     report = registering.report(document.content)
     used = args.use and plan_id is not None and report.usable and certain
     if used and plan_id is not None:
-        registering.use(plan_id, registration_id)
+        services.plans.do(plan_id, UseRegistration(registration=registration_id))
     plan = None if plan_id is None else services.plans.get(plan_id)
     data = {**summary(document), **_fitted(services, document, certain), "plan": plan_id, "used": used}
     table = registering.errors(document.content, plan)
@@ -197,10 +200,6 @@ def _fit(services: Services, registration_id: str, args: argparse.Namespace) -> 
         said.append("The plan does not use it.")
     _say(args, data, said)
     return 0 if report.usable and certain else 1
-
-
-def _measured(path: Path, content: RegistrationContent) -> tuple[MeasuredPoint, ...]:
-    return read_measured(read_bytes(path), content)
 
 
 def _fitted(services: Services, document: Document[RegistrationContent], certain: bool) -> dict[str, Any]:

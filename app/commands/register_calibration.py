@@ -1,4 +1,4 @@
-"""The actions of `vfix register` for calibrations: a new registration, pointer, robot, and one to its base."""
+"""The actions of `vfix register` for calibrations: of the pointer, and of the robot beside the tracker."""
 
 from __future__ import annotations
 
@@ -9,36 +9,37 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any
 
 from app.exchange.resolve import read_bytes
 from app.link import TrackerClient
+from app.operations import verbs
 from app.registration.calibrating import Calibrating
 from app.registration.calibration import PIVOT_S
+from app.registration.calibration_operations import (
+    ClearPointer,
+    ClearRobot,
+    SimulatePointer,
+    SimulateRobot,
+    TrackPointer,
+)
 from app.registration.calibration_records import pointer_cautions, robot_cautions
-from app.registration.document import RegistrationContent
-from app.registration.editor import StoredRegistration
+from app.registration.document import StoredRegistration
+from app.registration.operations import SPEC
 from app.registration.pose_tables import MAX_POSES_BYTES
 from app.services import Services
 from app.settings import tracker_address
 from vfix_engine.errors import InputError
-from vfix_engine.frames import RegisteredTo
 
 ACTIONS = {
-    "new": "make an empty registration, to the patient or to the robot's base",
     "pivot": "find the tip of a tracked pointer that was swung about it",
     "robot": "find where the tracker stands beside the robot",
-    "base": "make a registration to the robot's base from one to the patient",
 }
 _CONNECT_S = 10.0
 
 
 def add_arguments(every: Mapping[str, argparse.ArgumentParser]) -> None:
     """The options of these actions."""
-    every["new"].add_argument("--name", default="Registration", help="of the registration")
-    every["new"].add_argument("--to", choices=get_args(RegisteredTo), default="patient", help="what it is to")
-    for action in ("pivot", "robot", "base"):
-        every[action].add_argument("--registration", metavar="NAME", help="id or name; else the newest of the case")
     every["pivot"].add_argument("--csv", type=Path, metavar="FILE", help="poses of the pointer")
     every["pivot"].add_argument("--tracker", metavar="HOST:PORT/NAME", help="a tracking server, whose pointer is swung")
     every["pivot"].add_argument(
@@ -52,25 +53,14 @@ def add_arguments(every: Mapping[str, argparse.ArgumentParser]) -> None:
             "--seed", type=int, metavar="N", help="of the simulated noise; else another each time"
         )
         every[action].add_argument("--clear", action="store_true", help="forget it")
-    every["base"].add_argument("--name", help="of the new registration; else that of the other one")
 
 
-def run(services: Services, case_id: str, registration_id: str, args: argparse.Namespace) -> tuple[Any, list[str]]:
-    """Do one of these actions; returns the registration after it, and lines for people. Raises VfixError.
-
-    registration_id: of the chosen one; '' for `new`.
-    """
-    calibrating = services.registering.calibrating
-    if args.action == "new":
-        made = services.registrations.create(case_id, args.name, RegistrationContent(to=args.to))
-        return made, [f"{made.id}  {made.name}, to the {args.to}"]
-    if args.action == "base":
-        made = calibrating.to_base(registration_id, args.name)
-        return made, [f"{made.id}  {made.name}, to the base"]
+def run(services: Services, registration_id: str, args: argparse.Namespace) -> tuple[StoredRegistration, list[str]]:
+    """Do one of these actions; returns the registration after it, and lines for people. Raises VfixError."""
     if args.action == "pivot":
-        done = _pivot(services, calibrating, registration_id, args)
+        done = _pivot(services, registration_id, args)
         return done, _pointer_lines(done)
-    done = _robot(calibrating, registration_id, args)
+    done = _robot(services, registration_id, args)
     return done, _robot_lines(done)
 
 
@@ -83,29 +73,32 @@ def tools_of(document: StoredRegistration) -> dict[str, Any]:
     }
 
 
-def _pivot(services: Services, calibrating: Calibrating, key: str, args: argparse.Namespace) -> StoredRegistration:
+def _pivot(services: Services, key: str, args: argparse.Namespace) -> StoredRegistration:
     _one_of(args, {"--csv": args.csv, "--tracker": args.tracker, "--simulated": args.simulated, "--clear": args.clear})
     if args.csv is not None:
-        return calibrating.read_pointer(key, _table(args.csv))
+        return services.registering.calibrating.read_pointer(key, _table(args.csv))
     if args.simulated is not None:
-        return calibrating.simulate_pointer(key, args.simulated, args.seed)
+        wanted = verbs.asked(SimulatePointer, noise_mm=args.simulated, seed=args.seed)
+        return wanted.run(SPEC.context(services), key)
     if args.clear:
-        return calibrating.set_pointer(key, None)
+        return ClearPointer().run(SPEC.context(services), key)
+    seconds = verbs.asked(TrackPointer, seconds=args.seconds).seconds
     with _connected(args) as tracker:
-        print(f"Swing the pointer about its tip now, for {args.seconds:g} s.", file=sys.stderr, flush=True)
-        return Calibrating(services.registrations, tracker).track_pointer(key, args.seconds)
+        print(f"Swing the pointer about its tip now, for {seconds:g} s.", file=sys.stderr, flush=True)
+        return Calibrating(services.registrations, tracker).track_pointer(key, seconds)
 
 
-def _robot(calibrating: Calibrating, key: str, args: argparse.Namespace) -> StoredRegistration:
+def _robot(services: Services, key: str, args: argparse.Namespace) -> StoredRegistration:
     files = args.robot_csv or args.tracker_csv
     _one_of(args, {"--robot-csv and --tracker-csv": files, "--simulated": args.simulated, "--clear": args.clear})
     if args.simulated is not None:
-        return calibrating.simulate_robot(key, args.simulated, args.seed)
+        wanted = verbs.asked(SimulateRobot, noise_mm=args.simulated, seed=args.seed)
+        return wanted.run(SPEC.context(services), key)
     if args.clear:
-        return calibrating.set_robot(key, None)
+        return ClearRobot().run(SPEC.context(services), key)
     if args.robot_csv is None or args.tracker_csv is None:
         raise InputError("give both tables: --robot-csv of the flange's poses, --tracker-csv of the marker's.")
-    return calibrating.read_robot(key, _table(args.robot_csv), _table(args.tracker_csv))
+    return services.registering.calibrating.read_robot(key, _table(args.robot_csv), _table(args.tracker_csv))
 
 
 def _one_of(args: argparse.Namespace, given: Mapping[str, Any]) -> None:

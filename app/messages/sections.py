@@ -53,12 +53,20 @@ class TabEntry(TypedDict):
     panel: str
 
 
+class OperationEntry(TypedDict):
+    """An operation on a document: the type of its message, and its name for people."""
+
+    type: str
+    name: str
+
+
 class HelloMessage(TypedDict):
-    """The first message to a client: the version of all that follow, and the tabs in their order."""
+    """The first message to a client: the version of all that follow, the tabs in their order, and the operations."""
 
     type: Literal["hello"]
     version: int
     steps: list[TabEntry]
+    operations: list[OperationEntry]
 
 
 class StateMessage(TypedDict):

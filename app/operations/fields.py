@@ -6,7 +6,7 @@ from typing import Annotated
 
 from msgspec import Meta
 
-from app.kit.names import MAX_NAME
+from app.kit.names import COLOUR, MAX_NAME
 from app.kit.values import MAX_COORDINATE
 
 _END = r"$(?!\n)"  # `$` alone is before a last line break too
@@ -22,13 +22,14 @@ def shown_pattern(pattern: str) -> str:
     return pattern.replace(_END, "$")
 
 
+REFUSED = "refused"  # in `extra`: what is said of a number beyond its bounds, which stands for {} there
 STRIPPED = "stripped"  # in `extra`: blanks around it are taken off where a page sends it
 
 _KEPT = r"[\w.\-]"  # of an identifier that is stored: letters of any alphabet
 
 Identifier = Annotated[str, Meta(min_length=1, max_length=64, pattern=whole(r"[A-Za-z0-9_.\-]+"))]
 Name = Annotated[str, Meta(min_length=1, max_length=MAX_NAME, extra={STRIPPED: True})]
-Colour = Annotated[str, Meta(pattern=whole("#[0-9a-f]{6}"))]
+Colour = Annotated[str, Meta(pattern=whole(COLOUR))]
 Revision = Annotated[int, Meta(ge=0, le=2**53)]
 StoredId = Annotated[str, Meta(min_length=1, max_length=64, pattern=whole(f"{_KEPT}+"))]
 MaybeId = Annotated[str, Meta(max_length=64, pattern=whole(f"{_KEPT}*"))]  # '' for none

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar, Literal, get_args, get_origin
@@ -10,7 +11,7 @@ from typing import Annotated, Any, ClassVar, Literal, get_args, get_origin
 import msgspec
 
 from app.documents import Document
-from app.operations import registry
+from app.operations import registry, standard
 from app.operations.bodies import Field, fields_of, keys_of, read_operations
 from app.operations.fields import STRIPPED, Identifier, Revision
 from app.operations.operation import Change, Context, Creation, Operation
@@ -70,6 +71,14 @@ class MessageSpec:
         first = self.operations[0]
         return self.spec.id if issubclass(first, Change) and not first.of_open else ""
 
+    @property
+    def title(self) -> str:
+        """The name of what it does, for people."""
+        first = self.operations[0]
+        words = re.findall("[A-Z][a-z]*", first.__name__)
+        title = first.title or " ".join([words[0], *(word.lower() for word in words[1:])])
+        return f"{title} {self.spec.kind.noun}" if first.__module__ == standard.__name__ else title
+
     def fields(self) -> dict[str, Field]:
         """Each field besides those of every message."""
         target: dict[str, Field] = {self.target: (Identifier, msgspec.NODEFAULT)} if self.target else {}
@@ -116,7 +125,12 @@ def read_message(message: Mapping[str, Any]) -> OperationMessage | None:
 
 
 def _keys(operation: type[Operation]) -> dict[str, str]:
-    return {operation.aliases.get(name, name): name for name in keys_of(operation)}
+    """A field has its alias, or what is within it has one, such as 'fle.mm'; one with an empty alias is not said."""
+    aliases, found = operation.aliases, dict[str, str]()
+    for name in keys_of(operation):
+        inner = [other for other in aliases if other.startswith(f"{name}.")]
+        found |= {key: other for other in inner or [name] if (key := aliases.get(other, other))}
+    return found
 
 
 def _stripped(spec: MessageSpec, said: Mapping[str, Any]) -> dict[str, Any]:

@@ -37,15 +37,18 @@ class Context(Generic[Content, Service]):
 class Operation(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Base class. The docstring is the help text: its first sentence on the command line, all of it in REST.
 
+    title: its name for people, in the palette; '' for that of the class, 'Rename plan' of RenamePlan.
     rest: method and address below /api/v1, or several; '{id}' is the document's. A field that an address names is read
     from there. Operations of one address are told apart by the keys of their bodies: one of them is done per request.
-    status: of the answer. message: its type on the WebSocket. aliases: names of fields there that differ.
+    status: of the answer. message: its type on the WebSocket. aliases: names of fields there that differ, '' of
+    one that is not said there; 'fle.mm' of the field `mm` of the field `fle`, where only that is said there.
     of_open: the message names no document, it is about the one that the client has open.
     answers: what REST answers with instead of the document, see `answer`.
     verb: on the command line, such as 'plan rename' or, as an option of a listing, 'case labels --undo'; or several,
     each a `Verb`. An empty one leaves that way out.
     """
 
+    title: ClassVar[str] = ""
     rest: ClassVar[str | tuple[str, ...]] = ""
     status: ClassVar[int] = 200
     message: ClassVar[str] = ""
@@ -61,7 +64,7 @@ class Operation(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
 
 @dataclass(frozen=True)
 class Option:
-    """A field of an operation that may be left out on the command line."""
+    """A field of an operation that may be left out on the command line. metavar: '' for the flag's own name."""
 
     flag: str
     field: str
@@ -75,12 +78,15 @@ class Verb:
     """A way to call an operation on the command line. Fields that are needed follow as words, in their order.
 
     help: '' for the docstring's first sentence. preset: fields that it says by itself. options: those that may be said.
+    of_case: the document is said by its case and by an option, such as --registration, without which the command
+    chooses one; else it is the first word.
     """
 
     line: str
     help: str = ""
     preset: Mapping[str, Any] = field(default_factory=dict)
     options: tuple[Option, ...] = ()
+    of_case: bool = False
 
 
 class Creation(Operation, frozen=True):

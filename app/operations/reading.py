@@ -8,6 +8,8 @@ from typing import Annotated, Any, TypeVar, Union, get_args, get_origin
 
 import msgspec
 
+from app.operations.fields import REFUSED
+
 T = TypeVar("T")
 Place = tuple[str, ...]
 Problem = tuple[Place, str]  # where, and what is wrong there
@@ -30,7 +32,7 @@ def read(kind: type[T], data: Any, where: Place = (), strict: bool = True) -> T:
     try:
         return msgspec.convert(data, kind, strict=strict)
     except msgspec.ValidationError as error:
-        raise Unreadable(list(_of_parts(kind, data, where)) or [(where, _words(error))]) from None
+        raise Unreadable(list(_of_parts(kind, data, where)) or [(where, _words(kind, data, error))]) from None
 
 
 def _problems(kind: Any, data: Any, where: Place) -> Iterator[Problem]:
@@ -38,11 +40,23 @@ def _problems(kind: Any, data: Any, where: Place) -> Iterator[Problem]:
     try:
         msgspec.convert(data, kind)
     except msgspec.ValidationError as error:
-        yield from list(_of_parts(kind, data, where)) or [(where, _words(error))]
+        yield from list(_of_parts(kind, data, where)) or [(where, _words(kind, data, error))]
 
 
-def _words(error: msgspec.ValidationError) -> str:
+def _words(kind: Any, data: Any, error: msgspec.ValidationError) -> str:
+    """What is wrong with a value that has no parts."""
+    if isinstance(data, (int, float)) and not isinstance(data, bool) and (refused := _refused(kind)):
+        return refused.format(data)
     return str(error).split(" - at `")[0]
+
+
+def _refused(kind: Any) -> str:
+    """What a type says of numbers beyond its bounds; '' where it says nothing."""
+    arguments = get_args(kind)
+    if get_origin(kind) is Annotated:
+        notes = (note.extra or {} for note in arguments[1:] if isinstance(note, msgspec.Meta))
+        return next((str(note[REFUSED]) for note in notes if REFUSED in note), "")
+    return next((words for inner in arguments if (words := _refused(inner))), "")
 
 
 def _of_parts(kind: Any, data: Any, where: Place) -> Iterator[Problem]:

@@ -20,7 +20,7 @@ from app.operations.operation import Change, Context, Creation, Operation
 from app.operations.reading import Place, Unreadable, read
 from app.operations.registry import specs
 from app.operations.schema import object_schema, schemas_of
-from app.operations.spec import DocumentSpec
+from app.operations.spec import DocumentSpec, titled
 from vfix_engine.errors import InputError
 from vfix_engine.json_text import parse_json
 
@@ -99,7 +99,7 @@ class OperationRoutes:
             in_path = _PARAMETER.findall(path)
             fields = {key: field for key, field in fields_of(operations).items() if key not in in_path}
             schema, components = object_schema(fields | {"revision": (Revision | None, None)})
-            name = first.__name__ if len(operations) == 1 else f"Change{spec.title}"
+            name = first.__name__ if len(operations) == 1 else f"Change{titled(_PARAMETER.findall(path)[-1])}"
             self.components |= components | {name: schema}
             needed = len(operations) > 1 or any(default is NODEFAULT for _, default in fields.values())
             content = {"application/json": {"schema": {"$ref": f"#/components/schemas/{name}"}}}
@@ -182,7 +182,7 @@ class OperationRoutes:
             seen = _or_refused(Revision | None, revision, ("body", "revision"))
             own = {name: value for name, value in in_path.items() if name not in ("case_id", spec.id)}
             try:
-                found = read_operations(operations, said | own, ("body",))
+                found = read_operations(operations, said, ("body",), of_all=own)
             except Unreadable as error:
                 raise _refused(error) from None
             if len(found) != 1:

@@ -55,7 +55,7 @@ class DocumentSpec:
     @property
     def title(self) -> str:
         """Of its schemas: 'Label'."""
-        return self.id.removesuffix("_id").title().replace("_", "")
+        return titled(self.id)
 
     def addresses(self, operation: type[Operation]) -> tuple[tuple[str, str], ...]:
         """Method and path of an operation below /api/v1, '{id}' by its name."""
@@ -66,3 +66,8 @@ class DocumentSpec:
     def message(self, operation: type[Operation]) -> str:
         """The type of an operation's message; '' for none."""
         return operation.message.replace("{name}", self.id.removesuffix("_id"))
+
+
+def titled(id_name: str) -> str:
+    """What an identifier is of, as in a name of a schema: 'Label' of 'label_id'."""
+    return id_name.removesuffix("_id").title().replace("_", "")

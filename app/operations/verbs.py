@@ -6,7 +6,7 @@ import argparse
 import inspect
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, TypeAlias, get_args, get_origin
+from typing import Annotated, Any, Literal, TypeAlias, TypeVar, get_args, get_origin
 
 import msgspec
 
@@ -17,12 +17,16 @@ from app.operations.registry import specs
 from app.operations.spec import DocumentSpec
 from vfix_engine.errors import InputError
 
+Asked = TypeVar("Asked", bound=Operation)
 Actions: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
 
 
 @dataclass(frozen=True)
 class Called:
-    """An operation that a command line asks for. target: id or name of the document; '' where one is made."""
+    """An operation that a command line asks for.
+
+    target: id or name of the document; '' where one is made, or where none is said.
+    """
 
     spec: DocumentSpec
     operation: Operation
@@ -62,8 +66,13 @@ class _Offer:
     @property
     def words(self) -> list[str]:
         """What has to be said, in order: the document, and each field that is needed."""
-        target = [self.spec.noun] if issubclass(self.operation, Change) else []
+        target = [self.spec.noun] if self.has_target else []
         return [*target, *(_metavar(field) for field in self.needed)]
+
+    @property
+    def has_target(self) -> bool:
+        """Whether the first word is the document."""
+        return issubclass(self.operation, Change) and not self.verb.of_case
 
     @property
     def needed(self) -> list[msgspec.structs.FieldInfo]:
@@ -75,17 +84,24 @@ class _Offer:
         """The operation out of its words and options. Raises InputError."""
         if len(words) < len(self.words):
             raise InputError(f"{self.name} needs {' '.join(self.words)}.")
-        target, rest = (words[0], words[1:]) if issubclass(self.operation, Change) else ("", words)
+        target, rest = (words[0], words[1:]) if self.has_target else ("", words)
+        if self.verb.of_case:
+            target = getattr(args, self.spec.title.lower()) or ""
         values = dict(self.verb.preset)
         for index, field in enumerate(self.needed):
             values[field.name] = [_place(word) for word in rest[index:]] if _is_list(field.type) else rest[index]
         for option in self.verb.options:
             if (value := getattr(args, option.field)) is not None:
                 values[option.field] = value
-        try:
-            return Called(self.spec, read(self.operation, values, strict=False), target)
-        except Unreadable as error:
-            raise InputError(f"{error}.") from None
+        return Called(self.spec, asked(self.operation, **values), target)
+
+
+def asked(operation: type[Asked], **values: Any) -> Asked:
+    """The operation with what a command line says of its fields. Raises InputError."""
+    try:
+        return read(operation, values, strict=False)
+    except Unreadable as error:
+        raise InputError(f"{str(error).rstrip('.')}.") from None
 
 
 def add_actions(line: str, actions: Actions) -> dict[str, argparse.ArgumentParser]:
@@ -93,13 +109,18 @@ def add_actions(line: str, actions: Actions) -> dict[str, argparse.ArgumentParse
     found: dict[str, argparse.ArgumentParser] = {}
     for offer in _offers(line, options=False):
         parser = found[offer.name] = actions.add_parser(offer.name, help=offer.help)
-        made = "case" if issubclass(offer.operation, Creation) else "target"
-        parser.add_argument(made, metavar=offer.spec.noun if made == "target" else "CASE", help="id or name")
+        if offer.has_target:
+            parser.add_argument("target", metavar=offer.spec.noun, help="id or name")
+        else:
+            parser.add_argument("case", metavar="CASE", help="id or name of the case")
+        if offer.verb.of_case:
+            noun = offer.spec.title.lower()
+            parser.add_argument(f"--{noun}", metavar="NAME", help="id or name; else the newest of the case")
         for field in offer.needed:
             many = "+" if _is_list(field.type) else None
             parser.add_argument(field.name, metavar=_metavar(field), nargs=many, help=_description(field.type))
         for option in offer.verb.options:
-            add_option(parser, option)
+            add_option(parser, option, _words_of(offer.operation, option))
     return found
 
 
@@ -108,7 +129,7 @@ def called_action(line: str, args: argparse.Namespace) -> Called | None:
     offer = next((offer for offer in _offers(line, options=False) if offer.name == args.action), None)
     if offer is None:
         return None
-    words = [args.target] if issubclass(offer.operation, Change) else []
+    words = [args.target] if offer.has_target else []
     for field in offer.needed:
         value = getattr(args, field.name)
         words += value if isinstance(value, list) else [value]
@@ -131,11 +152,11 @@ def add_options(line: str, parser: argparse.ArgumentParser, group: argparse._Mut
         add_option(parser, option)
 
 
-def add_option(parser: argparse.ArgumentParser, option: Option) -> None:
-    """One field that may be left out."""
+def add_option(parser: argparse.ArgumentParser, option: Option, choices: Sequence[str] = ()) -> None:
+    """One field that may be left out. choices: the words that it may be; () for any."""
     parser.add_argument(
-        option.flag, dest=option.field, metavar=option.metavar, help=option.help, default=option.default,
-        type=str if option.default is None else type(option.default),
+        option.flag, dest=option.field, metavar=option.metavar or None, help=option.help, default=option.default,
+        type=str if option.default is None else type(option.default), choices=choices or None,
     )  # fmt: skip
 
 
@@ -181,6 +202,13 @@ def _offers(line: str, options: bool) -> Iterator[_Offer]:
                 before, _, name = verb.line.rpartition(" ")
                 if before == line and name.startswith("--") == options:
                     yield _Offer(spec, operation, verb, name)
+
+
+def _words_of(operation: type[Operation], option: Option) -> tuple[str, ...]:
+    """The words that a field may be, where its type names them."""
+    kind = next(field.type for field in msgspec.structs.fields(operation) if field.name == option.field)
+    kinds = (kind, *get_args(kind))
+    return next((get_args(one) for one in kinds if get_origin(one) is Literal), ())
 
 
 def _metavar(field: msgspec.structs.FieldInfo) -> str:

@@ -14,7 +14,7 @@ import numpy as np
 from app.cases.service import Case, CaseService
 from app.cases.settings import settings_in_case
 from app.kit.cache import Cache
-from app.kit.errors import PlannerEnds
+from app.kit.errors import NotFound, PlannerEnds
 from app.kit.values import Position, check_position
 from app.planning.bone_removal import BoneRemoval, PlanBone
 from app.planning.distance_fields import DistanceFields
@@ -155,6 +155,11 @@ class Planning:
     def check_zone(self, plan: Plan, zone: PlanZone) -> None:
         """Raise PlanError if no drive could protect a structure, as far as a quick check finds out."""
         case = self._cases.get(plan.case_id)
+        if isinstance(structure := zone.shape.get("structure"), str):
+            try:
+                case.structure(structure)
+            except NotFound as error:
+                raise PlanError(str(error)) from error
         check_enforceable(check_zone(zone), partial(self._cases.structure_mesh, case.id), case.anatomy.id)
 
     def registration(self, plan: Plan) -> DrivenRegistration | None:
@@ -162,15 +167,14 @@ class Planning:
 
         Raises PlanError if that registration cannot be used.
         """
-        return self._registered(plan)
+        return None if plan.registration is None else self._registered(plan)
 
     def registration_key(self, plan: Plan) -> str:
         """Return a key that is equal for plans whose registrations give the same evaluation; '' without one."""
         try:
-            registered = self._registered(plan)
+            return registered_key(self.registration(plan))
         except PlanError as error:
             return str(error)
-        return registered_key(registered)
 
     def _read(self, plan: Plan, through: Through) -> DrivenRegistration | None:
         return self.registration(plan) if isinstance(through, AsStored) else through
@@ -229,7 +233,7 @@ class Planning:
         return evaluation.samples(), " ".join(filter(None, ["" if evaluation.completed else held, removed]))
 
     def placed_robot(self, plan: Plan) -> dict[str, Any]:
-        """Return the plan's robot with the placement of its dry run, for `PlanEditor.set_robot`.
+        """Return the plan's robot with the placement of its dry run, to be kept with the plan.
 
         Raises as `evaluate`, and PlanError if a registration to the base already defines where the robot stands.
         """

@@ -5,29 +5,71 @@ from __future__ import annotations
 import io
 import shutil
 from dataclasses import replace
+from typing import Any, Protocol
 
+from app.cases.overlays import Overlays
+from app.cases.service import CaseService
 from app.documents import Documents, DocumentTitle
 from app.kit.errors import OtherCase
+from app.operations.operation import Change, Context
 from app.plans.document import PLAN, plan_of
-from app.plans.editor import PlanEditor
-from app.plans.instruments import shaped_tool
+from app.plans.instruments import Instruments, shaped_tool
 from app.plans.model import Plan, PlanContent, PlanFile, PlanPoint, check_content, without_placement
+from app.plans.versions import PlanVersions
+from app.plans.zones import PlanZone
 from app.store import Store
 from app.store.models import CaseRow
 from vfix_engine.errors import PlanError
 from vfix_engine.robots import robot_from_urdf
 
-__all__ = ["Plan", "PlanContent", "PlanEditor", "PlanFile", "PlanPoint", "PlanService", "PlanTitle"]
+__all__ = ["Plan", "PlanContent", "PlanFile", "PlanPoint", "PlanService", "PlanTitle"]
 
 PlanTitle = DocumentTitle
 
 
+class DryRuns(Protocol):
+    """What operations on plans ask of the dry run."""
+
+    def placed_robot(self, plan: Plan) -> dict[str, Any]:
+        """The plan's robot with the placement of its dry run. Raises VfixError."""
+
+    def check_zone(self, plan: Plan, zone: PlanZone) -> None:
+        """Raise PlanError where no drive could keep a protected structure."""
+
+
+class UsedRegistrations(Protocol):
+    """What operations on plans ask of registrations."""
+
+    def check_usable(self, plan: Plan, registration_id: str) -> None:
+        """Raise NotFound, and PlanError where a plan cannot use a registration."""
+
+
 class PlanService:
-    """Plans of every case: documents of the kind 'plan'. May be used from any thread."""
+    """Plans of every case: documents of the kind 'plan'. May be used from any thread.
+
+    versions: of every plan. cases, planning, registering, overlays: what some operations ask; there after `connect`.
+    """
+
+    cases: CaseService
+    planning: DryRuns
+    registering: UsedRegistrations
+    overlays: Overlays
 
     def __init__(self, store: Store) -> None:
         self._store = store
         self.documents = Documents(store, PLAN)
+        self.versions = PlanVersions(store, self.documents)
+        self.instruments = Instruments(store.files)
+
+    def connect(
+        self, cases: CaseService, planning: DryRuns, registering: UsedRegistrations, overlays: Overlays
+    ) -> None:
+        """Make known what is built after this service."""
+        self.cases, self.planning, self.registering, self.overlays = cases, planning, registering, overlays
+
+    def do(self, plan_id: str, operation: Change, *, expected_revision: int | None = None) -> Plan:
+        """Do an operation on a plan. Raises VfixError, PlanConflict at another revision than the expected one."""
+        return plan_of(operation.run(Context(self.documents, self, expected_revision), plan_id))
 
     def list(self, case_id: str | None = None, include_deleted: bool = False) -> tuple[Plan, ...]:
         """Plans of a case, or of all, oldest first; one whose content cannot be read says why (`unreadable`)."""
@@ -100,7 +142,3 @@ class PlanService:
     def restore(self, plan_id: str, *, expected_revision: int | None = None) -> Plan:
         """Bring a deleted plan back."""
         return plan_of(self.documents.restore(plan_id, expected_revision=expected_revision))
-
-    def editor(self, plan_id: str) -> PlanEditor:
-        """The plan's editor. Raises NotFound."""
-        return PlanEditor(self.documents.editor(plan_id))

@@ -167,6 +167,13 @@ def moved(shape: ShapeDict, to: Position) -> dict[str, Any]:
     return {**shape, "centre": there(shape["centre"])}
 
 
+def turned(shape: ShapeDict) -> dict[str, Any]:
+    """The half-space on the other side of its plane. Raises PlanError for another shape."""
+    if shape["kind"] != "half_space":
+        raise PlanError("only a half-space has another side.")
+    return {**shape, "normal": [0.0 - value for value in shape["normal"]]}
+
+
 def size_of(shape: ShapeDict) -> list[float]:
     """A shape's radius, or a box's half sizes, in mm; empty where it has neither."""
     if "half_size" in shape:

@@ -11,8 +11,7 @@ from app.documents import Document, DocumentErrors, DocumentKind, Documents, Ref
 from app.kit.errors import NotFound, PlanConflict, PlanLocked
 from app.plans.diff import changes
 from app.plans.document import PLAN
-from app.plans.model import Plan, PlanContent
-from app.plans.service import PlanService
+from app.plans.model import PlanContent
 from app.store import Store
 from vfix_engine.errors import PlanError
 
@@ -98,16 +97,18 @@ VERSION = DocumentKind(
 class PlanVersions:
     """Versions of every plan; may be used from any thread."""
 
-    def __init__(self, store: Store, plans: PlanService) -> None:
+    def __init__(self, store: Store, plans: Documents[PlanContent]) -> None:
         self._plans = plans
         self._lock = threading.Lock()  # between what is looked at and what is done
         self.documents = Documents(store, VERSION)
 
     def list(self, plan_id: str) -> tuple[PlanVersion, ...]:
         """Versions of a plan, oldest first; one that cannot be read is left out."""
-        plan = self._plans.get(plan_id)
-        found = self.documents.list(plan.case_id)
-        return tuple(_version(one) for one in found if not one.unreadable and one.content.plan_id == plan_id)
+        return tuple(_version(one) for one in self._documents_of(plan_id))
+
+    def _documents_of(self, plan_id: str, include_deleted: bool = False) -> Iterable[Document[Kept]]:
+        found = self.documents.list(self._plans.title(plan_id).case_id, include_deleted)
+        return [one for one in found if not one.unreadable and one.content.plan_id == plan_id]
 
     def get(self, plan_id: str, name: str) -> PlanVersion:
         """The version of that id, else the newest of that name. Raises NotFound."""
@@ -120,14 +121,27 @@ class PlanVersions:
             raise NotFound(f"there is no version {name!r:.80} of this plan; there are: {known}.")
         return found[-1]
 
+    def last_deleted(self, plan_id: str, name: str) -> PlanVersion:
+        """The version of that id or name that was deleted last. Raises NotFound."""
+        deleted = [one for one in self._documents_of(plan_id, include_deleted=True) if one.deleted_at is not None]
+        found = [one for one in deleted if name in (one.id, one.name)]
+        if not found:
+            raise NotFound(f"there is no deleted version {name!r:.80} of this plan.")
+        return _version(max(found, key=lambda one: one.deleted_at or ""))
+
+    def plan(self, plan_id: str, expected: int | None = None) -> Document[PlanContent]:
+        """The plan. Raises PlanConflict where it has another revision than the expected one."""
+        plan = self._plans.get(plan_id)
+        if expected is not None and plan.revision != expected:
+            raise PlanConflict(f"the plan is at revision {plan.revision}, not {expected}; read it again.")
+        return plan
+
     def save(self, plan_id: str, name: str, *, expected_revision: int | None = None) -> PlanVersion:
         """Keep the plan as it is now under a name.
 
         Raises PlanConflict where the plan has another revision, and PlanError for a name that another version has.
         """
-        plan = self._plans.get(plan_id)
-        if expected_revision is not None and plan.revision != expected_revision:
-            raise PlanConflict(f"the plan is at revision {plan.revision}, not {expected_revision}; read it again.")
+        plan = self.plan(plan_id, expected_revision)
         with self._lock:
             self._check_room(plan_id, name)
             return _version(self.documents.create(plan.case_id, name, Kept(plan_id, plan.revision, plan.content)))
@@ -194,11 +208,6 @@ class PlanVersions:
     def _check_name(name: str, others: Iterable[PlanVersion]) -> None:
         if name in [one.name for one in others]:
             raise PlanError(f"the plan has a version {name!r:.80} already; take another name.")
-
-    def go_back(self, plan_id: str, version: str, *, expected_revision: int | None = None) -> Plan:
-        """Make the plan what it was, as one edit, which undo takes back; the settings stay as they are now."""
-        found = self.get(plan_id, version)
-        return self._plans.editor(plan_id).become(found.content, expected_revision=expected_revision)
 
     def differences(self, plan_id: str, version: str, other: str | None = None) -> tuple[str, ...]:
         """What changed from a version to another one, or to the plan as it is now, in sentences."""

@@ -9,8 +9,8 @@ import numpy.typing as npt
 
 from app.registration.calibration_records import MAX_POSES, PointerTip, PosesFrom, RobotToTracker
 from app.registration.document import RegistrationContent
+from app.registration.file_metadata import FileMetadata
 from app.registration.fit_report import refitted
-from app.registration.said_by_file import SaidByFile
 from app.registration.simulated_touch import checked_noise, simulated_tracker_to_base
 from vfix_engine.arrays import Array
 from vfix_engine.errors import InputError
@@ -237,7 +237,7 @@ def taken_to_base(content: RegistrationContent) -> RegistrationContent:
     if content.made_from != "none":
         transform = tuple((matrix @ content.registration.transform).ravel().tolist())
     # Its file spoke of the transform to the patient; that this one is simulated still counts.
-    said = None if content.said is None else SaidByFile(to="base", simulated=content.said.simulated)
+    said = None if content.said is None else FileMetadata(to="base", simulated=content.said.simulated)
     return refitted(replace(content, to="base", transform=transform, pairs=pairs, surface=surface, said=said))
 
 

@@ -7,16 +7,19 @@ from typing import Annotated
 from msgspec import Meta
 
 from app.operations.fields import Name
-from app.operations.operation import Change, Context
-from app.registration.calibration import LONGEST_PIVOT_S, PIVOT_S, SHORTEST_PIVOT_S
-from app.registration.document import RegistrationContent
-from app.registration.editor import StoredRegistration
-from app.registration.service import Registering
+from app.operations.operation import Change, Option, Verb
+from app.registration.calibration import (
+    LONGEST_PIVOT_S,
+    PIVOT_S,
+    SHORTEST_PIVOT_S,
+    simulated_pointer,
+    simulated_robot,
+    with_pointer,
+    with_robot,
+)
+from app.registration.document import RegistrationContent, StoredRegistration
+from app.registration.operation_base import Noise, RegistrationEdit, Registrations, Seed
 from app.registration.simulated_touch import DEFAULT_NOISE_MM
-
-Registrations = Context[RegistrationContent, Registering]
-Noise = Annotated[float, Meta(ge=-1e6, le=1e6)]  # what may be, the simulated pointer says
-Seed = Annotated[int, Meta(ge=0, le=2**63 - 1)]
 
 
 class TrackPointer(Change, frozen=True):
@@ -30,7 +33,7 @@ class TrackPointer(Change, frozen=True):
         return act(document_id, self.seconds, expected_revision=context.expected)
 
 
-class SimulatePointer(Change, frozen=True):
+class SimulatePointer(RegistrationEdit, frozen=True):
     """Find the tip of a simulated pointer, for practice.
 
     `noise_mm`: rms length of the error of each tracked point; `seed`: null for a new one.
@@ -40,18 +43,17 @@ class SimulatePointer(Change, frozen=True):
     noise_mm: Noise = DEFAULT_NOISE_MM
     seed: Seed | None = None
 
-    def run(self, context: Registrations, document_id: str) -> StoredRegistration:
-        act = context.service.calibrating.simulate_pointer
-        return act(document_id, self.noise_mm, self.seed, expected_revision=context.expected)
+    def changed(self, content: RegistrationContent, context: Registrations) -> RegistrationContent:
+        return with_pointer(content, simulated_pointer(self.noise_mm, self.seed))
 
 
-class ClearPointer(Change, frozen=True):
+class ClearPointer(RegistrationEdit, frozen=True):
     """Forget the pointer's tip: the tracker tells where the tip is."""
 
     rest = "DELETE /registrations/{id}/pointer"
 
-    def run(self, context: Registrations, document_id: str) -> StoredRegistration:
-        return context.service.calibrating.set_pointer(document_id, None, expected_revision=context.expected)
+    def changed(self, content: RegistrationContent, context: Registrations) -> RegistrationContent:
+        return with_pointer(content, None)
 
 
 class SimulateRobot(SimulatePointer, frozen=True):
@@ -59,18 +61,17 @@ class SimulateRobot(SimulatePointer, frozen=True):
 
     rest = "POST /registrations/{id}/robot/simulate"
 
-    def run(self, context: Registrations, document_id: str) -> StoredRegistration:
-        act = context.service.calibrating.simulate_robot
-        return act(document_id, self.noise_mm, self.seed, expected_revision=context.expected)
+    def changed(self, content: RegistrationContent, context: Registrations) -> RegistrationContent:
+        return with_robot(content, simulated_robot(context.case_id, self.noise_mm, self.seed))
 
 
-class ClearRobot(Change, frozen=True):
+class ClearRobot(RegistrationEdit, frozen=True):
     """Forget where the tracker stands beside the robot."""
 
     rest = "DELETE /registrations/{id}/robot"
 
-    def run(self, context: Registrations, document_id: str) -> StoredRegistration:
-        return context.service.calibrating.set_robot(document_id, None, expected_revision=context.expected)
+    def changed(self, content: RegistrationContent, context: Registrations) -> RegistrationContent:
+        return with_robot(content, None)
 
 
 class MakeToBase(Change, frozen=True):
@@ -81,6 +82,14 @@ class MakeToBase(Change, frozen=True):
 
     rest = "POST /registrations/{id}/to-base"
     status = 201
+    verb = (
+        Verb(
+            "register base",
+            "make a registration to the robot's base from one to the patient",
+            options=(Option("--name", "name", "", "of the new registration; else that of the other one"),),
+            of_case=True,
+        ),
+    )
     name: Name | None = None
 
     def run(self, context: Registrations, document_id: str) -> StoredRegistration:

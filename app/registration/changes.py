@@ -9,8 +9,8 @@ from app.kit.values import Position
 from app.plans.diff import SAME_MM, figure, listed
 from app.registration.calibration_records import PointerTip, RobotToTracker
 from app.registration.document import FiducialPair, RegistrationContent
+from app.registration.file_metadata import FULL
 from app.registration.found_beads import FoundBead, bead_label
-from app.registration.said_by_file import FULL
 from app.registration.touched_surface import TouchedSurface
 
 _FROM = {"typed": "typed", "file": "read from a file", "simulated": "simulated", "tracker": "measured by the tracker"}

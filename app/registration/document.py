@@ -3,25 +3,31 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal, TypeAlias
 
 import numpy as np
 from msgspec import Meta
 
+from app.documents import Document, new_in
 from app.kit.names import check_stored_label
-from app.kit.values import number
-from app.operations.fields import MaybeId, Place
+from app.operations.fields import REFUSED, MaybeId, Place
 from app.registration.calibration_records import PointerTip, RobotToTracker, Rows, check_rigid, check_robot
+from app.registration.file_metadata import FileMetadata
 from app.registration.found_beads import MAX_BEADS, BeadSearchRecord, FoundBead, check_beads
-from app.registration.said_by_file import SaidByFile
 from app.registration.touched_surface import TouchedSurface, check_surface
 from vfix_engine.errors import InputError
 from vfix_engine.frames import ImageRegistration, RegisteredTo
 
+SCHEMA = "vfix-registration/4"  # one more with a field that is new in it
 MAX_PAIRS = 100
 MAX_FLE_MM = 50.0
 MAX_WEIGHT = 1e6
 IDENTITY = tuple(np.eye(4).ravel().tolist())
+
+_FLE_REFUSED = f"a localisation error of {{:g}} mm cannot be; say more than 0 and up to {MAX_FLE_MM:g} mm."
+_WEIGHT_REFUSED = "a pair's weight is above 0; leave a pair out of the fit by its switch."
+Fle = Annotated[float, Meta(gt=0.0, le=MAX_FLE_MM, extra={REFUSED: _FLE_REFUSED})]  # [mm]
+Weight = Annotated[float, Meta(gt=0.0, le=MAX_WEIGHT, extra={REFUSED: _WEIGHT_REFUSED})]
 
 MeasuredFrom = Literal["typed", "file", "simulated", "tracker"]
 MadeFrom = Literal["none", "pairs", "given", "surface"]
@@ -40,7 +46,7 @@ class FiducialPair:
     measured: Place | None
     id: MaybeId = ""
     enabled: bool = True
-    weight: Annotated[float, Meta(gt=0.0, le=MAX_WEIGHT)] = 1.0
+    weight: Weight = 1.0
     measured_from: MeasuredFrom = "typed"
     bead: MaybeId = ""
 
@@ -67,13 +73,13 @@ class RegistrationContent:
     transform: Rows = IDENTITY
     pairs: Annotated[tuple[FiducialPair, ...], Meta(max_length=MAX_PAIRS)] = ()
     made_from: MadeFrom = "none"
-    fle_mm: Annotated[float, Meta(gt=0.0, le=MAX_FLE_MM)] | None = None
-    beads: Annotated[tuple[FoundBead, ...], Meta(max_length=MAX_BEADS)] = ()
-    search: BeadSearchRecord | None = None
-    surface: TouchedSurface | None = None
-    pointer: PointerTip | None = None
-    robot: RobotToTracker | None = None
-    said: SaidByFile | None = None
+    fle_mm: Annotated[Fle | None, new_in(2)] = None
+    beads: Annotated[tuple[FoundBead, ...], Meta(max_length=MAX_BEADS), new_in(2)] = ()
+    search: Annotated[BeadSearchRecord | None, new_in(2)] = None
+    surface: Annotated[TouchedSurface | None, new_in(3)] = None
+    pointer: Annotated[PointerTip | None, new_in(3)] = None
+    robot: Annotated[RobotToTracker | None, new_in(3)] = None
+    said: Annotated[FileMetadata | None, new_in(4)] = None
 
     @property
     def said_simulated(self) -> bool:
@@ -109,6 +115,9 @@ class RegistrationContent:
         return distances
 
 
+StoredRegistration: TypeAlias = Document[RegistrationContent]
+
+
 def check_registration(content: RegistrationContent) -> RegistrationContent:
     """The content, where it is a rigid transform and its parts do not contradict each other; types say the rest.
 
@@ -124,22 +133,3 @@ def check_registration(content: RegistrationContent) -> RegistrationContent:
     check_surface(content.surface)
     check_robot(content.robot)
     return content
-
-
-def check_fle(fle_mm: Any) -> float | None:
-    """A stated localisation error; None stays None. Raises InputError."""
-    if fle_mm is None:
-        return None
-    fle = number(fle_mm, "the localisation error")
-    if not 0.0 < fle <= MAX_FLE_MM:
-        raise InputError(f"a localisation error of {fle:g} mm cannot be; say more than 0 and up to {MAX_FLE_MM:g} mm.")
-    return fle
-
-
-def check_pair(pair: FiducialPair) -> FiducialPair:
-    """The pair, where it can be one, in the words of who edits it. Raises InputError or one of its kinds."""
-    check_stored_label(pair.label, "label")
-    weight = number(pair.weight, "a pair's weight")
-    if not 0.0 < weight <= MAX_WEIGHT:
-        raise InputError("a pair's weight is above 0; leave a pair out of the fit by its switch.")
-    return pair

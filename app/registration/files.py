@@ -20,10 +20,10 @@ from app.kit.text_tables import (
 from app.kit.values import Position, check_position
 from app.plans.model import NOTICE
 from app.registration.calibration import real_tracker_to_base
-from app.registration.document import MAX_PAIRS, RegistrationContent
-from app.registration.editor import MeasuredPoint, StoredRegistration
+from app.registration.document import MAX_PAIRS, RegistrationContent, StoredRegistration
+from app.registration.edits import MeasuredPoint
+from app.registration.file_metadata import FULL, FileMetadata, direction, said_of
 from app.registration.fit_report import FitReport, report_of
-from app.registration.said_by_file import FULL, SaidByFile, direction, said_of
 from app.registration.touched_surface import MAX_TOUCHED
 from vfix_engine.arrays import Array
 from vfix_engine.errors import FrameError, InputError
@@ -184,7 +184,7 @@ def read_transform(file_name: str, data: bytes, to: RegisteredTo | None = None) 
     return RegistrationContent(said.to or to or "patient", values, made_from="given", said=said)
 
 
-def _said_in_json(text: str) -> SaidByFile:
+def _said_in_json(text: str) -> FileMetadata:
     content = parse_json(text)
     return said_of(list(content.items()), _FRAMES.get(content["to"]))
 

@@ -1,30 +1,43 @@
-"""What can be done to registrations. Files, searches, refinements and measurements have routes of their own."""
+"""What can be done to registrations. Files, searches for beads and refinements have routes of their own."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Annotated, Any, Literal
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Annotated, Any, ClassVar, Literal
 
 import msgspec
 from msgspec import UNSET, Meta, UnsetType
 
-from app.documents import Document
 from app.kit.names import MAX_NAME
-from app.operations.fields import STRIPPED, Identifier, Name, Position
-from app.operations.operation import Change, Creation
+from app.operations.fields import STRIPPED, Identifier, Name, Place
+from app.operations.operation import Change, Creation, Option, Verb
 from app.operations.spec import DocumentSpec
 from app.operations.standard import Delete, Redo, Rename, Restore, SetDeleted, SetLocked, Undo
-from app.registration.calibration_operations import CALIBRATIONS, Registrations, Seed
-from app.registration.document import RegistrationContent
-from app.registration.editor import RegistrationEditor, StoredRegistration, found_pair
+from app.registration.calibration import registered_to
+from app.registration.calibration_operations import CALIBRATIONS
+from app.registration.document import MAX_PAIRS, Fle, RegistrationContent, StoredRegistration, Weight
+from app.registration.edits import (
+    judged,
+    reordered,
+    with_changed_pair,
+    with_every_bead,
+    with_new_pair,
+    with_touched,
+    without_measured,
+    without_pair,
+)
 from app.registration.kind import REGISTRATION
+from app.registration.operation_base import Noise, RegistrationEdit, Registrations, Seed
 from app.registration.public import RegistrationPublic
+from app.registration.service import LONGEST_S, MEASURE_S, Measured
 from app.registration.simulated_touch import DEFAULT_NOISE_MM
+from app.registration.surface_operations import SURFACES
+from app.registration.touched_surface import unrefined
 from vfix_engine.errors import InputError
 from vfix_engine.frames import RegisteredTo
 
 Label = Annotated[str, Meta(max_length=MAX_NAME, extra={STRIPPED: True})]
-Number = Annotated[float, Meta(ge=-1e6, le=1e6)]  # what may be, the editor says
 
 
 @dataclass(frozen=True)
@@ -32,6 +45,14 @@ class EditedPair:
     """A pair that was added, and the registration after it."""
 
     pair: str
+    registration: RegistrationPublic
+
+
+@dataclass(frozen=True)
+class MeasuredPair:
+    """The registration after a point was measured; spread_mm: rms distance of the poses from their mean."""
+
+    spread_mm: float
     registration: RegistrationPublic
 
 
@@ -43,6 +64,16 @@ class CreateRegistration(Creation, frozen=True):
 
     rest = "POST /cases/{case_id}/registrations"
     message = "registration.new"
+    verb = (
+        Verb(
+            "register new",
+            "make an empty registration, to the patient or to the robot's base",
+            options=(
+                Option("--name", "name", "", "of the registration", "Registration"),
+                Option("--to", "to", "", "what it is to", "patient"),
+            ),
+        ),
+    )
     name: Name | None = None
     to: RegisteredTo | None = None
     copy_of: Identifier | None = None
@@ -84,72 +115,55 @@ class UndoRegistration(Undo, frozen=True):
     """Take the newest edit back; `told` of the answer says which."""
 
     of_open = True
+    verb = (Verb("register undo", "take the newest edit of a registration back", of_case=True),)
 
 
 class RedoRegistration(Redo, frozen=True):
     """Do again what was taken back; `told` of the answer says what."""
 
     of_open = True
-
-
-class RegistrationEdit(Change, frozen=True):
-    """An edit, after which the pairs are fitted anew."""
-
-    of_open = True
-
-    def run(self, context: Registrations, document_id: str) -> StoredRegistration:
-        return self.edit(context.service.editor(document_id), expected_revision=context.expected)
-
-    def edit(self, editor: RegistrationEditor, *, expected_revision: int | None) -> StoredRegistration:
-        """The registration after it. Raises VfixError where that cannot be."""
-        raise NotImplementedError
+    verb = (Verb("register redo", "do an edit again that was taken back", of_case=True),)
 
 
 class FleWish(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """The rms length of one fiducial's localisation error, mm; null estimates it from the fit."""
 
-    mm: Number | None
+    mm: Fle | None
 
 
 class SetFle(RegistrationEdit, frozen=True):
-    """State the localisation error of one fiducial."""
-
-    rest = "PATCH /registrations/{id}"
-    fle: FleWish
-
-    def edit(self, editor: RegistrationEditor, **expected: Any) -> StoredRegistration:
-        return editor.set_fle(self.fle.mm, **expected)
-
-
-class StateFle(RegistrationEdit, frozen=True):
     """State the localisation error of one fiducial; null estimates it from the fit."""
 
+    rest = "PATCH /registrations/{id}"
+    title = "Set localisation error"
     message = "registration.fle"
-    fle_mm: Number | None
+    aliases: ClassVar[Mapping[str, str]] = {"fle.mm": "fle_mm"}
+    fle: FleWish
 
-    def edit(self, editor: RegistrationEditor, **expected: Any) -> StoredRegistration:
-        return editor.set_fle(self.fle_mm, **expected)
+    def changed(self, content: RegistrationContent, context: Registrations) -> RegistrationContent:
+        return replace(content, fle_mm=self.fle.mm)
 
 
 class FitPairs(RegistrationEdit, frozen=True):
     """Fit the pairs, instead of a given or refined transform."""
 
     rest = "PATCH /registrations/{id}"
+    title = "Fit the points"
     message = "registration.fit_pairs"
     made_from: Literal["pairs"] = "pairs"
 
-    def edit(self, editor: RegistrationEditor, **expected: Any) -> StoredRegistration:
-        return editor.fit_pairs(**expected)
+    def changed(self, content: RegistrationContent, context: Registrations) -> RegistrationContent:
+        return replace(content, made_from="none", surface=unrefined(content.surface))
 
 
-class RegisterTo(Change, frozen=True):
+class RegisterTo(RegistrationEdit, frozen=True):
     """Choose what it is to, while nothing was measured."""
 
     rest = "PATCH /registrations/{id}"
     to: RegisteredTo
 
-    def run(self, context: Registrations, document_id: str) -> StoredRegistration:
-        return context.service.calibrating.register_to(document_id, self.to, expected_revision=context.expected)
+    def changed(self, content: RegistrationContent, context: Registrations) -> RegistrationContent:
+        return registered_to(content, self.to)
 
 
 class JudgeBead(RegistrationEdit, frozen=True):
@@ -160,8 +174,8 @@ class JudgeBead(RegistrationEdit, frozen=True):
     bead_id: Identifier
     confirmed: bool | None
 
-    def edit(self, editor: RegistrationEditor, **expected: Any) -> StoredRegistration:
-        return editor.judge_bead(self.bead_id, confirmed=self.confirmed, **expected)
+    def changed(self, content: RegistrationContent, context: Registrations) -> RegistrationContent:
+        return judged(content, self.bead_id, self.confirmed)
 
 
 class ConfirmBeads(RegistrationEdit, frozen=True):
@@ -169,8 +183,8 @@ class ConfirmBeads(RegistrationEdit, frozen=True):
 
     message = "bead.confirm_all"
 
-    def edit(self, editor: RegistrationEditor, **expected: Any) -> StoredRegistration:
-        return editor.confirm_all(**expected)
+    def changed(self, content: RegistrationContent, context: Registrations) -> RegistrationContent:
+        return with_every_bead(content)
 
 
 class AddPair(RegistrationEdit, frozen=True):
@@ -181,18 +195,18 @@ class AddPair(RegistrationEdit, frozen=True):
     message = "pair.add"
     answers = EditedPair
     label: Label | None = None
-    in_image: Position | None = None
-    measured: Position | None = None
+    in_image: Place | None = None
+    measured: Place | None = None
 
-    def edit(self, editor: RegistrationEditor, **expected: Any) -> StoredRegistration:
-        return editor.added_pair(self.in_image, self.measured, self.label, **expected)[1]
+    def changed(self, content: RegistrationContent, context: Registrations) -> RegistrationContent:
+        return with_new_pair(content, self.in_image, self.measured, self.label)
 
     @staticmethod
     def added(document: StoredRegistration) -> str:
         """The id of the pair, in the registration after it."""
         return document.content.pairs[-1].id
 
-    def answer(self, context: Registrations, document: Document[Any]) -> EditedPair:
+    def answer(self, context: Registrations, document: StoredRegistration) -> EditedPair:
         return EditedPair(self.added(document), RegistrationPublic.of(document))
 
 
@@ -203,17 +217,17 @@ class ChangePair(RegistrationEdit, frozen=True):
     message = "pair.change"
     pair_id: Identifier
     label: Label | None = None
-    in_image: Position | UnsetType | None = UNSET
-    measured: Position | UnsetType | None = UNSET
+    in_image: Place | UnsetType | None = UNSET
+    measured: Place | UnsetType | None = UNSET
     enabled: bool | None = None
-    weight: Number | None = None
+    weight: Weight | None = None
 
-    def edit(self, editor: RegistrationEditor, **expected: Any) -> StoredRegistration:
+    def changed(self, content: RegistrationContent, context: Registrations) -> RegistrationContent:
         said = {"label": self.label, "enabled": self.enabled, "weight": self.weight}
         changes: dict[str, Any] = {name: value for name, value in said.items() if value is not None}
         places = {"in_image": self.in_image, "measured": self.measured}
         changes |= {name: place for name, place in places.items() if place is not UNSET}
-        return editor.change_pair(self.pair_id, changes, **expected)
+        return with_changed_pair(content, self.pair_id, changes)
 
 
 class DeletePair(RegistrationEdit, frozen=True):
@@ -223,17 +237,18 @@ class DeletePair(RegistrationEdit, frozen=True):
     message = "pair.delete"
     pair_id: Identifier
 
-    def edit(self, editor: RegistrationEditor, **expected: Any) -> StoredRegistration:
-        return editor.delete_pair(self.pair_id, **expected)
+    def changed(self, content: RegistrationContent, context: Registrations) -> RegistrationContent:
+        return without_pair(content, self.pair_id)
 
 
 class ClearMeasured(RegistrationEdit, frozen=True):
     """Forget every measured point; pairs that have nothing else go with it."""
 
+    title = "Clear measured points"
     message = "pair.clear_measured"
 
-    def edit(self, editor: RegistrationEditor, **expected: Any) -> StoredRegistration:
-        return editor.clear_measured(**expected)
+    def changed(self, content: RegistrationContent, context: Registrations) -> RegistrationContent:
+        return without_measured(content)
 
 
 class TouchPair(RegistrationEdit, frozen=True):
@@ -243,24 +258,52 @@ class TouchPair(RegistrationEdit, frozen=True):
     """
 
     rest = "POST /registrations/{id}/pairs/{pair_id}/touch"
+    title = "Simulate touch"
     message = "pair.touch"
     pair_id: Identifier | None = None  # of a message: each one that was not measured, else that was simulated
-    noise_mm: Number = DEFAULT_NOISE_MM
+    noise_mm: Noise = DEFAULT_NOISE_MM
     seed: Seed | None = None
 
-    def edit(self, editor: RegistrationEditor, **expected: Any) -> StoredRegistration:
-        return editor.touch(self._touched(editor.document.content), self.noise_mm, self.seed, **expected)
+    def changed(self, content: RegistrationContent, context: Registrations) -> RegistrationContent:
+        return with_touched(content, context.case_id, self._touched(content), self.noise_mm, self.seed)
 
     def _touched(self, content: RegistrationContent) -> list[str]:
         if self.pair_id is not None:
-            return [found_pair(content, self.pair_id).id]
+            return [self.pair_id]
+        if not content.pairs:
+            raise InputError("there is no point to touch yet: confirm beads, or add points at the crosshair.")
         left = [pair.id for pair in content.pairs if pair.in_image is not None and pair.measured is None]
-        if left or not content.pairs:
-            return left
         again = [pair.id for pair in content.pairs if pair.in_image and pair.measured_from == "simulated"]
-        if not again:
+        if not left and not again:
             raise InputError("every point was really measured; no simulated touch replaces that.")
-        return again
+        return left or again
+
+
+class MeasurePair(Change, frozen=True):
+    """Measure a pair with the tracked pointer, whose tip rests on the point for some `seconds`."""
+
+    rest = "POST /registrations/{id}/pairs/{pair_id}/measure"
+    answers = MeasuredPair
+    pair_id: Identifier
+    seconds: Annotated[float, Meta(ge=0.1, le=LONGEST_S)] = MEASURE_S
+
+    def run(self, context: Registrations, document_id: str) -> StoredRegistration:
+        measure = context.service.measure
+        return measure(document_id, self.pair_id, self.seconds, expected_revision=context.expected)
+
+    def answer(self, context: Registrations, document: StoredRegistration) -> MeasuredPair:
+        assert isinstance(document, Measured)
+        return MeasuredPair(document.spread_mm, RegistrationPublic.of(document))
+
+
+class Reorder(RegistrationEdit, frozen=True):
+    """Take an order. `measured_of`: by a pair's id, the id of the pair whose measured point it gets."""
+
+    rest = "POST /registrations/{id}/order"
+    measured_of: Annotated[dict[str, str], Meta(min_length=1, max_length=MAX_PAIRS)]
+
+    def changed(self, content: RegistrationContent, context: Registrations) -> RegistrationContent:
+        return reordered(content, self.measured_of)
 
 
 SPEC = DocumentSpec(
@@ -270,9 +313,9 @@ SPEC = DocumentSpec(
     public=RegistrationPublic,
     public_of=lambda service, document: RegistrationPublic.of(document),
     operations=(
-        CreateRegistration, DuplicateRegistration, Rename, LockRegistration, SetDeleted, SetFle, StateFle, FitPairs,
+        CreateRegistration, DuplicateRegistration, Rename, LockRegistration, SetDeleted, SetFle, FitPairs,
         RegisterTo, Delete, Restore, UndoRegistration, RedoRegistration, JudgeBead, ConfirmBeads, AddPair, ChangePair,
-        DeletePair, ClearMeasured, TouchPair, *CALIBRATIONS,
+        DeletePair, ClearMeasured, TouchPair, MeasurePair, Reorder, *SURFACES, *CALIBRATIONS,
     ),
     service="registering",
 )  # fmt: skip

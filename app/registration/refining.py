@@ -10,14 +10,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from app.cases.service import CaseService
+from app.documents import Documents
 from app.kit.jobs import Job, Jobs, Progress
 from app.kit.values import Position, check_position
 from app.registration.calibration import simulated_transform
-from app.registration.document import RegistrationContent
-from app.registration.editor import StoredRegistration
-from app.registration.fit_report import FEWEST, fitted, refitted, report_of
+from app.registration.document import RegistrationContent, StoredRegistration
+from app.registration.fit_report import FEWEST, fitted, report_of
 from app.registration.reachable_surface import reachable_places
-from app.registration.service import Registering
 from app.registration.simulated_touch import (
     DEFAULT_NOISE_MM,
     check_simulated,
@@ -43,9 +42,13 @@ class Refining:
     """Refinements of every registration; may be used from any thread."""
 
     def __init__(
-        self, cases: CaseService, registering: Registering, jobs: Jobs, tracker: TrackerClient | None = None
+        self,
+        documents: Documents[RegistrationContent],
+        cases: CaseService,
+        jobs: Jobs,
+        tracker: TrackerClient | None = None,
     ) -> None:
-        self._cases, self._registering, self._jobs, self._tracker = cases, registering, jobs, tracker
+        self._documents, self._cases, self._jobs, self._tracker = documents, cases, jobs, tracker
 
     # -- touched points
 
@@ -64,11 +67,12 @@ class Refining:
         A transform that was refined before stays.
         Raises NotFound, and InputError for no points, too many, or a deleted or locked registration.
         """
-        structure = self._structure(self._document(registration_id), structure_id)
+        structure = self._structure(self._documents.get(registration_id), structure_id)
         if not 0 < len(points) <= MAX_TOUCHED:
             raise InputError(f"a surface is touched at 1 to {MAX_TOUCHED:,} points, not {len(points)}.")
         touched = TouchedSurface(structure, tuple(check_position(point) for point in points), measured_from)
-        return self._edit(registration_id, lambda content: replace(content, surface=touched), expected_revision)
+        editor = self._documents.editor(registration_id)
+        return editor.edit(lambda content: replace(content, surface=touched), expected_revision=expected_revision)
 
     def touch_tracked(
         self,
@@ -125,26 +129,6 @@ class Refining:
         near = [pair.in_image for pair in document.content.pairs if pair.in_image is not None]
         return reachable_places(tree, near, count, seed)
 
-    def clear(self, registration_id: str, *, expected_revision: int | None = None) -> StoredRegistration:
-        """Forget what was touched, as one edit; a refined transform goes back to the fit of the points.
-
-        Raises InputError where the points cannot be fitted: nothing would tell what the transform is of.
-        """
-
-        def change(content: RegistrationContent) -> RegistrationContent:
-            bare = replace(content, surface=None)
-            if content.made_from != "surface":
-                return bare
-            back = refitted(replace(bare, made_from="none"))
-            if back.made_from == "none":
-                raise InputError(
-                    "the transform is refined on the touched points, and the registration has no others to go back to; "
-                    "take the refinement back with undo, or touch others."
-                )
-            return back
-
-        return self._edit(registration_id, change, expected_revision)
-
     # -- the refinement
 
     def start(self, registration_id: str, keep: float = KEEP) -> Job:
@@ -183,29 +167,18 @@ class Refining:
         kept = replace(surface, refinement=done)
         refined = replace(content, transform=transform, made_from="surface", surface=kept)
         seen = document.revision if expected_revision is None else expected_revision
-        return self._registering.editor(registration_id).become(refined, expected_revision=seen)
+        return self._documents.editor(registration_id).edit(lambda _: refined, expected_revision=seen)
 
     # --
 
-    def _document(self, registration_id: str) -> StoredRegistration:
-        return self._registering.documents.get(registration_id)
-
     def _editable(self, registration_id: str) -> StoredRegistration:
-        document = self._document(registration_id)
-        self._registering.documents.kind.check_editable(document)
+        document = self._documents.get(registration_id)
+        self._documents.kind.check_editable(document)
         return document
 
     def _structure(self, document: StoredRegistration, structure_id: str | None) -> str:
         case = self._cases.get(document.case_id)
         return case.anatomy.id if structure_id is None else case.structure(structure_id).id
-
-    def _edit(
-        self,
-        registration_id: str,
-        change: Callable[[RegistrationContent], RegistrationContent],
-        expected_revision: int | None,
-    ) -> StoredRegistration:
-        return self._registering.documents.editor(registration_id).edit(change, expected_revision=expected_revision)
 
     def _job(self, work: Callable[[Progress], str], document: StoredRegistration, what: str) -> Job:
         lane, same = f"refinement {document.case_id}", f"{document.id} {document.revision} {what}"

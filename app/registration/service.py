@@ -18,11 +18,12 @@ from app.plans.model import Plan
 from app.plans.service import PlanService
 from app.registration.calibrating import NO_TRACKER, Calibrating
 from app.registration.calibration import tracked_through
-from app.registration.document import RegistrationContent
-from app.registration.editor import RegistrationEditor, StoredRegistration, found_pair, with_place
+from app.registration.document import RegistrationContent, StoredRegistration
+from app.registration.edits import edit, found_pair, with_beads, with_place
 from app.registration.fit_report import FitReport, report_of
 from app.registration.found_beads import MAX_BEADS, BeadSearchRecord, FoundBead
 from app.registration.point_order import OrderAnswer, order_of
+from app.registration.refining import Refining
 from app.registration.target_errors import ErrorTable, error_table
 from vfix_engine.errors import InputError, PlanError
 from vfix_engine.frames import ImageRegistration
@@ -73,6 +74,13 @@ class PlanRegistration:
         return self.document.content.registration if ready and self.document is not None else None
 
 
+@dataclass(frozen=True)
+class Measured(Document[RegistrationContent]):
+    """A registration after a point was measured; spread_mm: rms distance of the poses from their mean."""
+
+    spread_mm: float = 0.0
+
+
 class Registering:
     """Registrations of every case; may be used from any thread."""
 
@@ -88,11 +96,8 @@ class Registering:
         self._cases, self._plans, self._jobs = cases, plans, jobs
         self._tracker = tracker
         self.calibrating = Calibrating(documents, tracker)
+        self.refining = Refining(documents, cases, jobs, tracker)
         self._reports: Cache[RegistrationContent, FitReport] = Cache(32)
-
-    def editor(self, registration_id: str) -> RegistrationEditor:
-        """The registration's editor. Raises NotFound."""
-        return RegistrationEditor(registration_id, self.documents.editor(registration_id))
 
     def report(self, content: RegistrationContent) -> FitReport:
         """How a registration stands."""
@@ -116,8 +121,8 @@ class Registering:
 
     def measure(
         self, registration_id: str, pair_id: str, seconds: float = MEASURE_S, *, expected_revision: int | None = None
-    ) -> tuple[StoredRegistration, float]:
-        """Measure a pair with the tracked pointer over the next seconds; returns the spread of the poses in mm too.
+    ) -> Measured:
+        """Measure a pair with the tracked pointer over the next seconds.
 
         The place is that of the pointer's tip where that was calibrated, taken to the robot's base by the robot's
         calibration where the registration is to that.
@@ -135,14 +140,14 @@ class Registering:
                 f"the pointer moved by {held.largest_mm:.1f} mm while it was measured; hold it still, and touch again."
             )
         x, y, z = (matrix[:3, :3] @ held.position + matrix[:3, 3]).tolist()
-        editor = self.editor(registration_id)
 
         def measured(before: RegistrationContent) -> RegistrationContent:
             if (before.to, before.pointer, before.robot) != (content.to, content.pointer, content.robot):
                 raise InputError("the calibration was changed while the point was measured; touch it again.")
             return with_place(before, pair_id, (x, y, z), "tracker")
 
-        return editor.changed(measured, expected_revision=expected_revision), held.spread_mm
+        document = edit(self.documents, registration_id, measured, expected_revision=expected_revision)
+        return Measured(**vars(document), spread_mm=held.spread_mm)
 
     # -- beads
 
@@ -163,7 +168,7 @@ class Registering:
             progress("Reading the scan", 0.0)
             found, search = self.look_for_beads(document.case_id, *wish, progress=progress)
             progress("Keeping what was found", 0.95)
-            return self.editor(registration_id).keep_beads(found, search).id
+            return self.keep_beads(registration_id, found, search).id
 
         lane, same = f"beads {document.case_id}", f"beads {registration_id} {wish}"
         return self._jobs.submit(
@@ -193,6 +198,12 @@ class Registering:
             cautions = (*cautions, f"{len(found.beads)} were found; the first {MAX_BEADS} are listed.")
         return beads, BeadSearchRecord(diameter_mm, threshold_hu, cautions, len(found.left_out))
 
+    def keep_beads(
+        self, registration_id: str, beads: Sequence[FoundBead], search: BeadSearchRecord
+    ) -> StoredRegistration:
+        """Keep what a search found, as one edit."""
+        return edit(self.documents, registration_id, lambda content: with_beads(content, beads, search))
+
     def _check(self, document: Document[RegistrationContent]) -> None:
         if not self._cases.get(document.case_id).has_volume:
             raise InputError(_NO_CT)
@@ -200,20 +211,13 @@ class Registering:
 
     # -- plans
 
-    def use(self, plan_id: str, registration_id: str | None, *, expected_revision: int | None = None) -> Plan:
-        """Let a plan use a registration of its case, or none, as one edit of the plan.
-
-        Raises NotFound, and PlanError for a registration of another case, a deleted one or one without a transform.
-        """
-        if registration_id is not None:
-            wanted = replace(self._plans.get(plan_id), registration=registration_id)
-            self.documents.get(registration_id)
-            used = self.registration_of(wanted)
-            if used.state != "ready":
-                raise PlanError(
-                    _REFUSED[used.state].replace("{name}", "" if used.document is None else used.document.name)
-                )
-        return self._plans.editor(plan_id).use_registration(registration_id, expected_revision=expected_revision)
+    def check_usable(self, plan: Plan, registration_id: str) -> None:
+        """Raise NotFound, and PlanError for a registration of another case, a deleted one or an unfinished one."""
+        self.documents.get(registration_id)
+        used = self.registration_of(replace(plan, registration=registration_id))
+        if used.state != "ready":
+            name = "" if used.document is None else used.document.name
+            raise PlanError(_REFUSED[used.state].replace("{name}", name))
 
     def registration_of(self, plan: Plan) -> PlanRegistration:
         """The registration that a plan refers to, or why it cannot be used."""

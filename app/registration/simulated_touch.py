@@ -16,6 +16,7 @@ from vfix_engine.frames import RegisteredTo, inverse
 
 MAX_NOISE_MM = 20.0
 DEFAULT_NOISE_MM = 0.3
+NOISE_REFUSED = f"a noise of {{:g}} mm cannot be simulated; say 0 to {MAX_NOISE_MM:g} mm."
 
 _FARTHEST_MM = 200.0  # of the simulated tracker from where the image has its origin, along each axis
 _WIDEST_RAD = 0.6  # that the head is turned by
@@ -108,5 +109,5 @@ def checked_noise(noise_mm: float) -> float:
     """A noise that can be simulated. Raises InputError."""
     noise = number(noise_mm, "the pointer's noise")
     if not 0.0 <= noise <= MAX_NOISE_MM:
-        raise InputError(f"a noise of {noise:g} mm cannot be simulated; say 0 to {MAX_NOISE_MM:g} mm.")
+        raise InputError(NOISE_REFUSED.format(noise))
     return noise

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import logging
 import threading
-import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
 from typing import Any, Literal
 
@@ -14,20 +13,15 @@ import viser
 from app.kit.prompt_threads import PROMPT_THREADS
 from app.messages.client import Client, ClientRole
 from app.messages.fields import Command
-from app.messages.sections import Section, Sections
 from app.operations.messages import OperationMessage
 from app.scene.dragging import DragEvent
 from app.scene.view import SceneEvents, SceneView
 from app.services import Services
 from app.session.commands import SetTab
+from app.session.display import Display
 from app.session.inbox import Inbox
-from app.session.sections import TabSection, jobs_section
-from app.session.view_model import ViewModel
 from app.tabs.base import Closable, Tab
 from app.tabs.registry import load, specs
-from app.workspace.case_view import CaseView, ShownSurface
-from app.workspace.layers import Layer, LayerStack
-from app.workspace.sections import SceneSection
 from app.workspace.workspace import Workspace
 from vfix_engine.error_places import error_places
 from vfix_engine.errors import InputError, VfixError
@@ -35,7 +29,6 @@ from vfix_engine.errors import InputError, VfixError
 Reply = Callable[[bool, Any], None]
 Note = Callable[[str, bool], None]
 FIRST_TAB = "plan"  # where a client begins that has a case open
-SCENE_INTERVAL_S = 0.045  # between two pictures of what changes by itself: a browser draws some 20 a second
 _LOG = logging.getLogger(__name__)
 
 
@@ -61,18 +54,10 @@ class ClientSession:
         scene: the client's scene as it is now; None while there is none.
         """
         self.client, self._services = client, services
-        self._published = -1  # the store's changes then
-        self._jobs = services.jobs.going_on()
-        self._warming, self._scene = warming, scene
+        self._scene = scene
         self._attached: viser.ClientHandle | None = None
-        self.view_model = ViewModel()
         self.note: Note = lambda words, error: None
         self._inbox = Inbox()
-        self.post = self._inbox.put  # may be called on any thread; what the page sends is offered
-        self._layers: LayerStack | None = None
-        self._drawn_at = 0.0
-        self._own: list[str] = []  # names of the active tab's layers when everything was drawn
-        self._viewed: ShownSurface | None = None  # the surface that the camera was turned to
         self.workspace = Workspace(
             Client(client), services, executor, self.post, lambda words, error: self.note(words, error)
         )
@@ -86,15 +71,26 @@ class ClientSession:
                 self._tabs_of.setdefault(kind, []).append(tab)
         self.active = self.tabs.get(FIRST_TAB) or next(iter(self.tabs.values()))
         self.active.active = True
+        self._display = Display(services, self.workspace, self.tabs.values(), warming, self._guarded)
+        self.view_model = self._display.model
         self.workspace.camera.places = lambda: [place for tab in self.tabs.values() for place in tab.places()]
-        self.workspace.on_case_opened(lambda plan_id: self._leave_other_kind())
+        self.workspace.on_case_opened(lambda plan_id: self._case_opened())
         self._thread = threading.Thread(target=self._run, name=f"session-{client[:6]}", daemon=True)
 
     # -- from other threads: queue only, but for what a hand does
 
+    def post(self, request: Callable[[], Any]) -> None:
+        """Queue work of the planner itself, such as an answer from the background; it may be about any tab."""
+
+        def about_any() -> None:
+            self._display.touch_all()
+            request()
+
+        self._inbox.put(about_any)
+
     def start(self, wanted: Mapping[str, str]) -> None:
         """Begin work; ``wanted`` names the case, plan and tab to open, where the client remembers them."""
-        self._inbox.put(lambda: self._open_first(wanted))
+        self.post(lambda: self._open_first(wanted))
         self._thread.start()
 
     def close(self) -> None:
@@ -109,12 +105,12 @@ class ClientSession:
 
     def tick(self) -> None:
         """The planner's clock: what changes by itself is looked at, and the store where others have changed it."""
-        self.post(self._tick, "tick")
+        self._inbox.put(self._tick, "tick")
 
     @property
     def is_behind(self) -> bool:
         """Something was stored since everything was published."""
-        return self._published != self._services.store.changes.count
+        return self._display.is_behind
 
     @property
     def lively(self) -> bool:
@@ -151,7 +147,9 @@ class ClientSession:
             self._answer_with(lambda: tab.handle_now(command), reply)
             return True
         slot = command.stream() if reply is None else None  # a newer one does not answer for it
-        return self._inbox.offer(lambda: self._answer_with(lambda: self._do(command), reply, self._publish), slot)
+        return self._inbox.offer(
+            lambda: self._answer_with(lambda: self._do(command), reply, self._display.publish), slot
+        )
 
     def _tab_of(self, command: Command) -> Tab | None:
         """The tab that answers a command: of several the active one, else the first; None for what all tabs share."""
@@ -164,8 +162,10 @@ class ClientSession:
 
     def _events(self) -> SceneEvents:
         return SceneEvents(
-            clicked=lambda ray: self._inbox.offer(lambda: self.active.clicked(ray)),
-            item_dragged=lambda drag: self._inbox.offer(lambda: self.active.dragged(drag), _drag_slot(drag)),
+            clicked=lambda ray: self._inbox.offer(lambda: self._touched(self.active).clicked(ray)),
+            item_dragged=lambda drag: self._inbox.offer(
+                lambda: self._touched(self.active).dragged(drag), _drag_slot(drag)
+            ),
             grip_dragged=lambda drag: self.active.gripped(drag),
             camera_moved=lambda lens: self._inbox.offer(lambda: self.workspace.camera.moved(lens), "camera"),
         )
@@ -177,9 +177,14 @@ class ClientSession:
         while (request := self._inbox.get()) is not None:
             self._guarded(request)
             if request != self._tick:
-                self._guarded(self._publish)
+                self._guarded(self._display.publish)
         for tab in self.tabs.values():
             self._guarded(tab.close)
+
+    def _touched(self, tab: Tab) -> Tab:
+        """A tab to which something happens: it is asked again what it shows."""
+        self._display.touch(tab)
+        return tab
 
     def _guarded(self, request: Callable[[], Any]) -> bool:
         """Whether it was done; the user is told why not."""
@@ -196,34 +201,32 @@ class ClientSession:
             self._guarded(getattr(tab, name))
 
     def _tick(self) -> None:
-        self._jobs = self._services.jobs.going_on()  # first: what an ended job has stored is not shown after its end
-        everything = [self.is_behind]
+        jobs = self._services.jobs.going_on()  # first: what an ended job has stored is not shown after its end
+        changed = list[bool]()
         for tab in self.tabs.values():
-            self._guarded(lambda tab=tab: everything.append(tab.tick()))  # type: ignore[misc]
-        if any(everything):
-            self._publish()
+            self._guarded(lambda tab=tab: changed.append(tab.tick()))  # type: ignore[misc]
+        if any(changed):
+            self._display.touch_all()
+        if any(changed) or self.is_behind:
+            self._display.publish()
         else:
-            self._publish_ticking()
-            self.view_model.commit()
+            self._display.publish_ticking(jobs)
 
     def _open_first(self, wanted: Mapping[str, str]) -> None:
         self.workspace.open_first(wanted.get("case"), wanted.get("plan"))
-        if not self.active.available():
+        if not self.active.available:
             self._set_tab(self._available()[0])
-        elif wanted.get("step") in self._offered():
-            self._set_tab(wanted["step"])
+        elif (tab := self.tabs.get(wanted.get("step", ""))) is not None and tab.offered:
+            self._set_tab(tab.spec.name)
 
-    def _leave_other_kind(self) -> None:
-        """A case was opened that the active tab is not for."""
+    def _case_opened(self) -> None:
+        """It may be one that the active tab is not for."""
+        self._display.touch_all()
         if not self.active.offered:
             self._set_tab(self._available()[0])
 
-    def _offered(self) -> list[str]:
-        """The tabs that are for the open case."""
-        return [name for name, tab in self.tabs.items() if tab.offered]
-
     def _available(self) -> list[str]:
-        return [name for name in self._offered() if self.tabs[name].available()]
+        return [name for name, tab in self.tabs.items() if tab.available]
 
     def _answer_with(
         self, answer: Callable[[], Any], reply: Reply | None, show: Callable[[], None] = lambda: None
@@ -241,11 +244,11 @@ class ClientSession:
     def _do(self, command: Command | OperationMessage) -> Any:
         if isinstance(command, OperationMessage):
             tab = self._tab_of_kind.get(command.spec.kind.name)
-            return self.workspace.operate(command) if tab is None else tab.operate(command)
+            return self.workspace.operate(command) if tab is None else self._touched(tab).operate(command)
         if isinstance(command, SetTab):
             return self._set_tab(command.name)
         tab = self._tab_of(command)
-        return self.workspace.handle(command) if tab is None else tab.handle(command)
+        return self.workspace.handle(command) if tab is None else self._touched(tab).handle(command)
 
     def _set_tab(self, name: str) -> None:
         tab = self.tabs[name]
@@ -253,6 +256,7 @@ class ClientSession:
             return
         if not tab.offered:
             raise InputError(f"‘{tab.spec.label}’ is not for this kind of case.")
+        self._display.touch_all()
         self.active.leave()
         self.active.active, tab.active = False, True
         self.active = tab
@@ -271,105 +275,13 @@ class ClientSession:
             self._attach(now)
 
     def _attach(self, client: viser.ClientHandle) -> None:
-        scene = SceneView(client, self._events())
-        self._layers = LayerStack(scene)
-        self.workspace.camera.attach(scene)
-        self._viewed = None
+        self._display.attach(SceneView(client, self._events()))
 
     def _detach(self) -> None:
-        self._layers = None
-        self.workspace.camera.attach(None)
+        self._display.attach(None)
         for tab in self.tabs.values():
             self._guarded(tab.release_now)
             self._guarded(tab.release)
-
-    # -- what the page and the scene show
-
-    def _active_last(self) -> list[Tab]:
-        """Of sections and layers with one name the last counts: before the active tab those for the open case do."""
-        return sorted(self.tabs.values(), key=lambda tab: (tab is self.active, tab.offered))
-
-    def layers(self) -> dict[str, Layer[Any]]:
-        """What the scene shows now, by name."""
-        own = list[Layer[Any]]()
-        for tab in self._active_last():
-            self._guarded(lambda tab=tab: own.extend(tab.layers()))  # type: ignore[misc]
-        return {layer.name: layer for layer in (*self.workspace.case.layers(), *own)}
-
-    def _publish(self) -> None:
-        """Everything, after a request: of what has not changed only the keys are made."""
-        self._jobs = self._services.jobs.going_on()
-        self._published = self._services.store.changes.count  # before anything is read
-        self._publish_sections([self.workspace.case, *self._active_last()])
-        self._guarded(self._draw)
-        self._guarded(self._publish_labels)
-        self.view_model.commit()
-
-    def _publish_sections(self, sources: Sequence[CaseView | Tab]) -> None:
-        """Those of the case and of tabs: one that cannot be read keeps no other one from being shown."""
-        for one in sources:
-            self._guarded(one.refresh)
-        sections = dict[str, Section[object]]()
-        for one in sources:
-            self._guarded(lambda one=one: sections.update(one.sections()))  # type: ignore[misc]
-        self._guarded(lambda: sections.update(self._own_sections()))
-        for name, section in sections.items():
-            self._guarded(lambda name=name, section=section: self.view_model.publish(name, section))  # type: ignore[misc]
-
-    def _publish_ticking(self) -> None:
-        """Between requests: only the tabs whose sections and layers change by themselves."""
-        self._publish_sections([tab for tab in self._active_last() if tab.ticks])
-        now = time.monotonic()
-        if self._layers is not None and self.active.ticks and now - self._drawn_at >= SCENE_INTERVAL_S:
-            self._drawn_at = now
-            own = self.active.layers()
-            if [layer.name for layer in own] == self._own:
-                self._layers.update(own)
-            else:
-                self._draw_layers(self._layers)
-            self._publish_labels()
-
-    def _publish_labels(self) -> None:
-        if self._layers is not None:
-            self.view_model.publish("labels", Section.of(self.workspace.camera.labels()))
-
-    def _own_sections(self) -> Sections:
-        """The :class:`SessionSections`, without the labels, which are there once the scene is drawn."""
-        ready = self._layers is not None and self.workspace.case.surface is not None
-        words = "" if ready else self.workspace.case.loading or "Preparing the scene …"
-        scene: SceneSection = {"ready": ready, "words": words}
-        return {
-            "step": Section.of(self._tab_section()),
-            "scene": Section.of(scene),
-            "camera": Section.of(self.workspace.camera.section()),
-            "jobs": Section(self._jobs[0], lambda: jobs_section(*self._jobs)),
-        }
-
-    def _draw(self) -> None:
-        """Bring the scene up to date."""
-        if self._layers is None:
-            return
-        self._draw_layers(self._layers)
-        surface = self.workspace.case.surface
-        if surface is not None and self._viewed is not surface:
-            self._viewed = surface
-            self.workspace.camera.look_from(self.active.first_view)
-
-    def _draw_layers(self, stack: LayerStack) -> None:
-        self._own = [layer.name for layer in self.active.layers()]
-        stack.draw(self.layers().values())
-
-    def _tab_section(self) -> TabSection:
-        warming = self._warming()
-        spec = self.active.spec
-        if warming:
-            hint = f"{warming} …"
-        elif self.workspace.case.deleted and spec.input != "drive":
-            hint = "This head was deleted elsewhere. Restore it from the list of deleted heads, or open another one."
-        else:
-            hint = self.active.hint()
-        available, offered = self._available(), self._offered()
-        return {"name": spec.name, "input": spec.input, "available": available, "hint": hint, "offered": offered}
 
 
 def _words(error: Exception) -> str:

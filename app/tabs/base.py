@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from typing import Any, ClassVar, Protocol
 
+from app.kit.kept import Same
 from app.messages.fields import Command
 from app.messages.sections import Sections
 from app.operations.messages import OperationMessage
@@ -55,9 +56,14 @@ class Tab:
         kind = self.workspace.case.kind
         return not self.spec.kinds or kind is None or kind in self.spec.kinds
 
+    @property
     def available(self) -> bool:
-        """Whether the tab can be opened, where it is offered."""
-        return True
+        """Whether the tab can be opened: it is offered, and what it needs is there."""
+        needs, workspace = self.spec.needs, self.workspace
+        missing = (needs == "case" and workspace.case.case_id is None) or (
+            needs == "plan" and workspace.plan.id is None
+        )
+        return self.offered and not missing
 
     def enter(self) -> None:
         """The client comes to this tab."""
@@ -121,6 +127,14 @@ class Tab:
 
     # -- what the page and the scene show
 
+    def subject(self) -> object:
+        """What the tab shows besides what its requests and ticks change, as a key.
+
+        After a request that was about another tab, this one is not asked anything while its subject is equal.
+        """
+        shown, changes = self.workspace.case, self.workspace.services.store.changes
+        return Same(shown.case), shown.loading, Same(self.workspace.plan.current), changes.count
+
     def refresh(self) -> None:
         """Bring what is shown up to date with the store, which others change too; before sections and layers are asked.
 
@@ -141,6 +155,11 @@ class Tab:
     def places(self) -> list[Position]:
         """Places [LPS mm] that a near view of the anatomy has to show."""
         return []
+
+    @property
+    def busy(self) -> bool:
+        """Whether the tab's own hint goes before all others, such as while a robot moves."""
+        return False
 
     def hint(self) -> str:
         """What to do next, in one sentence, while the tab is active."""

@@ -57,6 +57,11 @@ class DriveTab(Tab, Generic[P, T]):
     def client(self) -> Client:
         return self.workspace.client
 
+    @property
+    def busy(self) -> bool:
+        """Whether the robot comes, moves or has failed."""
+        return self.now.shown_state not in ("absent", "ready", "paused")
+
     # -- what a subclass says
 
     def prepare(self) -> P:

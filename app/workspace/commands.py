@@ -63,7 +63,7 @@ class LabelsByPage(Command):
 
 
 class Project(Command):
-    """Where on the canvas do these places appear? Asked by tests and by whoever scripts the page."""
+    """Request for the positions of these points on the canvas, by tests and scripts of the page."""
 
     type: Literal["project"]
     points: Annotated[list[Position], Field(max_length=1000)]

@@ -1,4 +1,4 @@
-"""Combine fixtures at will: a remote centre of motion at the nostril and a cone for the shaft.
+"""Combine fixtures: a remote centre of motion at the nostril and a cone for the shaft.
 
 Standing fixtures join every task; their rows share one quadratic program with the path, bone and joints.
 """

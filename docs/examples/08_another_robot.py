@@ -1,4 +1,4 @@
-"""Another robot and another tool: whatever is described by a URDF and a page of configuration, or by Pinocchio.
+"""Another robot and another tool: from a URDF and a configuration, or from a Pinocchio model.
 
 The same path, driven by a seven-joint arm that holds an endoscope; base and posture are found by dry runs.
 """

@@ -1,4 +1,4 @@
-"""A virtual fixture of your own: rows for one step, and a verdict on where that step leads.
+"""A virtual fixture of your own: rows for one step, and a check of the predicted state.
 
 This one keeps the tip behind a plane, which it comes near only as fast as it can still stop. The rows guide;
 `is_admissible` is hard, so nothing that they miss gets through.

@@ -1,4 +1,4 @@
-"""Teleoperation: a master far away leads, the tool follows along the path, and the master feels what holds it."""
+"""Teleoperation: a remote master leads, the tool follows along the path, and the master feels the constraints."""
 
 import numpy as np
 import trimesh

@@ -1,4 +1,4 @@
-"""Anatomy that moves: the surface is indexed anew, and the tool goes on from where it is.
+"""Moving anatomy: the surface is indexed again, and the tool continues from its state.
 
 Where the anatomy has come too near, only motions that bring no part of the tool deeper are taken.
 """

@@ -1,4 +1,4 @@
-"""A task of your own: objectives over the joints, in a class of a few lines; the certificate does not ask who made it.
+"""A task of your own: objectives over the joints, in a class of a few lines; the certificate is the same for any task.
 
 This one turns the tool about its shaft while the hand pushes it along, and a posture fills what both leave free.
 """

@@ -1,4 +1,4 @@
-"""Record a drive, read it with numpy alone, and drive it again: every row comes back, bit by bit."""
+"""Record a drive, read it with numpy alone, and replay it: every row is equal bit by bit."""
 
 import json
 import tempfile

@@ -1,4 +1,4 @@
-"""Register a head by five beads: find them in its CT, touch them, and tell how far off a target is to be expected."""
+"""Register a head by five beads: find them in its CT, touch them, and compute the expected error at a target."""
 
 import numpy as np
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from pathlib import Path
+from unittest import mock
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from sqlalchemy import delete, insert, select
 
 from app.cases.files import CaseFiles
 from app.cases.model import CaseContent
+from app.cases.overlays import Overlays
 from app.cases.service import Case, CaseFrame, CaseService
 from app.plans import shipped_head as embedded
 from app.plans.service import PlanService
@@ -59,8 +61,11 @@ def cases(store: Store) -> CaseService:
 
 
 @pytest.fixture
-def plans(store: Store) -> PlanService:
-    return PlanService(store)
+def plans(store: Store, cases: CaseService) -> PlanService:
+    """Without a dry run and registrations that would refuse anything."""
+    made = PlanService(store)
+    made.connect(cases, mock.Mock(), mock.Mock(), Overlays(cases))
+    return made
 
 
 @pytest.fixture

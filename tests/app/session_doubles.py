@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from concurrent.futures import Executor, Future
 from types import SimpleNamespace
@@ -12,9 +13,11 @@ import numpy as np
 from app.cases.service import Case, CaseFrame
 from app.drives.settings_exchange import SettingsExchange
 from app.messages.client import Client
+from app.operations.messages import OperationMessage
 from app.plans.service import Plan
 from app.services import Services
 from app.session.client_session import ClientSession
+from app.session.commands import parse_command
 from app.tabs.base import Tab
 from app.tabs.plan.tab import PlanTab
 from app.tabs.rehearse.drive_session import RehearsalDrive
@@ -30,6 +33,12 @@ from vfix_engine.geometry.mesh import TriangleMesh
 SAMPLE = "head-phantom-sample"
 HEAD = "head-phantom"
 CLIENT = Client("tab-one-0", "holds")
+
+
+def send(tab: Tab, kind: str, **fields: Any) -> Any:
+    """A message of a client, which a tab answers."""
+    command = parse_command(json.dumps({"type": kind, **fields}))
+    return tab.operate(command) if isinstance(command, OperationMessage) else tab.handle(command)
 
 
 class Later(Executor):

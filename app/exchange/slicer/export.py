@@ -21,8 +21,7 @@ from app.exchange.slicer.volume_file import write_nrrd
 from app.planning.evaluation import Planning
 from app.planning.shape_meshes import shape_surface
 from app.plans.model import NOTICE, Plan
-from app.registration.document import RegistrationContent
-from app.registration.editor import StoredRegistration
+from app.registration.document import RegistrationContent, StoredRegistration
 from app.store.errors import StorageError
 from vfix_engine.errors import InputError
 from vfix_engine.files.mesh_files import write_ply

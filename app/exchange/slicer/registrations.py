@@ -7,10 +7,10 @@ from collections.abc import Iterator, Sequence
 from app.exchange.markups import markup_node
 from app.exchange.slicer.marks import Mark
 from app.plans.model import NOTICE, Plan, PlanPoint
-from app.registration.editor import StoredRegistration
+from app.registration.document import StoredRegistration
+from app.registration.file_metadata import FULL
 from app.registration.files import export_text
 from app.registration.fit_report import FitReport, report_of
-from app.registration.said_by_file import FULL
 from app.registration.target_errors import error_table
 
 IN_IMAGE, MEASURED = "#facc5c", "#f0857d"

@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import StringConstraints
 
+from app.kit.names import COLOUR
 from app.messages.fields import Command, Identifier, Name
 
 
@@ -32,7 +33,7 @@ class ChangeStructure(Command):
     type: Literal["structure.change"]
     structure_id: Identifier
     name: Name | None = None
-    colour: Annotated[str, StringConstraints(pattern=r"^#[0-9a-f]{6}$")] | None = None
+    colour: Annotated[str, StringConstraints(pattern=f"^{COLOUR}$")] | None = None
 
 
 class DeleteStructure(Command):

@@ -33,18 +33,18 @@ export class PaintGroup {
     /** @type {HTMLInputElement} */
     this.colour = h("input", { type: "color", class: "swatch", id: "paint-colour", "aria-label": "Colour of the label", title: "Colour", onchange: () => this.change({ colour: this.colour.value }) });
     this.start = h("select", { id: "paint-start" });
-    this.make = h("button", { type: "button", id: "paint-new", onclick: () => this.create() }, "New label …");
-    this.hold = h("button", { type: "button", class: "wide", id: "paint-hold", onclick: () => paintBrush.set({ held: !paintBrush.held }) }, "Paint on the slices");
+    this.make = h("button", { type: "button", id: "paint-new", "data-operation": "label.new", onclick: () => this.create() }, "New label …");
+    this.hold = h("button", { type: "button", class: "wide", id: "paint-hold", "data-operation": "label.stroke", onclick: () => paintBrush.set({ held: !paintBrush.held }) }, "Paint on the slices");
     this.modes = this.segments("mode", [["paint", "Paint"], ["erase", "Erase"]], "What the brush does");
     this.brushes = this.segments("brush", [["disc", "Disc in the slice"], ["ball", "Ball"]], "Shape of the brush");
     this.radiusWords = h("span", { class: "number" });
     /** @type {HTMLInputElement} */
     this.radius = h("input", { type: "range", id: "paint-radius", min: 0.5, max: 15, step: 0.1, value: "2", oninput: () => paintBrush.set({ radius: Number(this.radius.value) }) });
-    this.undo = iconButton("undo", "Undo the newest stroke (Ctrl+Z)", () => this.step("label.undo"), { id: "paint-undo" });
-    this.redo = iconButton("redo", "Redo (Ctrl+Shift+Z)", () => this.step("label.redo"), { id: "paint-redo" });
+    this.undo = iconButton("undo", "Undo the newest stroke (Ctrl+Z)", () => this.step("label.undo"), { id: "paint-undo", "data-operation": "label.undo" });
+    this.redo = iconButton("redo", "Redo (Ctrl+Shift+Z)", () => this.step("label.redo"), { id: "paint-redo", "data-operation": "label.redo" });
     this.lock = iconButton("lock", "Lock", () => this.change({ locked: !this.item?.locked }));
-    this.rename = iconButton("pencil", "Rename", () => this.askName());
-    this.trash = iconButton("trash", "Delete", () => this.remove());
+    this.rename = iconButton("pencil", "Rename", () => this.askName(), { "data-operation": "label.change" });
+    this.trash = iconButton("trash", "Delete", () => this.remove(), { "data-operation": "label.delete" });
     this.surface = h("button", { type: "button", class: "wide", id: "paint-surface", onclick: () => this.makeSurface() }, "Make surface");
     /** @type {Set<string>} jobs that make a surface of a label, begun here */
     this.begun = new Set();

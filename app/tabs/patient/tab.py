@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from app.exchange.patient_images import holds_images
+from app.kit.kept import Same
 from app.messages.fields import Command
 from app.messages.sections import Section, Sections
 from app.store.changes import CASES
@@ -46,6 +47,11 @@ class PatientTab(Tab):
                 raise InputError("the open head cannot be deleted; open another one first.")
             case c.CaseCommand():
                 cases.delete(command.case_id)
+
+    def subject(self) -> object:
+        shown, services = self.workspace.case, self.workspace.services
+        kinds = CASES, services.labels.documents.kind.name
+        return Same(shown.case), shown.loading, services.store.changes.of(*kinds)
 
     def refresh(self) -> None:
         self._structures.refresh()

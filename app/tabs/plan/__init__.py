@@ -6,4 +6,16 @@ from app.tabs.plan.suggest_commands import COMMANDS as SUGGEST_COMMANDS
 from app.tabs.spec import TabSpec
 
 ALL = (*COMMANDS, *SUGGEST_COMMANDS)
-SPEC = TabSpec("plan", "Plan", 20, __name__, "PlanTab", ALL, PlanSections, input="edit", kinds=("head",))
+SPEC = TabSpec(
+    "plan",
+    "Plan",
+    20,
+    __name__,
+    "PlanTab",
+    ALL,
+    PlanSections,
+    input="edit",
+    documents=("plan",),
+    kinds=("head",),
+    needs="case",
+)

@@ -2,23 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from app.documents import check_still_newest
 from app.kit.kept import Kept, Same
 from app.kit.values import Position
 from app.messages.sections import Section
+from app.operations.operation import Change
+from app.operations.standard import Redo, SetLocked, Undo
 from app.planning.previews import Dragged
 from app.planning.tissue_words import PLACE_WORDS
-from app.plans.model import PlanPoint, check_robot
+from app.plans.model import PlanPoint
+from app.plans.operations.base import PlanEdit
+from app.plans.operations.document import SetNotes
+from app.plans.operations.paths import AddPath, ChoosePath, CopyPath, DeletePath, PathEdit, SetShaft
+from app.plans.operations.points import AddPoint, AddTarget, DeletePoint, MovePoint, SetPoints
+from app.plans.operations.regions import DeleteRegion
 from app.plans.service import Plan
 from app.scene.plan import PlanItem
 from app.services import Services
 from app.tabs.plan.instruments import robot_view, tool_view
-from app.tabs.plan.paths import Paths
 from app.tabs.plan.regions import Regions
 from app.tabs.plan.second_volume import SecondVolumes
 from app.tabs.plan.sections import AddKind, PlanSection
@@ -31,6 +37,8 @@ from vfix_engine.geometry.path import SplinePath
 
 MOVED_WORTH_SAYING_MM = 0.05  # by a click, which goes to the nearest free place
 DROP_MOVED_MM = 0.2  # by a drop, whose hand is less exact
+# Operations that take back what is half drawn, dragged or shown as a ghost.
+ENDING = (SetLocked, Undo, Redo, SetNotes, AddPath, CopyPath, PathEdit, ChoosePath, DeletePath)
 
 
 @dataclass(frozen=True)
@@ -49,22 +57,20 @@ class EditedPlan:
 
     def __init__(self, services: Services, plan_id: str) -> None:
         self._services = services
-        self._editor = services.plans.editor(plan_id)
         self._dragged: dict[str, Position] = {}
         self.shaft_in_hand: tuple[str, Position] | None = None  # id of the point, and the direction under the hand
         self._said: Any = None  # of robot and tool, when they were read
         self._changes = services.store.changes
         self._seen = self._changes.of_document(plan_id)  # before the plan is read
-        self._show(self._editor.plan)
+        self._show(services.plans.get(plan_id))
         self.case = services.cases.get(self.plan.case_id)
         self.selected: str | None = None
         self.add_mode: AddKind = "point"
         self.insert_after: str | None = None
         self.ghost: Ghost | None = None
-        self.regions = Regions(services, self._editor, lambda: self.plan, self._edit)
-        self.second_volume = SecondVolumes(services, self._editor, lambda: self.plan, self._edit)
-        self.versions = Versions(services, lambda: self.plan, self._edit)
-        self.paths = Paths(self._editor, lambda: self.plan, self._edit)
+        self.regions = Regions(services, lambda: self.plan, self.perform)
+        self.second_volume = SecondVolumes(services, lambda: self.plan)
+        self.versions = Versions(services, lambda: self.plan)
         self._path: Kept[SplinePath | None] = Kept()
 
     # -- what there is
@@ -73,7 +79,7 @@ class EditedPlan:
         """Read the plan anew where it was changed since, but by an edit from here: other clients edit too."""
         seen = self._changes.of_document(self.plan_id)
         if seen != self._seen:
-            self._show(self._editor.plan)
+            self._show(self._services.plans.get(self.plan_id))
             self._seen = seen
 
     def _show(self, plan: Plan) -> None:
@@ -86,20 +92,35 @@ class EditedPlan:
             self.shaft_in_hand = None
         self._dragged = {item_id: place for item_id, place in self._dragged.items() if item_id in known}
 
-    def _edit(self, change: Callable[..., Plan | tuple[str, Plan]], *arguments: Any, **options: Any) -> None:
-        """Do an edit on the revision that is shown, and select what it adds.
+    def perform(self, operation: Change, revision: int | None = None) -> str:
+        """Do an operation on the revision that is shown, and select what it adds.
 
-        When the plan has moved on, it is shown as it is stored, and the edit refused.
+        Returns what an undo or redo did in words, or that there was nothing to do: a key pressed once too often is no
+        error. When the plan has moved on, it is shown as it is stored, and the operation refused, as it is where a
+        client says another `revision` than the one that is shown. Raises VfixError.
         """
+        check_still_newest(revision, self.plan.revision)
+        if isinstance(operation, ENDING):
+            self.cancel()
+        elif isinstance(operation, DeletePoint):
+            self.let_go()
+        if not self.locked and (nothing := _nothing(operation, self.plan)):
+            return nothing
         try:
-            made = change(*arguments, expected_revision=self.plan.revision, **options)
+            plan = self._services.plans.do(self.plan_id, operation, expected_revision=self.plan.revision)
         except VfixError:
-            self._show(self._editor.plan)
+            self._show(self._services.plans.get(self.plan_id))
             raise
-        if isinstance(made, tuple):
-            self.selected, made = made
-        self._show(made)
-        self._seen = self._seen[0], made.revision
+        self._show(plan)
+        self._seen = self._seen[0], plan.revision
+        if isinstance(operation, PlanEdit) and (added := operation.added(plan.content)):
+            if not self.regions.select_added(added):
+                self.selected = added
+        elif isinstance(operation, DeletePoint) and self.selected == operation.point_id:
+            self.selected = None
+        elif isinstance(operation, DeleteRegion) and self.regions.selected == operation.region_id:
+            self.regions.selected = None
+        return plan.told
 
     @property
     def plan_id(self) -> str:
@@ -191,7 +212,7 @@ class EditedPlan:
         if self.add_mode == "target":
             place = position_of(position)
             self.ghost = None
-            self._edit(self._editor.added_target, place)
+            self.perform(AddTarget(position=place))
             return place
         fitted = self._services.planning.snap(self.case, position, self.plan)
         moved = f"Moved {fitted.moved_mm:.1f} mm, clear of bone." if fitted.moved_mm > MOVED_WORTH_SAYING_MM else ""
@@ -215,11 +236,11 @@ class EditedPlan:
         if ghost is None:
             return
         if ghost.kind == "target":
-            self._edit(self._editor.added_target, ghost.position)
+            self.perform(AddTarget(position=ghost.position))
             return
         known = [point.id for point in self.plan.points]
-        after = self.insert_after if self.insert_after in known else None
-        self._edit(self._editor.added_point, ghost.position, after=after)
+        index = known.index(self.insert_after) + 1 if self.insert_after in known else None
+        self.perform(AddPoint(position=ghost.position, index=index))
         self.insert_after = None
 
     def cancel(self) -> None:
@@ -261,74 +282,32 @@ class EditedPlan:
         if position is None or self.locked:
             return ""
         if self.kind_of(item_id) == "target":
-            self._edit(self._editor.move_target, item_id, position)
+            self.perform(MovePoint(point_id=item_id, position=position))
             return ""
         fitted = self._services.planning.snap(self.case, position, self.plan)
-        self._edit(self._editor.move_point, item_id, fitted.position)
+        self.perform(MovePoint(point_id=item_id, position=fitted.position))
         moved = (
             f"The point was moved {fitted.moved_mm:.1f} mm, clear of bone." if fitted.moved_mm > DROP_MOVED_MM else ""
         )
         # Without a CT nothing is known of any place: the ghost says so, a drop need not say it each time.
         return f"{moved} {'' if fitted.lies_in == 'not_known' else PLACE_WORDS[fitted.lies_in]}".strip()
 
-    def delete(self, item_id: str) -> None:
-        self.let_go()
-        if self.kind_of(item_id) == "target":
-            self._edit(self._editor.delete_target, item_id)
-        else:
-            self._edit(self._editor.delete_point, item_id)
-        if self.selected == item_id:
-            self.selected = None
-
-    def rename(self, item_id: str, label: str) -> None:
-        self._edit(self._editor.rename_point, item_id, label)
-
     def set_shaft(self, point_id: str, direction: Position | None, roll_deg: float | None) -> None:
         """The shaft's direction and roll at a path point; None leaves them open."""
-        self._edit(self._editor.paths.set_shaft, point_id, direction, roll_deg)
+        self.perform(SetShaft(point_id=point_id, direction=direction, roll_deg=roll_deg))
 
     def use_points(self, points: tuple[PlanPoint, ...]) -> None:
         """Another way for the path, with the shaft's directions, as one edit."""
         self.cancel()
-        self._edit(self._editor.set_points, points)
+        self.perform(SetPoints(points=points))
         self.selected = None
 
-    def choose_robot(self, robot: dict[str, str]) -> None:
-        """Raises PlanError and RobotError with what is wrong with it."""
-        self._services.instruments.robot(check_robot(robot))
-        self._edit(self._editor.choose_robot, robot)
 
-    def choose_tool(self, name: str, shape: dict[str, float]) -> None:
-        """Raises RobotError for a shape that the tool cannot have."""
-        self._edit(self._editor.choose_tool, name, shape)
-
-    def take_targets(self, other: Plan) -> None:
-        """Add the targets of another plan. Raises PlanError."""
-        self._edit(self._editor.take_targets, other)
-
-    def set_locked(self, locked: bool) -> None:
-        self.cancel()
-        self._edit(self._editor.set_locked, locked)
-
-    def undo(self) -> str:
-        """Returns what it took back, or that there is nothing to undo: a key pressed once too often is no error."""
-        if not self._step(self._editor.undo, self.plan.can_undo):
-            return "There is nothing to undo."
-        return self.plan.told
-
-    def redo(self) -> str:
-        """Returns what it did again, or that there is nothing to redo."""
-        if not self._step(self._editor.redo, self.plan.can_redo):
-            return "There is nothing to redo."
-        return self.plan.told
-
-    def _step(self, act: Callable[..., Plan], possible: bool) -> bool:
-        """Whether there was something to do; a locked plan says why not."""
-        self.cancel()
-        if not possible and not self.locked:
-            return False
-        self._edit(act)
-        return True
+def _nothing(operation: Change, plan: Plan) -> str:
+    """That there is nothing to undo or redo; '' where there is, or for another operation."""
+    if isinstance(operation, Undo) and not plan.can_undo:
+        return "There is nothing to undo."
+    return "There is nothing to redo." if isinstance(operation, Redo) and not plan.can_redo else ""
 
 
 def _spline(points: tuple[Position, ...]) -> SplinePath | None:

@@ -6,15 +6,12 @@ from collections.abc import Callable
 
 import numpy as np
 
-from app.documents import check_still_newest
 from app.messages.fields import Command
 from app.tabs.plan import commands as c
 from app.tabs.plan.edited_plan import EditedPlan
-from app.tabs.plan.region_commands import PATH_COMMANDS, REGION_COMMANDS, DrawRegion
-from app.tabs.plan.second_volume import SECOND_VOLUME_COMMANDS
+from app.tabs.plan.region_commands import REGION_COMMANDS, DrawRegion
 from app.tabs.plan.shafts import Shafts
 from app.tabs.plan.suggest_commands import HideSuggestion, RollShaft, ShaftCommand, SuggestionCommand
-from app.tabs.plan.version_commands import VERSION_COMMANDS
 from app.workspace.case_view import CaseView
 from vfix_engine.errors import InputError
 
@@ -33,40 +30,20 @@ class Edits:
                 self._cancel(edited)  # the next click draws, and means nothing else
             edited.regions.handle(command)
             return ""
-        if isinstance(command, SECOND_VOLUME_COMMANDS):
-            edited.second_volume.handle(command)
-            return ""
-        if isinstance(command, VERSION_COMMANDS):
-            edited.versions.handle(command)
-            return ""
-        if isinstance(command, PATH_COMMANDS):
-            edited.cancel()
-            edited.paths.handle(command)
-            return ""
         match command:
             case c.AddMode():
                 edited.add_mode = command.kind
                 self._cancel(edited)
-            case c.Lock():
-                edited.set_locked(command.locked)
             case c.PickOnSlice() if self._shafts.aiming is not None:
                 return self._shafts.aimed(edited, np.array(command.position))
             case c.PickOnSlice():
                 self._case.go_to(edited.pick(np.array(command.position)))
             case c.DragItem():
                 edited.drag(command.item_id, command.position)
-            case c.RenameItem():
-                edited.rename(command.item_id, command.label)
-            case c.ChooseRobot():
-                edited.choose_robot(command.model_dump(include={"name", "urdf", "tool_frame"}, exclude_none=True))
-            case c.ChooseTool():
-                shape = command.model_dump(include={"bend_deg", "shaft_radius_mm"}, exclude_none=True)
-                edited.choose_tool(command.name, shape)
             case c.ItemCommand():
                 return self._item(edited, command)
-            case c.Undo():
-                check_still_newest(command.revision, edited.plan.revision)
-                return edited.undo()
+            case c.CompareVersion():
+                edited.versions.compare(command.version_id)
             case c.EditCommand():
                 return self._plain(edited, command.type)
             case SuggestionCommand() | HideSuggestion() | ShaftCommand() | RollShaft():
@@ -78,9 +55,7 @@ class Edits:
     def _item(self, edited: EditedPlan, command: c.ItemCommand) -> str:
         if command.type == "item.drop":
             return edited.drop(command.item_id)
-        if command.type == "item.delete":
-            edited.delete(command.item_id)
-        elif command.type == "point.insert_after":
+        if command.type == "point.insert_after":
             self._case.go_to(edited.insert_between(command.item_id))
         else:
             edited.kind_of(command.item_id)
@@ -92,7 +67,6 @@ class Edits:
             self._run_again()
             return ""
         act: dict[str, Callable[[], str | None]] = {
-            "redo": edited.redo,
             "ghost.confirm": edited.confirm,
             "ghost.cancel": lambda: self._cancel(edited),
         }

@@ -16,14 +16,14 @@ export class InstrumentsGroup {
   constructor(connection) {
     this.connection = connection;
     this.changed = whenChanged();
-    this.robot = h("select", { id: "plan-robot", onchange: () => this.chooseRobot() });
+    this.robot = h("select", { id: "plan-robot", "data-operation": "plan.robot", onchange: () => this.chooseRobot() });
     this.robotWords = h("p", { class: "words", id: "robot-words" });
     this.frame = h("select", { id: "tool-frame", onchange: () => this.chooseFrame() });
     this.frameField = field("Link that holds the tool", "", this.frame);
     this.chooser = h("input", { type: "file", hidden: true, accept: ".urdf", id: "urdf-file", onchange: () => this.uploadRobot() });
     this.uploadButton = h("button", { type: "button", class: "wide", id: "upload-robot", onclick: () => this.chooser.click() }, "Use a URDF of your own …");
     /** @type {HTMLSelectElement} */
-    this.tool = h("select", { id: "plan-tool", onchange: () => this.connection.send("plan.tool", { name: this.tool.value }) });
+    this.tool = h("select", { id: "plan-tool", "data-operation": "plan.tool", onchange: () => this.connection.send("plan.tool", { name: this.tool.value }) });
     this.toolWords = h("p", { class: "words", id: "tool-words" });
     this.bend = numberInput("tool-bend", 0, 0, 5, () => this.shape()); // the planner tells the bounds
     this.radius = numberInput("tool-radius", 0, 0, 0.1, () => this.shape());

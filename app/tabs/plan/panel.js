@@ -27,6 +27,8 @@ const POINTS_QUESTION = {
   label: "The points are",
   options: [["path", "a path, from outside to inside"], ["targets", "targets to inspect"]],
 };
+const SCAN_WORDS = "A scan can identify its patient.";
+const SCAN_QUESTION = { name: "scan", label: "The pictures show", options: [["without", "outlines of bone only"], ["with", "the scan as well"]] };
 const QUESTIONS = [FRAME_QUESTION, POINTS_QUESTION];
 const AXES = [["R/L", "Right or left of the middle of the scan's frame, in mm"], ["A/P", "Front or back, in mm"], ["S/I", "Up or down, in mm"]];
 /** @type {[Kind, string][]} */
@@ -34,6 +36,7 @@ const MODES = [["point", "Path point"], ["target", "Target"], ["none", "Nothing"
 const EXPORTS = [
   ["json", "vfix plan (JSON)", "Everything, comes back as it was"],
   ["mrk.json", "3D Slicer markups (.mrk.json)", "Control points, dense curve with bone clearance, targets"],
+  ["report", "Report to print (.html)", "Verdict, figures and pictures on one page of A4"],
   ["csv", "Table (.csv)", "Points and targets in mm"],
   ["slicer", "Folder for 3D Slicer (.zip)", "Plan, head, CT and registrations as a scene that 3D Slicer opens; made in some seconds"],
 ];
@@ -48,9 +51,9 @@ export default class PlanPanel {
     /** @type {HTMLElement | undefined} what had the focus before the ghost's card */
     this.before = undefined;
     this.overlay = h("div", { class: "overlay overlay-ghost", id: "ghost-card", hidden: true });
-    this.undoButton = iconButton("undo", "Undo (Ctrl+Z)", () => connection.send("undo"), { id: "undo" });
-    this.redoButton = iconButton("redo", "Redo (Ctrl+Shift+Z)", () => connection.send("redo"), { id: "redo" });
-    this.lockButton = h("button", { type: "button", class: "plain", id: "lock", title: "Locked points cannot be moved, added or deleted", onclick: () => connection.send("lock", { locked: !connection.state.plan?.locked }) });
+    this.undoButton = iconButton("undo", "Undo (Ctrl+Z)", () => connection.send("undo"), { id: "undo", "data-operation": "undo" });
+    this.redoButton = iconButton("redo", "Redo (Ctrl+Shift+Z)", () => connection.send("redo"), { id: "redo", "data-operation": "redo" });
+    this.lockButton = h("button", { type: "button", class: "plain", id: "lock", "data-operation": "lock", title: "Locked points cannot be moved, added or deleted", onclick: () => connection.send("lock", { locked: !connection.state.plan?.locked }) });
     this.lockWords = h("p", { class: "words" });
     this.modeButtons = MODES.map(([kind, label]) => h("button", { type: "button", "data-kind": kind, onclick: () => connection.send("add.mode", { kind }) }, label));
     this.modes = h("div", { class: "segmented", role: "group", "aria-label": "What a click adds" }, this.modeButtons);
@@ -60,9 +63,9 @@ export default class PlanPanel {
     this.points = h("tbody");
     this.targets = h("tbody");
     this.selectedWords = h("p", { class: "words" });
-    this.insertButton = h("button", { type: "button", id: "insert", onclick: () => this.act("point.insert_after"), title: "Add a point half way to the next one" }, "Insert after");
-    this.renameButton = h("button", { type: "button", id: "rename-item", onclick: () => this.renameSelected(), title: "F2" }, "Rename");
-    this.deleteButton = h("button", { type: "button", id: "delete-item", onclick: () => this.act("item.delete"), title: "Del" }, "Delete");
+    this.insertButton = h("button", { type: "button", id: "insert", "data-operation": "point.insert_after", onclick: () => this.act("point.insert_after"), title: "Add a point half way to the next one" }, "Insert after");
+    this.renameButton = h("button", { type: "button", id: "rename-item", "data-operation": "item.rename", onclick: () => this.renameSelected(), title: "F2" }, "Rename");
+    this.deleteButton = h("button", { type: "button", id: "delete-item", "data-operation": "item.delete", onclick: () => this.act("item.delete"), title: "Del" }, "Delete");
     this.selectedTools = h("div", { class: "buttons even" }, this.insertButton, this.renameButton, this.deleteButton);
     this.pathWords = h("p", { class: "words" });
     this.targetWords = h("p", { class: "empty" });
@@ -93,7 +96,7 @@ export default class PlanPanel {
       group("Selected", null, this.selectedWords, this.selectedTools, this.cone.element, this.shaft.element),
       folding("spare", this.spare.element, true), folding("opened", this.opened.element, false),
       folding("versions", this.versions.element, false), folding("notes", this.paths.notesElement, false),
-      group("Plans of this head", [h("button", { type: "button", class: "plain", id: "new-plan", onclick: () => this.newPlan() }, "New")], this.planList,
+      group("Plans of this head", [h("button", { type: "button", class: "plain", id: "new-plan", "data-operation": "plan.new", onclick: () => this.newPlan() }, "New")], this.planList,
         h("label", { class: "check" }, this.showDeleted, "Show deleted plans")),
       group("Export and import", null, h("div", { class: "fields" }, this.exports),
         h("button", { type: "button", class: "wide", onclick: () => this.chooser.click() }, "Import a plan …"), this.chooser,
@@ -239,15 +242,15 @@ export default class PlanPanel {
    */
   planRow({ deleted }) {
     const send = (/** @type {"plan.open" | "plan.duplicate" | "plan.restore"} */ type) => this.connection.send(type, { plan_id: row.item.id });
-    const tools = deleted ? [iconButton("restore", "Restore", () => send("plan.restore"))] : [
+    const tools = deleted ? [iconButton("restore", "Restore", () => send("plan.restore"), { "data-operation": "plan.restore" })] : [
       iconButton("pencil", "Rename", async () => {
         const { id, name: before } = row.item;
         const name = await askName("Rename this plan", before);
         if (name) this.connection.send("plan.rename", { plan_id: id, name });
-      }),
-      iconButton("copy", "Duplicate", () => send("plan.duplicate")),
-      iconButton("target", "Take its targets into the open plan", () => this.takeTargets(row.item), { "data-tool": "take-targets" }),
-      iconButton("trash", "Delete", () => this.remove(row.item.id)),
+      }, { "data-operation": "plan.rename" }),
+      iconButton("copy", "Duplicate", () => send("plan.duplicate"), { "data-operation": "plan.duplicate" }),
+      iconButton("target", "Take its targets into the open plan", () => this.takeTargets(row.item), { "data-tool": "take-targets", "data-operation": "targets.take" }),
+      iconButton("trash", "Delete", () => this.remove(row.item.id), { "data-operation": "plan.delete" }),
     ];
     /** @type {Row<PlanEntry>} */
     const row = listRow(deleted, () => send("plan.open"), tools);
@@ -277,10 +280,24 @@ export default class PlanPanel {
   async export(format) {
     const { plan, plan_use: use, case: head } = this.connection.state;
     if (!plan || (format === "slicer" && head?.images && !await askForImages(head.name))) return;
+    if (format === "report") {
+      this.report(plan.id);
+      return;
+    }
     const path = `/api/v1/plans/${encodeURIComponent(plan.id)}/export`;
     download(format === "slicer" ? `${path}/slicer?with_images=true` : `${path}?format=${encodeURIComponent(format)}`);
     if (format === "slicer") note("The folder for 3D Slicer is being made; its download begins in some seconds.");
     if (use?.registration && format === "json") note(`The file names the registration ‘${use.name ?? use.registration}’ and does not hold it. To take both elsewhere, save the head in Patient; or export the transform in Register as well.`, { stay: true });
+  }
+
+  /**
+   * The report to print. With the scan in its pictures where that shows nobody, or where the user wants it.
+   * @param {string} planId
+   */
+  async report(planId) {
+    const { case: head } = this.connection.state;
+    const answer = head?.images ? await askChoices("Report to print", SCAN_WORDS, [SCAN_QUESTION], "Save") : { scan: "with" };
+    if (answer) download(`/api/v1/plans/${encodeURIComponent(planId)}/report/page?with_images=${answer.scan === "with"}`);
   }
 
   async importPlan() {

@@ -17,11 +17,11 @@ export class PathsGroup {
     this.connection = connection;
     this.changed = whenChanged();
     this.list = h("ul", { class: "list two-lines plain-rows", id: "paths" });
-    this.newButton = h("button", { type: "button", class: "plain", id: "new-path", title: "Add an empty path with the same tool", onclick: () => connection.send("path.new") }, "New");
+    this.newButton = h("button", { type: "button", class: "plain", id: "new-path", "data-operation": "path.new", title: "Add an empty path with the same tool", onclick: () => connection.send("path.new") }, "New");
     /** @type {HTMLSelectElement} */
     this.side = h("select", { id: "entry-side", onchange: () => this.sendSide() }, SIDES.map(([value, label]) => h("option", { value }, label)));
     /** @type {HTMLTextAreaElement} */
-    this.notes = h("textarea", { id: "plan-notes", rows: 3, maxLength: 10_000, placeholder: "What others should know of this plan", onchange: () => connection.send("plan.notes", { notes: this.notes.value }) });
+    this.notes = h("textarea", { id: "plan-notes", "data-operation": "plan.notes", rows: 3, maxLength: 10_000, placeholder: "What others should know of this plan", onchange: () => connection.send("plan.notes", { notes: this.notes.value }) });
     this.sideCaution = h("p", { class: "words caution", id: "side-caution" });
     this.element = group("Paths", [this.newButton], this.list, field("The chosen path enters", "", this.side), this.sideCaution);
     this.notesElement = group("Notes", null, h("label", { class: "field" }, h("span", { class: "visually-hidden" }, "Notes of the plan"), this.notes));
@@ -57,9 +57,9 @@ export class PathsGroup {
     const send = (/** @type {"path.choose" | "path.duplicate"} */ type) => this.connection.send(type, { path_id: row.item.id });
     /** @type {Row<PathView>} */
     const row = listRow(false, () => send("path.choose"), [
-      iconButton("pencil", "Rename", () => this.rename(row.item)),
-      iconButton("copy", "Duplicate", () => send("path.duplicate")),
-      iconButton("trash", "Delete", () => this.remove(row.item)),
+      iconButton("pencil", "Rename", () => this.rename(row.item), { "data-operation": "path.rename" }),
+      iconButton("copy", "Duplicate", () => send("path.duplicate"), { "data-operation": "path.duplicate" }),
+      iconButton("trash", "Delete", () => this.remove(row.item), { "data-operation": "path.delete" }),
     ]);
     return row;
   }

@@ -6,9 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from app.messages.fields import Command, Identifier, Name, Position
-from app.plans.model import MAX_NOTES
-from app.plans.paths import EntrySide
+from app.messages.fields import Command, Identifier
 from app.tabs.plan.region_sections import DrawKind, FreeSide, Purpose
 
 Number = Annotated[float, Field(ge=-1e3, le=1e3, allow_inf_nan=False)]  # [mm, N/mm]; what may be, the plan says
@@ -30,64 +28,9 @@ class RegionPlain(Command):
     type: Literal["region.done", "region.cancel"]
 
 
-class RegionOfStructure(Command):
-    """Spare a structure of the case."""
-
-    type: Literal["region.structure"]
-    structure: Identifier
-
-
-class RegionCommand(Command):
-    type: Literal["region.select", "region.delete"]
+class SelectRegion(Command):
+    type: Literal["region.select"]
     region_id: Identifier
 
 
-class ChangeRegion(Command):
-    """Change some of a region; what is left out stays. no_depth: the greatest depth is left open.
-
-    turn: the other side of a half-space is kept free.
-    """
-
-    type: Literal["region.change"]
-    region_id: Identifier
-    name: Name | None = None
-    colour: Annotated[str, Field(max_length=7)] | None = None
-    visible: bool | None = None
-    soft: bool | None = None
-    margin_mm: Number | None = None
-    stiffness_n_per_mm: Number | None = None
-    max_depth_mm: Number | None = None
-    no_depth: bool = False
-    sizes_mm: Annotated[list[Number], Field(max_length=3)] | None = None
-    place: Position | None = None
-    turn: bool = False
-
-
-class PathCommand(Command):
-    type: Literal["path.choose", "path.duplicate", "path.delete"]
-    path_id: Identifier
-
-
-class NewPath(Command):
-    type: Literal["path.new"]
-
-
-class RenamePath(Command):
-    type: Literal["path.rename"]
-    path_id: Identifier
-    name: Name
-
-
-class EntrySideOfPath(Command):
-    type: Literal["path.side"]
-    path_id: Identifier
-    side: EntrySide
-
-
-class PlanNotes(Command):
-    type: Literal["plan.notes"]
-    notes: Annotated[str, Field(max_length=MAX_NOTES)]
-
-
-REGION_COMMANDS: tuple[type[Command], ...] = (DrawRegion, RegionPlain, RegionOfStructure, RegionCommand, ChangeRegion)
-PATH_COMMANDS: tuple[type[Command], ...] = (PathCommand, NewPath, RenamePath, EntrySideOfPath, PlanNotes)
+REGION_COMMANDS: tuple[type[Command], ...] = (DrawRegion, RegionPlain, SelectRegion)

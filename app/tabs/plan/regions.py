@@ -16,10 +16,13 @@ from app.kit.kept import Same
 from app.kit.values import Position
 from app.messages.fields import Command
 from app.messages.sections import Section
+from app.operations.operation import Change
 from app.planning.shape_meshes import shape_mesh
-from app.plans.editor import PlanEditor
+from app.plans.operations.regions import ChangeRegion, found_region, placed
+from app.plans.operations.removed_bone import AddBone
+from app.plans.operations.zones import AddZone
 from app.plans.service import Plan
-from app.plans.shapes import anchor, box_at, check_shape, moved, resized, size_of
+from app.plans.shapes import anchor, box_at, moved, size_of
 from app.plans.zones import COLOURS, PlanZone, RemovedBone
 from app.scene.dragging import DragEvent
 from app.scene.regions import DrawnRegion
@@ -27,14 +30,14 @@ from app.services import Services
 from app.tabs.plan import region_commands as c
 from app.tabs.plan.region_sections import DrawingView, RegionsSection, RegionView, StructureChoice
 from app.tabs.plan.region_words import DRAW_WORDS, zone_words
-from vfix_engine.errors import InputError, PlanError
+from vfix_engine.errors import PlanError
 
 HANDLE = "region:"  # before the id of a region, of the ball that it is dragged by
 REMOVED_COLOUR = "#d98880"
 _FREE = {"R": (-1, 0, 0), "L": (1, 0, 0), "A": (0, -1, 0), "P": (0, 1, 0), "S": (0, 0, 1), "I": (0, 0, -1)}
 _SIZES: dict[str, tuple[float, ...]] = {"box": (5.0, 5.0, 5.0)}
 
-Edit = Callable[[Callable[..., Plan]], None]
+Perform = Callable[[Change], object]
 
 
 @dataclass(frozen=True)
@@ -52,9 +55,9 @@ class Drawing:
 class Regions:
     """What one client does with the regions of one plan. Owned by the session's thread."""
 
-    def __init__(self, services: Services, editor: PlanEditor, plan: Callable[[], Plan], edit: Edit) -> None:
-        """plan: as it is shown; edit: does an edit on the revision that is shown."""
-        self._services, self._editor, self._plan, self._do = services, editor, plan, edit
+    def __init__(self, services: Services, plan: Callable[[], Plan], perform: Perform) -> None:
+        """plan: as it is shown; perform: does an operation on the revision that is shown."""
+        self._services, self._plan, self._perform = services, plan, perform
         self._case_id = plan().case_id
         self.selected: str | None = None
         self.drawing: Drawing | None = None
@@ -65,12 +68,6 @@ class Regions:
     def _all(self) -> tuple[PlanZone | RemovedBone, ...]:
         plan = self._plan()
         return (*plan.zones, *plan.removed_bone)
-
-    def _find(self, region_id: str) -> PlanZone | RemovedBone:
-        for region in self._all():
-            if region.id == region_id:
-                return region
-        raise PlanError("that region is not in the plan any more.")
 
     def section(self) -> Section[RegionsSection]:
         """The page's section."""
@@ -165,20 +162,20 @@ class Regions:
         """Select a region by its ball in the scene; False where that is none."""
         if not item_id.startswith(HANDLE):
             return False
-        self.selected = self._find(item_id.removeprefix(HANDLE)).id
+        self.selected = found_region(self._plan(), item_id.removeprefix(HANDLE)).id
         return True
 
     def dragged(self, drag: DragEvent) -> bool:
         """A drag of a region's ball; False where it is of something else."""
         if not drag.item_id.startswith(HANDLE):
             return False
-        region = self._find(drag.item_id.removeprefix(HANDLE))
+        region = found_region(self._plan(), drag.item_id.removeprefix(HANDLE))
         if self._plan().locked:
             return True
         self.selected, self._dragged = region.id, (region.id, drag.position)
         if drag.phase == "end":
             self._dragged = None
-            self._change_shape(region.id, self._placed(region.shape, drag.position))
+            self._perform(ChangeRegion(region_id=region.id, place=drag.position))
         return True
 
     def pick(self, position: Sequence[float] | npt.NDArray[np.float64]) -> Position:
@@ -202,15 +199,8 @@ class Regions:
             return box_at(at, sizes if len(sizes) == 3 else [sizes[0]] * 3)
         if wish.kind == "half_space":
             return {"kind": "half_space", "point": list(at), "normal": list(_FREE[wish.free_side])}
-        return self._placed({"kind": wish.kind, "centre": list(at), "radius": sizes[0]}, at)
-
-    def _placed(self, shape: Mapping[str, Any], at: Position) -> dict[str, Any]:
-        """The shape moved there; a patch goes to the nearest place of the surface that it is a part of."""
-        if shape["kind"] == "patch":
-            tree = self._services.cases.tree(self._services.cases.get(self._case_id))
-            x, y, z = tree.point_distance([at])[1][0].tolist()
-            at = (x, y, z)
-        return moved(shape, at)
+        shape = {"kind": wish.kind, "centre": list(at), "radius": sizes[0]}
+        return placed(self._services.cases, self._case_id, shape, at)
 
     # -- commands
 
@@ -223,15 +213,15 @@ class Regions:
                 self._done()
             case c.RegionPlain():
                 self.cancel()
-            case c.RegionOfStructure():
-                name = self._services.cases.get(self._case_id).structure(command.structure).name
-                self._edit_zone({"kind": "structure", "structure": command.structure}, name[:56])
-            case c.RegionCommand(type="region.select"):
-                self.selected = self._find(command.region_id).id
-            case c.RegionCommand():
-                self._delete(command.region_id)
-            case c.ChangeRegion():
-                self._change(command)
+            case c.SelectRegion():
+                self.selected = found_region(self._plan(), command.region_id).id
+
+    def select_added(self, added: str) -> bool:
+        """Select what was added to the plan, by its id; False where that is no region."""
+        if not any(region.id == added for region in self._all()):
+            return False
+        self.selected = added
+        return True
 
     def cancel(self) -> None:
         """What is half drawn or half dragged is taken back."""
@@ -261,64 +251,7 @@ class Regions:
     def _add(self, shape: dict[str, Any]) -> None:
         assert self.drawing is not None
         removes, self.drawing = self.drawing.wish.purpose == "remove", None
-        if not removes:
-            self._edit_zone(shape)
-            return
-
-        def change(**options: Any) -> Plan:
-            self.selected, plan = self._editor.removed_bone.add(shape, **options)
-            return plan
-
-        self._do(change)
-
-    def _edit_zone(self, shape: dict[str, Any], name: str | None = None) -> None:
-        def change(**options: Any) -> Plan:
-            self.selected, plan = self._editor.zones.add(shape, name, **options)
-            return plan
-
-        self._do(change)
-
-    def _delete(self, region_id: str) -> None:
-        region = self._find(region_id)
-        edits = self._editor.zones if isinstance(region, PlanZone) else self._editor.removed_bone
-        self._do(lambda **options: edits.delete(region_id, **options))
-        if self.selected == region_id:
-            self.selected = None
-
-    def _change(self, command: c.ChangeRegion) -> None:
-        region = self._find(command.region_id)
-        fields = command.model_dump(
-            include={"name", "colour", "visible", "margin_mm", "stiffness_n_per_mm", "max_depth_mm"}, exclude_none=True
-        )
-        if command.soft is not None:
-            fields["kind"] = "soft" if command.soft else "hard"
-        if command.no_depth:
-            fields["max_depth_mm"] = None
-        shape: Mapping[str, Any] = region.shape
-        if command.sizes_mm is not None:
-            shape = resized(shape, command.sizes_mm)
-        if command.place is not None:
-            shape = self._placed(shape, command.place)
-        if command.turn:
-            shape = _turned(shape)
-        if shape is not region.shape:
-            fields["shape"] = check_shape(shape)
-        if not fields:
-            raise InputError("say what is to change of the region.")
-        edits = self._editor.zones if isinstance(region, PlanZone) else self._editor.removed_bone
-        self._do(lambda **options: edits.change(region.id, **options, **fields))
-
-    def _change_shape(self, region_id: str, shape: dict[str, Any]) -> None:
-        region = self._find(region_id)
-        edits = self._editor.zones if isinstance(region, PlanZone) else self._editor.removed_bone
-        self._do(lambda **options: edits.change(region_id, shape=shape, **options))
-
-
-def _turned(shape: Mapping[str, Any]) -> dict[str, Any]:
-    """The half-space on the other side of its plane. Raises PlanError for another shape."""
-    if shape["kind"] != "half_space":
-        raise PlanError("only a half-space has another side.")
-    return {**shape, "normal": [0.0 - value for value in shape["normal"]]}
+        self._perform(AddBone(shape=shape) if removes else AddZone(shape=shape))
 
 
 def _is_visible(region: PlanZone | RemovedBone) -> bool:

@@ -3,43 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Annotated, Literal, TypedDict
+from typing import TypedDict
 
-from pydantic import Field
-
-from app.cases.second_volume import SecondVolume
-from app.kit.kept import Kept, Same
-from app.messages.fields import Command, Identifier
+from app.kit.kept import Kept
 from app.messages.sections import Section
-from app.plans.editor import PlanEditor
 from app.plans.service import Plan
 from app.services import Services
 from app.store.changes import CASES
-
-Number = Annotated[float, Field(ge=-1e6, le=1e6, allow_inf_nan=False)]
-
-
-class LayVolume(Command):
-    """Lay a volume over the head's slices; volume: its name in that case, None for the widest CT.
-
-    other_head: the user confirmed that a volume of another case shows the same patient.
-    """
-
-    type: Literal["second_volume.lay"]
-    case_id: Identifier
-    volume: Identifier | None = None
-    transform: Annotated[list[Number], Field(min_length=16, max_length=16)]
-    opacity: Annotated[float, Field(ge=0.0, le=1.0, allow_inf_nan=False)]
-    window: Number
-    level: Number
-    other_head: bool = False
-
-
-class LayNothing(Command):
-    type: Literal["second_volume.none"]
-
-
-SECOND_VOLUME_COMMANDS: tuple[type[Command], ...] = (LayVolume, LayNothing)
 
 
 class LaidView(TypedDict):
@@ -87,23 +57,17 @@ class SecondVolumeSections(TypedDict):
 
 
 class SecondVolumes:
-    """What one client lays over the head of one plan. Owned by the session's thread."""
+    """What a plan lays over its head, and what it could, for one client. Owned by the session's thread."""
 
-    def __init__(
-        self,
-        services: Services,
-        editor: PlanEditor,
-        plan: Callable[[], Plan],
-        edit: Callable[[Callable[..., Plan]], None],
-    ) -> None:
-        """plan: as it is shown; edit: does an edit on the revision that is shown."""
-        self._services, self._editor, self._plan, self._do = services, editor, plan, edit
+    def __init__(self, services: Services, plan: Callable[[], Plan]) -> None:
+        """plan: as it is shown."""
+        self._services, self._plan = services, plan
         self._choices: Kept[list[VolumeChoice]] = Kept()
 
     def section(self) -> Section[SecondVolumeSection]:
         """The page's section."""
-        stored = self._services.store.changes.of(CASES)
-        return Section((Same(self._plan()), stored), lambda: self._view(stored))
+        stored, plan = self._services.store.changes.of(CASES), self._plan()
+        return Section((plan.case_id, plan.second_volume, plan.locked, stored), lambda: self._view(stored))
 
     def _view(self, stored: object) -> SecondVolumeSection:
         plan = self._plan()
@@ -153,12 +117,3 @@ class SecondVolumes:
             if case.id != case_id and case.has_volume
         ]
         return own + others
-
-    def handle(self, command: Command) -> None:
-        """Answer a command of a second volume. Raises InputError with the reason where that cannot be done."""
-        second: SecondVolume | None = None
-        if isinstance(command, LayVolume):
-            fields = command.model_dump(exclude={"type", "id", "case_id"})
-            second = SecondVolume(command.case_id, **{**fields, "transform": tuple(command.transform)})
-            self._services.overlays.check_laid(self._plan().case_id, second)
-        self._do(lambda **options: self._editor.lay_over(second, **options))

@@ -33,7 +33,7 @@ export class SuggestGroup {
     this.target = h("select", { id: "suggest-target" });
     this.button = h("button", { type: "button", class: "wide", id: "suggest", onclick: () => this.look() }, "Suggest a path");
     this.list = h("ul", { class: "list", id: "alternatives", "aria-label": "Suggested paths" });
-    this.useButton = h("button", { type: "button", class: "wide primary", id: "use-suggestion", hidden: true, onclick: () => this.use() }, "Use this path");
+    this.useButton = h("button", { type: "button", class: "wide primary", id: "use-suggestion", "data-operation": "suggestion.use", hidden: true, onclick: () => this.use() }, "Use this path");
     this.element = group("Suggest a path", null, h("label", { class: "field" }, h("span", { class: "field-label" }, h("span", {}, "Target")), this.target), this.button,
       this.work.element, this.words, this.list, this.useButton);
   }
@@ -238,8 +238,8 @@ export class ShaftGroup {
     this.connection = connection;
     this.changed = whenChanged();
     this.words = h("p", { class: "words", id: "shaft-words" });
-    this.aimButton = h("button", { type: "button", id: "aim-shaft", onclick: () => this.aim() }, "Aim the shaft here");
-    this.clearButton = h("button", { type: "button", id: "clear-shaft", onclick: () => this.act("shaft.clear") }, "Leave it open");
+    this.aimButton = h("button", { type: "button", id: "aim-shaft", "data-operation": "shaft.aim", onclick: () => this.aim() }, "Aim the shaft here");
+    this.clearButton = h("button", { type: "button", id: "clear-shaft", "data-operation": "shaft.clear", onclick: () => this.act("shaft.clear") }, "Leave it open");
     /** @type {string | null} whose roll the field shows */
     this.point = null;
     this.roll = numberInput("shaft-roll", -360, 360, 5, (value) => this.setRoll(value), () => this.setRoll(null));

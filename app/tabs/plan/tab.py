@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,12 @@ from app.kit.kept import Same
 from app.kit.values import Position
 from app.messages.fields import Command
 from app.messages.sections import Section, Sections
+from app.operations.messages import OperationMessage
+from app.operations.operation import Change, Creation, Operation
+from app.operations.standard import Delete, Rename
 from app.plans.document import PLAN
+from app.plans.operations.document import DuplicatePlan
+from app.plans.operations.points import TakeTargets
 from app.plans.service import Plan
 from app.scene.dragging import DragEvent
 from app.scene.error_balls import ErrorBalls
@@ -22,13 +28,13 @@ from app.tabs.plan import SPEC
 from app.tabs.plan import commands as c
 from app.tabs.plan.clearance import pierced_layer
 from app.tabs.plan.clearance_commands import HideTool, ShowTool
-from app.tabs.plan.dry_runs import ShownEvaluation
 from app.tabs.plan.edited_plan import EditedPlan, Ghost
 from app.tabs.plan.edits import Edits
 from app.tabs.plan.evaluations import Evaluations
 from app.tabs.plan.hands import Hands
 from app.tabs.plan.hints import plan_hint
 from app.tabs.plan.instruments import instruments_section
+from app.tabs.plan.paths import paths_section
 from app.tabs.plan.region_words import DRAW_WORDS
 from app.tabs.plan.removed_bone import RemovedBoneCount
 from app.tabs.plan.sections import PlanEntry, PlansSection
@@ -59,9 +65,6 @@ class PlanTab(Tab):
         workspace.on_case_opened(self._case_opened)
 
     # -- opening
-
-    def available(self) -> bool:
-        return self.workspace.case.case_id is not None
 
     def _case_opened(self, plan_id: str | None) -> None:
         case_id = self.workspace.case.case_id
@@ -137,15 +140,11 @@ class PlanTab(Tab):
 
     def curve_key(self) -> Any:
         """Changes when the spline or its colours do."""
-        return (tuple(self._edited.points()), Same(self._shown_evaluation())) if self._edited else None
-
-    def _shown_evaluation(self) -> ShownEvaluation:
-        """The dry run of the points as they are shown: live while a hand drags one of the path."""
-        return self._evaluations.shown(self._edited)
+        return (tuple(self._edited.points()), Same(self._evaluations.shown(self._edited))) if self._edited else None
 
     def curve(self) -> tuple[Array | None, Array | None]:
         """Places along the spline, and the clearance of the whole tool there where it is known."""
-        samples = self._shown_evaluation().samples()
+        samples = self._evaluations.shown(self._edited).samples()
         if samples is not None:
             return samples
         return curve_points(None if self._edited is None else self._edited.path()), None
@@ -154,19 +153,29 @@ class PlanTab(Tab):
 
     def handle(self, command: Command) -> None:
         """Answer a command; raises VfixError with the reason where that cannot be done."""
-        if isinstance(command, c.PlanCommand | c.NewPlan | c.RenamePlan):
-            self.workspace.note(self._handle_plan(command), error=True)
+        if isinstance(command, c.OpenPlan):
+            self._load(command.plan_id)
             self.workspace.plan.opened()
         elif isinstance(command, ShowTool | HideTool):
             self._show_tool(command)
-        elif isinstance(command, c.TakeTargets):
-            self._check_own(command.plan_id)
-            self._need().take_targets(self._services.plans.get(command.plan_id))
         else:
-            self._handle_edit(command)
+            chosen = isinstance(command, c.ItemCommand) and command.type == "item.select"  # again, perhaps
+            self._edit(lambda edited: self._edits.do(edited, command), chosen)
+
+    def operate(self, message: OperationMessage) -> None:
+        """Do an operation, on the open plan where it names none."""
+        (operation,) = message.operations
+        if message.target or isinstance(operation, Creation):
+            self.workspace.note(self._manage(message, operation), error=True)
+            self.workspace.plan.opened()
+            return
+        assert isinstance(operation, Change)
+        if isinstance(operation, TakeTargets):
+            self._check_own(operation.plan)
+        self._edit(lambda edited: edited.perform(operation, message.revision))
 
     def _show_tool(self, command: ShowTool | HideTool) -> None:
-        evaluation = self._shown_evaluation().evaluation
+        evaluation = self._evaluations.shown(self._edited).evaluation
         if isinstance(command, HideTool):
             self._evaluations.tool.clear()
         elif evaluation is None:
@@ -174,38 +183,29 @@ class PlanTab(Tab):
         else:
             self.workspace.case.go_to(self._evaluations.tool.at(evaluation, command.s_mm))
 
-    def _handle_edit(self, command: Command) -> None:
+    def _edit(self, act: Callable[[EditedPlan], str], chosen: bool = False) -> None:
+        """Do something with the open plan, say its words, and go to what it selects; chosen: also where it was that."""
         edited = self._need()
         before = edited.selected
-        words = self._edits.do(edited, command)
-        chosen = isinstance(command, c.ItemCommand) and command.type == "item.select"  # again, perhaps
+        words = act(edited)
         if edited.selected is not None and (chosen or edited.selected != before):
             self.workspace.case.go_to(edited.place_of(edited.selected))
         self.workspace.note(words)
 
-    def _handle_plan(self, command: c.PlanCommand | c.NewPlan | c.RenamePlan) -> str:
-        """Open, make, rename, duplicate, delete and restore plans; returns words for the user, often none."""
-        plans = self._services.plans
-        match command:
-            case c.NewPlan():
-                if self._case_id is None:
-                    raise PlanError("open a head first; a plan belongs to one.")
-                self._load(plans.create(self._case_id, command.name).id)
-            case c.RenamePlan():
-                plans.rename(command.plan_id, command.name)
-                if command.plan_id == self.plan_id:
-                    self._reload()
-            case c.PlanCommand(type="plan.open"):
-                self._load(command.plan_id)
-            case c.PlanCommand(type="plan.duplicate"):
-                self._check_own(command.plan_id)
-                self._load(plans.duplicate(command.plan_id).id)
-            case c.PlanCommand(type="plan.restore"):
-                plans.restore(command.plan_id)
-            case c.PlanCommand():
-                plans.delete(command.plan_id)
-                if command.plan_id == self.plan_id and self._case_id is not None:
-                    return self.open(self._case_id, None)
+    def _manage(self, message: OperationMessage, operation: Operation) -> str:
+        """Make, rename, duplicate, delete and restore plans; returns words for the user, often none."""
+        if isinstance(operation, Creation) and self._case_id is None:
+            raise PlanError("open a head first; a plan belongs to one.")
+        if isinstance(operation, DuplicatePlan):
+            self._check_own(message.target)
+        done = message.perform(message.spec.context(self._services, message.revision), self._case_id or "")
+        assert done is not None
+        if done.id != message.target:  # it was made
+            self._load(done.id)
+        elif done.id == self.plan_id and isinstance(operation, Delete) and self._case_id is not None:
+            return self.open(self._case_id, None)
+        elif done.id == self.plan_id and isinstance(operation, Rename):
+            self._reload()
         return ""
 
     def _reload(self) -> None:
@@ -251,11 +251,12 @@ class PlanTab(Tab):
         edited = self._edited
         ghost: Ghost | None = None if edited is None else edited.ghost
         selected = edited.selected if edited is not None and self.active else None
+        evaluation = self._evaluations.shown(edited).evaluation if self.active else None
         return [
             items_layer(self.items(), selected, locked=self._is_still),
             curve_layer(self.curve_key(), self.curve),
-            self._evaluations.tool.layer(self._shown_evaluation().evaluation if self.active else None),
-            pierced_layer(self._shown_evaluation().evaluation if self.active else None),
+            self._evaluations.tool.layer(evaluation),
+            pierced_layer(evaluation),
             *self._region_layers(),
             self._evaluations.cones.layer(self._edited if self.active else None),
             self._error_layer(),
@@ -312,7 +313,7 @@ class PlanTab(Tab):
             return AIM_WORDS
         if plan.deleted_at is not None:
             return "This plan was deleted elsewhere. Restore it from the list of plans, or open another one."
-        shown = self._shown_evaluation()
+        shown = self._evaluations.shown(edited)
         return plan_hint(
             len(plan.points),
             len(plan.targets),
@@ -322,6 +323,10 @@ class PlanTab(Tab):
             None if shown.verdict is None else (shown.verdict.level, shown.verdict.reason),
             shown.short,
         )
+
+    def subject(self) -> object:
+        options = None if self._edited is None else self._services.rehearsal_options.of(self._edited.plan_id)
+        return Same(self.workspace.case.case), self._services.store.changes.count, options
 
     def refresh(self) -> None:
         """Raises InputError when the open plan cannot be read any more; it is closed then."""
@@ -337,13 +342,14 @@ class PlanTab(Tab):
 
     def sections(self) -> Sections:
         """The :class:`PlanSections`."""
-        edited, shown, shown_mm = self._edited, self._shown_evaluation(), self._evaluations.tool.s_mm
+        edited, shown_mm = self._edited, self._evaluations.tool.s_mm
+        shown = self._evaluations.shown(edited)
         none = Section.of(None)
         return {
             "plans": Section((self._case_id, self._services.store.changes.of(PLAN.name)), self._list),
             "instruments": Section(None, instruments_section),
             "plan": none if edited is None else edited.section(),
-            "paths": none if edited is None else edited.paths.section(),
+            "paths": none if edited is None else paths_section(edited.plan),
             "versions": none if edited is None else edited.versions.section(),
             "regions": none if edited is None else edited.regions.section(),
             "second_volume": none if edited is None else edited.second_volume.section(),

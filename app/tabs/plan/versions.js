@@ -12,11 +12,11 @@ export class VersionsGroup {
   constructor(connection) {
     this.connection = connection;
     this.changed = whenChanged();
-    this.saveButton = h("button", { type: "button", class: "plain", id: "save-version", onclick: () => this.save() }, "Save");
+    this.saveButton = h("button", { type: "button", class: "plain", id: "save-version", "data-operation": "version.save", onclick: () => this.save() }, "Save");
     this.list = h("ul", { class: "list two-lines plain-rows", id: "versions" });
     this.empty = h("p", { class: "empty" }, "None yet. A version keeps the plan as it is now, to compare it and to come back to it.");
     this.words = h("ul", { class: "changes", id: "version-changes" });
-    this.backButton = h("button", { type: "button", class: "wide", id: "go-back", onclick: () => this.goBack() }, "Go back to this version");
+    this.backButton = h("button", { type: "button", class: "wide", id: "go-back", "data-operation": "version.go_back", onclick: () => this.goBack() }, "Go back to this version");
     this.element = group("Versions", [this.saveButton], this.list, this.empty, this.words, this.backButton);
   }
 
@@ -43,8 +43,8 @@ export class VersionsGroup {
   row() {
     /** @type {Row<VersionView>} */
     const row = listRow(false, () => this.connection.send("version.compare", { version_id: row.item.id }), [
-      iconButton("pencil", "Rename", () => this.rename(row.item)),
-      iconButton("trash", "Delete", () => this.remove(row.item)),
+      iconButton("pencil", "Rename", () => this.rename(row.item), { "data-operation": "version.rename" }),
+      iconButton("trash", "Delete", () => this.remove(row.item), { "data-operation": "version.delete" }),
     ]);
     const main = /** @type {HTMLElement | null} */ (row.querySelector(".row-main"));
     if (main) main.title = "Show what changed since then";

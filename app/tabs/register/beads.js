@@ -18,7 +18,7 @@ export class BeadsGroup {
     this.looking = false;
     this.words = h("p", { class: "words" });
     this.findButton = h("button", { type: "button", class: "primary", id: "find-beads", onclick: () => this.find() }, "Find beads");
-    this.allButton = h("button", { type: "button", id: "confirm-beads", onclick: () => connection.send("bead.confirm_all") }, "Confirm all");
+    this.allButton = h("button", { type: "button", id: "confirm-beads", "data-operation": "bead.confirm_all", onclick: () => connection.send("bead.confirm_all") }, "Confirm all");
     this.work = new JobLine();
     this.diameter = ownNumber("bead-diameter", 0.5, 20, 0.5, null);
     this.diameter.placeholder = "1 to 6";
@@ -60,7 +60,7 @@ export class BeadsGroup {
   /** @returns {Row<BeadEntry>} */
   row() {
     const main = h("button", { type: "button", class: "row-main", title: "Show it in the slices", onclick: () => this.connection.send("bead.show", { bead_id: row.item.id }) }, h("span"));
-    const yes = h("button", { type: "button", class: "plain", "data-judge": "yes", onclick: () => this.judge(row.item, true) }, "Confirm");
+    const yes = h("button", { type: "button", class: "plain", "data-judge": "yes", "data-operation": "bead.judge", onclick: () => this.judge(row.item, true) }, "Confirm");
     const no = h("button", { type: "button", class: "plain", "data-judge": "no", onclick: () => this.judge(row.item, false) }, "Reject");
     /** @type {Row<BeadEntry>} */
     const row = Object.assign(h("li", { class: "row" }, main, h("div", { class: "buttons bead-judge" }, yes, no), h("span", { class: "row-sub" })), { item: /** @type {any} */ (null) });

@@ -30,10 +30,10 @@ export class FitGroup {
       <dl class="facts" id="fit-figures">${figures(fit)}</dl>
       ${this.wrong(fit, locked)}
       <div class="fields" id="fit-cautions">${fit.cautions.map((text) => html`<p class="words caution">${text}</p>`)}</div>
-      <button type="button" class=${good ? "wide plain" : "wide"} id="match-order" title="Find which measured point belongs to which bead, where nobody wrote it down"
+      <button type="button" class=${good ? "wide plain" : "wide"} id="match-order" data-operation="order.find" title="Find which measured point belongs to which bead, where nobody wrote it down"
         ?hidden=${fit.used < 3} ?disabled=${locked} @click=${() => this.connection.send("order.find")}>Match order</button>
       <div class="fields" id="orders" ?hidden=${!orders}>${orders ? this.orders(orders, locked) : nothing}</div>
-      <button type="button" class="wide" id="fit-pairs" ?hidden=${!given || fit.used < 3} ?disabled=${locked}
+      <button type="button" class="wide" id="fit-pairs" data-operation="registration.fit_pairs" ?hidden=${!given || fit.used < 3} ?disabled=${locked}
         @click=${() => this.connection.send("registration.fit_pairs")}>Fit the points instead</button>`));
     if (orders && !this.found) (this.element.querySelector(".order-card") ?? this.element.querySelector("#orders"))?.scrollIntoView({ block: "nearest" });
     this.found = Boolean(orders);
@@ -104,6 +104,7 @@ export class ErrorsGroup {
     this.connection = connection;
     this.fle = numberInput("fle", 0.01, 50, 0.05, (value) => connection.send("registration.fle", { fle_mm: value }), () => connection.send("registration.fle", { fle_mm: null }));
     this.fle.placeholder = "estimated";
+    this.fle.dataset.operation = "registration.fle";
     this.fleField = field("Localisation error, mm rms", this.fle);
     this.element = h("div", { class: "group" });
   }

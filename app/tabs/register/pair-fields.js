@@ -27,16 +27,16 @@ export class PairFields {
     /** @type {Map<string, Draft>} by the pair's id */
     this.drafts = new Map();
     /** @type {HTMLInputElement} */
-    this.label = h("input", { type: "text", id: "pair-label", maxLength: LABEL_MOST, onchange: () => this.send({ label: this.label.value }) });
+    this.label = h("input", { type: "text", id: "pair-label", "data-operation": "pair.change", maxLength: LABEL_MOST, onchange: () => this.send({ label: this.label.value }) });
     /** @type {HTMLInputElement} */
     this.image = h("input", { type: "text", id: "pair-image", placeholder: "L 72.7 P 77.1 S 20.4", onchange: () => this.typedImage() });
     this.measured = ["x", "y", "z"].map((axis) => this.coordinate(axis));
     this.measuredWords = h("p", { class: "words", id: "pair-measured-words", role: "status" });
     this.weight = numberInput("pair-weight", 0.01, 1000, 0.05, (weight) => this.send({ weight }));
-    this.touchButton = h("button", { type: "button", id: "touch-selected", title: "For practice: no patient is measured", onclick: () => { if (this.pair) touch(this.pair.id); } }, "Simulate touch");
+    this.touchButton = h("button", { type: "button", id: "touch-selected", "data-operation": "pair.touch", title: "For practice: no patient is measured", onclick: () => { if (this.pair) touch(this.pair.id); } }, "Simulate touch");
     this.measureButton = h("button", { type: "button", class: "primary wide", id: "measure-selected", onclick: () => { if (this.pair) measure(this.pair.id); } }, "Measure");
     this.forgetButton = h("button", { type: "button", id: "forget-measured", title: "This point only; its place in the image stays", onclick: () => this.forget() }, "Forget measurement");
-    this.deleteButton = h("button", { type: "button", id: "delete-pair", onclick: () => this.delete() }, "Delete");
+    this.deleteButton = h("button", { type: "button", id: "delete-pair", "data-operation": "pair.delete", onclick: () => this.delete() }, "Delete");
     for (const input of [this.label, this.image]) watchTyping(input);
     escapePutsBack(this.image);
     escapePutsBack(this.label);

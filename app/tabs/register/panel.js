@@ -27,9 +27,9 @@ export default class RegisterPanel {
     this.changedUse = whenChanged();
     this.changedList = whenChanged();
     keys.shortcuts.push((event) => this.key(event));
-    this.undoButton = iconButton("undo", "Undo (Ctrl+Z)", () => connection.send("registration.undo"), { id: "registration-undo" });
-    this.redoButton = iconButton("redo", "Redo (Ctrl+Shift+Z)", () => connection.send("registration.redo"), { id: "registration-redo" });
-    this.lockButton = h("button", { type: "button", class: "plain", id: "registration-lock", onclick: () => connection.send("registration.lock", { locked: !connection.state.registration?.locked }) });
+    this.undoButton = iconButton("undo", "Undo (Ctrl+Z)", () => connection.send("registration.undo"), { id: "registration-undo", "data-operation": "registration.undo" });
+    this.redoButton = iconButton("redo", "Redo (Ctrl+Shift+Z)", () => connection.send("registration.redo"), { id: "registration-redo", "data-operation": "registration.redo" });
+    this.lockButton = h("button", { type: "button", class: "plain", id: "registration-lock", "data-operation": "registration.lock", onclick: () => connection.send("registration.lock", { locked: !connection.state.registration?.locked }) });
     this.head = h("p", { class: "words", id: "registration-words" });
     this.restoreButton = h("button", { type: "button", class: "primary wide", id: "restore-registration", hidden: true, onclick: () => this.restore() }, "Restore");
     this.blockedWords = h("p", { class: "words caution", id: "blocked-words", hidden: true });
@@ -43,7 +43,7 @@ export default class RegisterPanel {
     this.trace = new TraceGroup(connection);
     this.calibration = new CalibrationGroup(connection);
     this.useWords = h("p", { class: "words", id: "plan-use-words" });
-    this.useButton = h("button", { type: "button", class: "primary wide", id: "use-registration", onclick: () => connection.send("registration.use", { used: true }) }, "Use for this plan");
+    this.useButton = h("button", { type: "button", class: "primary wide", id: "use-registration", "data-operation": "registration.use", onclick: () => connection.send("registration.use", { used: true }) }, "Use for this plan");
     this.dropButton = h("button", { type: "button", class: "wide", id: "drop-registration", onclick: () => connection.send("registration.use", { used: false }) }, "Use none for this plan");
     this.exports = EXPORTS.map(([format, label, words]) => h("button", { type: "button", class: "export", title: words, "data-format": format, onclick: () => this.export(format) }, label));
     this.exportWords = h("p", { class: "words", id: "export-words" });
@@ -55,7 +55,7 @@ export default class RegisterPanel {
     this.showDeleted = h("input", { type: "checkbox", onchange: () => this.update(connection.state) });
     this.element = h("div", { class: "register" },
       group("Registration", [this.undoButton, this.redoButton, this.lockButton], this.head, this.blockedWords, this.restoreButton, this.dropHere, this.beginButton), this.parts,
-      group("Registrations of this head", [h("button", { type: "button", class: "plain", id: "new-registration", onclick: () => this.add() }, "New")], this.list,
+      group("Registrations of this head", [h("button", { type: "button", class: "plain", id: "new-registration", "data-operation": "registration.new", onclick: () => this.add() }, "New")], this.list,
         h("label", { class: "check" }, this.showDeleted, "Show deleted registrations"),
         h("button", { type: "button", class: "wide", id: "import-transform", onclick: () => this.chooser.click() }, "Import a transform …"), this.chooser));
   }
@@ -144,14 +144,14 @@ export default class RegisterPanel {
    */
   row({ deleted }) {
     const send = (/** @type {"registration.open" | "registration.duplicate" | "registration.restore"} */ type) => this.connection.send(type, { registration_id: row.item.id });
-    const tools = deleted ? [iconButton("restore", "Restore", () => send("registration.restore"))] : [
+    const tools = deleted ? [iconButton("restore", "Restore", () => send("registration.restore"), { "data-operation": "registration.restore" })] : [
       iconButton("pencil", "Rename", async () => {
         const { id, name: before } = row.item;
         const name = await askName("Rename this registration", before);
         if (name) this.connection.send("registration.rename", { registration_id: id, name });
-      }),
-      iconButton("copy", "Duplicate", () => send("registration.duplicate")),
-      iconButton("trash", "Delete", () => this.remove(row.item.id)),
+      }, { "data-operation": "registration.rename" }),
+      iconButton("copy", "Duplicate", () => send("registration.duplicate"), { "data-operation": "registration.duplicate" }),
+      iconButton("trash", "Delete", () => this.remove(row.item.id), { "data-operation": "registration.delete" }),
     ];
     /** @type {Row<RegistrationEntry>} */
     const row = listRow(deleted, () => send("registration.open"), tools);

@@ -31,8 +31,8 @@ export class PointsGroup {
     this.pointerWords = h("p", { class: "words", id: "pointer-words", role: "status" });
     this.chooser = h("input", { type: "file", hidden: true, accept: ".csv", id: "measured-file", onchange: () => this.readTable() });
     this.tableButton = h("button", { type: "button", id: "read-measured", title: "Columns label, x, y, z; lines '# unit=mm' and '# frame=patient' above", onclick: () => this.chooser.click() }, "From a table …");
-    this.addButton = h("button", { type: "button", id: "add-pair", title: "A point of the image where the slices cross", onclick: () => connection.send("pair.add") }, "Add at crosshair");
-    this.clearButton = h("button", { type: "button", class: "plain", id: "clear-measured", title: "Forget all that was measured", onclick: () => this.clear() }, "Clear");
+    this.addButton = h("button", { type: "button", id: "add-pair", "data-operation": "pair.add", title: "A point of the image where the slices cross", onclick: () => connection.send("pair.add") }, "Add at crosshair");
+    this.clearButton = h("button", { type: "button", class: "plain", id: "clear-measured", "data-operation": "pair.clear_measured", title: "Forget all that was measured", onclick: () => this.clear() }, "Clear");
     this.list = h("ul", { class: "list fiducials", id: "pairs", "aria-label": "Points" });
     this.pressed = ""; // the point whose row was pressed last: its fields are brought into sight
     this.places = new PairFields(connection, { touch: (pairId) => this.touch(pairId), measure: (pairId) => this.measure(pairId), drafted: () => this.again() });

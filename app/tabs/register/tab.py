@@ -10,16 +10,17 @@ from app.messages.sections import Section, Sections
 from app.operations.messages import OperationMessage
 from app.operations.operation import Creation, Operation
 from app.operations.standard import Delete, Restore
+from app.plans.operations.instruments import UseRegistration
 from app.plans.service import Plan
-from app.registration.editor import StoredRegistration
+from app.registration.document import StoredRegistration
 from app.scene.error_balls import ErrorBalls
 from app.scene.fiducials import FiducialNodes, FiducialShape
 from app.scene.view import ClickRay, SceneView
 from app.tabs.base import Tab
 from app.tabs.register import SPEC
 from app.tabs.register import commands as c
+from app.tabs.register.edited_registration import EditedRegistration, newest
 from app.tabs.register.hints import register_hint
-from app.tabs.register.open_registration import OpenRegistration, newest
 from app.tabs.register.sections import (
     FiducialMark,
     PlanUseSection,
@@ -41,7 +42,7 @@ class RegisterTab(Tab):
     def __init__(self, workspace: Workspace, shared: Any = None) -> None:
         super().__init__(workspace, shared)
         self._services = workspace.services
-        self._open: OpenRegistration | None = None
+        self._open: EditedRegistration | None = None
         self._pointer_shown: TrackerView | None = None
         self._error: Kept[tuple[str, bool]] = Kept()  # in the open plan
         self._uses: Kept[PlanUseSection | None] = Kept()
@@ -49,9 +50,6 @@ class RegisterTab(Tab):
         workspace.plan.on_opened(self._plan_opened)
 
     # -- opening
-
-    def available(self) -> bool:
-        return self.workspace.case.case_id is not None
 
     def _case_opened(self) -> None:
         """The registration of the plan that is open, else the newest of the case."""
@@ -69,7 +67,7 @@ class RegisterTab(Tab):
         plan = self.workspace.plan.current
         return None if plan is None else plan.registration
 
-    def _need(self) -> OpenRegistration:
+    def _need(self) -> EditedRegistration:
         if self._open is None:
             raise InputError("no registration is open; begin one first.")
         return self._open
@@ -81,7 +79,7 @@ class RegisterTab(Tab):
         match command:
             case c.OpenRegistration():
                 self._check_own(command.registration_id)
-                self._open = OpenRegistration(self._services, command.registration_id)
+                self._open = EditedRegistration(self._services, command.registration_id)
             case c.UseRegistration():
                 self._use(command.used)
             case c.SelectPair():
@@ -114,7 +112,7 @@ class RegisterTab(Tab):
         if isinstance(operation, Delete) and here == done.id:
             self._open = newest(self._services, case_id, None)
         elif done.id != message.target or (isinstance(operation, Restore) and here is None):
-            self._open = OpenRegistration(self._services, done.id)
+            self._open = EditedRegistration(self._services, done.id)
         elif here == done.id:
             self._need().refresh()
 
@@ -142,7 +140,7 @@ class RegisterTab(Tab):
         if plan is None:
             raise InputError("open a plan first; it is a plan that uses a registration.")
         wanted = self._need().id if used else None
-        self._services.registering.use(plan.id, wanted, expected_revision=plan.revision)
+        self._services.plans.do(plan.id, UseRegistration(registration=wanted), expected_revision=plan.revision)
 
     # -- the scene
 
@@ -186,6 +184,14 @@ class RegisterTab(Tab):
         deleted = opened.document.deleted_at is not None
         blocked = "" if use is None or use["here"] else _blocked(use)
         return register_hint(content, self._services.registering.report(content), used, deleted, blocked)
+
+    def subject(self) -> object:
+        """Beside no registration little is told of a plan that uses none."""
+        plan = self.workspace.plan.current
+        told: object = Same(plan)
+        if self._open is None and plan is not None and plan.registration is None:
+            told = plan.id, plan.locked
+        return Same(self.workspace.case.case), told, self._stored()
 
     def refresh(self) -> None:
         """Raises VfixError when the open registration cannot be read any more; it is closed then."""

@@ -7,8 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from app.messages.sections import Position
-from app.registration.document import FiducialPair, RegistrationContent
-from app.registration.editor import StoredRegistration
+from app.registration.document import FiducialPair, RegistrationContent, StoredRegistration
 from app.registration.fit_report import FitReport
 from app.registration.found_beads import FoundBead, bead_label
 from app.registration.point_order import OrderAnswer

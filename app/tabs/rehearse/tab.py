@@ -43,9 +43,6 @@ class RehearseTab(RehearsalSession):
         self._told_of: RigidSnapshot | None = None  # the pose that others were told last
         self._told = NO_OPTIONS  # the options as they were when everything was published last
 
-    def available(self) -> bool:
-        return self.workspace.plan.id is not None
-
     # -- entering and leaving the tab
 
     def enter(self) -> None:
@@ -167,6 +164,13 @@ class RehearseTab(RehearsalSession):
     def _other_margin(self, now: RehearsalRecord) -> bool:
         """Whether the margin was changed since the drive was prepared."""
         return now.prepared is not None and _settings(now).margin_mm != now.prepared.settings.margin_mm
+
+    def subject(self) -> object:
+        """The drive itself is read with every tick. Of a plan without robot and remote centre little is told."""
+        plan, wanted = self.workspace.plan.current, self.wanted
+        if plan is not None and self.now.prepared is None and not wanted.remote_centre:
+            return wanted, plan.id, len(plan.points) < 2
+        return wanted, Same(plan), self._services.store.changes.of(self._services.registrations.kind.name)
 
     def refresh(self) -> None:
         self._compare(self.read())

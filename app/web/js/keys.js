@@ -67,7 +67,7 @@ export class Keys {
     const driving = this.connection.state.step?.input === "drive" && isDriveKey(event);
     // a slider that keeps the focus is moved by ← and →: where keys drive, ↑ and ↓ do so, and change no margin
     const undoing = isUndoKey(event) && !(isText(target) && hasTextUndo(target)) && !isDialogOpen();
-    if (typing(target) && !(driving && target?.type === "range") && !undoing) return;
+    if (typing(target) && !(driving && target?.type === "range") && !undoing && !isFindKey(event)) return;
     const inScene = event.view && event.view !== window;
     if (this.command(event) || this.shortcut(event)) {
       if (undoing) this.connection.say("anew", null); // a field may show what was never drawn: edit and undo lie in one frame
@@ -169,6 +169,14 @@ export class Keys {
     this.connection.hold(this.holds.size > 0);
     pacing.hold(this.holds.size > 0 && this.connection.state.step?.input === "drive");
   }
+}
+
+/**
+ * Whether the key opens the command palette, wherever the focus is.
+ * @param {KeyboardEvent} event
+ */
+export function isFindKey(event) {
+  return (event.ctrlKey || event.metaKey) && !event.shiftKey && !event.altKey && letterOf(event) === "K";
 }
 
 /**

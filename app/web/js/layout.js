@@ -24,6 +24,8 @@ const BUTTONS = [
 ];
 /** @type {Record<string, Layout | undefined>} */
 const KEYS = { Digit1: "axial", Digit2: "coronal", Digit3: "sagittal", Digit4: "scene", Digit5: "path" };
+/** @type {[Layout, string][]} views that fill the viewing area, for the palette */
+const ALONE = [["axial", "Axial slice alone"], ["coronal", "Coronal slice alone"], ["sagittal", "Sagittal slice alone"], ["scene", "Scene alone"], ["path", "View across the path alone"]];
 /** @type {[Part, string][]} */
 const PARTS = [["panel", "Panel"], ["scene", "Head"], ["slices", "Slices"]];
 const LEAST_SLICES_PX = 212;
@@ -164,6 +166,13 @@ export class Layouts {
 
   say() {
     window.dispatchEvent(new CustomEvent(LAID_OUT, { detail: this.bench.dataset.layout }));
+  }
+
+  /** The views and layouts, for the palette. */
+  actions() {
+    const several = BUTTONS.filter(([layout]) => SEVERAL.includes(layout)).map(([layout, , name]) => ({ group: "View", name, off: this.can(layout) ? undefined : "no slices", run: () => this.set(layout) }));
+    const alone = ALONE.map(([layout, name]) => ({ group: "View", name, does: `layout.${layout}`, off: this.can(layout) ? undefined : "nothing to show", run: () => this.set(next(this.layout, layout, this.several)) }));
+    return [...several, ...alone, { group: "View", name: this.folded ? "Show the panel" : "Fold the panel away", does: "panel", run: () => this.fold() }];
   }
 
   /**

@@ -8,6 +8,7 @@ import { Help } from "./help.js";
 import { jobWatch } from "./jobs.js";
 import { Keys, letGoOfEverything } from "./keys.js";
 import { Layouts } from "./layout.js";
+import { Palette } from "./palette.js";
 import { loadPanel } from "./panel.js";
 import { SceneFrame } from "./scene.js";
 import { Slices } from "./slices.js";
@@ -31,9 +32,10 @@ class Page {
     this.scene = new SceneFrame(this.connection, this.keys);
     this.firstTask = new FirstTask();
     this.help = new Help(() => this.firstTask.again());
-    this.keys.shortcuts.push((event) => this.help.key(event), (event) => this.layouts.key(event), (event) => this.scene.key(event));
     this.slices = new Slices(byId("slices"), this.connection);
     this.status = new StatusBar(byId("statusbar"));
+    this.palette = new Palette({ connection: this.connection, slices: this.slices, panels: this.panels, actions: () => this.actions() });
+    this.keys.shortcuts.push((event) => this.palette.key(event), (event) => this.help.key(event), (event) => this.layouts.key(event), (event) => this.scene.key(event));
     /** @type {HTMLElement | null | undefined} what had the focus when the line was lost */
     this.focused = null;
     this.planned = false;
@@ -41,7 +43,11 @@ class Page {
     this.changedTabs = whenChanged();
     this.changedTitle = whenChanged();
     this.changedPlace = whenChanged();
-    this.connection.on("hello", ({ steps }) => this.changedTabs([steps], () => this.offer(steps)));
+    this.connection.on("hello", ({ steps, operations }) => {
+      this.palette.operations = operations;
+      this.palette.tabs = steps;
+      this.changedTabs([steps], () => this.offer(steps));
+    });
     jobWatch.follow(this.connection);
     this.connection.on("state", () => this.schedule());
     this.connection.on("link", (link) => this.link(link));
@@ -66,6 +72,18 @@ class Page {
     this.steps = steps.map(({ name, label }) => h("button", { type: "button", "data-step": name, onclick: () => this.connection.send("step.set", { name }) }, label));
     byId("steps").replaceChildren(...this.steps);
     for (const step of steps) this.load(step);
+  }
+
+  /** What the page itself can do, for the palette. */
+  actions() {
+    const { layouts, theme, help, status, scene } = this;
+    return [
+      ...layouts.actions(),
+      ...scene.actions(),
+      { group: "Page", name: theme.words, run: () => theme.turn() },
+      { group: "Page", name: "Keys and first steps", does: "help", run: () => help.open() },
+      { group: "Page", name: "Figures of the control loop", off: status.details.hidden ? "during a drive" : undefined, run: () => status.fold() },
+    ];
   }
 
   /** @param {TabEntry} step */

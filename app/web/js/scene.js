@@ -83,6 +83,14 @@ export class SceneFrame {
     byId("view-tools").append(views, look);
   }
 
+  /** The standard views and the cuts, for the palette. */
+  actions() {
+    const { connection } = this;
+    const views = VIEWS.map(([view, label]) => ({ group: "Scene", name: `${label} view`, run: () => this.look(view) }));
+    const cuts = CUTS.map(([value, name]) => ({ group: "Scene", name, run: () => { this.cut.value = value; this.sendCut(); } }));
+    return connection.state.case ? [...views, ...cuts] : [];
+  }
+
   sendOpacity() {
     this.opacityWords.textContent = `${this.opacity.value} %`;
     this.connection.send("view.set", { opacity: Number(this.opacity.value) / 100 });

@@ -21,6 +21,11 @@ export class Theme {
     return this.chosen || (this.system.matches ? "light" : "dark");
   }
 
+  /** What turning it makes. */
+  get words() {
+    return this.now === "light" ? "Dark theme" : "Light theme";
+  }
+
   turn() {
     this.chosen = this.now === "light" ? "dark" : "light";
     keep("theme", this.chosen);
@@ -30,9 +35,8 @@ export class Theme {
   render() {
     const { now } = this;
     document.documentElement.dataset.theme = now;
-    const words = now === "light" ? "Dark theme" : "Light theme";
-    this.button.title = words;
-    this.button.setAttribute("aria-label", words);
+    this.button.title = this.words;
+    this.button.setAttribute("aria-label", this.words);
     window.dispatchEvent(new CustomEvent(THEMED, { detail: now }));
   }
 }

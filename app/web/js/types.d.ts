@@ -1,7 +1,7 @@
 // Made by scripts/declarations.py from the server's types; do not edit.
 
 /**
- * The tab that is shown, what keys and clicks do in it, the tabs that can be gone to, and what to do next.
+ * The active tab, what keys and clicks do in it, the tabs that can be opened, and the hint.
  *
  * offered: the tabs that are for cases of the open kind; a page shows no other.
  */
@@ -13,19 +13,19 @@ export interface TabSection {
   offered: string[];
 }
 
-/** Whether the three-dimensional scene shows the head; words: what it waits for. */
+/** Whether the three-dimensional scene shows the head; words: the reason for waiting. */
 export interface SceneSection {
   ready: boolean;
   words: string;
 }
 
-/** Height of the view at the centre of the scene; pivot: what the view turns about since the last click, if any. */
+/** Height of the view at the centre of the scene; pivot: the centre of rotation since the last click, if any. */
 export interface CameraSection {
   view_height_mm: number | null;
   pivot: [number, number, number] | null;
 }
 
-/** Words at a place of the scene. */
+/** A label at a position of the scene. */
 export interface LabelView {
   kind: string;
   words: string;
@@ -33,16 +33,16 @@ export interface LabelView {
 }
 
 /**
- * The jobs that wait or run, whoever began them, oldest first; one that is missing has ended.
+ * All waiting and running jobs, oldest first; one that is missing has ended.
  *
- * version: number of changes so far; it also tells of a job that began and ended between two messages.
+ * version: number of changes so far; it also counts a job that began and ended between two messages.
  */
 export interface JobsSection {
   version: number;
   items: JobEntry[];
 }
 
-/** A job that waits or runs, as REST has it; `result` and `error` come at its end, from REST alone. */
+/** A waiting or running job, as in REST; REST alone has `result` and `error`, at its end. */
 export interface JobEntry {
   id: string;
   kind: "import" | "structures" | "dry_run" | "run" | "suggestion" | "tools" | "segmentation" | "islands" | "overlay" | "beads" | "refinement" | "skin";
@@ -55,11 +55,11 @@ export interface JobEntry {
 }
 
 /**
- * The open case; loading: what is being read, None when all of it is there.
+ * The open case; loading: the part that is being read, None when all of it is there.
  *
  * window: width and centre of grey values that the scanner's files suggest, None where they do not.
- * volumes: names of the CT volumes in the slices, the widest first, the finer ones over it. outlines: what can be
- * drawn of its structures in the slices. images: it has some that can identify its patient.
+ * volumes: names of the CT volumes in the slices, the widest first, finer ones over it. outlines: structures that can
+ * be drawn in the slices. images: it has images that can identify its patient.
  */
 export interface CaseSection {
   id: string;
@@ -80,20 +80,20 @@ export interface CaseSection {
   outlines: OutlineView[];
 }
 
-/** Frame of the file that the case was made of; assumed: the file did not name it. */
+/** Frame of the file from which the case was made; assumed: the file did not name it. */
 export interface FrameView {
   name: string;
   assumed: boolean;
 }
 
-/** A surface of the case and what is said of it. */
+/** A surface of the case and its report. */
 export interface SurfaceView {
   name: string;
   triangles: number;
   words: string;
 }
 
-/** A volume that can be laid over the open case; words: its grid. */
+/** A volume that can be overlaid on the open case; words: its grid. */
 export interface OverlayView {
   id: string;
   name: string;
@@ -108,7 +108,7 @@ export interface OutlineView {
   closed: boolean;
 }
 
-/** The three slices through the cross, and the grey values [HU]. */
+/** The three slices through the crosshair, and the grey values [HU]. */
 export interface SlicesSection {
   cross: [number, number, number];
   window_name: string;
@@ -117,7 +117,7 @@ export interface SlicesSection {
   planes: Record<"axial" | "coronal" | "sagittal", SlicePlane>;
 }
 
-/** One slice: its place along the plane's normal, the range of places, and the grid of a finer picture within it. */
+/** One slice: position and range along the plane's normal, and the grid of a finer picture within it. */
 export interface SlicePlane {
   columns: number;
   rows: number;
@@ -168,7 +168,7 @@ export interface CasesSection {
 /**
  * A case in the list. unreadable: why its content cannot be read, '' where it can.
  *
- * images: it has some that can identify its patient.
+ * images: it has images that can identify its patient.
  */
 export interface CaseEntry {
   id: string;
@@ -187,8 +187,8 @@ export interface StructuresSection {
 /**
  * A structure beside the anatomy of the open case.
  *
- * colour: '#rrggbb'. notes: what is doubtful about it, in sentences. origin: 'ct' of a threshold, 'painted' of a
- * label, 'segmentation' of a file.
+ * colour: '#rrggbb'. notes: doubts about it, in sentences. origin: 'ct' for a threshold, 'painted' for a
+ * label, 'segmentation' for a file.
  */
 export interface StructureEntry {
   id: string;
@@ -208,8 +208,8 @@ export interface LabelsSection {
 /**
  * A painted label of the open case.
  *
- * volume: the one whose grid it has. surface: whether a structure was made of it, and is still that of what is
- * painted. unreadable: why its content cannot be read, '' where it can.
+ * volume: the one whose grid it has. surface: whether a structure was made from it, and still has the surface of what
+ * is painted. unreadable: why its content cannot be read, '' where it can.
  */
 export interface LabelEntry {
   id: string;
@@ -838,7 +838,7 @@ export interface TrackerView {
   words: string;
 }
 
-/** The rehearsal of a plan: the drive, and what is the rigid tool's. */
+/** The rehearsal of a plan: the drive, and the fields of the rigid tool. */
 export interface RehearsalSection {
   holding?: string;
   force_n?: number | null;
@@ -875,7 +875,7 @@ export interface ItemsSection {
   targets: ItemEntry[];
 }
 
-/** How the control loop keeps its period; empty while no robot is in place. rows: of a program that is solved. */
+/** Timing of the control loop; empty while there is no robot. rows: of the solved program. */
 export interface DetailsSection {
   loop_hz?: number | null;
   step_us?: number | null;
@@ -888,7 +888,7 @@ export interface DetailsSection {
   priority?: string;
 }
 
-/** The settings in force; answered counts the changes that were answered, refused ones included. */
+/** The present settings; answered counts the changes that were answered, refused ones included. */
 export interface SettingsSection {
   answered: number;
   words: string;
@@ -909,7 +909,7 @@ export interface SettingField {
 }
 
 /**
- * Options of the rehearsal as they are wanted; words: when they come into force, '' where they are.
+ * Selected options of the rehearsal; words: when they take effect, '' where they have.
  *
  * centre: None while the remote centre is off.
  */
@@ -919,7 +919,7 @@ export interface OptionsSection {
   words: string;
 }
 
-/** An option of the rehearsal; words: what it does, or would do; refusal: why it cannot be used, '' where it can. */
+/** An option of the rehearsal; words: its effect, or what it would be; refusal: why it cannot be used, or ''. */
 export interface OptionView {
   name: string;
   label: string;
@@ -929,7 +929,7 @@ export interface OptionView {
 }
 
 /**
- * Where the remote centre is; chosen: a choice's value, or 'mm' for a place in between.
+ * Position of the remote centre; chosen: a choice's value, or 'mm' for a position in between.
  *
  * at_mm: along the path, None where it is not known. trouble: why it cannot be there, '' where it can.
  */
@@ -941,7 +941,7 @@ export interface CentreSection {
   trouble: string;
 }
 
-/** A place for the remote centre; value: 'entry', or the id of a path point. */
+/** A position for the remote centre; value: 'entry', or the id of a path point. */
 export interface CentreChoice {
   value: string;
   label: string;
@@ -960,11 +960,12 @@ export interface Hello {
   role?: "holds" | "instructs" | "watches";
 }
 
-/** The first message to a client: the version of all that follow, and the tabs in their order. */
+/** The first message to a client: the version of all that follow, the tabs in their order, and the operations. */
 export interface HelloMessage {
   type: "hello";
   version: number;
   steps: TabEntry[];
+  operations: OperationEntry[];
 }
 
 /** A tab of the page: the label of its tab, and the address of the module that draws its panel. */
@@ -972,6 +973,12 @@ export interface TabEntry {
   name: string;
   label: string;
   panel: string;
+}
+
+/** An operation on a document: the type of its message, and its name for people. */
+export interface OperationEntry {
+  type: string;
+  name: string;
 }
 
 /** Words for the user. */
@@ -1047,45 +1054,53 @@ export interface OwnRobotPublic {
   notes: string[];
 }
 
-/** A plan; positions in LPS mm. points, tool and tool_shape are those of the chosen path, `path_id`. */
+/**
+ * A plan; positions in LPS mm. points, tool and tool_shape are those of the chosen path, `path_id`.
+ *
+ * tool_shape: bend_deg, shaft_radius_mm where not the shipped ones. told: of undo and redo: what it took back or did
+ * again; of a file: its doubts; else ''. entry_side: of the chosen path. registration: id of the one that it uses.
+ */
 export interface PlanPublic {
-  schema: string;
   id: string;
   name: string;
   case_id: string;
-  case_hash: string;
-  frame: string;
-  unit: string;
-  points: PointPublic[];
-  targets: PointPublic[];
-  tool: string;
-  tool_shape: Record<string, number>;
-  robot: RobotPublic;
-  settings: Record<string, number>;
   created: string;
   modified: string;
   revision: number;
   locked: boolean;
   deleted_at: string | null;
+  can_undo: boolean;
+  can_redo: boolean;
   unreadable: string;
+  schema: string;
+  case_hash: string;
+  frame: string;
+  unit: string;
   told: string;
   notice: string;
-  path_id: string;
-  paths: PathPublic[];
   entry_side: string;
-  zones: ZonePublic[];
-  removed_bone: RemovedBonePublic[];
+  points: PlanPoint[];
+  targets: PlanPoint[];
+  tool: string;
+  tool_shape: Record<string, number>;
+  robot: RobotPublic;
+  settings: Record<string, number>;
+  paths: PlanPath[];
+  path_id: string;
+  zones: PlanZone[];
+  removed_bone: RemovedBone[];
   notes: string;
-  second_volume: SecondVolumePublic | null;
+  second_volume: SecondVolume | null;
   registration: string | null;
 }
 
 /**
- * A path point or a target, LPS mm.
+ * A path point or a target; position in LPS mm.
  *
- * direction: of the shaft at a path point, from the tip towards the tail, length 1; roll_deg: about it. Null: open.
+ * direction: of a path point, from the tool's tip towards the tail of its shaft, LPS, of length 1; None where the
+ * plan leaves it open. roll_deg: turn of a bent tool about that direction; None where the plan leaves it open.
  */
-export interface PointPublic {
+export interface PlanPoint {
   id: string;
   label: string;
   position: [number, number, number];
@@ -1106,44 +1121,52 @@ export interface RobotPublic {
   tool_frame: string | null;
 }
 
-/** A path of a plan; positions in LPS mm. */
-export interface PathPublic {
+/** One way into the head. Its points lead from outside to inside; tool and tool_shape are as those of a plan. */
+export interface PlanPath {
   id: string;
   name: string;
-  points: PointPublic[];
+  points: PlanPoint[];
   tool: string;
   tool_shape: Record<string, number>;
-  entry_side: string;
+  entry_side: "" | "left" | "right" | "midline";
 }
 
-/** A structure to spare; shape as in a file of zones, or of the kind 'capsules' or 'structure'. */
-export interface ZonePublic {
+/**
+ * A structure to spare.
+ *
+ * shape: as in a file of zones, or {'kind': 'capsules', 'points': …, 'radius': …} or {'kind': 'structure',
+ * 'structure': id}. margin_mm: how far the tool stays away from a hard one; of a soft one the thickness of the layer
+ * around it. A hard one is not entered; a soft one pushes back with stiffness_n_per_mm, and max_depth_mm is how deep
+ * it may be entered, None where the plan does not say. visible: whether the views draw it, which no drive asks.
+ */
+export interface PlanZone {
   id: string;
   name: string;
   shape: Record<string, unknown>;
   margin_mm: number;
-  kind: string;
+  kind: "hard" | "soft";
   stiffness_n_per_mm: number | null;
   max_depth_mm: number | null;
   colour: string;
   visible: boolean;
 }
 
-/** Bone that is to be removed before the tool goes in. */
-export interface RemovedBonePublic {
+/** A region in which bone will be removed before the tool goes in: a sphere, a capsule or a box. */
+export interface RemovedBone {
   id: string;
   name: string;
   shape: Record<string, unknown>;
 }
 
 /**
- * What is laid over the head's slices: a volume of a case by its name, else that case's widest CT.
+ * A volume that is drawn over the slices of the head.
  *
- * transform: 16 numbers row by row, from the second volume's LPS to the head's, mm, rigid. opacity: from 0 to 1.
- * window, level: its values from black to white, and the value in their middle.
- * other_head: confirms that a volume of another case than the plan's shows the same patient.
+ * case: id of the case that it belongs to, the plan's own or another one. volume: its name there; None: the widest CT.
+ * transform: 16 numbers row by row, from the second volume's LPS to the head's, mm; rigid.
+ * opacity: from 0 to 1. window, level: its values from black to white, and the value in their middle.
+ * other_head: somebody confirmed that this volume, of another case, shows the same patient (HAZ-38).
  */
-export interface SecondVolumePublic {
+export interface SecondVolume {
   case: string;
   volume: string | null;
   transform: number[];
@@ -1255,21 +1278,21 @@ export interface RegistrationPublic {
   can_undo: boolean;
   can_redo: boolean;
   unreadable: string;
-  case_hash: string;
-  schema: string;
-  told: string;
   to: "patient" | "base";
   transform: number[];
+  pairs: PairPublic[];
   made_from: "none" | "pairs" | "given" | "surface";
   fle_mm: number | null;
-  pairs: PairPublic[];
   beads: FoundBeadPublic[];
   search: BeadSearchRecord | null;
   surface: TouchedSurface | null;
-  fit: FitPublic;
   pointer: PointerTipPublic | null;
   robot: RobotToTrackerPublic | null;
-  said: SaidByFile | null;
+  said: FileMetadata | null;
+  case_hash: string;
+  schema: string;
+  told: string;
+  fit: FitPublic;
   notice: string;
 }
 
@@ -1339,33 +1362,6 @@ export interface Refinement {
 }
 
 /**
- * How the registration stands; lengths in mm.
- *
- * fre_mm: root mean square of the residuals of the used pairs, mean_residual_mm: their mean; both tell how well the
- * pairs fit, and neither is the error at a target. fle_mm: rms length of one fiducial's localisation error.
- */
-export interface FitPublic {
-  state: "waiting" | "degenerate" | "misfit" | "inconsistent" | "fitted" | "given" | "refined";
-  words: string;
-  used: number;
-  fre_mm: number | null;
-  mean_residual_mm: number | null;
-  wrong: WrongPair | null;
-  fle_mm: number | null;
-  fle_source: "stated" | "estimated" | "none";
-  simulated: boolean;
-  cautions: string[];
-}
-
-/** The pair that does not fit the others. certainty: 'outlier' where that is clear, else 'suspect'. */
-export interface WrongPair {
-  pair: string;
-  label: string;
-  certainty: "outlier" | "suspect";
-  words: string;
-}
-
-/**
  * The tip of a tracked pointer, mm in the frame whose pose the tracker tells, and how it was found.
  *
  * residual_mm: rms distance of the tip from where it stood; tip_error_mm: expected rms error of it; swing_deg: half
@@ -1401,12 +1397,39 @@ export interface RobotToTrackerPublic {
  *
  * fre_mm, points, fle_mm: FRE, number of points and error of one, as a `FitReport` has them; None where it says none.
  */
-export interface SaidByFile {
+export interface FileMetadata {
   to: "patient" | "base" | null;
   simulated: boolean;
   fre_mm: number | null;
   points: number | null;
   fle_mm: number | null;
+}
+
+/**
+ * How the registration stands; lengths in mm.
+ *
+ * fre_mm: root mean square of the residuals of the used pairs, mean_residual_mm: their mean; both tell how well the
+ * pairs fit, and neither is the error at a target. fle_mm: rms length of one fiducial's localisation error.
+ */
+export interface FitPublic {
+  state: "waiting" | "degenerate" | "misfit" | "inconsistent" | "fitted" | "given" | "refined";
+  words: string;
+  used: number;
+  fre_mm: number | null;
+  mean_residual_mm: number | null;
+  wrong: WrongPair | null;
+  fle_mm: number | null;
+  fle_source: "stated" | "estimated" | "none";
+  simulated: boolean;
+  cautions: string[];
+}
+
+/** The pair that does not fit the others. certainty: 'outlier' where that is clear, else 'suspect'. */
+export interface WrongPair {
+  pair: string;
+  label: string;
+  certainty: "outlier" | "suspect";
+  words: string;
 }
 
 /**
@@ -1476,7 +1499,7 @@ export interface TracedPublic {
   plan: PlanPublic;
 }
 
-/** Places on the canvas in parts of its size, None for a place behind the camera; None without a camera. */
+/** Positions on the canvas as fractions of its size, None for one behind the camera; None without a camera. */
 export interface ProjectAnswer {
   places: ([number, number] | null)[] | null;
 }
@@ -1570,6 +1593,7 @@ export interface Commands {
   "heartbeat": {};
   "item.delete": {
     item_id: string;
+    revision?: number | null;
   };
   "item.drag": {
     item_id: string;
@@ -1581,6 +1605,7 @@ export interface Commands {
   "item.rename": {
     item_id: string;
     label: string;
+    revision?: number | null;
   };
   "item.select": {
     item_id: string;
@@ -1626,6 +1651,7 @@ export interface Commands {
   };
   "lock": {
     locked: boolean;
+    revision?: number | null;
   };
   "order.find": {};
   "order.forget": {};
@@ -1665,36 +1691,47 @@ export interface Commands {
   };
   "path.choose": {
     path_id: string;
+    revision?: number | null;
   };
   "path.delete": {
     path_id: string;
+    revision?: number | null;
   };
   "path.duplicate": {
     path_id: string;
+    revision?: number | null;
   };
-  "path.new": {};
+  "path.new": {
+    revision?: number | null;
+  };
   "path.rename": {
     path_id: string;
     name: string;
+    revision?: number | null;
   };
   "path.side": {
     path_id: string;
     side: "" | "left" | "right" | "midline";
+    revision?: number | null;
   };
   "pick.slice": {
     position: [number, number, number];
   };
   "plan.delete": {
     plan_id: string;
+    revision?: number | null;
   };
   "plan.duplicate": {
     plan_id: string;
+    revision?: number | null;
   };
   "plan.new": {
     name: string;
+    revision?: number | null;
   };
   "plan.notes": {
     notes: string;
+    revision?: number | null;
   };
   "plan.open": {
     plan_id: string;
@@ -1702,19 +1739,23 @@ export interface Commands {
   "plan.rename": {
     plan_id: string;
     name: string;
+    revision?: number | null;
   };
   "plan.restore": {
     plan_id: string;
+    revision?: number | null;
   };
   "plan.robot": {
     name: string;
     urdf?: string | null;
     tool_frame?: string | null;
+    revision?: number | null;
   };
   "plan.tool": {
     name: string;
     bend_deg?: number | null;
     shaft_radius_mm?: number | null;
+    revision?: number | null;
   };
   "point.insert_after": {
     item_id: string;
@@ -1722,7 +1763,9 @@ export interface Commands {
   "project": {
     points: [number, number, number][];
   };
-  "redo": {};
+  "redo": {
+    revision?: number | null;
+  };
   "region.cancel": {};
   "region.change": {
     region_id: string;
@@ -1737,9 +1780,11 @@ export interface Commands {
     sizes_mm?: number[] | null;
     place?: [number, number, number] | null;
     turn?: boolean;
+    revision?: number | null;
   };
   "region.delete": {
     region_id: string;
+    revision?: number | null;
   };
   "region.done": {};
   "region.draw": {
@@ -1753,6 +1798,7 @@ export interface Commands {
   };
   "region.structure": {
     structure: string;
+    revision?: number | null;
   };
   "registration.delete": {
     registration_id: string;
@@ -1823,14 +1869,17 @@ export interface Commands {
   "rehearsal.take": {};
   "second_volume.lay": {
     case_id: string;
-    volume?: string | null;
     transform: number[];
     opacity: number;
     window: number;
     level: number;
+    volume?: string | null;
     other_head?: boolean;
+    revision?: number | null;
   };
-  "second_volume.none": {};
+  "second_volume.none": {
+    revision?: number | null;
+  };
   "shaft.aim": {
     item_id: string;
   };
@@ -1880,6 +1929,7 @@ export interface Commands {
   };
   "targets.take": {
     plan_id: string;
+    revision?: number | null;
   };
   "twist": {
     direction: -1 | 0 | 1;
@@ -1892,19 +1942,24 @@ export interface Commands {
   };
   "version.delete": {
     version_id: string;
+    revision?: number | null;
   };
   "version.go_back": {
     version_id: string;
+    revision?: number | null;
   };
   "version.rename": {
     version_id: string;
     name: string;
+    revision?: number | null;
   };
   "version.restore": {
     version_id: string;
+    revision?: number | null;
   };
   "version.save": {
     name: string;
+    revision?: number | null;
   };
   "view.camera": {
     view: "anterior" | "left" | "right" | "superior" | "oblique" | "nose";

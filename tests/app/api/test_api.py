@@ -12,11 +12,11 @@ from run_folder import write_run
 from app.api.dependencies import ERRORS
 from app.api.error_statuses import ERROR_STATUSES
 from app.cases.model import HEAD_PHANTOM
+from app.documents import Documents
 from app.error_shape import error_code
 from app.gateway import body_limit
 from app.gateway.body_limit import MAX_BODY_BYTES
 from app.kit.errors import PlanLocked
-from app.plans.service import PlanService
 from app.plans.shipped_head import SAMPLE_PLAN
 from app.services import Services
 from app.store.errors import StorageError, StoreBusy, StoreDamaged, StoreUnusable
@@ -52,7 +52,7 @@ def test_what_the_store_refuses_has_a_status_of_its_own(
     def refuse(*_: object, **__: object) -> None:
         raise kind("in words.")
 
-    monkeypatch.setattr(PlanService, "rename", refuse)
+    monkeypatch.setattr(Documents, "rename", refuse)
     answer = client.patch(PLAN, json={"name": "other"})
     assert (answer.status_code, answer.json()["error"]) == (
         status,
@@ -191,7 +191,7 @@ def test_everything_is_described(client: Client) -> None:
     described = client.get("/openapi.json").json()
     paths, schemas = described["paths"], described["components"]["schemas"]
     assert {"/api/v1/cases", "/api/v1/plans/{plan_id}/export", "/api/v1/cases/{case_id}/slices/{axis}"} <= set(paths)
-    assert {"CasePublic", "CaseUpdate", "PlanCreate", "PlanPublic", "PlanUpdate"} <= set(schemas)
+    assert {"CasePublic", "CaseUpdate", "PlanPublic", "SnapPublic"} <= set(schemas)
     for operation in (operation for path in paths.values() for operation in path.values()):
         assert re.search(r"\w", operation["description"])
 

@@ -56,6 +56,15 @@ def test_the_hash_follows_the_content_not_the_name(cases: CaseService, case: Cas
     assert cases.create("Moved", frame=LPS, surfaces={"bone": moved}).content_hash != case.content_hash
 
 
+def test_a_case_is_renamed_and_deleted_in_one_transaction(store: Store, cases: CaseService, case: Case) -> None:
+    before = store.changes.count
+    changed = cases.change(case.id, name="Gone", deleted=True)
+    assert (changed.name, bool(changed.deleted_at), store.changes.count) == ("Gone", True, before + 1)
+    with pytest.raises(InputError, match="empty"):
+        cases.change(case.id, name="", deleted=False)
+    assert cases.get(case.id) == changed
+
+
 def test_deleted_cases_leave_the_list_and_come_back(cases: CaseService, case: Case) -> None:
     cases.delete(case.id)
     assert cases.list() == ()

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from edited_registrations import Edited
 from registration_poses_cases import paired_poses, swung
 from registration_poses_cases import table as pose_table
 from scipy.spatial.transform import Rotation
@@ -16,6 +17,7 @@ from app.cases.model import HEAD_PHANTOM
 from app.cli import main
 from app.commands import register_calibration
 from app.plans.shipped_head import SAMPLE_PLAN
+from app.registration.operations import AddPair
 from app.registration.reachable_surface import reachable_places
 from app.services import Services
 from vfix_engine.anatomy.phantom import load_landmarks
@@ -113,11 +115,11 @@ def test_it_is_refined_and_a_path_is_traced(said: Any, phantom_services: Service
     services = phantom_services
     made = services.registrations.create(HEAD_PHANTOM, "To refine")
     plan = services.plans.duplicate(SAMPLE_PLAN, "To be traced")
-    editor, on = services.registering.editor(made.id), ("--registration", made.id)
+    editor, on = Edited(services, made.id), ("--registration", made.id)
     beads = np.array([bead.centroid for bead in load_landmarks().beads])
     off = np.random.default_rng(0).normal(0.0, 1.5, beads.shape)
     for bead, at in zip(beads, (beads + off) @ TURN.T + SHIFT, strict=True):
-        editor.added_pair(bead.tolist(), at.tolist())
+        editor.do(AddPair(in_image=bead.tolist(), measured=at.tolist()))
     assert said("refine", HEAD_PHANTOM, *on)[0] == 2  # nothing is touched
     tree = services.cases.tree(services.cases.get(HEAD_PHANTOM))
     places = reachable_places(tree, [(x, y, z) for x, y, z in beads.tolist()], 100, 1) @ TURN.T + SHIFT

@@ -17,7 +17,6 @@ import pytest
 from session_doubles import other_case
 
 from app.api.case_models import CasePublic
-from app.api.plan_models import PlanPublic
 from app.cases.model import CaseFrame
 from app.cases.structures import BONE
 from app.cli import main
@@ -27,6 +26,7 @@ from app.kit import array_files, zip_directory
 from app.kit.errors import TooLarge
 from app.planning.protected_structures import with_surface_errors
 from app.plans.model import PlanContent, PlanPoint
+from app.plans.public import PlanPublic
 from app.plans.zones import PlanZone
 from app.registration.public import RegistrationPublic
 from app.services import Services, build_services
@@ -114,7 +114,7 @@ def use(services: Services, case_id: str) -> None:
         "\n".join(surface_lines(case)).encode()
     services.archive_writer.write(case_id, io.BytesIO())
     for plan in services.plans.list(case_id):
-        PlanPublic.of(plan).model_dump_json()
+        msgspec.json.encode(PlanPublic.of(plan))
         services.registering.registration_of(plan)
     for registration in services.registrations.list(case_id):
         msgspec.json.encode(RegistrationPublic.of(registration))

@@ -22,6 +22,10 @@ from app.live import incoming as module
 from app.live.incoming import MAX_REGISTRATIONS, Intake
 from app.live.outgoing import plan_messages, registration_messages
 from app.plans.model import Plan, PlanContent, PlanPoint
+from app.plans.operations.document import LockPlan, UndoPlan
+from app.plans.operations.instruments import UseRegistration
+from app.plans.operations.points import MovePoint
+from app.plans.operations.versions import GoBack
 from app.plans.service import PlanService
 from app.plans.versions import PlanVersions
 from app.registration.document import RegistrationContent
@@ -50,7 +54,7 @@ class Parts:
 
 @pytest.fixture
 def parts(store: Store, plans: PlanService) -> Parts:
-    return Parts(LiveBoard(), plans, PlanVersions(store, plans), Documents(store, REGISTRATION))
+    return Parts(LiveBoard(), plans, plans.versions, Documents(store, REGISTRATION))
 
 
 @pytest.fixture
@@ -165,9 +169,9 @@ def test_a_moved_point_becomes_a_version_and_the_open_plan_stays(parts: Parts, i
     assert version.content.points[1] == PlanPoint("b", "end", (4.0, -5.0, 6.0))
     assert version.content.targets == TARGETS
     assert parts.versions.differences(plan.id, version.id)
-    after = parts.versions.go_back(plan.id, version.id)
+    after = parts.plans.do(plan.id, GoBack(version_id=version.id))
     assert after.points == version.content.points
-    assert parts.plans.editor(plan.id).undo().points == POINTS
+    assert parts.plans.do(plan.id, UndoPlan()).points == POINTS
 
 
 def test_new_targets_get_identifiers_of_their_own(parts: Parts, intake: Intake, plan: Plan) -> None:
@@ -211,7 +215,7 @@ def test_only_what_rests_is_proposed(parts: Parts, plan: Plan, monkeypatch: pyte
 
 
 def test_a_locked_plan_refuses(parts: Parts, intake: Intake, plan: Plan) -> None:
-    parts.plans.editor(plan.id).set_locked(True)
+    parts.plans.do(plan.id, LockPlan(locked=True))
     with pytest.raises(PlanLocked, match="unlock it"):
         intake.receive(PointList("Path", (ListPoint("P", (0.0, 0.0, 0.0)),)))
     assert intake.settle() == []
@@ -219,7 +223,7 @@ def test_a_locked_plan_refuses(parts: Parts, intake: Intake, plan: Plan) -> None
 
 def test_one_that_is_locked_meanwhile_refuses(parts: Parts, intake: Intake, plan: Plan) -> None:
     intake.receive(PointList("Path", (ListPoint("P", (0.0, 0.0, 0.0)),)))
-    parts.plans.editor(plan.id).set_locked(True)
+    parts.plans.do(plan.id, LockPlan(locked=True))
     assert "locked" in intake.settle()[0]
     assert parts.versions.list(plan.id) == ()
 
@@ -364,10 +368,10 @@ def test_another_implementation_hears_the_plan_and_its_changes(parts: Parts, pla
     assert path.names == ["entry", "end"]
     assert peer.wait_for_message("Targets", timeout=5).names == ["Öffnung"]
     content = RegistrationContent("patient", tuple(TURN.ravel().tolist()), made_from="given")
-    parts.plans.editor(plan.id).use_registration(parts.registrations.create(plan.case_id, "R", content).id)
+    parts.plans.do(plan.id, UseRegistration(registration=parts.registrations.create(plan.case_id, "R", content).id))
     told = frames.registration_to_ras(TURN)
     heard(peer, "Registration", lambda message: np.allclose(message.matrix, told, rtol=1e-6, atol=1e-7))
-    parts.plans.editor(plan.id).move_point("b", (40.0, 50.0, 60.0))
+    parts.plans.do(plan.id, MovePoint(point_id="b", position=(40.0, 50.0, 60.0)))
     heard(peer, "Path", lambda message: np.allclose(positions(message)[1], [40.0, 50.0, 60.0]))
 
 
@@ -376,7 +380,7 @@ def test_another_implementation_hears_that_a_registration_does_not_apply_any_mor
 ) -> None:
     """By another plan, which goes by none; by the first one again; and when no page shows any plan."""
     content = RegistrationContent("patient", tuple(TURN.ravel().tolist()), made_from="given")
-    parts.plans.editor(plan.id).use_registration(parts.registrations.create(plan.case_id, "R", content).id)
+    parts.plans.do(plan.id, UseRegistration(registration=parts.registrations.create(plan.case_id, "R", content).id))
     told, none = frames.registration_to_ras(TURN), np.eye(4)
     heard(peer, "Registration", lambda message: np.allclose(message.matrix, told, atol=1e-6))
     other = parts.plans.create(case.id, "Other way", PlanContent(POINTS, TARGETS))
@@ -454,7 +458,7 @@ def test_a_new_client_is_greeted_once(parts: Parts, link: LiveLink, plan: Plan) 
     once = dict.fromkeys(("Path", "Targets", "Plan", "Registration", "RegistrationToBase"), 1)
     with socket.create_connection(("127.0.0.1", link.port), timeout=5.0) as opened:  # type: ignore[attr-defined]
         assert names_within(opened, 1.0) == once
-        parts.plans.editor(plan.id).move_point("b", (40.0, 50.0, 60.0))
+        parts.plans.do(plan.id, MovePoint(point_id="b", position=(40.0, 50.0, 60.0)))
         assert names_within(opened, 1.0) == once
 
 

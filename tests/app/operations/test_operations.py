@@ -20,9 +20,10 @@ from app.operations.messages import MessageSpec, messages
 from app.operations.operation import Operation
 from app.operations.reading import Unreadable, read
 from app.operations.rest import addresses
+from app.registration.operations import FleWish, SetFle
 from app.session.commands import InvalidMessage, parse_command
 
-HOSTILE: list[Any] = [1e300, -1e300, "x" * 10_000, {"a": [1] * 1000}, [[0.0] * 1000] * 10, "../../etc\n", [], ""]
+HOSTILE: list[Any] = [1e300, -1e300, "x" * 10_001, {"a": [1] * 1000}, [[0.0] * 1000] * 10, "../../etc\n", [], ""]
 TEXTS = ["name", "#00ff00", "", "sha256:" + "0" * 64]
 ROUTES = [
     pytest.param(method, path, operations, id=f"{method} {path}")
@@ -51,7 +52,7 @@ def example(kind: Any) -> Any:
     candidates: Iterator[Any] | list[Any]
     if origin is Annotated:
         inner = example(arguments[0])
-        candidates = [inner, [inner], *TEXTS, 0, 1, 0.5, 3]
+        candidates = [inner, [inner], *TEXTS, 0, 1, 0.5, 3, *([inner * 16] if isinstance(inner, list) else [])]
     elif origin in (Union, types.UnionType):
         candidates = [example(one) for one in arguments if one is not type(None)]
     elif origin is Literal:
@@ -60,6 +61,8 @@ def example(kind: Any) -> Any:
         candidates = [[example(one) for one in arguments]]
     elif origin in (list, tuple):
         candidates = [[example(arguments[0])]]
+    elif origin is dict:
+        candidates = [{example(arguments[0]): example(arguments[1])}]
     elif isinstance(kind, type) and issubclass(kind, msgspec.Struct):
         candidates = [{field.name: example(field.type) for field in msgspec.structs.fields(kind)}]
     else:
@@ -156,6 +159,38 @@ def test_blanks_around_a_name_that_a_page_sends_are_taken_off() -> None:
     assert operation.name == "Wall"  # type: ignore[attr-defined]
     with pytest.raises(InvalidMessage):
         parse_command('{"type": "label.change", "label_id": "label-1", "name": "  "}')
+
+
+def test_a_number_beyond_its_bounds_is_refused_in_words_at_its_place(bare: Client) -> None:
+    def told(method: str, path: str, body: dict[str, Any]) -> list[Any]:
+        answer = bare.request(method, f"/api/v1/registrations/x{path}", json=body).json()
+        return [(".".join(detail["where"]), detail["message"]) for detail in answer["error"]["details"]]
+
+    noise = "a noise of 20.5 mm cannot be simulated; say 0 to 20 mm."
+    assert told("POST", "/pairs/p/touch", {"noise_mm": 20.5}) == [("body.noise_mm", noise)]
+    fle = "a localisation error of 0 mm cannot be; say more than 0 and up to 50 mm."
+    assert told("PATCH", "", {"fle": {"mm": 0}}) == [("body.fle.mm", fle)]
+    weight = told("PATCH", "/pairs/p", {"weight": -1, "in_image": [0, 0, 1e4]})
+    assert weight == [
+        ("body.in_image.2", "Expected `float` < 10000.0"),
+        ("body.weight", "a pair's weight is above 0; leave a pair out of the fit by its switch."),
+    ]
+    assert told("PATCH", "/pairs/p", {"weight": True}) == [("body.weight", "Expected `float | null`, got `bool`")]
+
+
+def test_a_field_within_another_is_said_by_itself_in_a_message(bare: Client) -> None:
+    for value in (0.5, None):
+        command = parse_command(json.dumps({"type": "registration.fle", "fle_mm": value}))
+        assert command.operations == (SetFle(fle=FleWish(value)),)  # type: ignore[union-attr]
+    for body, place in (
+        ({"fle_mm": 60}, "fle_mm: a localisation error of 60 mm"),
+        ({}, "fle_mm: Field required"),
+        ({"fle": {"mm": 0.5}}, "fle_mm: Field required"),
+        ({"fle_mm": 0.5, "fle": {"mm": 0.5}}, "fle: There is no such field"),
+        ({"fle_mm": 0.5, "fle.mm": 0.5}, "fle.mm: There is no such field"),
+    ):
+        with pytest.raises(InvalidMessage, match=place):
+            parse_command(json.dumps({"type": "registration.fle", **body}))
 
 
 def test_each_operation_is_reached_and_documented_in_its_own_words() -> None:

@@ -14,6 +14,7 @@ from app.exchange.robot_frame import BaseExport
 from app.planning.dry_runs import DryRunJobs
 from app.planning.evaluation import Planning, registered_key
 from app.plans.model import Plan
+from app.plans.operations.instruments import UseRegistration
 from app.plans.shipped_head import SAMPLE_PLAN
 from app.registration.document import FiducialPair, RegistrationContent
 from app.registration.driven import DrivenRegistration
@@ -102,7 +103,7 @@ def test_a_stored_registration_is_driven_through_and_a_deleted_one_refuses(phant
     content = refitted(RegistrationContent(pairs=pairs, fle_mm=1.2))
     made = services.registrations.create(plan.case_id, "OR", content)
     before = services.planning.content_key(plan)
-    plan = services.registering.use(plan.id, made.id)
+    plan = services.plans.do(plan.id, UseRegistration(registration=made.id))
     assert services.planning.content_key(plan) != before
     evaluation = services.planning.evaluate(plan)
     assert evaluation.registered is not None
@@ -160,7 +161,7 @@ def test_the_command_line_drives_through_it_too(
     to_base = np.linalg.inv(services.planning.evaluate(plan).base)
     content = RegistrationContent("base", tuple(to_base.ravel().tolist()), made_from="given")
     made = services.registrations.create(plan.case_id, "Robot", content)
-    services.registering.use(plan.id, made.id)
+    services.plans.do(plan.id, UseRegistration(registration=made.id))
     arguments = ["rehearse", "--case", plan.case_id, "--json", "--plan"]
     assert main([*arguments, plan.id]) == 0
     assert json.loads(capsys.readouterr().out)["completed"]

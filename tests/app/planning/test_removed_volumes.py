@@ -12,6 +12,7 @@ from session_doubles import Later, fail, workspace_of
 from app.cli import main
 from app.commands import plan as plan_command
 from app.plans.model import Plan
+from app.plans.operations.removed_bone import AddBone
 from app.plans.shipped_head import SAMPLE_PLAN
 from app.plans.zones import RemovedBone
 from app.services import Services
@@ -67,7 +68,7 @@ def test_rest_and_the_command_line_tell_the_same(
 ) -> None:
     plan = phantom_services.plans.duplicate(SAMPLE_PLAN)
     for region in _with_regions(phantom_services).removed_bone:
-        phantom_services.plans.editor(plan.id).removed_bone.add(region.shape, region.name)
+        phantom_services.plans.do(plan.id, AddBone(shape=dict(region.shape), name=region.name))
     told: dict[str, Any] = client.get(f"/api/v1/plans/{plan.id}/removed-bone/volumes").json()
     assert [region["name"] for region in told["regions"]] == ["A", "B", "FAR"]
     assert told["words"] == f"{told['removed_mm3']:.0f} mm³ of bone are removed in all."

@@ -7,10 +7,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from session_doubles import HEAD, SAMPLE
+from session_doubles import HEAD
 
 from app.exchange.regions import region_markups
 from app.planning.shape_meshes import NOTHING, shape_mesh
+from app.plans.model import PlanContent
 from app.plans.shapes import SHAPE_KINDS, anchor, check_shape, moved, solids
 from app.plans.zones import PlanZone
 from app.services import Services
@@ -44,8 +45,7 @@ def test_a_kind_is_known_everywhere(phantom_services: Services, kind: str) -> No
     vertices, faces = shape_mesh(phantom_services.cases, HEAD, shape)
     assert len(faces) > len(NOTHING[1])
     assert len(vertices) > len(NOTHING[0])
-    plan = phantom_services.plans.duplicate(SAMPLE, "Shapes")
-    phantom_services.plans.editor(plan.id).zones.add(shape, "Eye")
+    plan = phantom_services.plans.create(HEAD, "Shapes", PlanContent(zones=(zone,)))
     marked = region_markups(phantom_services.plans.get(plan.id))
     assert bool(marked) == (kind not in OF_THE_CASE)
     phantom_services.plans.delete(plan.id)

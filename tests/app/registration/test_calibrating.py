@@ -8,12 +8,15 @@ from typing import Any
 
 import numpy as np
 import pytest
+from edited_registrations import Edited
 from registration_poses_cases import TRACKER_TO_BASE, paired_poses, swung, table
 from rest_client import CASE, Client
 from scipy.spatial.transform import Rotation
 
 from app.cases.model import HEAD_PHANTOM
 from app.kit.errors import DocumentConflict, DocumentLocked
+from app.operations.standard import SetLocked, Undo
+from app.plans.operations.instruments import UseRegistration
 from app.plans.shipped_head import SAMPLE_PLAN
 from app.registration.calibrating import Calibrating
 from app.registration.calibration import (
@@ -22,11 +25,13 @@ from app.registration.calibration import (
     simulated_robot,
     tracked_through,
 )
+from app.registration.calibration_operations import ClearPointer, ClearRobot, SimulatePointer, SimulateRobot
 from app.registration.calibration_records import PointerTip, pointer_cautions, robot_cautions
 from app.registration.document import FiducialPair, RegistrationContent
 from app.registration.driven import driven_registration
 from app.registration.files import read_measured
 from app.registration.fit_report import refitted, report_of
+from app.registration.operations import AddPair, ClearMeasured, RegisterTo, TouchPair
 from app.registration.pose_tables import paired, read_poses
 from app.registration.service import PlanRegistration
 from app.registration.simulated_touch import simulated_pose, simulated_tracker_to_base
@@ -52,7 +57,7 @@ def made(phantom_services: Services) -> Iterator[str]:
     yield phantom_services.registrations.create(HEAD_PHANTOM, "Calibrated").id
     for one in phantom_services.registrations.titles(HEAD_PHANTOM):
         if one.id not in before:
-            phantom_services.registering.editor(one.id).set_locked(False)
+            phantom_services.registrations.editor(one.id).set_locked(False)
             phantom_services.registrations.delete(one.id)
 
 
@@ -134,7 +139,7 @@ def test_poses_are_paired_by_their_numbers_or_their_rows() -> None:
 
 
 def test_the_tip_and_the_robot_are_those_of_the_engine_and_can_be_taken_back(
-    calibrating: Calibrating, made: str
+    phantom_services: Services, calibrating: Calibrating, made: str
 ) -> None:
     poses, (robot, tracker) = swung(), paired_poses()
     kept = calibrating.read_pointer(made, table(poses, "pointer_to_tracker")).content.pointer
@@ -152,10 +157,10 @@ def test_the_tip_and_the_robot_are_those_of_the_engine_and_can_be_taken_back(
     np.testing.assert_allclose(np.reshape(stored.transform, (4, 4)), expected.transform_tracker_to_base, atol=1e-6)
     np.testing.assert_allclose(np.reshape(stored.covariance, (6, 6)), expected.covariance, rtol=1e-3, atol=1e-9)
     assert np.linalg.norm(np.reshape(stored.transform, (4, 4))[:3, 3] - TRACKER_TO_BASE[:3, 3]) < 2.0
-    assert calibrating.set_pointer(made, None).content.pointer is None
-    editor = calibrating._editor(made)
-    assert editor.undo().content.pointer == kept
-    assert editor.undo().content.robot is None
+    editor = Edited(phantom_services, made)
+    assert editor.do(ClearPointer()).content.pointer is None
+    assert editor.do(Undo()).content.pointer == kept
+    assert editor.do(Undo()).content.robot is None
     with pytest.raises(InputError, match="was swung by"):
         calibrating.read_pointer(made, table(np.repeat(poses[:1], 8, axis=0), "pointer_to_tracker"))
 
@@ -175,8 +180,8 @@ def test_what_is_doubtful_is_said() -> None:
     assert "different moments" in robot_cautions(loose)[0]
 
 
-def test_a_simulated_calibration_is_as_exact_as_it_says(calibrating: Calibrating, made: str) -> None:
-    exact = calibrating.simulate_robot(made, 0.0).content.robot
+def test_a_simulated_calibration_is_as_exact_as_it_says(phantom_services: Services, made: str) -> None:
+    exact = Edited(phantom_services, made).do(SimulateRobot(noise_mm=0.0)).content.robot
     assert exact is not None
     truth = simulated_tracker_to_base(HEAD_PHANTOM)
     np.testing.assert_allclose(np.reshape(exact.transform, (4, 4)), truth, atol=1e-6)
@@ -190,12 +195,12 @@ def test_a_simulated_calibration_is_as_exact_as_it_says(calibrating: Calibrating
         rows = np.hstack([np.eye(3), [[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]]])
         told.append(np.trace(rows @ covariance @ rows.T))
     assert np.sqrt(np.mean(np.square(errors))) == pytest.approx(np.sqrt(np.mean(told)), rel=0.25)
-    tip = calibrating.simulate_pointer(made, 0.3, 5).content.pointer
+    tip = Edited(phantom_services, made).do(SimulatePointer(noise_mm=0.3, seed=5)).content.pointer
     assert tip is not None
     assert (tip.measured_from, tip.poses) == ("simulated", 60)
     np.testing.assert_allclose(tip.tip, [18.0, -120.0, 0.0], atol=5.0 * tip.tip_error_mm)
     with pytest.raises(InputError, match="cannot be simulated"):
-        calibrating.simulate_pointer(made, 30.0)
+        Edited(phantom_services, made).do(SimulatePointer(noise_mm=30.0))
 
 
 # -- to the robot's base
@@ -205,16 +210,16 @@ def test_a_registration_to_the_base_is_made_from_one_to_the_patient(
     phantom_services: Services, calibrating: Calibrating, made: str
 ) -> None:
     """All simulated: touched before the tracker, taken to the base; the sample plan is driven from there."""
-    editor = phantom_services.registering.editor(made)
+    editor = Edited(phantom_services, made)
     for place in BEADS:
-        editor.added_pair(place)
+        editor.do(AddPair(in_image=place))
     with pytest.raises(InputError, match="calibrate robot and tracker first"):
         calibrating.to_base(made)
-    calibrating.simulate_robot(made, 0.2, 3)
+    editor.do(SimulateRobot(noise_mm=0.2, seed=3))
     with pytest.raises(InputError, match="nothing was measured"):
         calibrating.to_base(made)
     ids = [pair.id for pair in editor.document.content.pairs]
-    before = editor.touch(ids, 0.3, 7)
+    before = editor.do(TouchPair(noise_mm=0.3, seed=7))
     with pytest.raises(DocumentConflict):
         calibrating.to_base(made, expected_revision=before.revision - 1)
     based = calibrating.to_base(made, expected_revision=before.revision)
@@ -231,12 +236,12 @@ def test_a_registration_to_the_base_is_made_from_one_to_the_patient(
     with pytest.raises(InputError, match="already"):
         calibrating.to_base(based.id)
     # A point that is touched again fits the others: head, tracker and robot stand where they stood.
-    again = phantom_services.registering.editor(based.id).touch(ids[:1], 0.0).content
+    again = Edited(phantom_services, based.id).do(TouchPair(pair_id=ids[0], noise_mm=0.0)).content
     assert again.pairs[0].measured_from == "simulated"
     assert again.fre_mm is not None
     assert again.fre_mm < 1.0
     plan = phantom_services.plans.duplicate(SAMPLE_PLAN)
-    plan = phantom_services.registering.use(plan.id, based.id)
+    plan = phantom_services.plans.do(plan.id, UseRegistration(registration=based.id))
     evaluation = phantom_services.planning.evaluate(plan)
     assert evaluation.completed
     np.testing.assert_allclose(evaluation.base, np.linalg.inv(again.registration.transform), atol=1e-9)
@@ -273,7 +278,7 @@ def test_a_drive_knows_the_error_of_the_calibration(phantom_services: Services, 
     robot = robot_of(*paired_poses(), "file")
     keys, radii = [], []
     for content in (measured_content(to="base"), measured_content(to="base", robot=robot)):
-        document = phantom_services.registering.editor(made).become(content)
+        document = Edited(phantom_services, made).become(content)
         driven = driven_registration(PlanRegistration("ready", "", made, document))
         assert driven is not None
         expected = expected_errors(content, BEADS)
@@ -316,29 +321,29 @@ def test_points_and_robot_are_both_simulated_or_neither(
 ) -> None:
     content = measured_content(robot=robot_of(*paired_poses(), robot))
     pairs = tuple(replace(pair, measured_from=source) for pair in content.pairs)
-    phantom_services.registering.editor(made).become(replace(content, pairs=pairs))
+    Edited(phantom_services, made).become(replace(content, pairs=pairs))
     with pytest.raises(InputError, match=words):
         calibrating.to_base(made)
 
 
 def test_a_calibration_that_was_used_stays(phantom_services: Services, calibrating: Calibrating, made: str) -> None:
-    editor = phantom_services.registering.editor(made)
+    editor = Edited(phantom_services, made)
     robot = robot_of(*paired_poses(), "file")
     editor.become(measured_content(to="base", robot=robot))
     with pytest.raises(InputError, match="forget what was measured first"):
-        calibrating.set_robot(made, None)
+        editor.do(ClearRobot())
     with pytest.raises(InputError, match="before anything is measured"):
-        calibrating.register_to(made, "patient")
+        editor.do(RegisterTo(to="patient"))
     content = editor.document.content
     editor.become(replace(content, pairs=tuple(replace(p, measured_from="tracker") for p in content.pairs)))
     with pytest.raises(InputError, match="with the pointer as it was"):
-        calibrating.simulate_pointer(made, 0.2)
-    editor.clear_measured()
-    assert calibrating.set_robot(made, None).content.robot is None
-    assert calibrating.register_to(made, "patient").content.to == "patient"
-    editor.set_locked(True)
+        editor.do(SimulatePointer(noise_mm=0.2))
+    editor.do(ClearMeasured())
+    assert editor.do(ClearRobot()).content.robot is None
+    assert editor.do(RegisterTo(to="patient")).content.to == "patient"
+    editor.do(SetLocked(locked=True))
     with pytest.raises(DocumentLocked):
-        calibrating.set_robot(made, robot)
+        editor.do(ClearRobot())
 
 
 # -- over REST

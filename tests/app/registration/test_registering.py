@@ -4,36 +4,50 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
+from edited_registrations import Edited, given
 from registration_contents import BEADS, NAMES, content_of, measured, pairs_of, pose
 from session_doubles import other_case
 
 from app.cases.model import HEAD_PHANTOM
 from app.exchange.plan_files import from_native_json, to_native_json
 from app.kit.errors import DocumentLocked, NotFound, PlanConflict
+from app.operations.standard import SetLocked, Undo
 from app.plans.diff import changes
 from app.plans.model import Plan
+from app.plans.operations.document import RedoPlan, UndoPlan
+from app.plans.operations.instruments import UseRegistration
 from app.plans.shipped_head import SAMPLE_PLAN
 from app.registration.document import RegistrationContent
-from app.registration.editor import MeasuredPoint, RegistrationEditor
+from app.registration.edits import MeasuredPoint, with_measured
 from app.registration.fit_report import refitted, report_of
+from app.registration.operations import (
+    AddPair,
+    ChangePair,
+    ClearMeasured,
+    ConfirmBeads,
+    FitPairs,
+    JudgeBead,
+    Reorder,
+    TouchPair,
+)
 from app.registration.point_order import order_of
 from app.registration.simulated_touch import simulated_pose, simulated_touch
 from app.registration.target_errors import error_table, expected_errors
 from app.services import Services
 from vfix_engine.errors import InputError, PlanError
-from vfix_engine.frames import ImageRegistration
 from vfix_engine.registration import register_points
 
 
 @pytest.fixture
-def editor(phantom_services: Services) -> Iterator[RegistrationEditor]:
+def editor(phantom_services: Services) -> Iterator[Edited]:
     made = phantom_services.registrations.create(HEAD_PHANTOM, "Beads")
-    yield phantom_services.registering.editor(made.id)
+    yield Edited(phantom_services, made.id)
     if phantom_services.registrations.get(made.id).locked:
-        phantom_services.registering.editor(made.id).set_locked(False)
+        phantom_services.registrations.editor(made.id).set_locked(False)
     phantom_services.registrations.delete(made.id)
 
 
@@ -44,9 +58,7 @@ def plan(phantom_services: Services) -> Iterator[Plan]:
     phantom_services.plans.delete(made.id)
 
 
-def test_the_beads_of_the_shipped_head_are_found_and_named(
-    phantom_services: Services, editor: RegistrationEditor
-) -> None:
+def test_the_beads_of_the_shipped_head_are_found_and_named(phantom_services: Services, editor: Edited) -> None:
     """Each within 0.1 mm of where the phantom's description has it."""
     job = phantom_services.jobs.wait(phantom_services.registering.start_beads(editor.id).id, 120.0)
     assert (job.state, job.kind, job.result) == ("done", "beads", editor.id)
@@ -58,22 +70,22 @@ def test_the_beads_of_the_shipped_head_are_found_and_named(
     assert content.search.left_out > 0  # teeth, whose crowns are as bright
     assert content.pairs == ()
     first, second, *_ = content.beads
-    editor.judge_bead(first.id, confirmed=False)
-    after = editor.confirm_all().content
+    editor.do(JudgeBead(bead_id=first.id, confirmed=False))
+    after = editor.do(ConfirmBeads()).content
     assert {pair.label for pair in after.pairs} == set(NAMES) - {first.name}
     assert all(pair.in_image is not None and pair.measured is None for pair in after.pairs)
     renamed = next(pair.id for pair in after.pairs if pair.bead == second.id)
-    editor.change_pair(renamed, {"label": "mine"})
+    editor.do(ChangePair(pair_id=renamed, label="mine"))
     phantom_services.jobs.wait(phantom_services.registering.start_beads(editor.id).id, 120.0)
     again = editor.document.content
     assert [bead.rejected for bead in again.beads] == [bead.id == first.id for bead in again.beads]
     assert next(pair for pair in again.pairs if pair.id == renamed).label == "mine"
-    assert editor.judge_bead(second.id, confirmed=None).content.pairs[0].label != "mine"
+    assert editor.do(JudgeBead(bead_id=second.id, confirmed=None)).content.pairs[0].label != "mine"
     with pytest.raises(NotFound, match="no bead"):
-        editor.judge_bead("bead-99", confirmed=True)
+        editor.do(JudgeBead(bead_id="bead-99", confirmed=True))
 
 
-def test_where_beads_cannot_be_looked_for_it_says_so(phantom_services: Services, editor: RegistrationEditor) -> None:
+def test_where_beads_cannot_be_looked_for_it_says_so(phantom_services: Services, editor: Edited) -> None:
     registering = phantom_services.registering
     surface = other_case(phantom_services)
     of_surface = phantom_services.registrations.create(surface.id, "No CT")
@@ -81,20 +93,20 @@ def test_where_beads_cannot_be_looked_for_it_says_so(phantom_services: Services,
         registering.start_beads(of_surface.id)
     with pytest.raises(InputError, match="threshold"):
         registering.start_beads(editor.id, threshold_hu=10.0)
-    editor.set_locked(True)
+    editor.do(SetLocked(locked=True))
     with pytest.raises(DocumentLocked):
         registering.start_beads(editor.id)
     with pytest.raises(NotFound):
         registering.start_beads("registration-none")
 
 
-def test_every_edit_fits_the_pairs_anew(editor: RegistrationEditor) -> None:
+def test_every_edit_fits_the_pairs_anew(editor: Edited) -> None:
     """The transform is that of the engine's fit of the enabled pairs; fewer than three leave none."""
     points = measured(BEADS, 0.3)
     ids = []
     for place, point, name in zip(BEADS, points, NAMES, strict=True):
-        pair_id, document = editor.added_pair(place, point, name)
-        ids.append(pair_id)
+        document = editor.do(AddPair(in_image=place, measured=point, label=name))
+        ids.append(AddPair.added(document))
         assert document.content.made_from == ("pairs" if len(ids) >= 3 else "none")
     content = editor.document.content
     own = register_points(points, BEADS)
@@ -106,18 +118,18 @@ def test_every_edit_fits_the_pairs_anew(editor: RegistrationEditor) -> None:
     assert list(report.residuals_mm) == ids
     assert report.fle_mm == pytest.approx(own.fle_mm)
     assert report.fle_source == "estimated"
-    fewer = editor.change_pair(ids[0], {"enabled": False}).content
+    fewer = editor.do(ChangePair(pair_id=ids[0], enabled=False)).content
     np.testing.assert_allclose(
         np.reshape(fewer.transform, (4, 4)), register_points(points[1:], BEADS[1:]).transform, atol=1e-12
     )
     assert report_of(fewer).residuals_mm[ids[0]] > 0.0  # of a pair that is left out as well
-    editor.change_pair(ids[1], {"measured": None})
-    editor.change_pair(ids[2], {"measured": None})
+    editor.do(ChangePair(pair_id=ids[1], measured=None))
+    editor.do(ChangePair(pair_id=ids[2], measured=None))
     waiting = editor.document.content
     assert (waiting.made_from, len(waiting.pairs), waiting.transform) == ("none", 5, RegistrationContent().transform)
     assert report_of(waiting).words.startswith("One more point has to be seen")
-    assert editor.undo().content.made_from == "pairs"
-    weighted = editor.change_pair(ids[4], {"weight": 4.0}).content
+    assert editor.do(Undo()).content.made_from == "pairs"
+    weighted = editor.do(ChangePair(pair_id=ids[4], weight=4.0)).content
     used = [2, 3, 4]
     expected = register_points([points[i] for i in used], [BEADS[i] for i in used], [1.0, 1.0, 4.0])
     np.testing.assert_allclose(np.reshape(weighted.transform, (4, 4)), expected.transform, atol=1e-12)
@@ -149,16 +161,16 @@ def test_a_pair_that_was_measured_wrongly_is_named_and_left_out() -> None:
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_the_order_of_the_points_is_found(editor: RegistrationEditor, seed: int) -> None:
+def test_the_order_of_the_points_is_found(editor: Edited, seed: int) -> None:
     """Touched in any order, and one bead was not touched at all."""
     order = np.random.default_rng(seed).permutation(5)[:4].tolist()
     for place, name in zip(BEADS, NAMES, strict=True):
-        editor.added_pair(place, label=name)
+        editor.do(AddPair(in_image=place, label=name))
     points = measured(BEADS, 0.2, seed)
-    editor.set_measured([MeasuredPoint("", points[i]) for i in order])
+    editor.change(partial(with_measured, points=[MeasuredPoint("", points[i]) for i in order]))
     answer = order_of(editor.document.content)
     assert not answer.ambiguous
-    content = editor.reorder(answer.candidates[0].measured_of).content
+    content = editor.do(Reorder(measured_of=dict(answer.candidates[0].measured_of))).content
     for index, pair in enumerate(content.pairs):
         assert pair.measured == (points[index] if index in order else None)
     assert order_of(content).unchanged
@@ -174,21 +186,23 @@ def test_an_even_layout_asks_which_order_is_right() -> None:
     assert "Only somebody who knows" in answer.words
 
 
-def test_more_points_than_beads_are_kept(editor: RegistrationEditor) -> None:
+def test_more_points_than_beads_are_kept(editor: Edited) -> None:
     for place in BEADS[:3]:
-        editor.added_pair(place)
+        editor.do(AddPair(in_image=place))
     points = measured(BEADS)
     rows = [MeasuredPoint("", points[i]) for i in (4, 2, 1, 0)]
-    content = editor.set_measured(rows).content
+    content = editor.change(partial(with_measured, points=rows)).content
     assert [pair.measured for pair in content.pairs] == [points[4], points[2], points[1], points[0]]
     assert content.pairs[3].in_image is None
-    ordered = editor.reorder(order_of(content).candidates[0].measured_of).content
+    ordered = editor.do(Reorder(measured_of=dict(order_of(content).candidates[0].measured_of))).content
     assert [pair.measured for pair in ordered.pairs[:3]] == points[:3]
     assert [pair.measured for pair in ordered.pairs[3:]] == [points[4]]
     assert ordered.pairs[3].in_image is None
     assert report_of(ordered).fre_mm == pytest.approx(0.0, abs=1e-9)
     with pytest.raises(InputError, match="one pair only"):
-        editor.reorder({ordered.pairs[0].id: ordered.pairs[1].id, ordered.pairs[1].id: ordered.pairs[1].id})
+        editor.do(
+            Reorder(measured_of={ordered.pairs[0].id: ordered.pairs[1].id, ordered.pairs[1].id: ordered.pairs[1].id})
+        )
 
 
 def test_the_simulated_pointer_has_the_noise_that_is_stated() -> None:
@@ -206,18 +220,18 @@ def test_the_simulated_pointer_has_the_noise_that_is_stated() -> None:
             simulated_touch("registration-x", place, noise)  # type: ignore[arg-type]
 
 
-def test_simulated_touches_say_that_they_are(editor: RegistrationEditor) -> None:
+def test_simulated_touches_say_that_they_are(editor: Edited) -> None:
     for place in BEADS:
-        editor.added_pair(place)
+        editor.do(AddPair(in_image=place))
     ids = [pair.id for pair in editor.document.content.pairs]
-    content = editor.touch(ids, 0.3, 7).content
+    content = editor.do(TouchPair(noise_mm=0.3, seed=7)).content
     report = report_of(content)
     assert report.simulated
     assert any("simulated pointer" in text for text in report.cautions)
-    assert editor.touch(ids, 0.3, 7).content.pairs == content.pairs  # with the seed it comes again
-    assert editor.touch(ids, 0.3).content.pairs != content.pairs
+    assert editor.do(TouchPair(noise_mm=0.3, seed=7)).content.pairs == content.pairs  # with the seed it comes again
+    assert editor.do(TouchPair(noise_mm=0.3)).content.pairs != content.pairs
     x, y, z = content.pairs[0].measured or (0.0, 0.0, 0.0)
-    typed = editor.change_pair(ids[0], {"measured": [x, y, z + 0.5]}).content
+    typed = editor.do(ChangePair(pair_id=ids[0], measured=[x, y, z + 0.5])).content
     assert typed.pairs[0].measured_from == "typed"
     corrected = report_of(typed)
     assert (corrected.state, corrected.usable) == ("fitted", True)
@@ -226,11 +240,10 @@ def test_simulated_touches_say_that_they_are(editor: RegistrationEditor) -> None
     mixed = report_of(replace(typed, pairs=(at_a_patient, *typed.pairs[1:])))
     assert (mixed.state, mixed.usable) == ("misfit", False)
     assert "different frames" in mixed.words
-    alone, document = editor.added_pair(None, [1.0, 2.0, 3.0])
-    assert document.content.pairs[-1].id == alone
+    alone = AddPair.added(editor.do(AddPair(measured=(1.0, 2.0, 3.0))))
     with pytest.raises(InputError, match="no place in the image"):
-        editor.touch([alone], 0.3)
-    cleared = editor.clear_measured().content
+        editor.do(TouchPair(pair_id=alone, noise_mm=0.3))
+    cleared = editor.do(ClearMeasured()).content
     assert [pair.measured for pair in cleared.pairs] == [None] * 5  # the one without a place in the image is gone
 
 
@@ -270,31 +283,31 @@ def test_the_table_says_what_its_figures_mean(plan: Plan) -> None:
     assert error_table(content, None).targets == ()
 
 
-def test_a_given_transform_is_judged_by_the_pairs(editor: RegistrationEditor, plan: Plan) -> None:
-    editor.use_given(ImageRegistration(pose()))
+def test_a_given_transform_is_judged_by_the_pairs(editor: Edited, plan: Plan) -> None:
+    editor.change(partial(given, transform=pose()))
     for place, point in zip(BEADS, measured(BEADS), strict=True):
-        editor.added_pair(place, np.add(point, [0.0, 3.0, 0.0]).tolist())
+        editor.do(AddPair(in_image=place, measured=tuple(np.add(point, [0.0, 3.0, 0.0]).tolist())))
     content = editor.document.content
     np.testing.assert_array_equal(np.reshape(content.transform, (4, 4)), pose())
     report = report_of(content)
     assert (report.state, report.fre_mm) == ("given", pytest.approx(3.0))
     assert error_table(content, plan).words.startswith("Nothing is known of the error")
     assert expected_errors(content, [[0.0, 0.0, 0.0]]) is None
-    fitted = editor.fit_pairs().content
+    fitted = editor.do(FitPairs()).content
     assert (fitted.made_from, report_of(fitted).fre_mm) == ("pairs", pytest.approx(0.0, abs=1e-9))
 
 
 def test_a_plan_uses_a_registration_and_says_where_it_cannot(
-    phantom_services: Services, editor: RegistrationEditor, plan: Plan
+    phantom_services: Services, editor: Edited, plan: Plan
 ) -> None:
     registering, plans = phantom_services.registering, phantom_services.plans
     assert registering.registration_of(plan).state == "none"
     with pytest.raises(PlanError, match="no transform yet"):
-        registering.use(plan.id, editor.id)
+        plans.do(plan.id, UseRegistration(registration=editor.id))
     editor.become(content_of(0.3))
     with pytest.raises(PlanConflict):
-        registering.use(plan.id, editor.id, expected_revision=plan.revision + 5)
-    used = registering.use(plan.id, editor.id)
+        plans.do(plan.id, UseRegistration(registration=editor.id), expected_revision=plan.revision + 5)
+    used = plans.do(plan.id, UseRegistration(registration=editor.id))
     assert used.registration == editor.id
     assert plans.documents.get(plan.id).refs[-1].id == editor.id
     found = registering.registration_of(used)
@@ -313,16 +326,16 @@ def test_a_plan_uses_a_registration_and_says_where_it_cannot(
     assert registering.registration_of(used).state == "unfinished"
     missing = registering.registration_of(replace(used, registration="registration-gone"))
     assert (missing.state, missing.registration) == ("missing", None)
-    assert plans.editor(plan.id).undo().registration is None
-    assert plans.editor(plan.id).redo().registration == editor.id
-    assert registering.use(plan.id, None).registration is None
+    assert plans.do(plan.id, UndoPlan()).registration is None
+    assert plans.do(plan.id, RedoPlan()).registration == editor.id
+    assert plans.do(plan.id, UseRegistration(registration=None)).registration is None
     with pytest.raises(NotFound):
-        registering.use(plan.id, "registration-gone")
+        plans.do(plan.id, UseRegistration(registration="registration-gone"))
 
 
 def test_a_registration_of_another_head_is_not_used(phantom_services: Services, plan: Plan) -> None:
     other = phantom_services.registrations.create(other_case(phantom_services).id, "Elsewhere", content_of())
     with pytest.raises(PlanError, match="another head"):
-        phantom_services.registering.use(plan.id, other.id)
+        phantom_services.plans.do(plan.id, UseRegistration(registration=other.id))
     found = phantom_services.registering.registration_of(replace(plan, registration=other.id))
     assert (found.state, found.registration) == ("other_case", None)

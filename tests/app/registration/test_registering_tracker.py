@@ -7,12 +7,14 @@ from typing import Any
 
 import numpy as np
 import pytest
+from edited_registrations import Edited
 from registration_poses_cases import paired_poses, table
 from rest_client import CASE, opened_client
 from session_doubles import HEAD, sections_of, workspace_of
 
 from app.kit.errors import NotFound
 from app.link.tracker import Collected
+from app.registration.operations import AddPair
 from app.registration.service import Registering
 from app.services import Services
 from app.tabs.register.tab import RegisterTab
@@ -73,7 +75,7 @@ def test_a_point_is_measured_with_the_pointer(tracked: Services, pointer: Pointe
 
 def test_without_a_tracker_it_says_how_to_have_one(phantom_services: Services) -> None:
     made = phantom_services.registrations.create(HEAD, "Not tracked")
-    pair, _ = phantom_services.registering.editor(made.id).added_pair((0.0, 0.0, 0.0))
+    pair = AddPair.added(Edited(phantom_services, made.id).do(AddPair(in_image=(0.0, 0.0, 0.0))))
     assert phantom_services.registering.tracker_state is None
     with pytest.raises(InputError, match="--tracker"):
         phantom_services.registering.measure(made.id, pair)
@@ -131,7 +133,7 @@ def test_the_tracked_pointer_is_calibrated_and_its_tip_measures(tracked: Service
 
 def test_a_calibration_that_changes_while_a_point_is_measured_is_told(tracked: Services, pointer: Pointer) -> None:
     made = tracked.registrations.create(HEAD, "Changed meanwhile")
-    pair, _ = tracked.registering.editor(made.id).added_pair((0.0, 0.0, 0.0))
+    pair = AddPair.added(Edited(tracked, made.id).do(AddPair(in_image=(0.0, 0.0, 0.0))))
     held = pointer.collect
 
     def collect(seconds: float, point: Any) -> Collected:

@@ -11,8 +11,8 @@ from registration_contents import content_of
 from app.registration.calibration_records import PointerTip, RobotToTracker
 from app.registration.changes import changes
 from app.registration.document import IDENTITY, FiducialPair, RegistrationContent
+from app.registration.file_metadata import FileMetadata
 from app.registration.found_beads import BeadSearchRecord, FoundBead
-from app.registration.said_by_file import SaidByFile
 from app.registration.touched_surface import Refinement, TouchedSurface
 
 BEAD = FoundBead("bead-1", (1.0, 2.0, 3.0), 3.0, 2000.0, 40)
@@ -36,7 +36,7 @@ CONTENT = replace(content_of(), beads=(BEAD,))
         ({"surface": TOUCHED}, "Points touched on a surface: 2 instead of 0."),
         ({"pointer": TIP}, "The calibration of the pointer is new."),
         ({"robot": ROBOT}, "The calibration of the robot is new."),
-        ({"said": SaidByFile(simulated=True)}, "Another transform is taken over."),
+        ({"said": FileMetadata(simulated=True)}, "Another transform is taken over."),
     ],
 )
 def test_every_part_of_a_registration_has_words(change: dict[str, Any], words: str) -> None:

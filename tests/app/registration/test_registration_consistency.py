@@ -17,6 +17,7 @@ from session_doubles import other_case
 
 from app.live.outgoing import no_registration, registration_messages
 from app.plans.model import PlanContent
+from app.plans.operations.instruments import UseRegistration
 from app.registration.document import IDENTITY, RegistrationContent
 from app.registration.driven import driven_registration
 from app.registration.files import export_text
@@ -81,7 +82,7 @@ def test_nothing_goes_by_it(services: Services, name: str, tmp_path: Path) -> No
     with pytest.raises(PlanError, match="nothing is driven by it"):
         driven_registration(used)
     with pytest.raises(PlanError, match="is not that of"):
-        services.registering.use(plan.id, made.id)
+        services.plans.do(plan.id, UseRegistration(registration=made.id))
     with pytest.raises(InputError, match=words):
         export_text(document, "tfm")
     table = error_table(content, plan)

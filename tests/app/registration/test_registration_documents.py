@@ -12,9 +12,9 @@ from registration_contents import pose
 
 from app.registration.calibration_records import PointerTip, RobotToTracker
 from app.registration.document import FiducialPair, RegistrationContent, check_registration
+from app.registration.file_metadata import FileMetadata
 from app.registration.fit_report import inconsistency, report_of
 from app.registration.kind import REGISTRATION
-from app.registration.said_by_file import SaidByFile
 from app.registration.touched_surface import Refinement, TouchedSurface
 from vfix_engine.errors import InputError, VfixError
 
@@ -69,7 +69,7 @@ def test_a_refined_one_that_lost_its_touched_points_keeps_its_transform() -> Non
 
 
 def test_what_its_file_says_comes_back_as_it_was() -> None:
-    said = SaidByFile("base", True, 0.2375, 5, 0.31)
+    said = FileMetadata("base", True, 0.2375, 5, 0.31)
     content = RegistrationContent(to="base", made_from="given", said=said)
     stored = json.loads(json.dumps(REGISTRATION.write(content)))
     assert REGISTRATION.content(REGISTRATION.schema, stored, {}) == content

@@ -6,43 +6,46 @@ import json
 import tempfile
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
+from edited_registrations import Edited
 from registration_contents import BEADS, NAMES, content_of, measured, pose
 
 from app.cases.model import HEAD_PHANTOM
 from app.documents import Document
 from app.registration.calibration import registered_to, simulated_robot, why_not_to_base
 from app.registration.document import FiducialPair, RegistrationContent
-from app.registration.editor import MeasuredPoint, RegistrationEditor, with_measured
+from app.registration.edits import MeasuredPoint, with_measured
+from app.registration.file_metadata import FileMetadata
 from app.registration.files import TransformFormat, export_text, name_of, read_measured, read_transform
 from app.registration.fit_report import report_of
-from app.registration.said_by_file import SaidByFile
+from app.registration.operations import AddPair
 from app.services import Services
 from vfix_engine.errors import FrameError, InputError
 from vfix_engine.registration.transform_files import json_text, tfm_text
 
 
 @pytest.fixture
-def editor(phantom_services: Services) -> Iterator[RegistrationEditor]:
+def editor(phantom_services: Services) -> Iterator[Edited]:
     made = phantom_services.registrations.create(HEAD_PHANTOM, "Beads")
-    yield phantom_services.registering.editor(made.id)
+    yield Edited(phantom_services, made.id)
     if phantom_services.registrations.get(made.id).locked:
-        phantom_services.registering.editor(made.id).set_locked(False)
+        phantom_services.registrations.editor(made.id).set_locked(False)
     phantom_services.registrations.delete(made.id)
 
 
-def test_measured_points_of_a_table_go_by_label_or_in_order(editor: RegistrationEditor) -> None:
+def test_measured_points_of_a_table_go_by_label_or_in_order(editor: Edited) -> None:
     for place, name in zip(BEADS, NAMES, strict=True):
-        editor.added_pair(place, label=name)
+        editor.do(AddPair(in_image=place, label=name))
     points = measured(BEADS)
     by_label = [MeasuredPoint(NAMES[i], points[i]) for i in (3, 1, 0)]
     rows = [f"{point.label},{','.join(map(repr, point.position))}" for point in by_label]
     table = "\n".join(["# frame=patient", "# unit=mm", "label,x,y,z", *rows, ""])
     assert read_measured(table.encode(), RegistrationContent()) == tuple(by_label)
-    content = editor.set_measured(by_label).content
+    content = editor.change(partial(with_measured, points=by_label)).content
     assert [pair.measured for pair in content.pairs] == [points[0], points[1], None, points[3], None]
     assert {pair.measured_from for pair in content.pairs if pair.measured} == {"file"}
     in_metres = "# unit=m\n# frame=tracker\nx,y,z\n0.001,0.002,-0.003\n"
@@ -110,7 +113,7 @@ def test_the_frame_of_a_table_is_that_of_the_registration() -> None:
         read_measured(table.encode(), RegistrationContent())
 
 
-def test_a_transform_goes_out_and_comes_back(editor: RegistrationEditor) -> None:
+def test_a_transform_goes_out_and_comes_back(editor: Edited) -> None:
     with pytest.raises(InputError, match="no transform yet"):
         export_text(editor.document, "tfm")
     document = editor.become(content_of(0.3))
@@ -139,7 +142,7 @@ def test_a_transform_goes_out_and_comes_back(editor: RegistrationEditor) -> None
 
 
 @pytest.mark.parametrize("form", ["tfm", "json"])
-def test_a_file_says_what_it_is_to_and_that_it_is_simulated(editor: RegistrationEditor, form: TransformFormat) -> None:
+def test_a_file_says_what_it_is_to_and_that_it_is_simulated(editor: Edited, form: TransformFormat) -> None:
     """Figures of a file are words; that it is simulated counts, and is said of what is exported again."""
     made = content_of(0.3)
     pairs = tuple(replace(pair, measured_from="simulated") for pair in made.pairs)
@@ -178,7 +181,7 @@ def test_a_file_of_before_says_what_it_is_to_as_well() -> None:
 def test_a_file_that_leaves_open_what_it_is_to_is_the_users_to_say() -> None:
     for name, text in (("a.tfm", tfm_text(pose())), ("a.json", json_text(pose()))):
         open_ = read_transform(name, text.encode())
-        assert (open_.to, open_.said) == ("patient", SaidByFile())
+        assert (open_.to, open_.said) == ("patient", FileMetadata())
         assert read_transform(name, text.encode(), "base").to == "base"
         corrected = registered_to(open_, "base")
         assert (corrected.to, corrected.transform) == ("base", open_.transform)
@@ -192,7 +195,7 @@ def test_a_file_that_leaves_open_what_it_is_to_is_the_users_to_say() -> None:
 def test_a_figure_that_is_none_is_passed_over_and_what_is_no_no_is_simulated() -> None:
     odd = {"simulated": "perhaps", "fre_mm": "inf", "points": 2.5, "error_of_a_point_mm": [0.3], "direction": ["x"]}
     content = read_transform("a.json", json_text(pose(), fixed="patient", origin=odd).encode())
-    assert content.said == SaidByFile("patient", simulated=True)
+    assert content.said == FileMetadata("patient", simulated=True)
     for no in ("no", "No", False, None):
         said = read_transform("a.json", json_text(pose(), origin={"simulated": no}).encode()).said
         assert said is not None

@@ -6,15 +6,17 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
+from edited_registrations import Edited
 
 from app.cases.model import HEAD_PHANTOM
 from app.live.outgoing import no_registration, registration_messages
 from app.plans.model import Plan
+from app.plans.operations.instruments import UseRegistration
 from app.plans.shipped_head import SAMPLE_PLAN
 from app.registration.driven import driven_registration
-from app.registration.editor import RegistrationEditor
 from app.registration.files import export_text
 from app.registration.fit_report import report_of
+from app.registration.operations import AddPair, ChangePair, FleWish, SetFle
 from app.registration.refining import begin_of
 from app.registration.service import PlanRegistration
 from app.registration.target_errors import error_table
@@ -26,9 +28,9 @@ BEADS = [tuple(bead.centroid) for bead in load_landmarks().beads]
 
 
 @pytest.fixture
-def editor(phantom_services: Services) -> Iterator[RegistrationEditor]:
+def editor(phantom_services: Services) -> Iterator[Edited]:
     made = phantom_services.registrations.create(HEAD_PHANTOM, "Beads")
-    yield phantom_services.registering.editor(made.id)
+    yield Edited(phantom_services, made.id)
     phantom_services.registrations.delete(made.id)
 
 
@@ -39,26 +41,24 @@ def plan(phantom_services: Services) -> Iterator[Plan]:
     phantom_services.plans.delete(made.id)
 
 
-def fitted_pairs(editor: RegistrationEditor, fle_mm: float) -> None:
+def fitted_pairs(editor: Edited, fle_mm: float) -> None:
     """The five beads, measured in a frame that is shifted, each with an error of that rms length."""
     random = np.random.default_rng(5)
     for place in BEADS:
         off = random.normal(0.0, fle_mm / np.sqrt(3.0), 3)
-        editor.added_pair(place, (np.array([30.0, -20.0, 10.0]) + place + off).tolist())
+        editor.do(AddPair(in_image=place, measured=tuple((np.array([30.0, -20.0, 10.0]) + place + off).tolist())))
 
 
-def test_points_that_do_not_fit_are_gone_by_nowhere(
-    phantom_services: Services, editor: RegistrationEditor, plan: Plan
-) -> None:
+def test_points_that_do_not_fit_are_gone_by_nowhere(phantom_services: Services, editor: Edited, plan: Plan) -> None:
     """In a wrong order, with a small error stated: the plan that uses them is not driven, nothing is told or sent."""
     registering, plans = phantom_services.registering, phantom_services.plans
     fitted_pairs(editor, 0.2)
-    registering.use(plan.id, editor.id)
+    plans.do(plan.id, UseRegistration(registration=editor.id))
     assert registering.registration_of(plans.get(plan.id)).state == "ready"
     points = [list(pair.measured or ()) for pair in editor.document.content.pairs]
     for pair, point in zip(editor.document.content.pairs, points[1:] + points[:1], strict=True):
-        editor.change_pair(pair.id, {"measured": point})
-    content = editor.set_fle(0.1).content
+        editor.do(ChangePair(pair_id=pair.id, measured=point))
+    content = editor.do(SetFle(fle=FleWish(0.1))).content
     report = registering.report(content)
     assert (report.state, report.usable, report.wrong, report.fle_mm) == ("misfit", False, None, None)
     assert report.fre_mm is not None
@@ -69,7 +69,7 @@ def test_points_that_do_not_fit_are_gone_by_nowhere(
     with pytest.raises(PlanError, match="nothing is driven by it"):
         phantom_services.planning.evaluate(plans.get(plan.id))
     with pytest.raises(PlanError, match="do not fit"):
-        registering.use(plan.id, editor.id)
+        plans.do(plan.id, UseRegistration(registration=editor.id))
     table = registering.errors(content, plans.get(plan.id))
     assert (table.targets, table.path) == ((), None)
     assert "No error is told" in table.words
@@ -83,13 +83,13 @@ def test_points_that_do_not_fit_are_gone_by_nowhere(
             export_text(editor.document, form)  # type: ignore[arg-type]
 
 
-def test_a_stated_error_that_the_fit_contradicts_does_not_count(editor: RegistrationEditor, plan: Plan) -> None:
+def test_a_stated_error_that_the_fit_contradicts_does_not_count(editor: Edited, plan: Plan) -> None:
     """The table, what is driven and its key go by what the fit tells, as if nothing had been stated; and it is said."""
     fitted_pairs(editor, 0.8)
     estimated = report_of(editor.document.content)
     own = error_table(editor.document.content, plan)
     for stated in (0.1, 0.8):
-        content = editor.set_fle(stated).content
+        content = editor.do(SetFle(fle=FleWish(stated))).content
         report, table = report_of(content), error_table(content, plan)
         driven = driven_registration(PlanRegistration("ready", "", editor.id, editor.document))
         assert driven is not None
@@ -107,16 +107,16 @@ def test_a_stated_error_that_the_fit_contradicts_does_not_count(editor: Registra
 
 
 def test_an_outlier_is_told_where_the_registration_is_used(
-    phantom_services: Services, editor: RegistrationEditor, plan: Plan
+    phantom_services: Services, editor: Edited, plan: Plan
 ) -> None:
     fitted_pairs(editor, 0.2)
-    phantom_services.registering.use(plan.id, editor.id)
+    phantom_services.plans.do(plan.id, UseRegistration(registration=editor.id))
     used = phantom_services.plans.get(plan.id)
     assert phantom_services.registering.registration_of(used).doubts == ()
     wrong = editor.document.content.pairs[1]
     assert wrong.measured is not None
     x, y, z = wrong.measured
-    editor.change_pair(wrong.id, {"measured": [x + 6.0, y, z]})
+    editor.do(ChangePair(pair_id=wrong.id, measured=[x + 6.0, y, z]))
     found = phantom_services.registering.registration_of(used)
     assert found.state == "ready"
     assert [wrong.label in text and "from where the others put it" in text for text in found.doubts] == [True]

@@ -4,19 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import numpy.typing as npt
 import pytest
+from edited_registrations import Edited, given
 
 from app.cases.model import HEAD_PHANTOM
 from app.kit.errors import PlanConflict
 from app.link import Pose
 from app.plans.model import Plan
+from app.plans.operations.document import UndoPlan
+from app.plans.operations.instruments import UseRegistration
+from app.plans.operations.points import SetPoints
 from app.plans.shipped_head import SAMPLE_PLAN
 from app.registration.calibration_records import PointerTip, RobotToTracker
 from app.registration.document import RegistrationContent
-from app.registration.editor import RegistrationEditor
+from app.registration.operations import AddPair, TouchPair
 from app.registration.simulated_touch import simulated_pose
 from app.registration.tracing import Tracing
 from app.services import Services
@@ -30,13 +35,13 @@ Floats = npt.NDArray[np.float64]
 
 
 @pytest.fixture
-def editor(phantom_services: Services) -> Iterator[RegistrationEditor]:
+def editor(phantom_services: Services) -> Iterator[Edited]:
     """Five beads, touched without an error: what a traced path is off by is the pointer's noise."""
     made = phantom_services.registrations.create(HEAD_PHANTOM, "To trace through")
-    editor = phantom_services.registering.editor(made.id)
+    editor = Edited(phantom_services, made.id)
     for bead in BEADS:
-        editor.added_pair(bead)
-    editor.touch([pair.id for pair in editor.document.content.pairs], 0.0, 0)
+        editor.do(AddPair(in_image=bead))
+    editor.do(TouchPair(noise_mm=0.0, seed=0))
     yield editor
     phantom_services.registrations.delete(made.id)
 
@@ -58,9 +63,7 @@ def off_mm(path: SplinePath, other: SplinePath) -> Floats:
     return np.array([np.linalg.norm(other.closest(place)[1] - place) for place in places])
 
 
-def test_a_traced_path_comes_back_within_the_noise(
-    phantom_services: Services, editor: RegistrationEditor, plan: Plan
-) -> None:
+def test_a_traced_path_comes_back_within_the_noise(phantom_services: Services, editor: Edited, plan: Plan) -> None:
     services = phantom_services
     traced = services.tracing.simulated(plan.id, NOISE_MM, 3, editor.id)
     new, old = path_of(traced.plan), path_of(plan)
@@ -77,11 +80,9 @@ def test_a_traced_path_comes_back_within_the_noise(
         assert words in traced.words
 
 
-def test_it_is_one_edit_that_leaves_the_other_paths(
-    phantom_services: Services, editor: RegistrationEditor, plan: Plan
-) -> None:
+def test_it_is_one_edit_that_leaves_the_other_paths(phantom_services: Services, editor: Edited, plan: Plan) -> None:
     services = phantom_services
-    services.registering.use(plan.id, editor.id)
+    services.plans.do(plan.id, UseRegistration(registration=editor.id))
     before = services.plans.get(plan.id)
     traced = services.tracing.simulated(plan.id, NOISE_MM, 3)
     assert [path.name for path in traced.plan.paths] == [*(path.name for path in before.paths), "Traced path 1"]
@@ -92,14 +93,14 @@ def test_it_is_one_edit_that_leaves_the_other_paths(
         len(traced.plan.points),
     )
     assert services.tracing.simulated(plan.id, NOISE_MM, 4).name == "Traced path 2"
-    services.plans.editor(plan.id).undo()
-    assert services.plans.editor(plan.id).undo().content == before.content
+    services.plans.do(plan.id, UndoPlan())
+    assert services.plans.do(plan.id, UndoPlan()).content == before.content
     with pytest.raises(PlanConflict):
         services.tracing.simulated(plan.id, NOISE_MM, 4, expected_revision=before.revision)
 
 
 def test_without_a_registration_that_can_be_used_nothing_is_added(
-    phantom_services: Services, editor: RegistrationEditor, plan: Plan
+    phantom_services: Services, editor: Edited, plan: Plan
 ) -> None:
     services, samples = phantom_services, [(float(x), 0.0, 0.0) for x in range(40)]
     with pytest.raises(PlanError, match="no registration"):
@@ -133,9 +134,7 @@ class Recorder:
         return self.poses
 
 
-def test_the_tip_of_a_tracked_pointer_is_traced(
-    phantom_services: Services, editor: RegistrationEditor, plan: Plan
-) -> None:
+def test_the_tip_of_a_tracked_pointer_is_traced(phantom_services: Services, editor: Edited, plan: Plan) -> None:
     """By its calibration, where the registration has one; before a robot, by where the tracker stands beside it."""
     services, old, pose = phantom_services, path_of(plan), simulated_pose(HEAD_PHANTOM)
     places = old.position(np.linspace(0.0, old.length, 300)) @ pose[:3, :3].T + pose[:3, 3]
@@ -156,7 +155,7 @@ def test_the_tip_of_a_tracked_pointer_is_traced(
     with pytest.raises(InputError, match="calibrate robot and tracker"):
         tracing.tracked(plan.id, 12.0, other.id)
     robot = RobotToTracker(tuple(to_base.ravel().tolist()), 0.1, 0.1, tuple(np.eye(6).ravel().tolist()), 20, "tracker")
-    services.registering.editor(other.id).become(replace(based, robot=robot))
+    Edited(services, other.id).become(replace(based, robot=robot))
     assert off_mm(path_of(tracing.tracked(plan.id, 12.0, other.id).plan), old).max() < 0.1
     services.registrations.delete(other.id)
     with pytest.raises(InputError, match="up to 300 s"):
@@ -166,7 +165,7 @@ def test_the_tip_of_a_tracked_pointer_is_traced(
 
 
 def test_a_path_of_which_a_part_lies_far_from_the_head_is_refused(
-    phantom_services: Services, editor: RegistrationEditor, plan: Plan
+    phantom_services: Services, editor: Edited, plan: Plan
 ) -> None:
     """Its first point is where it should be: samples of another frame may cross the head."""
     pose = simulated_pose(HEAD_PHANTOM)
@@ -177,12 +176,12 @@ def test_a_path_of_which_a_part_lies_far_from_the_head_is_refused(
 
 
 def test_the_simulated_pointer_traces_before_its_own_head_only(
-    phantom_services: Services, editor: RegistrationEditor, plan: Plan
+    phantom_services: Services, editor: Edited, plan: Plan
 ) -> None:
     services = phantom_services
-    services.plans.editor(plan.id).set_points([plan.points[0]])
+    services.plans.do(plan.id, SetPoints(points=[plan.points[0]]))
     with pytest.raises(InputError, match="fewer than two points"):
         services.tracing.simulated(plan.id, NOISE_MM, 3, editor.id)
-    editor.use_given(editor.document.content.registration)
+    editor.change(partial(given, transform=editor.document.content.registration.transform))
     with pytest.raises(InputError, match="simulated pointer touches"):
         services.tracing.simulated(plan.id, NOISE_MM, 3, editor.id)

@@ -12,12 +12,16 @@ import numpy as np
 import pytest
 from session_doubles import CLIENT, HEAD, SAMPLE, Robot, Tabs, fail, other_case, put_in_place, rehearse_tab, settle
 
+from app.cases.service import CaseService
 from app.kit.prompt_threads import PROMPT_THREADS
+from app.plans.operations.points import DeletePoint
 from app.scene.plan import PlanItem
 from app.services import Services
 from app.session import client_sessions
 from app.session.client_session import ClientSession
 from app.session.client_sessions import ClientSessions, TooManyTabs
+from app.session.commands import SetTab
+from app.store import Store
 from app.store.errors import StorageError
 from app.tabs.rehearse.commands import HoldCommand
 from app.workspace.layers import Layer
@@ -25,7 +29,7 @@ from app.workspace.plan_items import plan_items
 
 
 def _items(session: ClientSession) -> tuple[PlanItem, ...]:
-    key: Any = session.layers()["plan.items"].key
+    key: Any = {layer.name: layer for layer in session._display.layers()}["plan.items"].key
     return tuple(key[0])
 
 
@@ -209,17 +213,18 @@ def test_the_scene_shows_what_is_driven_while_it_is_driven(sessions: ClientSessi
     drive, robot = rehearse.drive, Robot()
     assert drive is not None
     put_in_place(drive, robot, plan)
-    services.plans.editor(plan.id).delete_point(plan.points[-1].id)
+    services.plans.do(plan.id, DeletePoint(point_id=plan.points[-1].id))
     session.come_back()
     settle(session)
     settle(session)
     drawn = _items(session)
     assert len(drawn) == len(plan.points) + len(plan.targets) - 1
     session.active.active, rehearse.active, session.active = False, True, rehearse
+    session._display.touch_all()
     assert _items(session) == tuple(plan_items(plan))
     shown = SimpleNamespace(show=lambda places, clearance: drawn_curve.append((places, clearance)))
     drawn_curve: list[Any] = []
-    session.layers()["plan.curve"].show(shown)
+    {layer.name: layer for layer in session._display.layers()}["plan.curve"].show(shown)
     ((places, clearance),) = drawn_curve
     assert clearance is None
     assert np.allclose(places[-1], plan.points[-1].position)
@@ -239,13 +244,13 @@ def test_between_requests_only_the_layers_of_the_active_step_are_drawn(sessions:
     )
 
     def tick() -> None:
-        session._drawn_at = 0.0
+        session._display._drawn_at = 0.0
         session._tick()
 
     def watch() -> None:
         session.active.active, rehearse.active, session.active = False, True, rehearse
         rehearse.layers = lambda: own  # type: ignore[method-assign]
-        session._layers = stack  # type: ignore[assignment]
+        session._display.scene = stack  # type: ignore[assignment]
         tick()
         tick()
         own.clear()
@@ -275,16 +280,24 @@ def test_a_client_that_comes_back_with_less_gives_up_its_handle(sessions: Client
     assert drive.lease.holder is None
 
 
-def test_a_head_that_is_deleted_elsewhere_is_told(sessions: ClientSessions, phantom_services: Services) -> None:
+@pytest.mark.parametrize("tab", ["patient", "rehearse"])
+def test_a_head_that_another_process_deletes_is_told(
+    sessions: ClientSessions, phantom_services: Services, tab: str
+) -> None:
+    """As `vfix case delete` does, on the tab of a robot that stands still too."""
     case = other_case(phantom_services)
     session = sessions.connect("tab-one-0", {"case": case.id})
 
     def hint() -> str:
+        phantom_services.store.look()  # as is done with every tick of all sessions
         session.tick()
         settle(session)
         settle(session)
         return str(session.view_model.read("step")["hint"])
 
+    session.command(SetTab(type="step.set", name=tab))
     assert "deleted" not in hint()
-    phantom_services.cases.delete(case.id)
+    elsewhere = Store(phantom_services.settings)
+    CaseService(elsewhere).delete(case.id)
+    elsewhere.close()
     assert "was deleted elsewhere" in hint()

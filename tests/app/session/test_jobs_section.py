@@ -48,9 +48,9 @@ def start_here(session: ClientSession, wanted: dict[str, str]) -> None:
     def post(request: Callable[[], Any], slot: str | None = None) -> None:
         request()
         if request != session._tick:
-            session._publish()
+            session._display.publish()
 
-    session.post = post  # type: ignore[assignment]
+    session._inbox.put = post  # type: ignore[method-assign]
     post(lambda: session._open_first(wanted))
 
 

@@ -6,10 +6,11 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from session_doubles import SAMPLE, open_sample, sections_of
+from session_doubles import SAMPLE, open_sample, sections_of, send
 
 from app.messages.fields import Command
 from app.planning.shape_meshes import shape_mesh
+from app.plans.operations.document import LockPlan
 from app.plans.service import Plan
 from app.plans.shapes import anchor, moved, resized, size_of
 from app.plans.zones import COLOURS
@@ -33,7 +34,7 @@ def tab(phantom_services: Services) -> Iterator[PlanTab]:
     plan = phantom_services.plans.duplicate(SAMPLE, "Regions")
     opened = open_sample(phantom_services, plan.id)
     yield opened
-    phantom_services.plans.editor(plan.id).set_locked(False)
+    phantom_services.plans.do(plan.id, LockPlan(locked=False))
     phantom_services.plans.delete(plan.id)
 
 
@@ -68,8 +69,8 @@ def test_a_click_draws_one_region_and_the_next_click_adds_a_point_again(tab: Pla
     click(tab, PLACE)
     assert len(plan_of(tab).zones) == 1
     with pytest.raises(InputError, match="something else was edited since"):
-        tab.handle(c.Undo(type="undo", revision=before.revision))
-    tab.handle(c.Undo(type="undo", revision=plan_of(tab).revision))
+        send(tab, "undo", revision=before.revision)
+    send(tab, "undo", revision=plan_of(tab).revision)
     assert (regions(tab)["items"], regions(tab)["selected"]) == ([], None)
 
 
@@ -127,7 +128,7 @@ def test_a_half_space_tells_its_side_and_is_turned_round(tab: PlanTab) -> None:
     click(tab, PLACE)
     (zone,) = plan_of(tab).zones
     assert regions(tab)["items"][0]["sub"].startswith("Half-space: kept free above S 12.0; the tool stays below · hard")
-    tab.handle(r.ChangeRegion(type="region.change", region_id=zone.id, turn=True))
+    send(tab, "region.change", region_id=zone.id, turn=True)
     (turned,) = plan_of(tab).zones
     assert (turned.shape["point"], turned.shape["normal"]) == (zone.shape["point"], [0.0, 0.0, 1.0])
     assert "the tool stays above" in regions(tab)["items"][0]["sub"]
@@ -135,7 +136,7 @@ def test_a_half_space_tells_its_side_and_is_turned_round(tab: PlanTab) -> None:
     click(tab, PLACE)
     ball = plan_of(tab).zones[1]
     with pytest.raises(PlanError, match="only a half-space"):
-        tab.handle(r.ChangeRegion(type="region.change", region_id=ball.id, turn=True))
+        send(tab, "region.change", region_id=ball.id, turn=True)
 
 
 def test_bone_to_be_removed_is_a_solid_of_its_own(tab: PlanTab) -> None:
@@ -149,7 +150,7 @@ def test_bone_to_be_removed_is_a_solid_of_its_own(tab: PlanTab) -> None:
     assert [item["sub"] for item in regions(tab)["items"]] == ["Capsule, radius 3.0 mm", "Box, 4.0 × 6.0 × 8.0 mm"]
     with pytest.raises(PlanError, match="a sphere, a capsule or a box"):
         tab.handle(draw("remove", "patch", 3.0))
-    tab.handle(r.RegionCommand(type="region.delete", region_id=capsule.id))
+    send(tab, "region.delete", region_id=capsule.id)
     assert plan_of(tab).removed_bone == (box,)
 
 
@@ -162,6 +163,17 @@ def test_a_patch_goes_to_the_bone(tab: PlanTab, phantom_services: Services) -> N
     vertices, faces = shape_mesh(phantom_services.cases, "head-phantom", plan_of(tab).zones[0].shape)
     assert len(faces) > 3
     assert np.linalg.norm(vertices - centre, axis=1).min() < 5.0
+
+
+def test_what_no_drive_could_keep_is_refused_here_too(tab: PlanTab) -> None:
+    tab.handle(draw("spare", "patch", 5.0))
+    click(tab, PLACE)
+    before = plan_of(tab)
+    with pytest.raises(PlanError, match="cannot be kept"):
+        send(tab, "region.change", region_id=before.zones[0].id, soft=True, max_depth_mm=3.0)
+    with pytest.raises(PlanError, match="all of the bone"):
+        send(tab, "region.structure", structure="bone")
+    assert plan_of(tab) == before
 
 
 def test_a_region_is_dragged_by_its_ball_and_selected_by_a_click_on_it(tab: PlanTab) -> None:
@@ -183,13 +195,13 @@ def test_a_region_is_dragged_by_its_ball_and_selected_by_a_click_on_it(tab: Plan
     direction = np.array([0.0, 1.0, 0.0])
     tab.clicked(ClickRay(np.array(there) - 0.5 * direction, direction))  # nothing lies between
     assert regions(tab)["selected"] == zone.id
-    tab.handle(c.Lock(type="lock", locked=True))
+    send(tab, "lock", locked=True)
     tab.dragged(DragEvent(item, "end", PLACE))
     assert plan_of(tab).zones[0].shape["centre"] == list(there)
     with pytest.raises(PlanError, match="locked"):
         tab.handle(draw("spare", "sphere", 4.0))
     with pytest.raises(PlanError, match="locked"):
-        tab.handle(r.RegionCommand(type="region.delete", region_id=zone.id))
+        send(tab, "region.delete", region_id=zone.id)
 
 
 @pytest.mark.parametrize(
@@ -228,7 +240,7 @@ def test_fields_of_a_region_are_changed_one_edit_at_a_time(tab: PlanTab) -> None
     zone_id = plan_of(tab).zones[0].id
 
     def change(**fields: object) -> None:
-        tab.handle(r.ChangeRegion.model_validate({"type": "region.change", "region_id": zone_id, **fields}))
+        send(tab, "region.change", region_id=zone_id, **fields)
 
     change(name="optic nerve", colour="#123456")
     change(soft=True, max_depth_mm=1.5)
@@ -244,7 +256,7 @@ def test_fields_of_a_region_are_changed_one_edit_at_a_time(tab: PlanTab) -> None
     with pytest.raises(PlanError, match="1 sizes, not 2"):
         change(sizes_mm=[1.0, 2.0])
     for _ in range(5):
-        tab.handle(c.Undo(type="undo"))
+        send(tab, "undo")
     assert regions(tab)["items"] == []
 
 
@@ -282,16 +294,16 @@ def test_paths_and_notes_of_the_open_plan(tab: PlanTab) -> None:
         assert view is not None
         return [(item["name"], item["points"]) for item in view["items"]]
 
-    tab.handle(r.NewPath(type="path.new"))
+    send(tab, "path.new")
     assert plan_of(tab).points == ()
-    tab.handle(r.PathCommand(type="path.choose", path_id=first))
-    tab.handle(r.PathCommand(type="path.duplicate", path_id=first))
-    tab.handle(r.RenamePath(type="path.rename", path_id=first, name="Left"))
-    tab.handle(r.EntrySideOfPath(type="path.side", path_id=first, side="left"))
+    send(tab, "path.choose", path_id=first)
+    send(tab, "path.duplicate", path_id=first)
+    send(tab, "path.rename", path_id=first, name="Left")
+    send(tab, "path.side", path_id=first, side="left")
     assert paths() == [("Left", count), ("Path 2", 0), ("Path 3", count)]
-    tab.handle(r.PathCommand(type="path.delete", path_id=plan_of(tab).path_id))
+    send(tab, "path.delete", path_id=plan_of(tab).path_id)
     assert (plan_of(tab).path.name, plan_of(tab).paths[0].entry_side) == ("Path 2", "left")
-    tab.handle(r.PlanNotes(type="plan.notes", notes="Septum deviates."))
+    send(tab, "plan.notes", notes="Septum deviates.")
     view = sections_of(tab)["paths"]
     assert view is not None
     assert view["notes"] == "Septum deviates."

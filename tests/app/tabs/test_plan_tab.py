@@ -6,7 +6,7 @@ import re
 from types import SimpleNamespace
 
 import pytest
-from session_doubles import HEAD, SAMPLE, Later, fail, open_sample, other_case, sections_of
+from session_doubles import HEAD, SAMPLE, Later, fail, open_sample, other_case, sections_of, send
 
 from app.cases.service import Case
 from app.documents import DocumentKind
@@ -15,6 +15,8 @@ from app.kit.cache import Cache
 from app.kit.jobs import Job
 from app.planning.rehearsal_options import NO_OPTIONS, RehearsalOptions
 from app.planning.remote_centre import PathPlace
+from app.plans.operations.document import RedoPlan, SetSettings, UndoPlan
+from app.plans.operations.points import DeletePoint, RenamePoint
 from app.scene import palette
 from app.services import Services
 from app.store.errors import StorageError
@@ -23,7 +25,6 @@ from app.tabs.plan import commands as c
 from app.tabs.plan.dry_runs import DryRuns, ShownEvaluation, failed_run
 from app.tabs.plan.edited_plan import EditedPlan
 from app.tabs.plan.hints import plan_hint
-from app.tabs.plan.version_commands import VersionCommand
 from app.workspace.latest import Act
 from vfix_engine.anatomy.surface_uncertainty import SurfaceUncertainty
 from vfix_engine.errors import InputError, PlanError
@@ -63,7 +64,7 @@ def test_the_pages_dry_run_is_the_one_that_others_ask_for(
     """One job drives the plan for the page and for REST; cancelled, the page says so."""
     services = phantom_services
     plan = services.plans.duplicate(SAMPLE, "Shared")
-    services.plans.editor(plan.id).set_settings({"margin_mm": 0.45})
+    services.plans.do(plan.id, SetSettings(settings={"margin_mm": 0.45}))
     plan = services.plans.get(plan.id)
     job, executor, ran, wait = services.dry_runs.start(plan), Later(), list[ShownEvaluation](), services.jobs.wait
 
@@ -113,7 +114,7 @@ def test_a_plan_of_another_head_or_a_deleted_one_is_not_opened(phantom_services:
     for plan_id, words in ((foreign.id, "another head"), (gone.id, "deleted")):
         for kind in ("plan.open", "plan.duplicate"):
             with pytest.raises(PlanError, match=words):
-                step.handle(c.PlanCommand(type=kind, plan_id=plan_id))  # type: ignore[arg-type]
+                send(step, kind, plan_id=plan_id)
             assert step.plan_id == SAMPLE
     services.cases.delete(other.id)
 
@@ -131,14 +132,16 @@ def test_a_drag_that_never_ends_leaves_nothing_behind(phantom_services: Services
     plan = phantom_services.plans.duplicate(SAMPLE)
     edited = EditedPlan(phantom_services, plan.id)
     first, second = plan.points[0].id, plan.points[1].id
-    edited.rename(second, "Second")
+    edited.perform(RenamePoint(point_id=second, label="Second"))
     edited.drag(first, (1.0, 2.0, 3.0))
     assert edited.dragging
     if end == "delete":
-        edited.delete(second)
+        edited.perform(DeletePoint(point_id=second))
     elif end == "elsewhere":
-        phantom_services.plans.editor(plan.id).delete_point(first)
+        phantom_services.plans.do(plan.id, DeletePoint(point_id=first))
         edited.refresh()
+    elif end == "undo":
+        edited.perform(UndoPlan())
     else:
         getattr(edited, end)()
     assert not edited.dragging
@@ -228,7 +231,7 @@ def test_a_plan_that_cannot_be_read_does_not_keep_its_head_closed(phantom_servic
     services = phantom_services
     good, bad = services.plans.duplicate(SAMPLE, "Good"), services.plans.duplicate(SAMPLE, "Bad")
     step = open_sample(services)
-    step.handle(c.PlanCommand(type="plan.open", plan_id=bad.id))
+    step.handle(c.OpenPlan(type="plan.open", plan_id=bad.id))
     with services.store.writing() as session:
         state = session.get(DocumentStateRow, (bad.id, 0))
         assert state is not None
@@ -250,7 +253,10 @@ def test_a_plan_that_cannot_be_read_does_not_keep_its_head_closed(phantom_servic
 def test_undo_pressed_once_too_often_is_no_error(phantom_services: Services) -> None:
     plan = phantom_services.plans.duplicate(SAMPLE)
     edited = EditedPlan(phantom_services, plan.id)
-    assert (edited.undo(), edited.redo()) == ("There is nothing to undo.", "There is nothing to redo.")
+    assert (edited.perform(UndoPlan()), edited.perform(RedoPlan())) == (
+        "There is nothing to undo.",
+        "There is nothing to redo.",
+    )
     phantom_services.plans.delete(plan.id)
 
 
@@ -258,11 +264,11 @@ def test_undo_says_what_it_took_back(phantom_services: Services) -> None:
     plan = phantom_services.plans.duplicate(SAMPLE)
     edited = EditedPlan(phantom_services, plan.id)
     was = plan.points[0].label
-    edited.rename(plan.points[0].id, "Entry")
+    edited.perform(RenamePoint(point_id=plan.points[0].id, label="Entry"))
     way = f"Path ‘{plan.path.name}’: point ‘Entry’: renamed from ‘{was}’."
-    assert (edited.undo(), edited.redo()) == (f"Undone: {way}", f"Redone: {way}")
-    edited.delete(plan.targets[0].id)
-    assert edited.undo() == f"Undone: Target ‘{plan.targets[0].label}’ is gone."
+    assert (edited.perform(UndoPlan()), edited.perform(RedoPlan())) == (f"Undone: {way}", f"Redone: {way}")
+    edited.perform(DeletePoint(point_id=plan.targets[0].id))
+    assert edited.perform(UndoPlan()) == f"Undone: Target ‘{plan.targets[0].label}’ is gone."
     phantom_services.plans.delete(plan.id)
 
 
@@ -298,12 +304,12 @@ def test_a_version_that_differs_in_settings_alone_is_not_gone_back_to(phantom_se
     """Settings are no step of the history: going back would leave them."""
     plan = phantom_services.plans.duplicate(SAMPLE, "Versions")
     version = phantom_services.versions.save(plan.id, "Before")
-    phantom_services.plans.editor(plan.id).set_settings({"margin_mm": 0.5})
+    phantom_services.plans.do(plan.id, SetSettings(settings={"margin_mm": 0.5}))
     step = open_sample(phantom_services, plan.id)
-    step.handle(VersionCommand(type="version.compare", version_id=version.id))
+    step.handle(c.CompareVersion(type="version.compare", version_id=version.id))
     view = sections_of(step)["versions"]
     assert (len(view["changes"]), view["differs"]) == (1, False)
-    phantom_services.plans.editor(plan.id).delete_point(plan.points[1].id)
+    phantom_services.plans.do(plan.id, DeletePoint(point_id=plan.points[1].id))
     assert sections_of(step)["versions"]["differs"] is True
     phantom_services.plans.delete(plan.id)
 

@@ -9,11 +9,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from edited_registrations import Edited
 from session_doubles import HEAD, SAMPLE, Heard, other_case, sections_of, workspace_of
 
 from app.operations.messages import OperationMessage
 from app.registration.document import FiducialPair, RegistrationContent
 from app.registration.fit_report import refitted, report_of
+from app.registration.operations import FleWish, SetFle
 from app.services import Services
 from app.session.commands import parse_command
 from app.tabs.plan.tab import PlanTab
@@ -57,7 +59,7 @@ def opened(phantom_services: Services) -> Iterator[Opened]:
     yield client
     phantom_services.plans.delete(client.plan_id)
     for title in phantom_services.registrations.titles(HEAD):
-        phantom_services.registering.editor(title.id).set_locked(False)
+        phantom_services.registrations.editor(title.id).set_locked(False)
         phantom_services.registrations.delete(title.id)
 
 
@@ -170,7 +172,7 @@ def test_the_order_is_asked_for_and_forgotten_when_the_points_change(opened: Ope
 
 def test_an_edit_of_somebody_else_is_shown_and_the_own_refused(opened: Opened) -> None:
     registration = five(opened)["registration"]
-    opened.services.registering.editor(registration["id"]).set_fle(0.7)
+    Edited(opened.services, registration["id"]).do(SetFle(fle=FleWish(0.7)))
     with pytest.raises(VfixError, match="somebody else"):
         opened.do("pair.delete", pair_id=registration["pairs"][0]["id"])
     shown = opened.shown()["registration"]

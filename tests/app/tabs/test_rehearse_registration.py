@@ -8,11 +8,14 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from edited_registrations import Edited
 from registration_contents import content_of
 from session_doubles import CLIENT, HEAD, SAMPLE, Heard, Robot, put_in_place, workspace_of
 
 from app.drives.shared_drives import SharedDrives
+from app.plans.operations.instruments import UseRegistration
 from app.plans.service import Plan
+from app.registration.operations import ChangePair
 from app.services import Services
 from app.tabs.rehearse import commands as c
 from app.tabs.rehearse.tab import RehearseTab
@@ -65,18 +68,18 @@ class Driven:
 
     def withdraw(self, how: str) -> None:
         """Spoil the registration in a way; the session hears of it as of every change of the store."""
-        services, editor = self.services, self.services.registering.editor(self.registration)
+        services, editor = self.services, Edited(self.services, self.registration)
         if how == "deleted":
             services.registrations.delete(self.registration)
         elif how == "misfit":
             pair = editor.document.content.pairs[0]
             assert pair.measured is not None
             x, y, z = pair.measured
-            editor.change_pair(pair.id, {"measured": (x + 80.0, y, z)})
+            editor.do(ChangePair(pair_id=pair.id, measured=(x + 80.0, y, z)))
         elif how == "changed":
-            editor.change_pair(editor.document.content.pairs[0].id, {"enabled": False})
+            editor.do(ChangePair(pair_id=editor.document.content.pairs[0].id, enabled=False))
         else:
-            services.registering.use(self.plan.id, None)
+            services.plans.do(self.plan.id, UseRegistration(registration=None))
 
 
 @pytest.fixture
@@ -84,7 +87,7 @@ def driven(phantom_services: Services) -> Iterator[Driven]:
     services, heard = phantom_services, Heard()
     registration = services.registrations.create(HEAD, "OR", content_of(sigma=0.05)).id
     plan = services.plans.duplicate(SAMPLE)
-    plan = services.registering.use(plan.id, registration)
+    plan = services.plans.do(plan.id, UseRegistration(registration=registration))
     workspace = workspace_of(services, heard)
     tab = RehearseTab(workspace, SharedDrives())
     workspace.plan.provide(lambda: services.plans.get(plan.id))

@@ -1,0 +1,143 @@
+"""The printable report on a plan as HTML: one page of A4, with its styles and pictures in it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from html import escape
+from importlib.resources import files
+
+from app import __version__
+from app.planning.verdict import Level
+from app.plans.model import NOTICE
+
+_ICONS: dict[Level, str] = {"fits": "✓", "tight": "!", "unknown": "?", "blocked": "✕", "pierces": "✕"}
+_WORDS: dict[Level, str] = {
+    "fits": "Fits", "tight": "Tight", "unknown": "Not known", "blocked": "Blocked", "pierces": "Blocked",
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A figure with its unit, and what it refers to."""
+
+    name: str
+    value: str
+    words: str
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A picture as SVG, and its caption."""
+
+    caption: str
+    svg: str
+
+
+@dataclass(frozen=True)
+class Row:
+    """A row of a table. level: of a verdict, for its colour. strong: of the chosen path."""
+
+    cells: tuple[str, ...]
+    level: Level | None = None
+    strong: bool = False
+
+
+@dataclass(frozen=True)
+class ReportPage:
+    """What the page says. curves: name and colour of each line of the plot."""
+
+    plan: str
+    case: str
+    revision: int
+    modified: str
+    case_hash: str
+    level: Level
+    short: str
+    words: str
+    figures: tuple[Figure, ...]
+    pictures: tuple[Picture, ...]
+    plot: str
+    curves: tuple[tuple[str, str], ...]
+    paths: tuple[Row, ...]
+    targets: tuple[Row, ...]
+    registration: str
+    removed: str
+    notes: str
+    cautions: tuple[str, ...]
+
+    def html(self) -> str:
+        """The page."""
+        title = f"{self.plan} – {self.case}"
+        remarks = [text for text in (self.registration, self.removed, *self.cautions) if text]
+        parts = (
+            f'<header><div><h1>{escape(self.plan)}</h1><p>{escape(self.case)}</p></div><strong class="notice">'
+            f"{NOTICE}</strong></header>",
+            self._verdict(),
+            f'<dl class="figures">{"".join(_figure(figure) for figure in self.figures)}</dl>',
+            f'<div class="pictures">{"".join(_picture(picture) for picture in self.pictures)}</div>',
+            self._plot(),
+            _table("Paths", ("Path", "Verdict", "Least clearance", "Length"), self.paths),
+            _table("Targets", ("Target", "Place, mm", "Inspection cone", "Registration error, 95 %"), self.targets),
+            "".join(f'<p class="remark">{escape(text)}</p>' for text in remarks),
+            f'<section><h2>Notes</h2><p class="notes">{escape(self.notes)}</p></section>' if self.notes else "",
+            f"<footer><span>{NOTICE}. Simulated with vfix {escape(__version__)}; path and tool are projected onto the "
+            f"cuts. Coordinates are LPS.</span><span>Revision {self.revision}, {_when(self.modified)}; head "
+            f"{escape(self.case_hash[:12])}</span></footer>",
+        )
+        return (
+            f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><title>{escape(title)}</title>'
+            f"<style>{_style()}</style></head>\n<body>{''.join(parts)}</body></html>\n"
+        )
+
+    def _verdict(self) -> str:
+        words = self.words.removeprefix(f"{_WORDS[self.level]}.").strip()
+        return (
+            f'<section class="verdict {self.level}"><span class="icon" aria-hidden="true">{_ICONS[self.level]}</span>'
+            f"<strong>{_WORDS[self.level]}</strong><p>{escape(words)}</p></section>"
+        )
+
+    def _plot(self) -> str:
+        if not self.plot:
+            return ""
+        keys = "".join(f'<li><i style="background:{colour}"></i>{escape(name)}</li>' for name, colour in self.curves)
+        return (
+            "<section><h2>Clearance of the whole tool, mm</h2>"
+            f'{self.plot}<ul class="keys">{keys}<li><i class="dashed"></i>margin</li>'
+            '<li><i class="area"></i>depth in soft tissue</li></ul></section>'
+        )
+
+
+def _when(time: str) -> str:
+    """An ISO time as '26 Nov 2026, 07:15 UTC'."""
+    at = datetime.fromisoformat(time).astimezone(UTC)
+    return f"{at.day} {at:%b %Y, %H:%M} UTC"
+
+
+def _figure(figure: Figure) -> str:
+    return (
+        f"<div><dt>{escape(figure.name)}</dt><dd><b>{escape(figure.value)}</b>"
+        f"<span>{escape(figure.words)}</span></dd></div>"
+    )
+
+
+def _picture(picture: Picture) -> str:
+    return f"<figure>{picture.svg}<figcaption>{escape(picture.caption)}</figcaption></figure>"
+
+
+def _table(title: str, head: Iterable[str], rows: tuple[Row, ...]) -> str:
+    if not rows:
+        return ""
+    columns = "".join(f'<th scope="col">{escape(name)}</th>' for name in head)
+    body = "".join(
+        f'<tr class="{row.level or ""}{" strong" if row.strong else ""}">'
+        f"{''.join(f'<td>{escape(cell)}</td>' for cell in row.cells)}</tr>"
+        for row in rows
+    )
+    table = f"<table><thead><tr>{columns}</tr></thead><tbody>{body}</tbody></table>"
+    return f"<section><h2>{escape(title)}</h2>{table}</section>"
+
+
+def _style() -> str:
+    return files(__package__).joinpath("report.css").read_text(encoding="utf-8")

@@ -1,0 +1,70 @@
+"""What REST answers of plans."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, make_dataclass
+from typing import TYPE_CHECKING, Any, get_type_hints
+
+from app.operations.public import DocumentPublic
+from app.plans.model import Plan, PlanContent
+from app.plans.points import PlanPoint
+
+
+@dataclass(frozen=True)
+class RobotPublic:
+    """Base: transform_base_to_patient, 16 numbers row by row, mm.
+
+    urdf: SHA-256 of a custom URDF; tool_frame: its link that holds the tool. Both null for a shipped robot.
+    """
+
+    name: str
+    base: list[float] | None
+    q_start: list[float] | None
+    urdf: str | None = None
+    tool_frame: str | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class EditedPoint(PlanPoint):
+    """A point after an edit, and the plan's revision after it."""
+
+    revision: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Common(DocumentPublic):
+    """A plan; positions in LPS mm. points, tool and tool_shape are those of the chosen path, `path_id`.
+
+    tool_shape: bend_deg, shaft_radius_mm where not the shipped ones. told: of undo and redo: what it took back or did
+    again; of a file: its doubts; else ''. entry_side: of the chosen path. registration: id of the one that it uses.
+    """
+
+    schema: str
+    case_hash: str
+    frame: str
+    unit: str
+    told: str
+    notice: str
+    entry_side: str
+
+    @classmethod
+    def of(cls, plan: Plan) -> PlanPublic:
+        """The answer. A plan that REST is asked for has every field of this."""
+        values = {field.name: getattr(plan, field.name) for field in fields(cls)}
+        return cls(**values | {"robot": RobotPublic(**plan.robot)})
+
+
+if TYPE_CHECKING:
+    PlanPublic = _Common
+else:  # with the fields of the content, whatever they are
+    _SHOWN: Mapping[str, Any] = {"robot": RobotPublic}
+    _OWN = {**get_type_hints(PlanContent, include_extras=True), **_SHOWN}
+    PlanPublic = make_dataclass(
+        "PlanPublic",
+        [(field.name, _OWN[field.name]) for field in fields(PlanContent)],
+        bases=(_Common,),
+        frozen=True,
+        kw_only=True,
+        namespace={"__doc__": _Common.__doc__, "__module__": __name__},
+    )

@@ -1,0 +1,61 @@
+// Keys and gestures of the page: the sheet of ‘?’ lists them, and the palette shows the keys of what it offers.
+
+/** @typedef {{ keys: string, words: string, does?: string }} Shortcut does: message or action that the palette offers */
+
+/** @type {[string, Shortcut[]][]} groups of keys and what they do */
+export const SHORTCUTS = [
+  ["Everywhere", [
+    { keys: "Ctrl K", words: "Find an action, a head, a plan or a place by its name" },
+    { keys: "?", words: "This sheet", does: "help" },
+  ]],
+  ["Views", [
+    { keys: "1", words: "Axial slice alone; again: back", does: "layout.axial" },
+    { keys: "2", words: "Coronal slice alone; again: back", does: "layout.coronal" },
+    { keys: "3", words: "Sagittal slice alone; again: back", does: "layout.sagittal" },
+    { keys: "4", words: "Scene alone; again: back", does: "layout.scene" },
+    { keys: "5", words: "View across the path alone; again: back", does: "layout.path" },
+    { keys: "P", words: "Fold the panel away, and back", does: "panel" },
+    { keys: "C", words: "Bring the clicked place to the middle of the scene" },
+    { keys: "Drag, wheel", words: "Turn the scene about the clicked place; zoom to the pointer" },
+    { keys: "Right drag", words: "Move the scene sideways" },
+  ]],
+  ["Slices", [
+    { keys: "Wheel, Page ↑ ↓", words: "Move through the head" },
+    { keys: "Ctrl + wheel", words: "Zoom to the pointer" },
+    { keys: "Right drag", words: "Window (sideways) and level (up and down)" },
+    { keys: "Ctrl + drag", words: "Move the picture" },
+    { keys: "↑ ↓ ← →", words: "Move the crosshair by 1 mm; Shift 5, Alt 0.1" },
+    { keys: "Enter", words: "Add at the crosshair" },
+    { keys: "Space", words: "While drawing: a place at the crosshair" },
+    { keys: "M", words: "Lift the chosen point; arrows carry it, Enter drops it, Esc returns it" },
+    { keys: "Double-click", words: "This slice alone, and back" },
+  ]],
+  ["Plan", [
+    { keys: "Click", words: "Add what is chosen under ‘A click adds’" },
+    { keys: "Enter, Esc", words: "Add at the ring, or take it back" },
+    { keys: "Ctrl Z", words: "Undo", does: "undo" },
+    { keys: "Ctrl Shift Z", words: "Redo", does: "redo" },
+    { keys: "F2", words: "Rename what is selected", does: "item.rename" },
+    { keys: "Del", words: "Delete what is selected", does: "item.delete" },
+  ]],
+  ["Register", [
+    { keys: "Click", words: "In the scene: bring the slices to the clicked place" },
+    { keys: "Ctrl Z", words: "Undo of the registration", does: "registration.undo" },
+    { keys: "Ctrl Shift Z", words: "Redo of the registration", does: "registration.redo" },
+  ]],
+  ["Rehearse", [
+    { keys: "↑ ↓ or W S", words: "Hold: drive forward or back along the path, whatever was clicked last; in a list W S" },
+    { keys: "A D", words: "Hold: twist the tool, in Free and Inspect" },
+    { keys: "Drag the sphere", words: "Pull the tool by hand" },
+  ]],
+];
+
+const KEYS = new Map(SHORTCUTS.flatMap(([, rows]) => rows.flatMap(({ keys, does }) => (does ? [[does, keys]] : []))));
+
+/**
+ * The keys of what the palette offers; '' where it has none.
+ * @param {string} does
+ */
+export function keysOf(does) {
+  return KEYS.get(does) ?? "";
+}

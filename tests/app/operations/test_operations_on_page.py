@@ -1,0 +1,31 @@
+"""Each operation that has a message has a control on the page, which the palette finds by `data-operation`."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from app.operations.messages import messages
+
+APP = Path(__file__).resolve().parents[3] / "app"
+# What is done by a gesture or by keys, and not by a control: restoring from the message that says what was deleted.
+BY_GESTURE = {"label.restore", "version.restore"}
+
+
+@pytest.fixture(scope="module")
+def controls() -> set[str]:
+    sources = [*APP.glob("tabs/*/*.js"), *APP.glob("web/js/**/*.js")]
+    text = "\n".join(path.read_text(encoding="utf-8") for path in sources)
+    found = re.findall(r'"?data-operation"?(?:=|: )"([a-z_. ]+)"|dataset\.operation = "([a-z_. ]+)"', text)
+    return {name for pair in found for names in pair for name in names.split()}
+
+
+@pytest.mark.parametrize("kind", sorted(messages().keys() - BY_GESTURE))
+def test_an_operation_has_its_control(kind: str, controls: set[str]) -> None:
+    assert kind in controls
+
+
+def test_the_palette_has_a_name_for_each() -> None:
+    names = [message.title for message in messages().values()]
+    assert len(set(names)) == len(names)
+    assert all(re.fullmatch(r"[A-Z][a-z]+( [A-Za-z()]+)*", name) and len(name.split()) <= 4 for name in names)
