@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import argparse
 import io
+import json
 import zipfile
 from collections.abc import Iterator
 from itertools import count
@@ -14,6 +16,7 @@ from session_doubles import HEAD, Now, case_of_ct
 
 from app.cases.purge import Purge
 from app.cases.service import Case, CaseFrame
+from app.commands import case_skin
 from app.exchange.patient_images import FACE_WARNING
 from app.imaging import skins
 from app.imaging.skins import Skins
@@ -22,6 +25,7 @@ from app.services import Services
 from app.workspace.case_view import CaseView
 from app.workspace.commands import SetView
 from vfix_engine.errors import ImageError, InputError
+from vfix_engine.files.mesh_files import read_mesh
 from vfix_engine.files.volume import Volume
 
 MIDDLE, SKIN, BONE = 24.0, 18.0, 10.0  # mm: centre and radii of a ball of tissue around one of bone
@@ -101,6 +105,21 @@ def test_no_export_holds_it_and_a_purge_takes_it(services: Services, case: Case)
     assert derived(services) == [file], "another case has this scan"
     Purge(services.store).run(other.id)
     assert derived(services) == []
+
+
+def test_the_command_line_asks_before_it_writes_a_face(
+    services: Services, case: Case, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "face.ply"
+    wanted = argparse.Namespace(output=file, with_images=False, json=True)
+    with pytest.raises(InputError, match="--with-images"):
+        case_skin.run(wanted, services, case)
+    assert not file.exists()
+    wanted.with_images = True
+    assert case_skin.run(wanted, services, case) == 0
+    mesh, _ = read_mesh(file)
+    assert json.loads(capsys.readouterr().out) == {"case": case.id, "file": str(file), "triangles": len(mesh.faces)}
+    assert np.array_equal(mesh.vertices, services.skins.make(case.id).vertices)
 
 
 def test_only_the_ct_of_a_head_has_one(services: Services) -> None:
