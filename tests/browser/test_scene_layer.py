@@ -116,7 +116,7 @@ def test_skin_is_made_shown_over_bone_and_hidden(open_page: Open) -> None:
     station.wait_for("the skin", lambda: page.evaluate(SKIN).get("shown"))
     expect(page.locator("#skin-field .job")).to_be_hidden()
     expect(page.locator("#skin-field .words").last).to_be_hidden()  # the synthetic head is nobody's face
-    wanted = {"shown": True, "opacity": 0.35, "depthWrite": True, "after": True, "first": [[False, True, True]]}
+    wanted = {"shown": True, "opacity": 0.5, "depthWrite": True, "after": True, "first": [[False, True, True]]}
     assert page.evaluate(SKIN) == wanted
     station.picture("skin")
     page.locator("#skin-opacity").fill("60")

@@ -132,7 +132,7 @@ def test_only_the_ct_of_a_head_has_one(services: Services) -> None:
     assert skin_of(view) == {
         "possible": False,
         "shown": False,
-        "opacity": 0.35,
+        "opacity": 0.5,
         "words": "only the CT of a head shows skin.",
     }
 
@@ -185,5 +185,5 @@ def test_a_skin_that_cannot_be_made_is_told_and_a_cancelled_one_is_not(
     for make, words in ((fails, "this CT shows no air."), (cancelled, "")):
         monkeypatch.setattr(skins, "skin_of_volume", make)
         view.handle(SetView(type="view.set", skin=True))
-        assert skin_of(view) == {"possible": True, "shown": False, "opacity": 0.35, "words": words}
+        assert skin_of(view) == {"possible": True, "shown": False, "opacity": 0.5, "words": words}
     assert derived(services) == []

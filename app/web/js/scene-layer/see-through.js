@@ -5,7 +5,7 @@
 const GREATER_DEPTH = 6; // THREE.GreaterDepth; three.js turns it for viser's reversed depth
 const THROUGH_OPACITY = 0.55;
 // A share of its opacity where it faces the eye, and more towards its edges: relief is seen on what is nearly clear.
-const CLEARER_IN_FRONT = "diffuseColor.a = min(1.0, diffuseColor.a * (0.7 + 2.3 * pow(1.0 - abs(dot(normalize(vViewPosition), normal)), 2.0)));";
+const CLEARER_IN_FRONT = "diffuseColor.a = min(1.0, diffuseColor.a * (0.65 + 2.35 * pow(1.0 - abs(dot(normalize(vViewPosition), normal)), 2.0)));";
 const LAST = 900; // render order: after everything else, before viser's labels
 const LEAST_VERTICES = 1000; // the head has more than any part of a robot or a plan
 const SKIN_COLOUR = "dea48a"; // palette.SKIN of the planner: objects have no names here
