@@ -82,11 +82,14 @@ export class Palette {
     const plans = (state.plans?.items ?? []).filter(({ id, deleted }) => !deleted && id !== state.plan?.id).map(({ id, name }) => ({
       group: "Plan", name, run: () => connection.send("plan.open", { plan_id: id }),
     }));
+    const paths = (state.paths?.items ?? []).filter(({ id }) => id !== state.paths?.chosen).map(({ id, name }) => ({
+      group: "Path", name, run: () => connection.send("path.choose", { path_id: id }),
+    }));
     const places = [...(state.plan?.points ?? []), ...(state.plan?.targets ?? [])].map((item) => ({
       group: placeWords(item.position), name: item.label, run: () => connection.send("item.select", { item_id: item.id }),
     }));
     const operations = this.operations.flatMap((operation) => this.operation(operation) ?? []);
-    return [...tabs, ...operations, ...actions(), ...plans, ...heads, ...places];
+    return [...tabs, ...operations, ...actions(), ...paths, ...plans, ...heads, ...places];
   }
 
   /**
