@@ -166,3 +166,6 @@ def _with_new(content: PlanContent, name: str | None, named: str, like: PlanPath
     called = new_path_name(content.paths, named) if name is None else name
     path = replace(like, id=new_id("path"), name=called)
     return content.with_paths(check_paths((*content.paths, path)), path.id)
+
+
+OPERATIONS = (SetShaft, AddPath, CopyPath, RenamePath, SetEntrySide, ChoosePath, DeletePath)
