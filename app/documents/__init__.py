@@ -3,7 +3,7 @@
 from app.documents.document import Document, DocumentTitle, Ref
 from app.documents.documents import Documents
 from app.documents.editor import DocumentEditor, check_still_newest
-from app.documents.kind import DocumentErrors, DocumentKind, struct_kind
+from app.documents.kind import DocumentErrors, DocumentKind, new_in, struct_kind
 
 __all__ = [
     "Document",
@@ -14,5 +14,6 @@ __all__ = [
     "Documents",
     "Ref",
     "check_still_newest",
+    "new_in",
     "struct_kind",
 ]

@@ -19,7 +19,6 @@ from app.exchange.plan_files import FORMATS, export_text, from_native_json, read
 from app.kit.errors import NotFound, PlanConflict, PlanLocked, TooLarge
 from app.plans.document import BEFORE_PATHS, STORED
 from app.plans.model import MAX_NOTES, PlanContent, PlanPath, PlanPoint, check_stored, drive_parts
-from app.plans.operations import PlanEdit
 from app.plans.operations.document import LockPlan, RedoPlan, SetNotes, UndoPlan
 from app.plans.operations.instruments import ChooseTool, KeepPlacement, ToolChoice
 from app.plans.operations.paths import AddPath, ChoosePath, DeletePath, RenamePath, SetEntrySide, SetShaft
@@ -219,30 +218,27 @@ def test_a_placing_belongs_to_the_path_that_it_was_made_for(editor: PlanEditor) 
     assert editor.do(AddPath()).robot["base"] is None
 
 
-def test_zones_and_bone_are_edited(plans: PlanService, plan: Plan) -> None:
-    def do(operation: PlanEdit) -> Plan:
-        return plans.do(plan.id, operation)
-
-    nerve = do(AddZone(shape=SHAPES[2], name="optic nerve")).zones[0].id
-    plan = do(AddZone(shape=SPHERE, kind="soft", max_depth_mm=1.5))
-    soft = plan.zones[1].id
+def test_zones_and_bone_are_edited(editor: PlanEditor) -> None:
+    nerve = editor.add(AddZone(shape=SHAPES[2], name="optic nerve"))
+    soft = editor.add(AddZone(shape=SPHERE, kind="soft", max_depth_mm=1.5))
+    plan = editor.plan
     assert [zone.name for zone in plan.zones] == ["optic nerve", "Structure 1"]
     assert (plan.zones[1].stiffness_n_per_mm, plan.zones[1].max_depth_mm) == (0.5, 1.5)
     assert plan.zones[0].colour != plan.zones[1].colour
-    plan = do(ChangeZone(zone_id=soft, kind="hard", margin_mm=2, colour="#ABCDEF", visible=False))
+    plan = editor.do(ChangeZone(zone_id=soft, kind="hard", margin_mm=2, colour="#ABCDEF", visible=False))
     assert plan.zones[1] == PlanZone(soft, "Structure 1", SPHERE, 2.0, colour="#abcdef", visible=False)
-    region = do(AddBone(shape=SPHERE)).removed_bone[0].id
-    assert do(ChangeBone(region_id=region, name="Sphenoid front")).removed_bone[0].name == "Sphenoid front"
-    assert do(DeleteZone(zone_id=nerve)).zones == plan.zones[1:]
-    assert do(DeleteBone(region_id=region)).removed_bone == ()
+    region = editor.add(AddBone(shape=SPHERE))
+    assert editor.do(ChangeBone(region_id=region, name="Sphenoid front")).removed_bone[0].name == "Sphenoid front"
+    assert editor.do(DeleteZone(zone_id=nerve)).zones == plan.zones[1:]
+    assert editor.do(DeleteBone(region_id=region)).removed_bone == ()
     with pytest.raises(NotFound):
-        do(DeleteZone(zone_id=nerve))
+        editor.do(DeleteZone(zone_id=nerve))
     with pytest.raises(NotFound):
-        do(ChangeBone(region_id=region, name="x"))
+        editor.do(ChangeBone(region_id=region, name="x"))
     with pytest.raises(PlanError, match="what is to change"):
-        do(ChangeZone(zone_id=soft))
+        editor.do(ChangeZone(zone_id=soft))
     with pytest.raises(PlanError, match="needs its margin_mm"):
-        do(ChangeZone(zone_id=soft, margin_mm=None))
+        editor.do(ChangeZone(zone_id=soft, margin_mm=None))
 
 
 WRONG: list[tuple[dict[str, Any], str]] = [
@@ -266,19 +262,18 @@ WRONG: list[tuple[dict[str, Any], str]] = [
 
 
 @pytest.mark.parametrize(("fields", "words"), WRONG)
-def test_a_wrong_zone_is_refused_and_nothing_changes(
-    plans: PlanService, plan: Plan, fields: dict[str, Any], words: str
-) -> None:
-    plan = plans.do(plan.id, AddZone(shape=SPHERE, name="eye"))
+def test_a_wrong_zone_is_refused_and_nothing_changes(editor: PlanEditor, fields: dict[str, Any], words: str) -> None:
+    zone_id = editor.add(AddZone(shape=SPHERE, name="eye"))
+    plan = editor.plan
     with pytest.raises(InputError, match=words):
-        plans.do(plan.id, ChangeZone(zone_id=plan.zones[0].id, **fields))
-    assert plans.get(plan.id) == plan
+        editor.do(ChangeZone(zone_id=zone_id, **fields))
+    assert editor.plan == plan
 
 
-def test_a_region_of_bone_is_a_solid(plans: PlanService, plan: Plan) -> None:
+def test_a_region_of_bone_is_a_solid(editor: PlanEditor) -> None:
     for shape in (*SHAPES[4:], SHAPES[2]):
         with pytest.raises(PlanError, match="known are sphere, capsule, box"):
-            plans.do(plan.id, AddBone(shape=shape))
+            editor.do(AddBone(shape=shape))
 
 
 def test_too_much_is_refused(plans: PlanService, case: Case, editor: PlanEditor) -> None:
@@ -296,11 +291,11 @@ def test_too_much_is_refused(plans: PlanService, case: Case, editor: PlanEditor)
         plans.create(case.id, "Twice", PlanContent(paths=(PlanPath("a", "A"), PlanPath("b", "A")), path_id="a"))
 
 
-def test_every_edit_is_undone_redone_locked_and_in_conflict(plans: PlanService, plan: Plan, editor: PlanEditor) -> None:
+def test_every_edit_is_undone_redone_locked_and_in_conflict(editor: PlanEditor) -> None:
     """HAZ-24: every edit goes over the one history, with the plan's revision and its lock."""
     point_id = editor.add(AddPoint(position=(1, 2, 3)))
-    zone_id = plans.do(plan.id, AddZone(shape=SPHERE, name="eye")).zones[0].id
-    region = plans.do(plan.id, AddBone(shape=SPHERE)).removed_bone[0].id
+    zone_id = editor.add(AddZone(shape=SPHERE, name="eye"))
+    region = editor.add(AddBone(shape=SPHERE))
     edits: list[Callable[..., object]] = [
         lambda **o: editor.do(AddPath(name="Second"), **o),
         lambda **o: editor.do(RenamePath(path_id=editor.plan.path_id, name="Third"), **o),
@@ -308,11 +303,11 @@ def test_every_edit_is_undone_redone_locked_and_in_conflict(plans: PlanService, 
         lambda **o: editor.do(ChoosePath(path_id="path-1"), **o),
         lambda **o: editor.do(SetShaft(point_id=point_id, direction=(1, 0, 0)), **o),
         lambda **o: editor.do(SetNotes(notes="careful"), **o),
-        lambda **o: plans.do(plan.id, AddZone(shape=SPHERE), **o),
-        lambda **o: plans.do(plan.id, ChangeZone(zone_id=zone_id, margin_mm=2.0), **o),
-        lambda **o: plans.do(plan.id, DeleteZone(zone_id=zone_id), **o),
-        lambda **o: plans.do(plan.id, ChangeBone(region_id=region, name="other"), **o),
-        lambda **o: plans.do(plan.id, DeleteBone(region_id=region), **o),
+        lambda **o: editor.do(AddZone(shape=SPHERE), **o),
+        lambda **o: editor.do(ChangeZone(zone_id=zone_id, margin_mm=2.0), **o),
+        lambda **o: editor.do(DeleteZone(zone_id=zone_id), **o),
+        lambda **o: editor.do(ChangeBone(region_id=region, name="other"), **o),
+        lambda **o: editor.do(DeleteBone(region_id=region), **o),
         lambda **o: editor.do(DeletePath(path_id=editor.plan.path_id), **o),
     ]
     for edit in edits:

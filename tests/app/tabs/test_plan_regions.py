@@ -165,6 +165,17 @@ def test_a_patch_goes_to_the_bone(tab: PlanTab, phantom_services: Services) -> N
     assert np.linalg.norm(vertices - centre, axis=1).min() < 5.0
 
 
+def test_what_no_drive_could_keep_is_refused_here_too(tab: PlanTab) -> None:
+    tab.handle(draw("spare", "patch", 5.0))
+    click(tab, PLACE)
+    before = plan_of(tab)
+    with pytest.raises(PlanError, match="cannot be kept"):
+        send(tab, "region.change", region_id=before.zones[0].id, soft=True, max_depth_mm=3.0)
+    with pytest.raises(PlanError, match="all of the bone"):
+        send(tab, "region.structure", structure="bone")
+    assert plan_of(tab) == before
+
+
 def test_a_region_is_dragged_by_its_ball_and_selected_by_a_click_on_it(tab: PlanTab) -> None:
     tab.active = True
     tab.handle(draw("spare", "sphere", 4.0))
