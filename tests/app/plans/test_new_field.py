@@ -5,25 +5,32 @@ They are opened in a copy of the application, which another process then uses.
 
 from __future__ import annotations
 
+import json
+import os
 import re
+import shutil
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+from npm import find_node
 
 ROOT = Path(__file__).resolve().parents[3]
+LIBRARIES = ROOT / "node_modules"
+COMPILER = LIBRARIES / "typescript" / "bin" / "tsc"
+TYPES = "app/web/js/types.d.ts"
 CONTENT, OPERATION, SECTION, PANEL = (
     "app/plans/model.py", "app/plans/operations/document.py", "app/tabs/plan/paths.py", "app/tabs/plan/paths.js",
 )  # fmt: skip
-COPIED = ("plans", "tabs")  # the folders of `app` that they are in; of the others there are links
+COPIED = ("plans", "tabs", "web/js")  # the folders of `app` that they are in, and the page's; the others are linked
 
 # In each file what is found, and what is written after it. Where nothing is found in a file, it has changed.
 ADDED: dict[str, dict[str, str]] = {
     CONTENT: {
         r"    registration: str \| None = None\n": "    urgency: int | None = None\n",
-        r"        \"registration\": content\.registration,\n": "        \"urgency\": content.urgency,\n",
-        r"            check_registration_id\(data\.get\(\"registration\"\)\),\n": "            data.get(\"urgency\"),\n",
+        r"        \"registration\": content\.registration,\n": '        "urgency": content.urgency,\n',
+        r"            check_registration_id\(data\.get\(\"registration\"\)\),\n": '            data.get("urgency"),\n',
     },
     OPERATION: {
         r"(?=OPERATIONS = \()": '''class SetUrgency(PlanEdit, frozen=True):
@@ -46,10 +53,11 @@ ADDED: dict[str, dict[str, str]] = {
         r'        "notes": [\w.]+\.notes,\n': '        "urgency": PLAN.urgency,\n',
     },
     PANEL: {
-        r"    this\.sideCaution = [^\n]*\n": """    /** @type {HTMLInputElement} */
-    this.urgency = h("input", { type: "number", min: 0, max: 3, onchange: () => connection.send("plan.urgency", { urgency: Number(this.urgency.value) }) });
+        r"    this\.sideCaution = [^\n]*\n": """    const asked = () => ({ urgency: Number(this.urgency.value) });
+    /** @type {HTMLInputElement} */
+    this.urgency = h("input", { type: "number", onchange: () => connection.send("plan.urgency", asked()) });
 """,
-        r"(?=    if \(document\.activeElement !== this\.notes\))": """    this.urgency.value = String(paths?.urgency ?? "");
+        r"    this\.sideCaution\.textContent = [^\n]*\n": """    this.urgency.value = String(paths?.urgency ?? "");
 """,
     },
 }
@@ -59,16 +67,13 @@ ADDED: dict[str, dict[str, str]] = {
 def copy(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The application with the field."""
     folder = tmp_path_factory.mktemp("copy")
-    (folder / "app").mkdir()
-    for part in (ROOT / "app").iterdir():
-        if part.name not in COPIED:
-            (folder / "app" / part.name).symlink_to(part)
-            continue
-        for file in part.rglob("*"):
-            if file.is_file() and "__pycache__" not in file.parts:
-                target = folder / file.relative_to(ROOT)
-                target.parent.mkdir(parents=True, exist_ok=True)
-                target.write_bytes(file.read_bytes())
+    for part in (*(ROOT / "app").iterdir(), *(ROOT / "app" / "web").iterdir()):
+        target = folder / part.relative_to(ROOT)
+        if (name := part.relative_to(ROOT / "app").as_posix()) in COPIED:
+            shutil.copytree(part, target, ignore=shutil.ignore_patterns("__pycache__"))
+        elif name != "web":
+            target.parent.mkdir(parents=True, exist_ok=True)
+            target.symlink_to(part)
     for name, lines in ADDED.items():
         file = folder / name
         text = file.read_text(encoding="utf-8")
@@ -118,21 +123,41 @@ services = build_services(Settings(home=home, port=0))
 assert services.plans.documents.get(plan).content.urgency == 1
 assert services.plans.do(plan, UndoPlan()).told.startswith("Undone")
 services.close()
-text = declarations.declarations()
-assert '"plan.urgency": {' in text and "urgency: number | null;" in text
-Path("types.d.ts").write_text(text, encoding="utf-8")
+Path("app/web/js/types.d.ts").write_text(declarations.declarations(), encoding="utf-8")
 """
 
 
-def test_a_field_is_had_over_rest_as_a_message_and_as_a_verb(copy: Path, tmp_path: Path) -> None:
-    assert len(ADDED) <= 4
+@pytest.fixture(scope="module")
+def used(copy: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The copy after its field was used, with the types of the page."""
     paths = [copy, ROOT, ROOT / "scripts", ROOT / "tests" / "app"]
     done = subprocess.run(
-        [sys.executable, "-c", USED, str(tmp_path / "home")],
+        [sys.executable, "-c", USED, str(tmp_path_factory.mktemp("home"))],
         cwd=copy,
-        env={"PYTHONPATH": ":".join(map(str, paths)), "PATH": "/usr/bin:/bin"},
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(map(str, paths))},
         capture_output=True,
         text=True,
         check=False,
     )
     assert done.returncode == 0, done.stdout + done.stderr
+    return copy
+
+
+def test_a_field_is_had_over_rest_as_a_message_and_as_a_verb(used: Path) -> None:
+    assert len(ADDED) <= 4
+    assert '"plan.urgency": {' in (used / TYPES).read_text(encoding="utf-8")
+
+
+@pytest.mark.skipif(not COMPILER.is_file(), reason="TypeScript is installed with the checks of the page")
+def test_the_panel_reads_and_sends_what_the_types_say(used: Path) -> None:
+    paths = {
+        "/static/lib/uplot/dist/uPlot.esm.js": [str(LIBRARIES / "uplot" / "dist" / "uPlot.d.ts")],
+        "/static/lib/*": [f"{LIBRARIES}/*"],
+        "/static/*": [f"{used}/app/web/*"],
+    }
+    base = str(ROOT / "tsconfig.json")
+    config = {"extends": base, "compilerOptions": {"paths": paths}, "include": [], "files": [PANEL]}
+    (used / "tsconfig.json").write_text(json.dumps(config), encoding="utf-8")
+    node, _ = find_node(Path(sys.executable))
+    done = subprocess.run([node, COMPILER, "--project", used], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout) == (0, "")
