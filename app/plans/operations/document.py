@@ -102,7 +102,7 @@ class SetNotes(PlanEdit, frozen=True):
         return replace(content, notes=check_text(self.notes, "notes", MAX_NOTES))
 
 
-class SetSettings(Change, frozen=True):
+class SetPlanSettings(Change, frozen=True):
     """Set some of the controller's settings; the others stay. No step of the history: undo leaves them."""
 
     rest = "PATCH /plans/{id}"
@@ -114,6 +114,6 @@ class SetSettings(Change, frozen=True):
 
 
 OPERATIONS = (
-    CreatePlan, DuplicatePlan, RenamePlan, LockPlan, SetDeleted, SetSettings, DeletePlan, RestorePlan, UndoPlan,
+    CreatePlan, DuplicatePlan, RenamePlan, LockPlan, SetDeleted, SetPlanSettings, DeletePlan, RestorePlan, UndoPlan,
     RedoPlan, SetNotes,
 )  # fmt: skip

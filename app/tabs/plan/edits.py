@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from app.messages.fields import Command
+from app.messages.fields import ClientMessage
 from app.tabs.plan import commands as c
 from app.tabs.plan.edited_plan import EditedPlan
 from app.tabs.plan.region_commands import REGION_COMMANDS, DrawRegion
@@ -23,7 +23,7 @@ class Edits:
         """run_again: asks for a dry run of the plan as it is."""
         self._case, self._shafts, self._run_again = case, shafts, run_again
 
-    def do(self, edited: EditedPlan, command: Command) -> str:
+    def do(self, edited: EditedPlan, command: ClientMessage) -> str:
         """Answer a command; returns words for the user, often none. Raises VfixError where it cannot be done."""
         if isinstance(command, REGION_COMMANDS):
             if isinstance(command, DrawRegion):

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from app.kit.kept import Same
-from app.messages.fields import Command
+from app.messages.fields import ClientMessage
 from app.messages.sections import Section
 from app.plans.model import PlanPoint
 from app.scene.dragging import DragEvent
@@ -40,7 +40,7 @@ class Shafts:
         """Nothing is shown or half done."""
         self.aiming, self._shown, self._points = None, None, ()
 
-    def handle(self, edited: EditedPlan, command: Command) -> str:
+    def handle(self, edited: EditedPlan, command: ClientMessage) -> str:
         """Answer a command; returns words for the user. Raises VfixError with the reason where it cannot be done."""
         match command:
             case SuggestionCommand(type="suggestion.use"):

@@ -6,10 +6,10 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from app.messages.fields import Command, Identifier
+from app.messages.fields import ClientMessage, Identifier
 
 
-class SuggestionCommand(Command):
+class SuggestionCommand(ClientMessage):
     """Show an alternative of a suggestion in the scene, or lead the path along it."""
 
     type: Literal["suggestion.show", "suggestion.use"]
@@ -17,15 +17,15 @@ class SuggestionCommand(Command):
     alternative: Annotated[int, Field(ge=0, le=1000)]
 
 
-class HideSuggestion(Command):
+class HideSuggestion(ClientMessage):
     type: Literal["suggestion.hide", "shaft.aim_off"]
 
 
-class AimShaft(Command):
+class AimShaft(ClientMessage):
     """Aim the shaft at a path point by the next click."""
 
     type: Literal["shaft.aim"]
     item_id: Identifier
 
 
-COMMANDS: tuple[type[Command], ...] = (SuggestionCommand, HideSuggestion, AimShaft)
+COMMANDS: tuple[type[ClientMessage], ...] = (SuggestionCommand, HideSuggestion, AimShaft)

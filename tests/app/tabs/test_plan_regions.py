@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from session_doubles import SAMPLE, open_sample, sections_of, send
 
-from app.messages.fields import Command
+from app.messages.fields import ClientMessage
 from app.planning.shape_meshes import shape_mesh
 from app.plans.operations.document import LockPlan
 from app.plans.service import Plan
@@ -53,7 +53,7 @@ def click(tab: PlanTab, *places: tuple[float, float, float]) -> None:
         tab.handle(c.PickOnSlice(type="pick.slice", position=place))
 
 
-def draw(purpose: str, kind: str, *sizes: float) -> Command:
+def draw(purpose: str, kind: str, *sizes: float) -> ClientMessage:
     return r.DrawRegion.model_validate({"type": "region.draw", "purpose": purpose, "kind": kind, "sizes_mm": sizes})
 
 
