@@ -11,7 +11,7 @@ from app.kit.errors import PlanLocked
 from app.kit.kept import Kept, Same
 from app.kit.values import Position
 from app.planning.rehearsal_options import NO_OPTIONS, RehearsalOptions
-from app.plans.operations.document import SetSettings
+from app.plans.operations.document import SetPlanSettings
 from app.plans.service import Plan
 from app.tabs.drive_tab import DriveTab
 from app.tabs.rehearse.drive_figures import DriveFigures
@@ -177,7 +177,7 @@ class RehearsalSession(DriveTab[PreparedRehearsal, RigidSnapshot]):
             return words
         try:
             before = self._services.plans.get(self._plan_id)
-            after = self._services.plans.do(self._plan_id, SetSettings(settings=accepted))
+            after = self._services.plans.do(self._plan_id, SetPlanSettings(settings=accepted))
         except PlanLocked:
             words.append("The plan is locked: the changed settings hold for this rehearsal only.")
         except VfixError as error:

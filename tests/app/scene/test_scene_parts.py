@@ -15,7 +15,7 @@ from app.scene import camera, palette, shapes
 from app.scene.camera import Lens
 from app.scene.error_balls import ErrorBalls
 from app.scene.fiducials import FiducialNodes, FiducialShape
-from app.scene.picking import Plane, SurfacePicker, hit_items, hit_plane
+from app.scene.picking import PickingPlane, SurfacePicker, hit_items, hit_plane
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.proximity.axes import rotation_z_to
 
@@ -88,7 +88,7 @@ def test_a_click_meets_the_bone_that_is_shown() -> None:
 
 
 def test_a_click_meets_a_slice_inside_its_picture_only() -> None:
-    plane = Plane(0, 4.0, np.array([[-10.0, -20.0, -30.0], [10.0, 20.0, 30.0]]))
+    plane = PickingPlane(0, 4.0, np.array([[-10.0, -20.0, -30.0], [10.0, 20.0, 30.0]]))
     towards = np.array([-1.0, 0.0, 0.0])
     hit = hit_plane(np.array([100.0, 5.0, 6.0]), towards, plane)
     assert hit is not None
