@@ -4,7 +4,7 @@ import { post, remove } from "/static/js/rest.js";
 import { thresholdPreview } from "/static/js/threshold-preview.js";
 
 /** @import { JobPublic } from "/static/js/types.js" */
-/** @typedef {{ low_hu: number | null, high_hu: number | null, preset: string, crop_mm: number[][] | null, largest: boolean, least_mm3: number }} IslandsWish */
+/** @typedef {{ low_hu: number | null, high_hu: number | null, preset: string, crop_mm: number[][] | null, largest: boolean, least_mm3: number }} IslandsRequest */
 
 const PATIENCE_MS = 300; // what an earlier wish found stays as long, so that nothing blinks while a slider moves
 
@@ -13,7 +13,7 @@ export class IslandPreview {
   /** @param {(words: string) => void} say how much is kept */
   constructor(say) {
     this.say = say;
-    /** @type {{ caseId: string, wish: IslandsWish } | null} what is wanted */
+    /** @type {{ caseId: string, wish: IslandsRequest } | null} what is wanted */
     this.wanted = null;
     this.key = "";
     this.busy = false;
@@ -25,7 +25,7 @@ export class IslandPreview {
 
   /**
    * @param {string} caseId
-   * @param {IslandsWish | null} wish null: all of the threshold is kept
+   * @param {IslandsRequest | null} wish null: all of the threshold is kept
    */
   want(caseId, wish) {
     const key = wish ? JSON.stringify([caseId, wish]) : "";
@@ -66,7 +66,7 @@ export class IslandPreview {
   /**
    * The hand rests: look at every voxel.
    * @param {string} caseId
-   * @param {IslandsWish | null} wish
+   * @param {IslandsRequest | null} wish
    */
   async full(caseId, wish) {
     this.want(caseId, wish);
