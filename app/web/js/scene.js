@@ -89,7 +89,7 @@ export class SceneFrame {
     const views = VIEWS.map(([view, label]) => ({ group: "Scene", name: `${label} view`, run: () => this.look(view) }));
     const cuts = CUTS.map(([value, name]) => ({ group: "Scene", name, run: () => { this.cut.value = value; this.sendCut(); } }));
     const skin = this.skinField.hidden ? [] : [{ group: "Scene", name: this.skin.checked ? "Hide the skin" : "Show the skin", run: () => this.skin.click() }];
-    return connection.state.case ? [...views, ...cuts] : [];
+    return connection.state.case ? [...views, ...cuts, ...skin] : [];
   }
 
   sendOpacity() {
