@@ -107,7 +107,10 @@ class Tab:
         return False
 
     def tick(self) -> bool:
-        """The planner's clock: 50 Hz while a tab is lively, else once a second; True publishes everything."""
+        """The planner's clock: 50 Hz while a tab is lively, else once a second; True publishes everything.
+
+        What changes by itself is read here: :meth:`refresh` is not called after a tick alone.
+        """
         return False
 
     def release_now(self) -> None:

@@ -11,7 +11,7 @@ from app.tabs.plan import commands as c
 from app.tabs.plan.edited_plan import EditedPlan
 from app.tabs.plan.region_commands import REGION_COMMANDS, DrawRegion
 from app.tabs.plan.shafts import Shafts
-from app.tabs.plan.suggest_commands import HideSuggestion, RollShaft, ShaftCommand, SuggestionCommand
+from app.tabs.plan.suggest_commands import AimShaft, HideSuggestion, SuggestionCommand
 from app.workspace.case_view import CaseView
 from vfix_engine.errors import InputError
 
@@ -46,7 +46,7 @@ class Edits:
                 edited.versions.compare(command.version_id)
             case c.EditCommand():
                 return self._plain(edited, command.type)
-            case SuggestionCommand() | HideSuggestion() | ShaftCommand() | RollShaft():
+            case SuggestionCommand() | HideSuggestion() | AimShaft():
                 return self._shafts.handle(edited, command)
             case _:
                 raise InputError(f"the command {type(command).__name__} cannot be used here.")

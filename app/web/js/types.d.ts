@@ -1886,10 +1886,12 @@ export interface Commands {
   "shaft.aim_off": {};
   "shaft.clear": {
     item_id: string;
+    revision?: number | null;
   };
   "shaft.roll": {
     item_id: string;
     roll_deg?: number | null;
+    revision?: number | null;
   };
   "slice.cross": {
     position: [number, number, number];

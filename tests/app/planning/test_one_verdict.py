@@ -89,7 +89,9 @@ class World:
             shape = {"kind": "sphere", "centre": at.tolist(), "radius": radius}
             zones = (PlanZone("z", "optic nerve", shape, float(draw(0.1, 2.0))),)
         side = str(self.random.choice(["", "", "left", "right"]))
-        plan = replace(self.sample, targets=(), zones=zones, settings={"margin_mm": float(draw(0.1, 0.8))})
+        used = None if self.registered is None else self.registered.id
+        settings = {"margin_mm": float(draw(0.1, 0.8))}
+        plan = replace(self.sample, targets=(), zones=zones, settings=settings, registration=used)
         return replace(plan, paths=(replace(plan.path, entry_side=side),))
 
     def _register(self, some: Callable[[float], bool]) -> None:

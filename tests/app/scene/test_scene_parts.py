@@ -66,7 +66,7 @@ def test_standard_views_are_not_mirrored(
 def test_the_scale_is_that_of_the_place_looked_at() -> None:
     lens = _lens("anterior")
     a, b = lens.project(np.stack([lens.look_at, lens.look_at + np.array([10.0, 0.0, 0.0])]))
-    assert (b[0] - a[0]) * lens.width * lens.mm_per_pixel == pytest.approx(10.0)
+    assert (b[0] - a[0]) * lens.width * lens.view_height_mm / lens.height == pytest.approx(10.0)
 
 
 def test_what_lies_behind_the_camera_has_no_place() -> None:

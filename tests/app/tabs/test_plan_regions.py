@@ -21,7 +21,7 @@ from app.services import Services
 from app.tabs.plan import commands as c
 from app.tabs.plan import region_commands as r
 from app.tabs.plan.region_sections import RegionsSection
-from app.tabs.plan.suggest_commands import ShaftCommand
+from app.tabs.plan.suggest_commands import AimShaft
 from app.tabs.plan.tab import PlanTab
 from vfix_engine.errors import InputError, PlanError
 
@@ -103,7 +103,7 @@ def test_beginning_to_draw_takes_a_ghost_and_an_aim_back(tab: PlanTab) -> None:
     before = plan_of(tab).points
     tab.handle(c.EditCommand(type="ghost.cancel"))
     assert regions(tab)["drawing"] is None
-    tab.handle(ShaftCommand(type="shaft.aim", item_id=before[0].id))
+    tab.handle(AimShaft(type="shaft.aim", item_id=before[0].id))
     tab.handle(draw("spare", "sphere", 2.0))
     click(tab, PLACE)
     assert len(plan_of(tab).zones) == 1

@@ -16,6 +16,7 @@ from app.kit.jobs import Job
 from app.planning.rehearsal_options import NO_OPTIONS, RehearsalOptions
 from app.planning.remote_centre import PathPlace
 from app.plans.operations.document import RedoPlan, SetPlanSettings, UndoPlan
+from app.plans.operations.paths import SetShaft
 from app.plans.operations.points import DeletePoint, RenamePoint
 from app.scene import palette
 from app.services import Services
@@ -335,3 +336,20 @@ def test_a_page_without_a_head_leaves_the_plan_of_another_page_to_the_link(phant
     finally:
         phantom_services.cases.restore(HEAD)
         live.opened("another page", None)
+
+
+def test_a_shaft_is_rolled_about_its_direction_and_left_open(phantom_services: Services) -> None:
+    plan = phantom_services.plans.duplicate(SAMPLE, "Shaft")
+    tab = open_sample(phantom_services, plan.id)
+    item_id = plan.points[1].id
+    send(tab, "shaft.clear", item_id=item_id)
+    with pytest.raises(PlanError, match="aim the shaft first"):
+        send(tab, "shaft.roll", item_id=item_id, roll_deg=30.0)
+    phantom_services.plans.do(plan.id, SetShaft(point_id=item_id, direction=(0.0, 0.0, 1.0)))
+    sections_of(tab)
+    send(tab, "shaft.roll", item_id=item_id, roll_deg=30.0)
+    point = phantom_services.plans.get(plan.id).points[1]
+    assert (point.direction, point.roll_deg) == ((0.0, 0.0, 1.0), 30.0)
+    send(tab, "shaft.clear", item_id=item_id)
+    assert phantom_services.plans.get(plan.id).points[1].direction is None
+    phantom_services.plans.delete(plan.id)

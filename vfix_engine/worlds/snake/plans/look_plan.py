@@ -1,6 +1,6 @@
 """Planning of views: bends of the distal links that look in a direction, and a path to each of them.
 
-The bends (10)-(19) of Kwok 2013 have two parameters and are made for the position of the tip. In a lumen whose own
+The bends of Kwok 2013, eq. 10-19, have two parameters and are made for the position of the tip. In a lumen whose own
 bends have the joints at their limits they reach few directions. Here all joints are free: a quadratic program
 turns the view a little, slides along the walls, and every piece of the path is certified by the hard limits before the
 next is computed. So a planned path can be executed.
@@ -22,8 +22,8 @@ from ....snake.control.projection import projected_to_limits
 from ....snake.control.tip_control import DistalContext, stops
 from ....snake.control.wall_program import WallProgram, joint_regularisation
 from ....virtual_fixtures.rows import with_progress
+from ..requests import SIDES
 
-SIDES = 8  # directions about the straight view, clockwise; 0 is to the right in its picture
 SECTOR = math.pi / SIDES  # [rad] a view at most this far from a direction counts for it
 _MOST = math.radians(2.0)  # of a joint from one configuration of a path to the next
 _AHEAD = math.radians(6.0)  # step of the desired view at each
