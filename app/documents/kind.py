@@ -8,7 +8,8 @@ from typing import Any, Generic, Protocol
 
 import msgspec
 
-from app.documents.document import Content, Ref
+from app.clock import utc_now
+from app.documents.document import Content, Document, Ref
 from app.kit.errors import DocumentConflict, DocumentLocked
 from vfix_engine.errors import InputError
 
@@ -69,6 +70,29 @@ class DocumentKind(Generic[Content]):
     def has_settings(self) -> bool:
         """Whether documents of this kind have settings."""
         return SETTINGS in self.write(self.empty())
+
+    def draft(
+        self, case_id: str, case_hash: str, name: str, content: Content, document_id: str = ""
+    ) -> Document[Content]:
+        """A document that is not stored; its revision is 0."""
+        now = utc_now()
+        return Document(
+            id=document_id,
+            kind=self.name,
+            schema=self.schema,
+            name=name,
+            case_id=case_id,
+            case_hash=case_hash,
+            content=content,
+            refs=self.refs(content),
+            created=now,
+            modified=now,
+            revision=0,
+            locked=False,
+            deleted_at=None,
+            can_undo=False,
+            can_redo=False,
+        )
 
     def check_editable(self, document: Editable, *, even_locked: bool = False) -> None:
         """Raises the kind's refusal for one that is deleted, and its lock for one that is locked."""

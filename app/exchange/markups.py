@@ -68,7 +68,7 @@ def to_markups(plan: Plan, curve: Sequence[CurveSample] = (), remark: str = "") 
     markups.append(markup_node("Fiducial", plan.name + _TARGETS, plan.targets))
     for markup in markups:
         markup["description"] = f"{NOTICE}. {remark}".strip()
-    markups.extend(region_markups(plan))
+    markups.extend(region_markups(plan.content.zones, plan.content.removed_bone))
     return to_json_text({"@schema": MARKUPS_SCHEMA, "notice": NOTICE, "markups": markups})
 
 

@@ -56,7 +56,7 @@ def to_native_json(plan: Plan, urdf: bytes | None = None) -> str:
     carried = {} if urdf is None else {"urdf": urdf.decode("utf-8")}
     return to_json_text(
         {
-            "schema": plan.schema,
+            "schema": SCHEMA,
             "notice": NOTICE,
             "id": plan.id,
             "name": plan.name,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from app.planning.dry_runs import DryRunJobs
@@ -98,7 +98,7 @@ class PathEvaluations:
         path: id or name of the only path to evaluate; if None, the chosen path and all others are evaluated.
         Raises PlanError if there is no such path or it has fewer than two points.
         """
-        chosen = plan if path is None else plan.along(path)
+        chosen = plan if path is None else replace(plan, content=plan.content.along(path))
         if len(chosen.points) < 2:
             raise PlanError(
                 f"the path {chosen.path.name!r:.80} has fewer than two points; there is nothing to evaluate."
@@ -108,7 +108,11 @@ class PathEvaluations:
         removed = self._removed.of_plan(plan)
         if path is not None:
             return PlanReport(plan.id, plan.name, plan.case_id, own, (own,), removed=removed)
-        others = {one.id: plan.along(one.id) for one in plan.paths if len(one.points) > 1 and one.id != plan.path_id}
+        others = {
+            one.id: replace(plan, content=plan.content.along(one.id))
+            for one in plan.paths
+            if len(one.points) > 1 and one.id != plan.path_id
+        }
         reports = (own if one.id == plan.path_id else self._of_path(others[one.id], options.along(others[one.id]))
                    for one in plan.paths if one.id == plan.path_id or one.id in others)  # fmt: skip
         return PlanReport(plan.id, plan.name, plan.case_id, own, tuple(reports), removed=removed)

@@ -12,7 +12,6 @@ import numpy as np
 
 from app.cases.service import Case, CaseService
 from app.cases.settings import settings_in_case
-from app.clock import utc_now
 from app.kit.cache import Cache
 from app.kit.errors import NotFound, PlanConflict
 from app.kit.jobs import Job, JobKind, Jobs, Progress
@@ -26,6 +25,7 @@ from app.planning.remote_centre import path_of
 from app.planning.shaft import shaft_of
 from app.planning.suggestion_ends import check_ends
 from app.planning.verdict import Level, Verdict, refused
+from app.plans.document import PLAN
 from app.plans.instruments import Instruments, plan_tool, shipped_tools
 from app.plans.model import Plan, PlanContent, PlanPoint, new_point_id
 from vfix_engine.anatomy.piercing import Ways
@@ -270,10 +270,7 @@ class Suggestions:
 
 def draft(case: Case, content: PlanContent, name: str = "") -> Plan:
     """Return a plan of a case that is not stored."""
-    now = utc_now()
-    return Plan(
-        id="", name=name, case_id=case.id, case_hash=case.content_hash, **vars(content), created=now, modified=now
-    )  # fmt: skip
+    return PLAN.draft(case.id, case.content_hash, name, content)
 
 
 def entry_and_target(

@@ -61,19 +61,6 @@ def ends_words(points: Sequence[PlanPoint], targets: Sequence[PlanPoint]) -> str
     return f"The path ends {away:.1f} mm before {name}." if away > _AT_TARGET_MM else f"The path ends at {name}."
 
 
-def with_chosen(paths: Sequence[PlanPath], path_id: str, chosen: Mapping[str, Any]) -> tuple[PlanPath, ...]:
-    """The paths, of which the chosen one has these points, tool and tool_shape.
-
-    No paths at all are one, the chosen one. Raises PlanError where none has that id.
-    """
-    if not paths:
-        name = FIRST_NAME if path_id == FIRST_PATH else path_id
-        return (PlanPath(path_id, name, **chosen),)
-    if path_id not in [path.id for path in paths]:
-        raise PlanError(f"there is no path {path_id!r:.80} in this plan.")
-    return tuple(replace(path, **chosen) if path.id == path_id else path for path in paths)
-
-
 def check_paths(paths: Sequence[PlanPath]) -> tuple[PlanPath, ...]:
     """The paths, whose names, tools and sides are checked. Raises InputError or one of its kinds."""
     for what, values in (("identifier", [p.id for p in paths]), ("name", [p.name for p in paths])):
@@ -133,19 +120,21 @@ def _own(path: PlanPath) -> dict[str, Any]:
     }
 
 
-def paths_from_json(data: Any, path_id: str) -> tuple[PlanPath, ...]:
-    """The inverse of `paths_to_json`, the chosen path without its points. Raises InputError or one of its kinds."""
-    if not isinstance(data, list) or not all(isinstance(item, Mapping) for item in data):
+def paths_from_json(data: Mapping[str, Any], path_id: str) -> tuple[PlanPath, ...]:
+    """The paths of a plan's JSON, whose chosen one has its points and tool there. Raises InputError or one of its kinds."""
+    paths = data.get("paths", [])
+    if not isinstance(paths, list) or not all(isinstance(item, Mapping) for item in paths):
         raise PlanError("a plan's paths must be a list of objects.")
-    return tuple(_path_from_json(item, path_id) for item in data)
+    first = {"id": path_id, "name": FIRST_NAME if path_id == FIRST_PATH else path_id}
+    return tuple(_path_from_json(item, path_id, data) for item in paths or [first])
 
 
-def _path_from_json(item: Mapping[str, Any], path_id: str) -> PlanPath:
+def _path_from_json(item: Mapping[str, Any], path_id: str, plan: Mapping[str, Any]) -> PlanPath:
     own_id = check_id(item.get("id"), "a path")
     name, side = check_stored_name(item.get("name"), "path's name"), check_side(item.get("entry_side", ""))
     if own_id == path_id:
         if any(key in item for key in _OF_THE_PLAN):
             raise PlanError("points and tool of the chosen path are those of the plan; leave them out of its 'paths'.")
-        return PlanPath(own_id, name, entry_side=side)
+        item = plan
     points = points_from_json(item.get("points", []), "points")
     return PlanPath(own_id, name, points, item.get("tool", DEFAULT_TOOL), item.get("tool_shape", {}), side)

@@ -25,7 +25,8 @@ from app.exchange.plan_files import (
 )
 from app.kit.errors import PointsUnclear, TooLarge
 from app.kit.names import check_label
-from app.plans.model import MAX_POINTS, Plan, PlanPoint, content_from_json
+from app.plans.document import PLAN as PLANS
+from app.plans.model import MAX_POINTS, PlanContent, PlanPath, PlanPoint, content_from_json
 from app.registration.document import RegistrationContent
 from app.registration.files import read_measured
 from vfix_engine.errors import FrameError, InputError, PlanError
@@ -36,16 +37,19 @@ POINTS = (
     PlanPoint("b", '=HYPERLINK("x")', (1e-7, -0.0, 9999.0)),
     PlanPoint("c", "'quoted' <b>", (0.1 + 0.2, -1e3, 5.0)),
 )
-PLAN = Plan(
-    id="plan-1",
-    name='Left "nose", ♥ # <i>',
-    case_id="case-1",
-    case_hash="ab" * 32,
-    points=POINTS,
-    targets=(PlanPoint("t", "-ostium", (1.0, 2.0, 3.0)),),
-    tool="bent_30",
-    robot={"name": "steady_hand", "base": [float(n) for n in range(16)], "q_start": [0.25] * 7},
-    settings={"margin_mm": 0.4},
+PLAN = replace(
+    PLANS.draft(
+        "case-1",
+        "ab" * 32,
+        'Left "nose", ♥ # <i>',
+        PlanContent(
+            targets=(PlanPoint("t", "-ostium", (1.0, 2.0, 3.0)),),
+            robot={"name": "steady_hand", "base": [float(n) for n in range(16)], "q_start": [0.25] * 7},
+            settings={"margin_mm": 0.4},
+            paths=(PlanPath(points=POINTS),),
+        ),
+        "plan-1",
+    ),
     created="2026-01-01T00:00:00.000+00:00",
     modified="2026-01-01T00:00:00.000+00:00",
 )

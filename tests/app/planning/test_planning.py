@@ -139,10 +139,10 @@ def test_cases_and_plans_are_found_by_id_name_and_file(phantom_services: Service
     name = phantom_services.cases.embedded_case().name
     by_name, by_id = resolve_case(phantom_services, name), resolve_case(phantom_services, HEAD_PHANTOM)
     assert (by_name.id, by_name.mesh) == (HEAD_PHANTOM, by_id.mesh)
-    plan = resolve_plan(phantom_services, by_id, SAMPLE_PLAN)
+    plan = resolve_plan(phantom_services, by_id, SAMPLE_PLAN).plan
     file = tmp_path / "sample.mrk.json"
     file.write_text(export_text(plan, "mrk.json"), encoding="utf-8")
-    read = resolve_plan(phantom_services, by_id, str(file))
+    read = resolve_plan(phantom_services, by_id, str(file)).plan
     assert [p.position for p in read.points] == [p.position for p in plan.points]
     assert [t.label for t in resolve_targets(file)] == [t.label for t in plan.targets]
     with pytest.raises(NotFound):

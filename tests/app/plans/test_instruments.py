@@ -3,7 +3,6 @@
 import hashlib
 import json
 import math
-from dataclasses import replace
 
 import pytest
 
@@ -12,6 +11,7 @@ from app.exchange.plan_files import from_native_json, to_native_json
 from app.kit.errors import PlanLocked
 from app.plans.editor import PlanEditor
 from app.plans.instruments import (
+    CarriedUrdf,
     Instruments,
     plan_robot,
     plan_tool,
@@ -116,7 +116,7 @@ def test_a_urdf_of_ones_own_is_kept_by_its_hash_and_travels_with_the_plan(
     text = to_native_json(plan, instruments.carried(plan, "json"))
     store.files.remove(own.urdf)
     file = from_native_json(text)
-    assert [j.name for j in plan_robot(replace(plan, urdf=file.urdf), None).joints] == ["one", "three"]
+    assert [j.name for j in plan_robot(plan, CarriedUrdf(file.urdf)).joints] == ["one", "three"]
     again = plans.add_file(plan.case_id, file)
     assert [j.name for j in instruments.robot(again.robot).joints] == ["one", "three"]
 
