@@ -197,7 +197,7 @@ def _write(settings: Settings, plan: str, chance: random.Random, pipe: int, earl
 def _edited(editor: PlanEditor, chance: random.Random) -> PlanContent:
     """Make one random edit and return the plan's content after it."""
     place = (chance.uniform(-99, 99), chance.uniform(-99, 99), chance.uniform(-99, 99))
-    points = [point.id for point in editor.plan.points]
+    points = [point.id for point in editor.plan.content.points]
     kinds: list[Callable[[], Any]] = [lambda: editor.added_point(place)[1]]
     if points:
         one = chance.choice(points)

@@ -51,7 +51,7 @@ def list_zones(plan_id: Identifier, services: ServicesDep, condition: ConditionD
     """Structures to spare of a plan."""
     plan = services.plans.get(plan_id)
     condition.tell(plan.revision)
-    return list(plan.zones)
+    return list(plan.content.zones)
 
 
 @router.get("/plans/{plan_id}/removed-bone")
@@ -59,7 +59,7 @@ def list_removed_bone(plan_id: Identifier, services: ServicesDep, condition: Con
     """Regions of a plan in which bone will be removed."""
     plan = services.plans.get(plan_id)
     condition.tell(plan.revision)
-    return list(plan.removed_bone)
+    return list(plan.content.removed_bone)
 
 
 @router.get("/plans/{plan_id}/paths")
@@ -67,7 +67,7 @@ def list_paths(plan_id: Identifier, services: ServicesDep, condition: ConditionD
     """Paths of a plan; the plan's `path_id` says which is chosen."""
     plan = services.plans.get(plan_id)
     condition.tell(plan.revision)
-    return list(plan.paths)
+    return list(plan.content.paths)
 
 
 @router.post("/plans/{plan_id}/paths", status_code=201)

@@ -228,7 +228,7 @@ def resolve_plan_zones(plan: Plan, case: ResolvedCase) -> ZoneSet:
             raise NotFound(f"the case has no structure {structure_id!r:.60}; it has {', '.join(case.structures)}.")
         return case.structures[structure_id]
 
-    return engine_zones(with_surface_errors(plan.zones, case.structure_errors), surface)
+    return engine_zones(with_surface_errors(plan.content.zones, case.structure_errors), surface)
 
 
 def find(items: Sequence[_Item], text: str, what: str) -> _Item:

@@ -64,7 +64,7 @@ class Previews:
             replace(point, position=position or point.position, direction=dragged.direction or point.direction)
             if point.id == dragged.point_id
             else point
-            for point in plan.points
+            for point in plan.content.points
         ]
         return Preview(self._planning.preview(with_points(plan, points), placement, progress, options), moved_mm)
 

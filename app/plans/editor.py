@@ -6,11 +6,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-from app.documents import DocumentEditor
+from app.documents.editor import DocumentEditor
 from app.kit.errors import NotFound
 from app.kit.names import check_label
 from app.kit.values import check_position
-from app.plans.document import plan_of
 from app.plans.edits import PathEdits
 from app.plans.instruments import shaped_tool
 from app.plans.model import (
@@ -42,7 +41,7 @@ class PlanEditor:
     @property
     def plan(self) -> Plan:
         """The plan as stored now."""
-        return plan_of(self._document.document)
+        return self._document.document
 
     @property
     def revision(self) -> int:
@@ -152,7 +151,7 @@ class PlanEditor:
 
         def change(content: PlanContent) -> PlanContent:
             here = {(target.label, target.position) for target in content.targets}
-            new = [one for one in other.targets if (one.label, one.position) not in here]
+            new = [one for one in other.content.targets if (one.label, one.position) not in here]
             if not new:
                 raise PlanError("that plan has no target that is not here already.")
             return replace(content, targets=(*content.targets, *(replace(one, id=new_point_id()) for one in new)))
@@ -183,7 +182,7 @@ class PlanEditor:
 
     def set_settings(self, settings: Mapping[str, float], *, expected_revision: int | None = None) -> Plan:
         """Set some of the controller's settings; the others stay. Not a step of the history: undo leaves them."""
-        return plan_of(self._document.set_settings(settings, expected_revision=expected_revision))
+        return self._document.set_settings(settings, expected_revision=expected_revision)
 
     def set_robot(self, robot: Mapping[str, Any], *, expected_revision: int | None = None) -> Plan:
         """Keep a placement of the robot with the plan."""
@@ -206,24 +205,24 @@ class PlanEditor:
         shaped_tool(name, **checked)
 
         def change(content: PlanContent) -> PlanContent:
-            return replace(content, tool=name, tool_shape=checked, robot=without_placement(content.robot))
+            return replace(content, robot=without_placement(content.robot)).with_tool(name, checked)
 
         return self._edit(change, expected_revision)
 
     def set_locked(self, locked: bool, *, expected_revision: int | None = None) -> Plan:
         """Lock the plan against edits, or unlock it; not a step of the history."""
-        return plan_of(self._document.set_locked(locked, expected_revision=expected_revision))
+        return self._document.set_locked(locked, expected_revision=expected_revision)
 
     def undo(self, *, expected_revision: int | None = None) -> Plan:
         """Go back to the state before the newest edit. Raises PlanError when there is none."""
-        return plan_of(self._document.undo(expected_revision=expected_revision))
+        return self._document.undo(expected_revision=expected_revision)
 
     def redo(self, *, expected_revision: int | None = None) -> Plan:
         """Take an undo back. Raises PlanError when there is none to take back."""
-        return plan_of(self._document.redo(expected_revision=expected_revision))
+        return self._document.redo(expected_revision=expected_revision)
 
     def _edit(self, change: Callable[[PlanContent], PlanContent], expected_revision: int | None) -> Plan:
-        return plan_of(self._document.edit(change, expected_revision=expected_revision))
+        return self._document.edit(change, expected_revision=expected_revision)
 
 
 def _new(

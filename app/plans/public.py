@@ -55,9 +55,16 @@ class _Common(DocumentPublic):
     def of(cls, plan: Plan) -> PlanPublic:
         """The answer. A plan that REST is asked for has every field of this."""
         content = plan.content
-        said = {"schema": SCHEMA, "frame": FRAME, "unit": UNIT, "notice": NOTICE, "robot": RobotPublic(**content.robot)}
+        said: dict[str, Any] = {
+            "schema": SCHEMA,
+            "frame": FRAME,
+            "unit": UNIT,
+            "notice": NOTICE,
+            "robot": RobotPublic(**content.robot),
+        }
         names = [field.name for field in fields(cls) if field.name not in said]
-        return cls(**said, **{name: getattr(content if hasattr(content, name) else plan, name) for name in names})
+        values: dict[str, Any] = {name: getattr(content if hasattr(content, name) else plan, name) for name in names}
+        return cls(**values, **said)
 
 
 if TYPE_CHECKING:

@@ -2,7 +2,7 @@
 
 from app.operations.spec import DocumentSpec
 from app.operations.standard import SetDeleted
-from app.plans.document import PLAN, plan_of
+from app.plans.document import PLAN
 from app.plans.operations import (
     document,
     instruments,
@@ -23,7 +23,7 @@ SPEC = DocumentSpec(
     path="plans",
     id="plan_id",
     public=PlanPublic,
-    public_of=lambda service, stored: PlanPublic.of(plan_of(stored)),
+    public_of=lambda service, stored: PlanPublic.of(stored),
     operations=(
         document.CreatePlan, document.DuplicatePlan, document.RenamePlan, document.LockPlan, SetDeleted,
         document.SetSettings, instruments.ChooseRobot, instruments.ChooseTool, document.DeletePlan,

@@ -72,7 +72,7 @@ class SecondVolumes:
     def _view(self, stored: object) -> SecondVolumeSection:
         plan = self._plan()
         choices = self._choices.get(stored, lambda: self._read(plan.case_id))
-        second = plan.second_volume
+        second = plan.content.second_volume
         known = second is None or any(
             (choice["case"], choice["volume"]) == (second.case, second.volume) for choice in choices
         )

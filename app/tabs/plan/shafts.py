@@ -112,7 +112,7 @@ class Shafts:
             ShaftHandle(
                 p.id, places[p.id], hand[1] if hand and hand[0] == p.id else p.direction, p.id == edited.selected
             )
-            for p in edited.plan.points
+            for p in edited.plan.content.points
             if p.direction is not None
         )
 
@@ -133,7 +133,7 @@ class Shafts:
         shown = None if self._shown is None else f"{self._shown[0]} {self._shown[1]}"
         point = None
         if edited is not None:
-            point = next((p for p in edited.plan.points if p.id == edited.selected), None)
+            point = next((p for p in edited.plan.content.points if p.id == edited.selected), None)
         if edited is None or point is None:
             return ShaftSection(point=None, aiming=False, words="", roll_deg=None, bent=False, shown=shown)
         return ShaftSection(
@@ -165,7 +165,7 @@ def _words_of(edited: EditedPlan, point: PlanPoint) -> str:
 
 
 def _point(edited: EditedPlan, item_id: str) -> PlanPoint:
-    for point in edited.plan.points:
+    for point in edited.plan.content.points:
         if point.id == item_id:
             return point
     raise PlanError("that is no point of the path any more; select one.")

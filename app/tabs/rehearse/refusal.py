@@ -68,7 +68,7 @@ def _to(found: PlanEvaluation) -> str:
 def _remedy(services: Services, plan: Plan, options: RehearsalOptions, found: PlanEvaluation) -> str:
     """The first other tool that arrives with the same options, and what else can be done."""
     for tool in shipped_tools():
-        if tool.name == plan.tool:
+        if tool.name == plan.content.tool:
             continue
         other = replace(plan, content=plan.content.with_tool(tool.name))
         try:

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from app.cases.service import Case
-from app.documents import DocumentKind, Documents, Ref
+from app.documents import DocumentKind, Ref
+from app.documents.documents import Documents
 from app.kit.errors import DocumentConflict, DocumentLocked, NotFound
 from app.plans.service import PlanService
 from app.registration.document import FiducialPair, RegistrationContent

@@ -133,8 +133,8 @@ def test_a_plan_that_is_refused_at_its_entry_has_its_verdict(phantom_services: S
     plan = phantom_services.plans.duplicate(SAMPLE, "into bone")
     editor = phantom_services.plans.editor(plan.id)
     bone = phantom_services.cases.case_surface(HEAD_PHANTOM)
-    deep = bone.vertices[np.argmin(np.linalg.norm(bone.vertices - sample.points[0].position, axis=1))]
-    moved: Plan = editor.move_point(plan.points[0].id, deep.tolist())
+    deep = bone.vertices[np.argmin(np.linalg.norm(bone.vertices - sample.content.points[0].position, axis=1))]
+    moved: Plan = editor.move_point(plan.content.points[0].id, deep.tolist())
     page = phantom_services.plan_reports.html(moved, with_images=False)
     assert 'class="verdict blocked"' in page
     assert "<svg" not in page

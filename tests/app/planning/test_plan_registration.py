@@ -120,7 +120,7 @@ def test_a_stored_registration_is_driven_through_and_a_deleted_one_refuses(phant
 def test_what_is_driven_judged_and_written_is_of_one_reading(phantom_services: Services) -> None:
     """Although somebody changes the registration meanwhile, and changes it back."""
     plan = phantom_services.plans.get(SAMPLE_PLAN)
-    placed = replace(plan, robot=phantom_services.planning.placed_robot(plan))
+    placed = replace(plan, content=replace(plan.content, robot=phantom_services.planning.placed_robot(plan)))
     first, other = measured(4, 0.02), measured(4, 0.6)
     read: list[DrivenRegistration] = []
 

@@ -53,17 +53,17 @@ def test_all_that_come_along_are_told_in_words() -> None:
 
 def test_another_robot_or_tool_drops_the_placing_and_is_undone(editor: PlanEditor) -> None:
     editor.set_robot(PLACED)
-    assert editor.choose_robot({"name": "arm_6"}).robot == {"name": "arm_6", "base": None, "q_start": None}
+    assert editor.choose_robot({"name": "arm_6"}).content.robot == {"name": "arm_6", "base": None, "q_start": None}
     editor.undo()
-    assert editor.plan.robot == PLACED
+    assert editor.plan.content.robot == PLACED
     plan = editor.choose_tool("bent_30", {"bend_deg": 45.0, "shaft_radius_mm": 1.0})
-    assert plan.robot["base"] is None
-    tool = plan_tool(plan)
+    assert plan.content.robot["base"] is None
+    tool = plan_tool(plan.content)
     assert (tool.bend, tool.shaft_radius) == (pytest.approx(math.radians(45.0)), 1.0)
     assert tool.parts[0].radius == pytest.approx(1.0 / 1.5)
     assert content_from_json(content_to_json(plan.content)) == plan.content
     editor.undo()
-    assert (editor.plan.tool_shape, editor.plan.robot) == ({}, PLACED)
+    assert (editor.plan.content.tool_shape, editor.plan.content.robot) == ({}, PLACED)
     editor.redo()
     editor.set_locked(True)
     with pytest.raises(PlanLocked):
@@ -85,7 +85,7 @@ def test_a_tool_that_cannot_be_is_refused_in_words(
 ) -> None:
     with pytest.raises(InputError, match=words):
         editor.choose_tool(name, shape)
-    assert editor.plan.tool == "bent_30"
+    assert editor.plan.content.tool == "bent_30"
 
 
 def test_a_bend_is_shared_among_the_parts() -> None:
@@ -108,17 +108,17 @@ def test_a_urdf_of_ones_own_is_kept_by_its_hash_and_travels_with_the_plan(
     assert own.urdf == hashlib.sha256(data).hexdigest()
     assert (own.name, own.links, own.ends, own.tool_frame) == ("My_arm__2", ("b", "c", "d"), ("c", "d"), "c")
     plan = editor.choose_robot({"name": own.name, "urdf": own.urdf, "tool_frame": "d"})
-    robot = plan_robot(plan, instruments)
+    robot = plan_robot(plan.content, instruments)
     assert [j.name for j in robot.joints] == ["one", "three"]
     editor.add_point((0.0, 0.0, 0.0))
-    assert editor.plan.robot["tool_frame"] == "d"  # points drop the placing, not the robot
+    assert editor.plan.content.robot["tool_frame"] == "d"  # points drop the placing, not the robot
 
-    text = to_native_json(plan, instruments.carried(plan, "json"))
+    text = to_native_json(plan, instruments.carried(plan.content, "json"))
     store.files.remove(own.urdf)
     file = from_native_json(text)
-    assert [j.name for j in plan_robot(plan, CarriedUrdf(file.urdf)).joints] == ["one", "three"]
+    assert [j.name for j in plan_robot(plan.content, CarriedUrdf(file.urdf)).joints] == ["one", "three"]
     again = plans.add_file(plan.case_id, file)
-    assert [j.name for j in instruments.robot(again.robot).joints] == ["one", "three"]
+    assert [j.name for j in instruments.robot(again.content.robot).joints] == ["one", "three"]
 
 
 def test_a_plan_without_its_urdf_or_with_another_one_says_so(
@@ -131,7 +131,7 @@ def test_a_plan_without_its_urdf_or_with_another_one_says_so(
         from_native_json(json.dumps(data | {"urdf": FORKED}))
     store.files.remove(own.urdf)
     with pytest.raises(PlanError, match="not stored here"):
-        instruments.robot(plan.robot)
+        instruments.robot(plan.content.robot)
     del data["urdf"]
     with pytest.raises(PlanError, match="does not carry"):
         plans.add_file(plan.case_id, from_native_json(json.dumps(data)))

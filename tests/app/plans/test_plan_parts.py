@@ -84,8 +84,8 @@ def test_everything_comes_back_from_a_file_and_from_the_store(plans: PlanService
     content = check_stored(full_content())
     whole = plans.create(case.id, "Whole", content)
     assert plans.get(whole.id).content == content
-    assert [len(path.points) for path in whole.paths] == [3, 3, 0]
-    assert (whole.path.name, whole.entry_side) == ("Right nostril", "right")
+    assert [len(path.points) for path in whole.content.paths] == [3, 3, 0]
+    assert (whole.content.path.name, whole.content.entry_side) == ("Right nostril", "right")
     assert from_native_json(export_text(whole, "json")).content == content
 
 
@@ -93,7 +93,7 @@ def test_everything_comes_back_from_a_file_and_from_the_store(plans: PlanService
 def test_every_format_has_the_points_of_the_chosen_path(plans: PlanService, case: Case, form: str) -> None:
     whole = plans.create(case.id, "Whole", full_content())
     read = read_plan(f"plan.{form}", export_text(whole, form).encode()).content  # type: ignore[arg-type]
-    assert [point.position for point in read.points] == [point.position for point in whole.points]
+    assert [point.position for point in read.points] == [point.position for point in whole.content.points]
     assert [point.position for point in read.targets] == [(1.0, 1.0, 1.0)]
 
 
@@ -132,8 +132,8 @@ def test_a_content_that_was_stored_before_has_one_path(store: Store, plans: Plan
             row.content = {key: value for key, value in row.content.items() if key not in new}
             row.schema = BEFORE_PATHS
     read = PlanService(store).get(plan.id)
-    assert [(path.id, path.name, len(path.points)) for path in read.paths] == [("path-1", "Path 1", 1)]
-    assert (read.schema, plans.editor(plan.id).undo().points) == ("vfix-plan/1", ())
+    assert [(path.id, path.name, len(path.points)) for path in read.content.paths] == [("path-1", "Path 1", 1)]
+    assert (read.schema, plans.editor(plan.id).undo().content.points) == ("vfix-plan/1", ())
 
 
 NUMBERS = st.floats(-200, 200)
@@ -174,28 +174,28 @@ def test_any_content_comes_back(
 def test_paths_are_added_chosen_renamed_and_deleted(editor: PlanEditor) -> None:
     editor.add_point((1, 2, 3))
     editor.choose_tool("straight_pointer")
-    first = editor.plan.path_id
+    first = editor.plan.content.path_id
     second, plan = editor.paths.add(copy_of=first)
-    assert [path.name for path in plan.paths] == ["Path 1", "Path 2"]
-    assert (plan.path_id, plan.points[0].position) == (second, (1.0, 2.0, 3.0))
-    assert plan.points[0].id != plan.paths[0].points[0].id
+    assert [path.name for path in plan.content.paths] == ["Path 1", "Path 2"]
+    assert (plan.content.path_id, plan.content.points[0].position) == (second, (1.0, 2.0, 3.0))
+    assert plan.content.points[0].id != plan.content.paths[0].points[0].id
     editor.choose_tool("endoscope_30")
     editor.add_point((4, 5, 6))
-    assert [(path.tool, len(path.points)) for path in editor.plan.paths] == [
+    assert [(path.tool, len(path.points)) for path in editor.plan.content.paths] == [
         ("straight_pointer", 1),
         ("endoscope_30", 2),
     ]
     editor.paths.rename(second, "Right")
     editor.paths.set_entry_side(second, "right")
     plan = editor.paths.choose(first)
-    assert (plan.tool, len(plan.points), plan.entry_side, plan.paths[1].entry_side) == (
+    assert (plan.content.tool, len(plan.content.points), plan.content.entry_side, plan.content.paths[1].entry_side) == (
         "straight_pointer",
         1,
         "",
         "right",
     )
     plan = editor.paths.delete(first)
-    assert [(path.name, path.id) for path in plan.paths] == [("Right", second)]
+    assert [(path.name, path.id) for path in plan.content.paths] == [("Right", second)]
     with pytest.raises(PlanError, match="one path at least"):
         editor.paths.delete(second)
     with pytest.raises(NotFound):
@@ -213,29 +213,29 @@ def test_paths_are_added_chosen_renamed_and_deleted(editor: PlanEditor) -> None:
 def test_a_placing_belongs_to_the_path_that_it_was_made_for(editor: PlanEditor) -> None:
     point_id = editor.add_point((1, 2, 3))
     editor.set_robot(PLACED)
-    assert editor.paths.rename(editor.plan.path_id, "Left").robot == PLACED
-    assert editor.paths.set_shaft(point_id, (0, 0, 2), 10.0).robot["base"] is None
-    assert (editor.plan.points[0].direction, editor.plan.points[0].roll_deg) == ((0.0, 0.0, 1.0), 10.0)
+    assert editor.paths.rename(editor.plan.content.path_id, "Left").content.robot == PLACED
+    assert editor.paths.set_shaft(point_id, (0, 0, 2), 10.0).content.robot["base"] is None
+    assert (editor.plan.content.points[0].direction, editor.plan.content.points[0].roll_deg) == ((0.0, 0.0, 1.0), 10.0)
     editor.set_robot(PLACED)
-    assert editor.paths.add()[1].robot["base"] is None
+    assert editor.paths.add()[1].content.robot["base"] is None
 
 
 def test_zones_and_bone_are_edited(plans: PlanService, plan: Plan) -> None:
     def do(operation: PlanEdit) -> Plan:
         return plans.do(plan.id, operation)
 
-    nerve = do(AddZone(shape=SHAPES[2], name="optic nerve")).zones[0].id
+    nerve = do(AddZone(shape=SHAPES[2], name="optic nerve")).content.zones[0].id
     plan = do(AddZone(shape=SPHERE, kind="soft", max_depth_mm=1.5))
-    soft = plan.zones[1].id
-    assert [zone.name for zone in plan.zones] == ["optic nerve", "Structure 1"]
-    assert (plan.zones[1].stiffness_n_per_mm, plan.zones[1].max_depth_mm) == (0.5, 1.5)
-    assert plan.zones[0].colour != plan.zones[1].colour
+    soft = plan.content.zones[1].id
+    assert [zone.name for zone in plan.content.zones] == ["optic nerve", "Structure 1"]
+    assert (plan.content.zones[1].stiffness_n_per_mm, plan.content.zones[1].max_depth_mm) == (0.5, 1.5)
+    assert plan.content.zones[0].colour != plan.content.zones[1].colour
     plan = do(ChangeZone(zone_id=soft, kind="hard", margin_mm=2, colour="#ABCDEF", visible=False))
-    assert plan.zones[1] == PlanZone(soft, "Structure 1", SPHERE, 2.0, colour="#abcdef", visible=False)
-    region = do(AddBone(shape=SPHERE)).removed_bone[0].id
-    assert do(ChangeBone(region_id=region, name="Sphenoid front")).removed_bone[0].name == "Sphenoid front"
-    assert do(DeleteZone(zone_id=nerve)).zones == plan.zones[1:]
-    assert do(DeleteBone(region_id=region)).removed_bone == ()
+    assert plan.content.zones[1] == PlanZone(soft, "Structure 1", SPHERE, 2.0, colour="#abcdef", visible=False)
+    region = do(AddBone(shape=SPHERE)).content.removed_bone[0].id
+    assert do(ChangeBone(region_id=region, name="Sphenoid front")).content.removed_bone[0].name == "Sphenoid front"
+    assert do(DeleteZone(zone_id=nerve)).content.zones == plan.content.zones[1:]
+    assert do(DeleteBone(region_id=region)).content.removed_bone == ()
     with pytest.raises(NotFound):
         do(DeleteZone(zone_id=nerve))
     with pytest.raises(NotFound):
@@ -272,7 +272,7 @@ def test_a_wrong_zone_is_refused_and_nothing_changes(
 ) -> None:
     plan = plans.do(plan.id, AddZone(shape=SPHERE, name="eye"))
     with pytest.raises(InputError, match=words):
-        plans.do(plan.id, ChangeZone(zone_id=plan.zones[0].id, **fields))
+        plans.do(plan.id, ChangeZone(zone_id=plan.content.zones[0].id, **fields))
     assert plans.get(plan.id) == plan
 
 
@@ -300,12 +300,12 @@ def test_too_much_is_refused(plans: PlanService, case: Case, editor: PlanEditor)
 def test_every_edit_is_undone_redone_locked_and_in_conflict(plans: PlanService, plan: Plan, editor: PlanEditor) -> None:
     """HAZ-24: every edit goes over the one history, with the plan's revision and its lock."""
     point_id = editor.add_point((1, 2, 3))
-    zone_id = plans.do(plan.id, AddZone(shape=SPHERE, name="eye")).zones[0].id
-    region = plans.do(plan.id, AddBone(shape=SPHERE)).removed_bone[0].id
+    zone_id = plans.do(plan.id, AddZone(shape=SPHERE, name="eye")).content.zones[0].id
+    region = plans.do(plan.id, AddBone(shape=SPHERE)).content.removed_bone[0].id
     edits: list[Callable[..., object]] = [
         lambda **o: editor.paths.add("Second", **o),
-        lambda **o: editor.paths.rename(editor.plan.path_id, "Third", **o),
-        lambda **o: editor.paths.set_entry_side(editor.plan.path_id, "left", **o),
+        lambda **o: editor.paths.rename(editor.plan.content.path_id, "Third", **o),
+        lambda **o: editor.paths.set_entry_side(editor.plan.content.path_id, "left", **o),
         lambda **o: editor.paths.choose("path-1", **o),
         lambda **o: editor.paths.set_shaft(point_id, (1, 0, 0), **o),
         lambda **o: editor.paths.set_notes("careful", **o),
@@ -314,7 +314,7 @@ def test_every_edit_is_undone_redone_locked_and_in_conflict(plans: PlanService, 
         lambda **o: plans.do(plan.id, DeleteZone(zone_id=zone_id), **o),
         lambda **o: plans.do(plan.id, ChangeBone(region_id=region, name="other"), **o),
         lambda **o: plans.do(plan.id, DeleteBone(region_id=region), **o),
-        lambda **o: editor.paths.delete(editor.plan.path_id, **o),
+        lambda **o: editor.paths.delete(editor.plan.content.path_id, **o),
     ]
     for edit in edits:
         before = editor.plan
@@ -357,8 +357,8 @@ def test_what_changes_a_drive_changes_its_key() -> None:
 def test_a_plan_is_taken_along_another_path(plans: PlanService, case: Case) -> None:
     plan = plans.create(case.id, "Whole", full_content())
     left = replace(plan, content=plan.content.along("Left nostril"))
-    assert (left.path_id, left.tool, left.robot["base"]) == ("left", "straight_pointer", None)
-    assert left.paths == plan.paths
+    assert (left.content.path_id, left.content.tool, left.content.robot["base"]) == ("left", "straight_pointer", None)
+    assert left.content.paths == plan.content.paths
     assert plan.content.along("right") == plan.content
     with pytest.raises(PlanError, match="'Left nostril', 'Right nostril', 'Spare'"):
         plan.content.along("middle")

@@ -43,7 +43,7 @@ def test_a_version_is_gone_back_to_and_that_is_undone(plans: PlanService, versio
     saved = versions.get(plan.id, "Before lunch")
     before = editor.plan.content
     editor.move_point(point, (4, 6, 3))
-    plans.do(plan.id, DeleteZone(zone_id=editor.plan.zones[0].id))
+    plans.do(plan.id, DeleteZone(zone_id=editor.plan.content.zones[0].id))
     editor.set_settings({"margin_mm": 0.5})
     assert versions.differences(plan.id, saved.id) == (
         "Path ‘Path 1’: point ‘P1’: moved by 5.0 mm.",
@@ -141,7 +141,10 @@ PATH = "Path ‘Path 1’:"
 POINT = PlanPoint("p", "P1", (0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
 ZONE = PlanZone("z", "eye", SPHERE)
 CONTENT = PlanContent(
-    (POINT,), (PlanPoint("t", "T1", (1.0, 1.0, 1.0)),), zones=(ZONE,), removed_bone=(RemovedBone("b", "wall", SPHERE),)
+    paths=(PlanPath(points=(POINT,)),),
+    targets=(PlanPoint("t", "T1", (1.0, 1.0, 1.0)),),
+    zones=(ZONE,),
+    removed_bone=(RemovedBone("b", "wall", SPHERE),),
 )
 
 

@@ -20,6 +20,7 @@ from app.exchange.plan_files import export_text, read_plan
 from app.planning.protected_structures import engine_zones, within_margin
 from app.plans.document import PLAN
 from app.plans.model import PlanContent, PlanPoint
+from app.plans.paths import PlanPath
 from app.plans.service import Plan
 from app.plans.zones import PlanZone, RemovedBone
 from app.services import Services, build_services
@@ -61,7 +62,7 @@ PATCH = {"kind": "patch", "centre": POINTS[2].tolist(), "radius": 20.0}
 
 def content(*zones: PlanZone) -> PlanContent:
     points = tuple(PlanPoint(f"p-{n}", f"P{n}", (x, y, z)) for n, (x, y, z) in enumerate(POINTS[:4].tolist()))
-    return PlanContent(points, zones=zones)
+    return PlanContent(paths=(PlanPath(points=points),), zones=zones)
 
 
 def zone(shape: dict[str, Any], name: str = "optic nerve", margin_mm: float = 0.8, **fields: Any) -> PlanZone:
@@ -173,7 +174,7 @@ def test_a_structure_that_no_drive_could_keep_is_refused_at_once(
     patch = {"shape": PATCH, "kind": "soft", "margin_mm": 1.0, "max_depth_mm": 1.0, "name": "lining"}
     added = rest.post(f"/api/v1/plans/{plan.id}/zones", json=patch)
     assert added.status_code == 201, added.text
-    zone_id = services.plans.get(plan.id).zones[0].id
+    zone_id = services.plans.get(plan.id).content.zones[0].id
     deeper = rest.patch(f"/api/v1/plans/{plan.id}/zones/{zone_id}", json={"max_depth_mm": 2.0})
     assert deeper.status_code == 422
     assert "'lining' cannot be kept" in deeper.json()["error"]["message"]

@@ -14,7 +14,7 @@ from sqlalchemy.exc import OperationalError
 from app.cases.service import Case
 from app.kit.errors import NotFound, PlanConflict, PlanLocked, TooLarge
 from app.plans.editor import PlanEditor
-from app.plans.model import MAX_POINTS, PlanContent, PlanPoint, content_to_json
+from app.plans.model import FRAME, MAX_POINTS, NOTICE, UNIT, PlanContent, PlanPoint, content_to_json
 from app.plans.service import Plan, PlanService
 from app.store import Store
 from app.store.errors import StorageError
@@ -35,13 +35,13 @@ def editor(plans: PlanService, plan: Plan) -> PlanEditor:
 
 
 def labels(editor: PlanEditor) -> list[str]:
-    return [point.label for point in editor.plan.points]
+    return [point.label for point in editor.plan.content.points]
 
 
 def test_a_new_plan_knows_its_case_and_frame(plan: Plan, case: Case) -> None:
-    assert (plan.case_id, plan.case_hash, plan.frame, plan.unit) == (case.id, case.content_hash, "LPS", "mm")
-    assert plan.notice == "Not for clinical use"
-    assert plan.robot["base"] is None
+    assert (plan.case_id, plan.case_hash, FRAME, UNIT) == (case.id, case.content_hash, "LPS", "mm")
+    assert NOTICE == "Not for clinical use"
+    assert plan.content.robot["base"] is None
 
 
 def test_editors_of_two_programs_see_each_others_edits(store: Store, editor: PlanEditor, plan: Plan) -> None:
@@ -54,8 +54,8 @@ def test_editors_of_two_programs_see_each_others_edits(store: Store, editor: Pla
     other.undo()
     other.set_settings({"margin_mm": 0.5})
     made = editor.added_point((7, 8, 9))[1]
-    assert [point.position for point in made.points[2:]] == [(1.0, 2.0, 1.0), (7.0, 8.0, 9.0)]
-    assert made.settings == {"margin_mm": 0.5}
+    assert [point.position for point in made.content.points[2:]] == [(1.0, 2.0, 1.0), (7.0, 8.0, 9.0)]
+    assert made.content.settings == {"margin_mm": 0.5}
     assert made == editor.plan == other.plan
 
 
@@ -71,7 +71,7 @@ def test_an_edit_that_fails_is_not_known(editor: PlanEditor, monkeypatch: pytest
         with pytest.raises(StorageError):
             editor.add_point((4, 5, 6))
     assert editor.added_point((7, 8, 9))[1] == editor.plan
-    assert [point.position[0] for point in editor.plan.points] == [1.0, 7.0]
+    assert [point.position[0] for point in editor.plan.content.points] == [1.0, 7.0]
 
 
 def test_points_are_added_inserted_moved_renamed_and_deleted(editor: PlanEditor) -> None:
@@ -85,12 +85,15 @@ def test_points_are_added_inserted_moved_renamed_and_deleted(editor: PlanEditor)
     target = editor.add_target((0, 0, 0), "ostium")
     editor.move_target(target, (1, 1, 1))
     plan = editor.plan
-    assert plan.points == (PlanPoint(middle, "<b>middle</b>", (4.5, 5.5, 6.5)), PlanPoint(last, "end", (7.0, 8.0, 9.0)))
-    assert plan.targets == (PlanPoint(target, "ostium", (1.0, 1.0, 1.0)),)
+    assert plan.content.points == (
+        PlanPoint(middle, "<b>middle</b>", (4.5, 5.5, 6.5)),
+        PlanPoint(last, "end", (7.0, 8.0, 9.0)),
+    )
+    assert plan.content.targets == (PlanPoint(target, "ostium", (1.0, 1.0, 1.0)),)
     assert plan.revision == 9
     editor.rename_point(target, "sinus")
     editor.delete_target(target)
-    assert editor.plan.targets == ()
+    assert editor.plan.content.targets == ()
 
 
 def test_targets_of_another_plan_are_taken_as_one_edit(plans: PlanService, case: Case, editor: PlanEditor) -> None:
@@ -98,12 +101,12 @@ def test_targets_of_another_plan_are_taken_as_one_edit(plans: PlanService, case:
     other.add_target((1, 2, 3), "ostium")
     other.add_target((4, 5, 6))
     editor.add_target((1, 2, 3), "ostium")  # here already
-    taken = editor.take_targets(other.plan).targets
+    taken = editor.take_targets(other.plan).content.targets
     assert [(one.label, one.position) for one in taken] == [("ostium", (1, 2, 3)), ("T1", (4, 5, 6))]
-    assert not {one.id for one in taken} & {one.id for one in other.plan.targets}
+    assert not {one.id for one in taken} & {one.id for one in other.plan.content.targets}
     with pytest.raises(PlanError, match="not here already"):
         editor.take_targets(other.plan)
-    assert len(editor.undo().targets) == 1
+    assert len(editor.undo().content.targets) == 1
     with pytest.raises(PlanError, match="another head"):
         editor.take_targets(replace(other.plan, case_id="case-elsewhere"))
 
@@ -136,7 +139,7 @@ def test_positions_that_are_none_are_refused(editor: PlanEditor, position: tuple
     for act in (editor.add_point, editor.add_target, lambda p: editor.move_point(point, p)):
         with pytest.raises(PlanError):
             act(position)
-    assert len(editor.plan.points) == len(before.points) + 1
+    assert len(editor.plan.content.points) == len(before.content.points) + 1
 
 
 def test_a_locked_plan_stays_as_it_is(plans: PlanService, editor: PlanEditor) -> None:
@@ -195,11 +198,11 @@ def test_another_path_drops_the_robots_placing(editor: PlanEditor) -> None:
     editor.set_robot(PLACED)
     editor.add_target((5, 5, 5))
     editor.rename_point(point, "entry")
-    assert editor.plan.robot == PLACED
+    assert editor.plan.content.robot == PLACED
     editor.move_point(point, (1, 0, 0))
-    assert editor.plan.robot == {"name": "steady_hand", "base": None, "q_start": None}
+    assert editor.plan.content.robot == {"name": "steady_hand", "base": None, "q_start": None}
     editor.undo()
-    assert editor.plan.robot == PLACED
+    assert editor.plan.content.robot == PLACED
 
 
 @pytest.mark.parametrize(
@@ -216,14 +219,14 @@ def test_settings_are_checked(editor: PlanEditor) -> None:
     for wrong in ({"margin_mm": float("nan")}, {"margin_mm": -1.0}, {"speed": 1.0}):
         with pytest.raises(InputError):
             editor.set_settings(wrong)
-    assert editor.plan.settings == {"margin_mm": 0.5}
+    assert editor.plan.content.settings == {"margin_mm": 0.5}
 
 
 def test_a_plan_stored_with_a_retired_setting_stays_open(store: Store, editor: PlanEditor, plan: Plan) -> None:
     _store(store, plan, settings={"margin_mm": 0.5, "group_flat_mm": 4.0})
-    assert editor.plan.settings == {"margin_mm": 0.5}
+    assert editor.plan.content.settings == {"margin_mm": 0.5}
     editor.set_settings({"k_d": 0.3})
-    assert editor.plan.settings == {"margin_mm": 0.5, "k_d": 0.3}
+    assert editor.plan.content.settings == {"margin_mm": 0.5, "k_d": 0.3}
 
 
 def test_settings_are_no_step_of_the_points_history(editor: PlanEditor) -> None:
@@ -240,7 +243,7 @@ def test_settings_are_no_step_of_the_points_history(editor: PlanEditor) -> None:
     editor.undo()
     assert labels(editor) == []
     assert not editor.can_undo
-    assert editor.plan.settings == {"margin_mm": 0.1 + 0.2}
+    assert editor.plan.content.settings == {"margin_mm": 0.1 + 0.2}
 
 
 def _store(store: Store, plan: Plan, **changes: Any) -> None:
@@ -260,12 +263,12 @@ def test_a_state_that_no_longer_validates_leaves_the_other_plans_alone(
     """It is listed with the reason, refused by name, and can be taken back, deleted and restored."""
     other = plans.create(case.id, "Sound")
     editor.add_point((1, 2, 3))
-    sound = editor.plan.points
+    sound = editor.plan.content.points
     editor.add_point((4, 5, 6))
     _store(store, plan, points=[{"id": "p", "label": "P1", "position": [99_999.0, 0.0, 0.0]}])
     listed = {listed.id: listed for listed in plans.list(case.id)}
     assert listed[other.id] == other
-    assert (listed[plan.id].name, listed[plan.id].points) == ("Corridor", ())
+    assert (listed[plan.id].name, listed[plan.id].content.points) == ("Corridor", ())
     assert "10000 mm" in listed[plan.id].unreadable
     assert [(row.id, row.name) for row in plans.titles(case.id)] == [(plan.id, "Corridor"), (other.id, "Sound")]
     with pytest.raises(PlanError, match=r"'Corridor' cannot be read: .*10000 mm.*undo"):
@@ -276,7 +279,7 @@ def test_a_state_that_no_longer_validates_leaves_the_other_plans_alone(
     again.set_locked(True)
     again.set_locked(False)
     again.undo()
-    assert plans.get(plan.id).points == sound
+    assert plans.get(plan.id).content.points == sound
 
 
 def test_a_plan_that_was_locked_meanwhile_is_not_deleted(store: Store, plans: PlanService, plan: Plan) -> None:
@@ -322,7 +325,7 @@ def test_plans_are_copied_renamed_deleted_and_restored(plans: PlanService, edito
     editor.add_point((1, 2, 3), "entry")
     plan = editor.plan
     copy = plans.duplicate(plan.id)
-    assert (copy.name, copy.points) == ("Corridor (copy)", plan.points)
+    assert (copy.name, copy.content.points) == ("Corridor (copy)", plan.content.points)
     assert not plans.editor(copy.id).can_undo
     plans.rename(plan.id, "Left")
     plans.delete(plan.id)
@@ -331,7 +334,7 @@ def test_plans_are_copied_renamed_deleted_and_restored(plans: PlanService, edito
         editor.add_point((0, 0, 0))
     plans.restore(plan.id)
     assert plans.get(plan.id).name == "Left"
-    assert plans.get(plan.id).points == plan.points
+    assert plans.get(plan.id).content.points == plan.content.points
     with pytest.raises(InputError):
         plans.rename(plan.id, "a\nb")
     with pytest.raises(NotFound):
@@ -363,7 +366,7 @@ class Editing(RuleBasedStateMachine):
     def add(self, position: tuple[float, float, float], index: int) -> None:
         count = len(self.states[self.at].points)
         point = self.editor.add_point(position, index=min(index, count))
-        assert self.editor.plan.points[min(index, count)].id == point
+        assert self.editor.plan.content.points[min(index, count)].id == point
         self.record()
 
     @rule(position=coordinates)
@@ -376,7 +379,7 @@ class Editing(RuleBasedStateMachine):
     def move(self, data: st.DataObject, position: tuple[float, float, float]) -> None:
         point = data.draw(st.sampled_from(self.states[self.at].points))
         self.editor.move_point(point.id, position)
-        assert position in [p.position for p in self.editor.plan.points]
+        assert position in [p.position for p in self.editor.plan.content.points]
         self.record()
 
     @precondition(lambda self: self.states[self.at].points)
