@@ -110,13 +110,14 @@ class PathEvaluations:
         removed = self._removed.of_plan(plan)
         if path is not None:
             return PlanReport(plan.id, plan.name, plan.case_id, own, (own,), removed=removed)
+        content = plan.content
         others = {
-            one.id: replace(plan, content=plan.content.along(one.id))
-            for one in plan.content.paths
-            if len(one.points) > 1 and one.id != plan.content.path_id
+            one.id: replace(plan, content=content.along(one.id))
+            for one in content.paths
+            if len(one.points) > 1 and one.id != content.path_id
         }
-        reports = (own if one.id == plan.content.path_id else self._of_path(others[one.id], options.along(others[one.id]))
-                   for one in plan.content.paths if one.id == plan.content.path_id or one.id in others)  # fmt: skip
+        reports = (own if one.id == content.path_id else self._of_path(others[one.id], options.along(others[one.id]))
+                   for one in content.paths if one.id == content.path_id or one.id in others)  # fmt: skip
         return PlanReport(plan.id, plan.name, plan.case_id, own, tuple(reports), removed=removed)
 
     def _of_path(self, plan: Plan, options: RehearsalOptions) -> PathEvaluation:

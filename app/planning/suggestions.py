@@ -87,8 +87,8 @@ class SuggestedPaths:
         """Raise PlanConflict if the plan has another tool or shape now, which may not fit along these paths."""
         if self.tool != plan_tool(plan.content).name:
             raise PlanConflict(
-                f"that suggestion was made for the tool {self.tool!r}, and the plan has {plan.content.tool!r} now; look for a "
-                "path anew, or choose that tool again."
+                f"that suggestion was made for the tool {self.tool!r}, and the plan has {plan.content.tool!r} now; "
+                "look for a path anew, or choose that tool again."
             )
         if dict(self.tool_shape) != dict(plan.content.tool_shape):
             raise PlanConflict("that suggestion was made for another shape of the tool; look for a path anew.")

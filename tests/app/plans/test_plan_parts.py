@@ -133,7 +133,7 @@ def test_a_content_that_was_stored_before_has_one_path(store: Store, plans: Plan
             row.schema = BEFORE_PATHS
     read = PlanService(store).get(plan.id)
     assert [(path.id, path.name, len(path.points)) for path in read.content.paths] == [("path-1", "Path 1", 1)]
-    assert (read.schema, plans.editor(plan.id).undo().content.points) == ("vfix-plan/1", ())
+    assert (read.schema, plans.editor(plan.id).undo().content.points) == (STORED, ())
 
 
 NUMBERS = st.floats(-200, 200)

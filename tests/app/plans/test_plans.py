@@ -309,16 +309,20 @@ def test_a_plan_that_was_locked_meanwhile_is_not_deleted(store: Store, plans: Pl
 def test_a_plan_has_some_hundreds_of_points_at_most(store: Store, plans: PlanService, case: Case, kind: str) -> None:
     """More are refused with the numbers; a plan stored with more can still be read and exported."""
     full = [PlanPoint(f"p-{n}", f"P{n}", (float(n), 0.0, 0.0)) for n in range(MAX_POINTS)]
-    plan = plans.create(case.id, "Full", PlanContent(**{kind: tuple(full)}))  # type: ignore[arg-type]
+
+    def having(points: list[PlanPoint]) -> PlanContent:
+        return PlanContent().with_points(points) if kind == "points" else PlanContent(targets=tuple(points))
+
+    plan = plans.create(case.id, "Full", having(full))
     editor = plans.editor(plan.id)
     add = editor.add_point if kind == "points" else editor.add_target
     with pytest.raises(TooLarge, match=f"{MAX_POINTS + 1} .*{MAX_POINTS} at most"):
         add((0, 0, 1))
-    more = PlanContent(**{kind: (*full, PlanPoint("p-more", "", (0.0, 0.0, 1.0)))})  # type: ignore[arg-type]
+    more = having([*full, PlanPoint("p-more", "", (0.0, 0.0, 1.0))])
     with pytest.raises(TooLarge, match=f"{MAX_POINTS + 1}"):
         plans.create(case.id, "More", more)
     _store(store, plan, **content_to_json(more))
-    assert len(getattr(plans.get(plan.id), kind)) == MAX_POINTS + 1
+    assert len(getattr(plans.get(plan.id).content, kind)) == MAX_POINTS + 1
 
 
 def test_plans_are_copied_renamed_deleted_and_restored(plans: PlanService, editor: PlanEditor, case: Case) -> None:
