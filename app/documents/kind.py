@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields, is_dataclass
-from typing import Any, Generic, Protocol
+from typing import Any, Generic, Protocol, TypeVar
 
 import msgspec
 
@@ -15,6 +15,8 @@ from vfix_engine.errors import InputError
 
 SETTINGS = "settings"  # key of a content's JSON that is kept apart from the history
 _MOST_UPGRADES = 100
+
+Value = TypeVar("Value")
 
 
 class Editable(Protocol):
@@ -118,6 +120,19 @@ class DocumentKind(Generic[Content]):
         )
 
 
+def read_as(of: type[Value], data: Any, refused: type[InputError] = InputError) -> Value:
+    """A value out of JSON, by the types of the fields of a dataclass or struct; raises `refused`."""
+    try:
+        return msgspec.convert(data, of)
+    except msgspec.ValidationError as error:
+        raise refused(_words(error)) from error
+
+
+def written(value: Any) -> Any:
+    """The inverse of `read_as`: JSON values, every number unrounded."""
+    return msgspec.json.decode(msgspec.json.encode(value, enc_hook=_number))
+
+
 def struct_kind(
     content: type[Content],
     *,
@@ -133,22 +148,18 @@ def struct_kind(
     """
 
     def read(data: Mapping[str, Any]) -> Content:
+        value = read_as(content, data, errors.refused)
         try:
-            value = msgspec.convert(data, content)
             _check_keys(data, value)
         except msgspec.ValidationError as error:
-            raise errors.refused(f"{error}".replace("`", "").rstrip(".") + ".") from error
+            raise errors.refused(_words(error)) from error
         return rules(value)
-
-    def write(value: Content) -> dict[str, Any]:
-        written: dict[str, Any] = msgspec.json.decode(msgspec.json.encode(value, enc_hook=_number))
-        return written
 
     return DocumentKind(
         content_type=content,
         read=read,
-        write=write,
-        check=lambda value: read(write(value)),
+        write=written,
+        check=lambda value: read(written(value)),
         errors=errors,
         **{"empty": content, **declared},
     )
@@ -165,6 +176,10 @@ def _check_keys(data: Any, value: Any, at: str = "$") -> None:
             raise msgspec.ValidationError(f"An object has {', '.join(sorted(names))} - at `{at}`")
         for name in names:
             _check_keys(data[name], getattr(value, name), f"{at}.{name}")
+
+
+def _words(error: msgspec.ValidationError) -> str:
+    return f"{error}".replace("`", "").rstrip(".") + "."
 
 
 def _number(value: Any) -> Any:

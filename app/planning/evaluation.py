@@ -31,7 +31,7 @@ from app.planning.verdict_words import Stated
 from app.plans.curve import CurveSample
 from app.plans.instruments import Instruments, plan_tool, shaped_tool
 from app.plans.model import DEFAULT_TOOL, Plan, drive_parts
-from app.plans.zones import PlanZone, check_zone, zone_to_json
+from app.plans.zones import PlanZone, check_zone
 from app.registration.driven import AS_STORED, AsStored, DrivenRegistration, Through, no_registration
 from vfix_engine.anatomy.piercing import Ways
 from vfix_engine.anatomy.soft_tissue import TissueKind, surroundings, tissue_passed
@@ -145,7 +145,7 @@ class Planning:
             return ZoneSet()
         case = self._cases.get(plan.case_id)
         geometry = [(item.id, item.geometry) for item in case.structures]
-        key = json.dumps([case.id, geometry, [zone_to_json(zone) for zone in plan.content.zones]])
+        key = json.dumps([case.id, geometry, [vars(zone) for zone in plan.content.zones]])
         surface = partial(self._cases.structure_mesh, case.id)
         return self._zones.get(
             key,

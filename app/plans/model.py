@@ -6,11 +6,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from app.cases.second_volume import SecondVolume, check_second, second_from_json, second_to_json
-from app.documents.document import Document
+from app.cases.second_volume import SecondVolume, check_second
+from app.documents import Document, read_as, written
 from app.kit.errors import TooLarge
 from app.kit.names import check_text
-from app.kit.values import check_id, number
+from app.kit.values import check_id
 from app.plans.paths import (
     DEFAULT_TOOL,
     FIRST_NAME,
@@ -20,21 +20,10 @@ from app.plans.paths import (
     PlanPath,
     check_paths,
     check_tool_shape,
-    paths_from_json,
-    paths_to_json,
 )
-from app.plans.points import PlanPoint, check_point, new_point_id, point_to_json, points_from_json
+from app.plans.points import PlanPoint, check_point, new_point_id
 from app.plans.robot import DEFAULT_ROBOT, check_robot, unplaced_robot, without_placement
-from app.plans.zones import (
-    PlanZone,
-    RemovedBone,
-    check_removed,
-    check_zones,
-    removed_from_json,
-    removed_to_json,
-    zone_to_json,
-    zones_from_json,
-)
+from app.plans.zones import PlanZone, RemovedBone, check_removed, check_zones
 from vfix_engine.control import ControlSettings
 from vfix_engine.control.settings import RETIRED
 from vfix_engine.errors import PlanError
@@ -74,6 +63,7 @@ FRAME, UNIT = "LPS", "mm"
 NOTICE = "Not for clinical use"
 MAX_POINTS = 300  # of path points of each path, and of targets
 MAX_NOTES = 10_000  # [characters]
+_OF_CHOSEN = ("points", "tool", "tool_shape")  # of the chosen path, what a plan's JSON has itself
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -196,9 +186,7 @@ def drive_parts(content: PlanContent) -> list[Any]:
 
     Names count, since a drive says what blocks it; labels, colours, notes and the other paths do not.
     """
-    zones = [
-        {k: v for k, v in zone_to_json(zone).items() if k not in ("id", "colour", "visible")} for zone in content.zones
-    ]
+    zones = [{k: v for k, v in vars(zone).items() if k not in ("id", "colour", "visible")} for zone in content.zones]
     return [
         content.tool,
         dict(content.tool_shape),
@@ -231,15 +219,20 @@ def check_size(content: PlanContent) -> PlanContent:
 
 
 def check_stored(content: PlanContent) -> PlanContent:
-    """The content, validated as a whole, without settings that are retired. Raises InputError or one of its kinds."""
+    """The content as it is read once it is stored. Raises InputError or one of its kinds."""
+    return content_from_json(content_to_json(_with_rules(content)))
+
+
+def _with_rules(content: PlanContent) -> PlanContent:
+    """What types cannot say; without settings that are retired. Raises InputError or one of its kinds."""
     points = [point for path in content.paths for point in path.points] + list(content.targets)
-    for point in points:
-        check_point(point)
     if len({point.id for point in points}) != len(points):
         raise PlanError("two points have the same identifier.")
     ControlSettings.from_dict(dict(content.settings))
+    check_id(content.path_id, "a path")
     return replace(
         content,
+        targets=tuple(check_point(point) for point in content.targets),
         robot=check_robot(content.robot),
         settings={name: value for name, value in content.settings.items() if name not in RETIRED},
         paths=check_paths(content.paths),
@@ -257,47 +250,57 @@ def check_registration_id(value: Any) -> str | None:
 
 
 def content_to_json(content: PlanContent) -> dict[str, Any]:
-    """The content as plain JSON values, each number unrounded.
+    """The content as plain JSON values, each number unrounded: its fields.
 
-    'points', 'tool' and 'tool_shape' are the chosen path's, as in files from before there were several.
+    'points', 'tool' and 'tool_shape' are the chosen path's, as in files from before there were several, and left out of
+    its entry in 'paths'. What a point leaves open is left out.
     """
-    return {
-        "points": [point_to_json(point) for point in content.points],
-        "targets": [point_to_json(point) for point in content.targets],
-        "tool": content.tool,
-        "tool_shape": dict(content.tool_shape),
-        "robot": dict(content.robot),
-        "settings": dict(content.settings),
-        "path_id": content.path_id,
-        "paths": paths_to_json(content.paths, content.path_id),
-        "zones": [zone_to_json(zone) for zone in content.zones],
-        "removed_bone": [removed_to_json(region) for region in content.removed_bone],
-        "notes": content.notes,
-        "second_volume": second_to_json(content.second_volume),
-        "registration": content.registration,
-    }
+    data = written(content)
+    for point in (*data["targets"], *(point for path in data["paths"] for point in path["points"])):
+        for name in [name for name, value in point.items() if value is None]:
+            del point[name]
+    chosen = next(path for path in data["paths"] if path["id"] == content.path_id)
+    own = {name: chosen.pop(name) for name in _OF_CHOSEN}
+    return {"points": own.pop("points"), "targets": data.pop("targets"), **own, **data}
 
 
 def content_from_json(data: Mapping[str, Any]) -> PlanContent:
-    """The inverse of `content_to_json`, checked as `check_stored` does. Raises InputError or one of its kinds.
+    """The inverse of `content_to_json`: fields that are left out are as in an empty plan, other keys are not read.
 
-    One from before there were several paths has one, of the name 'Path 1'.
+    Raises InputError or one of its kinds.
     """
-    settings = data.get("settings", {})
-    if not isinstance(settings, Mapping):
-        raise PlanError("a plan's settings must be named numbers.")
-    path_id = check_id(data.get("path_id", FIRST_PATH), "a path")
-    return check_stored(
-        PlanContent(
-            targets=points_from_json(data.get("targets", []), "targets"),
-            robot=check_robot(data.get("robot", unplaced_robot())),
-            settings={str(name): number(value, f"the setting {name!s:.40}") for name, value in settings.items()},
-            path_id=path_id,
-            paths=paths_from_json(data, path_id),
-            zones=zones_from_json(data.get("zones", [])),
-            removed_bone=removed_from_json(data.get("removed_bone", [])),
-            notes=data.get("notes", ""),
-            second_volume=second_from_json(data.get("second_volume")),
-            registration=check_registration_id(data.get("registration")),
-        )
-    )
+    path_id, paths = data.get("path_id", FIRST_PATH), data.get("paths", [])
+    if paths == []:  # from before there were several
+        paths = [{"id": path_id, "name": FIRST_NAME if path_id == FIRST_PATH else path_id}]
+    values = {**data, "paths": [_path(path, path_id, data) for path in _objects(paths, "paths")]}
+    values["targets"] = _points(data.get("targets", []), "targets")
+    for name, of in (("zones", PlanZone), ("removed_bone", RemovedBone), ("second_volume", SecondVolume)):
+        _check_keys(data.get(name), of, name)
+    return _with_rules(read_as(PlanContent, values, PlanError))
+
+
+def _path(path: Mapping[str, Any], path_id: Any, plan: Mapping[str, Any]) -> dict[str, Any]:
+    """An entry of the JSON of paths, the chosen one with what stands in the plan's JSON itself."""
+    if path.get("id") == path_id:
+        if any(name in path for name in _OF_CHOSEN):
+            raise PlanError("points and tool of the chosen path are those of the plan; leave them out of its 'paths'.")
+        path = {**path, **{name: plan[name] for name in _OF_CHOSEN if name in plan}}
+    return {**path, "points": _points(path.get("points", []), "points")}
+
+
+def _points(points: Any, what: str) -> list[dict[str, Any]]:
+    """JSON of points, those without an identifier or a label with one."""
+    return [{"label": "", **one, "id": one.get("id") or new_point_id()} for one in _objects(points, what)]
+
+
+def _objects(items: Any, what: str) -> list[Mapping[str, Any]]:
+    if not isinstance(items, (list, tuple)) or not all(isinstance(item, Mapping) for item in items):
+        raise PlanError(f"a plan's {what} must be a list of objects.")
+    return list(items)
+
+
+def _check_keys(data: Any, of: type[Any], what: str) -> None:
+    """Raises PlanError for a key that is no field: it may be what keeps a tool away."""
+    for item in data if isinstance(data, (list, tuple)) else [data]:
+        if isinstance(item, Mapping) and (unknown := sorted(map(str, item.keys() - of.__dataclass_fields__.keys()))):
+            raise PlanError(f"an entry of a plan's {what} has no '{unknown[0]:.40}'.")

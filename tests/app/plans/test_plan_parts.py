@@ -372,7 +372,7 @@ def test_a_damaged_file_is_refused_with_the_reason() -> None:
         ({"path_id": "nobody"}, "no path 'nobody'"),
         ({"paths": [good["paths"][0], chosen, good["paths"][2]]}, "leave them out"),
         ({"paths": {}}, "list of objects"),
-        ({"zones": [{"id": "a", "name": "b"}]}, "needs 'shape'"),
+        ({"zones": [{"id": "a", "name": "b"}]}, "missing required field shape"),
         ({"zones": [{**good["zones"][0], "sharp": 1}]}, "has no 'sharp'"),
         ({"removed_bone": 3}, "list of objects"),
         ({"notes": 3}, "must be text"),
