@@ -34,7 +34,7 @@ def changes(before: PlanContent, after: PlanContent) -> tuple[str, ...]:
     A field without words of its own is told by its name.
     """
     found: list[str] = []
-    for name in (*_WORDS, *(field.name for field in fields(PlanContent) if field.name not in _WORDS)):
+    for name in (*_WORDS, *(field.name for field in fields(after) if field.name not in _WORDS)):
         words = _WORDS.get(name)
         found += words(before, after) if words else _plain(name, getattr(before, name), getattr(after, name))
     return tuple(found)

@@ -220,7 +220,7 @@ def check_size(content: PlanContent) -> PlanContent:
 
 def check_stored(content: PlanContent) -> PlanContent:
     """The content as it is read once it is stored. Raises InputError or one of its kinds."""
-    return content_from_json(content_to_json(_with_rules(content)))
+    return content_from_json(content_to_json(content))
 
 
 def _with_rules(content: PlanContent) -> PlanContent:
