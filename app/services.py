@@ -36,6 +36,7 @@ class Services:
         from app.imaging.island_previews import IslandPreviews
         from app.imaging.labels import PaintedLabels
         from app.imaging.segmenting import Segmenting
+        from app.imaging.skins import Skins
         from app.kit.admission import AdmissionQueue
         from app.kit.jobs import Jobs
         from app.live import LiveBoard
@@ -73,6 +74,7 @@ class Services:
         self.segmenting = Segmenting(cases, jobs)
         self.labels = PaintedLabels(store, cases, jobs)
         self.islands = IslandPreviews(cases, jobs)
+        self.skins = Skins(store, cases, jobs)
 
         self.registrations = registrations = Documents(store, REGISTRATION)
         self.registering = registering = Registering(registrations, cases, plans, jobs, tracker)

@@ -99,6 +99,11 @@ class Settings:
         return self.home / "runs"
 
     @property
+    def derived_dir(self) -> Path:
+        """Folder of files that are computed from others, and can be computed again."""
+        return self.home / "derived"
+
+    @property
     def drives_dir(self) -> Path:
         """Recordings of the drives that go on."""
         return self.home / "drives"

@@ -10,7 +10,7 @@ import numpy as np
 from benchmarks.lumen_scene import LINKS, Scene
 from vfix_engine.snake.bending.bending import BendProblem
 from vfix_engine.snake.bending.optimise import control_bends
-from vfix_engine.worlds.snake.compare import compare_controls
+from vfix_engine.worlds.snake.offline.compare_controls import compare_controls
 
 VERTICES = 500  # section IV.B: enough for five links
 BOUND_MM, LAST_BOUND_MM = 8.0, 4.0

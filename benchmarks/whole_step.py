@@ -21,11 +21,12 @@ from benchmarks import report
 from benchmarks.stack import Stack
 from vfix_engine.control import Controller, ControlSettings, HandCommand, StepReport, StepRequest, Task
 from vfix_engine.control.tasks import view_point
-from vfix_engine.runtime import Command, SetTask
+from vfix_engine.runtime import Act, Command, SetTask
 from vfix_engine.virtual_fixtures import StepState
-from vfix_engine.worlds.rigid.rigid import RigidSystem
-from vfix_engine.worlds.rigid.rigid_state import RehearsalState
+from vfix_engine.worlds.rigid.operators import RigidOperator, ScriptedOperator, to_nearest_bone
 from vfix_engine.worlds.rigid.scene import Scene
+from vfix_engine.worlds.rigid.state import RehearsalState
+from vfix_engine.worlds.rigid.system import RigidSystem
 
 STEPS = 1500  # of each drive
 SWING_STEPS = 700  # of one swing about the target, and of one motion back and forth in the free drive
@@ -62,8 +63,8 @@ class WholeStep:
         stack: list[float] = []
         by = {
             "free": self._drive("free", _to_and_fro, stack),
-            "held": self._drive("free", self._pushed),
-            "inspecting": self._drive("inspect", _swinging),
+            "held": self._drive("free", _pushed),
+            "inspecting": self._drive("inspect", ScriptedOperator(swing_period_steps=SWING_STEPS)),
         }
         worst = max(one["whole_us"] for one in by.values())
         for one in by.values():
@@ -88,14 +89,14 @@ class WholeStep:
                 break
         return state
 
-    def _drive(self, task: str, hand: Any, stack: list[float] | None = None) -> dict[str, Any]:
+    def _drive(self, task: str, operator: RigidOperator, stack: list[float] | None = None) -> dict[str, Any]:
         system, row = self._system, self._row
         state = system.apply(self._inner, SetTask(task))
         taken: list[float] = []
         alone: list[float] = []
         outcomes: Counter[str] = Counter()
         for count in range(WARM + STEPS):
-            command = hand(state, count, self._settings.force_cap_n)
+            command = operator(system, state).command
             begin = time.perf_counter()
             after = system.step(state, command)
             system.row(after, row)
@@ -150,21 +151,14 @@ class WholeStep:
             self._system.row(self._system.step(state, command), self._row)
             return time.perf_counter() - begin
 
-    def _pushed(self, state: RehearsalState, count: int, cap: float) -> Command:
-        """Return a command with full force against the currently nearest bone."""
-        return Command(-cap * self._system.scene.tree.closest(state.tool.segments).normal)
+
+def _pushed(system: RigidSystem, state: RehearsalState) -> Act:
+    """Push with full force against the currently nearest bone."""
+    return Act(Command(state.settings.force_cap_n * to_nearest_bone(system, state)))
 
 
-def _to_and_fro(state: RehearsalState, count: int, cap: float) -> Command:
-    """Return a command out along the path and in again, with half the force."""
+def _to_and_fro(system: RigidSystem, state: RehearsalState) -> Act:
+    """Go out along the path and in again, with half the force."""
     along = state.tool.tip.rotation[:, 1] if state.nearest is None else state.nearest.tangent
-    outwards = -1.0 if count % SWING_STEPS < SWING_STEPS // 2 else 1.0
-    return Command(0.5 * cap * outwards * along)
-
-
-def _swinging(state: RehearsalState, count: int, cap: float) -> Command:
-    """Return a command that circles about the target with a twist."""
-    angle = 2.0 * np.pi * count / SWING_STEPS
-    across, upwards = state.tool.tip.rotation[:, 0], state.tool.tip.rotation[:, 2]
-    force = 0.5 * cap * (np.cos(angle) * across + np.sin(angle) * upwards)
-    return Command(force, twist=float(np.sign(np.sin(2.0 * angle))))
+    outwards = -1.0 if state.steps % SWING_STEPS < SWING_STEPS // 2 else 1.0
+    return Act(Command(0.5 * state.settings.force_cap_n * outwards * along))

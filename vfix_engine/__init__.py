@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from .robots import RobotModel, Tool
     from .virtual_fixtures import Zone, zones
     from .worlds.rigid.simulation import Simulation
-    from .worlds.snake.snake_drive import SnakeDrive
+    from .worlds.snake.offline.snake_drive import SnakeDrive
 
 __version__ = "0.1.0"
 
@@ -62,7 +62,7 @@ _WHERE = {
     **dict.fromkeys(("Registration", "find_beads", "register_points"), ".registration"),
     "RobotModel": ".robots",
     "Simulation": ".worlds.rigid.simulation",
-    "SnakeDrive": ".worlds.snake.snake_drive",
+    "SnakeDrive": ".worlds.snake.offline.snake_drive",
     "SplinePath": ".geometry.path",
     "Tool": ".robots",
     "TriangleMesh": ".geometry.mesh",

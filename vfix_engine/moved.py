@@ -1,4 +1,4 @@
-"""Modules under their names of version 0.1, for scripts and recordings that use them.
+"""Modules under their names of before, for scripts and recordings that use them.
 
 Importing an old name returns the module of the new name, with a DeprecationWarning.
 """
@@ -54,17 +54,52 @@ MOVED = {
     "vfix_engine.lumen.system": "vfix_engine.worlds.snake",
     "vfix_engine.robots.placed": "vfix_engine.robots.model",
     "vfix_engine.simulation": "vfix_engine.worlds.rigid",
+    "vfix_engine.worlds.rigid.numbers": "vfix_engine.worlds.rigid.command_values",
+    "vfix_engine.worlds.rigid.recorder": "vfix_engine.worlds.rigid.csv_recorder",
+    "vfix_engine.worlds.rigid.rigid": "vfix_engine.worlds.rigid.system",
+    "vfix_engine.worlds.rigid.rigid_row": "vfix_engine.worlds.rigid.row",
+    "vfix_engine.worlds.rigid.rigid_spec": "vfix_engine.worlds.rigid.spec",
+    "vfix_engine.worlds.rigid.rigid_state": "vfix_engine.worlds.rigid.state",
+    "vfix_engine.worlds.snake.adoption": "vfix_engine.worlds.snake.plans.adoption",
+    "vfix_engine.worlds.snake.command": "vfix_engine.worlds.snake.stepping.command",
+    "vfix_engine.worlds.snake.compare": "vfix_engine.worlds.snake.offline.compare_controls",
+    "vfix_engine.worlds.snake.constants": "vfix_engine.worlds.snake.stepping.constants",
+    "vfix_engine.worlds.snake.distal": "vfix_engine.worlds.snake.stepping.distal",
+    "vfix_engine.worlds.snake.drive": "vfix_engine.worlds.snake.offline.drive_lumen",
+    "vfix_engine.worlds.snake.drive_report": "vfix_engine.worlds.snake.offline.drive_report",
+    "vfix_engine.worlds.snake.drive_run": "vfix_engine.worlds.snake.offline.drive_run",
+    "vfix_engine.worlds.snake.drive_start": "vfix_engine.worlds.snake.stepping.start_checks",
     "vfix_engine.worlds.snake.drive_system": "vfix_engine.worlds.snake.requests",
+    "vfix_engine.worlds.snake.drive_view": "vfix_engine.worlds.snake.offline.drive_view",
+    "vfix_engine.worlds.snake.inline_planner": "vfix_engine.worlds.snake.stepping.inline_planner",
+    "vfix_engine.worlds.snake.insertion": "vfix_engine.worlds.snake.stepping.insertion",
+    "vfix_engine.worlds.snake.link_windows": "vfix_engine.worlds.snake.stepping.link_windows",
+    "vfix_engine.worlds.snake.look_plan": "vfix_engine.worlds.snake.plans.look_plan",
+    "vfix_engine.worlds.snake.look_round": "vfix_engine.worlds.snake.offline.look_round",
+    "vfix_engine.worlds.snake.looking": "vfix_engine.worlds.snake.plans.look_progress",
+    "vfix_engine.worlds.snake.motion": "vfix_engine.worlds.snake.stepping.motion",
+    "vfix_engine.worlds.snake.operators": "vfix_engine.worlds.snake.offline.operators",
+    "vfix_engine.worlds.snake.outcome": "vfix_engine.worlds.snake.stepping.outcome",
+    "vfix_engine.worlds.snake.planner": "vfix_engine.worlds.snake.plans.planner",
+    "vfix_engine.worlds.snake.planning": "vfix_engine.worlds.snake.plans.messages",
+    "vfix_engine.worlds.snake.refusal": "vfix_engine.worlds.snake.stepping.refusal",
+    "vfix_engine.worlds.snake.script": "vfix_engine.worlds.snake.offline.script",
+    "vfix_engine.worlds.snake.snake_drive": "vfix_engine.worlds.snake.offline.snake_drive",
+    "vfix_engine.worlds.snake.state": "vfix_engine.worlds.snake.stepping.state",
+    "vfix_engine.worlds.snake.step": "vfix_engine.worlds.snake.stepping.step",
+    "vfix_engine.worlds.snake.tissue": "vfix_engine.worlds.snake.stepping.tissue",
+    "vfix_engine.worlds.snake.trail": "vfix_engine.worlds.snake.stepping.trail",
+    "vfix_engine.worlds.snake.wall_depth": "vfix_engine.worlds.snake.offline.wall_depth",
 }
 
 # Classes that are recorded under another name.
 RENAMED = {
     "vfix_engine.snake.bending.optimise.Bend": "DistalBend",
     "vfix_engine.snake.bending.visual_motor.Steering": "BendDirection",
-    "vfix_engine.worlds.snake.look_plan.View": "LookView",
-    "vfix_engine.worlds.snake.planning.Plan": "PlannerAnswer",
-    "vfix_engine.worlds.snake.planning.Seen": "ShapeAtTime",
-    "vfix_engine.worlds.snake.planning.Shape": "PlannedShape",
+    "vfix_engine.worlds.snake.plans.look_plan.View": "LookView",
+    "vfix_engine.worlds.snake.plans.messages.Plan": "PlannerAnswer",
+    "vfix_engine.worlds.snake.plans.messages.Seen": "ShapeAtTime",
+    "vfix_engine.worlds.snake.plans.messages.Shape": "PlannedShape",
 }
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass
+from functools import cached_property
 from typing import Any
 
 from app.cases.structures import (
@@ -168,7 +169,7 @@ class Case:
         """Of its widest CT, where the file says it."""
         return self.volumes[0].slice_thickness_mm if self.volumes else None
 
-    @property
+    @cached_property
     def uncertainty(self) -> SurfaceUncertainty:
         """How far the anatomy may lie from its surface, as far as that is known."""
         voxel_mm = max(*(self.spacing_mm or (0.0,)), self.slice_thickness_mm or 0.0, 0.0)

@@ -168,7 +168,7 @@ class Purge:
             for key in sorted((gone & set(files.keys())) | forgotten):
                 files.remove(key)
                 removed += 1
-        return removed
+        return removed + self._store.derived.remove(sorted(gone))
 
     def _remove_copies(self, case_id: str) -> tuple[str, ...]:
         copies = self._store.copies(case_id)

@@ -27,14 +27,12 @@ from vfix_engine.pathway.pathway import TissueMotion
 from vfix_engine.pathway.pathway_surface import pathway_surface
 from vfix_engine.pathway.tissue_motion import breathing, peristalsis, together
 from vfix_engine.robots.snake import SnakeModel
-from vfix_engine.worlds.snake import DriveRecorder, DriveSpec
-from vfix_engine.worlds.snake.drive import OPERATORS, DriveReport, DriveSettings, Shot, drive_lumen
-from vfix_engine.worlds.snake.look_plan import view_of
-from vfix_engine.worlds.snake.lumen import Lumen
+from vfix_engine.worlds.snake import DriveSpec
+from vfix_engine.worlds.snake.offline.drive_lumen import OPERATORS, DriveReport, DriveSettings, Shot, drive_lumen
 from vfix_engine.worlds.snake.picture.picture import LumenPictures
+from vfix_engine.worlds.snake.plans.look_plan import view_of
 from vfix_engine.worlds.snake.settings import CONTROLS
-from vfix_engine.worlds.snake.snake_drive import Observer, SnakeDrive
-from vfix_engine.worlds.snake.state import SnakeState
+from vfix_engine.worlds.snake.stepping.state import SnakeState
 
 if TYPE_CHECKING:  # a drive without a store keeps no run
     from app.commands.recorded_run import RecordedRun
@@ -132,7 +130,7 @@ def run(args: argparse.Namespace) -> int:
         report = drive_lumen(
             mesh, args.start, args.end, args.links, landmarks, args.operator, settings, album, snake=snake,
             tissue=_tissue(args.breathing, args.peristalsis), seed=args.seed,
-            anyway=args.anyway, observe=recording.begin,
+            anyway=args.anyway, record=recording.begin,
             progress=lambda words: print(f"vfix: {words}", file=sys.stderr, flush=True),
         )  # fmt: skip
     except BaseException:
@@ -159,21 +157,20 @@ class RunRecording:
         self._seed = seed
         self._run: RecordedRun | None = None
 
-    def begin(self, drive: SnakeDrive, lumen: Lumen) -> Observer | None:
-        """Who hears of every step of the drive, which is at its start."""
+    def begin(self, spec: DriveSpec) -> RecordedRun | None:
+        """The destination of the run of a drive that is at its start."""
         if not has_app():
             return None
         from app.commands.recorded_run import RecordedRun
         from app.services import build_services
 
-        spec = DriveSpec.of(drive, lumen)
         try:
             services = build_services(Settings.from_environment())
             self._run = RecordedRun(services, spec, spec.columns, self._seed)
         except (OSError, VfixError) as error:
             say_notes([f"the run is not recorded: {error}"])
             return None
-        return DriveRecorder(drive, self._run)
+        return self._run
 
     def keep(self) -> str | None:
         """The drive has ended: the id of its run."""

@@ -47,14 +47,14 @@ from vfix_engine.geometry.path import SplinePath
 from vfix_engine.robots import RobotModel, Tool
 from vfix_engine.virtual_fixtures.zone_file import ZoneSet
 from vfix_engine.worlds.rigid import preparation
+from vfix_engine.worlds.rigid.csv_recorder import CsvRecorder
 from vfix_engine.worlds.rigid.dry_run import STATION_MM
 from vfix_engine.worlds.rigid.headless import HeadlessRun
 from vfix_engine.worlds.rigid.placing import place_robot
-from vfix_engine.worlds.rigid.recorder import CsvRecorder
 from vfix_engine.worlds.rigid.rehearsal import Rehearsal
-from vfix_engine.worlds.rigid.rigid_spec import RigidSpec, SceneSpec
 from vfix_engine.worlds.rigid.scene import Scene
 from vfix_engine.worlds.rigid.snapshot import RigidSnapshot
+from vfix_engine.worlds.rigid.spec import RigidSpec, SceneSpec
 
 if TYPE_CHECKING:  # a drive without a store keeps no run
     from app.commands.recorded_run import RecordedRun

@@ -23,7 +23,7 @@ class SetDriveSettings(Command):
 
 
 class HoldCommand(Command):
-    """What a hand on the handle sends."""
+    """Motion of a hand that holds the handle."""
 
     urgent: ClassVar[bool] = True
     type: Literal["heartbeat", "grip.release", "rehearsal.take", "rehearsal.let_go"]

@@ -1,4 +1,4 @@
-"""The control process of a drive: started in the background, heard, watched, and ended."""
+"""The control process of a drive: started in the background, monitored, and ended."""
 
 from __future__ import annotations
 
@@ -27,29 +27,29 @@ from vfix_engine.runtime.snapshot import Snapshot
 P = TypeVar("P", bound=PreparedDrive[Any])
 T = TypeVar("T", bound=Snapshot)
 
-SILENT_S = 2.0  # a process that shows no new snapshot for so long hangs; one that rests shows several a second
+SILENT_S = 2.0  # a process without a new snapshot for this long hangs; one at rest publishes several a second
 _ENDED = "The control process ended. Start the rehearsal again."
 _LOG = logging.getLogger(__name__)
 
 
 class DriveProcess(Generic[P, T]):
-    """At most one control process at a time, of any world, and what is known of it. Thread-safe.
+    """At most one control process at a time, of any world, and its state. Thread-safe.
 
-    P is the type of what it is started with, T that of its snapshots.
+    P is the type of the prepared drive, T that of its snapshots.
     """
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
-        self._checking = threading.Lock()  # taken before _lock: one thread at a time hears what the process says
+        self._checking = threading.Lock()  # acquired before _lock: one thread at a time reads the process's events
         self._process: ControlProcess[T] | None = None
         self._coming: ControlProcess[T] | None = None  # being started
         self._prepared: P | None = None
         self._state: ProcessStatus = "absent"
         self._words = ""
-        self._made_of: object = None  # what it was prepared from
+        self._made_of: object = None  # key of the inputs that it was prepared from
         self._generation = 0
         self._exchange: SettingsExchange | None = None  # None until there is a process
-        self._notes: list[str] = []  # of the process, until it is known whether they are about a setting
+        self._notes: list[str] = []  # messages of the process, until it is known whether they are about a setting
         self._words_for_holder: deque[str] = deque(maxlen=8)
         self._unrecorded = ""  # why this drive is not recorded, or not to its end
         self._hand: str | None = None  # the client whose hand holds the grip
@@ -61,14 +61,14 @@ class DriveProcess(Generic[P, T]):
             return self._state
 
     def is_for(self, made_of: object) -> bool:
-        """Whether the robot that stands here, or comes, was prepared from this."""
+        """Whether the present or starting robot was prepared from these inputs."""
         with self._lock:
             return self._made_of == made_of and self._state in ("starting", "ready", "silent")
 
     def open(self, made_of: object, prepare: Callable[[], P], executor: Executor, words: str = "Starting …") -> None:
-        """Prepare the drive and start its process in the background; one that runs is closed first.
+        """Prepare the drive and start its process in the background; a running one is closed first.
 
-        made_of: what it is prepared from, see :meth:`is_for`. words: what is going on meanwhile.
+        made_of: the inputs of the preparation, see :meth:`is_for`. words: shown meanwhile.
         """
         self.close()
         with self._lock:
@@ -96,7 +96,7 @@ class DriveProcess(Generic[P, T]):
             _LOG.error("a rehearsal could not be started: %s", error_places(error))
             self._not_started(generation, process, "The rehearsal could not be started; the planner's log says why.")
             return
-        with self._checking, self._lock:  # not while another process is being heard
+        with self._checking, self._lock:  # not while events of another process are read
             if generation == self._generation:
                 self._process, self._coming, self._prepared = process, None, prepared
                 if prepared.made_of not in (None, made_of):  # it was changed before it was read
@@ -118,11 +118,11 @@ class DriveProcess(Generic[P, T]):
                 self._state, self._words = "failed", words
 
     def close(self) -> None:
-        """End the process, one that is only coming as well."""
+        """End the process, also one that is still starting."""
         self._end("absent", "")
 
     def _end(self, state: ProcessStatus, words: str, only: ControlProcess[T] | None = None) -> None:
-        """only: end nothing unless this process is here; somebody else may have ended it, and another one comes."""
+        """only: end nothing but this process; another thread may have ended it and started another one."""
         with self._lock:
             if only is not None and self._process is not only:
                 return
@@ -139,12 +139,12 @@ class DriveProcess(Generic[P, T]):
                     self._not_recorded(event.text, "It ended before its run was whole.")
 
     def snapshot(self) -> T | None:
-        """The newest; None while there is no robot."""
+        """The newest snapshot; None while there is no robot."""
         process = self._live()
         return None if process is None else process.snapshot()
 
     def rows(self) -> RowReader | None:
-        """Every step's row from now on; None while there is no robot that can be driven."""
+        """A reader of every step's row from now on; None while there is no robot that can be driven."""
         process = self._live()
         try:
             return None if process is None else process.rows()
@@ -152,9 +152,9 @@ class DriveProcess(Generic[P, T]):
             return None
 
     def check(self) -> None:
-        """Hear what the process has said since the last call; notices when it has ended, and when it hangs.
+        """Read the process's events since the last call; detect that it has ended, or hangs.
 
-        Every window that watches calls this, each on a thread of its own.
+        Called for every watching client, each on its own thread.
         """
         with self._checking:
             process = self._live()
@@ -189,14 +189,14 @@ class DriveProcess(Generic[P, T]):
             self._words_for_holder.append(f"This drive is not recorded any more: {reason}. {what_now}")
 
     def _watch(self, process: ControlProcess[T]) -> None:
-        """The age of the newest snapshot tells a process that hangs; one that wakes up again is shown again."""
+        """Detect by the age of the newest snapshot that the process hangs, or that it runs again."""
         silent = process.silence_s
         with self._lock:
             if self._process is process and self._state in ("ready", "silent"):
                 self._state, self._words = ("ready", "") if silent < SILENT_S else ("silent", _silence(silent))
 
     def _settings_answered(self, process: ControlProcess[T], text: str) -> None:
-        """The answer to one change: what is in force now, the old settings where it was refused."""
+        """The answer to one change: the present settings, unchanged if it was refused."""
         snapshot = process.snapshot()
         reason = self._notes[-1] if self._notes else ""
         with self._lock:
@@ -206,13 +206,13 @@ class DriveProcess(Generic[P, T]):
             in_force = exchange.in_force.from_dict(json.loads(text))
             to_send = exchange.answer(in_force, reason, partial(prepared.refusal, snapshot=snapshot))
             if exchange.refusal and self._notes:
-                self._notes.pop()  # it is said beside the slider
+                self._notes.pop()  # it is shown beside the slider
         if to_send is not None:
-            with contextlib.suppress(ControlError):  # it has ended: said by the check that follows
+            with contextlib.suppress(ControlError):  # it has ended: reported by the following check
                 self._send_settings(process, to_send)
 
     def made_of_changed(self, before: object, after: object) -> None:
-        """What it was prepared from has changed in nothing but what this drive has already: it is still the same."""
+        """The inputs changed only in a way that this drive has adopted: it counts as prepared from them."""
         with self._lock:
             if self._made_of == before:
                 self._made_of = after
@@ -224,7 +224,7 @@ class DriveProcess(Generic[P, T]):
     def _send_settings(self, process: ControlProcess[T], settings: WorldSettings) -> None:
         try:
             process.apply(SetSettings(settings))
-        except ControlError:  # it was not sent: no answer will come
+        except ControlError:  # it was not sent: there will be no answer
             with self._lock:
                 if self._exchange is not None:
                     self._exchange.forget()
@@ -232,7 +232,7 @@ class DriveProcess(Generic[P, T]):
 
 
 def _process(prepared: PreparedDrive[T]) -> ControlProcess[T]:
-    """A process for a world, not started; with a recording where there is one."""
+    """A process for a world, not started; with a recording if there is one."""
     if prepared.recording is None:
         return ControlProcess(prepared.spec)
     return RecordedProcess(prepared.spec, prepared.recording)

@@ -1,4 +1,4 @@
-"""A drive as it is at one instant, for one client: read under one lock, and then a plain value."""
+"""A drive at one instant, for one client: read under one lock, then an immutable value."""
 
 from __future__ import annotations
 
@@ -20,19 +20,20 @@ ProcessStatus = Literal["absent", "starting", "ready", "silent", "failed"]
 
 @dataclass(frozen=True, eq=False)
 class DriveRecord(Generic[P, T]):
-    """State of a shared drive. P is the type of what is prepared for it, T that of its snapshots.
+    """State of a shared drive. P is the type of the prepared drive, T that of its snapshots.
 
-    state, words: of the control process; words: what is going on while it starts, or why it failed.
-    snapshot: the newest; None before the first. prepared: what is driven; None while there is no robot.
-    made_of: what it was prepared from. requested: the request that was sent last, None before the first.
-    settings: in force, as the process has confirmed them; None while there is no robot. answered: number of changes
-    that were answered, refusals included. refusal: why the newest change was not taken, '' where it was.
-    holder: who holds the handle. mine: it is this client. hand_lost: this client still presses, and was heard of too
-    late for that to count.
+    state, words: of the control process; words: progress of its start, or why it failed.
+    snapshot: the newest; None before the first. prepared: the driven one; None while there is no robot.
+    made_of: key of the inputs that it was prepared from. requested: the request that was sent last, None before the
+        first.
+    settings: the present ones, confirmed by the process; None while there is no robot. answered: number of changes
+    that were answered, refusals included. refusal: why the newest change was refused, '' where it was not.
+    holder: the client that holds the handle. mine: it is this client. hand_lost: this client still presses, but its
+    input came too late to be used.
     may_instruct: this client may send requests and settings. may_prepare: it may change what the next drive is
-    prepared from: the holder, who instructs, or who may hold what nobody holds.
-    words_for_holder: what the process has said to this client since the last record. accepted: settings of this client
-    that came into force and that the document has not kept yet.
+    prepared from: the holder, a client that instructs, or one that may take the free handle.
+    words_for_holder: messages of the process to this client since the last record. accepted: settings of this client
+    that took effect and are not stored in the document yet.
     unrecorded: why the drive is not recorded, or not to its end; '' where it is.
     """
 
@@ -66,5 +67,5 @@ class DriveRecord(Generic[P, T]):
         return "paused" if self.snapshot.steps > 0 else "ready"
 
     def is_for(self, made_of: object) -> bool:
-        """Whether the robot that stands here, or comes, was prepared from this."""
+        """Whether the present or starting robot was prepared from these inputs."""
         return self.made_of == made_of and self.state in ("starting", "ready", "silent")

@@ -1,4 +1,4 @@
-"""Who holds the handle: one client at a time, the others watch (HAZ-12)."""
+"""The lease of the handle: one client holds it, the others watch (HAZ-12)."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from app.messages.client import Client
 
 
 class Lease:
-    """At most one holder. A holder lets go by itself, or is released when it is gone. Thread-safe."""
+    """At most one holder, which releases the handle itself, or when its client is gone. Thread-safe."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -20,7 +20,7 @@ class Lease:
             return self._holder
 
     def take(self, client: Client) -> bool:
-        """Become the holder; False while somebody else is, and for a client whose role does not hold."""
+        """Become the holder; False while another client is, and for a client whose role does not hold."""
         with self._lock:
             if not client.may_hold or (self._holder is not None and self._holder.id != client.id):
                 return False

@@ -8,14 +8,14 @@ import numpy as np
 
 from vfix_engine.arrays import Array
 
-if TYPE_CHECKING:  # slow to load, and the address needs none of it
+if TYPE_CHECKING:  # slow to load, and not needed for the address
     from vfix_engine.runtime.snapshot import Snapshot
 
 MAX_READERS = 16  # at a time
 
 
 class PoseColumns(NamedTuple):
-    """Fields of a world's snapshots that a row has: places (3,) in LPS mm or N, and numbers."""
+    """Fields of a world's snapshots in a row: vectors (3,) in LPS mm or N, and numbers."""
 
     places: tuple[str, ...]
     numbers: tuple[str, ...]

@@ -2,10 +2,10 @@
 
 ``plan`` names the document that is driven; ``case`` a case that is driven without one.
 
-The first message is text: ``{"type": "poses", "version", "fields"}``. Each that follows is binary, 8 bytes for each
-field, little-endian. A reader that is slow misses rows and gets no old ones; nothing waits for it.
-With ``&rate=control`` a message is all rows since the last one, a row for each control step. A reader that falls
-behind by seconds is told how many it has missed: ``{"type": "missed", "rows"}``.
+The first message is text: ``{"type": "poses", "version", "fields"}``. Each following one is binary, 8 bytes for each
+field, little-endian. A slow reader misses rows and gets no old ones; nothing waits for it.
+With ``&rate=control`` a message has all rows since the last one, a row for each control step. A reader that falls
+behind by seconds gets the number of missed rows: ``{"type": "missed", "rows"}``.
 """
 
 from __future__ import annotations
@@ -31,13 +31,13 @@ if TYPE_CHECKING:
     Drive = SharedDrive[Any, Any]
     Drives = SharedDrives[Any, Any]
 
-POLL_S = 0.002  # between looks at the mailbox: a quarter of the time between two snapshots
+POLL_S = 0.002  # polling interval of the mailbox: a quarter of the time between two snapshots
 BATCH_S = 0.01  # between two batches at control rate
 NO_DRIVE, OTHER_ROBOT, TOO_MANY, NOTHING_TO_SAY = 4404, 4409, 4503, 1003
 _ID = re.compile(r"[A-Za-z0-9_.\-]{1,64}")
 _GONE = "nobody rehearses that plan; open it in a window first"
 
-End = tuple[int, str]  # code and words with which a connection ends
+End = tuple[int, str]  # code and reason with which a connection ends
 
 
 def poses_router(tab: str, columns: PoseColumns = ANY_WORLD) -> APIRouter:
@@ -79,7 +79,7 @@ def _asked_for(drives: Drives, query: Mapping[str, str]) -> Drive | None:
 
 
 async def _until_either_ends(websocket: WebSocket, sending: Coroutine[Any, Any, End]) -> End:
-    """Send rows until the drive or the reader has gone; returns why the connection ends."""
+    """Send rows until the drive or the reader is gone; returns why the connection ends."""
     tasks = [asyncio.create_task(sending), asyncio.create_task(_listen(websocket))]
     try:
         done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
@@ -112,7 +112,7 @@ async def _send_all(websocket: WebSocket, drives: Drives, drive: Drive) -> End:
 
 
 async def _told_columns(websocket: WebSocket, drive: Drive) -> RowReader | None:
-    """The rows of a drive that has begun, after the message that says what they are."""
+    """The rows of a started drive, after the message that describes them."""
     rows = drive.rows()
     if rows is not None:
         names = [column.name for column in rows.columns]
@@ -139,6 +139,6 @@ async def _send(websocket: WebSocket, drives: Drives, drive: Drive, columns: Pos
 
 
 async def _listen(websocket: WebSocket) -> End:
-    """Nothing is taken from a reader; what it sends ends the connection."""
+    """A reader must not send anything; a message from it ends the connection."""
     message = await websocket.receive()
     return (1001, "") if message["type"] == "websocket.disconnect" else (NOTHING_TO_SAY, "this channel only sends")

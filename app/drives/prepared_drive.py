@@ -1,4 +1,4 @@
-"""What a control process is started with: the spec of its world, the settings at the start, and the recording."""
+"""The inputs of a control process: the spec of its world, the settings at the start, and the recording."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ T = TypeVar("T", bound=Snapshot)
 
 @dataclass(frozen=True, eq=False)
 class PreparedDrive(Generic[T]):
-    """A drive that can be started; a tab adds what it shows of it in a subclass.
+    """A drive that can be started; a tab adds the values that it displays in a subclass.
 
     T is the type of the world's snapshots.
-    settings: that the system starts with. recording: what keeps the run; None where nothing is kept.
-    unrecorded: why the run cannot be kept; '' where it can.
-    made_of: a key of what it was made of, where that was read anew for it; None: it is what was asked for.
+    settings: at the start. recording: stores the run; None where it is not stored.
+    unrecorded: why the run cannot be stored; '' where it can.
+    made_of: a key of its inputs, where they were read again for it; None: the requested key.
     """
 
     spec: SystemSpec
@@ -30,5 +30,5 @@ class PreparedDrive(Generic[T]):
     made_of: Any = None
 
     def refusal(self, asked: Any, in_force: Any, snapshot: T | None) -> str:
-        """Why the settings that were asked for are refused and what to do; '' to show the words of the process."""
+        """Why the requested settings are refused and what to do; '' to show the words of the process."""
         return ""

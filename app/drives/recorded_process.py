@@ -1,4 +1,4 @@
-"""A control process whose run is kept when it has ended."""
+"""A control process whose run is stored when it has ended."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ T = TypeVar("T", bound=Snapshot)
 
 
 class RecordedProcess(ControlProcess[T]):
-    """A ControlProcess with a recording, which is handed over once, by whoever closes the process first."""
+    """A ControlProcess with a recording, which is handed over once, by the first call that closes the process."""
 
     def __init__(self, spec: SystemSpec, recording: Recording) -> None:
         super().__init__(spec, record=recording.folder)
@@ -24,7 +24,7 @@ class RecordedProcess(ControlProcess[T]):
         self._kept = False
 
     def start(self) -> None:
-        """Start it; what writes its run does not hold up the hand that drives it."""
+        """Start it; writing its run does not delay the hand's input."""
         super().start()
         if self.recording_thread is not None:
             PROMPT_THREADS.enrol(self.recording_thread)

@@ -1,4 +1,4 @@
-"""Recordings of drives on the page: where each is written, and what becomes of it when the drive ends."""
+"""Recordings of drives on the page: where each is written, and how it is stored when the drive ends."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ def nothing_measured(progress: Progress) -> None:
 class Recording:
     """One drive's recording.
 
-    folder: that its run is written to; not there before. case_id, document_id: what is driven; subject: its name.
-    measure_by: called when the drive has ended; returns what is measured of the run before it is stored.
+    folder: of its run, created by the drive. case_id, document_id: what is driven; subject: its name.
+    measure_by: called when the drive has ended; returns measurements of the run before it is stored.
     """
 
     folder: Path
@@ -49,7 +49,7 @@ class Recording:
                 subject=self.subject,
             )
         except PlannerEnds:
-            return  # a drive that ends after the planner: its folder is gone by then
+            return  # a drive that ends after the planner has no folder any more
 
     def _store(self, progress: Progress) -> str:
         measure = self.measure_by(progress)
@@ -72,7 +72,7 @@ class Recordings:
     ) -> Recording:
         """A recording of a drive of a stored case or document, see `Recording`.
 
-        Raises StorageError where the data folder takes nothing.
+        Raises StorageError where the data folder is not writable.
         """
         folder = self._runs.new_folder("page", case_id=case_id, plan_id=document_id)
         return Recording(folder, case_id, document_id, subject, self._runs, self._jobs, measure_by)
@@ -80,7 +80,7 @@ class Recordings:
     def attempt(
         self, case_id: str, document_id: str | None, subject: str, measure_by: MeasureBy = nothing_measured
     ) -> tuple[Recording | None, str]:
-        """A recording as of :meth:`new`, and why there is none, '' where there is one."""
+        """A recording as from :meth:`new`, and why there is none, '' where there is one."""
         try:
             return self.new(case_id, document_id, subject, measure_by), ""
         except StorageError as error:

@@ -1,7 +1,7 @@
-"""Runs of the store: what every drive leaves, kept by hash, listed by case and plan, bounded in size.
+"""Runs of the store: the recordings of all drives, stored by hash, listed by case and plan, bounded in size.
 
 A drive writes a folder, see `vfix_engine.runtime.run`: a manifest, the spec, the ticks, the events, the end.
-Here the folder is taken apart into files by hash, and laid out again for who reads it. Nothing else of a drive is kept.
+Here the folder is split into files by hash, and restored for a reader. Nothing else of a drive is stored.
 """
 
 from __future__ import annotations
@@ -35,9 +35,9 @@ RunOrigin = Literal["page", "command line", "replay", "study"]
 Measure = Callable[[Path], dict[str, Any] | None]
 
 FILES = (MANIFEST, SPEC, TICKS, EVENTS, END, SIDEWAYS)
-MAX_BYTES = 4 << 30  # of all runs of a home together; the oldest are deleted
+MAX_BYTES = 4 << 30  # of all runs of a data folder together; the oldest are deleted
 MAX_JSON_BYTES = 4 << 20
-_FORGOTTEN_S = 3600.0  # a file that no run has may be one that is just being stored by another planner
+_FORGOTTEN_S = 3600.0  # another planner may just be storing a file that no run has
 
 
 @dataclass(frozen=True)
@@ -50,11 +50,11 @@ class RunFile:
 
 @dataclass(frozen=True)
 class StoredRun:
-    """A run that is kept.
+    """A stored run.
 
-    case_id, plan_id: what was driven, where that is stored. origin: what drove it.
-    manifest: as it was written; end: number of ticks, their digest and how many were lost, None for a run that was cut
-    off. files: by name. pierced: what the tool pierced, as `PiercedReport` has it; None where that was not measured.
+    case_id, plan_id: what was driven, where that is stored. origin: page, command line, replay or study.
+    manifest: as it was written; end: number of ticks, their digest and how many were lost, None for an interrupted
+    run. files: by name. pierced: what the tool pierced, as in `PiercedReport`; None where that was not measured.
     """
 
     id: str
@@ -89,14 +89,14 @@ class RunService:
     def new_folder(
         self, origin: RunOrigin | None = None, *, case_id: str | None = None, plan_id: str | None = None
     ) -> Path:
-        """Where a drive may write its run: a path that is not there yet. What is not kept ends with the planner.
+        """A new path where a drive can write its run. A run that is not stored is removed when the planner ends.
 
-        With an origin, the next start keeps what a killed planner has left there, as `keep` does.
-        Raises StorageError where the data folder takes nothing.
+        With an origin, the next start stores the remains of a killed planner there, as `keep` does.
+        Raises StorageError where the data folder is not writable.
         """
         if not self._store.writable:
             raise StorageError("the data folder is only read.")
-        folder = self._store.drives.open() / f"run-{secrets.token_hex(8)}"  # no folder around it, which would stay
+        folder = self._store.drives.open() / f"run-{secrets.token_hex(8)}"  # no parent folder, which would remain
         if origin is not None:
             try:
                 _note(folder).write_text(json.dumps({"origin": origin, "case_id": case_id, "plan_id": plan_id}))
@@ -106,7 +106,7 @@ class RunService:
 
     @staticmethod
     def discard(folder: Path) -> None:
-        """Delete the folder of a drive, whole or cut off, that is not kept."""
+        """Delete the folder of a drive, complete or interrupted, that is not stored."""
         _note(folder).unlink(missing_ok=True)
         for path in (folder, folder.with_name(folder.name + PART)):
             shutil.rmtree(path, ignore_errors=True)
@@ -120,12 +120,13 @@ class RunService:
         plan_id: str | None = None,
         measure: Measure | None = None,
     ) -> StoredRun:
-        """Store the run in a folder, whole or cut off, and delete the folder; the oldest runs are deleted where needed.
+        """Store the run in a folder, complete or interrupted, and delete the folder; the oldest runs are deleted if
+        needed.
 
         measure: called with the folder of the run before it is stored, and may add `sideways.f64` to it; returns what
         the tool pierced, as `PiercedReport` has it, or None.
 
-        Raises InputError for a folder without a run, TooLarge for one that alone is more than is kept, NotFound for a
+        Raises InputError for a folder without a run, TooLarge for one that alone exceeds the limit, NotFound for a
         case or plan that is not stored, and StorageError.
         """
         folder = _written(folder)
@@ -145,7 +146,7 @@ class RunService:
         with self._store.writing() as session:
             try:
                 _check_there(session, case_id, plan_id)
-            except NotFound:  # removed for good during the drive: nothing of the case may stay, and a run has its bone
+            except NotFound:  # purged during the drive: nothing of the case may remain, and a run contains its bone
                 self._remove({file.sha256 for file in files.values()} - _known(session))
                 raise
             stored = {"manifest": manifest, "end": end, "origin": origin, "pierced": pierced}
@@ -155,7 +156,7 @@ class RunService:
             session.add(row)
             session.flush()
             self._remove(self._bound(session))
-        for path in there:  # one that equals a file of another run may have been deleted with that before the commit
+        for path in there:  # a file equal to one of another run may have been deleted with that run before the commit
             if not self._store.run_files.has(files[path.name].sha256):
                 self._put(path)
         self.discard(folder)
@@ -177,7 +178,7 @@ class RunService:
             return _run(_row(session, run_id))
 
     def file(self, run_id: str, name: str) -> Path:
-        """Where a file of a run is. Raises NotFound, and StorageError when it is gone."""
+        """Path of a file of a run. Raises NotFound, and StorageError when it is gone."""
         files = self.get(run_id).files
         if name not in files:
             raise NotFound(f"this run has no file {name!r:.40}; it has: {', '.join(files)}.")
@@ -185,7 +186,7 @@ class RunService:
 
     @contextmanager
     def laid_out(self, run_id: str) -> Iterator[Path]:
-        """The folder of a run as it was written, for a reader of runs; it is gone afterwards. Raises as `file`."""
+        """The folder of a run as it was written, for a reader of runs; it is removed afterwards. Raises as `file`."""
         names = self.get(run_id).files
         place = self._store.scratch.new_place()
         try:
@@ -198,19 +199,19 @@ class RunService:
             shutil.rmtree(place, ignore_errors=True)
 
     def delete(self, run_id: str) -> None:
-        """Delete a run and the files that no other one has; that cannot be taken back. Raises NotFound."""
+        """Permanently delete a run and the files that no other one has. Raises NotFound."""
         with self._store.writing() as session:
             self._remove(_drop(session, _row(session, run_id)))
 
     def sweep(self) -> None:
-        """Delete files that belong to no run: of planners that ended while they stored or deleted one."""
+        """Delete files that belong to no run, of planners that ended while they stored or deleted one."""
         left = self._store.run_files.keys(older_than_s=_FORGOTTEN_S) if self._store.writable else ()
         if left:
             with self._store.writing() as session:
                 self._remove(set(left) - _known(session))
 
     def _rescue(self, left: Path) -> bool:
-        """Keep the recordings in the folder of a killed planner; False where the store takes nothing just now."""
+        """Store the recordings in the folder of a killed planner; False where the store is not writable at present."""
         for note in left.glob("run-*.json"):
             folder = note.with_suffix("")
             try:
@@ -230,7 +231,7 @@ class RunService:
         return RunFile(key, path.stat().st_size)
 
     def _bound(self, session: Session) -> set[str]:
-        """Drop the oldest runs until all together are small enough; returns the files that nobody has any more."""
+        """Delete the oldest runs until the rest is within the limit; returns the files that no run has any more."""
         rows = list(session.scalars(_oldest_first()))
         total, freed = sum(row.size_bytes for row in rows), set[str]()
         for row in rows[:-1]:
@@ -241,24 +242,24 @@ class RunService:
         return freed - _known(session)
 
     def _remove(self, keys: set[str]) -> None:
-        """Delete files, while nobody else writes: a run that is stored meanwhile sees that they are gone."""
+        """Delete files in a write transaction: a run that is stored meanwhile sees that they are gone."""
         for key in keys:
             self._store.run_files.remove(key)
 
 
 def has_ticks(folder: Path) -> bool:
-    """Whether a drive made a step and wrote it there, to the end or not."""
+    """Whether a drive has written a step there, to its end or not."""
     ticks = _written(folder) / TICKS
     return ticks.is_file() and ticks.stat().st_size > 0
 
 
 def _note(folder: Path) -> Path:
-    """The file beside a drive's folder that says whose run it is."""
+    """The file beside a drive's folder that identifies what was driven."""
     return folder.with_name(f"{folder.name}.json")
 
 
 def _written(folder: Path) -> Path:
-    """The folder under its name, or as a recording that was cut off has left it."""
+    """The folder under its name, or under that of an interrupted recording."""
     part = folder.with_name(folder.name + PART)
     return part if not folder.is_dir() and part.is_dir() else folder
 
@@ -318,5 +319,5 @@ def _drop(session: Session, row: RunRow) -> set[str]:
 
 
 def _known(session: Session) -> set[str]:
-    """The hashes of all files that runs have."""
+    """The hashes of all files of runs."""
     return {file["sha256"] for files in session.scalars(select(RunRow.files)) for file in files.values()}

@@ -10,10 +10,10 @@ DrivePhase = Literal["absent", "starting", "ready", "running", "paused", "silent
 
 
 class DriveMotion(TypedDict, total=False):
-    """The newest snapshot of a world; absent while no robot is in place. Numbers that do not exist are None.
+    """The newest snapshot of a world; absent while there is no robot. Numbers that do not exist are None.
 
-    holding: what holds the robot, in words.
-    taken_ms: when the snapshot was taken over from the control process, ms since 1970-01-01 UTC; None while it rests.
+    holding: the active constraint, in words.
+    taken_ms: when the snapshot was read from the control process, ms since 1970-01-01 UTC; None while it rests.
     """
 
     holding: str
@@ -25,7 +25,7 @@ class DriveMotion(TypedDict, total=False):
 
 
 class DriveSection(DriveMotion):
-    """A drive and who holds its handle; mine: this window, holder: who else.
+    """A drive and the holder of its handle; mine: this client, holder: another one.
 
     unrecorded: why the drive is not recorded, or not to its end; None where it is.
     """
@@ -39,7 +39,7 @@ class DriveSection(DriveMotion):
 
 
 class DetailsSection(TypedDict, total=False):
-    """How the control loop keeps its period; empty while no robot is in place. rows: of a program that is solved."""
+    """Timing of the control loop; empty while there is no robot. rows: of the solved program."""
 
     loop_hz: float | None
     step_us: float | None
@@ -53,7 +53,7 @@ class DetailsSection(TypedDict, total=False):
 
 
 class DriveSections(TypedDict):
-    """The drive of what is open, and its loop."""
+    """The drive of the open case or document, and its loop."""
 
     rehearsal: DriveSection
     details: DetailsSection

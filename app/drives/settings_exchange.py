@@ -1,7 +1,7 @@
-"""Changes of the settings on their way to the control process: one at a time, what is asked meanwhile waits together.
+"""Changes of the settings for the control process: one at a time, later ones are merged while they wait.
 
-However fast a slider moves, no more than one message waits in the pipe, so that a process that does not read can stop
-nobody.
+However fast a slider moves, at most one message waits in the pipe, so that a process that does not read blocks
+no client.
 """
 
 from __future__ import annotations
@@ -10,28 +10,28 @@ from collections.abc import Callable
 
 from vfix_engine.runtime.settings import WorldSettings
 
-Explain = Callable[[WorldSettings, WorldSettings], str]  # of the settings asked for, and those in force
+Explain = Callable[[WorldSettings, WorldSettings], str]  # requested settings, and the present ones
 
 
 class SettingsExchange:
-    """What is in force, what was asked, what the answer was. Not thread-safe."""
+    """Present settings, requested ones, and the last answer. Not thread-safe."""
 
     def __init__(self, in_force: WorldSettings) -> None:
         self.in_force = in_force
         self.answered = 0  # changes that were answered, refusals included
-        self.refusal = ""  # why the newest change was not taken
+        self.refusal = ""  # why the newest change was refused
         self._asked: WorldSettings | None = None
-        self._names: frozenset[str] = frozenset()  # of what was asked
+        self._names: frozenset[str] = frozenset()  # of the requested values
         self._waiting: dict[str, float] = {}
         self._accepted: dict[str, float] = {}
 
     @property
     def open(self) -> bool:
-        """A question waits for its answer."""
+        """A request waits for its answer."""
         return self._asked is not None
 
     def ask(self, values: dict[str, float]) -> WorldSettings | None:
-        """What to send to the process now, clamped; None while an answer is still due.
+        """The settings to send to the process now, clamped; None while an answer is pending.
 
         Raises InputError for an unknown name.
         """
@@ -47,13 +47,13 @@ class SettingsExchange:
         return self._asked
 
     def forget(self) -> None:
-        """What was asked last could not be sent."""
+        """The last request could not be sent."""
         self._asked = None
 
     def answer(self, in_force: WorldSettings, reason: str, explain: Explain) -> WorldSettings | None:
-        """The settings in force after a change, and the reason of a refusal; returns what to send next.
+        """Handle the present settings after a change, and the reason of a refusal; returns what to send next.
 
-        explain: words that say more than the reason; '' where it has none.
+        explain: words that are more specific than the reason; '' for none.
         """
         before, now = self.in_force.to_dict(), in_force.to_dict()
         asked, self._asked = self._asked, None
@@ -75,9 +75,9 @@ class SettingsExchange:
 
     @property
     def accepted(self) -> dict[str, float]:
-        """What came into force and is not :meth:`kept` yet."""
+        """Values that took effect and are not :meth:`kept` yet."""
         return dict(self._accepted)
 
     def kept(self, values: dict[str, float]) -> None:
-        """These values that came into force need not be kept any more."""
+        """These values need not be stored any more."""
         self._accepted = {name: value for name, value in self._accepted.items() if values.get(name) != value}

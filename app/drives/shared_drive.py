@@ -20,7 +20,7 @@ T = TypeVar("T", bound=Snapshot)
 
 
 class SharedDrive(DriveProcess[P, T]):
-    """One drive. What a client's role or the lease does not allow, its methods do not do. Thread-safe."""
+    """One drive; its methods check the client's role and the lease. Thread-safe."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -34,7 +34,7 @@ class SharedDrive(DriveProcess[P, T]):
         return self._live() if self.lease.held_by(client) or client.role == "instructs" else None
 
     def read(self, client: Client, take_words: bool = False) -> DriveRecord[P, T]:
-        """The drive as it is now; take_words: with what the process has said to the holder, which is said once."""
+        """The present record; take_words: with the process's messages to the holder, which are returned once."""
         with self._lock:
             process, holder = self._process, self.lease.holder
             mine = holder is not None and holder.id == client.id
@@ -66,8 +66,8 @@ class SharedDrive(DriveProcess[P, T]):
     # -- the hand; quick and from any thread
 
     def set_grip(self, client: Client, position: Position, takes_hold: bool = True) -> None:
-        """The hand is at (3,) [mm]; a hand that only moves on and was let go of has to take hold again first."""
-        process = self._process  # one read, of which no lock makes more
+        """The hand is at (3,) [mm]; a hand that was released has to begin a new hold first."""
+        process = self._process  # a single read needs no lock
         if process is None or not (takes_hold or self._hand == client.id) or not self.lease.held_by(client):
             return
         self._hand = client.id
@@ -75,20 +75,20 @@ class SharedDrive(DriveProcess[P, T]):
         PROMPT_THREADS.hear()
 
     def heartbeat(self, client: Client) -> None:
-        """The button or key is still down. It never takes hold: a hand that was lost has to press or to move."""
+        """The button or key is still down. It never begins a hold: after a decay the hand has to press or to move."""
         if (process := self._held(client)) is not None:
             process.heartbeat()
             PROMPT_THREADS.hear()
 
     def release(self, client: Client) -> None:
-        """The hand lets go of everything, keys included; it is forgotten also when there is no process just now."""
+        """The hand releases everything, keys included, even if there is no process at present."""
         if self._hand == client.id:
             self._hand = None
         if (process := self._held(client)) is not None:
             process.release()
 
     def release_grip(self, client: Client) -> None:
-        """The pointer is up; keys that are down go on when there was no hand on the grip."""
+        """The pointer is up; pressed keys stay active if there was no hand on the grip."""
         if self._hand == client.id:
             self.release(client)
 
@@ -115,7 +115,7 @@ class SharedDrive(DriveProcess[P, T]):
             process.run()
 
     def halt(self) -> None:
-        """Whoever watches may stop the robot where it is; only the holder of the handle lets it go on."""
+        """Any client may pause the robot; only the holder of the handle resumes it."""
         if (process := self._live()) is not None:
             process.pause()
 
@@ -128,14 +128,14 @@ class SharedDrive(DriveProcess[P, T]):
             process.reset()
 
     def apply(self, client: Client, request: Request) -> None:
-        """Send the process a request of its world; what it cannot do it says as a note."""
+        """Send the process a request of its world; it reports a refusal as a note."""
         if (process := self._instructed(client)) is not None:
             process.apply(request)
             with self._lock:
                 self._requested = request
 
     def change_settings(self, client: Client, values: dict[str, float]) -> None:
-        """Ask the process for other settings, clamped; raises InputError for an unknown name."""
+        """Request other settings from the process, clamped; raises InputError for an unknown name."""
         process = self._instructed(client)
         with self._lock:
             settings = None if process is None or self._exchange is None else self._exchange.ask(values)
@@ -143,12 +143,12 @@ class SharedDrive(DriveProcess[P, T]):
             self._send_settings(process, settings)
 
     def leave(self, client: Client) -> None:
-        """The client is gone: whatever it held is let go of at once (HAZ-11)."""
+        """The client is gone: whatever it held is released at once (HAZ-11)."""
         self.release(client)
         self.lease.let_go(client)
 
     def kept(self, values: dict[str, float]) -> None:
-        """The document has kept these settings, or never will."""
+        """The document has stored these settings, or never will."""
         with self._lock:
             if self._exchange is not None:
                 self._exchange.kept(values)

@@ -16,14 +16,14 @@ T = TypeVar("T", bound=Snapshot)
 
 
 class DriveKey(NamedTuple):
-    """What is driven: a document of a case, such as a plan, or the case itself."""
+    """The subject of a drive: a document of a case, such as a plan, or the case itself."""
 
     case_id: str
     document_id: str | None = None
 
 
 class SharedDrives(Generic[P, T]):
-    """Drives by what is driven; a drive that nobody watches any more is closed and forgotten. Thread-safe."""
+    """Drives by their subject; a drive without clients is closed and removed. Thread-safe."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -40,7 +40,7 @@ class SharedDrives(Generic[P, T]):
             return drive
 
     def find(self, case_id: str | None, document_id: str | None) -> SharedDrive[P, T] | None:
-        """The drive of a document, or of a case itself, for somebody who only reads; None where nobody is in it."""
+        """The drive of a document, or of a case itself, for a reader; None where no client is in it."""
         with self._lock:
             for key, drive in self._drives.items():
                 if key.document_id == document_id and case_id in (None, key.case_id):
@@ -48,17 +48,17 @@ class SharedDrives(Generic[P, T]):
             return None
 
     def has(self, drive: SharedDrive[P, T]) -> bool:
-        """Whether somebody is in this drive."""
+        """Whether a client is in this drive."""
         with self._lock:
             return any(known is drive for known in self._drives.values())
 
     def leave(self, drive: SharedDrive[P, T], client: Client) -> None:
-        """A client goes; the robot that nobody watches any more is sent home."""
+        """A client leaves; a drive without clients is ended."""
         with self._lock:
             drive.watchers.discard(client.id)
             if drive.watchers:
                 return
-            # Whoever enters from here on gets another one: this one closes after the lock is free.
+            # A client that enters from here on gets another drive: this one closes after the lock is free.
             self._drives = {key: other for key, other in self._drives.items() if other is not drive}
         drive.close()
 

@@ -1,4 +1,4 @@
-"""A drive as the sections that every world has."""
+"""The sections of a drive that are common to all worlds."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ FREE = "Nothing, the robot is free to move"
 
 
 def drive_section(now: DriveRecord[Any, Any]) -> DriveSection:
-    """Who drives, and the state of the process."""
+    """The holder of the handle, and the state of the process."""
     return {
         "state": now.shown_state,
         "words": now.words,
@@ -39,7 +39,7 @@ def motion(snapshot: Snapshot) -> DriveMotion:
 
 
 def details_section(snapshot: Snapshot | None) -> DetailsSection:
-    """How the control loop is doing."""
+    """Timing of the control loop."""
     if snapshot is None:
         return {}
     timing = snapshot.timing
@@ -56,7 +56,7 @@ def details_section(snapshot: Snapshot | None) -> DetailsSection:
 
 
 def _priority(timing: Timing) -> str:
-    """Whether the loop has its real-time priority now, and why not."""
+    """Whether the loop has its real-time priority, and why not."""
     if timing.real_time:
         return "Held"
     return f"None: {timing.without_why}" if timing.without_why else "Taken while somebody drives"

@@ -6,6 +6,7 @@ from app.cases.model import HEAD_PHANTOM, Case
 from vfix_engine.errors import InputError
 
 WARNING = "A CT or MR of a head can identify its patient: a face can be drawn from it. Exports that hold it ask first."
+FACE_WARNING = "This is the patient’s face: a screenshot of it can identify them."
 WITH_IMAGES = "confirms that the patient's images are exported"  # description of the option of REST
 
 

@@ -169,15 +169,14 @@ class Planning:
 
         Raises PlanError if that registration cannot be used.
         """
-        return self._registered(plan)
+        return None if plan.content.registration is None else self._registered(plan)
 
     def registration_key(self, plan: Plan) -> str:
         """Return a key that is equal for plans whose registrations give the same evaluation; '' without one."""
         try:
-            registered = self._registered(plan)
+            return registered_key(self.registration(plan))
         except PlanError as error:
             return str(error)
-        return registered_key(registered)
 
     def _read(self, plan: Plan, through: Through) -> DrivenRegistration | None:
         return self.registration(plan) if isinstance(through, AsStored) else through

@@ -1,9 +1,9 @@
-"""The head: bone with opacity and cut-away, CT planes, and the letters of the anatomical directions."""
+"""The head: bone and skin with opacity and cut-away, CT planes, and the letters of the anatomical directions."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -35,6 +35,8 @@ class Look:
     cut: Cut = "whole"
     cut_at: float = 0.0  # [mm] x of the cut
     slices: str = "none"  # 'none', an axis, or 'all'
+    skin: bool = False
+    skin_opacity: float = 0.35
 
 
 @dataclass(frozen=True)
@@ -46,8 +48,11 @@ class SlicePicture:
     transform_pixel_to_lps: Array  # (4, 4)
 
 
-class BoneNode:
-    """The bone's surface as one mesh; a cut replaces its geometry, the opacity is only a property."""
+class SurfaceNode:
+    """A surface of the head as one mesh; a cut replaces its geometry, opacity and visibility are only properties."""
+
+    name: ClassVar[str]
+    colour: ClassVar[tuple[int, int, int]]
 
     def __init__(self, scene: viser.SceneApi, mesh: TriangleMesh) -> None:
         self._surface = trimesh.Trimesh(vertices=mesh.vertices, faces=mesh.faces, process=False, validate=False)
@@ -58,24 +63,24 @@ class BoneNode:
 
     def _add(self, surface: trimesh.Trimesh) -> viser.MeshHandle:
         return self._scene.add_mesh_simple(
-            "/head/bone",
+            self.name,
             np.asarray(surface.vertices, dtype=np.float32),
             np.asarray(surface.faces, dtype=np.uint32),
-            color=palette.BONE,
+            color=self.colour,
             opacity=None if self._opacity >= 1.0 else self._opacity,
             side="double",
             cast_shadow=False,
             receive_shadow=False,
         )
 
-    def show(self, look: Look) -> None:
+    def _show(self, look: Look, opacity: float) -> None:
         geometry = (look.cut, 0.0 if look.cut == "whole" else round(look.cut_at, 2))
         if geometry != self._geometry:
-            self._geometry, self._opacity = geometry, look.opacity
+            self._geometry, self._opacity = geometry, opacity
             self._node = self._add(self._cut(*geometry))
-        elif look.opacity != self._opacity:
-            self._opacity = look.opacity
-            self._node.opacity = None if look.opacity >= 1.0 else look.opacity
+        elif opacity != self._opacity:
+            self._opacity = opacity
+            self._node.opacity = None if opacity >= 1.0 else opacity
 
     def _cut(self, cut: Cut, cut_at: float) -> trimesh.Trimesh:
         if cut == "whole":
@@ -89,6 +94,27 @@ class BoneNode:
 
     def remove(self) -> None:
         self._node.remove()
+
+
+class BoneNode(SurfaceNode):
+    """The bone."""
+
+    name, colour = "/head/bone", palette.BONE
+
+    def show(self, look: Look) -> None:
+        self._show(look, look.opacity)
+
+
+class SkinNode(SurfaceNode):
+    """The skin; the page draws it after everything that it covers, see `see-through.js`."""
+
+    name, colour = "/head/skin", palette.SKIN
+
+    def show(self, look: Look) -> None:
+        if look.skin:
+            self._show(look, look.skin_opacity)
+        if self._node.visible != look.skin:
+            self._node.visible = look.skin
 
 
 class AnatomyNodes:

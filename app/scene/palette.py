@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 BONE = (226, 216, 198)
+SKIN = (222, 164, 138)
 ACCENT = (109, 179, 242)
 SELECTED = (255, 255, 255)
 TARGET = (229, 143, 208)
@@ -23,17 +24,12 @@ FIDUCIAL = (126, 211, 165)
 FOUND_BEAD = (250, 204, 92)
 MEASURED = (255, 122, 89)  # where a point of a registration was measured
 
-# Orange to blue through near-white: distinguishable with every common kind of colour blindness.
-_SCALE_HEX = ("#d9480f", "#f59f45", "#f7e3c0", "#b9d8ee", "#5aa5dd")
+# Evenly spaced stops, orange to blue through near-white: distinguishable with every common kind of colour blindness.
+SCALE_COLOURS = ("#d9480f", "#f59f45", "#f7e3c0", "#b9d8ee", "#5aa5dd")
 CLEARANCE_LOW_MM = 0.0
 CLEARANCE_HIGH_MM = 2.0
 
-_SCALE = np.array([[int(code[i : i + 2], 16) for i in (1, 3, 5)] for code in _SCALE_HEX], dtype=np.float64)
-
-
-def scale_colours() -> list[str]:
-    """Return the stops of the scale for the legend, evenly spaced from low to high."""
-    return list(_SCALE_HEX)
+_SCALE = np.array([[int(code[i : i + 2], 16) for i in (1, 3, 5)] for code in SCALE_COLOURS], dtype=np.float64)
 
 
 def hex_colour(rgb: tuple[int, int, int]) -> str:

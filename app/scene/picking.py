@@ -1,4 +1,4 @@
-"""Picking: what a click hits among the shown bone (without the half that is cut away), CT planes and points."""
+"""Picking: what a click hits among bone and skin (without the half that is cut away), CT planes and points."""
 
 from __future__ import annotations
 
@@ -18,9 +18,12 @@ Cut = Literal["whole", "left", "right"]
 
 @dataclass(frozen=True)
 class Hit:
-    """The nearest hit of a ray, LPS mm. kind: 'bone', 'slice' or 'item'; item_id only for 'item'."""
+    """The nearest hit of a ray, LPS mm. kind: what was hit; item_id only for 'item'.
 
-    kind: Literal["bone", "slice", "item"]
+    position: for 'skin' the place in the air before it.
+    """
+
+    kind: Literal["bone", "skin", "slice", "item"]
     position: Array
     distance_mm: float
     item_id: str | None = None
@@ -44,25 +47,35 @@ def is_shown(points: Array, cut: Cut, cut_at: float) -> npt.NDArray[np.bool_]:
     return np.ones(len(points), dtype=bool)
 
 
-class BonePicker:
-    """Intersects rays with a surface by Embree."""
+class SurfacePicker:
+    """Intersects rays with a surface by Embree.
 
-    def __init__(self, mesh: TriangleMesh) -> None:
+    before_mm: distance of a hit's position from the surface, on the side of its normals.
+    """
+
+    def __init__(self, mesh: TriangleMesh, kind: Literal["bone", "skin"] = "bone", before_mm: float = 0.0) -> None:
         surface = trimesh.Trimesh(vertices=mesh.vertices, faces=mesh.faces, process=False, validate=False)
         self._intersector = RayMeshIntersector(surface)
+        self._mesh, self._kind, self._before_mm = mesh, kind, before_mm
 
     def hit(self, origin: Array, direction: Array, cut: Cut, cut_at: float) -> Hit | None:
-        locations, _, _ = self._intersector.intersects_location(
+        locations, _, faces = self._intersector.intersects_location(
             origin[None], direction[None], multiple_hits=cut != "whole"
         )
         locations = np.asarray(locations, dtype=np.float64).reshape(-1, 3)
         if cut != "whole":
-            locations = locations[is_shown(locations, cut, cut_at)]
+            shown = is_shown(locations, cut, cut_at)
+            locations, faces = locations[shown], faces[shown]
         if len(locations) == 0:
             return None
         distance = (locations - origin) @ direction
         nearest = int(distance.argmin())
-        return Hit("bone", locations[nearest], float(distance[nearest]))
+        position = locations[nearest]
+        if self._before_mm:
+            a, b, c = self._mesh.vertices[self._mesh.faces[faces[nearest]]]
+            normal = np.cross(b - a, c - a)
+            position = position + self._before_mm * normal / np.linalg.norm(normal)
+        return Hit(self._kind, position, float(distance[nearest]))
 
 
 def hit_plane(origin: Array, direction: Array, plane: Plane) -> Hit | None:

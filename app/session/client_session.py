@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import logging
 import threading
-import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
 from typing import Any, Literal
 
@@ -14,21 +13,15 @@ import viser
 from app.kit.prompt_threads import PROMPT_THREADS
 from app.messages.client import Client, ClientRole
 from app.messages.fields import Command
-from app.messages.sections import Section, Sections
 from app.operations.messages import OperationMessage
 from app.scene.dragging import DragEvent
 from app.scene.view import SceneEvents, SceneView
 from app.services import Services
 from app.session.commands import SetTab
+from app.session.display import Display
 from app.session.inbox import Inbox
-from app.session.sections import TabSection, jobs_section
-from app.session.tab_view import TabView
-from app.session.view_model import ViewModel
 from app.tabs.base import Closable, Tab
 from app.tabs.registry import load, specs
-from app.workspace.case_view import ShownSurface
-from app.workspace.layers import Layer, LayerStack
-from app.workspace.sections import SceneSection
 from app.workspace.workspace import Workspace
 from vfix_engine.error_places import error_places
 from vfix_engine.errors import InputError, VfixError
@@ -36,7 +29,6 @@ from vfix_engine.errors import InputError, VfixError
 Reply = Callable[[bool, Any], None]
 Note = Callable[[str, bool], None]
 FIRST_TAB = "plan"  # where a client begins that has a case open
-SCENE_INTERVAL_S = 0.045  # between two pictures of what changes by itself: a browser draws some 20 a second
 _LOG = logging.getLogger(__name__)
 
 
@@ -62,32 +54,25 @@ class ClientSession:
         scene: the client's scene as it is now; None while there is none.
         """
         self.client, self._services = client, services
-        self._published = -1  # the store's changes then
-        self._jobs = services.jobs.going_on()
-        self._warming, self._scene = warming, scene
+        self._scene = scene
         self._attached: viser.ClientHandle | None = None
-        self.view_model = ViewModel()
         self.note: Note = lambda words, error: None
         self._inbox = Inbox()
-        self._layers: LayerStack | None = None
-        self._drawn_at = 0.0
-        self._own: list[str] = []  # names of the active tab's layers when everything was drawn
-        self._viewed: ShownSurface | None = None  # the surface that the camera was turned to
         self.workspace = Workspace(
             Client(client), services, executor, self.post, lambda words, error: self.note(words, error)
         )
         self.tabs: dict[str, Tab] = {}
-        self._views: dict[Tab, TabView] = {}  # in the order of the tabs
         self._tabs_of: dict[type, list[Tab]] = {}  # those of a drive belong to every tab that drives
         self._tab_of_kind: dict[str, Tab] = {}
         for spec in specs():
             tab = self.tabs[spec.name] = load(spec)(self.workspace, shared[spec.name])
-            self._views[tab] = TabView(tab)
             self._tab_of_kind |= dict.fromkeys(spec.documents, tab)
             for kind in spec.commands:
                 self._tabs_of.setdefault(kind, []).append(tab)
         self.active = self.tabs.get(FIRST_TAB) or next(iter(self.tabs.values()))
         self.active.active = True
+        self._display = Display(services, self.workspace, self.tabs.values(), warming, self._guarded)
+        self.view_model = self._display.model
         self.workspace.camera.places = lambda: [place for tab in self.tabs.values() for place in tab.places()]
         self.workspace.on_case_opened(lambda plan_id: self._case_opened())
         self._thread = threading.Thread(target=self._run, name=f"session-{client[:6]}", daemon=True)
@@ -96,7 +81,12 @@ class ClientSession:
 
     def post(self, request: Callable[[], Any]) -> None:
         """Queue work of the planner itself, such as an answer from the background; it may be about any tab."""
-        self._inbox.put(lambda: self._touch_all(request))
+
+        def about_any() -> None:
+            self._display.touch_all()
+            request()
+
+        self._inbox.put(about_any)
 
     def start(self, wanted: Mapping[str, str]) -> None:
         """Begin work; ``wanted`` names the case, plan and tab to open, where the client remembers them."""
@@ -120,7 +110,7 @@ class ClientSession:
     @property
     def is_behind(self) -> bool:
         """Something was stored since everything was published."""
-        return self._published != self._services.store.changes.count
+        return self._display.is_behind
 
     @property
     def lively(self) -> bool:
@@ -157,7 +147,9 @@ class ClientSession:
             self._answer_with(lambda: tab.handle_now(command), reply)
             return True
         slot = command.stream() if reply is None else None  # a newer one does not answer for it
-        return self._inbox.offer(lambda: self._answer_with(lambda: self._do(command), reply, self._publish), slot)
+        return self._inbox.offer(
+            lambda: self._answer_with(lambda: self._do(command), reply, self._display.publish), slot
+        )
 
     def _tab_of(self, command: Command) -> Tab | None:
         """The tab that answers a command: of several the active one, else the first; None for what all tabs share."""
@@ -185,20 +177,14 @@ class ClientSession:
         while (request := self._inbox.get()) is not None:
             self._guarded(request)
             if request != self._tick:
-                self._guarded(self._publish)
+                self._guarded(self._display.publish)
         for tab in self.tabs.values():
             self._guarded(tab.close)
 
     def _touched(self, tab: Tab) -> Tab:
         """A tab to which something happens: it is asked again what it shows."""
-        self._views[tab].touch()
+        self._display.touch(tab)
         return tab
-
-    def _touch_all(self, request: Callable[[], Any] = lambda: None) -> None:
-        """Do what may be about any tab."""
-        for view in self._views.values():
-            view.touch()
-        request()
 
     def _guarded(self, request: Callable[[], Any]) -> bool:
         """Whether it was done; the user is told why not."""
@@ -215,37 +201,32 @@ class ClientSession:
             self._guarded(getattr(tab, name))
 
     def _tick(self) -> None:
-        self._jobs = self._services.jobs.going_on()  # first: what an ended job has stored is not shown after its end
+        jobs = self._services.jobs.going_on()  # first: what an ended job has stored is not shown after its end
         changed = list[bool]()
         for tab in self.tabs.values():
             self._guarded(lambda tab=tab: changed.append(tab.tick()))  # type: ignore[misc]
         if any(changed):
-            self._touch_all()
+            self._display.touch_all()
         if any(changed) or self.is_behind:
-            self._publish()
+            self._display.publish()
         else:
-            self._publish_ticking()
-            self.view_model.commit()
+            self._display.publish_ticking(jobs)
 
     def _open_first(self, wanted: Mapping[str, str]) -> None:
         self.workspace.open_first(wanted.get("case"), wanted.get("plan"))
-        if not self.active.available():
+        if not self.active.available:
             self._set_tab(self._available()[0])
-        elif wanted.get("step") in self._offered():
-            self._set_tab(wanted["step"])
+        elif (tab := self.tabs.get(wanted.get("step", ""))) is not None and tab.offered:
+            self._set_tab(tab.spec.name)
 
     def _case_opened(self) -> None:
         """It may be one that the active tab is not for."""
-        self._touch_all()
+        self._display.touch_all()
         if not self.active.offered:
             self._set_tab(self._available()[0])
 
-    def _offered(self) -> list[str]:
-        """The tabs that are for the open case."""
-        return [name for name, tab in self.tabs.items() if tab.offered]
-
     def _available(self) -> list[str]:
-        return [name for name in self._offered() if self.tabs[name].available()]
+        return [name for name, tab in self.tabs.items() if tab.available]
 
     def _answer_with(
         self, answer: Callable[[], Any], reply: Reply | None, show: Callable[[], None] = lambda: None
@@ -275,7 +256,7 @@ class ClientSession:
             return
         if not tab.offered:
             raise InputError(f"‘{tab.spec.label}’ is not for this kind of case.")
-        self._touch_all()
+        self._display.touch_all()
         self.active.leave()
         self.active.active, tab.active = False, True
         self.active = tab
@@ -294,110 +275,13 @@ class ClientSession:
             self._attach(now)
 
     def _attach(self, client: viser.ClientHandle) -> None:
-        scene = SceneView(client, self._events())
-        self._layers = LayerStack(scene)
-        self.workspace.camera.attach(scene)
-        self._viewed = None
+        self._display.attach(SceneView(client, self._events()))
 
     def _detach(self) -> None:
-        self._layers = None
-        self.workspace.camera.attach(None)
+        self._display.attach(None)
         for tab in self.tabs.values():
             self._guarded(tab.release_now)
             self._guarded(tab.release)
-
-    # -- what the page and the scene show
-
-    def _active_last(self) -> list[TabView]:
-        """Of sections and layers with one name the last counts: before the active tab those for the open case do."""
-        return sorted(self._views.values(), key=lambda view: (view.tab is self.active, view.tab.offered))
-
-    def layers(self) -> dict[str, Layer[Any]]:
-        """What the scene shows now, by name."""
-        own = list[Layer[Any]]()
-        for view in self._active_last():
-            self._guarded(lambda view=view: own.extend(view.layers))  # type: ignore[misc]
-        return {layer.name: layer for layer in (*self.workspace.case.layers(), *own)}
-
-    def _publish(self) -> None:
-        """Everything, after a request: of tabs that nothing has happened to, what they showed before."""
-        self._jobs = self._services.jobs.going_on()
-        self._published = self._services.store.changes.count  # before anything is read
-        self._guarded(self.workspace.case.refresh)
-        for view in self._views.values():
-            self._guarded(view.refresh)
-        self._publish_sections([self.workspace.case.sections(), *(view.sections for view in self._active_last())])
-        self._guarded(self._draw)
-        self._guarded(self._publish_labels)
-        self.view_model.commit()
-
-    def _publish_sections(self, sources: Sequence[Sections]) -> None:
-        """One that cannot be built keeps no other one from being shown."""
-        sections = dict[str, Section[object]]()
-        for source in sources:
-            sections.update(source)
-        self._guarded(lambda: sections.update(self._own_sections()))
-        for name, section in sections.items():
-            self._guarded(lambda name=name, section=section: self.view_model.publish(name, section))  # type: ignore[misc]
-
-    def _publish_ticking(self) -> None:
-        """Between requests: only the tabs whose sections and layers change by themselves."""
-        ticking = [view for view in self._active_last() if view.tab.ticks]
-        for view in ticking:
-            view.touch()
-            self._guarded(view.refresh)
-        self._publish_sections([view.sections for view in ticking])
-        now = time.monotonic()
-        if self._layers is not None and self.active.ticks and now - self._drawn_at >= SCENE_INTERVAL_S:
-            self._drawn_at = now
-            own = self._views[self.active].layers
-            if [layer.name for layer in own] == self._own:
-                self._layers.update(own)
-            else:
-                self._draw_layers(self._layers)
-            self._publish_labels()
-
-    def _publish_labels(self) -> None:
-        if self._layers is not None:
-            self.view_model.publish("labels", Section.of(self.workspace.camera.labels()))
-
-    def _own_sections(self) -> Sections:
-        """The :class:`SessionSections`, without the labels, which are there once the scene is drawn."""
-        ready = self._layers is not None and self.workspace.case.surface is not None
-        words = "" if ready else self.workspace.case.loading or "Preparing the scene …"
-        scene: SceneSection = {"ready": ready, "words": words}
-        return {
-            "step": Section.of(self._tab_section()),
-            "scene": Section.of(scene),
-            "camera": Section.of(self.workspace.camera.section()),
-            "jobs": Section(self._jobs[0], lambda: jobs_section(*self._jobs)),
-        }
-
-    def _draw(self) -> None:
-        """Bring the scene up to date."""
-        if self._layers is None:
-            return
-        self._draw_layers(self._layers)
-        surface = self.workspace.case.surface
-        if surface is not None and self._viewed is not surface:
-            self._viewed = surface
-            self.workspace.camera.look_from(self.active.first_view)
-
-    def _draw_layers(self, stack: LayerStack) -> None:
-        self._own = [layer.name for layer in self._views[self.active].layers]
-        stack.draw(self.layers().values())
-
-    def _tab_section(self) -> TabSection:
-        warming = self._warming()
-        spec = self.active.spec
-        if warming:
-            hint = f"{warming} …"
-        elif self.workspace.case.deleted and not self.active.busy:
-            hint = "This head was deleted elsewhere. Restore it from the list of deleted heads, or open another one."
-        else:
-            hint = self.active.hint()
-        available, offered = self._available(), self._offered()
-        return {"name": spec.name, "input": spec.input, "available": available, "hint": hint, "offered": offered}
 
 
 def _words(error: Exception) -> str:

@@ -1,4 +1,4 @@
-"""The sessions of all clients: they come, go, and find their state again when they come back."""
+"""The sessions of all clients: created, kept for a while after a disconnect, and ended."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ if TYPE_CHECKING:
 
 _LOG = logging.getLogger(__name__)
 MAX_PAGES = 16  # open at a time, each with a scene
-MAX_SESSIONS = 24  # with those whose page is away
-LEASE_GRACE_S = 6.0  # a page that lost its connection keeps the handle for so long
-ABANDONED_S = 600.0  # its rehearsal for so long
-CLOSE_S = 10.0  # for sessions and what they began, once the planner ends
-ENDED_S = 900.0  # and what it had selected and looked at for so long
-TICK_S = 0.02  # what changes by itself is looked at; its figures are shown at 50 Hz
-JOBS_S = 0.1  # between two looks at jobs, which may report at every step
-LOOK_S = 1.0  # between looks whether other processes have changed the store, and at what changes seldom
+MAX_SESSIONS = 24  # including those whose page is disconnected
+LEASE_GRACE_S = 6.0  # how long a disconnected page keeps the handle
+ABANDONED_S = 600.0  # its rehearsal
+CLOSE_S = 10.0  # how long the planner waits for sessions and their work when it ends
+ENDED_S = 900.0  # and its selection and view
+TICK_S = 0.02  # period of live sections, whose figures are shown at 50 Hz
+JOBS_S = 0.1  # polling interval of jobs, which may report at every step
+LOOK_S = 1.0  # polling interval for changes of the store by other processes, and for values that change seldom
 
 
 @dataclass
@@ -38,11 +38,11 @@ class _Entry:
     session: ClientSession | None = None  # None while it is made
     connected: bool = False
     seen_at: float = field(default_factory=time.monotonic)
-    given_up: int = 0  # how much of what an absent page had is given up: its handle, its rehearsal
+    given_up: int = 0  # stages of releasing what a disconnected page held: its handle, its rehearsal
 
 
 class SceneTabs(Protocol):
-    """What the sessions need of the scene's server, which lies above it in the gateway."""
+    """Interface of the scene's server, which belongs to the gateway, a room above."""
 
     def client_for(self, tab: str) -> viser.ClientHandle | None: ...
 
@@ -52,22 +52,22 @@ class SceneTabs(Protocol):
 
 
 class TabTaken(Exception):
-    """Another connection already speaks for this tab."""
+    """Another connection of this client exists already."""
 
 
 class TooManyTabs(Exception):
-    """As many pages are open as may be."""
+    """The limit of open pages is reached."""
 
 
 class ClientSessions:
     """Thread-safe registry of sessions by client."""
 
     def __init__(self, services: Services, scene_server: SceneTabs, warming: Callable[[], str]) -> None:
-        """warming: words for what the planner still gets ready, empty once it is."""
+        """warming: words for the preparation of the planner, empty once it is done."""
         self._services, self._scene_server, self._warming = services, scene_server, warming
         self._shared: dict[str, Closable | None] = {}
         self._sharing = threading.Lock()
-        # A load, a dry run, a live one, cones and a start for every client: none waits for another.
+        # A load, a dry run, a preview, cones and a start for every client: none waits for another.
         self._executor = ThreadPoolExecutor(max_workers=5 * MAX_SESSIONS, thread_name_prefix="session-work")
         self._lock = threading.Lock()
         self._entries: dict[str, _Entry] = {}
@@ -91,7 +91,7 @@ class ClientSessions:
                 _LOG.error("the clock of the sessions stumbled: %s", error_places(error))
 
     def beat(self, now: float) -> None:
-        """One tick: pages that are there are shown what changes by itself, those that are away cost nothing."""
+        """One tick: connected pages get their live sections, disconnected ones cost nothing."""
         PROMPT_THREADS.rest()
         look = now >= self._look_at
         if look:
@@ -109,7 +109,7 @@ class ClientSessions:
                 entry.session.tick()
 
     def _jobs_changed(self, now: float) -> bool:
-        """Whether jobs have changed since the pages were last told."""
+        """Whether jobs have changed since the pages were last updated."""
         version = self._services.jobs.version
         if version == self._jobs_version or now < self._jobs_at:
             return False
@@ -117,7 +117,7 @@ class ClientSessions:
         return True
 
     def _look(self) -> None:
-        """Let the store count what other processes have changed; one that cannot be asked is logged once."""
+        """Let the store count changes by other processes; a failure is logged once."""
         try:
             self._services.store.look()
         except VfixError as error:
@@ -128,7 +128,7 @@ class ClientSessions:
             self._unread = False
 
     def connect(self, client: str, wanted: dict[str, str]) -> ClientSession:
-        """The session of a client, new or as it was left; a new one takes a while. Raises TabTaken or TooManyTabs."""
+        """The session of a client, new or existing; a new one takes a while. Raises TabTaken or TooManyTabs."""
         with self._lock:
             if self._stopped.is_set():
                 raise TooManyTabs
@@ -142,7 +142,7 @@ class ClientSessions:
                 entry.session.come_back()
                 return entry.session
             self._make_room()
-            entry = self._entries[client] = _Entry(connected=True)  # nobody else takes the place meanwhile
+            entry = self._entries[client] = _Entry(connected=True)  # no other connection takes the place meanwhile
         try:
             session = self._made(client)
         except BaseException:
@@ -153,7 +153,7 @@ class ClientSessions:
             entry.session = session
             ended = self._entries.get(client) is not entry
         session.start(wanted)
-        session.scene_changed()  # asked for now: one that came while the session was made was told to nobody
+        session.scene_changed()  # read now: a scene that connected while the session was made was not reported to it
         if ended:
             session.close()
         return session
@@ -179,7 +179,7 @@ class ClientSessions:
             return self._shared
 
     def disconnect(self, client: str) -> None:
-        """The page is gone: the hand lets go at once, the handle after a grace (HAZ-11), the robot stays for long."""
+        """The page is gone: release the hand at once, the handle after a while (HAZ-11), the robot much later."""
         with self._lock:
             entry = self._entries.get(client)
             if entry is None or entry.session is None:
@@ -188,8 +188,8 @@ class ClientSessions:
         entry.session.page_gone()
 
     def _wait_for(self, client: str, entry: _Entry, now: float) -> None:
-        """Give up by and by what a page had that does not come back; each time it is asked again whether it did."""
-        with self._lock:  # asked and marked in one: a page that comes back in between would keep the mark
+        """Release step by step what a disconnected page held; each time it is checked whether it is connected again."""
+        with self._lock:  # checked and marked atomically: a page that reconnects in between would keep the mark
             seen_at, given_up, session = entry.seen_at, entry.given_up, entry.session
             known = self._entries.get(client) is entry and not entry.connected
             if session is None or not known or now - seen_at < (LEASE_GRACE_S, ABANDONED_S, ENDED_S)[given_up]:
@@ -223,7 +223,7 @@ class ClientSessions:
             return None if entry is None else entry.session
 
     def _scene_connected(self, client: str, scene: viser.ClientHandle) -> None:
-        self._scene_gone(client)  # the session asks by itself which one is there
+        self._scene_gone(client)  # the session reads itself which one is there
 
     def _scene_gone(self, client: str) -> None:
         session = self._session(client)
@@ -231,7 +231,7 @@ class ClientSessions:
             session.scene_changed()
 
     def close(self) -> None:
-        """End every session and every control process, and wait for what they do with the store, so long at most."""
+        """End every session and every control process, and wait for their work on the store, up to a limit."""
         self._stopped.set()
         if self._clock.is_alive():
             self._clock.join()
@@ -251,7 +251,7 @@ class ClientSessions:
             _LOG.warning("%d parts of the page's sessions still work while the planner ends", going_on)
 
     def _end_work(self, seconds: float) -> bool:
-        """Begin no more work in the background, and wait for what was begun; False where it goes on after that."""
+        """Begin no more work in the background, and wait for running work; False where it is still running."""
         ending = threading.Thread(target=self._executor.shutdown, kwargs={"cancel_futures": True}, daemon=True)
         ending.start()
         ending.join(seconds)

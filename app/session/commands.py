@@ -1,4 +1,4 @@
-"""Every command that a client may send, validated at the door (HAZ-05): numbers are finite and bounded, names short."""
+"""Every command that a client may send, validated on receipt (HAZ-05): numbers are finite and bounded, names short."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def _adapter() -> TypeAdapter[Command]:
 
 
 class InvalidMessage(ValueError):
-    """The text is no command and no operation; it says the first thing that is wrong."""
+    """The text is neither a command nor an operation; the message names the first error."""
 
 
 def parse_command(text: str | bytes) -> Command | OperationMessage:

@@ -1,4 +1,4 @@
-"""The queue in front of a session's thread: requests in order, with latest-wins slots for what streams."""
+"""The queue of a session's thread: requests in order, with latest-wins slots for streams."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ import threading
 from collections.abc import Callable
 
 Request = Callable[[], None]
-MAX_WAITING = 512  # requests of one tab, before what it sends is refused: more come from a page that floods
+MAX_WAITING = 512  # queued requests of one client, beyond which its messages are refused
 
 
 class Inbox:
-    """Thread-safe. A request with a slot replaces an unanswered one of the same slot, in its place."""
+    """Thread-safe. A request with a slot replaces an unanswered one of the same slot, at its position."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -19,7 +19,7 @@ class Inbox:
         self._slots: dict[str, Request] = {}
 
     def put(self, request: Request, slot: str | None = None) -> None:
-        """Queue a request of the planner itself, which is never refused: a flood must not cost a page's release."""
+        """Queue a request of the planner itself, which is never refused: a flood must not prevent a release."""
         with self._lock:
             self._put(request, slot)
 

@@ -1,4 +1,4 @@
-"""The websocket ``/session?tab=…``: a hello both ways, then sections of the view model out, validated commands in."""
+"""The WebSocket ``/session?tab=…``: a hello both ways, then sections of the view model out, validated commands in."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ if TYPE_CHECKING:
 
 Message = HelloMessage | StateMessage | ReplyMessage | NoteMessage
 MAX_MESSAGE_CHARS = 64_000
-MIN_INTERVAL_S = 0.015  # between two states that are sent to a client; the sessions' clock makes it 50 a second
-MAX_NOTES = MAX_REPLIES = 64  # that wait for a client: further notes are dropped, and no command is read meanwhile
+MIN_INTERVAL_S = 0.015  # interval of states sent to a client; the sessions' clock limits it to 50 a second
+MAX_NOTES = MAX_REPLIES = 64  # waiting for a client: further notes are dropped, and no command is read meanwhile
 MAX_PER_SECOND = 400  # messages of one client; a hand, keys and a heartbeat stay below 100
-HELLO_S = 10.0  # a client that has not said hello by then holds a place for nothing
+HELLO_S = 10.0  # deadline of a client's hello, so that silent clients occupy no connection
 INVALID, NOT_TEXT, SILENT, TAB_TAKEN, NOT_UNDERSTOOD, FLOOD, TOO_MANY = 1008, 1003, 4408, 4409, 4426, 4429, 4503
 _LOG = logging.getLogger(__name__)
 _TAB = re.compile(r"[A-Za-z0-9_-]{8,64}")
@@ -59,7 +59,7 @@ router = APIRouter(lifespan=_lifespan)
 async def serve_client(websocket: WebSocket) -> None:
     """One client. The gateway's guard has already checked token, Host and Origin."""
     client = websocket.query_params.get("tab", "")
-    await websocket.accept()  # before a refusal as well: a browser tells a page the code and reason of a close alone
+    await websocket.accept()  # also before a refusal: else a page does not get code and reason
     if not _TAB.fullmatch(client):
         await websocket.close(INVALID, "a tab is 8 to 64 letters, digits, '-' or '_'")
         return
@@ -84,7 +84,7 @@ async def serve_client(websocket: WebSocket) -> None:
 
 
 async def _connect(sessions: ClientSessions, client: str, wanted: dict[str, str]) -> ClientSession:
-    """A page that reloads may be quicker than the end of its old connection: wait for it a little."""
+    """A page that reloads may be faster than the end of its old connection: wait for that briefly."""
     for _ in range(20):
         try:
             return await _made(sessions, client, wanted)
@@ -94,7 +94,7 @@ async def _connect(sessions: ClientSessions, client: str, wanted: dict[str, str]
 
 
 async def _made(sessions: ClientSessions, client: str, wanted: dict[str, str]) -> ClientSession:
-    """Off the loop's thread, since a new session takes a while; one whose client has gone meanwhile is left at once."""
+    """Not on the loop's thread, since a new session takes a while; it is left at once if its client is gone."""
     making = asyncio.ensure_future(asyncio.to_thread(sessions.connect, client, wanted))
     try:
         return await asyncio.shield(making)
@@ -110,8 +110,9 @@ def _failed(made: asyncio.Future[ClientSession]) -> bool:
 class ClientOutbox:
     """Replies and notes on their way to a client (HAZ-31). Owned by the event loop's thread.
 
-    Of notes so many wait at most. Replies are never dropped, since somebody waits for each: while `MAX_REPLIES` wait,
-    no further command is read, so that a client that does not read cannot ask for more. Its hand decays then.
+    The number of waiting notes is limited. Replies are never dropped, since a client waits for each: while
+    `MAX_REPLIES` wait, no further command is read, so that a client that does not read cannot request more. Its hand
+    decays then.
     """
 
     def __init__(self) -> None:
@@ -133,11 +134,11 @@ class ClientOutbox:
         self.changed.set()
 
     def waiting(self) -> list[Message]:
-        """What waits, in order; it stays until it is sent."""
+        """The waiting messages, in order; each stays until it is sent."""
         return list(self._waiting)
 
     def sent(self) -> None:
-        """The first of what waits has been sent."""
+        """The first waiting message has been sent."""
         self._replies -= self._waiting.popleft()["type"] == "reply"
         if self._replies < MAX_REPLIES:
             self._room.set()
@@ -193,7 +194,7 @@ async def _serve(websocket: WebSocket, session: ClientSession) -> None:
 
 
 async def _greeted(websocket: WebSocket, session: ClientSession) -> bool:
-    """Say hello and hear the client's; it is shown nothing before. False where there is none: the connection ends."""
+    """Exchange hellos; nothing else is sent before. False without the client's: the connection ends."""
     with contextlib.suppress(WebSocketDisconnect, RuntimeError):  # the client has gone
         await websocket.send_text(to_text(hello()))
         try:
@@ -202,7 +203,7 @@ async def _greeted(websocket: WebSocket, session: ClientSession) -> bool:
                 return False
             session.greet(read_hello(message["text"]).role)
         except TimeoutError:
-            await websocket.close(SILENT, f"no hello came within {HELLO_S:g} s; connect again")  # as a busy page does
+            await websocket.close(SILENT, f"no hello came within {HELLO_S:g} s; connect again")  # as from a busy page
         except NotUnderstood as error:
             await websocket.close(NOT_UNDERSTOOD, str(error))
         else:
@@ -211,7 +212,7 @@ async def _greeted(websocket: WebSocket, session: ClientSession) -> bool:
 
 
 async def _may_be_read(websocket: WebSocket, message: MutableMapping[str, Any], count: int = 1) -> bool:
-    """Whether a message is text, short, and not one too many in its second; if not, the connection ends."""
+    """Whether a message is text, short, and within the rate limit; if not, the connection ends."""
     text = message.get("text")
     if text is None:
         await websocket.close(NOT_TEXT, "commands are text, not bytes")
@@ -226,7 +227,8 @@ async def _may_be_read(websocket: WebSocket, message: MutableMapping[str, Any], 
 async def _write(websocket: WebSocket, session: ClientSession, outbox: ClientOutbox) -> None:
     """Latest state wins: what changed while the last message was on its way goes out as one message (HAZ-31).
 
-    A reply is taken out before the state is read, and sent after it: whoever gets it has seen what came of the command.
+    A reply is taken from the queue before the state is read, and sent after it: its receiver has seen the result of the
+        command.
     """
     revision = 0
     while True:
@@ -292,14 +294,14 @@ async def _read(
 
 
 def _refusal(number: int | None, words: str) -> Message:
-    """Why a command was not done: its reply, where it waits for one, else a note."""
+    """Report why a command was not executed: by its reply, where it waits for one, else by a note."""
     if number is None:
         return {"type": "note", "words": words, "error": True}
     return {"type": "reply", "id": number, "ok": False, "error": {"message": words}}
 
 
 def _number(text: str) -> int | None:
-    """The id of a message that is no command, where a reply to it can be waited for."""
+    """The id of an invalid message, if a client can wait for a reply to it."""
     try:
         number = parse_json(text)["id"]
     except (ValueError, LookupError, TypeError):

@@ -10,7 +10,7 @@ from app.workspace.sections import CameraSection, LabelView, SceneSection
 
 
 class TabSection(TypedDict):
-    """The tab that is shown, what keys and clicks do in it, the tabs that can be gone to, and what to do next.
+    """The active tab, what keys and clicks do in it, the tabs that can be opened, and the hint.
 
     offered: the tabs that are for cases of the open kind; a page shows no other.
     """
@@ -23,7 +23,7 @@ class TabSection(TypedDict):
 
 
 class JobEntry(TypedDict):
-    """A job that waits or runs, as REST has it; `result` and `error` come at its end, from REST alone."""
+    """A waiting or running job, as in REST; REST alone has `result` and `error`, at its end."""
 
     id: str
     kind: JobKind
@@ -36,9 +36,9 @@ class JobEntry(TypedDict):
 
 
 class JobsSection(TypedDict):
-    """The jobs that wait or run, whoever began them, oldest first; one that is missing has ended.
+    """All waiting and running jobs, oldest first; one that is missing has ended.
 
-    version: number of changes so far; it also tells of a job that began and ended between two messages.
+    version: number of changes so far; it also counts a job that began and ended between two messages.
     """
 
     version: int
@@ -63,7 +63,7 @@ def jobs_section(version: int, jobs: tuple[Job, ...]) -> JobsSection:
 
 
 class SessionSections(TypedDict, total=False):
-    """The tab, the scene with its labels, the camera of a client, and the jobs of all."""
+    """The active tab, the scene with its labels, the camera of a client, and all jobs."""
 
     step: TabSection
     scene: SceneSection

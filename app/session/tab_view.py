@@ -10,17 +10,18 @@ from app.workspace.layers import Layer
 
 
 class TabView:
-    """Sections and layers of one tab as they were asked last. Owned by the session's thread."""
+    """Sections, layers and hint of one tab as they were asked last. Owned by the session's thread."""
 
     def __init__(self, tab: Tab) -> None:
         self.tab = tab
         self.sections: Sections = {}
         self._layers: list[Layer[Any]] | None = None
+        self._hint: str | None = None
         self._subject: tuple[object, ...] = ()  # of what was asked last; () where it is to be asked again
 
     def touch(self) -> None:
         """Something has happened to the tab."""
-        self._subject, self._layers = (), None
+        self._subject, self._layers, self._hint = (), None, None
 
     def refresh(self) -> None:
         """Ask the tab again where it was touched, or its subject is another one. What failed is tried again."""
@@ -40,3 +41,10 @@ class TabView:
         if self._layers is None:
             self._layers = self.tab.layers()
         return self._layers
+
+    @property
+    def hint(self) -> str:
+        """Asked for while the tab is active."""
+        if self._hint is None:
+            self._hint = self.tab.hint()
+        return self._hint

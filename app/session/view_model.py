@@ -8,7 +8,7 @@ from typing import Any
 
 from app.messages.sections import Section
 
-_NONE: tuple[int, object] = (0, object())  # what is not there yet differs from everything, None included
+_NONE: tuple[int, object] = (0, object())  # a missing section differs from everything, None included
 
 
 class ViewModel:
@@ -17,22 +17,22 @@ class ViewModel:
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._sections: dict[str, tuple[int, object]] = {}
-        self._keys: dict[str, object] = {}  # of what is shown or laid out, for the publishing thread alone
+        self._keys: dict[str, object] = {}  # of published and staged sections, for the publishing thread only
         self._staged: dict[str, object] = {}
         self._revision = 0
         self._listeners: list[Callable[[], None]] = []
 
     def publish(self, name: str, section: Section[object]) -> None:
-        """Lay a section out where its key is another one than before; it is shown with the next :meth:`commit`.
+        """Stage a section if its key has changed; it is published by the next :meth:`commit`.
 
-        Called on one thread only. One that cannot be built stays as it is, and is tried again.
+        Called on one thread only. A section that cannot be built stays as it is, and is tried again.
         """
         if self._keys.get(name, _NONE) != section.key:
             self._staged[name] = section.build()
             self._keys[name] = section.key
 
     def commit(self) -> None:
-        """Show everything laid out at once, so that no reader sees half of a change; what is the same is no news."""
+        """Publish all staged sections at once, so that no reader sees half of a change; equal values are skipped."""
         staged, self._staged = self._staged, {}
         with self._lock:
             news = {name: new for name, new in staged.items() if self._sections.get(name, _NONE)[1] != new}
@@ -51,7 +51,7 @@ class ViewModel:
             return self._revision, changed
 
     def read(self, name: str) -> Any:
-        """A section as it is shown now; None where there is none."""
+        """The published section; None where there is none."""
         with self._lock:
             known = self._sections.get(name)
             return None if known is None else known[1]

@@ -17,6 +17,7 @@ from sqlalchemy.orm import Session
 
 from app.settings import Settings
 from app.store.changes import Changes, CountedSession
+from app.store.derived import DerivedFiles
 from app.store.errors import DATABASE_ERRORS, StorageError, StoreBusy, StoreUnusable, storage_error
 from app.store.files import FileStore
 from app.store.private import private_file, private_folder, private_if_there
@@ -42,6 +43,7 @@ class Store:
         self._home, self._database = settings.home, settings.database_path
         self.files, self.scratch = FileStore(settings.files_dir), Scratch(settings.temporary_dir)
         self.run_files = FileStore(settings.runs_dir)  # separate, since files of runs are deleted, those of cases not
+        self.derived = DerivedFiles(settings.derived_dir, self.files.scratch)
         self.drives = Scratch(settings.drives_dir)
         self._elsewhere: tuple[Scratch, tempfile.TemporaryDirectory[str]] | None = None
         self._one_writer = threading.Lock()

@@ -56,9 +56,14 @@ class Tab:
         kind = self.workspace.case.kind
         return not self.spec.kinds or kind is None or kind in self.spec.kinds
 
+    @property
     def available(self) -> bool:
-        """Whether the tab can be opened, where it is offered."""
-        return True
+        """Whether the tab can be opened: it is offered, and what it needs is there."""
+        needs, workspace = self.spec.needs, self.workspace
+        missing = (needs == "case" and workspace.case.case_id is None) or (
+            needs == "plan" and workspace.plan.id is None
+        )
+        return self.offered and not missing
 
     def enter(self) -> None:
         """The client comes to this tab."""

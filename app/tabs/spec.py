@@ -29,6 +29,7 @@ class TabSpec:
     documents: kinds of documents whose operations it does itself, since one may be open in it; those of other kinds
     are done in the store.
     kinds: of cases that it is for; empty: for any, and shown without one, too.
+    needs: what has to be open before the tab can be.
     has_routes: its ``routes.py`` has a ``router``, whose addresses lie below ``/api/v1/steps/NAME/``.
     """
 
@@ -43,6 +44,7 @@ class TabSpec:
     has_routes: bool = False
     documents: tuple[str, ...] = ()
     kinds: tuple[CaseKind, ...] = ()
+    needs: Literal["nothing", "case", "plan"] = "nothing"
 
     @property
     def folder(self) -> Path:

@@ -1,1 +1,1 @@
-"""What every tab of the page shares: the case, its surface in the scene, camera and slices."""
+"""Shared by all tabs of the page: the open case, its surface in the scene, camera and slices."""

@@ -1,4 +1,4 @@
-"""Work on other threads whose failure is told: what nobody expected goes to the log, and to the user in words."""
+"""Work on other threads whose failure is reported: unexpected errors to the log, and to the user in words."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ _LOG = logging.getLogger(__name__)
 
 
 def in_background(executor: Executor, what: str, work: Work, failed: Failed) -> None:
-    """Do the work on a thread of the executor. failed: called there with words for the user where it raises.
+    """Do the work on a thread of the executor. failed: called there with words for the user if it raises.
 
-    what: the words where an error was not expected, such as 'The bone could not be counted'; else the error's own.
+    what: the words for an unexpected error, such as 'The bone could not be counted'; else the error's own.
     """
     executor.submit(guarded, what, work, failed)
 
 
 def guarded(what: str, work: Work, failed: Failed) -> None:
-    """Do the work at once; `what` and `failed` as of :func:`in_background`."""
+    """Do the work at once; `what` and `failed` as in :func:`in_background`."""
     try:
         work()
     except VfixError as error:

@@ -1,4 +1,4 @@
-"""The camera of one client's scene: where it looks from, and what it sees."""
+"""The camera of one client's scene."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from app.workspace.case_view import CaseView
 from app.workspace.sections import CameraSection, LabelView, ProjectAnswer
 from vfix_engine.arrays import Array
 
-NEAR_MARGIN_MM = 12.0  # around the places of a near view
+NEAR_MARGIN_MM = 12.0  # margin around the positions of a near view
 LEAST_RADIUS_MM = 45.0
-NOSE_SHARE = 0.45  # of the case's radius, where no step has a place to show
+NOSE_SHARE = 0.45  # of the case's radius, if no tab has a position to show
 
 
 class CameraView:
@@ -27,14 +27,14 @@ class CameraView:
         self._lens: Lens | None = None
         self._pivot: Position | None = None
         self._labels_by_page = False
-        self._turned = False  # to a view of the head, since the scene came
-        self.places: Callable[[], list[Position]] = list  # what a near view has to show
+        self._turned = False  # turned to a view of the head since the scene connected
+        self.places: Callable[[], list[Position]] = list  # positions that a near view has to show
 
     def attach(self, scene: SceneView | None) -> None:
-        """The client's scene is there, or gone."""
+        """The client's scene is connected, or gone."""
         self._scene = scene
         self._pivot = None
-        self._lens = None  # also of a scene that has come: its first camera is viser's own, not a view of the head
+        self._lens = None  # also for a new scene: its first camera is viser's own, not a view of the head
         self._turned = False
         if scene is not None:
             scene.labels.leave_to_page(self._labels_by_page)
@@ -44,7 +44,7 @@ class CameraView:
             self._lens = lens
 
     def look_from(self, name: str) -> None:
-        """Turn to a standard view: 'nose' is near, at what the steps show; the others see all of the case."""
+        """Turn to a standard view: 'nose' is near, at what the tabs show; the others show the whole case."""
         if self._scene is None:
             return
         self._pivot, self._turned = None, True
@@ -60,18 +60,18 @@ class CameraView:
         self._scene.look_from(standard_view(name, centre, radius))
 
     def turn_about(self, position: Array) -> None:
-        """Turn about a place from now on; what is seen stays as it is. The browser does so, where it can."""
+        """Rotate about a position from now on; the picture stays. The browser does so, where it can."""
         x, y, z = (round(float(value), 3) for value in position)
         self._pivot = (x, y, z)
 
     def leave_labels_to_page(self, by_page: bool) -> None:
-        """The page writes the labels over its frame, or viser within it."""
+        """Whether the page writes the labels over its frame, or viser within it."""
         self._labels_by_page = by_page
         if self._scene is not None:
             self._scene.labels.leave_to_page(by_page)
 
     def labels(self) -> list[LabelView]:
-        """Words at places of the scene that are to be read now."""
+        """Labels at positions of the scene."""
         if self._scene is None:
             return []
         return [
@@ -80,7 +80,7 @@ class CameraView:
         ]
 
     def project(self, points: list[Position]) -> ProjectAnswer:
-        """Places on the canvas in parts of its size; null behind the camera."""
+        """Positions on the canvas as fractions of its size; null behind the camera."""
         lens = None if self._scene is None else self._scene.lens
         if lens is None:
             return {"places": None}

@@ -1,4 +1,4 @@
-"""The open case: how its anatomy is shown, and where its slices are."""
+"""The open case: display of its anatomy, and position of its slices."""
 
 from __future__ import annotations
 
@@ -20,13 +20,14 @@ from app.kit.values import Position
 from app.messages.fields import Command
 from app.messages.sections import Section, Sections
 from app.scene.anatomy import LETTER_GAP_MM, AnatomyNodes, Look, SliceNodes
-from app.scene.picking import BonePicker, Hit, hit_plane
+from app.scene.picking import Hit, SurfacePicker, hit_plane
 from app.scene.view import ClickRay
 from app.services import Services
 from app.workspace import commands as c
 from app.workspace.latest import Latest, Run
 from app.workspace.layers import Layer
 from app.workspace.sections import CaseSection, ViewSection
+from app.workspace.skin_view import SkinView
 from app.workspace.slice_view import Greys, SliceView
 from vfix_engine.arrays import Array
 from vfix_engine.files.volume import Volume
@@ -39,7 +40,7 @@ OUTLINE_COLOURS = (OUTLINE_COLOUR, "#e07a5f", "#7fb7be", "#b48ead", "#a3be8c", "
 
 @dataclass(frozen=True)
 class ShownSurface:
-    """The surface of a case as it is drawn. key: tells two loaded cases apart. bounds: (2, 3), LPS mm."""
+    """The displayed surface of a case. key: identifies a loaded case. bounds: (2, 3), LPS mm."""
 
     key: str
     mesh: TriangleMesh
@@ -52,22 +53,23 @@ class CaseView:
     def __init__(self, services: Services, executor: Executor, post: Callable[[Callable[[], None]], Any]) -> None:
         """post: queues a request onto the session's thread."""
         self._services, self._latest = services, Latest(executor, post)
+        self._skin = SkinView(services, executor, post)
         self.case_id: str | None = None
         self.loading = ""
-        self.hidden: frozenset[str] = frozenset()  # structures that somebody has hidden, by id
+        self.hidden: frozenset[str] = frozenset()  # ids of hidden structures
         self.surface: ShownSurface | None = None
         self._case: Case | None = None
         self._look = Look()
         self._slices: SliceView | None = None
-        self._picker: BonePicker | None = None
-        self._opens = 0  # of cases, which tells two loaded ones apart
+        self._picker: SurfacePicker | None = None
+        self._opens = 0  # counter of loaded cases, for their keys
         self._pending_cross: Array | None = None
         self._opened_up = False
 
     # -- opening
 
     def open_first(self, case_id: str | None) -> None:
-        """Open the case the page remembers, else the embedded one, else the first; none when all are deleted."""
+        """Open the case that the page remembers, else the shipped one, else the first; none when all are deleted."""
         known = [case.id for case in self._services.cases.list() if not case.unreadable]
         for wanted in (case_id, self._services.cases.embedded_case().id, *known):
             if wanted in known:
@@ -80,21 +82,22 @@ class CaseView:
         self.case_id, self._case = case.id, case
         self.loading = "Reading the head …"
         self.surface = self._slices = self._picker = None
-        self._look = replace(self._look, cut="whole", slices="none")
+        self._look = replace(self._look, cut="whole", slices="none", skin=False)
+        self._skin.opened(case)
         self._opened_up = False
         self._pending_cross = None
         self._opens += 1
 
-        def read(run: Run) -> tuple[TriangleMesh, BonePicker, Volume | None, Volume | None]:
+        def read(run: Run) -> tuple[TriangleMesh, SurfacePicker, Volume | None, Volume | None]:
             mesh = self._display_mesh(case.id)
-            return (mesh, BonePicker(mesh), *self._volumes(case))
+            return (mesh, SurfacePicker(mesh), *self._volumes(case))
 
         self._latest.ask(
             "The head could not be read", read, lambda found: self._loaded(*found), self._failed, lane=case_id
         )
 
     def _volumes(self, case: Case) -> tuple[Volume | None, Volume | None]:
-        """The wide CT and a finer one of a part, where there are such."""
+        """The wide CT and a finer one of a part, if available."""
         found = [self._services.cases.volume(case, volume.name) for volume in case.volumes[:MOST_VOLUMES]]
         wide, fine = (*found, None, None)[:2]
         return wide, fine
@@ -106,7 +109,7 @@ class CaseView:
                 return meshes[name]
         return self._services.cases.case_surface(case_id)
 
-    def _loaded(self, mesh: TriangleMesh, picker: BonePicker, volume: Volume | None, detail: Volume | None) -> None:
+    def _loaded(self, mesh: TriangleMesh, picker: SurfacePicker, volume: Volume | None, detail: Volume | None) -> None:
         bounds = np.asarray(mesh.bounds)
         self.surface = ShownSurface(f"{self.case_id}:{self._opens}", mesh, bounds)
         self._picker = picker
@@ -147,9 +150,15 @@ class CaseView:
             self._look = replace(self._look, cut=command.cut)
         if command.slices is not None:
             self._look = replace(self._look, slices=command.slices)
+        if command.skin_opacity is not None:
+            self._look = replace(self._look, skin_opacity=command.skin_opacity)
+        if command.skin is not None:
+            self._look = replace(self._look, skin=command.skin)
+            if command.skin:
+                self._skin.ask()
 
     def go_to(self, position: Position | None) -> None:
-        """Bring the slices, and the cut, to a place; they stay where there is none."""
+        """Move the slices, and the cut, to a position; None leaves them."""
         if position is None:
             return
         self._pending_cross = np.array(position)
@@ -158,7 +167,7 @@ class CaseView:
         self._look = replace(self._look, cut_at=float(position[0]))
 
     def open_up(self, places: list[tuple[float, float, float]]) -> None:
-        """Cut the anatomy open along a path, once, so that the tool inside is seen; the user may close it again."""
+        """Cut the anatomy open along a path, once, so that the tool inside is visible; the user can close it again."""
         if self._opened_up or self._look.cut != "whole" or not places:
             return
         self._opened_up = True
@@ -168,7 +177,7 @@ class CaseView:
     # -- for the scene
 
     def layers(self) -> list[Layer[Any]]:
-        """Bone with the letters around it, and the CT slices."""
+        """Bone with the letters around it, the CT slices, and the skin."""
         surface, look, slices = self.surface, self._look, self._slices
         if surface is None:
             return []
@@ -187,7 +196,7 @@ class CaseView:
             lambda nodes: nodes.show([] if slices is None else slices.pictures(look.slices)),
             made_for=surface.key,
         )
-        return [anatomy, pictures]
+        return [anatomy, pictures, *self._skin.layers(look, surface.key)]
 
     def extent(self) -> tuple[Array, float]:
         """Centre [LPS mm] and radius [mm] of what is shown."""
@@ -196,10 +205,11 @@ class CaseView:
         return self.surface.bounds.mean(axis=0), 0.5 * float(np.ptp(self.surface.bounds, axis=0).max()) + LETTER_GAP_MM
 
     def hit(self, ray: ClickRay) -> Hit | None:
-        """What a click meets first: bone as it is shown, or a CT plane in the scene."""
+        """The first intersection of a click: displayed bone or skin, or a CT plane in the scene."""
         if self._picker is None:
             return None
         hits = [self._picker.hit(ray.origin, ray.direction, self._look.cut, self._look.cut_at)]
+        hits.append(self._skin.hit(ray, self._look))
         if self._slices is not None and self._look.slices != "none":
             hits += [hit_plane(ray.origin, ray.direction, plane) for plane in self._slices.planes(self._look.slices)]
         return min((hit for hit in hits if hit is not None), key=lambda hit: hit.distance_mm, default=None)
@@ -208,12 +218,12 @@ class CaseView:
 
     @property
     def case(self) -> Case | None:
-        """The open case as it was stored at the last :meth:`refresh`; None where none is open, or it is gone."""
+        """The open case as stored at the last :meth:`refresh`; None where none is open, or it is gone."""
         return self._case
 
     @property
     def cross(self) -> Position | None:
-        """Where the slices cross, as the page has it, LPS mm; None without slices."""
+        """The crosshair of the page, LPS mm; None without slices."""
         if self._slices is None:
             return None
         x, y, z = (round(float(value), 3) for value in self._slices.cross)
@@ -221,7 +231,7 @@ class CaseView:
 
     @property
     def kind(self) -> CaseKind | None:
-        """What is driven in the open case; None where none is open."""
+        """The anatomy that is driven in; None where no case is open."""
         return None if self._case is None else self._case.kind
 
     @property
@@ -230,7 +240,7 @@ class CaseView:
         return self._case is not None and self._case.deleted_at is not None
 
     def refresh(self) -> None:
-        """Read what the store says of the case, which others may have changed."""
+        """Read the case from the store, which others may have changed."""
         if self.case_id is not None:
             try:
                 self._case = self._services.cases.shown(self.case_id)
@@ -240,7 +250,12 @@ class CaseView:
     def sections(self) -> Sections:
         """The :class:`CaseSections`."""
         case, loading, hidden, slices, look = self._case, self.loading, self.hidden, self._slices, self._look
-        view: ViewSection = {"opacity": look.opacity, "cut": look.cut, "slices": look.slices}
+        view: ViewSection = {
+            "opacity": look.opacity,
+            "cut": look.cut,
+            "slices": look.slices,
+            "skin": self._skin.section(look),
+        }
         return {
             "case": Section(
                 (Same(case), loading, hidden), lambda: None if case is None else case_section(case, loading, hidden)
@@ -260,7 +275,7 @@ def overlay_words(overlay: Overlay) -> str:
 
 
 def _outline_colour(case: Case, item: Structure, index: int) -> str:
-    """The anatomy alone has the first colour."""
+    """Colour of a structure; the first colour is reserved for the anatomy."""
     if item is case.anatomy:
         return OUTLINE_COLOURS[0]
     return item.colour or OUTLINE_COLOURS[1 + index % (len(OUTLINE_COLOURS) - 1)]

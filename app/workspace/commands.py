@@ -39,9 +39,15 @@ class SetView(Command):
     opacity: Annotated[float, Field(ge=0.1, le=1.0, allow_inf_nan=False)] | None = None
     cut: Literal["whole", "left", "right"] | None = None
     slices: Literal["none", "axial", "coronal", "sagittal", "all"] | None = None
+    skin: bool | None = None
+    skin_opacity: Annotated[float, Field(ge=0.1, le=1.0, allow_inf_nan=False)] | None = None
 
     def stream(self) -> str | None:
-        return self.type if self.cut is None and self.slices is None else None
+        """A newer opacity stands for an older one of the same surface; a switch is never left out."""
+        one = (self.opacity is None) != (self.skin_opacity is None)
+        if not one or (self.cut, self.slices, self.skin) != (None, None, None):
+            return None
+        return f"{self.type}.{'bone' if self.skin_opacity is None else 'skin'}"
 
 
 class SetCamera(Command):
@@ -57,7 +63,7 @@ class LabelsByPage(Command):
 
 
 class Project(Command):
-    """Where on the canvas do these places appear? Asked by tests and by whoever scripts the page."""
+    """Request for the positions of these points on the canvas, by tests and scripts of the page."""
 
     type: Literal["project"]
     points: Annotated[list[Position], Field(max_length=1000)]

@@ -1,4 +1,4 @@
-"""Work in the background of which only the answer to the newest question counts."""
+"""Work in the background of which only the answer to the newest request counts."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ Act = Callable[[], None]
 
 
 class Run:
-    """The work for one question, on a thread of its own."""
+    """The work for one request, on its own thread."""
 
     def __init__(self, owner: Latest, number: int) -> None:
         self._owner, self._number = owner, number
 
     def check(self, stage: str = "", fraction: float = 0.0) -> None:
-        """Raise JobCancelled once nobody waits for the answer: the progress of work that is to end then."""
+        """Raise JobCancelled once the answer is not needed any more, so that the work ends."""
         if self._number < self._owner.first:
             raise JobCancelled
 
     def tell(self, act: Act) -> None:
-        """Do something on the owner's thread with what is known so far, if this is still the newest question then."""
+        """Do something on the owner's thread with an intermediate result, if this is still the newest request then."""
 
         def if_newest() -> None:
             if self.is_newest:
@@ -40,23 +40,23 @@ class Run:
 
     @property
     def is_wanted(self) -> bool:
-        """Whether it is the newest one, or one that the newest one goes on from."""
+        """Whether it is the newest one, or one that the newest one continues."""
         return self._number >= self._owner.first
 
 
 class Latest:
-    """Questions of one owner, whose thread alone calls these methods and is handed the answers.
+    """Requests of one owner, whose thread alone calls these methods and gets the answers.
 
-    Of one lane one piece of work runs at a time, and only the newest waits behind it. newest: number of the newest
-    question; first: of the first whose answer is still wanted. Work reads both on its own thread.
+    In each lane one piece of work runs at a time, and only the newest waits behind it. newest: number of the newest
+    request; first: of the first whose answer is still needed. Work reads both on its own thread.
     """
 
     def __init__(self, executor: Executor, post: Callable[[Act], Any]) -> None:
-        """post: queues an act onto the owner's thread; called on any."""
+        """post: queues a call onto the owner's thread; may be called on any thread."""
         self._executor, self.post = executor, post
         self.newest = self.first = 0
         self._lock = threading.Lock()
-        self._waiting: dict[Hashable, Work | None] = {}  # by lane that is busy
+        self._waiting: dict[Hashable, Work | None] = {}  # by busy lane
 
     def ask(
         self,
@@ -69,11 +69,11 @@ class Latest:
         goes_on: bool = False,
         lane: Hashable = None,
     ) -> None:
-        """Ask for what `find` returns on another thread, or after what the lane is busy with.
+        """Request the result of `find` on another thread, after the work that runs in the lane.
 
-        accept: gets the answer, unless another question was asked by then. failed: gets words for the user instead,
-        where `find` raises; what: as of `background.in_background`. goes_on: the answers to the questions before, back
-        to the first that this one goes on from, are still wanted: `older` gets them. Else their work ends.
+        accept: gets the answer, unless there is a newer request by then. failed: gets words for the user instead,
+        if `find` raises; what: as in `background.in_background`. goes_on: the answers to earlier requests, back
+        to the first that this one continues, are still needed: `older` gets them. Else their work ends.
         """
         self.newest += 1
         if not goes_on:
@@ -100,7 +100,7 @@ class Latest:
         self._submit(lane, lambda: guarded(what, work, lambda words: run.tell(lambda: failed(words))))
 
     def drop(self) -> None:
-        """No answer is wanted any more; work that asks ends."""
+        """No answer is needed any more; work that checks this ends."""
         self.newest += 1
         self.first = self.newest
 
@@ -112,13 +112,13 @@ class Latest:
             return
         try:
             self._executor.submit(self._run, lane, work)
-        except RuntimeError:  # the planner ends, and nobody waits any more
+        except RuntimeError:  # the planner is ending
             with self._lock:
                 self._waiting.pop(lane, None)
 
     def _run(self, lane: Hashable, work: Work | None) -> None:
         while work is not None:
-            work()  # which does not raise: what waits is done all the same, and the lane is free after it
+            work()  # does not raise: waiting work is done in any case, and the lane is free after it
             with self._lock:
                 work, self._waiting[lane] = self._waiting[lane], None
                 if work is None:

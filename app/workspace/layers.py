@@ -1,4 +1,4 @@
-"""Layers of the scene: what tabs and workspace add to it, drawn again only where it has changed."""
+"""Layers of the scene, added by tabs and workspace, drawn again only if changed."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ N = TypeVar("N", bound=LayerNodes)
 class Layer(Generic[N]):
     """One part of the scene.
 
-    name: tells layers apart; two of one name must be of one kind of nodes. key: the nodes are shown again when it
-    differs from the key of what was shown last. make: makes the nodes, once. show: brings them up to date.
-    made_for: nodes that were made for something else are made anew.
+    name: identifies the layer; layers of one name must have one kind of nodes. key: the nodes are shown again when it
+    differs from the key shown last. make: makes the nodes, once. show: updates them.
+    made_for: nodes that were made for something else are made again.
     """
 
     name: str
@@ -35,30 +35,30 @@ class Layer(Generic[N]):
 
 
 class LayerStack:
-    """The layers that one client's scene shows now. Owned by the session's thread."""
+    """The present layers of one client's scene. Owned by the session's thread."""
 
     def __init__(self, view: SceneView) -> None:
         self.view = view
         self._drawn: dict[str, tuple[Layer[Any], LayerNodes]] = {}  # by name
 
     def draw(self, wanted: Iterable[Layer[Any]]) -> None:
-        """Show these layers and no others; of two with one name the later counts."""
+        """Show exactly these layers; of two with one name the later takes precedence."""
         layers = {layer.name: layer for layer in wanted}
         for name in self._drawn.keys() - layers.keys():
             self._remove(name)
         self.update(layers.values())
 
     def update(self, changed: Iterable[Layer[Any]]) -> None:
-        """Bring these layers up to date; the others stay as they are."""
+        """Update these layers; the others stay unchanged."""
         for layer in changed:
             before = self._drawn.get(layer.name)
             if before is not None and before[0].made_for != layer.made_for:
                 self._remove(layer.name)
                 before = None
             if before is not None and before[0].key == layer.key:
-                continue  # a picture that does not change costs the browser nothing
+                continue  # an unchanged picture costs the browser nothing
             nodes = layer.make(self.view) if before is None else before[1]
-            self._drawn[layer.name] = layer, nodes  # also where showing fails: unknown nodes would stay for ever
+            self._drawn[layer.name] = layer, nodes  # also if showing fails: unknown nodes would stay forever
             layer.show(nodes)
 
     def _remove(self, name: str) -> None:

@@ -17,7 +17,7 @@ class OpenPlan:
 
     @property
     def current(self) -> Plan | None:
-        """The plan as it is stored now; None where none is open."""
+        """The stored plan; None where none is open."""
         return self._source()
 
     @property
@@ -26,11 +26,11 @@ class OpenPlan:
         return None if plan is None else plan.id
 
     def provide(self, source: Callable[[], Plan | None]) -> None:
-        """Say where the plan comes from; for the step that opens plans."""
+        """Set the source of the plan; for the tab that opens plans."""
         self._source = source
 
     def on_opened(self, listener: Callable[[], None]) -> None:
-        """Call ``listener`` when another plan is open, or none any more."""
+        """Call ``listener`` when another plan, or none, is open."""
         self._listeners.append(listener)
 
     def opened(self, again: bool = False) -> None:

@@ -1,4 +1,4 @@
-"""Points, targets and curve of a plan as the page and the scene show them."""
+"""Points, targets and curve of a plan for the page and the scene."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def position_of(values: Any) -> Position:
 
 
 def plan_items(plan: Plan) -> list[PlanItem]:
-    """Points and targets of a plan, as they are drawn and driven."""
+    """Points and targets of a plan, as drawn and driven."""
     return [
         PlanItem(entry.id, kind, entry.label, entry.position)
         for kind, listed in (("point", plan.content.points), ("target", plan.content.targets))
@@ -33,7 +33,7 @@ def plan_items(plan: Plan) -> list[PlanItem]:
 
 
 def entries(items: Iterable[PlanItem]) -> ItemsSection:
-    """Points and targets as the page's sections have them."""
+    """Points and targets for the page's sections."""
     found: ItemsSection = {"points": [], "targets": []}
     for item in items:
         position = [round(value, 4) for value in item.position]
@@ -62,5 +62,5 @@ def items_layer(items: tuple[PlanItem, ...], selected: str | None, locked: bool)
 
 
 def curve_layer(key: object, curve: Callable[[], tuple[Array | None, Array | None]]) -> Layer[CurveNodes]:
-    """Places (n, 3) along a path with the clearance (n,) there; asked for only where the key is another one."""
+    """Positions (n, 3) along a path with the clearance (n,) there; computed only if the key has changed."""
     return Layer("plan.curve", key, CurveNodes, lambda nodes: nodes.show(*curve()))

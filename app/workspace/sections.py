@@ -1,4 +1,4 @@
-"""Sections of what all tabs share: the open case and how it is shown, points and targets, the scene, the camera."""
+"""Sections shared by all tabs: the open case and its display, points and targets, the scene, the camera."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ ItemKind = Literal["point", "target"]
 
 
 class FrameView(TypedDict):
-    """Frame of the file that the case was made of; assumed: the file did not name it."""
+    """Frame of the file from which the case was made; assumed: the file did not name it."""
 
     name: str
     assumed: bool
 
 
 class SurfaceView(TypedDict):
-    """A surface of the case and what is said of it."""
+    """A surface of the case and its report."""
 
     name: str
     triangles: int
@@ -34,7 +34,7 @@ class OutlineView(TypedDict):
 
 
 class OverlayView(TypedDict):
-    """A volume that can be laid over the open case; words: its grid."""
+    """A volume that can be overlaid on the open case; words: its grid."""
 
     id: str
     name: str
@@ -43,11 +43,11 @@ class OverlayView(TypedDict):
 
 
 class CaseSection(TypedDict):
-    """The open case; loading: what is being read, None when all of it is there.
+    """The open case; loading: the part that is being read, None when all of it is there.
 
     window: width and centre of grey values that the scanner's files suggest, None where they do not.
-    volumes: names of the CT volumes in the slices, the widest first, the finer ones over it. outlines: what can be
-    drawn of its structures in the slices. images: it has some that can identify its patient.
+    volumes: names of the CT volumes in the slices, the widest first, finer ones over it. outlines: structures that can
+    be drawn in the slices. images: it has images that can identify its patient.
     """
 
     id: str
@@ -79,7 +79,7 @@ class SliceGrid(TypedDict):
 
 
 class SlicePlane(SliceGrid):
-    """One slice: its place along the plane's normal, the range of places, and the grid of a finer picture within it."""
+    """One slice: position and range along the plane's normal, and the grid of a finer picture within it."""
 
     position: float
     lo: float
@@ -89,7 +89,7 @@ class SlicePlane(SliceGrid):
 
 
 class SlicesSection(TypedDict):
-    """The three slices through the cross, and the grey values [HU]."""
+    """The three slices through the crosshair, and the grey values [HU]."""
 
     cross: Position
     window_name: str
@@ -98,16 +98,29 @@ class SlicesSection(TypedDict):
     planes: dict[Axis, SlicePlane]
 
 
+class SkinSection(TypedDict):
+    """The skin in the scene. possible: the case has a CT of a head. shown: switched on, and there or being made.
+
+    opacity: 0 to 1. words: why it could not be made, or the warning that it is a patient's face; else ''.
+    """
+
+    possible: bool
+    shown: bool
+    opacity: float
+    words: str
+
+
 class ViewSection(TypedDict):
-    """How the head is shown: opacity 0 to 1, the cut, and the slices in the scene ('none', an axis or 'all')."""
+    """How the head is shown: opacity 0 to 1, the cut, the slices in the scene ('none', an axis or 'all'), the skin."""
 
     opacity: float
     cut: Literal["whole", "left", "right"]
     slices: str
+    skin: SkinSection
 
 
 class CaseSections(TypedDict):
-    """The case and how it is shown."""
+    """The case and its display."""
 
     case: CaseSection | None
     slices: SlicesSection | None
@@ -136,21 +149,21 @@ class CurveSection(TypedDict):
 
 
 class SceneSection(TypedDict):
-    """Whether the three-dimensional scene shows the head; words: what it waits for."""
+    """Whether the three-dimensional scene shows the head; words: the reason for waiting."""
 
     ready: bool
     words: str
 
 
 class CameraSection(TypedDict):
-    """Height of the view at the centre of the scene; pivot: what the view turns about since the last click, if any."""
+    """Height of the view at the centre of the scene; pivot: the centre of rotation since the last click, if any."""
 
     view_height_mm: float | None
     pivot: Position | None
 
 
 class LabelView(TypedDict):
-    """Words at a place of the scene."""
+    """A label at a position of the scene."""
 
     kind: str
     words: str
@@ -158,7 +171,7 @@ class LabelView(TypedDict):
 
 
 class ProjectAnswer(TypedDict):
-    """Places on the canvas in parts of its size, None for a place behind the camera; None without a camera."""
+    """Positions on the canvas as fractions of its size, None for one behind the camera; None without a camera."""
 
     places: list[Annotated[list[float], Length(2)] | None] | None
 

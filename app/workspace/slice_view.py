@@ -20,7 +20,7 @@ NORMALS: dict[Axis, int] = {"axial": 2, "coronal": 1, "sagittal": 0}
 
 @dataclass(frozen=True)
 class Greys:
-    """Window and level in HU, with the name the page knows them by."""
+    """Window and level in HU, with their name on the page."""
 
     name: str = "sinus"
     window: float = 2000.0
@@ -28,10 +28,10 @@ class Greys:
 
 
 class SliceView:
-    """Slices through one place, the cross; every number is pulled into the volume."""
+    """Slices through the crosshair; every number is clamped to the volume."""
 
     def __init__(self, volume: Volume, cross: Array, detail: Volume | None = None) -> None:
-        """detail: a finer volume of a part, laid over the wide one where it reaches."""
+        """detail: a finer volume of a part, overlaid on the wide one in its range."""
         self._volume, self._detail = volume, detail
         self._bounds = np.asarray(volume.bounds)
         self.greys = Greys()
@@ -110,7 +110,7 @@ def _reaches(volume: Volume, normal: int, position: float) -> bool:
 def _inlaid(
     image: npt.NDArray[np.uint8], affine: Array, fine: npt.NDArray[np.uint8], fine_affine: Array
 ) -> tuple[npt.NDArray[np.uint8], Array]:
-    """A wide picture on the grid of a fine one, with the fine one laid in; and the place of its pixels."""
+    """A wide picture on the grid of a fine one, with the fine one inserted; and the positions of its pixels."""
     to_wide = np.linalg.inv(affine) @ fine_affine  # fine pixel to wide pixel
     scale, offset = np.diag(to_wide)[:2], to_wide[:2, 3]
     before = np.floor(offset / scale).astype(int)  # fine pixels left of and above the fine picture

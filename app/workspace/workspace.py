@@ -1,4 +1,4 @@
-"""What the tabs of one client share; it belongs to none of them."""
+"""The state that the tabs of one client share."""
 
 from __future__ import annotations
 
@@ -49,11 +49,11 @@ class Workspace:
             self._note(words, error)
 
     def on_case_opened(self, listener: Callable[[str | None], None]) -> None:
-        """Call ``listener`` with the id of the plan that is wanted when a case was opened."""
+        """Call ``listener`` with the id of the plan to open when a case was opened."""
         self._case_listeners.append(listener)
 
     def open_first(self, case_id: str | None, plan_id: str | None) -> None:
-        """Open what a client remembers, or what there is."""
+        """Open the case that a client remembers, or an available one."""
         self.case.open_first(case_id)
         self._case_opened(plan_id)
 

@@ -14,11 +14,12 @@ from typing import Any, ClassVar, Generic, TypeVar
 
 import numpy as np
 
+from vfix_engine.runtime.operator import Act
 from vfix_engine.runtime.system import System
 
 Random = np.random.Generator
 
-NONSENSE = (np.nan, np.inf, -np.inf, 1e300, -1e300, 1e-320, 0.0, 5.0)  # of the hands
+NONSENSE = (np.nan, np.inf, -np.inf, 1e300, -1e300, 1e-320, 0.0, 5.0)  # of the operators
 FAILURES_KEPT = 5  # of a scene, with the data to reproduce them
 
 
@@ -71,7 +72,8 @@ M = TypeVar("M", bound=Memory)
 T = TypeVar("T", bound=Tally)
 A = TypeVar("A")  # a scene of the world
 
-Assault = Callable[[M, Sys, S], S]  # one hostile step of a system, by a command or past it
+Attack = Callable[[M, Sys, S], Act]  # an operator once its memory is bound
+Assault = Callable[[Sys, S], S]  # one hostile step of a system, by an operator or past it
 
 
 @dataclass(eq=False)
@@ -83,7 +85,7 @@ class Episode(Generic[M, Sys, S]):
 
     system: Sys
     state: S
-    assault: Assault[M, Sys, S]
+    assault: Assault[Sys, S]
     memory: M
     judge: Callable[[S, S], None]
     steps: int
@@ -152,7 +154,7 @@ class Campaign(ABC, Generic[A, T, M, Sys, S]):
             for _ in range(min(episode.steps, self.steps - tally.steps)):
                 tally.steps += 1
                 try:
-                    after = episode.assault(episode.memory, episode.system, episode.state)
+                    after = episode.assault(episode.system, episode.state)
                 except Exception as error:  # of any type, since a step must never raise
                     tally.exceptions += 1
                     tally.fail("exception", error=repr(error), **{self.input_key: ", ".join(episode.doing)})

@@ -7,7 +7,7 @@ import numpy as np
 import trimesh
 
 from vfix_engine import SnakeDrive, TriangleMesh
-from vfix_engine.worlds.snake.drive import DriveSettings, SnakeCommand, drive_lumen
+from vfix_engine.worlds.snake.offline.drive_lumen import DriveSettings, SnakeCommand, drive_lumen
 
 ring = trimesh.creation.torus(major_radius=120.0, minor_radius=14.0, major_sections=96, minor_sections=24)
 mesh = TriangleMesh(ring.vertices, ring.faces)

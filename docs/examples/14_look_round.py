@@ -4,7 +4,7 @@ import numpy as np
 
 from vfix_engine.pathway import Pathway
 from vfix_engine.robots.snake import SnakeModel
-from vfix_engine.worlds.snake.drive import DriveSettings, SnakeCommand, SnakeDrive
+from vfix_engine.worlds.snake.offline.drive_lumen import DriveSettings, SnakeCommand, SnakeDrive
 
 angle = np.linspace(0.0, 1.8, 25)
 centre = 130.0 * np.column_stack([1.0 - np.cos(angle), np.zeros(25), np.sin(angle)])

@@ -4,7 +4,7 @@ import numpy as np
 
 from vfix_engine.pathway import Pathway
 from vfix_engine.robots.snake import SnakeModel
-from vfix_engine.worlds.snake.drive import DriveSettings, SnakeCommand, SnakeDrive
+from vfix_engine.worlds.snake.offline.drive_lumen import DriveSettings, SnakeCommand, SnakeDrive
 
 centre = np.column_stack([np.zeros(31), np.zeros(31), np.linspace(0.0, 300.0, 31)])
 pathway = Pathway(centre, np.full(31, 12.0), count=31)

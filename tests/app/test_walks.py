@@ -143,15 +143,15 @@ def answer(session: ClientSession) -> None:
         request = session._inbox.get()
         assert request is not None
         assert session._guarded(request)
-        session._publish()
+        session._display.publish()
 
 
 def test_a_click_goes_from_the_mesh_to_the_store(client: tuple[ClientSession, Browser], plan: Plan) -> None:
     session, browser = client
     tab = session.tabs["plan"]
     assert isinstance(tab, PlanTab)
-    assert session._layers is not None
-    view, centre = session._layers.view, SimpleNamespace(screen_pos=(0.5, 0.5))
+    assert session._display.scene is not None
+    view, centre = session._display.scene.view, SimpleNamespace(screen_pos=(0.5, 0.5))
 
     def click() -> None:
         asyncio.run(view._clicked(centre))  # type: ignore[arg-type]
@@ -196,8 +196,8 @@ def test_a_drag_of_the_grip_goes_to_the_joints_and_back(
         session._set_tab("rehearse")
         assert drive.lease.take(session.workspace.client)
         session._tick()
-        assert session._layers is not None
-        nodes = session._layers._drawn["rehearse.drive"][1]
+        assert session._display.scene is not None
+        nodes = session._display.scene._drawn["rehearse.drive"][1]
         assert isinstance(nodes, DriveNodes)
         before = tab.now.snapshot
         assert before is not None
@@ -217,7 +217,7 @@ def test_a_drag_of_the_grip_goes_to_the_joints_and_back(
             for i in range(1, 61):  # the hand's force rises within 60 ms
                 loop._tick(now + 1e-3 * i, driven=True)
             loop._publish(force=True)
-            session._drawn_at = 0.0
+            session._display._drawn_at = 0.0
             session._tick()
 
         drag("start", before.grip)

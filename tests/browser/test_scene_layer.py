@@ -16,7 +16,7 @@ CAMERA = "(() => { const c = vfix.layer.hooks.camera; return [...c.position.toAr
 LINES = """() => { const found = []; vfix.layer.hooks.each((o) => { if (o.userData.vfixPass && o.isLineSegments2) {
   found.push({ depthFunc: o.material.depthFunc, parent: o.parent?.isLineSegments2 === true,
     same: o.geometry === o.parent.geometry, opacity: o.material.opacity }); } }); return found; }"""
-BONE = """() => { const bone = vfix.layer.bone.bone();
+BONE = """() => { const bone = vfix.layer.surfaces.found().bone;
   if (!bone) return {};
   const passes = bone.children.filter((o) => o.userData.vfixPass);
   return { transparent: bone.material.transparent, depthWrite: bone.material.depthWrite, first: passes

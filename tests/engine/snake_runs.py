@@ -16,7 +16,9 @@ from vfix_engine.robots.snake import SnakeModel
 from vfix_engine.runtime.background import InlineWorker
 from vfix_engine.runtime.command import Command, no_command
 from vfix_engine.runtime.driver import Driver
+from vfix_engine.runtime.operator import Act
 from vfix_engine.worlds.snake import LumenContours, SnakeDrive, SnakeSettings, SnakeState, SnakeSystem, SnakeSystemSpec
+from vfix_engine.worlds.snake.offline.operators import SnakeOperator
 from vfix_engine.worlds.snake.settings import DriveSettings
 
 BREATH = breathing((0.0, 0.3, 1.0), 6.0, 1.0, 60.0)  # up to 18 mm/s: a hurried breath
@@ -96,9 +98,10 @@ class Verdicts(NamedTuple):
     fastest: float
 
 
-def seen(system: SnakeSystem, state: SnakeState) -> SnakeDrive:
-    """A state with what can be told of it."""
-    return SnakeDrive.at(system.constants, state)
+def acts(drive: SnakeDrive, operator: SnakeOperator) -> Iterator[Act]:
+    """What an operator does with a drive, until it has finished; who asks for it carries it out."""
+    while (act := operator(drive.system, drive.state)) is not None:
+        yield act
 
 
 def judged(system: SnakeSystem, first: SnakeState, states: Iterable[SnakeState]) -> Verdicts:

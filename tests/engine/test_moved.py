@@ -92,7 +92,7 @@ def test_every_entry_is_needed_and_leads_somewhere() -> None:
 
 def test_a_recorded_class_is_found_under_its_name_of_today() -> None:
     assert current_class("vfix_engine.lumen.system.planning.Plan") == (
-        "vfix_engine.worlds.snake.planning",
+        "vfix_engine.worlds.snake.plans.messages",
         "PlannerAnswer",
     )
     for name, new in RENAMED.items():

@@ -22,7 +22,7 @@ CLUSTERED_FROM = 1_000_000
 CLUSTERED_TRIANGLES = 500_000
 # Fractions of the total time, measured on the synthetic head with a million triangles: 1.6 of 4.6 s extract the bone;
 # of the 3.0 s for display 0.9 s remove components, 0.6 s decimate, the rest measures the deviation.
-FOUND, CLEANED, PICTURED = 0.35, 0.3, 0.5
+FOUND, CLEANED, THINNED = 0.35, 0.3, 0.3
 MIN_BODY_TRIANGLES = 100  # smaller components are removed for display; the surface for control keeps them
 USUAL_SLICE_MM = 1.0  # largest slice distance for navigation in the nose
 SLICE_SHARE = 0.5  # of a larger slice distance: uncertainty of the surface
@@ -125,15 +125,20 @@ def _with_display(control: ThinnedSurface, tell: Callable[[float], None]) -> Bon
     if cleaned is None:
         display, dropped = ThinnedSurface(source, 0.0, 0.0, 0.0), Dropped()
     else:
-        tell(CLEANED)
-        picture = cleaned.mesh
-        if len(picture.faces) > CLUSTERED_FROM:
-            picture = clustered(picture, CLUSTERED_TRIANGLES)
-        fewer = collapsed(picture, DISPLAY_TRIANGLES)
-        tell(PICTURED)
-        telling = lambda share: tell(PICTURED + (1.0 - PICTURED) * share)  # noqa: E731
-        display, dropped = measured(cleaned.mesh, fewer, telling), cleaned.dropped
+        telling = lambda share: tell(CLEANED + (1.0 - CLEANED) * share)  # noqa: E731
+        display, dropped = thinned_for_display(cleaned.mesh, DISPLAY_TRIANGLES, telling), cleaned.dropped
     return BoneSurfaces(control.mesh, display.mesh, _report(control, Dropped()), _report(display, dropped))
+
+
+def thinned_for_display(
+    surface: TriangleMesh, target_triangles: int, tell: Callable[[float], None] = lambda share: None
+) -> ThinnedSurface:
+    """Decimate a surface of any size to about `target_triangles` for display, and measure the deviation."""
+    tell(0.0)
+    fewer = clustered(surface, CLUSTERED_TRIANGLES) if len(surface.faces) > CLUSTERED_FROM else surface
+    fewer = collapsed(fewer, target_triangles) if len(fewer.faces) > target_triangles else fewer
+    tell(THINNED)
+    return measured(surface, fewer, lambda share: tell(THINNED + (1.0 - THINNED) * share))
 
 
 def _report(surface: ThinnedSurface, dropped: Dropped) -> SurfaceReport:

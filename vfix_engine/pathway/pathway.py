@@ -34,7 +34,6 @@ class Contours:
     s: (C,) arc length of the pathway at rest, mm; negative or beyond the length for the straight segments at the ends.
     centre: (C, 3) mm. tangent: (C, 3) unit. first: (C, 3) unit, direction of the polar angle 0, parallel transported.
     radius: (C, A) mm.
-    a turn. radius: (C, A) mm.
     """
 
     s: Array

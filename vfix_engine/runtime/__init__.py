@@ -10,6 +10,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from .command import Command, Master
+from .operator import Act, Operator
 from .requests import Bend, Request, Reset, SetSettings, SetTask, Straighten
 from .settings import WorldSettings
 from .snapshot import Blocker, Snapshot, Timing
@@ -29,6 +30,7 @@ _WHERE = {
 }  # fmt: skip
 
 __all__ = [
+    "Act",
     "Background",
     "Bend",
     "Blocker",
@@ -40,6 +42,7 @@ __all__ = [
     "InlineWorker",
     "Log",
     "Master",
+    "Operator",
     "Replay",
     "Request",
     "Reset",

@@ -9,6 +9,7 @@ import numpy as np
 from ..arrays import Array
 from .background import NoWorker, Workers
 from .command import COMMAND_SIZE, Command, command_to_row
+from .operator import Act
 from .requests import Request, Reset
 from .settings import WorldSettings
 from .system import System
@@ -66,6 +67,12 @@ class Driver(Generic[S]):
             self.system.row(state, self._row)
             self.log.tick(self._line)
         return state
+
+    def act(self, act: Act) -> S:
+        """Carry out what an operator does: its requests, then one control period. Raises as ``apply``."""
+        for request in act.requests:
+            self.apply(request)
+        return self.step(act.command)
 
     def apply(self, request: Request) -> S:
         """Apply a request between two steps; if it raises, the state is unchanged.

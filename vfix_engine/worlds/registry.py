@@ -34,7 +34,7 @@ __all__ = ["RIGID", "SNAKE", "WORLDS", "World", "prepare", "spec_of"]
 SNAKE = Preparation("vfix_engine.worlds.snake.preparation", (("drive",),), "prepared-snake", 219, spare=True)
 
 WORLDS = {
-    "rigid": World("vfix_engine.worlds.rigid.rigid_spec", "RigidSpec", RIGID),
+    "rigid": World("vfix_engine.worlds.rigid.spec", "RigidSpec", RIGID),
     "snake": World("vfix_engine.worlds.snake", "SnakeSystemSpec", SNAKE),
     "snake drive": World("vfix_engine.worlds.snake", "DriveSpec"),
 }

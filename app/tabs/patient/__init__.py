@@ -1,4 +1,4 @@
-"""Patient: which case is open, and how a new one comes in."""
+"""Patient: the open case, and the import of new ones."""
 
 from app.tabs.patient.commands import COMMANDS
 from app.tabs.patient.sections import PatientSections

@@ -17,7 +17,7 @@ class PaintedLabels:
         self._workspace = workspace
 
     def section(self) -> Section[LabelsSection]:
-        """What the page lists."""
+        """The list for the page."""
         case, services = self._workspace.case.case, self._workspace.services
         changes = services.store.changes.of(services.labels.documents.kind.name)
         return Section((Same(case), changes), lambda: {"items": [] if case is None else self._read(case)})

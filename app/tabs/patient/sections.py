@@ -10,7 +10,7 @@ from app.cases.structures import StructureOrigin
 class CaseEntry(TypedDict):
     """A case in the list. unreadable: why its content cannot be read, '' where it can.
 
-    images: it has some that can identify its patient.
+    images: it has images that can identify its patient.
     """
 
     id: str
@@ -30,8 +30,8 @@ class CasesSection(TypedDict):
 class StructureEntry(TypedDict):
     """A structure beside the anatomy of the open case.
 
-    colour: '#rrggbb'. notes: what is doubtful about it, in sentences. origin: 'ct' of a threshold, 'painted' of a
-    label, 'segmentation' of a file.
+    colour: '#rrggbb'. notes: doubts about it, in sentences. origin: 'ct' for a threshold, 'painted' for a
+    label, 'segmentation' for a file.
     """
 
     id: str
@@ -55,8 +55,8 @@ LabelState = Literal["none", "made", "changed"]
 class LabelEntry(TypedDict):
     """A painted label of the open case.
 
-    volume: the one whose grid it has. surface: whether a structure was made of it, and is still that of what is
-    painted. unreadable: why its content cannot be read, '' where it can.
+    volume: the one whose grid it has. surface: whether a structure was made from it, and still has the surface of what
+    is painted. unreadable: why its content cannot be read, '' where it can.
     """
 
     id: str

@@ -19,7 +19,7 @@ from vfix_engine.anatomy.labels.surfaces import for_display
 from vfix_engine.errors import InputError
 from vfix_engine.geometry.mesh import TriangleMesh
 
-SHOWN_AT_FIRST = 24  # structures of a case; more are not told apart, and take their time
+SHOWN_AT_FIRST = 24  # structures of a case; more cannot be distinguished, and take their time
 DISPLAY_TRIANGLES = 40_000  # of a structure
 _COLOUR = "#9f9f9f"
 
@@ -30,7 +30,7 @@ class Structures:
     def __init__(self, workspace: Workspace) -> None:
         self._workspace = workspace
         self._case: Case | None = None
-        self._chosen: dict[str, bool] = {}  # shown or not, of the structures that somebody has shown or hidden
+        self._chosen: dict[str, bool] = {}  # visibility of structures that were shown or hidden explicitly
         self._meshes: dict[str, TriangleMesh] = {}
         self._reading: set[str] = set()
 
@@ -43,21 +43,21 @@ class Structures:
             case c.ShowStructures():
                 ids = [item.id for item in self._spared()] if command.structure_id is None else [command.structure_id]
                 self._chosen |= dict.fromkeys(ids, command.shown)
-                self._hide_outlines()  # before the section of the case is made, which the slices draw by
+                self._hide_outlines()  # before the section of the case is made, which the slices use
             case c.ChangeStructure():
                 stored.change(case_id, command.structure_id, name=command.name, colour=command.colour)
             case c.DeleteStructure():
                 stored.delete(case_id, command.structure_id)
 
     def refresh(self) -> None:
-        """Ask for the surfaces that are to be shown of the open case, and say which ones the slices leave out."""
+        """Request the surfaces to be shown of the open case, and set those that the slices omit."""
         self._case = self._workspace.case.case
         self._forget_others()
         self._read()
         self._hide_outlines()
 
     def section(self) -> Section[StructuresSection]:
-        """What the page lists."""
+        """The list for the page."""
         case = self._case
         return Section(
             (Same(case), tuple(self._chosen.items())),
@@ -68,7 +68,7 @@ class Structures:
         self._workspace.case.hidden = frozenset(item.id for item in self._spared() if not self._is_shown(item))
 
     def layers(self) -> list[Layer[Any]]:
-        """The structures that are shown, and those that were and are hidden now."""
+        """The structures that are shown, and those that were shown and are hidden now."""
         shapes = [
             StructureShape(item.id, item.colour or _COLOUR, self._is_shown(item), self._meshes[item.id])
             for item in self._spared()
@@ -106,7 +106,7 @@ class Structures:
         self._reading &= known
 
     def _read(self) -> None:
-        """Read the surfaces that are to be shown and are not there yet."""
+        """Read the surfaces that have to be shown and are not loaded yet."""
         case = self._case
         if case is None or self._workspace.case.loading:
             return

@@ -7,5 +7,15 @@ from app.tabs.spec import TabSpec
 
 ALL = (*COMMANDS, *SUGGEST_COMMANDS)
 SPEC = TabSpec(
-    "plan", "Plan", 20, __name__, "PlanTab", ALL, PlanSections, input="edit", kinds=("head",), documents=("plan",)
+    "plan",
+    "Plan",
+    20,
+    __name__,
+    "PlanTab",
+    ALL,
+    PlanSections,
+    input="edit",
+    documents=("plan",),
+    kinds=("head",),
+    needs="case",
 )

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
 from typing import Any
 
-from app.kit.kept import Same
+from app.kit.kept import Kept, Same
 from app.kit.values import Position
 from app.messages.sections import Section
 from app.planning.rehearsal_options import RehearsalOptions
@@ -38,6 +38,7 @@ class Cones:
         self._asked: Any = None
         self._plan_id = ""
         self._found: Found = {}
+        self._entries: Kept[list[ConeView]] = Kept()
         self._current = False
 
     def refresh(self, edited: EditedPlan | None, stored: ShownEvaluation) -> None:
@@ -81,7 +82,15 @@ class Cones:
         """The page's section."""
         found: Found = {} if edited is None else self._found
         old = edited is not None and self._is_old(edited)
-        return Section((Same(found) if found else None, old), lambda: _view(found, old))
+        return Section((Same(found) if found else None, old), lambda: self._view(found, old))
+
+    def _view(self, found: Found, old: bool) -> ConeSection:
+        if not found:
+            return {"state": "none", "items": []}
+        return {
+            "state": "waits" if old else "current",
+            "items": self._entries.get(Same(found), lambda: _entries(found)),
+        }
 
     def layer(self, edited: EditedPlan | None) -> Layer[Any]:
         """The cone of the selected target."""
@@ -99,14 +108,11 @@ class Cones:
         return not self._current or edited.dragging or edited.in_hand is not None
 
 
-def _view(found: Found, old: bool) -> ConeSection:
-    if not found:
-        return {"state": "none", "items": []}
-    items: list[ConeView] = [
+def _entries(found: Found) -> list[ConeView]:
+    return [
         {"target": target, "cone_deg": round(cone.cone_deg, 1), "words": cone_words(cone)}
         for target, (_, cone) in found.items()
     ]
-    return {"state": "waits" if old else "current", "items": items}
 
 
 def cone_words(cone: InspectionCone) -> str:

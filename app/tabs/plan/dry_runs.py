@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 from typing import Any
 
 from app.cases.settings import settings_in_case
@@ -18,12 +18,20 @@ from app.plans.model import Plan
 from app.scene import palette
 from app.services import Services
 from app.tabs.plan.clearance import verdict_view
-from app.tabs.plan.sections import EvaluationSection, EvaluationState, EvaluationStatus, ScaleView, SoftTissueView
+from app.tabs.plan.sections import (
+    EvaluationSection,
+    EvaluationState,
+    EvaluationStatus,
+    ScaleView,
+    SoftTissueView,
+    VerdictView,
+)
 from app.workspace.latest import Act, Latest, Run
 from vfix_engine.arrays import Array
 from vfix_engine.errors import StartRefused, VfixError
 
 FAILED = "The dry run failed"
+_UNKNOWN, _BLOCKED = palette.hex_colour(palette.UNKNOWN), palette.hex_colour(palette.PIERCED)
 
 STATE_WORDS: dict[EvaluationState, str] = {
     "none": "",
@@ -58,7 +66,7 @@ class ShownEvaluation:
     job: str = ""
     cancelled: bool = False
     provisional: bool = False
-    before: PlanEvaluation | None = None
+    before: ShownEvaluation | None = None
     remark: str = ""
     refusal: Verdict | None = None
 
@@ -82,9 +90,14 @@ class ShownEvaluation:
         return f"{self.verdict.short} (provisional)" if self.provisional else self.verdict.short
 
     @property
-    def pictured(self) -> PlanEvaluation | None:
+    def pictured(self) -> ShownEvaluation | None:
         """The answer, or while there is none the earlier one."""
-        return self.before if self.evaluation is None else self.evaluation
+        return self.before if self.evaluation is None else self
+
+    @cached_property
+    def picture(self) -> VerdictView | None:
+        """The page's view of the answer, which stays the same when it is an earlier one."""
+        return None if self.evaluation is None else verdict_view(self.evaluation)
 
     def samples(self) -> tuple[Array, Array] | None:
         """Places (n, 3) along the path and the bone clearance (n,) of the whole tool there, as an export has them."""
@@ -103,9 +116,9 @@ class ShownEvaluation:
                 "lo": palette.CLEARANCE_LOW_MM,
                 "hi": palette.CLEARANCE_HIGH_MM,
                 "margin": self.margin_mm,
-                "colours": palette.scale_colours(),
-                "unknown": palette.hex_colour(palette.UNKNOWN) if self.completed is False else None,
-                "blocked": palette.hex_colour(palette.PIERCED),
+                "colours": list(palette.SCALE_COLOURS),
+                "unknown": _UNKNOWN if self.completed is False else None,
+                "blocked": _BLOCKED,
             }
         return {
             "status": self.status,
@@ -121,7 +134,7 @@ class ShownEvaluation:
             "scale": scale,
             "job": self.job or None,
             "cancelled": self.cancelled,
-            "verdict": None if self.pictured is None else verdict_view(self.pictured),
+            "verdict": None if self.pictured is None else self.pictured.picture,
             "shown_mm": None,
             "state": self._state(),
             "state_words": f"{self._state_words()} {self.remark}".strip(),
@@ -157,7 +170,7 @@ class DryRuns:
         self.current = ShownEvaluation()
 
     def ask(
-        self, plan: Plan, kept_mm: float, options: RehearsalOptions = NO_OPTIONS, before: PlanEvaluation | None = None
+        self, plan: Plan, kept_mm: float, options: RehearsalOptions = NO_OPTIONS, before: ShownEvaluation | None = None
     ) -> None:
         """Start the dry run of a plan with two points or more.
 

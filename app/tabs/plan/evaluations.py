@@ -8,7 +8,6 @@ from app.cases.settings import settings_in_case
 from app.kit.kept import Kept, Same
 from app.kit.values import Position
 from app.planning.placement import StoredPlacement
-from app.planning.plan_evaluation import PlanEvaluation
 from app.planning.rehearsal_options import RehearsalOptions
 from app.planning.verdict import plan_remarks
 from app.plans.model import Plan, drive_parts
@@ -95,7 +94,7 @@ class Evaluations:
             kept_mm = settings_in_case(plan.content.settings, edited.case.uncertainty).kept_mm
             self.stored.ask(plan, kept_mm, options, before)
 
-    def _before(self, plan: Plan) -> PlanEvaluation | None:
+    def _before(self, plan: Plan) -> ShownEvaluation | None:
         """What was shown of the same path before this change: of the hand that has let go, else of the stored one."""
         way, self._way = self._way, (plan.id, plan.content.path_id)
         return (self.live.current.pictured or self.stored.current.pictured) if way == self._way else None

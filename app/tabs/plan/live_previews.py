@@ -82,7 +82,7 @@ class LivePreviews:
     def _show_greyed(self, shown: ShownEvaluation) -> None:
         """What was so where the hand was, while the newest place is judged."""
         if self.current.status == "computing" and shown.evaluation is not None:
-            self.current = replace(self.current, before=shown.evaluation)
+            self.current = replace(self.current, before=shown)
 
     def _is_same_drag(self, asked: tuple[Any, ...]) -> bool:
         """Whether the hand holds the same point of the same path as before, in another place."""

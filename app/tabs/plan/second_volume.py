@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TypedDict
 
-from app.kit.kept import Kept, Same
+from app.kit.kept import Kept
 from app.messages.sections import Section
 from app.plans.service import Plan
 from app.services import Services
@@ -66,8 +66,8 @@ class SecondVolumes:
 
     def section(self) -> Section[SecondVolumeSection]:
         """The page's section."""
-        stored = self._services.store.changes.of(CASES)
-        return Section((Same(self._plan()), stored), lambda: self._view(stored))
+        stored, plan = self._services.store.changes.of(CASES), self._plan()
+        return Section((plan.case_id, plan.content.second_volume, plan.locked, stored), lambda: self._view(stored))
 
     def _view(self, stored: object) -> SecondVolumeSection:
         plan = self._plan()

@@ -126,14 +126,14 @@ class Shafts:
 
     def section(self, edited: EditedPlan | None) -> Section[ShaftSection]:
         """The page's section."""
-        shaft = None if edited is None else (Same(edited.plan), edited.selected, edited.shaft_in_hand)
-        return Section((shaft, self.aiming, self._shown), lambda: self._view(edited))
-
-    def _view(self, edited: EditedPlan | None) -> ShaftSection:
-        shown = None if self._shown is None else f"{self._shown[0]} {self._shown[1]}"
         point = None
         if edited is not None:
             point = next((p for p in edited.plan.content.points if p.id == edited.selected), None)
+        of = None if edited is None else (Same(edited.tool), edited.shaft_in_hand)
+        return Section((point, of, self.aiming, self._shown), lambda: self._view(edited, point))
+
+    def _view(self, edited: EditedPlan | None, point: PlanPoint | None) -> ShaftSection:
+        shown = None if self._shown is None else f"{self._shown[0]} {self._shown[1]}"
         if edited is None or point is None:
             return ShaftSection(point=None, aiming=False, words="", roll_deg=None, bent=False, shown=shown)
         return ShaftSection(

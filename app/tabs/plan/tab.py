@@ -28,7 +28,6 @@ from app.tabs.plan import SPEC
 from app.tabs.plan import commands as c
 from app.tabs.plan.clearance import pierced_layer
 from app.tabs.plan.clearance_commands import HideTool, ShowTool
-from app.tabs.plan.dry_runs import ShownEvaluation
 from app.tabs.plan.edited_plan import EditedPlan, Ghost
 from app.tabs.plan.edits import Edits
 from app.tabs.plan.evaluations import Evaluations
@@ -65,9 +64,6 @@ class PlanTab(Tab):
         workspace.on_case_opened(self._case_opened)
 
     # -- opening
-
-    def available(self) -> bool:
-        return self.workspace.case.case_id is not None
 
     def _case_opened(self, plan_id: str | None) -> None:
         case_id = self.workspace.case.case_id
@@ -143,15 +139,11 @@ class PlanTab(Tab):
 
     def curve_key(self) -> Any:
         """Changes when the spline or its colours do."""
-        return (tuple(self._edited.points()), Same(self._shown_evaluation())) if self._edited else None
-
-    def _shown_evaluation(self) -> ShownEvaluation:
-        """The dry run of the points as they are shown: live while a hand drags one of the path."""
-        return self._evaluations.shown(self._edited)
+        return (tuple(self._edited.points()), Same(self._evaluations.shown(self._edited))) if self._edited else None
 
     def curve(self) -> tuple[Array | None, Array | None]:
         """Places along the spline, and the clearance of the whole tool there where it is known."""
-        samples = self._shown_evaluation().samples()
+        samples = self._evaluations.shown(self._edited).samples()
         if samples is not None:
             return samples
         return curve_points(None if self._edited is None else self._edited.path()), None
@@ -182,7 +174,7 @@ class PlanTab(Tab):
         self._edit(lambda edited: edited.perform(operation, message.revision))
 
     def _show_tool(self, command: ShowTool | HideTool) -> None:
-        evaluation = self._shown_evaluation().evaluation
+        evaluation = self._evaluations.shown(self._edited).evaluation
         if isinstance(command, HideTool):
             self._evaluations.tool.clear()
         elif evaluation is None:
@@ -258,11 +250,12 @@ class PlanTab(Tab):
         edited = self._edited
         ghost: Ghost | None = None if edited is None else edited.ghost
         selected = edited.selected if edited is not None and self.active else None
+        evaluation = self._evaluations.shown(edited).evaluation if self.active else None
         return [
             items_layer(self.items(), selected, locked=self._is_still),
             curve_layer(self.curve_key(), self.curve),
-            self._evaluations.tool.layer(self._shown_evaluation().evaluation if self.active else None),
-            pierced_layer(self._shown_evaluation().evaluation if self.active else None),
+            self._evaluations.tool.layer(evaluation),
+            pierced_layer(evaluation),
             *self._region_layers(),
             self._evaluations.cones.layer(self._edited if self.active else None),
             self._error_layer(),
@@ -319,7 +312,7 @@ class PlanTab(Tab):
             return AIM_WORDS
         if plan.deleted_at is not None:
             return "This plan was deleted elsewhere. Restore it from the list of plans, or open another one."
-        shown = self._shown_evaluation()
+        shown = self._evaluations.shown(edited)
         return plan_hint(
             len(plan.content.points),
             len(plan.content.targets),
@@ -348,7 +341,8 @@ class PlanTab(Tab):
 
     def sections(self) -> Sections:
         """The :class:`PlanSections`."""
-        edited, shown, shown_mm = self._edited, self._shown_evaluation(), self._evaluations.tool.s_mm
+        edited, shown_mm = self._edited, self._evaluations.tool.s_mm
+        shown = self._evaluations.shown(edited)
         none = Section.of(None)
         return {
             "plans": Section((self._case_id, self._services.store.changes.of(PLAN.name)), self._list),

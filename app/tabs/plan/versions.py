@@ -54,8 +54,9 @@ class Versions:
 
     def section(self) -> Section[VersionsSection]:
         """The page's section."""
-        stored = self._services.store.changes.of(self._services.versions.documents.kind.name)
-        return Section((Same(self._plan()), self._compared, stored), lambda: self._view(stored))
+        stored, plan = self._services.store.changes.of(self._services.versions.documents.kind.name), self._plan()
+        told = (plan.id, plan.locked) if self._compared is None else Same(plan)
+        return Section((told, self._compared, stored), lambda: self._view(stored))
 
     def _view(self, stored: object) -> VersionsSection:
         plan = self._plan()

@@ -51,9 +51,6 @@ class RegisterTab(Tab):
 
     # -- opening
 
-    def available(self) -> bool:
-        return self.workspace.case.case_id is not None
-
     def _case_opened(self) -> None:
         """The registration of the plan that is open, else the newest of the case."""
         case_id = self.workspace.case.case_id

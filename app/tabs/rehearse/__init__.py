@@ -15,4 +15,5 @@ SPEC = TabSpec(
     input="drive",
     has_routes=True,
     kinds=("head",),
+    needs="plan",
 )

@@ -1,4 +1,4 @@
-"""What a drive has come to so far, beside what its dry run came to, in words."""
+"""The figures of a drive so far, beside those of its dry run, in words."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from vfix_engine.proximity.fields.distance_field import DistanceField
 from vfix_engine.proximity.fields.tool_depth import tool_depth
 from vfix_engine.worlds.rigid.snapshot import RigidSnapshot
 
-FELT_N = 0.05  # a force on the grip that is worth a word
+FELT_N = 0.05  # a force on the grip that is mentioned
 
 
 @dataclass(frozen=True, eq=False)
 class DryRunFigures:
-    """The dry run of what is driven; lengths in mm.
+    """The dry run of the driven plan; lengths in mm.
 
-    reached_mm, reason: how far it gets, and what holds the tool there, '' where it arrives. least_mm: bone clearance.
-    depth_mm: greatest, in soft tissue; tissue: the field (LPS mm) that it is measured in. Both None where it is not
-    known. sideways_mm: how far air leads round tissue at the farthest, ways: looks for it; None where not known.
-    verdict: in a few words; '' of a path that fits.
+    reached_mm, reason: how far it gets, and why it stops there, '' at the end. least_mm: bone clearance.
+    depth_mm: greatest, in soft tissue; tissue: the distance field (LPS mm) that it is measured in. Both None where it
+    is not known. sideways_mm: largest detour of air round tissue, ways: measures it; None where not known.
+    verdict: in a few words; '' for a path that fits.
     """
 
     completed: bool
@@ -41,7 +41,7 @@ class DryRunFigures:
 
     @classmethod
     def of(cls, found: PlanEvaluation, tissue: DistanceField | None, ways: Ways | None = None) -> Self:
-        """tissue: None where the dry run knows nothing of soft tissue."""
+        """tissue: None where the dry run has no soft tissue."""
         depth = None if tissue is None else found.verdict.tissue_depth_mm
         reason = "" if found.completed else found.reason
         least = found.min_clearance_mm
@@ -53,7 +53,7 @@ class DryRunFigures:
 
     @property
     def ends_words(self) -> str:
-        """The verdict in a few words, and where the dry run ends and why; '' where it arrives and fits."""
+        """The verdict in a few words, and where the dry run ends and why; '' if it reaches the end and fits."""
         if self.completed:
             return self.verdict
         ends = f"The dry run ends at {self.reached_mm:.0f} of {self.length_mm:.0f} mm: {self.reason}"
@@ -61,9 +61,10 @@ class DryRunFigures:
 
 
 class DriveFigures:
-    """The least clearance and the greatest depth of the snapshots that one client has read, and what held the tool.
+    """The least clearance and the greatest depth of the snapshots that one client has read, and the last active
+    constraint.
 
-    Snapshots come several times in a second, so that what lies between two of them is not in it.
+    Snapshots come several times a second; extremes between two of them are not included.
     """
 
     def __init__(self) -> None:
@@ -75,10 +76,10 @@ class DriveFigures:
         self._least: tuple[float, bool] | None = None  # mm, and whether it may be more than that
         self._depth_mm: float | None = None
         self._watch: PiercingWatch | None = None
-        self.held_last = ""  # what held the tool in the last push, until it moves freely again
+        self.held_last = ""  # the constraint that stopped the last push, until the tool moves freely again
 
     def take(self, snapshot: RigidSnapshot | None, planned: DryRunFigures | None) -> None:
-        """Read a snapshot of a drive of what was planned; another robot, or one at its entry again, begins anew."""
+        """Read a snapshot of a drive; another robot, or one at its entry again, starts new figures."""
         if planned is not self._planned or snapshot is None or snapshot.steps < self._steps:
             self._planned = planned
             self._clear()

@@ -13,7 +13,7 @@ from vfix_engine.robots import Visual
 
 
 class DriveNodes:
-    """Parts of a robot on their links, tool capsules, grip, force, virtual point and blocking place."""
+    """Parts of a robot on their links, tool capsules, grip, force, virtual point and position of the obstacle."""
 
     def __init__(self, view: SceneView, visuals: Sequence[Visual]) -> None:
         self._view = view

@@ -1,4 +1,4 @@
-"""The rehearsal of the open plan: which shared drive it is, what the plan keeps of it, and what withdraws it."""
+"""The rehearsal of the open plan: its shared drive, settings stored in the plan, and reasons that withdraw it."""
 
 from __future__ import annotations
 
@@ -37,10 +37,10 @@ class RehearsalSession(DriveTab[PreparedRehearsal, RigidSnapshot]):
         self._uncertainty: SurfaceUncertainty | None = None  # of the bone that the margin is kept to
         self._has_ct = False
         self.so_far = DriveFigures()
-        self._changed = False  # the plan is another one than what is driven
+        self._changed = False  # the plan differs from what is driven
         self._stopped_for = ""  # why the robot was paused at the last tick
-        self._unkept: dict[str, float] = {}  # settings that the plan could not keep when it was tried last
-        self._plan_edited = False  # the plan in the store has changed by what was done here
+        self._unkept: dict[str, float] = {}  # settings that could not be stored in the plan at the last attempt
+        self._plan_edited = False  # the plan in the store was changed by this client
         workspace.plan.on_opened(self._plan_opened)
 
     @property
@@ -72,7 +72,7 @@ class RehearsalSession(DriveTab[PreparedRehearsal, RigidSnapshot]):
         return None if plan is None else self._key(plan)
 
     def open(self, drive: RehearsalDrive, words: str = "Placing the robot at the entry …") -> None:
-        """Place the robot for the plan and the options as they are now."""
+        """Place the robot for the present plan and options."""
         plan, options = self.need_plan(), self.wanted.in_force
         if len(plan.content.points) < 2:
             raise PlanError("a rehearsal needs a path of two points at least.")
@@ -87,7 +87,7 @@ class RehearsalSession(DriveTab[PreparedRehearsal, RigidSnapshot]):
         return plan
 
     def read(self, take_words: bool = False) -> RehearsalRecord:
-        """Read the drive; take_words: with what the process has said to the holder, which is said once."""
+        """Read the drive; take_words: with the process's messages to the holder, which are returned once."""
         shown = self.now.snapshot
         now = super().read(take_words)
         if now.snapshot is not shown and self.active:
@@ -103,17 +103,17 @@ class RehearsalSession(DriveTab[PreparedRehearsal, RigidSnapshot]):
 
     @property
     def driven(self) -> PreparedRehearsal | None:
-        """What is driven and shown, where that is not the plan as it is now."""
+        """The driven and displayed plan, where that is not the present one."""
         return self.now.prepared if self._changed and self.active else None
 
     def _compare(self, now: RehearsalRecord) -> None:
-        """Look whether the robot was placed for the plan as it is now."""
+        """Check whether the robot was placed for the present plan."""
         plan = self.workspace.plan.current
         self._changed = now.prepared is not None and not (plan is not None and now.is_for(self._key(plan)))
 
     def _withdrawn(self, now: RehearsalRecord) -> str:
-        """Why the robot that stands here is not driven: the plan goes by another registration now, or by none that can
-        be used; '' where it goes by the one that the robot was placed by.
+        """Why the robot is not driven: the plan uses another registration now, or one that cannot
+        be used; '' where it uses the one by which the robot was placed.
         """
         plan, placed = self.workspace.plan.current, now.made_of
         if plan is None or now.state != "ready" or not isinstance(placed, PlanKey):
@@ -127,9 +127,9 @@ class RehearsalSession(DriveTab[PreparedRehearsal, RigidSnapshot]):
         return "The plan goes by another registration than the robot was placed by. ‘Reset to entry’ places it anew."
 
     def _stop_where_withdrawn(self, now: RehearsalRecord) -> str:
-        """The robot pauses where its registration has gone under it; returns words for the user, '' for none."""
+        """Pause the robot if its registration is withdrawn; returns words for the user, '' for none."""
         words = self._withdrawn(now) if self._changed and now.snapshot is not None and now.snapshot.running else ""
-        if words and not self._stopped_for:  # read anew before somebody's robot is stopped
+        if words and not self._stopped_for:  # read again before a robot is stopped
             self._registered = Kept()
             words = self._withdrawn(now)
         if words and self.drive is not None:
@@ -138,13 +138,13 @@ class RehearsalSession(DriveTab[PreparedRehearsal, RigidSnapshot]):
         return "" if words == said else words
 
     def _key(self, plan: Plan) -> PlanKey:
-        """What a rehearsal of the plan depends on; its registration is read anew once something was stored."""
+        """The inputs of a rehearsal of the plan; its registration is read again once something was stored."""
         stored = self._services.store.changes.of(self._services.registrations.kind.name)
         of = (plan.id, plan.content.registration, stored)
         return plan_key(plan, self._registered.get(of, lambda: self._services.planning.registration_key(plan)))
 
     def give_up(self) -> None:
-        """The robot pauses where it is, the handle is free, and the plan keeps the settings that came into force."""
+        """Pause the robot, release the handle, and store the settings that took effect in the plan."""
         drive, accepted = self.drive, {} if self.drive is None else self.drive.read(self.client).accepted
         try:
             super().give_up()
@@ -157,17 +157,17 @@ class RehearsalSession(DriveTab[PreparedRehearsal, RigidSnapshot]):
         super().come_back()
 
     def hear(self) -> list[str]:
-        """Hear what the process has said, and let the plan keep what was changed; returns words for the user."""
+        """Read the process's events, and store changed settings in the plan; returns words for the user."""
         words = super().hear()
         if self.drive is not None and self.now.accepted != self._unkept:
             words += self._keep_settings(self.drive, self.now.accepted)
-            self.read()  # it may be the rehearsal of the plan that was stored just now
+            self.read()  # it may be the rehearsal of the plan just stored
         return words
 
     def _keep_settings(self, drive: RehearsalDrive, accepted: dict[str, float]) -> list[str]:
-        """The plan keeps the settings that came into force, unless it is locked; returns words where it does not.
+        """Store the settings that took effect in the plan, unless it is locked; returns words if that fails.
 
-        Where the store refuses, it is tried again with the next change, or by the next window that has the handle.
+        If the store refuses, it is tried again with the next change, or by the next client that has the handle.
         """
         self._unkept, words = {}, list[str]()
         if not accepted or self._plan_id is None:

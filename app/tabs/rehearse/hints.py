@@ -15,9 +15,9 @@ def rehearse_hint(
     ends: str = "",
     blocked: str = "",
 ) -> str:
-    """free: nobody holds the handle. changed: the plan is not what is driven any more. targets: of what is driven.
+    """free: no client holds the handle. changed: the plan differs from the driven one. targets: of the driven one.
 
-    blocked: why the robot is not driven by the registration that it was placed by, '' where it is.
+    blocked: why the robot is not driven with the registration by which it was placed, '' where it is.
     mode, phase: of the newest snapshot. ends: the verdict of a path that does not fit, and where its dry run ends.
     """
     if points < 2:

@@ -25,13 +25,13 @@ from vfix_engine.errors import VfixError
 from vfix_engine.geometry.path import SplinePath
 from vfix_engine.virtual_fixtures import RemoteCentre
 
-ENTRY, MM = "entry", "mm"  # of a place that is no path point
+ENTRY, MM = "entry", "mm"  # of a position that is not a path point
 _OF_ANOTHER = "Another window holds the handle."
 
 
 @dataclass(frozen=True)
 class _Known:
-    """What is known of a plan's path: where its points are, and its entry in mm, or why there is none; '' not yet."""
+    """A plan's path: arc lengths of its points and of its entry in mm, or why there is none; '' while unknown."""
 
     path: SplinePath
     points: tuple[tuple[str, str, float], ...]  # id, label, arc length [mm]
@@ -41,17 +41,17 @@ class _Known:
 
 
 class CentrePlaces:
-    """The places that a plan's remote centre can be at. The CT is read in the background. Owned by one thread."""
+    """Possible positions of a plan's remote centre. The CT is read in the background. Owned by one thread."""
 
     def __init__(self, services: Services, executor: Executor, post: Callable[[Callable[[], None]], Any]) -> None:
-        """post: queues what is called onto the owner's thread."""
+        """post: queues a call onto the owner's thread."""
         self._services, self._latest = services, Latest(executor, post)
         self._key: object = None
-        self.known: _Known | None = None  # of the plan that was looked at last
-        self._last: tuple[object, RemoteCentre | str] = (None, "")  # what was looked at last
+        self.known: _Known | None = None  # of the last plan
+        self._last: tuple[object, RemoteCentre | str] = (None, "")  # the last path
 
     def ask(self, plan: Plan | None) -> None:
-        """Look at a plan's path, where it is another one than before."""
+        """Read a plan's path, if it has changed."""
         points = () if plan is None else tuple((point.id, point.label, point.position) for point in plan.content.points)
         key = (None if plan is None else plan.id, points)
         if key == self._key:
@@ -76,7 +76,7 @@ class CentrePlaces:
         self._latest.ask("The entry was not found", find, show, lambda words: show(None, words), lane=plan.id)
 
     def at_mm(self, place: PathPlace) -> float | None:
-        """The arc length of a place; None where it is not known, or there is none."""
+        """The arc length of a position; None where it is not known, or there is none."""
         if self.known is None:
             return None
         if place.point is not None:
@@ -84,7 +84,7 @@ class CentrePlaces:
         return self.known.entry if place.at_mm is None else min(place.at_mm, self.known.path.length)
 
     def centre(self, place: PathPlace) -> RemoteCentre | None:
-        """The fixture at a place; None where it cannot be there."""
+        """The fixture at a position; None where it cannot be there."""
         found = self._looked_at(self.at_mm(place))
         return found if isinstance(found, RemoteCentre) else None
 
@@ -131,7 +131,7 @@ class CentrePlaces:
 
 
 def place_of(choice: str | None, at_mm: float | None) -> PathPlace:
-    """The place that the page has chosen: a path point, a place in mm, or the entry."""
+    """The position chosen on the page: a path point, an arc length in mm, or the entry."""
     return PathPlace(choice, at_mm if choice is None else None)
 
 
@@ -142,9 +142,9 @@ def options_section(
     has_ct: bool,
     may_change: bool,
 ) -> OptionsSection:
-    """Options, what each does, and why one cannot be used.
+    """Options, the effect of each, and why one cannot be used.
 
-    in_force: of the robot that is in place; None where there is none. centre: None without a path.
+    in_force: of the present robot; None where there is none. centre: None without a path.
     """
     refusals = {
         "soft_tissue": "" if has_ct else NO_CT,
@@ -170,14 +170,14 @@ def options_section(
 
 
 class _OptionWords(NamedTuple):
-    """acts: what the option does; would: the same behind 'Turn on to'."""
+    """acts: the effect of the option; would: the same after 'Turn on to'."""
 
     acts: str
     would: str
 
 
 def _option_words(words: _OptionWords, on: bool, acts: bool) -> str:
-    """What an option does, or would do. on: as it is wanted; acts: in the robot that is in place."""
+    """The effect of an option, or what it would be. on: as selected; acts: in the present robot."""
     if on != acts:
         return f"Not in force yet: {words.acts}" if on else f"Still in force: {words.acts}"
     return f"{words.acts[:1].upper()}{words.acts[1:]}" if on else f"Off. Turn on to {words.would}"

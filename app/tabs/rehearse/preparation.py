@@ -31,8 +31,8 @@ from vfix_engine.control import ControlSettings
 from vfix_engine.errors import PlanError
 from vfix_engine.geometry.path import SplinePath
 from vfix_engine.robots import PlacedRobot
-from vfix_engine.worlds.rigid.rigid_spec import RigidSpec, SceneSpec
 from vfix_engine.worlds.rigid.snapshot import RigidSnapshot
+from vfix_engine.worlds.rigid.spec import RigidSpec, SceneSpec
 
 if TYPE_CHECKING:
     from app.scene.plan import PlanItem
@@ -42,9 +42,9 @@ if TYPE_CHECKING:
 class PreparedRehearsal(PreparedDrive[RigidSnapshot]):
     """The rehearsal of a plan, ready to be handed to a control process.
 
-    robot: as it is placed. items: points and targets of the plan it was made of; curve: places (n, 3) along its path,
-    LPS [mm]. options: what its standing fixtures come from. planned: what its dry run came to, None where it is not
-    known. made_of: the plan's key, its registration as it was read for it; None where that was not read.
+    robot: placed. items: points and targets of the plan from which it was made; curve: positions (n, 3) along its path,
+    LPS [mm]. options: source of its standing fixtures. planned: figures of its dry run, None where it is not
+    known. made_of: the plan's key, with its registration as read for it; None where that was not read.
     """
 
     spec: RigidSpec
@@ -57,7 +57,7 @@ class PreparedRehearsal(PreparedDrive[RigidSnapshot]):
     made_of: PlanKey | None = None
 
     def refusal(self, asked: ControlSettings, in_force: ControlSettings, snapshot: RigidSnapshot | None) -> str:
-        """A margin that the tool does not have where it stands."""
+        """A margin that exceeds the tool's clearance at its pose."""
         if snapshot is None or not snapshot.clearance_mm < asked.margin_mm > in_force.margin_mm:
             return ""
         return f"the tool is {snapshot.clearance_mm:.2f} mm from bone here. Draw it back first."
@@ -71,7 +71,7 @@ class PreparedRehearsal(PreparedDrive[RigidSnapshot]):
 
 
 class PlanKey(NamedTuple):
-    """What a rehearsal depends on: another key, another placement. registered: key of the plan's registration."""
+    """The inputs of a rehearsal; another key needs another placement. registered: key of the plan's registration."""
 
     plan_id: str
     case_hash: str
@@ -81,7 +81,7 @@ class PlanKey(NamedTuple):
 
 
 def plan_key(plan: Plan, registered: str = "") -> PlanKey:
-    """The key of a plan as it is now."""
+    """The key of the present plan."""
     targets = tuple((target.id, target.position) for target in plan.content.targets)
     return PlanKey(plan.id, plan.case_hash, repr(drive_parts(plan.content)), targets, registered)
 
@@ -89,14 +89,14 @@ def plan_key(plan: Plan, registered: str = "") -> PlanKey:
 def prepare(services: Services, plan: Plan, options: RehearsalOptions = NO_OPTIONS) -> PreparedRehearsal:
     """Scene and settings of a plan; placement and standing fixtures are those of its dry run with these options.
 
-    The dry run is a job, which can be cancelled, and the one that others wait for who ask for the same.
+    The dry run is a job, which can be cancelled, and is shared by all requests for the same.
 
     Raises VfixError with the reason when the tool does not fit at the entry, or the remote centre or the soft
     tissue stops it on the way.
     """
     case = services.cases.get(plan.case_id)
     settings = settings_in_case(plan.content.settings, case.uncertainty)
-    found = services.dry_runs.evaluate(plan, options)  # the very poses whose clearance colours the path
+    found = services.dry_runs.evaluate(plan, options)  # the same poses whose clearance colours the path
     refuse_where_centre_stops(services, plan, options, found)
     refuse_where_tissue_stops(services, plan, options, found)
     scene = _scene(services, plan, case, found)
@@ -140,6 +140,6 @@ def _scene(services: Services, plan: Plan, case: Case, found: PlanEvaluation) ->
 
 
 def _sideways(services: Services, plan: Plan, progress: Progress) -> Measure | None:
-    """How far air leads round the tissue that the tool passes is measured once the drive has ended."""
+    """Measures, once the drive has ended, how far air leads round the tissue that the tool passes."""
     progress("Looking for ways round tissue", 0.1)
     return measure_sideways(services.planning.ways(plan))

@@ -1,4 +1,4 @@
-"""Why a rehearsal with a remote centre or with soft tissue is not begun: the dry run says how far the tool gets."""
+"""Refusal of a rehearsal with a remote centre or soft tissue whose dry run does not reach the end."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from app.plans.service import Plan
 from app.services import Services
 from vfix_engine.errors import PlanError, VfixError
 
-NO_LESS_MM = 1.0  # an option that costs less of the path than this is not what stops the tool
+NO_LESS_MM = 1.0  # an option that costs less of the path than this does not stop the tool
 
 
 def refuse_where_centre_stops(services: Services, plan: Plan, options: RehearsalOptions, found: PlanEvaluation) -> None:
-    """Raise PlanError where the remote centre keeps the tool from what it reaches without it.
+    """Raise PlanError where the tool gets further without the remote centre.
 
     found: the dry run of the plan with these options.
     """
@@ -32,7 +32,7 @@ def refuse_where_centre_stops(services: Services, plan: Plan, options: Rehearsal
 
 
 def _farther(services: Services, plan: Plan, options: RehearsalOptions, found: PlanEvaluation) -> PlanEvaluation | None:
-    """The dry run with fewer options where it gets farther than the one that was found, else None."""
+    """The dry run with fewer options if it gets further than the one that was found, else None."""
     try:
         without = services.dry_runs.evaluate(plan, options, through=found.registered)
     except JobCancelled:
@@ -43,7 +43,7 @@ def _farther(services: Services, plan: Plan, options: RehearsalOptions, found: P
 
 
 def refuse_where_tissue_stops(services: Services, plan: Plan, options: RehearsalOptions, found: PlanEvaluation) -> None:
-    """Raise PlanError where the soft tissue's greatest depth keeps the tool from what it reaches without it.
+    """Raise PlanError where the tool gets further without the soft tissue's greatest depth.
 
     found: the dry run of the plan with these options.
     """
@@ -66,7 +66,7 @@ def _to(found: PlanEvaluation) -> str:
 
 
 def _remedy(services: Services, plan: Plan, options: RehearsalOptions, found: PlanEvaluation) -> str:
-    """The first other tool that arrives with the same options, and what else can be done."""
+    """The first other tool that reaches the end with the same options, and other remedies."""
     for tool in shipped_tools():
         if tool.name == plan.content.tool:
             continue

@@ -10,7 +10,7 @@ from app.workspace.sections import CurveSection, ItemsSection
 
 
 class MotionView(DriveMotion, total=False):
-    """The newest snapshot of the controller; absent while no robot is in place. Numbers that do not exist are None.
+    """The newest snapshot of the controller; absent while there is no robot. Numbers that do not exist are None.
 
     so_far: least clearance and greatest depth in soft tissue while driven, beside the dry run's, in words; '' before.
     """
@@ -31,7 +31,7 @@ class MotionView(DriveMotion, total=False):
 
 
 class RehearsalSection(MotionView, DriveSection):
-    """The rehearsal of a plan: the drive, and what is the rigid tool's."""
+    """The rehearsal of a plan: the drive, and the fields of the rigid tool."""
 
     plan_changed: NotRequired[bool]
     target_id: NotRequired[str | None]
@@ -51,7 +51,7 @@ class SettingField(TypedDict):
 
 
 class SettingsSection(TypedDict):
-    """The settings in force; answered counts the changes that were answered, refused ones included."""
+    """The present settings; answered counts the changes that were answered, refused ones included."""
 
     answered: int
     words: str
@@ -60,7 +60,7 @@ class SettingsSection(TypedDict):
 
 
 class OptionView(TypedDict):
-    """An option of the rehearsal; words: what it does, or would do; refusal: why it cannot be used, '' where it can."""
+    """An option of the rehearsal; words: its effect, or what it would be; refusal: why it cannot be used, or ''."""
 
     name: str
     label: str
@@ -70,14 +70,14 @@ class OptionView(TypedDict):
 
 
 class CentreChoice(TypedDict):
-    """A place for the remote centre; value: 'entry', or the id of a path point."""
+    """A position for the remote centre; value: 'entry', or the id of a path point."""
 
     value: str
     label: str
 
 
 class CentreSection(TypedDict):
-    """Where the remote centre is; chosen: a choice's value, or 'mm' for a place in between.
+    """Position of the remote centre; chosen: a choice's value, or 'mm' for a position in between.
 
     at_mm: along the path, None where it is not known. trouble: why it cannot be there, '' where it can.
     """
@@ -90,7 +90,7 @@ class CentreSection(TypedDict):
 
 
 class OptionsSection(TypedDict):
-    """Options of the rehearsal as they are wanted; words: when they come into force, '' where they are.
+    """Selected options of the rehearsal; words: when they take effect, '' where they have.
 
     centre: None while the remote centre is off.
     """

@@ -43,9 +43,6 @@ class RehearseTab(RehearsalSession):
         self._told_of: RigidSnapshot | None = None  # the pose that others were told last
         self._told = NO_OPTIONS  # the options as they were when everything was published last
 
-    def available(self) -> bool:
-        return self.workspace.plan.id is not None
-
     # -- entering and leaving the tab
 
     def enter(self) -> None:

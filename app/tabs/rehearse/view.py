@@ -17,7 +17,7 @@ from vfix_engine.control import ControlSettings
 from vfix_engine.runtime.requests import SetTask
 from vfix_engine.worlds.rigid.snapshot import RigidSnapshot
 
-# What a person at the page may turn; the rest stays as the plan says.
+# Settings with a slider on the page; the others come from the plan.
 SHOWN_SETTINGS = {
     "margin_mm": (0.05, 2, (0.1, 1.5)),
     "stiffness_n_per_mm": (0.05, 2, (0.05, 1.0)),
@@ -27,8 +27,8 @@ SHOWN_SETTINGS = {
 }
 
 
-STOOD_MM = 1e-3  # a grip that moved less between two pictures stands
-_ACROSS = {  # by phase: why a force moves nothing although nothing is in the way
+STOOD_MM = 1e-3  # a grip that moved less between two snapshots counts as still
+_ACROSS = {  # by phase: why a force moves nothing without an obstacle
     "follow": "The pull is across the path: it moves the tool neither forward nor back",
     "done": "The pull is across the path: it moves the tool neither forward nor back",
     "inspect_hold": "The pull is along the shaft: it does not turn the tool about the target",
@@ -68,10 +68,10 @@ def rehearsal_section(
 
 
 def holding_words(snapshot: RigidSnapshot, before: RigidSnapshot | None, held_last: str = "") -> str:
-    """What holds the tool, as a sentence; a tool that stands against a force is not free to move.
+    """The active constraints as a sentence; a tool at rest under a force is not free to move.
 
     A constraint that acts without slowing the tool, such as bone that it slides along, is named as well.
-    held_last: what held it in the last push, which a hand that has let go may still want to know.
+    held_last: the constraint that stopped the last push, which is still shown after a release.
     """
     if snapshot.reason or snapshot.held:
         return snapshot.reason or "held"
@@ -87,7 +87,7 @@ def holding_words(snapshot: RigidSnapshot, before: RigidSnapshot | None, held_la
 
 
 def _target_id(now: RehearsalRecord) -> str | None:
-    """The target that is inspected, of those of the robot that is there."""
+    """The inspected target, of those of the present robot."""
     if now.snapshot is None or now.snapshot.mode != "inspect" or now.prepared is None:
         return None
     targets = [item.id for item in now.prepared.items if item.kind == "target"]
@@ -96,7 +96,7 @@ def _target_id(now: RehearsalRecord) -> str | None:
 
 
 def details_section(snapshot: RigidSnapshot | None) -> DetailsSection:
-    """How the control loop is doing, with the rows of its program."""
+    """Timing of the control loop, with the rows of its program."""
     found = of_any_drive.details_section(snapshot)
     return found if snapshot is None else {**found, "rows": snapshot.rows}
 
@@ -106,7 +106,7 @@ def settings_section(
 ) -> SettingsSection:
     """Sliders with range, unit and label; answered: counts changes, so that a refused one puts its slider back.
 
-    refusal: why the newest change was not taken. uncertainty: of the bone, which the margin in force may not cover.
+    refusal: why the newest change was refused. uncertainty: of the bone, which the margin in force may not cover.
     """
     warning = "" if uncertainty is None else uncertainty.warning(settings.margin_mm)
     bounds, values = ControlSettings.bounds(), settings.to_dict()
@@ -131,7 +131,7 @@ def settings_section(
 
 
 def tool_section(snapshot: RigidSnapshot | None) -> ToolSection:
-    """The tool as it is drawn in the slices."""
+    """The tool for the slices."""
     if snapshot is None:
         return {"segments": [], "radii_mm": []}
     pairs = zip(snapshot.segments_start, snapshot.segments_end, strict=True)

@@ -1,7 +1,7 @@
 // Made by scripts/declarations.py from the server's types; do not edit.
 
 /**
- * The tab that is shown, what keys and clicks do in it, the tabs that can be gone to, and what to do next.
+ * The active tab, what keys and clicks do in it, the tabs that can be opened, and the hint.
  *
  * offered: the tabs that are for cases of the open kind; a page shows no other.
  */
@@ -13,19 +13,19 @@ export interface TabSection {
   offered: string[];
 }
 
-/** Whether the three-dimensional scene shows the head; words: what it waits for. */
+/** Whether the three-dimensional scene shows the head; words: the reason for waiting. */
 export interface SceneSection {
   ready: boolean;
   words: string;
 }
 
-/** Height of the view at the centre of the scene; pivot: what the view turns about since the last click, if any. */
+/** Height of the view at the centre of the scene; pivot: the centre of rotation since the last click, if any. */
 export interface CameraSection {
   view_height_mm: number | null;
   pivot: [number, number, number] | null;
 }
 
-/** Words at a place of the scene. */
+/** A label at a position of the scene. */
 export interface LabelView {
   kind: string;
   words: string;
@@ -33,19 +33,19 @@ export interface LabelView {
 }
 
 /**
- * The jobs that wait or run, whoever began them, oldest first; one that is missing has ended.
+ * All waiting and running jobs, oldest first; one that is missing has ended.
  *
- * version: number of changes so far; it also tells of a job that began and ended between two messages.
+ * version: number of changes so far; it also counts a job that began and ended between two messages.
  */
 export interface JobsSection {
   version: number;
   items: JobEntry[];
 }
 
-/** A job that waits or runs, as REST has it; `result` and `error` come at its end, from REST alone. */
+/** A waiting or running job, as in REST; REST alone has `result` and `error`, at its end. */
 export interface JobEntry {
   id: string;
-  kind: "import" | "structures" | "dry_run" | "run" | "suggestion" | "tools" | "segmentation" | "islands" | "overlay" | "beads" | "refinement";
+  kind: "import" | "structures" | "dry_run" | "run" | "suggestion" | "tools" | "segmentation" | "islands" | "overlay" | "beads" | "refinement" | "skin";
   case_id: string | null;
   subject: string;
   created: string;
@@ -55,11 +55,11 @@ export interface JobEntry {
 }
 
 /**
- * The open case; loading: what is being read, None when all of it is there.
+ * The open case; loading: the part that is being read, None when all of it is there.
  *
  * window: width and centre of grey values that the scanner's files suggest, None where they do not.
- * volumes: names of the CT volumes in the slices, the widest first, the finer ones over it. outlines: what can be
- * drawn of its structures in the slices. images: it has some that can identify its patient.
+ * volumes: names of the CT volumes in the slices, the widest first, finer ones over it. outlines: structures that can
+ * be drawn in the slices. images: it has images that can identify its patient.
  */
 export interface CaseSection {
   id: string;
@@ -80,20 +80,20 @@ export interface CaseSection {
   outlines: OutlineView[];
 }
 
-/** Frame of the file that the case was made of; assumed: the file did not name it. */
+/** Frame of the file from which the case was made; assumed: the file did not name it. */
 export interface FrameView {
   name: string;
   assumed: boolean;
 }
 
-/** A surface of the case and what is said of it. */
+/** A surface of the case and its report. */
 export interface SurfaceView {
   name: string;
   triangles: number;
   words: string;
 }
 
-/** A volume that can be laid over the open case; words: its grid. */
+/** A volume that can be overlaid on the open case; words: its grid. */
 export interface OverlayView {
   id: string;
   name: string;
@@ -108,7 +108,7 @@ export interface OutlineView {
   closed: boolean;
 }
 
-/** The three slices through the cross, and the grey values [HU]. */
+/** The three slices through the crosshair, and the grey values [HU]. */
 export interface SlicesSection {
   cross: [number, number, number];
   window_name: string;
@@ -117,7 +117,7 @@ export interface SlicesSection {
   planes: Record<"axial" | "coronal" | "sagittal", SlicePlane>;
 }
 
-/** One slice: its place along the plane's normal, the range of places, and the grid of a finer picture within it. */
+/** One slice: position and range along the plane's normal, and the grid of a finer picture within it. */
 export interface SlicePlane {
   columns: number;
   rows: number;
@@ -140,11 +140,24 @@ export interface SliceGrid {
   v: [number, number, number];
 }
 
-/** How the head is shown: opacity 0 to 1, the cut, and the slices in the scene ('none', an axis or 'all'). */
+/** How the head is shown: opacity 0 to 1, the cut, the slices in the scene ('none', an axis or 'all'), the skin. */
 export interface ViewSection {
   opacity: number;
   cut: "whole" | "left" | "right";
   slices: string;
+  skin: SkinSection;
+}
+
+/**
+ * The skin in the scene. possible: the case has a CT of a head. shown: switched on, and there or being made.
+ *
+ * opacity: 0 to 1. words: why it could not be made, or the warning that it is a patient's face; else ''.
+ */
+export interface SkinSection {
+  possible: boolean;
+  shown: boolean;
+  opacity: number;
+  words: string;
 }
 
 /** All cases, the deleted ones included. */
@@ -155,7 +168,7 @@ export interface CasesSection {
 /**
  * A case in the list. unreadable: why its content cannot be read, '' where it can.
  *
- * images: it has some that can identify its patient.
+ * images: it has images that can identify its patient.
  */
 export interface CaseEntry {
   id: string;
@@ -174,8 +187,8 @@ export interface StructuresSection {
 /**
  * A structure beside the anatomy of the open case.
  *
- * colour: '#rrggbb'. notes: what is doubtful about it, in sentences. origin: 'ct' of a threshold, 'painted' of a
- * label, 'segmentation' of a file.
+ * colour: '#rrggbb'. notes: doubts about it, in sentences. origin: 'ct' for a threshold, 'painted' for a
+ * label, 'segmentation' for a file.
  */
 export interface StructureEntry {
   id: string;
@@ -195,8 +208,8 @@ export interface LabelsSection {
 /**
  * A painted label of the open case.
  *
- * volume: the one whose grid it has. surface: whether a structure was made of it, and is still that of what is
- * painted. unreadable: why its content cannot be read, '' where it can.
+ * volume: the one whose grid it has. surface: whether a structure was made from it, and still has the surface of what
+ * is painted. unreadable: why its content cannot be read, '' where it can.
  */
 export interface LabelEntry {
   id: string;
@@ -825,7 +838,7 @@ export interface TrackerView {
   words: string;
 }
 
-/** The rehearsal of a plan: the drive, and what is the rigid tool's. */
+/** The rehearsal of a plan: the drive, and the fields of the rigid tool. */
 export interface RehearsalSection {
   holding?: string;
   force_n?: number | null;
@@ -862,7 +875,7 @@ export interface ItemsSection {
   targets: ItemEntry[];
 }
 
-/** How the control loop keeps its period; empty while no robot is in place. rows: of a program that is solved. */
+/** Timing of the control loop; empty while there is no robot. rows: of the solved program. */
 export interface DetailsSection {
   loop_hz?: number | null;
   step_us?: number | null;
@@ -875,7 +888,7 @@ export interface DetailsSection {
   priority?: string;
 }
 
-/** The settings in force; answered counts the changes that were answered, refused ones included. */
+/** The present settings; answered counts the changes that were answered, refused ones included. */
 export interface SettingsSection {
   answered: number;
   words: string;
@@ -896,7 +909,7 @@ export interface SettingField {
 }
 
 /**
- * Options of the rehearsal as they are wanted; words: when they come into force, '' where they are.
+ * Selected options of the rehearsal; words: when they take effect, '' where they have.
  *
  * centre: None while the remote centre is off.
  */
@@ -906,7 +919,7 @@ export interface OptionsSection {
   words: string;
 }
 
-/** An option of the rehearsal; words: what it does, or would do; refusal: why it cannot be used, '' where it can. */
+/** An option of the rehearsal; words: its effect, or what it would be; refusal: why it cannot be used, or ''. */
 export interface OptionView {
   name: string;
   label: string;
@@ -916,7 +929,7 @@ export interface OptionView {
 }
 
 /**
- * Where the remote centre is; chosen: a choice's value, or 'mm' for a place in between.
+ * Position of the remote centre; chosen: a choice's value, or 'mm' for a position in between.
  *
  * at_mm: along the path, None where it is not known. trouble: why it cannot be there, '' where it can.
  */
@@ -928,7 +941,7 @@ export interface CentreSection {
   trouble: string;
 }
 
-/** A place for the remote centre; value: 'entry', or the id of a path point. */
+/** A position for the remote centre; value: 'entry', or the id of a path point. */
 export interface CentreChoice {
   value: string;
   label: string;
@@ -996,7 +1009,7 @@ export interface ErrorMessage {
  */
 export interface JobPublic {
   id: string;
-  kind: "import" | "structures" | "dry_run" | "run" | "suggestion" | "tools" | "segmentation" | "islands" | "overlay" | "beads" | "refinement";
+  kind: "import" | "structures" | "dry_run" | "run" | "suggestion" | "tools" | "segmentation" | "islands" | "overlay" | "beads" | "refinement" | "skin";
   case_id: string | null;
   subject: string;
   created: string;
@@ -1486,7 +1499,7 @@ export interface TracedPublic {
   plan: PlanPublic;
 }
 
-/** Places on the canvas in parts of its size, None for a place behind the camera; None without a camera. */
+/** Positions on the canvas as fractions of its size, None for one behind the camera; None without a camera. */
 export interface ProjectAnswer {
   places: ([number, number] | null)[] | null;
 }
@@ -1951,6 +1964,8 @@ export interface Commands {
     opacity?: number | null;
     cut?: "whole" | "left" | "right" | null;
     slices?: "none" | "axial" | "coronal" | "sagittal" | "all" | null;
+    skin?: boolean | null;
+    skin_opacity?: number | null;
   };
 }
 

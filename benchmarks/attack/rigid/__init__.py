@@ -1,1 +1,1 @@
-"""The rigid tool under attack: scenes, hands, inputs past the hand, and the oracle: brute force and coal."""
+"""The rigid tool under attack: scenes, operators, steps past them, and the oracle: brute force and coal."""

@@ -1,10 +1,11 @@
-"""Attacks that bypass the hand: joint steps checked only by the certificate, and programs that no task would state."""
+"""Hostile steps of the rigid tool: by an operator, or past it by joint steps and programs that no task would state."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -13,26 +14,29 @@ from benchmarks.attack import campaign
 from benchmarks.attack.campaign import NONSENSE
 from vfix_engine.arrays import Array
 from vfix_engine.control import StepRequest, qp
+from vfix_engine.runtime.operator import after
 from vfix_engine.virtual_fixtures import Constraint, Objective
-from vfix_engine.worlds.rigid.rigid import RigidSystem
-from vfix_engine.worlds.rigid.rigid_state import ZEROS, LastStep, RehearsalState
+from vfix_engine.worlds.rigid.operators import RigidOperator
+from vfix_engine.worlds.rigid.state import ZEROS, LastStep, RehearsalState
+from vfix_engine.worlds.rigid.system import RigidSystem
 
-from .hands import HANDS, Hand, Memory
+from .operators import ATTACKS, Attack, Memory
 
-Assault = campaign.Assault[Memory, RigidSystem, RehearsalState]
+Assault = campaign.Assault[RigidSystem, RehearsalState]
 
 INVALID = (*NONSENSE[:-1], 1.0)
 
 
-def by_hand(hand: Hand) -> Assault:
-    """Return an assault by the hand's command, which is processed as every command."""
+def by_operator(attack: Attack, memory: Memory) -> Assault:
+    """Return an assault by an operator's acts, which are processed as a person's."""
+    operator: RigidOperator = partial(attack, memory)
 
-    def act(memory: Memory, system: RigidSystem, state: RehearsalState) -> RehearsalState:
-        after = system.step(state, hand(memory, system, state))
-        memory.held = after.last is not None and after.last.report.held
-        return after
+    def step(system: RigidSystem, state: RehearsalState) -> RehearsalState:
+        stepped = after(system, state, operator(system, state))
+        memory.held = stepped.last is not None and stepped.last.report.held
+        return stepped
 
-    return act
+    return step
 
 
 def past_the_program(memory: Memory, system: RigidSystem, state: RehearsalState) -> RehearsalState:
@@ -142,7 +146,10 @@ def lying_solver(random: np.random.Generator) -> Iterator[None]:
         seat.daqp = honest
 
 
-ASSAULTS: dict[str, Assault] = {f"hand: {name}": by_hand(hand) for name, hand in HANDS.items()} | {
-    "past the program": past_the_program,
-    "rows": with_rows,
+# What makes an assault of a memory.
+ASSAULTS: dict[str, Callable[[Memory], Assault]] = {
+    f"hand: {name}": partial(by_operator, attack) for name, attack in ATTACKS.items()
+} | {
+    "past the program": partial(partial, past_the_program),
+    "rows": partial(partial, with_rows),
 }

@@ -1,4 +1,4 @@
-"""Episodes of the rigid tool under attack: changing settings, tasks, solvers and hands, and anatomy that moves."""
+"""Episodes of the rigid tool under attack: changing settings, tasks, solvers and operators, and anatomy that moves."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from vfix_engine.errors import ControlError, StartRefused
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.proximity.proximity import ProximityTree
 from vfix_engine.runtime.requests import SetTask
-from vfix_engine.worlds.rigid.rigid import RigidSystem
-from vfix_engine.worlds.rigid.rigid_state import RehearsalState
 from vfix_engine.worlds.rigid.scene import Scene
+from vfix_engine.worlds.rigid.state import RehearsalState
+from vfix_engine.worlds.rigid.system import RigidSystem
 
 from .arenas import BUILDERS, Arena
 from .assaults import ASSAULTS, lying_solver
 from .bodies import Judges
-from .hands import Memory
+from .operators import Memory
 from .watch import RigidTally, Watch
 
 EPISODE = (60, 240)  # steps
@@ -106,7 +106,7 @@ class RigidCampaign(campaign.Campaign[Arena, RigidTally, Memory, RigidSystem, Re
         self._last = campaign.Episode(
             system,
             state,
-            ASSAULTS[name],
+            ASSAULTS[name](memory),
             memory,
             self._watch(system, state, doing).judge,
             int(self.random.integers(*EPISODE)),

@@ -9,9 +9,9 @@ import numpy as np
 
 from benchmarks.attack.campaign import Tally
 from vfix_engine.arrays import Array
-from vfix_engine.worlds.rigid.rigid import RigidSystem
-from vfix_engine.worlds.rigid.rigid_state import RehearsalState
 from vfix_engine.worlds.rigid.snapshot import RigidSnapshot
+from vfix_engine.worlds.rigid.state import RehearsalState
+from vfix_engine.worlds.rigid.system import RigidSystem
 
 from .bodies import Judges
 from .exact import furthest

@@ -1,1 +1,1 @@
-"""A snake under attack: lumens, hands, parts that lie, and the oracle: the printed steps, without the query."""
+"""A snake under attack: lumens, operators, parts that lie, and the oracle: the printed steps, without the query."""

@@ -1,4 +1,4 @@
-"""Episodes of a snake under attack: changing settings, controls, hands, and parts of the engine that lie."""
+"""Episodes of a snake under attack: changing settings, controls, operators, and parts of the engine that lie."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ import numpy as np
 from benchmarks.attack import campaign
 from vfix_engine.errors import InputError, PathwayError
 from vfix_engine.robots.snake import SnakeModel
-from vfix_engine.worlds.snake.constants import start_of
-from vfix_engine.worlds.snake.script import ScriptSystem
+from vfix_engine.worlds.snake.offline.script import ScriptSystem
 from vfix_engine.worlds.snake.settings import CONTROLS, DriveSettings
-from vfix_engine.worlds.snake.state import SnakeState
+from vfix_engine.worlds.snake.stepping.constants import start_of
+from vfix_engine.worlds.snake.stepping.state import SnakeState
 
-from .hands import HANDS, Memory, by_hand
 from .lies import LIES
+from .operators import ATTACKS, Memory, by_operator
 from .scenes import BUILDERS, Arena
 from .watch import SnakeTally, Watch
 
@@ -29,7 +29,7 @@ BY_PLACE = 0.5  # fraction of the episodes with the default bounds, which depend
 class SnakeCampaign(campaign.Campaign[Arena, SnakeTally, Memory, ScriptSystem, SnakeState]):
     """Attacks a snake in one lumen.
 
-    sabotage: modifies every system, to prove that the judges detect it. hands: names. replays: fraction of the steps
+    sabotage: modifies every system, to prove that the judges detect it. attacks: names. replays: fraction of the steps
     with a motion that are replayed. longest: largest number of steps of an episode.
     """
 
@@ -41,12 +41,12 @@ class SnakeCampaign(campaign.Campaign[Arena, SnakeTally, Memory, ScriptSystem, S
         seed: int,
         steps: int,
         sabotage: Callable[[ScriptSystem], None] | None = None,
-        hands: Sequence[str] = tuple(HANDS),
+        attacks: Sequence[str] = tuple(ATTACKS),
         replays: float = 0.02,
         longest: int = LONGEST,
     ):
         super().__init__(name, seed, steps)
-        self._sabotage, self._hands, self._replays, self._longest = sabotage, hands, replays, longest
+        self._sabotage, self._attacks, self._replays, self._longest = sabotage, attacks, replays, longest
 
     def size(self) -> dict[str, int]:
         """Return the number of links."""
@@ -57,11 +57,11 @@ class SnakeCampaign(campaign.Campaign[Arena, SnakeTally, Memory, ScriptSystem, S
         return state.q.tobytes() + state.base.tobytes()
 
     def begin(self) -> campaign.Episode[Memory, ScriptSystem, SnakeState]:
-        """Return an episode of one hand."""
+        """Return an episode of one attack."""
         system = self._start()
         state = system.start()
-        hand, random = str(self.random.choice(self._hands)), np.random.default_rng(self.random.integers(2**63))
-        doing = [hand, f"control: {state.settings.control}"]
+        attack, random = str(self.random.choice(self._attacks)), np.random.default_rng(self.random.integers(2**63))
+        doing = [attack, f"control: {state.settings.control}"]
         if self.random.random() < LIED_TO:
             lie = str(self.random.choice(list(LIES)))
             LIES[lie](system, random)
@@ -70,7 +70,9 @@ class SnakeCampaign(campaign.Campaign[Arena, SnakeTally, Memory, ScriptSystem, S
             self._sabotage(system)
         watch = Watch(self.tally, system, ", ".join(doing), self._replays, int(self.random.integers(2**63)))
         steps = int(self.random.integers(self._longest // 4, self._longest))
-        return campaign.Episode(system, state, by_hand(HANDS[hand]), Memory(random), watch.judge, steps, tuple(doing))
+        memory = Memory(random)
+        assault = by_operator(ATTACKS[attack], memory)
+        return campaign.Episode(system, state, assault, memory, watch.judge, steps, tuple(doing))
 
     def _start(self) -> ScriptSystem:
         """Return a snake at a place where it is within its bounds.

@@ -13,8 +13,8 @@ from vfix_engine.arrays import Array
 from vfix_engine.geometry.curve import Curve
 from vfix_engine.snake.conform.conformance import ShapeSolution
 from vfix_engine.snake.control.tip_control import DistalContext
-from vfix_engine.worlds.snake.inline_planner import InlinePlanner
-from vfix_engine.worlds.snake.script import ScriptSystem
+from vfix_engine.worlds.snake.offline.script import ScriptSystem
+from vfix_engine.worlds.snake.stepping.inline_planner import InlinePlanner
 
 
 def _wild(random: Random, q: Array, q_max: float) -> Array:

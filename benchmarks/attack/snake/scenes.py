@@ -20,7 +20,7 @@ from vfix_engine.pathway.cavity import body_cavity
 from vfix_engine.pathway.pathway import Pathway, TissueMotion
 from vfix_engine.pathway.tissue_motion import breathing, peristalsis, together
 from vfix_engine.robots.snake import SnakeModel
-from vfix_engine.worlds.snake.drive import Lumen, lumen_between
+from vfix_engine.worlds.snake.offline.drive_lumen import Lumen, lumen_between
 from vfix_engine.worlds.snake.settings import DriveSettings
 
 BODY = (0.0, 0.3, 1.0)  # direction in which the diaphragm pushes

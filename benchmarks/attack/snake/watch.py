@@ -12,8 +12,8 @@ from vfix_engine.arrays import Array, BoolArray, IntArray
 from vfix_engine.pathway.limits.limits import MOTION_TOLERANCE_MM, Configuration, LinksAt, MotionVerdict
 from vfix_engine.pathway.packed import PackedPathway
 from vfix_engine.runtime.system import Certificate
-from vfix_engine.worlds.snake.script import ScriptSystem
-from vfix_engine.worlds.snake.state import SnakeState
+from vfix_engine.worlds.snake.offline.script import ScriptSystem
+from vfix_engine.worlds.snake.stepping.state import SnakeState
 
 from .judge import Judge, bounds_by_place, turned
 

@@ -15,7 +15,7 @@ from app.scene import camera, palette, shapes
 from app.scene.camera import Lens
 from app.scene.error_balls import ErrorBalls
 from app.scene.fiducials import FiducialNodes, FiducialShape
-from app.scene.picking import BonePicker, Plane, hit_items, hit_plane
+from app.scene.picking import Plane, SurfacePicker, hit_items, hit_plane
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.proximity.axes import rotation_z_to
 
@@ -77,7 +77,7 @@ def test_what_lies_behind_the_camera_has_no_place() -> None:
 def test_a_click_meets_the_bone_that_is_shown() -> None:
     """The half that is cut away lets the click through to the other half."""
     ball = trimesh.creation.icosphere(subdivisions=4, radius=50.0)
-    picker = BonePicker(TriangleMesh(ball.vertices, ball.faces))
+    picker = SurfacePicker(TriangleMesh(ball.vertices, ball.faces))
     origin, direction = np.array([200.0, 1.0, 2.0]), np.array([-1.0, 0.0, 0.0])
     for cut, x in (("whole", 50.0), ("left", -50.0), ("right", 50.0)):
         hit = picker.hit(origin, direction, cut, 0.0)  # type: ignore[arg-type]

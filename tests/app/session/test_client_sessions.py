@@ -28,7 +28,7 @@ from app.workspace.plan_items import plan_items
 
 
 def _items(session: ClientSession) -> tuple[PlanItem, ...]:
-    key: Any = session.layers()["plan.items"].key
+    key: Any = {layer.name: layer for layer in session._display.layers()}["plan.items"].key
     return tuple(key[0])
 
 
@@ -219,11 +219,11 @@ def test_the_scene_shows_what_is_driven_while_it_is_driven(sessions: ClientSessi
     drawn = _items(session)
     assert len(drawn) == len(plan.content.points) + len(plan.content.targets) - 1
     session.active.active, rehearse.active, session.active = False, True, rehearse
-    session._touch_all()
+    session._display.touch_all()
     assert _items(session) == tuple(plan_items(plan))
     shown = SimpleNamespace(show=lambda places, clearance: drawn_curve.append((places, clearance)))
     drawn_curve: list[Any] = []
-    session.layers()["plan.curve"].show(shown)
+    {layer.name: layer for layer in session._display.layers()}["plan.curve"].show(shown)
     ((places, clearance),) = drawn_curve
     assert clearance is None
     assert np.allclose(places[-1], plan.content.points[-1].position)
@@ -243,13 +243,13 @@ def test_between_requests_only_the_layers_of_the_active_step_are_drawn(sessions:
     )
 
     def tick() -> None:
-        session._drawn_at = 0.0
+        session._display._drawn_at = 0.0
         session._tick()
 
     def watch() -> None:
         session.active.active, rehearse.active, session.active = False, True, rehearse
         rehearse.layers = lambda: own  # type: ignore[method-assign]
-        session._layers = stack  # type: ignore[assignment]
+        session._display.scene = stack  # type: ignore[assignment]
         tick()
         tick()
         own.clear()

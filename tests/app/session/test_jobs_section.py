@@ -48,7 +48,7 @@ def start_here(session: ClientSession, wanted: dict[str, str]) -> None:
     def post(request: Callable[[], Any], slot: str | None = None) -> None:
         request()
         if request != session._tick:
-            session._publish()
+            session._display.publish()
 
     session._inbox.put = post  # type: ignore[method-assign]
     post(lambda: session._open_first(wanted))

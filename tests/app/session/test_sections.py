@@ -175,8 +175,8 @@ def test_what_is_shown_is_what_would_be_built_anew_after_each_of_many_acts(pages
                 request = session._inbox.get()
                 assert request is not None
                 session._guarded(request)
-            session._publish()
-            sources = [session.workspace.case, *(view.tab for view in session._active_last())]
+            session._display.publish()
+            sources = [session.workspace.case, *(view.tab for view in session._display._active_last())]
             wanted = {name: section for one in sources for name, section in one.sections().items()}
-            for name, section in {**wanted, **session._own_sections()}.items():
+            for name, section in {**wanted, **session._display.own_sections()}.items():
                 assert session.view_model.read(name) == section.build(), (number, name)

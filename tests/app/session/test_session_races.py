@@ -111,7 +111,7 @@ def test_an_error_in_one_step_leaves_the_others_shown_and_is_tried_again(
     names, read = list(session.tabs), list[str]()
     for name in names:
         monkeypatch.setattr(session.tabs[name], "refresh", lambda name=name: read.append(name))
-    first = session._active_last()[0].tab
+    first = session._display._active_last()[0].tab
     with monkeypatch.context() as broken:
         broken.setattr(first, "refresh", lambda: fail(RuntimeError("of Doe, John")))
         settle(session)
@@ -157,7 +157,7 @@ def test_every_command_that_asks_for_a_reply_gets_one(
     tab = rehearse_tab(session)
     monkeypatch.setattr(tab, "handle", lambda command: None)
     if broken == "publish":
-        monkeypatch.setattr(session, "_publish", lambda: fail(RuntimeError("of Doe, John")))
+        monkeypatch.setattr(session._display, "publish", lambda: fail(RuntimeError("of Doe, John")))
     elif broken != "nothing":
         error = PlanError("open a plan first.") if broken == "refused" else RuntimeError("of Doe, John")
         monkeypatch.setattr(tab, "handle_now" if broken == "urgent" else "handle", lambda command: fail(error))

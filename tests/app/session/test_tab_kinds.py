@@ -45,16 +45,16 @@ def session(phantom_services: Services) -> Iterator[ClientSession]:
 def test_a_case_offers_the_tabs_of_its_kind(session: ClientSession, lumen: str) -> None:
     """What is a head's is not shown beside a lumen, no plan is made in it, and the client does not stay there."""
     session._open_first({"case": HEAD, "step": "rehearse"})
-    assert (session._tab_section().get("offered"), session.active.spec.name) == (ALL, "rehearse")
+    assert (session._display.tab_section().get("offered"), session.active.spec.name) == (ALL, "rehearse")
     session.workspace.open_case(lumen)
-    section = session._tab_section()
+    section = session._display.tab_section()
     assert (section["name"], section["available"], section.get("offered")) == ("patient", ["patient"], ["patient"])
     assert session.workspace.plan.current is None
     assert session.workspace.services.plans.titles(lumen) == ()
     with pytest.raises(InputError, match="‘Plan’ is not for this kind of case"):
         session._set_tab("plan")
     session.workspace.open_case(HEAD)
-    assert session._tab_section().get("offered") == ALL
+    assert session._display.tab_section().get("offered") == ALL
 
 
 def test_a_client_that_was_in_a_tab_of_another_kind_begins_elsewhere(session: ClientSession, lumen: str) -> None:

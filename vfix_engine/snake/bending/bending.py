@@ -1,4 +1,4 @@
-"""What a bend of the distal links is: Kwok 2013, eq. 10-13, and where it is to be found, eq. 14-17."""
+"""Bends of the distal links (Kwok 2013, eq. 10-13) and the problem of finding one (eq. 14-17)."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ DIRECTIONS: dict[BendAxis, int] = {"e+": 0, "o+": 1, "e-": 2, "o-": 3}
 def bend_angles(m: float, q_c: float, links: int, odd: bool) -> Array:
     """Δq (2L',) in rad of a planar bend: m (i − 2L') + q_c at the even joints i = 2, 4 … (10), or at the odd ones.
 
-    m in rad per joint number, q_c in rad. Joint limits are not looked at here.
+    m in rad per joint number, q_c in rad. Joint limits are not applied here.
 
     Raises:
         InputError: no link, or numbers that are not finite.
@@ -44,7 +44,7 @@ def bend_angles(m: float, q_c: float, links: int, odd: bool) -> Array:
 
 
 def tip_displacement(snake: SnakeModel, delta: ArrayLike) -> Array:
-    """d_eff (3,) in mm in {l}: where Δq (2L',) takes the tip of the straight links (11)-(12).
+    """d_eff (3,) in mm in {l}: position of the tip of the straight links bent by Δq (2L',) (11)-(12).
 
     Raises:
         RobotError: not 2L' finite joints.
@@ -60,16 +60,16 @@ class BendProblem:
 
     Args:
         snake: the distal links alone.
-        vertices: of their surface; or a ``Query`` of them, which is quicker where there are many problems.
-        packed: the pathway of the moment.
-        window: (L', 2) segments that each link is measured against, or one pair for all.
-        base: (4, 4) of the frame {l} they hang on, in the patient frame.
+        vertices: of their surface; or a ``Query`` of them, which is faster for many problems.
+        packed: the present pathway.
+        window: (L', 2) segments in which each link is measured, or one pair for all.
+        base: (4, 4) of the frame {l} that they are attached to, in the patient frame.
         q_nominal: (2L',) their part of the conforming shape q̃, rad.
         bound: (L',) b_i of (17), mm; infinity: not limited.
 
     Raises:
         InputError: shapes that do not fit, numbers that are not finite, negative bounds, an invalid pathway,
-            windows beyond it; a rest beyond the joint limits.
+            windows beyond it; a rest shape beyond the joint limits.
     """
 
     snake: SnakeModel
@@ -115,12 +115,12 @@ class BendProblem:
         return BendWorkspace(np.empty((links, 3, 4)), np.empty(2 * links), np.empty(2 * links), np.zeros(WORK))
 
     def deviations(self, delta: ArrayLike) -> Array:
-        """D_i (L',) in mm of (16) at clamp(q̃ + Δq), by the query's own face."""
+        """D_i (L',) in mm of (16) at clamp(q̃ + Δq), through the query's public interface."""
         frames = self.snake.frames(self.snake.clamp(self.q_nominal + np.asarray(delta)), self.base)
         return self.query.deviations(self.packed, frames, self.window).depth
 
     def cost(self, delta: ArrayLike) -> float:
-        """z_eff/z_max of the straight links bent by Δq (2L',), (14): 1 is straight, 0 across, below 0 looking back."""
+        """z_eff/z_max of the straight links bent by Δq (2L',), (14): 1 is straight, below 0 looking back."""
         return float(tip_of(np.array(delta, dtype=np.float64), self.snake.length_mm)[2]) / self.snake.reach_mm()
 
     def _checked(self, name: str, shape: tuple[int, ...]) -> Array:

@@ -1,7 +1,7 @@
 """Bends of the distal links with two parameters, measured against the pathway, compiled: Kwok 2013, eq. 10-20.
 
-Both families of bends, (10) and (19), are Δq = a · one + b · two with two given vectors: a ``plane`` (2, 2L'). What the
-robot does is clamp(q̃ + Δq), so the Δq that counts is clamp(q̃ + Δq) − q̃; cost and deviations are of that one.
+Both families of bends, (10) and (19), are Δq = a · one + b · two with two fixed vectors: a ``plane`` (2, 2L'). The
+robot moves to clamp(q̃ + Δq), so the effective Δq is clamp(q̃ + Δq) − q̃; cost and deviations refer to that.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class Family(NamedTuple):
     plane: Array
     """(2, 2L') rad."""
     towards: tuple[float, float]
-    """Where the tip is to go in x and y of {l}; (0, 0) for anywhere."""
+    """Desired direction of the tip in x and y of {l}; (0, 0) for any."""
     low: float
     high: float
     """Angles of (a, b) in rad."""
@@ -50,7 +50,7 @@ class Family(NamedTuple):
 
 
 class BendWorkspace(NamedTuple):
-    """Memory to work in: frames (L', 3, 4), Δq and q (2L',), and what the query works in."""
+    """Workspace: frames (L', 3, 4), Δq and q (2L',), and that of the query."""
 
     frames: Array
     delta: Array
@@ -60,7 +60,7 @@ class BendWorkspace(NamedTuple):
 
 @no_refcount
 def bend(rest: Array, plane: Array, a: float, b: float, q_max: float, delta: Array, q: Array) -> None:
-    """Δq (2L',) with joints at their limits, and clamp(q̃ + Δq) (2L',) with the very bits that a caller gets for it."""
+    """Δq (2L',) with joints at their limits, and clamp(q̃ + Δq) (2L',), bit by bit as returned to the caller."""
     for k in range(len(rest)):
         delta[k] = min(max(rest[k] + (a * plane[0, k] + b * plane[1, k]), -q_max), q_max) - rest[k]
         q[k] = min(max(rest[k] + delta[k], -q_max), q_max)
@@ -68,7 +68,7 @@ def bend(rest: Array, plane: Array, a: float, b: float, q_max: float, delta: Arr
 
 @no_refcount
 def tip_of(delta: Array, length: float) -> tuple[float, float, float]:
-    """x_eff of (11): where the last frame's origin is in {l} when the joints are at Δq, mm."""
+    """x_eff of (11): origin of the last frame in {l} with the joints at Δq, mm."""
     x, y, z = 0.0, 0.0, 0.0
     for link in range(len(delta) // 2 - 1, -1, -1):
         a, b = delta[2 * link], delta[2 * link + 1]
@@ -84,7 +84,7 @@ def tip_of(delta: Array, length: float) -> tuple[float, float, float]:
 
 @no_refcount
 def cost_of(lumen: DistalPathway, family: Family, a: float, b: float, scratch: BendWorkspace) -> float:
-    """z_eff/z_max of (14) and (20); infinite where the tip does not go in the wanted direction, d · d^e > 0 of (17)."""
+    """z_eff/z_max of (14) and (20); infinite where the tip is not in the desired direction, d · d^e > 0 of (17)."""
     bend(lumen.rest, family.plane, a, b, lumen.q_max, scratch.delta, scratch.q)
     x, y, z = tip_of(scratch.delta, lumen.length)
     along_x, along_y = family.towards
@@ -96,9 +96,9 @@ def cost_of(lumen: DistalPathway, family: Family, a: float, b: float, scratch: B
 
 @compiled
 def excess_of(lumen: DistalPathway, family: Family, a: float, b: float, once: bool, scratch: BendWorkspace) -> float:
-    """The largest D_i − b_i of (15)-(17) in mm; what is not above 0 is within the bounds. One query evaluation.
+    """The largest D_i − b_i of (15)-(17) in mm; at most 0 within the bounds. One query evaluation.
 
-    With ``once`` any D_i − b_i above 0 will do, where there is one.
+    With ``once`` any D_i − b_i above 0 is returned, where there is one.
     """
     bend(lumen.rest, family.plane, a, b, lumen.q_max, scratch.delta, scratch.q)
     snake_frames(scratch.q, lumen.base, lumen.length, scratch.frames)

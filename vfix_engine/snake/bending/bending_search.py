@@ -1,7 +1,7 @@
 """The search for the bend of least cost within the bounds, compiled: Kwok 2013, eq. 14-20, section IV.B.
 
-What depends on the bend alone, its cost, costs next to nothing; what is counted are evaluations of the query. A bend is
-to be reached from rest by growing along its ray of (a, b), so what a ray offers ends where it first leaves the pathway.
+The cost function depends only on the bend and is cheap; evaluations of the query are limited. A bend has
+to be reachable from rest along its ray of (a, b), so a ray is usable up to where it first leaves the pathway.
 """
 
 from __future__ import annotations
@@ -14,38 +14,38 @@ from ...arrays import Array
 from ...kernels.compiled import compiled, no_refcount
 from .bending_kernel import BendWorkspace, DistalPathway, Family, cost_of, excess_of
 
-# Of a search's state: cost, radius and t of the record, and of the last one whose path was checked; evaluations; t
-# between which directions are tried; radii at which paths were found narrow
+# Search state: cost, radius and t of the best bend, and of the last one whose path was checked; evaluations; t
+# between which directions are tried; radii at which paths were narrow
 RECORD, BEST, AT, SAFE, MADE, LEAST, MOST, NARROW = 0, 1, 2, 3, 6, 7, 8, 9
 _NARROWS = 3
 STATE = NARROW + _NARROWS
 
-# Directions of a first look, t of ``direction``. In no order of theirs, so that few of them better the record.
+# Directions tried first, t of ``direction``; not sorted, so that few of them improve the best one.
 _LOOKS = (
     3.5, -3.5, 0.0, 4.5, 2.5, -2.5, -4.5, 5.5, 1.5, -1.5, -5.5, 6.5, 0.75, -0.75, -6.5, 7.5, -7.5,
     0.25, -0.25, 1.0, -1.0, 2.0, -2.0, 8.5, -8.5, 3.0, -3.0, 4.0, -4.0, 9.5, -9.5, 5.0, -5.0, 6.0, -6.0,
 )  # fmt: skip
-_FIRST_LOOK = 17  # of them; the others where evaluations are left
+_FIRST_LOOK = 17  # of them; the others if evaluations are left
 UTMOST = 10.0  # |t| at most
-_STEPS = 24  # along a ray, in which its cost is looked at
+_STEPS = 24  # steps along a ray at which its cost is evaluated
 _HALVINGS = 7  # of such a step
-_EXITS = 14  # evaluations at most for the place where a ray leaves the pathway
-_STRIDE, _STRIDE_LEAST = 1.3, 0.025  # to the next place where it may do so: of the radius, of the farthest
-_DEEP = 20.0  # [mm] an excess counts for no more: far outside it says little
-_GLANCES = 2  # places on the path to a bend in a direction of the first look
-_DIRECTION = 6  # evaluations at most to find that a direction betters the record
-_CHECKS = 7  # places on the path to the bend that is given, asked in the end
-_REPAIR = 4  # more, where one of them is beyond the bounds
-_COARSE, _FINE = 1e-2, 2e-4  # a record is to be bettered by so much of z_max, and is known as well
-_CLOSER, _CLOSEST = 1.0 / 16.0, 1.0 / 128.0  # of t: then the path is checked, and what is not distinguished any more
+_EXITS = 14  # evaluations at most for the exit of a ray from the pathway
+_STRIDE, _STRIDE_LEAST = 1.3, 0.025  # step to the next possible exit: of the radius, of the farthest
+_DEEP = 20.0  # [mm] upper limit of an excess, which is not informative far outside
+_GLANCES = 2  # samples of the path to a bend in a direction tried first
+_DIRECTION = 6  # evaluations at most to find that a direction improves the best bend
+_CHECKS = 7  # samples of the path to the result, checked at the end
+_REPAIR = 4  # further ones, if one of them is beyond the bounds
+_COARSE, _FINE = 1e-2, 2e-4  # least improvement and accuracy, of z_max
+_CLOSER, _CLOSEST = 1.0 / 16.0, 1.0 / 128.0  # of t: at which the path is checked, and the finest resolution
 
 
 @no_refcount
 def direction(family: Family, t: float) -> float:
-    """The angle of a ray in the plane of (a, b): the middle at t = 0, and half as far from the edge with each 1 of t.
+    """The angle of a ray in the plane of (a, b): the middle at t = 0; each 1 of t halves the distance to the edge.
 
-    What can be reached is long and narrow: a bend to and fro, which leaves the tip in the middle, may be large, and it
-    lies by the edge of the half plane in which the tip goes in the wanted direction.
+    The reachable region is long and narrow: an S-shaped bend, which leaves the tip in the middle, can be large, and it
+    is near the edge of the half plane in which the tip moves in the desired direction.
     """
     half = 0.5 * (family.high - family.low)
     away: float = half * (1.0 - 2.0 ** -abs(t))
@@ -57,7 +57,7 @@ def direction(family: Family, t: float) -> float:
 def along(
     lumen: DistalPathway, family: Family, phi: float, target: float, scratch: BendWorkspace
 ) -> tuple[float, float]:
-    """Where a ray's cost first falls to ``target``, and where from there on it is least; negative if it does not."""
+    """Radii at which a ray's cost first falls to ``target`` and of its minimum beyond; negative if it does not."""
     u, v = math.cos(phi), math.sin(phi)
     step = family.farthest / _STEPS
     first, least, lowest = -1.0, -1.0, math.inf
@@ -90,10 +90,10 @@ def exit_distance(
     left: int,
     scratch: BendWorkspace,
 ) -> tuple[float, int]:
-    """How far along a ray the bounds are kept, from ``low``, which keeps them by −g_low, to ``high``; evaluations.
+    """Radius up to which a ray keeps the bounds, from ``low``, which keeps them by −g_low, to ``high``; evaluations.
 
-    In growing strides up to the first place that does not keep them, as there may be others beyond that do; then by
-    false position on the excess (Illinois), which below the bound is known as well as above, until what is left is
+    In growing steps up to the first radius beyond them, as larger ones may be within them again; then by
+    false position on the excess (Illinois), which is known on both sides of the bound, until the rest is
     worth no more than that in cost.
     """
     u, v = math.cos(phi), math.sin(phi)
@@ -128,10 +128,10 @@ def check_path(
     repair: int,
     scratch: BendWorkspace,
 ) -> tuple[float, float, int]:
-    """The path to a bend, measured at some places: how far it is within the bounds, r itself as a rule; evaluations.
+    """Measure the path to a bend at samples: the radius up to which it is within the bounds, usually r; evaluations.
 
-    Where it is not, its end is brought closer by so many more. Between the two, the place that is the deepest: -1 where
-    all are as deep as nothing is.
+    Where it is not, its end is refined by further samples. Between the two results, the radius of the deepest sample:
+    -1 where none is deep.
     """
     u, v = math.cos(phi), math.sin(phi)
     weak, most, least = -1.0, -math.inf, math.inf
@@ -165,10 +165,10 @@ def try_direction(
     state: Array,
     scratch: BendWorkspace,
 ) -> bool:
-    """Whether a direction betters the record by ``demand``; it is the record then, as far as it goes.
+    """Whether a direction improves the best bend by ``demand``; it becomes the best one then, as far as it is usable.
 
-    It is asked first at the one place where its cost falls so low, then at the radii where paths were found narrow,
-    then at a few places of its path.
+    It is tested first at the radius where its cost falls so low, then at the radii where paths were narrow,
+    then at a few samples of its path.
     """
     if not state[LEAST] <= t <= state[MOST]:
         return False
@@ -199,11 +199,11 @@ def try_direction(
 
 @no_refcount
 def check_record(lumen: DistalPathway, family: Family, state: Array, scratch: BendWorkspace) -> bool:
-    """Check the path to the record: whether all of it is within the bounds.
+    """Check whether all of the path to the best bend is within the bounds.
 
-    If not, the record is what comes before, or the last one whose path was checked, whichever is better; in the latter
-    case no direction is tried any more that is nearer to the refused one. The deepest place of the path is kept, as
-    paths close to this one are as a rule narrow at the same radius.
+    If not, the best bend becomes the part before, or the last one whose path was checked, whichever is better; in the
+    latter case directions nearer to the refused one are not tried any more. The deepest radius of the path is stored,
+    as neighbouring paths are usually narrow at the same radius.
     """
     phi = direction(family, state[AT])
     reached, weak, made = check_path(lumen, family, phi, state[BEST], _CHECKS, _REPAIR, scratch)
@@ -236,7 +236,7 @@ def refine(
     state: Array,
     scratch: BendWorkspace,
 ) -> bool:
-    """Directions ever closer to the best, until they differ by ``finest`` in t: whether one betters the record."""
+    """Try directions ever closer to the best, until they differ by ``finest`` in t: whether one improves it."""
     step, turned, better = 0.5, 0, False
     while state[MADE] <= spent - _DIRECTION and step >= finest:
         t = state[AT] + (step if turned % 2 == 0 else -step)
@@ -255,10 +255,10 @@ def search(
 ) -> tuple[float, float, float, int]:
     """a and b of the bend of least cost that is within the bounds (L',) in mm; its cost; evaluations made.
 
-    Directions are tried all over, then ever closer to the best; where evaluations are left, the same with others
-    between them. Each is one evaluation as long as it does not better the record. The path to the best is checked now
-    and then; if it leaves the bounds, the search goes on from the best that does not. The rest itself has to be within
-    the bounds.
+    Directions are tried over the whole range, then ever closer to the best; if evaluations are left, the same with
+    others between them. Each takes one evaluation as long as it does not improve the best. The path to the best is
+    checked now and then; if it leaves the bounds, the search continues from the best that does not. The rest shape has
+    to be within the bounds.
     """
     state = np.zeros(STATE)
     state[RECORD], state[SAFE] = 1.0, 1.0
@@ -288,9 +288,9 @@ def survey(
     exits: Array,
     scratch: BendWorkspace,
 ) -> tuple[float, float, float, float, float, float, float]:
-    """Every direction ``places`` (n,), t of ``direction``, asked at ``steps`` places along its ray.
+    """Every direction ``places`` (n,), t of ``direction``, evaluated at ``steps`` radii along its ray.
 
-    a, b and cost of the best bend before its ray's first exit, then of the best that may lie beyond one, then t of the
+    a, b and cost of the best bend before its ray's first exit, then of the best that may be beyond one, then t of the
     first. ``exits`` (n,) gets where each ray first leaves the bounds, to 1e-6 of the farthest, or the farthest.
     """
     best_a, best_b, best, any_a, any_b, least, at = 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.0

@@ -15,21 +15,22 @@ R_MAX = 1.4  # Kwok 2013, section IV.B: bends beyond the control bends, so that 
 
 
 class PolarHermite:
-    """Q(r, ϑ): joints of the distal links by how far, r, and where to, ϑ in rad, they are bent.
+    """Q(r, ϑ): joints of the distal links as a function of the size r and the direction ϑ in rad of their bend.
 
     Q(0, ϑ) is the rest and Q(1, ϑ_i) the control configuration i. In ϑ it is a periodic cubic Hermite spline with the
     slopes (q_{i+1} − q_{i−1})/(ϑ_{i+1} − ϑ_{i−1}), in r a cubic whose slope at 0 is half the difference across the
-    diameter and at 1 the difference from the rest. Beyond r = 1 it goes straight on, and Q(−r, ϑ) = Q(r, ϑ + π).
+    diameter and at 1 the difference from the rest. Beyond r = 1 it is linear, and Q(−r, ϑ) = Q(r, ϑ + π).
 
     It is continuously differentiable in ϑ and along every line through r = 0, twice within the intervals; not in every
-    direction at r = 0, where the slope ½(Θ(ϑ) − Θ(ϑ + π)) need not be linear in (cos ϑ, sin ϑ). Joint limits are for
+    direction at r = 0, where the slope ½(Θ(ϑ) − Θ(ϑ + π)) need not be linear in (cos ϑ, sin ϑ). Joint limits are left
+    to
     the caller: Q between and beyond control configurations within limits may go beyond them.
 
     Args:
         q_nominal: (n,) rad.
         angles: (c,) ϑ_i, rad, c ≥ 3, increasing, all within one turn from the first.
         configurations: (c, n) rad, q(1, ϑ_i).
-        r_max: how far r is to go; kept for who steers.
+        r_max: upper limit of r, stored for the caller.
 
     Raises:
         InputError: shapes that do not fit, numbers that are not finite, angles that do not increase within one turn, or

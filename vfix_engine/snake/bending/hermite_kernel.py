@@ -16,7 +16,7 @@ VALUE, BY_R, BY_THETA, BY_RR, BY_R_THETA, BY_THETA_THETA = range(6)  # rows of w
 
 @no_refcount
 def interval(knots: Array, theta: float) -> tuple[int, float]:
-    """The interval i of (21) that an angle lies in, the last one reaching round to the first, and ϑ − ϑ_i."""
+    """The interval i of (21) that contains an angle, the last one extending to the first, and ϑ − ϑ_i."""
     x = (theta - knots[0]) % (2.0 * math.pi)
     i = 0
     while i + 1 < len(knots) and knots[i + 1] - knots[0] <= x:
@@ -30,7 +30,7 @@ def hermite_polar(knots: Array, coefficients: Array, rest: Array, r: float, thet
 
     Args:
         knots: (c,) the control angles ϑ_i, rad, increasing within one turn; coefficients: (c, 4, n) of Θ from ϑ_i on;
-        rest: (n,) q(0, 0); r: beyond 1 it goes straight on, and −r is r at ϑ + π.
+        rest: (n,) q(0, 0); r: linear beyond 1, and −r is r at ϑ + π.
         out: (6, n), rows as named above.
     """
     back = 1.0
@@ -42,7 +42,7 @@ def hermite_polar(knots: Array, coefficients: Array, rest: Array, r: float, thet
     w0, w1, w2 = 1.0 + r * r * (r - 2.0), r * (0.5 + r * (1.0 - 0.5 * r)), -0.5 * r * (1.0 - r) * (1.0 - r)
     d0, d1, d2 = r * (3.0 * r - 4.0), 0.5 + r * (2.0 - 1.5 * r), -0.5 * (1.0 - r) * (1.0 - 3.0 * r)
     e0, e1, e2 = 6.0 * r - 4.0, 2.0 - 3.0 * r, 2.0 - 3.0 * r
-    if r > 1.0:  # straight on with the slope Θ − q(0, 0); the cubic would turn back
+    if r > 1.0:  # linear with the slope Θ − q(0, 0); the cubic would turn back
         w0, w1, w2 = 1.0 - r, r, 0.0
         d0, d1, d2 = -1.0, 1.0, 0.0
         e0, e1, e2 = 0.0, 0.0, 0.0

@@ -1,4 +1,4 @@
-"""Control bends: as far as the pathway lets the distal links bend, to four or eight sides (Kwok 2013, eq. 14-20)."""
+"""Control bends: the largest bends within the pathway in four or eight directions (Kwok 2013, eq. 14-20)."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class DistalBend:
 
 
 class Survey(NamedTuple):
-    """What a search everywhere found: the best bend that its ray reaches, the best of all, where rays leave (n, 2)."""
+    """Result of an exhaustive search: the best bend that its ray reaches, the best of all, exits of the rays (n, 2)."""
 
     reachable: DistalBend
     anywhere: DistalBend
@@ -47,7 +47,7 @@ class Survey(NamedTuple):
 
 
 class _Side(NamedTuple):
-    """Bends to one side: the family they are of, ϑ in rad, and (a, b) → the paper's parameters (2, 2)."""
+    """Bends in one direction: their family, ϑ in rad, and (a, b) → the paper's parameters (2, 2)."""
 
     family: Family
     angle: float
@@ -55,7 +55,7 @@ class _Side(NamedTuple):
 
 
 def optimise_primary(problem: BendProblem, direction: BendAxis, evaluations: int = EVALUATIONS) -> DistalBend:
-    """The planar bend (10) to one side that has the least z_eff/z_max within the bounds (14)-(17).
+    """The planar bend (10) in one direction with the least z_eff/z_max within the bounds (14)-(17).
 
     Raises:
         InputError: another direction, or fewer than 40 evaluations.
@@ -66,7 +66,7 @@ def optimise_primary(problem: BendProblem, direction: BendAxis, evaluations: int
 def control_bends(problem: BendProblem, count: Literal[4, 8], evaluations: int = EVALUATIONS) -> tuple[DistalBend, ...]:
     """The four bends along the axes, or these and the four between them, by rising ϑ from 0.
 
-    Each is searched with so many evaluations of the query.
+    Each is searched with at most ``evaluations`` of the query.
 
     Raises:
         InputError: another count, or fewer than 40 evaluations.
@@ -84,9 +84,9 @@ def control_bends(problem: BendProblem, count: Literal[4, 8], evaluations: int =
 
 
 def search_globally(problem: BendProblem, heading: BendAxis | tuple[DistalBend, DistalBend], grid: int = 201) -> Survey:
-    """The same problem asked everywhere: ``grid`` directions at ``grid`` places each, then closer round the best.
+    """Exhaustive search of the same problem: ``grid`` directions at ``grid`` radii each, then closer to the best.
 
-    For tests and figures. ``heading``: a direction, or the two bends that one is searched between.
+    For tests and figures. ``heading``: a direction, or the two bends between which one is searched.
     """
     side = _between(problem, *heading) if isinstance(heading, tuple) else _planar(problem, heading)
     lumen, feasible = _within(problem)
@@ -116,16 +116,16 @@ def search_globally(problem: BendProblem, heading: BendAxis | tuple[DistalBend, 
 
 
 def _within(problem: BendProblem) -> tuple[DistalPathway, bool]:
-    """The links in their pathway with b_i, or at rest's own D_i where that is beyond it (a pathway that moved).
+    """The links in their pathway with b_i, or D_i at rest where that is larger (a pathway that moved).
 
-    And whether none is.
+    Also whether none is larger.
     """
     at_rest = problem.deviations(np.zeros(problem.snake.dof))
     return problem.lumen(np.maximum(problem.bound, at_rest)), bool((at_rest <= problem.bound).all())
 
 
 def _planar(problem: BendProblem, direction: BendAxis) -> _Side:
-    """(10) by the first and the last joint's value in q_max instead of (m, q_c): both are of the same size then."""
+    """(10) by the first and the last joint's value in q_max instead of (m, q_c), so that both have the same scale."""
     if direction not in DIRECTIONS:
         raise InputError(f"{direction!r} is none of the directions {', '.join(DIRECTIONS)}")
     snake, quarter = problem.snake, DIRECTIONS[direction]
@@ -134,7 +134,7 @@ def _planar(problem: BendProblem, direction: BendAxis) -> _Side:
     share = np.linspace(0.0, 1.0, links) if links > 1 else np.ones(1)
     plane = np.zeros((2, 2 * links))
     plane[:, (0 if odd else 1) :: 2] = sign * np.array([1.0 - share, share])
-    # The tip moves by ℓ Σ (L' − k) Δq_k at first: the half plane in which that is the wanted direction.
+    # To first order the tip moves by ℓ Σ (L' − k) Δq_k: the half plane in which that is the desired direction.
     lever = np.arange(links, 0, -1)
     middle = math.atan2(float(lever @ share), float(lever @ (1.0 - share)))
     towards = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))[quarter]

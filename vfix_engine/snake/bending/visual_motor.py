@@ -15,11 +15,11 @@ from ...validate import real_array
 from .hermite import PolarHermite
 from .visual_motor_kernel import camera_rows, steer
 
-_FAR = 1e6  # [mm] a camera that is wanted farther away is wanted there: squares of more overflow
+_FAR = 1e6  # [mm] upper limit of a commanded distance: squares of larger ones overflow
 
 
 class BendDirection(NamedTuple):
-    """A place on the surface of bends, (u, v) = r (cos ϑ, sin ϑ)."""
+    """A point on the surface of bends, (u, v) = r (cos ϑ, sin ϑ)."""
 
     u: float
     v: float
@@ -31,14 +31,14 @@ class BendDirection(NamedTuple):
 
     @property
     def theta(self) -> float:
-        """Where to, rad in (−π, π]; 0 at rest."""
+        """Direction, rad in (−π, π]; 0 at rest."""
         return math.atan2(self.v, self.u)
 
 
 class VisualMotor:
-    """Steers the camera of the distal links along the axes of its own picture: x to the right, y down, mm.
+    """Moves the camera of the distal links along the axes of its own picture: x to the right, y down, mm.
 
-    Joints beyond their limits stay at them, and what Q changes about them then moves nothing.
+    Joints beyond their limits stay at them, and changes of their Q have no effect.
 
     Args:
         snake: the distal links alone; hermite: their surface of bends; base_of_l: (4, 4) transform of the frame {l}
@@ -58,11 +58,11 @@ class VisualMotor:
         self.snake, self.hermite, self.base = snake, hermite, base
 
     def joints(self, state: BendDirection) -> Array:
-        """Joints (2L',) at a place of the surface, within their limits, rad."""
+        """Joints (2L',) at a point of the surface, within their limits, rad."""
         return self.snake.clamp(self.hermite.cartesian(*state)[0])
 
     def camera(self, state: BendDirection) -> Array:
-        """transform_camera_to_patient (4, 4) at a place of the surface (24)."""
+        """transform_camera_to_patient (4, 4) at a point of the surface (24)."""
         return self.snake.camera(self.joints(state), self.base)
 
     def jacobian(self, r: float, theta: float) -> Array:
@@ -74,14 +74,14 @@ class VisualMotor:
         return self._in_picture(*self.hermite.cartesian(*state))
 
     def step(self, state: BendDirection, wanted: ArrayLike) -> BendDirection:
-        """Where to steer for the camera to move by ``wanted`` (2,) mm in its picture, as near as can be.
+        """The steering with which the camera moves by ``wanted`` (2,) mm in its picture, or as near as possible.
 
-        In (u, v), in which nothing special happens at r = 0. Where bends cannot move the camera so, it goes where it
-        comes nearest; r stays within the surface's r_max. Many joints may move far at once near a singular place: how
-        fast they may is for the caller.
+        Computed in (u, v), which is regular at r = 0. Where bends cannot move the camera so, it moves to the nearest
+        position; r stays within the surface's r_max. Near a singular point many joints may move far at once: the
+        caller limits their speed.
 
         Raises:
-            InputError: a wanted motion that is not two finite numbers, or a non-finite steering.
+            InputError: a motion that is not two finite numbers, or a non-finite steering.
         """
         if not (math.isfinite(state[0]) and math.isfinite(state[1])):
             raise InputError(f"a surface of bends has no place ({state[0]}, {state[1]})")

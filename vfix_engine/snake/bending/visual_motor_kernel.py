@@ -1,6 +1,6 @@
 """From motions in the camera's picture to motions on the surface of bends, compiled: Kwok 2013, eq. 24-28.
 
-Everything is in the frame {l} that the distal links hang on: the picture moves with the robot, wherever that is.
+Everything is in the frame {l} of the distal links: the picture moves with the robot.
 """
 
 from __future__ import annotations
@@ -15,15 +15,15 @@ from ...kernels.compiled import compiled, no_refcount
 from ...robots.snake_kernel import snake_frames, snake_jacobian
 from .hermite_kernel import hermite_cartesian
 
-_ROUNDS = 6  # corrections of one step; one or two are needed away from singular places
-_HALVINGS = 7  # of a correction that comes no nearer
-_KINK = 0.1  # of the wanted motion: with more left over, rays are asked
+_ROUNDS = 6  # corrections of one step; one or two are needed away from singular points
+_HALVINGS = 7  # halvings of a correction that comes no nearer
+_KINK = 0.1  # of the desired motion: with a larger rest, rays are tested
 _RAYS = 32
-_SHORT = 1e-3  # [r] of a ray, over which its slope is asked first
-_SECANTS = 3  # places of a ray that are tried
-_CLOSE = 1e-6  # of the wanted motion: close enough
+_SHORT = 1e-3  # [r] length of a ray over which its slope is measured first
+_SECANTS = 3  # points of a ray that are tried
+_CLOSE = 1e-6  # of the desired motion: tolerance
 _WEAK = 5.0  # [mm] per unit of r: a direction in which the camera moves less is damped
-_STRIDE = 0.25  # of r at most in one correction, as far as the slopes are worth anything
+_STRIDE = 0.25  # of r at most in one correction, within which the slopes are valid
 
 
 class BendSurface(NamedTuple):
@@ -41,7 +41,7 @@ class BendSurface(NamedTuple):
 class MapWorkspace(NamedTuple):
     """Memory: Q and its slopes (3, 2L), joints (2L,), a base (4, 4), frames (L, 3, 4) and ∂x_C/∂q (3, 2L).
 
-    base: the identity. start: (3, 4) the camera as it was, its place in the last column, in {l}.
+    base: the identity. start: (3, 4) the initial camera pose in {l}, its position in the last column.
     """
 
     slopes: Array
@@ -105,10 +105,10 @@ def steer(
     right: float,
     down: float,
 ) -> tuple[float, float]:
-    """(u, v) at which the camera has moved by (right, down) mm in the picture it had at the start, as near as can be.
+    """(u, v) at which the camera has moved by (right, down) mm in its initial picture, or as near as possible.
 
-    Newton's steps with the Jacobian of (28) in (u, v), damped where it is nearly singular and halved until they come
-    nearer. Where that ends early, at a kink of the surface, rays in all directions say where to go on from.
+    Newton steps with the Jacobian of (28) in (u, v), damped where it is nearly singular and halved until they come
+    nearer. Where that ends early, at a kink of the surface, rays in all directions give the point to continue from.
     """
     surface = BendSurface(knots, coefficients, rest, q_max, length, ahead, r_max)
     joints, last = len(rest), len(rest) // 2 - 1
@@ -134,7 +134,7 @@ def steer(
 def newton(
     surface: BendSurface, work: MapWorkspace, right: float, down: float, u: float, v: float, missing: float
 ) -> tuple[float, float, float]:
-    """(u, v) and the mm that are missing there, after steps from a place where ``missing`` mm are, each to less."""
+    """(u, v) and the remaining mm there, after decreasing steps from a point with ``missing`` mm."""
     wanted = math.sqrt(right * right + down * down)
     slopes, jacobian, start = work.slopes, work.jacobian, work.start
     for _ in range(_ROUNDS):
@@ -170,10 +170,10 @@ def newton(
 def by_rays(
     surface: BendSurface, work: MapWorkspace, right: float, down: float, u: float, v: float, missing: float
 ) -> tuple[float, float, float]:
-    """The best place on rays about (u, v), and the mm missing there, where one has less than ``missing`` mm.
+    """The best point on rays about (u, v), and the remaining mm there, where one has less than ``missing`` mm.
 
-    At r = 0 and where a joint comes to its limit the surface has another slope in every direction. So each ray is
-    asked for its own: how far to go on it follows from the camera's motion over a short piece, and again over that.
+    At r = 0 and where a joint reaches its limit the surface has another slope in every direction. So each ray is
+    measured: its length follows from the camera's motion over a short piece, and again over the result.
     """
     pose(surface, work, u, v)
     x, y = left_over(surface, work, right, down)
@@ -186,7 +186,7 @@ def by_rays(
             found = math.sqrt(x_next * x_next + y_next * y_next)
             if found < missing:
                 best_u, best_v, missing = u_next, v_next, found
-            a, b = x - x_next, y - y_next  # the camera's displacement, of which the command wants (x, y)
+            a, b = x - x_next, y - y_next  # the camera's displacement, whose command is (x, y)
             square, along = a * a + b * b, a * x + b * y
             if along <= 0.0:
                 break
@@ -205,7 +205,7 @@ def pose(surface: BendSurface, work: MapWorkspace, u: float, v: float) -> None:
 
 @no_refcount
 def left_over(surface: BendSurface, work: MapWorkspace, right: float, down: float) -> tuple[float, float]:
-    """What the camera has left to go in mm of (right, down), in the picture that it had at the start."""
+    """The remaining motion of the camera of (right, down) in mm, in its initial picture."""
     tip, x, y = work.frames[len(work.frames) - 1], right, down
     for i in range(3):
         moved = tip[i, 3] + surface.ahead * tip[i, 2] - work.start[i, 3]
@@ -217,7 +217,7 @@ def left_over(surface: BendSurface, work: MapWorkspace, right: float, down: floa
 def tried(
     surface: BendSurface, work: MapWorkspace, right: float, down: float, u: float, v: float
 ) -> tuple[float, float, float, float]:
-    """The place (u, v) itself or the one at r_max in its direction, and what is left to go there."""
+    """The point (u, v), or the one at r_max in its direction, and the remaining motion there."""
     r = math.sqrt(u * u + v * v)
     if r > surface.r_max:
         u, v = u * surface.r_max / r, v * surface.r_max / r

@@ -1,8 +1,8 @@
 """Bounded least squares for a snake that cannot have all its joint centres on a curve; compiled.
 
-Unknowns: the 2L joint angles and the feed, the arc length of the base. Each joint centre and each link's middle should
-lie on the curve, and above all in the slack about it. A point's pull and its stiffness enter the gradient and the
-Gauss-Newton matrix as those of a body do in the composite rigid body algorithm, so both take O(L²).
+Unknowns: the 2L joint angles and the feed, the arc length of the base. Each joint centre and each link's midpoint
+should be on the curve, and above all within the slack around it. A point's force and its stiffness enter the gradient
+and the Gauss-Newton matrix as in the composite rigid body algorithm, so both take O(L²).
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ from .joint_places import frame_on_curve, on_curve
 
 # Columns of ``weights``: what they multiply is a squared distance in mm².
 CENTRE, SLACK, MIDDLE, GUIDE, TIP, STAY, STEEP = range(7)
-_GUIDED = 10.0  # [mm] before the curve's start over which the guide takes hold
+_GUIDED = 10.0  # [mm] before the curve's start, over which the guidance sets in
 
 
 @no_refcount
 def nearest_on_curve(points: Array, tangents: Array, step: float, near: float, joint: Array) -> float:
-    """Arc length of the place of the curve nearest to ``joint`` (3,), walked to from ``near``."""
+    """Arc length of the curve's point nearest to ``joint`` (3,), searched from ``near``."""
     last = len(points) - 1
     index, came, share = min(max(int(near / step), 0), last - 1), 0, 0.0
     for _ in range(last):
@@ -54,8 +54,8 @@ def nearest_on_curve(points: Array, tangents: Array, step: float, near: float, j
 def _pull(off: Array, ahead: Array, free: float, centre: float, weights: Array, force: Array, stiff: Array) -> float:
     """Cost of a point that is ``off`` (3,) the curve of tangent ``ahead`` (3,); its gradient and second derivative.
 
-    ½ centre ‖off‖² + ½ slack e² (1 + (e / steep)²) with e = ‖off‖ − free where that is positive: what is outside of the
-    slack costs ever more, so that the worst link is mended first.
+    ½ centre ‖off‖² + ½ slack e² (1 + (e / steep)²) with e = ‖off‖ − free where that is positive: outside the
+    slack the cost grows fast, so that the worst link is corrected first.
     """
     size = math.sqrt(off[0] * off[0] + off[1] * off[1] + off[2] * off[2])
     beyond = max(size - free, 0.0)
@@ -110,9 +110,9 @@ class CurveSamples(NamedTuple):
 
 
 class ChainTask(NamedTuple):
-    """What a chain is measured by: links of ``chord`` mm, the base turned by ``roll`` about the curve, the tip's place.
+    """Parameters of the cost: links of ``chord`` mm, the base rotated by ``roll`` about the curve, the tip's position.
 
-    weights: (7,) by the columns above; near: (2L + 1,) angles to stay near to.
+    weights: (7,) by the columns above; near: (2L + 1,) preferred angles.
     """
 
     chord: float
@@ -123,7 +123,7 @@ class ChainTask(NamedTuple):
 
 
 class Body(NamedTuple):
-    """What ``shape_cost`` fills: base (3, 4), frames (L, 3, 4), wrench (L, 6) and stiffness (L, 6, 6); work (7, 3)."""
+    """Output of ``shape_cost``: base (3, 4), frames (L, 3, 4), wrench (L, 6) and stiffness (L, 6, 6); work (7, 3)."""
 
     base: Array
     frames: Array
@@ -136,7 +136,7 @@ class Body(NamedTuple):
 def shape_cost(line: CurveSamples, task: ChainTask, state: Array, places: Array, body: Body) -> float:
     """Cost of a state (2L + 1,), angles and feed, with each link's own wrench and stiffness in ``body``.
 
-    places: (2L,) arc lengths of the middle and the far end of every link, where they were and where they are found.
+    places: (2L,) arc lengths of the midpoint and the far end of every link, in and out.
     """
     points, tangents, step, slack = line.points, line.tangents, line.step, line.slack
     chord, tip, weights, near = task.chord, task.tip, task.weights, task.near
@@ -169,7 +169,7 @@ def shape_cost(line: CurveSamples, task: ChainTask, state: Array, places: Array,
             centre = weights[CENTRE] * (weights[MIDDLE] if part == 0 else 1.0)
             centre += guide * (weights[GUIDE] - centre)
             cost += _pull(off, ahead, slack[before], centre, weights, force, stiff)
-            if end:  # the tip is held along the curve, too: this is what moves the feed
+            if end:  # the tip is held along the curve, too, which determines the feed
                 before = min(max(int(tip / step), 0), len(points) - 1)
                 on_curve(points, tangents, step, tip, off)
                 slip = 0.0
@@ -189,7 +189,7 @@ def shape_cost(line: CurveSamples, task: ChainTask, state: Array, places: Array,
 
 @no_refcount
 def _feed_twist(line: CurveSamples, base: Array, feed: float, twist: Array) -> None:
-    """How the whole chain moves as its base goes on along the curve, turning with the tangent and not about it."""
+    """Twist of the whole chain as its base moves along the curve, rotating with the tangent and not about it."""
     last = len(line.points) - 1
     before = min(int(feed / line.step), last - 1)
     bx = by = bz = 0.0

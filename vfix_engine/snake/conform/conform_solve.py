@@ -16,8 +16,8 @@ from .conform_kernel import Body, ChainTask, CurveSamples, normal_matrix, shape_
 
 _TURNS = 30  # of one step's set of joints at a limit
 _SMALL = 1e-9  # [rad, mm] a shorter step counts as zero
-_TOUCHES = 1e-12  # [rad, mm] from a limit: there
-_GAIN = 1e-5  # share of the cost below which a step is the last
+_TOUCHES = 1e-12  # [rad, mm] distance from a limit that counts as at it
+_GAIN = 1e-5  # fraction of the cost; a smaller improvement ends the iteration
 _NOTHING = 1e-18  # [mm²] a lower cost counts as zero
 _FLOOR, _STIFFEST = 1e-6, 1e6  # of the damping
 
@@ -62,7 +62,7 @@ def _value(hessian: Array, gradient: Array, x: Array, slope: Array) -> float:
 def _free_step(
     hessian: Array, slope: Array, x: Array, lower: Array, upper: Array, factor: Array, free: IntArray, step: Array
 ) -> None:
-    """Newton's step for what is not held at a limit, by its slope or because the step itself would leave the box."""
+    """Newton's step for unknowns that neither their slope nor the step itself fixes at a limit."""
     count = 0
     for i in range(len(x)):
         held = (x[i] <= lower[i] and slope[i] >= 0.0) or (x[i] >= upper[i] and slope[i] <= 0.0)
@@ -90,7 +90,8 @@ def box_step(
 ) -> None:
     """The x (n,) between ``lower`` ≤ 0 ≤ ``upper`` of least ½ xᵀH x + gᵀx; vectors: (3, n) and free: (n,) work.
 
-    A step that leaves the box is cut to it component by component; where that does not pay, it ends at the first limit.
+    A step that leaves the box is clamped component by component; where that does not reduce the cost, it ends at the
+    first limit.
     """
     slope, step, trial = vectors[0], vectors[1], vectors[2]
     for i in range(len(x)):
@@ -112,7 +113,7 @@ def box_step(
         if not lowered < value:
             for i in range(len(x)):
                 ahead = x[i] + first * step[i]
-                # On the limit itself where it is the one that was met, not a rounding before it.
+                # Exactly on the limit that was reached, not a rounding error before it.
                 trial[i] = min(max(ahead, lower[i]), upper[i])
                 if step[i] < 0.0 and trial[i] - lower[i] < _TOUCHES:
                     trial[i] = lower[i]
@@ -128,7 +129,7 @@ def box_step(
 
 @no_refcount
 def _bounds(state: Array, low: Array, high: Array, lower: Array, upper: Array) -> None:
-    """How far every unknown may still go."""
+    """Remaining range of every unknown."""
     for i in range(len(state)):
         lower[i], upper[i] = min(low[i] - state[i], 0.0), max(high[i] - state[i], 0.0)
 
@@ -161,7 +162,7 @@ def settle_chain(
 ) -> float:
     """Move a state (2L + 1,), angles and feed, to less cost between ``low`` and ``high``; the cost it ends with.
 
-    places (2L,), base (3, 4) and frames (L, 3, 4) are left as they are at the state that is found.
+    places (2L,), base (3, 4) and frames (L, 3, 4) are those of the result.
     """
     links, size = len(frames), len(state)
     body = Body(base, frames, np.empty((links, 6)), np.empty((links, 6, 6)), np.empty((7, 3)))

@@ -1,7 +1,7 @@
-"""A snake that lies along a curve, and goes in along it with every joint following the one ahead.
+"""A snake along a curve, inserted with every joint following the one ahead.
 
-Kwok 2013, section III.A: the joint centres lie on the lumen's centreline. Where the limits allow that it is done in
-closed form. The flexures of a colon bend more than joints of ± 45° over 28 mm can, and the paper assumes that away;
+Kwok 2013, section III.A: the joint centres are on the lumen's centreline. Where the limits allow that it is computed in
+closed form. The flexures of a colon bend more than joints of ± 45° over 28 mm can, which the paper neglects;
 there the nearest chain that keeps the limits is found by bounded least squares over all joints at once.
 """
 
@@ -25,15 +25,15 @@ from .joint_places import angles_between, frame_on_curve, joint_places
 
 FASTEST = 0.1  # [rad/mm] change of an angle per millimetre of insertion where the limits bind
 _STEP = 1.0  # [mm] of insertion between two solutions
-_ROLLS = 8  # tried for the base; the limits are the same after a quarter turn
-_ROLL_STEP = 5.0  # [mm] of insertion between the places at which a roll is measured
+_ROLLS = 8  # rolls tried for the base; the limits are the same after a quarter turn
+_ROLL_STEP = 5.0  # [mm] of insertion between the positions at which a roll is measured
 _FEED = 3.0  # [mm/mm] how much faster than its tip the base may go where the limits bind
-_SLIP = 10.0  # [mm] that the tip is asked to make up for in one solution
-_SETTLE = 200  # turns of a solution without one before it
-_FOLLOW = 6  # turns of a solution that follows one
-_ANEW = 20  # turns of a solution that follows one on a curve that has moved
+_SLIP = 10.0  # [mm] largest lag of the tip that one solution corrects
+_SETTLE = 200  # iterations of a solution without a previous one
+_FOLLOW = 6  # iterations of a solution that follows one
+_ANEW = 20  # iterations of a solution that follows one on a moved curve
 _ALIGNED = 1e-9  # [rad] of a link that is straight
-_DEFAULT_ROOM = 4.0  # [mm] around the curve where none is given
+_DEFAULT_ROOM = 4.0  # [mm] around the curve by default
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,10 +41,10 @@ class ShapeSolution:
     """A snake along a curve.
 
     base: (4, 4) transform_base_to_patient. q: (2L,) rad. joint_s: (L + 1,) arc length in mm of base joint … tip, of the
-    nearest place of the curve where they are off it; negative before its start. offset_mm: (L + 1,) distance of each
+    nearest point of the curve where they are off it; negative before its start. offset_mm: (L + 1,) distance of each
     joint centre to the curve. at_limit: (2L,) which angles are at ± q_max. exact: every joint centre is on the curve.
-    tip_s: where the tip was to be, mm; where the limits bind it may lag behind. roll: rad, of the base about
-    the curve. curve: what it lies along.
+    tip_s: desired arc length of the tip, mm; where the limits bind it may lag behind. roll: rad, of the base about
+    the curve. curve: the curve itself.
     """
 
     base: Array
@@ -59,7 +59,7 @@ class ShapeSolution:
 
     @property
     def links_inside(self) -> int:
-        """How many links have their far end beyond the curve's start."""
+        """Number of links whose far end is beyond the curve's start."""
         return int((self.joint_s[1:] > 0.0).sum())
 
 
@@ -67,9 +67,9 @@ _known: WeakKeyDictionary[Curve, Array] = WeakKeyDictionary()
 
 
 def _across(curve: Curve, before: Curve | None = None) -> Array:
-    """The transported directions (N, 3) along a curve, found once; the first is near that of the curve of before.
+    """The transported directions (N, 3) along a curve, computed once; the first is near that of the previous curve.
 
-    Any other first direction may jump by a quarter turn as a curve moves a little, and the base's roll with it.
+    Another first direction could jump by a quarter turn as a curve moves slightly, and the base's roll with it.
     """
     found = _known.get(curve)
     if found is None:
@@ -80,7 +80,7 @@ def _across(curve: Curve, before: Curve | None = None) -> Array:
 
 
 class _Chain:
-    """One snake on one curve: what stays the same for every depth."""
+    """One snake on one curve: everything that does not depend on the depth."""
 
     def __init__(
         self,
@@ -109,7 +109,7 @@ class _Chain:
             )
 
     def check(self, tip_s: float) -> None:
-        """Whether the tip can be there.
+        """Check that the tip can be there.
 
         Raises:
             PathwayError: it cannot.
@@ -123,7 +123,7 @@ class _Chain:
             )
 
     def exact(self, tip_s: float, roll: float) -> tuple[Array, Array, Array, Array, float]:
-        """Places, joint centres, base rows, angles with all joints on the curve, and the largest angle."""
+        """Arc lengths, joint centres, base rows, angles with all joints on the curve, and the largest angle."""
         links = self.snake.links
         places, joints = np.empty(links + 1), np.empty((links + 1, 3))
         base, q = np.empty((3, 4)), np.empty(2 * links)
@@ -134,7 +134,7 @@ class _Chain:
         return places, joints, base, q, largest
 
     def _best_roll(self, deepest: float) -> float:
-        """The roll of the base that asks least of the joints beyond their limits over the whole insertion."""
+        """The roll of the base that exceeds the joint limits least over the whole insertion."""
         depths = np.arange(0.0, min(self.curve.length, deepest), _ROLL_STEP)
         rolls = np.arange(_ROLLS) * (0.5 * math.pi / _ROLLS)
         beyond = [self._beyond(depths, roll) for roll in rolls]
@@ -155,9 +155,9 @@ class _Chain:
         return self._finished(base, q, places, tip_s, True)
 
     def nearest(self, tip_s: float, near: ShapeSolution | None, moved: float, most: float = math.inf) -> ShapeSolution:
-        """The nearest chain within the limits; after another one no farther than its angles may go in ``moved`` mm.
+        """The nearest chain within the limits; after another one with the change of angles permitted for ``moved`` mm.
 
-        most: rad, how far they may go where it is another curve that has moved, and no insertion that sets the pace.
+        most: rad, permitted change on a moved curve, where no insertion determines it.
         """
         links, limit = self.snake.links, self.snake.q_max
         state, places = np.empty(2 * links + 1), np.empty(2 * links)
@@ -179,7 +179,7 @@ class _Chain:
         state[-1] = joint_s[0]
         places[0::2], places[1::2] = 0.5 * (joint_s[:-1] + joint_s[1:]), joint_s[1:]
         out = 0 if near is None else _straight_outside(near, self.snake.length_mm)
-        before = np.arange(-out, 0.0) * self.snake.length_mm  # of the joints that stay out
+        before = np.arange(-out, 0.0) * self.snake.length_mm  # of the joints that stay outside
         state[-1] = joint_s[out]
         for feed in (low, high):
             feed[-1] -= before[0] if out else 0.0
@@ -214,16 +214,16 @@ class _Chain:
 
 
 def _straight_outside(near: ShapeSolution, length: float) -> int:
-    """How many links, from the base on, lie straight so far outside that the next step leaves them as they are.
+    """Number of links, from the base on, that are straight and so far outside that the next step does not change them.
 
-    So the shape of what is inside does not depend on how many links are still to come.
+    So the shape inside does not depend on how many links are still outside.
     """
     far = (near.joint_s[1:] < -length) & (np.abs(near.q.reshape(-1, 2)) < _ALIGNED).all(axis=1)
     return int(np.append(far[:-1], False).argmin())
 
 
 def _convected(q: Array, share: float) -> Array:
-    """The angles of a snake whose joints have gone on by a share of a link, each taking over from the one ahead."""
+    """The angles of a snake whose joints have advanced by a fraction of a link, each approaching the one ahead."""
     pairs = q.reshape(-1, 2)
     ahead = np.vstack([pairs[1:], pairs[-1:]] if share >= 0.0 else [np.zeros((1, 2)), pairs[:-1]])
     moved: Array = ((1.0 - abs(share)) * pairs + abs(share) * ahead).reshape(-1)
@@ -231,7 +231,7 @@ def _convected(q: Array, share: float) -> Array:
 
 
 def _weights(feasible: bool) -> Array:
-    """What the least squares hold against a chain; where all joints can be on the curve, only that they are not."""
+    """The weights of the least squares; where all joints can be on the curve, only of their distance to it."""
     weights = np.empty(7)
     weights[CENTRE], weights[SLACK], weights[MIDDLE] = (1.0, 0.0, 0.0) if feasible else (0.1, 1.0, 1.0)
     weights[GUIDE], weights[TIP], weights[STAY], weights[STEEP] = 10.0, 1000.0, 1.0, 2.0
@@ -257,22 +257,23 @@ def conform(
     outside: bool = True,
     most: float = math.inf,
 ) -> ShapeSolution:
-    """The snake along a curve with its tip at ``tip_s`` mm, the joints that are not in yet straight before its start.
+    """The snake along a curve with its tip at ``tip_s`` mm, the joints that are still outside straight before its
+    start.
 
     Args:
         snake: any number of links.
         curve: in the patient frame.
         tip_s: arc length of the tip, at most the curve's.
-        near: where the snake is now; on this curve the angles change by at most 0.1 rad per
-            millimetre that the limits bind, from another curve it is where the search begins.
-        slack: (N,) mm at ``curve.points``: how far off it a joint centre may be without touching; None: 4 mm.
-        roll: rad, of the base about the curve; None: that of ``near``, else of eight the one that asks least of the
+        near: the present shape; on this curve the angles change by at most 0.1 rad per
+            millimetre where the limits bind; a shape on another curve is the initial guess.
+        slack: (N,) mm at ``curve.points``: how far off the curve a joint centre may be; None: 4 mm.
+        roll: rad, of the base about the curve; None: that of ``near``, else the one of eight that demands least of the
             joints.
         outside: whether links may be before the curve's start.
         most: rad, by which an angle may differ from that of ``near`` on another curve.
 
     Raises:
-        PathwayError: a tip beyond the curve's end, or a snake longer than it that may not be outside.
+        PathwayError: a tip beyond the curve's end, or a snake longer than the curve if links may not be outside.
     """
     if near is not None:
         roll = near.roll if roll is None else roll
@@ -298,12 +299,12 @@ def _walked(chain: _Chain, state: ShapeSolution, distance: float, tip_s: float) 
 
 
 class Insertion:
-    """Follow-the-leader: a snake that goes in along a curve, and comes out the same way.
+    """Follow-the-leader: insertion of a snake along a curve, and retraction along the same path.
 
     Args:
         snake, curve, slack, roll: as for ``conform``.
-        tip_s: where the tip begins, mm; the default is the curve's start, with the snake straight before it.
-        deepest: mm, how far in the tip will go at most, which is what the roll is chosen for; None: to the curve's end.
+        tip_s: initial arc length of the tip, mm; by default the curve's start, with the snake straight before it.
+        deepest: mm, largest arc length of the tip, for which the roll is chosen; None: the curve's end.
     """
 
     def __init__(
@@ -323,7 +324,7 @@ class Insertion:
 
     @property
     def state(self) -> ShapeSolution:
-        """Where the snake is."""
+        """The present shape of the snake."""
         return self._state
 
     @property
@@ -338,23 +339,23 @@ class Insertion:
 
     @property
     def links_inside(self) -> int:
-        """How many links have their far end beyond the curve's start."""
+        """Number of links whose far end is beyond the curve's start."""
         return self._state.links_inside
 
     def advance(self, ds: float) -> ShapeSolution:
-        """The snake with its tip ``ds`` mm farther in, or farther out where that is negative.
+        """Advance the tip by ``ds`` mm, or retract it where that is negative.
 
         Where all joints can be on the curve its angles are those of the curve; elsewhere none changes by more than
         0.1 rad per millimetre.
 
         Raises:
-            PathwayError: a tip beyond the curve's end, or a depth that is not finite; the snake stays where it is.
+            PathwayError: a tip beyond the curve's end, or a depth that is not finite; the snake does not move.
         """
         self._state = self.after(self._state, ds)
         return self._state
 
     def after(self, state: ShapeSolution, ds: float) -> ShapeSolution:
-        """As ``advance``, from any shape along the curve; this insertion stays where it is."""
+        """As ``advance``, from any shape along the curve; this insertion does not change."""
         target = state.tip_s + ds
         self._chain.check(target)
         return _walked(self._chain, state, ds, target)

@@ -1,4 +1,4 @@
-"""What a driven snake conforms to, and the shapes between two that conform."""
+"""The curve that a driven snake conforms to, and the shapes between two conforming ones."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The placement of a robot's base at which its tool has a wanted pose."""
+"""The placement of a robot's base at which its tool has a desired pose."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from ...errors import StartRefused
 from ...robots import PlacedRobot, RobotModel, Tool
 from ...robots.inverse import IkResult, inverse_kinematics
 
-UP = np.array([0.0, 0.0, 1.0])  # of the operating room: superior, as the page draws the patient
+UP = np.array([0.0, 0.0, 1.0])  # vertical of the operating room: superior, as on the page
 _PARALLEL = 1e-6
-_SAME_LINE_MM = 0.05  # a joint's axis this near to the shaft is the shaft's
+_SAME_LINE_MM = 0.05  # a joint's axis this near to the shaft counts as the shaft's
 
 
 class BasePlacement:
     """One robot with one tool; ``at`` finds a base for every pose of the tip.
 
-    base: transform_base_to_image (4, 4) of a robot that stands already; ``at`` then finds its joints alone.
+    base: transform_base_to_image (4, 4) of a robot with a fixed base; ``at`` then computes only its joints.
     """
 
     def __init__(self, robot: RobotModel, tool: Tool, base: Array | None = None):
@@ -28,16 +28,16 @@ class BasePlacement:
     def at(self, rotation: Array, position: Array, roll: float) -> tuple[Array, Array]:
         """Base (4, 4) and joints (n,) for the tip at (rotation, position).
 
-        A robot that can turn the tool about its shaft makes the roll by that joint, so that its base does not lean;
-        the base is where the home configuration leaves it: T_base = T_tip · FK(home)⁻¹.
-        The base of a robot with ``stands`` is then turned upright about the tip, and its joints are solved anew from
+        A robot that can rotate the tool about its shaft makes the roll by that joint, so that its base does not tilt;
+        the base follows from the home configuration: T_base = T_tip · FK(home)⁻¹.
+        The base of a robot with ``stands`` is then rotated upright about the tip, and its joints are solved again from
         home.
 
         Args:
-            rotation: (3, 3) wanted, the roll in rad about the shaft included.
+            rotation: (3, 3), including the roll about the shaft.
 
         Raises:
-            StartRefused: a robot whose base is upright, or stands already, cannot hold the tool like that.
+            StartRefused: a robot with an upright or fixed base cannot hold the tool in this pose.
         """
         q = self._robot.home.copy()
         if self._roll_joint is not None:
@@ -62,7 +62,7 @@ class BasePlacement:
         return base
 
     def _stops(self, reached: IkResult) -> str:
-        """Which joints stop it, and how far from the entry."""
+        """The limiting joints, and the distance from the entry."""
         if not reached.stopped:
             return ""
         joints = " and ".join(f"joint {j + 1} ({self._robot.joints[j].name})" for j in reached.stopped)
@@ -91,7 +91,7 @@ class BasePlacement:
 
 
 def tip_freedom(placed: PlacedRobot, q: Array) -> int:
-    """In how many directions the robot can move its tip at q (n,)."""
+    """Number of directions in which the robot can move its tip at q (n,)."""
     return int(np.linalg.matrix_rank(placed.tip(q).jacobian[:3], tol=1e-6))
 
 
@@ -99,7 +99,7 @@ def _upright(rotation: Array) -> Array:
     """The nearest rotation (3, 3) whose z axis points up."""
     z = rotation[:, 2]
     axis, cosine = np.cross(z, UP), float(z @ UP)
-    if cosine < -1.0 + 1e-9:  # upside down: about x, which any axis across would do as well
+    if cosine < -1.0 + 1e-9:  # upside down: about x, as an arbitrary perpendicular axis
         return np.column_stack([rotation[:, 0], -rotation[:, 1], -z])
     cross = np.array([[0.0, -axis[2], axis[1]], [axis[2], 0.0, -axis[0]], [-axis[1], axis[0], 0.0]])
     turned: Array = (np.eye(3) + cross + cross @ cross / (1.0 + cosine)) @ rotation

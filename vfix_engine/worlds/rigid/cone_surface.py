@@ -1,4 +1,4 @@
-"""The surface of an inspection cone: from a target towards where the tails of the tools lie that can inspect it."""
+"""The surface of an inspection cone: from a target towards the tails of tools that can inspect it."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from ...arrays import Array, IndexArray
 from ...validate import point
 from .inspection_cone import DIRECTIONS, InspectionCone, spread_directions
 
-_SIDES = 16  # of the round cone that stands for directions which span no area between them
+_SIDES = 16  # of the round cone that represents directions without an area between them
 
 
 def cone_surface(cone: InspectionCone, target: ArrayLike, length_mm: float) -> tuple[Array, IndexArray]:
-    """Vertices (n, 3) and faces (m, 3) of the cone, as wide as its directions really are; none of an empty one.
+    """Vertices (n, 3) and faces (m, 3) of the cone with the actual extent of its directions; none for an empty one.
 
-    The directions are joined to triangles with their neighbours on the sphere. A triangle whose three corners are
+    The directions form triangles with their neighbours on the sphere. A triangle whose three corners are
     in the cone is a part of the cap, ``length_mm`` from the target, and its free edges are joined to the target:
-    what is drawn is within the directions that were found. Where these span no triangle, a round cone of their solid
-    angle about their mean stands for them.
+    the surface is within the directions that were found. Where these span no triangle, a round cone of their solid
+    angle about their mean represents them.
 
     Args:
         target: (3,) LPS mm, the apex.
@@ -44,7 +44,7 @@ def cone_surface(cone: InspectionCone, target: ArrayLike, length_mm: float) -> t
 
 
 def mean_direction(cone: InspectionCone) -> Array:
-    """Unit vector (3,) from the tip towards the tail, in the middle of the cone's directions; NaN of an empty one."""
+    """Unit vector (3,) from the tip towards the tail, in the middle of the cone's directions; NaN for an empty one."""
     if not len(cone.directions):
         return np.full(3, np.nan)
     mean = -cone.directions.mean(axis=0)
@@ -67,7 +67,7 @@ def _round_cone(cone: InspectionCone, apex: Array, length_mm: float) -> tuple[Ar
 
 @lru_cache(maxsize=1)
 def _net() -> tuple[Array, IndexArray]:
-    """The directions (DIRECTIONS, 3), and the triangles (T, 3) that they make with their neighbours."""
+    """The directions (DIRECTIONS, 3), and the triangles (T, 3) that they form with their neighbours."""
     from scipy.spatial import ConvexHull  # imported here: slow to load
 
     every = spread_directions()

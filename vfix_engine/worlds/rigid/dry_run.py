@@ -1,4 +1,4 @@
-"""A dry run: the controller itself drives the path, so that a plan shows the poses that would really be taken."""
+"""A dry run: the controller itself drives the path, so that a plan shows the poses of an actual drive."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from ...control import ControlSettings
 from .rehearsal import Command, Rehearsal
 from .scene import Scene
 
-STEP_MM = 0.1  # length of a dry step: ten times a rehearsal's, the certificate being the same
+STEP_MM = 0.1  # length of a step of a dry run: ten times a rehearsal's, with the same certificate
 DT_S = 0.01
-LEAST_FORCE_N = 1.0  # a weaker hand's run is made with this force: its steps would be shorter than that
-DETOUR = 5.0  # a run that takes this many times the path's length in steps goes nowhere
+LEAST_FORCE_N = 1.0  # lower limit of the force: with a smaller one steps would be shorter
+DETOUR = 5.0  # a run that takes this many times the path's length in steps is stuck
 PATIENCE = 40  # held steps after which the tool is stuck
-STATION_MM = 0.5  # of arc length between the poses that `stations` picks
+STATION_MM = 0.5  # of arc length between the poses of `stations`
 TIGHT_MM = 0.2  # above the margin: a clearance below that is tight
 
 
@@ -27,7 +27,7 @@ class DryRun:
 
     s (n,): arc length; tip (n, 3); clearance (n,): bone clearance of the whole tool; q (n, 7): joints.
     segments_start, segments_end (n, S, 3): the tool's axis in each pose, from the tip on.
-    completed: the end was reached; reason: what held the tool where it was not.
+    completed: the end was reached; reason: why not.
     """
 
     s: Array
@@ -47,7 +47,7 @@ class DryRun:
     def stations(self) -> Iterator[tuple[float, Array, Array]]:
         """Arc length, starts and ends (S, 3) of the tool's axis in a pose for every 0.5 mm of the path, and the last.
 
-        The last pose is often the tightest one, and the step before it may be nearer than half a station.
+        The last pose is often the tightest one and is always included.
         """
         rows = np.unique(np.rint(self.s / STATION_MM), return_index=True)[1]
         for row in np.union1d(rows, [len(self.s) - 1]):
@@ -55,9 +55,9 @@ class DryRun:
 
 
 def paced(settings: ControlSettings, step_mm: float = STEP_MM) -> ControlSettings:
-    """The same settings with that step under full force; the force stays, since soft tissue yields to it."""
+    """The same settings with this step under full force; the force is unchanged, since soft tissue yields to it."""
     force = max(settings.force_cap_n, LEAST_FORCE_N)
-    dt_s = DT_S * step_mm / STEP_MM  # at one speed, so that the shaft turns as far over a mm of path
+    dt_s = DT_S * step_mm / STEP_MM  # at one speed, so that the shaft rotates equally per mm of path
     return replace(settings, dt_s=dt_s, force_cap_n=force, gain_mm_per_s_per_n=step_mm / (dt_s * force))
 
 
@@ -70,9 +70,9 @@ def dry_run(
 ) -> DryRun:
     """Drive the scene's path at full force in coarse steps.
 
-    step_mm: length of a step; with 0.2 mm the least clearance differs by some 0.03 mm, in half the time.
-    go_on: called before each step; what it raises ends the run.
-    tell: called before each step with the share of the path that is done, 0 … 1.
+    step_mm: length of a step; with 0.2 mm the least clearance differs by about 0.03 mm, in half the time.
+    go_on: called before each step; an exception ends the run.
+    tell: called before each step with the completed fraction of the path, 0 … 1.
 
     Raises:
         StartRefused: the start pose is outside a limit or inside the margin.

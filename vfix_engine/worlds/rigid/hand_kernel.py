@@ -1,4 +1,4 @@
-"""What a force on the grip does, compiled: its torque about the point that moves, and where that is."""
+"""Effect of a force on the grip, compiled: its torque about the moving point, and the position of that."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def torque_about_view(
 
 @shared
 def _grip(t: TaskNumbers, state: StateViews) -> Triple:
-    """Where the hand holds the tool."""
+    """Position of the grip."""
     return plus(triple_at(np.dot(state.rotation, t.grip), 0), triple_at(state.position, 0))
 
 

@@ -10,13 +10,14 @@ from typing import Any
 import numpy as np
 
 from ...errors import ControlError
-from ...runtime.command import COMMAND_SIZE, command_to_row
-from ...runtime.driver import Log
+from ...runtime.driver import Driver, Log
 from ...runtime.requests import Reset, SetTask
 from .dry_run import dry_run
-from .operators import Operator, PushingOperator, ScriptedOperator
-from .rehearsal import ON_PATH_MM, Rehearsal, RehearsalState
+from .operators import PushingOperator, RigidOperator, ScriptedOperator
+from .rehearsal import Rehearsal
+from .rigid_snapshot import lazy_snapshot
 from .snapshot import RigidSnapshot
+from .system import NO_PATH, ON_PATH_MM
 
 PATIENCE_STEPS = 400  # steps without progress after which a scripted hand gives up
 GAIN_MM = 0.02  # less than this in that many steps is no progress towards a target
@@ -75,40 +76,38 @@ class RehearsalTally:
 
 
 class HeadlessRun:
-    """Steps a rehearsal with an operator and hands every snapshot to ``keep``.
+    """Lets an operator drive the tool of a rehearsal, and hands every snapshot to ``keep``.
 
-    log: where every command with the system's row, and every request, goes, as ``runtime.driver`` has them; None:
-        nowhere.
+    log: destination of the recorded run; None: nothing is recorded.
+
+    Raises:
+        StartRefused: the start pose is outside a limit or inside the margin.
     """
 
     def __init__(self, rehearsal: Rehearsal, keep: Keep, log: Log | None = None):
-        self.rehearsal, self._keep, self._log, self.tally = rehearsal, keep, log, RehearsalTally()
-        self._line = np.zeros(COMMAND_SIZE + len(rehearsal.system.row_layout))
-        self._started = False
+        self.rehearsal, self._keep, self.tally = rehearsal, keep, RehearsalTally()
+        self._driver = Driver(rehearsal.system, log=log)
         self.least_of_zones = [np.inf] * len(rehearsal.controller.zones)  # [mm], of the whole tool to each so far
 
     def follow(self) -> RigidSnapshot:
         """Along the path to its end, or until the hand gives up."""
-        state = self._start()
-        return self._drive(state, ScriptedOperator(), lambda s: s.phase == "done")[1]
+        self._start()
+        return self._drive(ScriptedOperator(), lambda s: s.phase == "done")
 
     def push(self, steps: int, seed: int, free: bool) -> dict[str, Any]:
         """Along the path to its tightest place, then ``steps`` steps of full force into bone; what these came to."""
         rehearsal = self.rehearsal
         dry = dry_run(rehearsal.scene, rehearsal.settings)
         tightest = float(dry.s[dry.clearance.argmin()])
-        state, snapshot = self._drive(
-            self._start(),
-            ScriptedOperator(),
-            lambda s: s.progress_mm >= tightest or s.phase == "done",
-        )
+        self._start()
+        snapshot = self._drive(ScriptedOperator(), lambda s: s.progress_mm >= tightest or s.phase == "done")
         if free:
-            state = self._with_task(state, "free")
+            self._driver.apply(SetTask("free"))
             self.tally.errors.clear()  # without the fixture the path is no reference
         operator = PushingOperator(seed)
         pushed = RehearsalTally()
         for _ in range(steps):
-            state, snapshot = self._one(state, operator)
+            snapshot = self._one(operator)
             pushed.add(snapshot, 0.0)
         return {
             "mode": snapshot.mode,
@@ -131,36 +130,36 @@ class HeadlessRun:
         if rehearsal.scene.path is None:
             raise ControlError("inspection starts from a path; the plan has none")
         goal, name = rehearsal.scene.targets[target], rehearsal.scene.target_names[target]
-        state = self._to_best_view(self._start(), goal)
+        self._start()
+        self._to_best_view(goal)
         for attempt in range(ATTEMPTS):
             if attempt:
-                state = self._back_off(state)
-            state = self._with_task(state, "inspect", target)
-            state, snapshot = self._drive(state, ScriptedOperator(), _arrival())
+                self._back_off()
+            self._driver.apply(SetTask("inspect", target))
+            snapshot = self._drive(ScriptedOperator(), _arrival())
             if snapshot.phase == "inspect_hold":
-                return {"target": name, "reached": True, "reason": ""} | self._swing(state, steps)
+                return {"target": name, "reached": True, "reason": ""} | self._swing(steps)
         reason = snapshot.reason or next(iter(snapshot.active), "the view does not get there")
         return {"target": name, "reached": False, "reason": reason, "error_mm": None, "swing_deg": 0.0}
 
-    def _swing(self, state: RehearsalState, steps: int) -> dict[str, Any]:
+    def _swing(self, steps: int) -> dict[str, Any]:
         """Swing about the target: the error of the view and the largest turn from where it began."""
-        operator, first = ScriptedOperator(), state.tool.tip.rotation
+        driver, operator = self._driver, ScriptedOperator()
+        first = driver.state.tool.tip.rotation
         errors, swing = [], 0.0
         for _ in range(steps):
-            state, snapshot = self._one(state, operator)
-            errors.append(snapshot.target_error_mm)
-            turned = np.arccos(np.clip((np.trace(first.T @ state.tool.tip.rotation) - 1) / 2, -1, 1))
+            errors.append(self._one(operator).target_error_mm)
+            turned = np.arccos(np.clip((np.trace(first.T @ driver.state.tool.tip.rotation) - 1) / 2, -1, 1))
             swing = max(swing, float(np.degrees(turned)))
         return {"error_mm": {"mean": float(np.mean(errors)), "max": float(np.max(errors))}, "swing_deg": swing}
 
-    def _back_off(self, state: RehearsalState) -> RehearsalState:
+    def _back_off(self) -> None:
         """Back onto the path and some distance out along it."""
-        state = self._with_task(state, "path")
+        state = self._driver.apply(SetTask("path"))
         out = self.rehearsal.snapshot(state).progress_mm - BACK_OFF_MM
-        back = ScriptedOperator(drive=-1)
-        return self._drive(state, back, lambda s: s.phase == "follow" and s.progress_mm <= max(out, 0.0))[0]
+        self._drive(ScriptedOperator(drive=-1), lambda s: s.phase == "follow" and s.progress_mm <= max(out, 0.0))
 
-    def _to_best_view(self, state: RehearsalState, goal: np.ndarray) -> RehearsalState:
+    def _to_best_view(self, goal: np.ndarray) -> None:
         """Drive on until the virtual point has passed where it is nearest to the goal."""
         nearest = np.inf
 
@@ -170,52 +169,42 @@ class HeadlessRun:
             nearest = min(nearest, distance)
             return snapshot.phase == "done" or distance > nearest + PASSED_MM
 
-        return self._drive(state, ScriptedOperator(), passed)[0]
+        self._drive(ScriptedOperator(), passed)
 
-    def _start(self) -> RehearsalState:
-        """At the entry, on the path."""
-        state = self.rehearsal.start("path")
-        if self._log is not None and self._started:
-            self._log.event("request", Reset())
-        self._started = True
-        return state
+    def _start(self) -> None:
+        """To the entry, on the path. Raises ControlError where there is none."""
+        if self.rehearsal.scene.path is None:
+            raise ControlError(NO_PATH)
+        if self._driver.state.steps:
+            self._driver.apply(Reset())
 
-    def _with_task(self, state: RehearsalState, task: str, target: int = 0) -> RehearsalState:
-        """The same pose and speed with another task."""
-        state = self.rehearsal.with_mode(state, task, target)
-        if self._log is not None:
-            self._log.event("request", SetTask(task, target))
-        return state
-
-    def _drive(
-        self, state: RehearsalState, operator: Operator, stop: Callable[[RigidSnapshot], bool]
-    ) -> tuple[RehearsalState, RigidSnapshot]:
+    def _drive(self, operator: RigidOperator, stop: Callable[[RigidSnapshot], bool]) -> RigidSnapshot:
         """Until ``stop``, or until the hand gives up: held for long, or on the path and no longer getting anywhere."""
-        snapshot = self.rehearsal.snapshot(state)
+        snapshot = self.rehearsal.snapshot(self._driver.state)
         settings = self.rehearsal.settings
         free = settings.gain_mm_per_s_per_n * settings.force_cap_n * settings.dt_s * PATIENCE_STEPS
         held, idle, best = 0, 0, (snapshot.progress_mm, snapshot.tip_error_mm)
         while not stop(snapshot) and max(held, idle) < PATIENCE_STEPS:
-            state, snapshot = self._one(state, operator)
+            snapshot = self._one(operator)
             held = held + 1 if snapshot.held else 0
             now = snapshot.progress_mm, snapshot.tip_error_mm
             nowhere = max(abs(a - b) for a, b in zip(now, best, strict=True)) < GAIN_SHARE * free
             idle, best = (idle + 1, best) if nowhere and snapshot.mode == "path" else (0, now)
-        return state, snapshot
+        return snapshot
 
-    def _one(self, state: RehearsalState, operator: Operator) -> tuple[RehearsalState, RigidSnapshot]:
-        command = operator.command(self.rehearsal, state)
+    def _one(self, operator: RigidOperator) -> RigidSnapshot:
+        """One step."""
+        driver = self._driver
+        act = operator(self.rehearsal.system, driver.state)
         begin = time.perf_counter()
-        state, snapshot = self.rehearsal.step(state, command)
-        self.tally.add(snapshot, time.perf_counter() - begin)
+        state = driver.act(act)
+        seconds = time.perf_counter() - begin
+        snapshot = lazy_snapshot(self.rehearsal.scene, state)
+        self.tally.add(snapshot, seconds)
         nearest = state.tool.distance[1:].min(axis=1)
         self.least_of_zones = [min(*pair) for pair in zip(self.least_of_zones, nearest.tolist(), strict=True)]
-        if self._log is not None:
-            command_to_row(command, self._line)
-            self.rehearsal.system.row(state, self._line[COMMAND_SIZE:])
-            self._log.tick(self._line)
         self._keep(snapshot)
-        return state, snapshot
+        return snapshot
 
 
 def _arrival() -> Callable[[RigidSnapshot], bool]:

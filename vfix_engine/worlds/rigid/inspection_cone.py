@@ -1,8 +1,8 @@
-"""From where a target can be inspected: directions of the shaft in which the tool is clear of bone, tip on the target.
+"""Inspection of a target: directions of the shaft in which the tool is clear of bone with its tip on the target.
 
-Directions are spread evenly over the sphere, with rolls about the shaft for a bent tool. Each pose that is asked for is
-measured exactly. Only what can be reached by turning about the target is asked for, beginning with the path's own pose:
-a free direction on the other side of a bone is none that the tool can take.
+Directions are spread evenly over the sphere, with rolls about the shaft for a bent tool. Each tested pose is
+measured exactly. Only poses that can be reached by rotation about the target are tested, beginning with the path's own:
+a free direction on the other side of a bone cannot be reached.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ from ...validate import point, rotation_matrix
 
 DIRECTIONS, ROLLS = 2000, 12  # 4.5 and 30 degrees apart
 _BESIDE = 6  # neighbours of a direction
-_BEGIN_DEG = 25.0  # the flood may begin with every pose this near to the path's own, which lies between them
+_BEGIN_DEG = 25.0  # the search begins with every pose this near to the path's own, which is between them
 
 
 @dataclass(frozen=True, eq=False)
 class InspectionCone:
     """Directions of the shaft, unit vectors (m, 3) from the grip to the tip, in which a target can be inspected.
 
-    rolls (m,): in how many of the tool's rolls. asked: number of poses that were measured.
+    rolls (m,): number of the tool's rolls. asked: number of measured poses.
     """
 
     directions: Array
@@ -48,15 +48,15 @@ class InspectionCone:
 def inspection_cone(
     anatomy: Proximity, tool: Tool, target: ArrayLike, margin_mm: float, rotation: ArrayLike
 ) -> InspectionCone:
-    """The directions from which a tool can be put with its tip on a target, and turned to from a pose.
+    """The directions in which a tool can have its tip on a target, reachable by rotation from a pose.
 
     Args:
-        target: (3,) LPS mm. margin_mm: clearance that the whole tool keeps, but for the target itself: where the target
-            lies nearer to the anatomy than radius and margin, that is what is left of the margin.
-        rotation: (3, 3) of the tool's tip frame to begin with, as at the end of the path.
+        target: (3,) LPS mm. margin_mm: clearance of the whole tool, except at the target itself: where the target
+            is nearer to the anatomy than radius and margin, the margin is reduced accordingly.
+        rotation: (3, 3) of the tool's tip frame at the start, such as at the end of the path.
 
     Raises:
-        InputError: a target or rotation that is none.
+        InputError: an invalid target or rotation.
     """
     place, first = point("the target", target), rotation_matrix(rotation, "the tool's rotation")
     bent = any(part.bend > 0.0 for part in tool.parts)
@@ -94,7 +94,7 @@ def inspection_cone(
 
 
 def spread_directions() -> Array:
-    """The directions that are asked for: unit vectors (DIRECTIONS, 3), evenly over the sphere along a golden spiral."""
+    """The tested directions: unit vectors (DIRECTIONS, 3), evenly over the sphere along a golden spiral."""
     number = np.arange(DIRECTIONS) + 0.5
     polar, around = np.arccos(1.0 - 2.0 * number / DIRECTIONS), np.pi * (1.0 + np.sqrt(5.0)) * number
     return np.column_stack([np.cos(around) * np.sin(polar), np.sin(around) * np.sin(polar), np.cos(polar)])
@@ -103,7 +103,7 @@ def spread_directions() -> Array:
 @lru_cache(maxsize=2)
 def _sphere(rolls: int) -> tuple[Array, IndexArray, IndexArray]:
     """Rotations (D, rolls, 3, 3) with the shaft +y in each direction; neighbours (D, 6) of each direction, and by
-    how many rolls (D, 6) the neighbour's frame is turned against its own.
+    how many rolls (D, 6) the neighbour's frame is rotated against its own.
     """
     from scipy.spatial import cKDTree  # imported here: slow to load
 
@@ -116,6 +116,6 @@ def _sphere(rolls: int) -> tuple[Array, IndexArray, IndexArray]:
     rolled_x, rolled_z = cos * x[:, None] - sin * z[:, None], sin * x[:, None] + cos * z[:, None]
     frames = np.stack([rolled_x, np.broadcast_to(y[:, None], rolled_x.shape), rolled_z], axis=-1)
     beside = cKDTree(y).query(y, k=_BESIDE + 1)[1][:, 1:]
-    # The roll of the neighbour whose x lies nearest to the own one.
+    # The roll of the neighbour whose x is nearest to this direction's.
     along = np.einsum("nj,nkrj->nkr", x, frames[beside][..., 0])
     return frames, beside, along.argmax(axis=2)

@@ -1,19 +1,18 @@
-"""Simulated hands: one that does the job, one that pushes into bone with all its force."""
+"""Operators of the rigid tool: one that does the job, one that pushes into bone with all its force."""
 
 from __future__ import annotations
 
-from typing import Protocol
+from collections.abc import Callable
 
 import numpy as np
 
 from ...arrays import Array
-from .rehearsal import Command, Rehearsal, RehearsalState
+from ...runtime.command import Command
+from ...runtime.operator import Act
+from .state import RehearsalState
+from .system import RigidSystem
 
-
-class Operator(Protocol):
-    """Anything that answers a state with a command."""
-
-    def command(self, rehearsal: Rehearsal, state: RehearsalState) -> Command: ...
+RigidOperator = Callable[[RigidSystem, RehearsalState], Act]  # an ``Operator`` that never finishes
 
 
 class ScriptedOperator:
@@ -23,17 +22,16 @@ class ScriptedOperator:
         self._direction, self._period = drive, swing_period_steps
         self._swung = 0
 
-    def command(self, rehearsal: Rehearsal, state: RehearsalState) -> Command:
+    def __call__(self, system: RigidSystem, state: RehearsalState) -> Act:
         if state.mode != "inspect":
-            return Command(np.zeros(3), drive=self._direction)
-        cap = rehearsal.settings.force_cap_n
+            return Act(Command(np.zeros(3), drive=self._direction))
         if state.phase == "inspect_approach":
-            return Command(np.zeros(3), drive=1)
+            return Act(Command(np.zeros(3), drive=1))
         angle = 2 * np.pi * self._swung / self._period
         self._swung += 1
         across, upwards = state.tool.tip.rotation[:, 0], state.tool.tip.rotation[:, 2]
-        force = 0.5 * cap * (np.cos(angle) * across + np.sin(angle) * upwards)
-        return Command(force, twist=int(np.sign(np.sin(2 * angle))))
+        force = 0.5 * state.settings.force_cap_n * (np.cos(angle) * across + np.sin(angle) * upwards)
+        return Act(Command(force, twist=int(np.sign(np.sin(2 * angle)))))
 
 
 class PushingOperator:
@@ -44,24 +42,29 @@ class PushingOperator:
         self._episode, self._count = episode_steps, 0
         self._kind, self._push = 0, np.zeros(3)
 
-    def command(self, rehearsal: Rehearsal, state: RehearsalState) -> Command:
-        settings, tip = rehearsal.settings, state.tool.tip
+    def __call__(self, system: RigidSystem, state: RehearsalState) -> Act:
         fresh = self._count % self._episode == 0
         self._count += 1
         if fresh:
             # The first two episodes make contact; from then on the direction changes.
             self._kind = int(self._random.integers(4)) if self._count > 2 * self._episode else 0
-            self._push = self._unit(self._random.normal(size=3))
+            self._push = _unit(self._random.normal(size=3))
         if self._kind == 0:
-            nearest = rehearsal.scene.tree.closest(state.tool.segments)
-            direction = -nearest.normal
+            direction = to_nearest_bone(system, state)
         elif self._kind == 1:
             direction = self._push
         else:
-            ahead = tip.rotation[:, 1] if state.nearest is None else state.nearest.tangent
-            direction = self._unit(ahead + (0.3 if self._kind == 2 else -0.3) * self._push)
-        return Command(settings.force_cap_n * direction, twist=int(self._random.integers(-1, 2)) if fresh else 0)
+            ahead = state.tool.tip.rotation[:, 1] if state.nearest is None else state.nearest.tangent
+            direction = _unit(ahead + (0.3 if self._kind == 2 else -0.3) * self._push)
+        twist = int(self._random.integers(-1, 2)) if fresh else 0
+        return Act(Command(state.settings.force_cap_n * direction, twist=twist))
 
-    @staticmethod
-    def _unit(vector: Array) -> Array:
-        return vector / float(np.linalg.norm(vector))
+
+def to_nearest_bone(system: RigidSystem, state: RehearsalState) -> Array:
+    """Return the unit direction (3,) from the tool to the nearest bone, in the patient frame."""
+    direction: Array = -system.scene.tree.closest(state.tool.segments).normal
+    return direction
+
+
+def _unit(vector: Array) -> Array:
+    return vector / float(np.linalg.norm(vector))

@@ -1,4 +1,4 @@
-"""Placing the robot: the placement of its base and the turn of its tool from which the path can be driven."""
+"""Placement of the robot: the pose of its base and the orientation of its tool from which the path can be driven."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ from .scene import Scene
 _TILTS = (0.0, 12.0, 24.0)  # degrees between shaft and chord of the path
 _CHORD = 0.7  # share of the path that the chord spans
 _ROLLS = 12  # turns of the bend about the shaft
-_TRIED = 6  # placings that get a dry run, best first
-_RANKING = 0.3  # of the search, which is told as its progress
-_SAMPLES = 24  # poses along the path that rank a placing
+_TRIED = 6  # placements that get a dry run, best first
+_RANKING = 0.3  # fraction of the search, for its progress
+_SAMPLES = 24  # poses along the path that rank a placement
 
 
 @dataclass(frozen=True)
 class Placing:
-    """base: transform_base_to_image (4, 4); q_start (n,); run: the dry run that this placing was chosen by."""
+    """base: transform_base_to_image (4, 4); q_start (n,); run: the dry run by which this placement was chosen."""
 
     base: Array
     q_start: Array
@@ -54,22 +54,23 @@ def place_robot(
     shaft: ShaftDirections | None = None,
     base: Array | None = None,
 ) -> Placing:
-    """The placing from which the controller gets furthest along the path.
+    """The placement from which the controller gets furthest along the path.
 
-    Directions of the shaft around the path's chord and turns of the bend are ranked by the clearance of the unmoving
-    orientation at samples of the path; the best few are simulated, among the zones and fixtures, and the first that
-    arrives is taken.
-    A robot that arrives in none of them is placed where it gets furthest, and ``run.reason`` says what holds it there.
-    ``go_on`` is called between all of these steps; what it raises ends the search.
-    ``tell`` gets the share of the search that is done, 0 … 1; it ends early where a placing arrives.
-    ``structure_names``: as of ``Scene``, for the words of the reason.
-    ``shaft``: its planned directions, which are then the only ones; a bent tool whose roll they leave open is tried
-    with turns about the shaft.
-    ``base``: transform_base_to_image (4, 4) of a robot that stands already, as a registration gives it; its joints at
-    the entry are sought alone.
+    Directions of the shaft around the path's chord and rolls of the bend are ranked by the clearance of the constant
+    orientation at samples of the path; the best few are simulated with zones and fixtures, and the first that
+    reaches the end is used.
+    If none does, the robot is placed where it gets furthest, and ``run.reason`` says why it stops.
+    ``go_on`` is called between all of these steps; an exception ends the search.
+    ``tell`` gets the completed fraction of the search, 0 … 1; the search ends early where a placement reaches the end.
+    ``structure_names``: as in ``Scene``, for the words of the reason.
+    ``shaft``: planned directions, which are then the only ones; a bent tool with an open roll is tried
+    with rolls about the shaft.
+    ``base``: transform_base_to_image (4, 4) of a robot with a fixed base, from a registration; only its joints at
+    the entry are computed.
 
     Raises:
-        StartRefused: the tool does not fit at the entry in any of these directions, or the robot does not reach it.
+        StartRefused: the tool does not fit at the entry in any of these directions, or the robot does not reach the
+            entry.
     """
     placement, names = BasePlacement(robot, tool, base), structure_names or {}
 
@@ -104,24 +105,24 @@ def place_robot(
 
 
 def placed_along(robot: RobotModel, tool: Tool, path: SplinePath, shaft: ShaftDirections) -> tuple[Array, Array]:
-    """Base (4, 4) and joints (n,) at the entry with the shaft as it is planned there; without a roll, upright.
+    """Base (4, 4) and joints (n,) at the entry with the planned direction of the shaft; without a roll, upright.
 
     Raises:
-        StartRefused: a robot whose base is upright cannot hold the tool like that.
+        StartRefused: a robot whose base is upright cannot hold the tool in this pose.
     """
     frame = shaft.frame(0.0)
-    # A roll about the direction is one about the frame's y axis the other way round.
+    # A roll about the direction is an opposite one about the frame's y axis.
     return BasePlacement(robot, tool).at(frame, path.position(0.0), -roll_of(frame))
 
 
 def started_at(placed: PlacedRobot, q_start: Array, path: SplinePath, shaft: ShaftDirections | None = None) -> Array:
-    """Joints (n,) with the tip at the entry of another path, the base of the robot kept.
+    """Joints (n,) with the tip at the entry of another path and an unchanged base.
 
-    The tool keeps the orientation that it has at ``q_start``; with planned directions it is turned onto the one at the
-    entry, and rolled only where they say a roll.
+    The tool keeps its orientation at ``q_start``; with planned directions it is rotated onto the one at the
+    entry, and rolled only where they specify a roll.
 
     Raises:
-        StartRefused: the robot does not reach that from where it stands.
+        StartRefused: the robot does not reach that from its base.
     """
     rotation = placed.tip_pose(q_start)[0]
     if shaft is not None:
@@ -137,7 +138,7 @@ def _smallest_turn(start: Array, end: Array) -> Array:
     """The rotation (3, 3) with the smallest angle that turns one unit vector onto another."""
     from scipy.spatial.transform import Rotation  # not needed to start, and slow to import
 
-    across = np.cross(start, np.eye(3)[int(np.abs(start).argmin())])  # the axis of a half turn, where any would do
+    across = np.cross(start, np.eye(3)[int(np.abs(start).argmin())])  # an arbitrary axis for a half turn
     axis, angle = turn_between(triple(start), triple(end), triple(across / np.linalg.norm(across)))
     turn: Array = Rotation.from_rotvec(angle * np.array(axis)).as_matrix()
     return turn
@@ -162,15 +163,15 @@ def _ranked(
 
 
 def _tell_share(tell: Callable[[float], object], tried: int, along: float) -> None:
-    """The share of the search that is done while a placing is driven, ``along`` of its path."""
+    """The completed fraction of the search during a dry run, at the fraction ``along`` of its path."""
     tell(_RANKING + (1.0 - _RANKING) * (tried + along) / _TRIED)
 
 
 @dataclass(frozen=True)
 class _Orientation:
-    """roll: how far it is turned about the shaft from where it is as upright as can be, in rad.
+    """roll: rotation about the shaft from the most upright orientation, in rad.
 
-    tips: rotations (k, 3, 3) of the tip at the samples of the path, the entry's first; one where it does not change.
+    tips: rotations (k, 3, 3) of the tip at the samples of the path, from the entry on; one if constant.
     """
 
     roll: float
@@ -184,7 +185,7 @@ class _Orientation:
 
 
 def _orientations(path: SplinePath, tool: Tool) -> Iterator[_Orientation]:
-    """Shafts (+y) near the path's chord, the bend turned about each; a straight tool looks the same from all sides."""
+    """Shafts (+y) near the path's chord with rolls of the bend about each; a straight tool is symmetric."""
     from scipy.spatial.transform import Rotation  # not needed to start, and slow to import
 
     bent = any(part.bend > 0.0 for part in tool.parts)
@@ -203,7 +204,7 @@ def _orientations(path: SplinePath, tool: Tool) -> Iterator[_Orientation]:
 
 
 def _planned(path: SplinePath, tool: Tool, shaft: ShaftDirections) -> Iterator[_Orientation]:
-    """The planned orientation; with turns of the bend about it where the plan leaves the roll open."""
+    """The planned orientation; with rolls of the bend about it where the plan leaves the roll open."""
     from scipy.spatial.transform import Rotation  # not needed to start, and slow to import
 
     frames = shaft.frame(np.linspace(0.0, path.length, _SAMPLES))
@@ -214,13 +215,13 @@ def _planned(path: SplinePath, tool: Tool, shaft: ShaftDirections) -> Iterator[_
 
 
 def _mean_clearance(tree: Proximity, tool: Tool, path: SplinePath, tips: Array, settings: ControlSettings) -> float:
-    """Mean clearance along the path with these orientations, each sample cut at the threshold."""
+    """Mean clearance along the path with these orientations, each sample limited to the threshold."""
     cap = settings.reach_mm
     places = path.position(np.linspace(0.0, path.length, _SAMPLES))
     every = np.broadcast_to(tips, (_SAMPLES, 3, 3))
     clearances = [
         min(tree.clearance(tool.segments(tip, place), cap), cap) for tip, place in zip(every, places, strict=True)
     ]
-    # A tool that does not even fit at the entry is ranked behind all that do.
+    # A tool that does not fit at the entry is ranked behind all that do.
     entry = -cap if clearances[0] < settings.kept_mm else 0.0
     return float(np.mean(clearances)) + entry

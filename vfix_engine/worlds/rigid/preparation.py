@@ -1,4 +1,4 @@
-"""What compiles every kernel that a page and a rehearsal need; see ``kernels/preparation.py``.
+"""Compilation of every kernel that a page and a rehearsal need; see ``kernels/preparation.py``.
 
 `python -m vfix_engine.worlds.rigid.preparation PART ...` is one of its processes.
 """
@@ -26,10 +26,10 @@ from ...proximity.fit import nearest_free_point
 from ...proximity.proximity import ProximityTree
 from ...robots import PlacedRobot, RobotModel, Tool
 from .dry_run import dry_run
-from .rigid import RigidSystem
 from .scene import Scene
+from .system import RigidSystem
 
-# Of two processes; the second parts put kernels of both first ones into theirs.
+# For two processes; the second parts use kernels of both first ones.
 RIGID = Preparation(
     "vfix_engine.worlds.rigid.preparation", (("surface", "distances"), ("parts", "control")), "prepared", 128
 )
@@ -51,7 +51,7 @@ def _tube() -> TriangleMesh:
 
 def _surface() -> None:
     tree, (robot, tool) = ProximityTree(_tube()), _robot()
-    # When the tree is built, what this needs is there from the other process, which will put it into the certificate.
+    # When the tree is built, the other process has compiled what this needs.
     compile_ahead.call_motion(robot, tool, ControlSettings())
     tree.candidates(tool.segments(np.eye(3), np.zeros(3)), 3.0)
     compile_ahead.call_solver(robot, tool, ControlSettings())
@@ -78,7 +78,7 @@ def _base(tool: Tool) -> NDArray[np.float64]:
 
 
 def _distances() -> None:
-    """What a page asks a tree; what it never asks is compiled by who does."""
+    """Queries of the page; others are compiled on their first use."""
     tree, segments = ProximityTree(_tube()), Tool.load("bent_30").segments(np.eye(3), np.zeros(3))
     tree.clearance(segments, 3.0)
     nearest_free_point(tree, np.array([2.5, 5.0, 0.0]), 1.8, inside_bone=None)
@@ -87,7 +87,7 @@ def _distances() -> None:
 
 
 def _fields() -> None:
-    """What the verdict asks of bone and of soft tissue."""
+    """Queries of the verdict about bone and soft tissue."""
     ball = field_of_level(lambda points: 3.0 - np.linalg.norm(points, axis=1), [[-6.0] * 3, [6.0] * 3], 1.0)
     ball.at(np.zeros((1, 3)))
     air = RoomAir(np.full((7, 7, 7), ROOM, np.uint8), ball.grids[0].origin, 2.0, 0.0)
@@ -95,9 +95,9 @@ def _fields() -> None:
 
 
 def _slices() -> None:
-    """What is asked of a CT, and what is painted on it."""
+    """Queries of a CT, and painting on it."""
     grey = np.zeros((4, 5, 6), dtype=np.int16)
-    grey.setflags(write=False)  # as a volume's voxels are, which is another type to the compiler
+    grey.setflags(write=False)  # like a volume's voxels, which are another type to the compiler
     sample_points(grey, np.ones((2, 3)), np.zeros(3), np.eye(3), -1024.0)
     along_i, along_j, along_k = 0.5 * np.eye(3)
     for column, row in ((along_i, along_j), (along_j, along_k)):  # the second is sampled in a copy
@@ -109,7 +109,7 @@ def _control() -> None:
     robot, tool = RobotModel.load("steady_hand"), Tool.load("bent_30")
     scene = Scene(ProximityTree(_tube()), robot, tool, _base(tool), np.zeros(len(robot.joints)))
     settings = ControlSettings()
-    RigidSystem(scene, settings).prepare()  # first what this half alone compiles, then what the other one has done
+    RigidSystem(scene, settings).prepare()  # first the kernels that only this half compiles
     path = SplinePath(np.array([[0.0, 0, 0], [0, 10, 0], [0, 20, 0]]))
     scene = replace(scene, path=path, targets=np.array([[0.0, 18.0, 1.0]]), target_names=("ahead",))
     RigidSystem(scene, settings).prepare()

@@ -7,8 +7,8 @@ from pathlib import Path
 from ...control import ControlSettings
 from ...runtime.process import ControlProcess
 from ...runtime.requests import SetSettings, SetTask
-from .rigid_spec import RigidSpec, SceneSpec
 from .snapshot import RigidSnapshot
+from .spec import RigidSpec, SceneSpec
 
 __all__ = ["RehearsalProcess", "SceneSpec"]
 
@@ -24,5 +24,5 @@ class RehearsalProcess(ControlProcess[RigidSnapshot]):
         self.apply(SetTask(mode, 0 if target_index is None else int(target_index)))
 
     def set_settings(self, settings: ControlSettings) -> None:
-        """Takes effect at once; margin and rate included."""
+        """Takes effect at once, including margin and rate."""
         self.apply(SetSettings(settings))

@@ -13,11 +13,11 @@ from ...control.tasks import PathPoint
 from ...proximity.proximity import Proximity
 from ...runtime.command import Command, Master
 from ...virtual_fixtures import Zone
-from .rigid import MODES, ON_PATH_MM, RigidSystem
 from .rigid_snapshot import lazy_snapshot, snapshot_of
-from .rigid_state import LastStep, RehearsalState
 from .scene import Scene
 from .snapshot import RigidSnapshot
+from .state import LastStep, RehearsalState
+from .system import MODES, ON_PATH_MM, RigidSystem
 
 __all__ = ["MODES", "ON_PATH_MM", "Command", "Master", "PathPoint", "Rehearsal", "RehearsalState"]
 
@@ -45,10 +45,10 @@ class Rehearsal:
         self.system.controller = controller
 
     def with_anatomy(self, tree: Proximity, zones: tuple[Zone, ...] | None = None) -> Rehearsal:
-        """The same rehearsal among anatomy that has moved; its states go on from where the tool is (HAZ-04).
+        """The same rehearsal with moved anatomy; states continue from the tool's pose (HAZ-04).
 
         Args:
-            zones: as they are now, where they moved with the anatomy, such as patches of it; None: as they were.
+            zones: the moved ones, where they move with the anatomy, such as patches of it; None: unchanged.
         """
         scene = replace(self.scene, tree=tree, zones=self.scene.zones if zones is None else zones)
         return Rehearsal(scene, self.settings, self.solver)
@@ -62,8 +62,8 @@ class Rehearsal:
         return self.system.with_mode(state, mode, target)
 
     def step(self, state: RehearsalState, command: Command) -> tuple[RehearsalState, RigidSnapshot]:
-        """One control period; the snapshot is made when one of its fields is asked for. See ``RigidSystem.step``."""
-        if state.settings is not self.settings:  # of another rehearsal: this one's hold
+        """One control period; the snapshot is made when one of its fields is read. See ``RigidSystem.step``."""
+        if state.settings is not self.settings:  # of another rehearsal: the settings of this one apply
             state = replace(state, settings=self.settings)
         after = self.system.step(state, command)
         return after, lazy_snapshot(self.scene, after)
@@ -76,7 +76,7 @@ class Rehearsal:
         torque: Array | None = None,
         end: str = "",
     ) -> RigidSnapshot:
-        """The picture of a state alone, or with the step that led to it (``report``)."""
+        """The snapshot of a state alone, or with the step that led to it (``report``)."""
         if report is None:
             return snapshot_of(self.scene, state, None)
         push, turn = (np.zeros(3) if one is None else one for one in (force, torque))

@@ -1,4 +1,4 @@
-"""The picture of a rigid tool's state: what the display needs and no step does."""
+"""The snapshot of a rigid tool's state: values for the display that no step needs."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from ...control.tasks import view_point
 from ...robots import Tool
 from ...runtime.snapshot import Blocker
 from ...virtual_fixtures import StepState
-from .rigid_state import LastStep, RehearsalState
 from .scene import Scene
 from .snapshot import RigidSnapshot
+from .state import LastStep, RehearsalState
 from .teleoperation import spring
 
 
 def snapshot_of(scene: Scene, state: RehearsalState, last: LastStep | None) -> RigidSnapshot:
-    """The picture of a state; ``last``: the step that led to it, None for the pose alone."""
+    """The snapshot of a state; ``last``: the step that led to it, None for the pose alone."""
     tool, settings = state.tool, state.settings
     tip, rotation, segments = tool.tip.position, tool.tip.rotation, tool.segments
     centre = view_point(tool, scene.tool, settings.view_distance_mm)
@@ -72,12 +72,12 @@ def snapshot_of(scene: Scene, state: RehearsalState, last: LastStep | None) -> R
 
 
 def lazy_snapshot(scene: Scene, state: RehearsalState) -> RigidSnapshot:
-    """The same picture of a state and its last step, made when one of its fields is asked for first."""
+    """The same snapshot of a state and its last step, made when one of its fields is first read."""
     return _Lazy.of(scene, state)
 
 
 def camera_of(tool: StepState, kind: Tool) -> Array:
-    """transform_camera_to_patient (4, 4); of a tool without a camera one at its tip that looks along it."""
+    """transform_camera_to_patient (4, 4); for a tool without a camera one at its tip that looks along it."""
     pose = np.eye(4)
     pose[:3, :3], pose[:3, 3] = tool.tip.rotation, tool.tip.position
     if kind.camera is not None:
@@ -89,12 +89,12 @@ def camera_of(tool: StepState, kind: Tool) -> Array:
 
 
 def _on_path(scene: Scene, state: RehearsalState) -> tuple[float, float, float]:
-    """Distance of the tip to the path, arc length there, and the path's; zeros without a path."""
+    """Distance of the tip to the path, arc length there, and the path's length; zeros without a path."""
     if scene.path is None or state.nearest is None:
         return 0.0, 0.0, 0.0
     tip, near = state.tool.tip.position, state.nearest
     s, position = near.s, near.position
-    if state.mode != "path":  # off the path the tip may have gone anywhere: there no branch is preferred
+    if state.mode != "path":  # off the path the tip may be anywhere: no branch is preferred there
         s, position, _ = scene.path.closest(tip)
     return float(np.linalg.norm(position - tip)), s, scene.path.length
 
@@ -105,7 +105,7 @@ def _blocker(reason: Reason, names: Mapping[str, str]) -> Blocker:
 
 
 class _Lazy(RigidSnapshot):
-    """A snapshot whose fields are made when the first of them is asked for."""
+    """A snapshot whose fields are made when the first of them is read."""
 
     @classmethod
     def of(cls, scene: Scene, state: RehearsalState) -> RigidSnapshot:

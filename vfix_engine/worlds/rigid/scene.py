@@ -1,4 +1,4 @@
-"""What a rehearsal happens in: anatomy, robot, tool, path and targets."""
+"""The scene of a rehearsal: anatomy, robot, tool, path and targets."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ class Scene:
     """Everything that does not change during a rehearsal; patient frame, mm.
 
     base: transform_base_to_patient (4, 4); q_start: joints at the entry (n,).
-    path: None where only free motion is wanted; targets: (m, 3).
-    zones: no-fly zones; fixtures: virtual fixtures of every step, whatever the task is (Li 2007, eq. 1-5).
-    shaft: planned orientation of the shaft along the path, which the tool keeps as far as bone lets it; None: none.
-    structure_names: name of a structure by its id, for words; one that has none here has its id.
+    path: None for free motion only; targets: (m, 3).
+    zones: no-fly zones; fixtures: virtual fixtures of every step, for any task (Li 2007, eq. 1-5).
+    shaft: planned orientation of the shaft along the path, which the tool keeps as far as bone permits; None: none.
+    structure_names: name of a structure by its id, for words; by default its id.
     """
 
     tree: Proximity

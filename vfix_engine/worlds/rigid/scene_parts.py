@@ -1,7 +1,7 @@
 """Robots, tools, zones and fixtures as plain values and arrays, and back; exact to the last bit.
 
-A robot is written joint by joint, so that one from a URDF of one's own crosses like a shipped one; its shapes, which
-only a display draws, are left out. Surfaces of zones become arrays, and their trees are built anew.
+A robot is written joint by joint, so that one from your own URDF is sent like a shipped one; its shapes, which
+only a display draws, are omitted. Surfaces of zones become arrays, and their trees are built again.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ from ...virtual_fixtures import (
 NamedArrays = dict[str, NDArray[Any]]
 SHAPES = {kind.__name__: kind for kind in (Sphere, CapsuleShape, Box, HalfSpace)}
 FIXTURES = {kind.__name__: kind for kind in (CartesianLimits, OrientationCone, RemoteCentre)}
-_ROUNDING = 1e-9  # what a unit vector may change by when it is normalised again
+_ROUNDING = 1e-9  # largest change of a unit vector when it is normalised again
 
 
 def robot_parts(robot: RobotModel) -> dict[str, Any]:
@@ -120,7 +120,7 @@ def fixtures_parts(fixtures: tuple[Fixture, ...]) -> tuple[list[dict[str, Any]],
     """Plain values of the library's own standing fixtures.
 
     Raises:
-        InputError: one of another class, whose values nobody knows.
+        InputError: one of another class, whose values are not known.
     """
     values, arrays = list[dict[str, Any]](), NamedArrays()
     for number, one in enumerate(fixtures):
@@ -209,7 +209,7 @@ def _shape_from(values: dict[str, Any], arrays: Mapping[str, NDArray[Any]]) -> S
 
 
 def _values(one: Any) -> dict[str, Any]:
-    """Numbers and lists of a dataclass's fields, without a limit that is infinite by default: JSON has no infinity."""
+    """Numbers and lists of a dataclass's fields, omitting a limit that is infinite by default: JSON has no infinity."""
     values = {field.name: getattr(one, field.name) for field in fields(one) if field.init and not _no_limit(one, field)}
     return {name: value.tolist() if isinstance(value, np.ndarray) else value for name, value in values.items()}
 
@@ -219,7 +219,7 @@ def _no_limit(one: Any, field: Field[Any]) -> bool:
 
 
 def _exactly(kind: Any, values: dict[str, Any]) -> Any:
-    """An object of these values: checked as any other, but a unit vector is not normalised a second time."""
+    """An object of these values, validated as usual, but a unit vector is not normalised a second time."""
     given = {name: tuple(value) if name == "point_in_tip" else value for name, value in values.items()}
     one = kind(**given)
     for name, value in values.items():

@@ -21,7 +21,7 @@ from ...proximity.proximity import Proximity, ProximityTree
 from ...robots import RobotModel, Tool
 from ...validate import several
 from ...virtual_fixtures import Fixture, Zone
-from .numbers import finite_array
+from .command_values import finite_array
 from .placing import Placing, place_robot
 from .rehearsal import Command, Rehearsal, RehearsalState
 from .scene import Scene
@@ -30,23 +30,23 @@ from .teleoperation import Master
 
 
 class Simulation:
-    """A robot with a tool among one anatomy, stepped by whoever calls it.
+    """A robot with a tool in one anatomy, stepped by the caller.
 
-    It keeps the state of a ``Rehearsal`` so that a script need not: every ``step`` is one control period.
+    It stores the state of a ``Rehearsal``: every ``step`` is one control period.
 
     Args:
-        mesh: the anatomy in the patient frame LPS, mm; or an index made of it before (``ProximityTree``).
-        path: control points (n, 3) in mm, or a path; None where only free motion or a target is wanted.
+        mesh: the anatomy in the patient frame LPS, mm; or its index (``ProximityTree``).
+        path: control points (n, 3) in mm, or a path; None for free motion or a target only.
         targets: points (m, 3) in mm that can be inspected.
         robot, tool: a shipped name, a file, or the object itself.
         base: transform_base_to_patient (4, 4); without it the robot is placed so that it gets furthest along the path.
         q_start: joints (n,) at the start; the robot's home without it.
-        settings: every number of the controller; ``changes`` are single ones by name, e.g. ``margin_mm=0.5``.
-        zones, fixtures: what else holds or guides the tool.
+        settings: of the controller; ``changes`` are single ones by name, e.g. ``margin_mm=0.5``.
+        zones, fixtures: further constraints and guidance of the tool.
         solver: of the quadratic program: 'dual', 'daqp', or any that qpsolvers finds installed, such as 'osqp'.
 
     Raises:
-        InputError: something of this makes no sense; the message says what.
+        InputError: an invalid argument; the message says which.
         StartRefused: the tool would start outside a joint's range or inside the margin.
     """
 
@@ -99,20 +99,21 @@ class Simulation:
 
     @property
     def state(self) -> RehearsalState:
-        """The state after the last step; it never changes, so keep one and you can go back to it (``restore``)."""
+        """The state after the last step; it is immutable, so a stored one can be restored (``restore``)."""
         return self._state
 
     @property
     def placing(self) -> Placing | None:
-        """How the robot was placed by the path, and how far it gets along it from there (``run``); None with a base.
+        """The robot's placement for the path, and how far it gets along the path from there (``run``); None with a
+        base.
 
-        ``placing.run.reason`` says in words what holds it before the end, such as too few joints; '' where it arrives.
+        ``placing.run.reason`` says in words what stops it before the end, such as too few joints; '' at the end.
         """
         return self._placing
 
     @property
     def now(self) -> RigidSnapshot:
-        """The picture after the last step: pose, clearance, what holds the tool, and the rest."""
+        """The snapshot after the last step: pose, clearance, active constraints, and others."""
         return self._now
 
     @property
@@ -142,10 +143,10 @@ class Simulation:
 
         Args:
             drive: −1, 0 or +1: full force along the path, or towards the target; twist: about the shaft.
-            master: motion (3,) in mm of a distant master in this period; it counts instead of force and drive.
+            master: motion (3,) in mm of a remote master in this period; it replaces force and drive.
 
         Raises:
-            ControlError: a drive or twist that is none of the three.
+            ControlError: a drive or twist other than these three.
             InputError: a force or motion that is not three finite numbers.
         """
         for name, key in (("drive", drive), ("twist", twist)):
@@ -157,7 +158,7 @@ class Simulation:
         return self._now
 
     def task(self, mode: str, target: int = 0) -> None:
-        """Change what the hand does: 'path', 'inspect' a target by its number, or 'free'.
+        """Change the mode: 'path', 'inspect' a target by its number, or 'free'.
 
         Raises:
             ControlError: there is no such mode, path or target.
@@ -165,11 +166,11 @@ class Simulation:
         self.restore(self.rehearsal.with_mode(self._state, mode, target))
 
     def move_anatomy(self, mesh: TriangleMesh | Proximity, zones: Sequence[Zone] | None = None) -> None:
-        """The anatomy has moved: from now on its distances count, wherever the tool is.
+        """Replace the anatomy by its moved surface; the tool keeps its pose.
 
         Args:
-            mesh: the anatomy where it is now.
-            zones: all no-fly zones where they are now; None: they have not moved.
+            mesh: the moved anatomy.
+            zones: all moved no-fly zones; None: unchanged.
         """
         tree = _indexed(mesh)
         self.rehearsal = self.rehearsal.with_anatomy(tree, None if zones is None else tuple(zones))
@@ -179,19 +180,19 @@ class Simulation:
         """Back to the start, at rest.
 
         Raises:
-            StartRefused: anatomy that has moved is now too near to it.
+            StartRefused: the moved anatomy is too near to it.
         """
         self.restore(self.rehearsal.start("free" if self.rehearsal.scene.path is None else "path"))
 
     def restore(self, state: RehearsalState) -> None:
-        """Go on from a state of this simulation, among the anatomy as it is now."""
+        """Continue from a state of this simulation, with the present anatomy."""
         tool = self.rehearsal.controller.measure(state.tool.q, state.tool.velocity)
         self._state = replace(state, tool=tool)
         self._now = self.rehearsal.snapshot(self._state)
 
 
 def _indexed(mesh: Any) -> Proximity:
-    """The index of an anatomy. InputError for a mesh of another library, or a file's name."""
+    """The index of an anatomy. InputError for a mesh of another library, or a file name."""
     if isinstance(mesh, TriangleMesh):
         return ProximityTree(mesh)
     if not hasattr(mesh, "candidates"):

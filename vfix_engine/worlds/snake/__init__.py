@@ -1,7 +1,7 @@
 """The snake as a world that the runtime drives: spec, system, requests, snapshots, and drives without a clock.
 
 ``SnakeSystemSpec`` is the world as plain values and arrays, ``SnakeSystem`` what it builds in the control process.
-What takes longer than a tick is computed by a ``Planner`` in the runtime's worker process.
+Computations longer than a tick run as a ``Planner`` in the runtime's worker process.
 ``SnakeDrive`` and ``drive_lumen`` drive without a clock.
 """
 
@@ -12,26 +12,26 @@ from typing import TYPE_CHECKING, Any
 from warnings import warn
 
 if TYPE_CHECKING:
-    from .command import SnakeCommand
-    from .drive import drive_lumen
+    from .offline.drive_lumen import drive_lumen
+    from .offline.script import DriveSpec
+    from .offline.snake_drive import SnakeDrive
     from .requests import FollowTissue, LookRound
-    from .script import DriveRecorder, DriveSpec
     from .settings import DriveSettings, SnakeSettings
-    from .snake_drive import SnakeDrive
     from .snapshot import SnakeSnapshot
     from .spec import LumenContours, LumenSurface, SnakeSystemSpec
-    from .state import SnakeState
+    from .stepping.command import SnakeCommand
+    from .stepping.state import SnakeState
     from .system import SnakeSystem
 
 _WHERE = {
-    "DriveRecorder": "script", "DriveSettings": "settings", "DriveSpec": "script", "FollowTissue": "requests",
-    "LookRound": "requests", "LumenContours": "spec", "LumenSurface": "spec", "SnakeCommand": "command",
-    "SnakeDrive": "snake_drive", "SnakeSettings": "settings", "SnakeSnapshot": "snapshot", "SnakeState": "state",
-    "SnakeSystem": "system", "SnakeSystemSpec": "spec", "drive_lumen": "drive",
+    "DriveSettings": "settings", "DriveSpec": "offline.script", "FollowTissue": "requests", "LookRound": "requests",
+    "LumenContours": "spec", "LumenSurface": "spec", "SnakeCommand": "stepping.command",
+    "SnakeDrive": "offline.snake_drive", "SnakeSettings": "settings", "SnakeSnapshot": "snapshot",
+    "SnakeState": "stepping.state", "SnakeSystem": "system", "SnakeSystemSpec": "spec",
+    "drive_lumen": "offline.drive_lumen",
 }  # fmt: skip
 
 __all__ = [
-    "DriveRecorder",
     "DriveSettings",
     "DriveSpec",
     "FollowTissue",

@@ -1,4 +1,4 @@
-"""A lumen made ready for a snake: from its surface and two clicks to centreline, followable curve and pathway."""
+"""Preparation of a lumen for a snake: from its surface and two clicks to centreline, followable curve and pathway."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from ...snake.conform.conforming import driven_curve
 from ...snake.conform.follow import followable
 from .settings import DriveSettings
 
-_STATION_MM = 0.4  # between two places at which the surface is asked how wide the lumen is
-_ROOM_MM = 1.0  # more than the robot's radius: how much wider it is than that nobody asks
-_MOST_SLACK_MM = 4.0  # a robot that uses more of a wide place is turned the wrong way for the narrow one behind it
+_STATION_MM = 0.4  # between two positions at which the width of the surface is measured
+_ROOM_MM = 1.0  # more than the robot's radius: a larger width is not measured
+_MOST_SLACK_MM = 4.0  # one that uses more of a wide section reaches a narrow one in the wrong orientation
 
 
 @dataclass(frozen=True, eq=False)
 class Lumen:
-    """A lumen made ready: its centreline, the curve a snake is to follow, and the pathway around that.
+    """A prepared lumen: its centreline, the curve that a snake follows, and the pathway around that.
 
     slack: (N,) mm at the curve's points, how far a joint centre may leave the curve before the snake touches the wall.
     """
@@ -38,10 +38,10 @@ class Lumen:
     pathway: Pathway
 
     def snake(self, model: SnakeModel, links: int | None) -> SnakeModel:
-        """A robot of so many of the model's links; None: as many as it takes to the end.
+        """A robot of ``links`` of the model's links; None: as many as the path to the end needs.
 
         Raises:
-            RobotError: a number of links that no snake has.
+            RobotError: an invalid number of links.
         """
         length = driven_curve(self.pathway, self.curve).length
         return replace(model, links=links if links is not None else math.ceil(length / model.length_mm))
@@ -78,9 +78,9 @@ def lumen_between(
 
 
 def _wall_radius(mesh: TriangleMesh, curve: Curve | None, pathway: Pathway, snake: SnakeModel) -> Array:
-    """The lumen's radius by its surface along what the robot follows, as ``Pathway.wall_radius`` has it.
+    """The lumen's radius by its surface along the robot's curve, as in ``Pathway.wall_radius``.
 
-    curve: what the pathway's knots are arc lengths of; None: the robot follows the pathway's own centres.
+    curve: the curve on which the pathway's knots are arc lengths; None: the robot follows the pathway's own centres.
     """
     knots = pathway.at_s if curve is None else pathway.knots
     assert knots is not None
@@ -91,7 +91,7 @@ def _wall_radius(mesh: TriangleMesh, curve: Curve | None, pathway: Pathway, snak
 
 
 def _slack(curve: Curve, pathway: Pathway, snake: SnakeModel) -> Array:
-    """How far the robot may leave the curve: the lumen's least radius there less its own, and never far."""
+    """How far the robot may leave the curve: the lumen's least radius there less the robot's, with an upper limit."""
     at = np.linspace(0.0, pathway.length, len(curve.points))
     radius = np.interp(at, pathway.s, pathway.contours().radius.min(axis=1))
     radius = np.minimum(radius, pathway.narrowest_between(at, at))

@@ -1,7 +1,7 @@
-"""Whether a lumen is wide enough for the robot: its narrowest place, and how far the robot could go.
+"""Whether a lumen is wide enough for the robot: its narrowest position, and how far the robot can go.
 
-By the pathway's contours and, where the lumen's surface is given, by that itself: what is narrow between two contours,
-such as a membrane or a short stenosis, they do not show.
+Measured by the pathway's contours and, where it is available, by the lumen's surface: a narrow section between
+contours, such as a membrane or a short stenosis, is not in the contours.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from ...validate import point_text
 
 
 class NarrowPlace(NamedTuple):
-    """A place along a pathway at rest: mm from its start, (3,) LPS mm, and the radius there in mm."""
+    """A position along a pathway at rest: mm from its start, (3,) LPS mm, and the radius there in mm."""
 
     at_mm: float
     at_lps: tuple[float, float, float]
@@ -35,9 +35,9 @@ class Narrowest:
     """The least radius in mm of a pathway at rest, where along it and where in LPS mm.
 
     robot_mm: the robot's radius. below_robot_mm, below_bound_mm: along how much of it the radius is less than the
-    robot's, or than the bound that is given. first: where it becomes less than the robot's; free: how far the tip may
-    go before that, with the round end of the robot ahead of it; None where it is nowhere less, or where there is no
-    way in. per_link_mm: the least radius that each link comes through, None of links that stay outside.
+    robot's, or than an explicit bound. first: where it becomes less than the robot's; free: how far the tip may
+    move before that, with the round end of the robot ahead of it; None where it is nowhere less, or where there is no
+    way in. per_link_mm: the least radius that each link passes, None for links that stay outside.
     """
 
     radius_mm: float
@@ -51,7 +51,7 @@ class Narrowest:
     per_link_mm: tuple[float | None, ...]
 
     def warnings(self, bound_mm: float | None) -> list[str]:
-        """In words, where the lumen is too narrow, and what may be done; ``bound_mm``: one that is given."""
+        """In words, where the lumen is too narrow, and what to do; ``bound_mm``: an explicit bound."""
         where = f"the pathway's radius is {NarrowPlace(self.at_mm, self.at_lps, self.radius_mm).words}"
         found = []
         if self.below_robot_mm > 0.0:
@@ -67,10 +67,10 @@ class Narrowest:
         return found
 
     def refuse(self, snake: SnakeModel) -> None:
-        """Nothing moves towards a place that is narrower than the robot.
+        """Refuse a pathway that is narrower than the robot.
 
         Raises:
-            PathwayError: the pathway is, somewhere as far as the robot is to go; with how far it could go.
+            PathwayError: the pathway is narrower within the robot's range; the message says how far it can go.
         """
         if self.first is None:
             return
@@ -91,7 +91,7 @@ class Narrowest:
 
 
 def narrowest(pathway: Pathway, snake: SnakeModel, bound_mm: float | None, to_mm: float) -> Narrowest:
-    """Of a pathway at rest, from its entrance to where the tip of a robot is to go; ``bound_mm``: one that is given."""
+    """For a pathway at rest, from its entrance to the target of the tip; ``bound_mm``: an explicit bound."""
     contours, robot_mm = pathway.moved(None).contours(), snake.sphere_mm
     to_mm = min(max(to_mm, float(contours.s[1])), float(contours.s[-1]))
     s = contours.s
@@ -116,7 +116,7 @@ def narrowest(pathway: Pathway, snake: SnakeModel, bound_mm: float | None, to_mm
         meets = float(s[0]) if at == 0 else float(np.interp(robot_mm, radius[[at, at - 1]], s[[at, at - 1]]))
         free = place(meets - robot_mm) if meets - robot_mm > float(s[0]) else None
     through = np.minimum.accumulate(radius)
-    reach = to_mm - snake.length_mm * np.arange(snake.links - 1, -1, -1)  # of each link's far end
+    reach = to_mm - snake.length_mm * np.arange(snake.links - 1, -1, -1)  # arc lengths of each link's far end
     per_link = tuple(float(np.interp(end, s, through)) if end > 0.0 else None for end in reach.tolist())
     lowest = place(float(s[least]))
     return Narrowest(

@@ -1,4 +1,4 @@
-"""What compiles every kernel that a snake needs in the control process and in a scripted drive.
+"""Compilation of every kernel that a snake needs in the control process and in a scripted drive.
 
 `python -m vfix_engine.worlds.snake.preparation drive` is its process; see ``kernels/preparation.py``.
 """
@@ -12,7 +12,7 @@ import numpy as np
 from ...geometry.mesh import TriangleMesh
 from ...kernels.preparation import compile_parts
 from ...robots.snake import SnakeModel
-from .drive import drive_lumen
+from .offline.drive_lumen import drive_lumen
 from .settings import DriveSettings
 from .spec import LumenContours, SnakeSystemSpec
 

@@ -44,11 +44,11 @@ class BendTowards(Request):
 
 @dataclass(frozen=True)
 class PlanAnew(Request):
-    """As ``SnakeDrive.plan_anew``."""
+    """Forget what was planned ahead; from here on in shapes ``waypoint_mm`` apart."""
 
     waypoint_mm: float
 
 
 @dataclass(frozen=True)
 class GetReady(Request):
-    """As ``SnakeDrive.ready_to_look``."""
+    """Let the control of the distal links get ready here, if it is not."""

@@ -8,7 +8,7 @@ from ...arrays import Array
 from ...robots.snake import SnakeModel
 from ...robots.snake_kernel import snake_frames
 from ...runtime.system import Column
-from .state import SnakeState
+from .stepping.state import SnakeState
 
 OUTCOMES = {"rest": "idle", "moved": "moved", "shrunk": "shrunk", "held": "held"}
 _CODES = {name: float(code) for code, name in enumerate(OUTCOMES)}
@@ -17,11 +17,11 @@ _CODES = {name: float(code) for code, name in enumerate(OUTCOMES)}
 class SnakeRow:
     """Writes rows of one snake; ``layout``: names and units. outcome: 0 idle, 1 moved, 2 shrunk, 3 held.
 
-    outside_linkN: how deep one of the last links is outside of the pathway, which is not the wall. How deep it is
-    behind a surface's triangles takes too long for a tick: ``behind_wall`` of a finished drive has it.
+    outside_linkN: depth of one of the last links outside the pathway, which is not the wall. Its depth
+    behind a surface's triangles takes too long for a tick; ``behind_wall`` of a finished drive has it.
 
     Args:
-        manipulated: so many of the last links are told of.
+        manipulated: number of the last links in a row.
     """
 
     def __init__(self, snake: SnakeModel, manipulated: int) -> None:
@@ -30,7 +30,7 @@ class SnakeRow:
         self._length, self._frames = snake.length_mm, np.empty((snake.links, 3, 4))
 
     def write(self, state: SnakeState, tissue_age_s: float, out: Array) -> None:
-        """The row of a state, into ``out``; ``tissue_age_s``: since its pathway was seen."""
+        """Write the row of a state to ``out``; ``tissue_age_s``: age of its pathway."""
         pose, forces = state.pose, state.felt.forces
         base, q = pose.shape.base, pose.q
         snake_frames(q, base, self._length, self._frames)
@@ -50,5 +50,5 @@ def _layout(dof: int, told: range) -> tuple[Column, ...]:
     first += [(f"tip_{axis}", "mm") for axis in "xyz"]
     first += [(f"base_{row}{column}", "mm" if column == 3 else "") for row in range(3) for column in range(4)]
     joints = [(f"q{joint}", "rad") for joint in range(dof)]
-    last = [(f"outside_link{link + 1}", "mm") for link in told]  # at the end: runs of before have none of them
+    last = [(f"outside_link{link + 1}", "mm") for link in told]  # at the end: older runs have none of them
     return tuple(Column(*one) for one in [*first, *joints, *last])

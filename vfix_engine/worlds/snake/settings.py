@@ -1,4 +1,4 @@
-"""The settings of a driven snake: fixed for a whole drive, and those of them that may change while it is driven."""
+"""The settings of a driven snake: fixed for a whole drive, and those that may change during it."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from ...validate import positive, whole, within
 
 Control = Literal["parameterised", "qp"]
 CONTROLS: tuple[Control, ...] = ("parameterised", "qp")
-_FINEST_MM = 0.01  # of a step or between two shapes: with finer ones a drive takes hours
+_FINEST_MM = 0.01  # of a step or between two shapes: with smaller ones a drive takes hours
 _FINEST_S = 1e-5  # of a step
-_MOST_BENT = 0.5  # r: a tip that is bent more is not straight
+_MOST_BENT = 0.5  # r: beyond it a tip does not count as straight
 _MOST_VERTICES = 100_000  # of a link
 
 
@@ -36,23 +36,23 @@ class DriveSettings:
 
     step_s: one step while looking round; the paper's loop is faster than 1 kHz.
     insertion_mm_per_s, insertion_step_mm: the operator's speed, and the most that one step inserts.
-    waypoint_mm: of insertion between two conforming shapes; an operator who is held draws back and comes with others.
+    waypoint_mm: insertion between two conforming shapes; a held operator retracts and retries with other values.
         This and the step are 0.01 mm at least.
     manipulated: distal links that the camera command moves, L' of Kwok 2013, section III.B.
-    bound_mm, tip_bound_mm: b_i of eq. 17, of all links and of the last one, everywhere as given. None: by place, at
+    bound_mm, tip_bound_mm: b_i of eq. 17, of all links and of the last one, the same everywhere. None: by position, at
         most 8 mm and 4 mm and half the lumen's radius (``link_bounds``); for the tip alone: half the others'.
-    r_max: largest r, 1 at least; reoptimise_below: control bends are found anew, and the tip is inserted, only while
+    r_max: largest r, 1 at least; reoptimise_below: control bends are recomputed, and the tip is inserted, only while
         r is not larger; from 0 to 0.5.
     bends: control configurations, 4 or 8.
     control: the paper's parameterised control, or the quadratic program.
-    contours, interpolated, angles: of the pathway; angles 1 are circles. quantile: of the radii measured around a
-        contour the one that a circle gets.
-    vertices_per_link: of the surface that is measured.
+    contours, interpolated, angles: of the pathway; 1 angle gives circles. quantile: of the radii measured around a
+        contour, which becomes a circle's radius.
+    vertices_per_link: of the measured surface.
     speed_max: rad/s of every joint, Table II.
-    tissue_s: so often a pathway that moves is followed.
-    look_aim_deg: so far a look-round turns the view to each side, if the bounds let it; look_least_deg: less than that
-        to any side is no look-round.
-    look_within_mm: so far before or behind a landmark a better place to look round from is looked for.
+    tissue_s: period at which a moving pathway is followed.
+    look_aim_deg: angle of a look-round in each direction, if the bounds permit; look_least_deg: with less than that
+        in any direction a look-round is incomplete.
+    look_within_mm: range before and behind a landmark in which a better position for a look-round is sought.
 
     Raises:
         InputError: a number out of its range.
@@ -108,7 +108,7 @@ class DriveSettings:
             raise InputError(f"there are 4 or 8 control bends, not {self.bends}")
 
     def bounds(self, links: int) -> LinkBounds:
-        """b_i of a robot of so many links."""
+        """b_i of a robot of ``links`` links."""
         return LinkBounds.of(self.bound_mm, self.tip_bound_mm, links)
 
     @property
@@ -128,12 +128,12 @@ def _called(name: str) -> str:
 
 @dataclass(frozen=True)
 class SnakeSettings:
-    """Settings in force; immutable, checked when made. ``DriveSettings`` has what is fixed for a whole drive.
+    """Current settings; immutable, checked when made. ``DriveSettings`` has those fixed for a whole drive.
 
     step_s: the control period.
     insertion_mm_per_s, camera_mm_per_s: speeds of an axis that is fully deflected.
     bound_mm, tip_bound_mm: b_i of Kwok 2013, eq. 17, of all links and of the last one; None as in ``DriveSettings``.
-    reoptimise_below: r below which control bends are found anew and the tip is inserted.
+    reoptimise_below: r below which control bends are recomputed and the tip is inserted.
 
     Raises:
         InputError: a value that is not finite or out of its range.
@@ -192,7 +192,7 @@ class SnakeSettings:
         return cls(**data)
 
     def of_drive(self, fixed: DriveSettings) -> DriveSettings:
-        """The drive's settings: these, and from ``fixed`` whatever they do not name."""
+        """The drive's settings: these, and the others from ``fixed``."""
         return replace(
             fixed,
             step_s=self.step_s,

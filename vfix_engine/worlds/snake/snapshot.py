@@ -1,4 +1,4 @@
-"""The picture of a driven snake after a step, at display rate."""
+"""Snapshot of a driven snake after a step, at display rate."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ class SnakeSnapshot(Snapshot):
     """The snake's own part; ``forces`` are (x, y, 0) in the axes of the camera's picture, x to the right, y down.
 
     mode: 'inserting' or 'looking', by the last command. doing: 'straighten', 'bend', 'look' or '', as requested.
-    bend: r of the distal links, about 1 where they can bend no further; straight: they lie as the shape conforms.
+    bend: r of the distal links, about 1 where they can bend no further; straight: they have the conforming shape.
     can_look: all manipulated links are inside, so the camera can be steered.
-    deviations, bounds: (L,) in mm, of each link; 0 and infinity of links that are still outside.
+    deviations, bounds: (L,) in mm, of each link; 0 and infinity for links that are still outside.
     resistance, guidance: (2,) in N, the two parts of the force on the hand (Kwok 2013, eq. 31-35).
-    tissue_age_s: since the pathway in use was seen; 0 where nothing moves. following: the shape follows the tissue.
-    looked_deg: (8,) how far the last look-round, or the one under way, turned the view to each side, clockwise from the
+    tissue_age_s: age of the pathway in use; 0 where nothing moves. following: the shape follows the tissue.
+    looked_deg: (8,) angle of the view in each direction in the last or present look-round, clockwise from the
     right of the straight view's picture.
     """
 

@@ -1,4 +1,4 @@
-"""The snake's world as plain values and arrays, which cross to the control process and into a run's manifest."""
+"""The snake's world as plain values and arrays, for the control process and a run's manifest."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ from ...robots.snake import SnakeModel
 from ...runtime.snapshot import Snapshot
 from ...runtime.system import Worker
 from ...snake.conform.conforming import driven_curve
-from .constants import start_of
 from .lumen import Lumen, lumen_between
 from .narrow import narrowest
-from .planner import Planner
+from .plans.planner import Planner
 from .settings import DriveSettings, SnakeSettings
 from .snapshot import SnakeSnapshot
+from .stepping.constants import start_of
 from .system import SnakeSystem
 
 _MOTIONS: dict[str, type[Breathing] | type[Peristalsis]] = {"breathing": Breathing, "peristalsis": Peristalsis}
@@ -44,8 +44,8 @@ class LumenSurface:
 class LumenContours:
     """A lumen as the control contours of its pathway; see ``Pathway`` for centre, radius, count, knots.
 
-    curve_points, curve_step_mm: what the robot conforms to while the tissue is still, None: the pathway's own centres;
-    slack: (N,) mm at its points, how far a joint may leave it. wall_radius: of the surface that it was made of.
+    curve_points, curve_step_mm: followed while the tissue is still, None: the pathway's own centres;
+    slack: (N,) mm at its points, how far a joint may leave it. wall_radius: of the surface from which it was made.
     """
 
     centre: Array
@@ -59,7 +59,7 @@ class LumenContours:
 
     @classmethod
     def of(cls, made: Lumen) -> Self:
-        """Of a lumen that is ready to be driven in."""
+        """From a prepared lumen."""
         path, curve = made.pathway, made.curve
         return cls(
             path.centre, path.radius, path.count, path.knots, curve.points, curve.step_mm, made.slack, path.wall_radius
@@ -71,13 +71,13 @@ class SnakeSystemSpec:
     """A snake in a lumen.
 
     Args:
-        lumen: contours, or a surface with two clicks, of which they are made when the system is built.
+        lumen: contours, or a surface with two clicks, from which they are made when the system is built.
         snake: the whole robot.
-        settings: at the start; drive: what is fixed for the whole drive.
-        tissue: how the lumen moves in simulated time, None: it is still. Of ``tissue_motion``'s own motions a manifest
+        settings: at the start; drive: settings fixed for the whole drive.
+        tissue: motion of the lumen in simulated time, None: it is still. For motions of ``tissue_motion`` a manifest
             can be written.
-        tip_s: mm, how far in the tip starts.
-        anyway: build it although its lumen is narrower than the robot somewhere as far as that reaches.
+        tip_s: mm, initial arc length of the tip.
+        anyway: accept a lumen that is narrower than the robot within its range.
     """
 
     lumen: LumenContours | LumenSurface
@@ -100,7 +100,7 @@ class SnakeSystemSpec:
 
     @property
     def snapshot_numbers(self) -> int:
-        """Of the joints, and of each link its capsule, deviation and bound."""
+        """Columns of the joints, and of each link its capsule, deviation and bound."""
         return self.snake.dof + 9 * self.snake.links
 
     @property
@@ -109,10 +109,10 @@ class SnakeSystemSpec:
         return True
 
     def with_contours(self) -> SnakeSystemSpec:
-        """The same with the contours that its surface gives; a few seconds.
+        """The same with contours fitted to its surface; takes a few seconds.
 
         Raises:
-            PathwayError: clicks or a surface that no path can be made of.
+            PathwayError: clicks or a surface that give no path.
         """
         if isinstance(self.lumen, LumenContours):
             return self
@@ -126,7 +126,7 @@ class SnakeSystemSpec:
         """The system itself.
 
         Raises:
-            PathwayError: no pathway can be made of the lumen, or it is narrower than the robot.
+            PathwayError: the lumen gives no pathway, or is narrower than the robot.
             InputError: a robot, settings or start that do not fit it.
         """
         pathway, curve, slack = self._parts()
@@ -137,7 +137,7 @@ class SnakeSystemSpec:
         return SnakeSystem(start, Planner(self.snake, pathway, curve, slack, settings))
 
     def worker(self) -> Worker:
-        """What plans, in the worker process; it has made one plan of each kind, so its kernels are loaded."""
+        """The planner, in the worker process; it has made one plan of each kind, so its kernels are loaded."""
         system = self.build()
         system.prepare()
         return system.planner
@@ -157,7 +157,7 @@ class SnakeSystemSpec:
         """Plain values for JSON, and arrays by name.
 
         Raises:
-            InputError: a tissue motion of one's own, which cannot be written.
+            InputError: a user-defined tissue motion, which cannot be written.
         """
         names, kind = _arrays_of(self.lumen), "contours" if isinstance(self.lumen, LumenContours) else "surface"
         arrays = {name: np.asarray(value) for name in names if (value := getattr(self.lumen, name)) is not None}
@@ -189,7 +189,7 @@ class SnakeSystemSpec:
             return cls(
                 lumen, SnakeModel(**values["snake"]), SnakeSettings.from_dict(values["settings"]),
                 DriveSettings(**values["drive"]), _motion_of(values["tissue"]), values["tip_s"],
-                values.get("anyway", True),  # what was driven before nobody asked is driven again
+                values.get("anyway", True),  # runs of versions without this check are replayed
             )  # fmt: skip
         except (KeyError, TypeError) as error:
             raise InputError(f"the parts of a snake's world do not fit: {error}") from error

@@ -14,24 +14,24 @@ from ...runtime.command import BUTTON_STRAIGHTEN, Command, no_command
 from ...runtime.requests import Bend, Request, SetSettings, Straighten
 from ...runtime.snapshot import Blocker
 from ...runtime.system import Background, Column, Grip, Worker
-from .adoption import adopted, bent_to, refused_link, wanted, with_settings
-from .command import SnakeCommand
-from .constants import DriveConstants, Start
-from .distal import can_look
-from .looking import Looking
-from .motion import tissue_age_s
-from .planning import PlannerAnswer
+from .plans.adoption import adopted, bent_to, refused_link, wanted, with_settings
+from .plans.look_progress import Looking
+from .plans.messages import PlannerAnswer
 from .requests import FollowTissue, LookRound
 from .row import OUTCOMES, SnakeRow
 from .settings import SnakeSettings
 from .snapshot import SnakeSnapshot
-from .state import SnakeState
-from .step import step
+from .stepping.command import SnakeCommand
+from .stepping.constants import DriveConstants, Start
+from .stepping.distal import can_look
+from .stepping.motion import tissue_age_s
+from .stepping.state import SnakeState
+from .stepping.step import step
 from .warm_up import small_lumens
 
-STILL_N = 1e-3  # [N] a force that is less is none; it only fades
-REACHED = 1e-9  # [rad] off the bend that was asked for
-STRUCTURE = "lumen"  # id of what a link's bound belongs to
+STILL_N = 1e-3  # [N] a smaller force counts as none while it decays
+REACHED = 1e-9  # [rad] from the requested bend
+STRUCTURE = "lumen"  # id of the structure that a link's bound belongs to
 _WARM_STEPS = 40
 
 
@@ -39,7 +39,7 @@ class SnakeSystem:
     """Implements ``runtime.System``; made by ``SnakeSystemSpec.build``.
 
     Args:
-        start: the robot at its start; planner: computes here, when ``prepare`` warms up, what the worker will.
+        start: the robot at its start; planner: used by ``prepare`` to warm up the worker's computations.
     """
 
     def __init__(self, start: Start, planner: Worker) -> None:
@@ -52,7 +52,7 @@ class SnakeSystem:
         return self._row.layout
 
     def prepare(self) -> None:
-        """Steps of every kind, here and in small lumens that ask for everything; they lead nowhere.
+        """Steps of every kind, here and in small lumens that need everything; their results are discarded.
 
         Kernels are compiled and loaded, those of the plans too.
         """
@@ -78,11 +78,11 @@ class SnakeSystem:
         return state if wanted is None else self.adopt(state, self.planner(wanted.inputs), 0.0)
 
     def start(self) -> SnakeState:
-        """The state at the start, at rest; that it keeps its bounds was seen when it was built."""
+        """The state at the start, at rest; its bounds were checked when it was built."""
         return self._start
 
     def step(self, state: SnakeState, command: Command) -> SnakeState:
-        """One control period; every motion is certified, whoever wants it."""
+        """One control period; every motion is certified, whatever its source."""
         drive, speeds = self.constants, self.settings(state)
         x, y, insert = (_share(axis) for axis in command.axes)
         straighten = bool(command.buttons & BUTTON_STRAIGHTEN)
@@ -107,7 +107,7 @@ class SnakeSystem:
         """The state after a request: ``SetSettings``, ``Straighten``, ``Bend``, ``LookRound`` or ``FollowTissue``.
 
         Raises:
-            ControlError: settings that the pose does not keep; a look-round before all links that bend are inside; a
+            ControlError: settings that the pose violates; a look-round before all links that bend are inside; a
                 request of another world.
             InputError: a bend of another number of joints, an aim out of its range, or settings of another world.
         """
@@ -140,7 +140,7 @@ class SnakeSystem:
         return state._replace(adjusted=settings, period_s=settings.step_s)
 
     def settings(self, state: SnakeState) -> SnakeSettings:
-        """The settings in force."""
+        """The current settings."""
         return state.adjusted
 
     def period_s(self, state: SnakeState) -> float:
@@ -154,7 +154,7 @@ class SnakeSystem:
     def at_rest(self, state: SnakeState, running: bool) -> bool:
         """Whether steps without a command would change nothing: no request under way, no force left, no tissue.
 
-        A snake has no speed to lose: it rests wherever the clock is stopped, and the tissue with it.
+        A snake has no velocity between steps: it rests when the clock stops, and so does the tissue.
         """
         if not running or self.constants.moves:
             return not running
@@ -162,7 +162,7 @@ class SnakeSystem:
         return still and float(np.abs(state.forces.total).max()) < STILL_N
 
     def grip(self, state: SnakeState) -> Grip | None:
-        """None: a snake is steered by axes."""
+        """None: a snake is driven by axes."""
         return None
 
     def row(self, state: SnakeState, out: Array) -> None:
@@ -170,7 +170,7 @@ class SnakeSystem:
         self._row.write(state, tissue_age_s(self.constants, state), out)
 
     def snapshot(self, state: SnakeState) -> SnakeSnapshot:
-        """The picture of a state."""
+        """The snapshot of a state."""
         drive, pose = self.constants, state.pose
         snake, distal = drive.snake, 2 * drive.first
         frames = snake.frames(pose.q, pose.shape.base)
@@ -205,13 +205,13 @@ class SnakeSystem:
         )
 
     def background(self, state: SnakeState) -> Background | None:
-        """What the worker is to plan next, or None."""
+        """The next request to the worker, or None."""
         view = None if state.looking is None else state.looking.wanted(self.constants, state)
         inputs = wanted(self.constants, state, view)
         return None if inputs is None else Background(inputs, state.steps)
 
     def adopt(self, state: SnakeState, result: Any, age_s: float) -> SnakeState:
-        """The state with a plan; what of it no longer fits is left out."""
+        """The state with a plan; its outdated parts are ignored."""
         if not isinstance(result, PlannerAnswer):
             raise InputError(f"{type(result).__name__} is no plan for a snake")
         state = adopted(self.constants, state, result, age_s)
@@ -221,12 +221,12 @@ class SnakeSystem:
 
 
 def _share(axis: float) -> float:
-    """An axis from −1 to 1; what is no number is 0."""
+    """An axis from −1 to 1; NaN becomes 0."""
     return min(max(float(axis), -1.0), 1.0) if math.isfinite(axis) else 0.0
 
 
 def _undone(state: SnakeState) -> SnakeState:
-    """Without the request under way."""
+    """Without the active request."""
     if not state.doing:
         return state
     looked_deg = state.looked_deg if state.looking is None else state.looking.turned_deg
@@ -234,7 +234,7 @@ def _undone(state: SnakeState) -> SnakeState:
 
 
 def _blockers(drive: DriveConstants, state: SnakeState) -> tuple[Blocker, ...]:
-    """What shrank or held the last step."""
+    """The reason why the last step was scaled or held."""
     limit, words = state.result.limit, state.result.words or ""
     if limit is None:
         return ()

@@ -1,4 +1,4 @@
-"""Small lumens in which a small robot needs every kernel of steps and plans, to load them before the first step."""
+"""Small lumens in which a small robot uses every kernel of steps and plans, to load them before the first step."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from ...pathway.pathway import Pathway
 from ...pathway.tissue_motion import breathing
 from ...robots.snake import SnakeModel
 from ...snake.conform.conforming import driven_curve
-from .constants import Start, start_of
-from .planner import Planner
+from .plans.planner import Planner
 from .settings import DriveSettings, SnakeSettings
+from .stepping.constants import Start, start_of
 
 LINKS, TIP_MM = 6, 160.0
 _BEND_MM, _TURN, _RADIUS_MM, _CONTOURS = 26.0, 4.2, 9.0, 41  # sharper than joints of ± 45° can follow

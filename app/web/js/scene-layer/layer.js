@@ -1,7 +1,7 @@
 // What the page adds to the scene of one frame. Without the hooks the scene works as viser draws it.
 import { SceneHooks } from "./hooks.js";
 import { SceneLabels } from "./labels.js";
-import { ClearBone, PathThroughBone } from "./see-through.js";
+import { ClearSurfaces, PathThroughBone } from "./see-through.js";
 import { Turning } from "./turning.js";
 
 /** @import { CameraSection, LabelView } from "../types.js" */
@@ -27,7 +27,7 @@ export class SceneLayer {
     this.labels = new SceneLabels(hooks, box);
     this.turning = new Turning(hooks);
     this.path = new PathThroughBone(hooks);
-    this.bone = new ClearBone(hooks);
+    this.surfaces = new ClearSurfaces(hooks);
     hooks.redraw();
   }
 

@@ -1,4 +1,4 @@
-// What is seen through bone: the path, faint where bone hides it, and bone of some opacity as clear glass.
+// What is seen through bone and skin: the path, faint where bone hides it, and both as clear glass where they have some opacity.
 
 /** @import { SceneHooks, Three } from "./hooks.js" */
 
@@ -6,6 +6,7 @@ const GREATER_DEPTH = 6; // THREE.GreaterDepth; three.js turns it for viser's re
 const THROUGH_OPACITY = 0.55;
 const LAST = 900; // render order: after everything else, before viser's labels
 const LEAST_VERTICES = 1000; // the head has more than any part of a robot or a plan
+const SKIN_COLOUR = "dea48a"; // palette.SKIN of the planner: objects have no names here
 
 /** Lines with a width in mm are those of a plan: each is drawn once more where something hides it. */
 export class PathThroughBone {
@@ -51,21 +52,53 @@ export class PathThroughBone {
 }
 
 /**
- * Bone of some opacity: its depth is drawn first, after all that is solid, so that only the surface that faces the eye is
- * tinted. Unsorted triangles that lie behind one another would speckle.
+ * Bone and skin of some opacity: the depth of each is drawn first, after all that is behind it, so that only the surface
+ * that faces the eye is tinted. Unsorted triangles that lie behind one another would speckle.
  */
-export class ClearBone {
+export class ClearSurfaces {
   /** @param {SceneHooks} hooks */
   constructor(hooks) {
     this.hooks = hooks;
-    /** @type {Three} */
-    this.depth = null;
+    this.bone = new ClearSurface(LAST - 1);
+    this.skin = new ClearSurface(LAST + 2); // over bone and path
     hooks.watchers.add(() => this.follow());
   }
 
   follow() {
-    const bone = this.bone();
-    const wanted = bone?.material.transparent ? bone : null;
+    const { bone, skin } = this.found();
+    this.bone.follow(bone);
+    this.skin.follow(skin);
+  }
+
+  /** Objects have no names here: the skin is told by its colour, the bone is the other mesh of most vertices. */
+  found() {
+    /** @type {Three} */
+    let bone = null;
+    /** @type {Three} */
+    let skin = null;
+    let most = LEAST_VERTICES;
+    this.hooks.each((object) => {
+      const count = object.isMesh && !object.isInstancedMesh && !object.userData.vfixPass ? object.geometry.attributes.position?.count ?? 0 : 0;
+      if (count <= LEAST_VERTICES) return;
+      if (object.material.color?.getHexString() === SKIN_COLOUR) skin = object;
+      else if (count > most) [bone, most] = [object, count];
+    });
+    return { bone, skin };
+  }
+}
+
+/** One surface, and the pass of its depth. */
+class ClearSurface {
+  /** @param {number} order of drawing */
+  constructor(order) {
+    this.order = order;
+    /** @type {Three} */
+    this.depth = null;
+  }
+
+  /** @param {Three} surface */
+  follow(surface) {
+    const wanted = surface?.material.transparent ? surface : null;
     if (this.depth && (this.depth.parent !== wanted || this.depth.geometry !== wanted?.geometry)) {
       this.depth.removeFromParent();
       this.depth.material.dispose();
@@ -73,24 +106,12 @@ export class ClearBone {
     }
     if (!wanted) return;
     wanted.material.depthWrite = true;
-    wanted.renderOrder = LAST - 1;
+    wanted.renderOrder = this.order;
     if (this.depth) return;
     this.depth = new wanted.constructor(wanted.geometry, wanted.material.clone());
     this.depth.userData.vfixPass = true;
     Object.assign(this.depth.material, { colorWrite: false, depthWrite: true, transparent: true, opacity: 1 });
-    Object.assign(this.depth, { raycast: () => {}, renderOrder: LAST - 2 });
+    Object.assign(this.depth, { raycast: () => {}, renderOrder: this.order - 1 });
     wanted.add(this.depth);
-  }
-
-  /** Objects have no names here: the head is the mesh of most vertices. */
-  bone() {
-    /** @type {Three} */
-    let found = null;
-    let most = LEAST_VERTICES;
-    this.hooks.each((object) => {
-      const count = object.isMesh && !object.isInstancedMesh && !object.userData.vfixPass ? object.geometry.attributes.position?.count ?? 0 : 0;
-      if (count > most) [found, most] = [object, count];
-    });
-    return found;
   }
 }

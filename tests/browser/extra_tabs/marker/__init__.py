@@ -24,4 +24,6 @@ class MarkerSections(TypedDict):
     marker: MarkerView | None
 
 
-SPEC = TabSpec("marker", "Marker", 40, __name__, "MarkerTab", (LayMarker,), MarkerSections, has_routes=True)
+SPEC = TabSpec(
+    "marker", "Marker", 40, __name__, "MarkerTab", (LayMarker,), MarkerSections, has_routes=True, needs="case"
+)

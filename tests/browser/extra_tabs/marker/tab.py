@@ -38,9 +38,6 @@ class MarkerTab(Tab):
         self._position: list[float] | None = None
         self._laid = 0
 
-    def available(self) -> bool:
-        return self.workspace.case.case_id is not None
-
     def handle(self, command: Command) -> int:
         """Lay the marker where the slices cross; returns how often it was laid."""
         cross = self.workspace.case.cross

@@ -5,5 +5,14 @@ from app.drives.sections import DriveSections
 from app.tabs.spec import TabSpec
 
 SPEC = TabSpec(
-    "tube", "Tube", 50, __name__, "TubeTab", (*COMMANDS, MoveAxes), DriveSections, input="drive", kinds=("lumen",)
+    "tube",
+    "Tube",
+    50,
+    __name__,
+    "TubeTab",
+    (*COMMANDS, MoveAxes),
+    DriveSections,
+    input="drive",
+    kinds=("lumen",),
+    needs="case",
 )

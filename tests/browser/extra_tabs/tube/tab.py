@@ -32,9 +32,6 @@ class TubeTab(DriveTab[PreparedDrive[Snapshot], Snapshot]):
         case_id = self.workspace.case.case_id
         self.go_to(DriveKey(case_id) if case_id is not None and self.offered else None)
 
-    def available(self) -> bool:
-        return self.key is not None
-
     def enter(self) -> None:
         self.workspace.case.open_up([(0.0, 0.0, LENGTH_MM / 2)])
 

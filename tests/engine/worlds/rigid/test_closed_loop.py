@@ -18,9 +18,9 @@ from vfix_engine.geometry.capsules import Segments
 from vfix_engine.worlds.rigid.dry_run import dry_run
 from vfix_engine.worlds.rigid.headless import HeadlessRun
 from vfix_engine.worlds.rigid.rehearsal import ON_PATH_MM, Command, Rehearsal
-from vfix_engine.worlds.rigid.rigid_spec import RigidSpec, SceneSpec
 from vfix_engine.worlds.rigid.scene import Scene
 from vfix_engine.worlds.rigid.snapshot import RigidSnapshot
+from vfix_engine.worlds.rigid.spec import RigidSpec, SceneSpec
 
 SETTINGS = ControlSettings()
 FAST = ControlSettings(dt_s=5e-3)  # steps of 0.05 mm: five times fewer, the certificate the same

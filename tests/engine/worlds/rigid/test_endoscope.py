@@ -35,7 +35,7 @@ def test_the_camera_is_brought_onto_the_target_and_held_there(name: str, robot: 
     held = 0
     snapshot = first
     for _ in range(3000):
-        state, snapshot = rehearsal.step(state, operator.command(rehearsal, state))
+        state, snapshot = rehearsal.step(state, operator(rehearsal.system, state).command)
         if snapshot.phase == "inspect_hold":
             held += 1
             assert snapshot.target_error_mm <= settings.target_tolerance_mm + 1e-9

@@ -11,7 +11,7 @@ from vfix_engine.runtime.replay import replay
 from vfix_engine.runtime.run import Run, RunWriter
 from vfix_engine.worlds.rigid.headless import HeadlessRun
 from vfix_engine.worlds.rigid.rehearsal import Rehearsal
-from vfix_engine.worlds.rigid.rigid_spec import RigidSpec, SceneSpec
+from vfix_engine.worlds.rigid.spec import RigidSpec, SceneSpec
 
 
 def test_a_drive_is_recorded_as_it_can_be_driven_again(tmp_path: Path) -> None:

@@ -17,9 +17,9 @@ from vfix_engine.worlds.rigid.dry_run import dry_run
 from vfix_engine.worlds.rigid.headless import HeadlessRun
 from vfix_engine.worlds.rigid.placing import place_robot, placed_along
 from vfix_engine.worlds.rigid.rehearsal import Rehearsal
-from vfix_engine.worlds.rigid.rigid_spec import RigidSpec, SceneSpec
 from vfix_engine.worlds.rigid.scene import Scene
 from vfix_engine.worlds.rigid.snapshot import RigidSnapshot
+from vfix_engine.worlds.rigid.spec import RigidSpec, SceneSpec
 
 ROBOT = RobotModel.load("steady_hand")
 POINTS = np.column_stack([np.zeros(5), np.linspace(0.0, 60.0, 5), np.zeros(5)])

@@ -41,10 +41,10 @@ from vfix_engine.virtual_fixtures import (
 from vfix_engine.virtual_fixtures.soft_zone import SoftZone
 from vfix_engine.virtual_fixtures.weighted import weighted
 from vfix_engine.worlds.rigid.rehearsal import Rehearsal
-from vfix_engine.worlds.rigid.rigid_spec import RigidSpec, SceneSpec
 from vfix_engine.worlds.rigid.scene import Scene
 from vfix_engine.worlds.rigid.scene_parts import robot_from, robot_parts
 from vfix_engine.worlds.rigid.snapshot import RigidSnapshot
+from vfix_engine.worlds.rigid.spec import RigidSpec, SceneSpec
 
 SETTINGS = ControlSettings()
 

@@ -8,8 +8,8 @@ from vfix_engine import SnakeDrive, TriangleMesh
 from vfix_engine.anatomy.lumen.centreline import centreline_between
 from vfix_engine.errors import PathwayError
 from vfix_engine.robots.snake import SnakeModel
-from vfix_engine.worlds.snake.drive import DriveSettings, SnakeCommand
 from vfix_engine.worlds.snake.lumen import lumen_between
+from vfix_engine.worlds.snake.offline.drive_lumen import DriveSettings, SnakeCommand
 
 SETTINGS = DriveSettings(contours=12, interpolated=45, vertices_per_link=30, bends=4, step_s=0.01)
 START, END = np.array([0.0, 0.0, -120.0]), np.array([0.0, 0.0, 120.0])

@@ -11,11 +11,11 @@ from lumen_shapes import arc, straight
 from vfix_engine.pathway.limits.limits import MOTION_TOLERANCE_MM
 from vfix_engine.pathway.query.query import deviation_of_points
 from vfix_engine.robots.snake import SnakeModel
-from vfix_engine.worlds.snake.command import SnakeCommand
-from vfix_engine.worlds.snake.look_plan import SIDES, LookPlanner, view_of
-from vfix_engine.worlds.snake.look_round import planned
+from vfix_engine.worlds.snake.offline.look_round import planned
+from vfix_engine.worlds.snake.offline.snake_drive import SnakeDrive
+from vfix_engine.worlds.snake.plans.look_plan import SIDES, LookPlanner, view_of
 from vfix_engine.worlds.snake.settings import DriveSettings
-from vfix_engine.worlds.snake.snake_drive import SnakeDrive
+from vfix_engine.worlds.snake.stepping.command import SnakeCommand
 
 # A bend in which joints of 45° have little left: chords of 28 mm turn by 41°.
 TIGHT = arc(40.0, 3.0, radius=11.0, contours=40)

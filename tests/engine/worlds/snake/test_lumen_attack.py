@@ -16,16 +16,16 @@ from lumen_shapes import straight
 
 from benchmarks.attack.command import summary
 from benchmarks.attack.snake.episodes import SnakeCampaign
-from benchmarks.attack.snake.hands import HANDS
 from benchmarks.attack.snake.lies import LIES
+from benchmarks.attack.snake.operators import ATTACKS
 from benchmarks.attack.snake.watch import Motion, SnakeTally, Watch
 from vfix_engine.pathway.limits.limits import Configuration, LinksAt, MotionVerdict
 from vfix_engine.robots.snake import SnakeModel
 from vfix_engine.runtime.command import Command
-from vfix_engine.worlds.snake.constants import SnakeCertificate, start_of
-from vfix_engine.worlds.snake.script import ScriptSystem
+from vfix_engine.worlds.snake.offline.script import ScriptSystem
 from vfix_engine.worlds.snake.settings import DriveSettings
-from vfix_engine.worlds.snake.state import SnakeState
+from vfix_engine.worlds.snake.stepping.constants import SnakeCertificate, start_of
+from vfix_engine.worlds.snake.stepping.state import SnakeState
 
 SCENES = ("helix", "narrow", "lobes", "hairpin", "breathing bend", "squeezing helix")
 STEPS, SEED = 100, 20261124
@@ -56,7 +56,7 @@ def test_the_attack_is_one(total: dict[str, Any]) -> None:
     assert total["replayed_in_moving_tissue"] > 0
     used = total["used"]
     assert {"control: parameterised", "control: qp"} <= set(used)
-    assert len(set(used) & set(HANDS)) >= 8
+    assert len(set(used) & set(ATTACKS)) >= 8
     assert {f"lie: {name}" for name in LIES} & set(used)
     assert set(vars(SnakeTally())) <= set(total)
 

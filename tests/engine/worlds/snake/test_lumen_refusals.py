@@ -25,14 +25,14 @@ from vfix_engine.snake.bending.bending import BendProblem
 from vfix_engine.snake.bending.hermite import PolarHermite
 from vfix_engine.snake.bending.optimise import control_bends
 from vfix_engine.snake.bending.visual_motor import BendDirection, VisualMotor
-from vfix_engine.worlds.snake.command import SnakeCommand
-from vfix_engine.worlds.snake.drive import drive_lumen
-from vfix_engine.worlds.snake.drive_report import Visit
-from vfix_engine.worlds.snake.look_round import look_round
 from vfix_engine.worlds.snake.narrow import narrowest
-from vfix_engine.worlds.snake.operators import Stop, scripted
+from vfix_engine.worlds.snake.offline.drive_lumen import drive_lumen
+from vfix_engine.worlds.snake.offline.drive_report import Visit
+from vfix_engine.worlds.snake.offline.look_round import look_round
+from vfix_engine.worlds.snake.offline.operators import Stop, _scripted
+from vfix_engine.worlds.snake.offline.snake_drive import SnakeDrive
 from vfix_engine.worlds.snake.settings import DriveSettings
-from vfix_engine.worlds.snake.snake_drive import SnakeDrive
+from vfix_engine.worlds.snake.stepping.command import SnakeCommand
 
 LANE = straight(contours=16)
 RADII = np.full(16, 12.0)
@@ -298,11 +298,11 @@ def test_an_operator_whose_steps_lead_nowhere_gives_up(monkeypatch: pytest.Monke
         state=SimpleNamespace(outcome="shrunk", held_by="link 5 would be 4.10 mm outside", held_at=np.zeros(3)),
         plan_anew=lambda _: None, pathway=SimpleNamespace(motion=None),
     )  # fmt: skip
-    assert sum(1 for _ in scripted(stuck, [], 200.0)) < 1000
+    assert sum(1 for _ in _scripted(stuck, [], 200.0)) < 1000
     stuck.state.outcome = "held"  # the same numbers would refuse the same step again and again
-    assert sum(1 for _ in scripted(stuck, [], 200.0)) < 30
+    assert sum(1 for _ in _scripted(stuck, [], 200.0)) < 30
     stuck.state.outcome = "shrunk"
-    monkeypatch.setattr("vfix_engine.worlds.snake.look_round._by_hand", lambda *_: iter(()))
+    monkeypatch.setattr("vfix_engine.worlds.snake.offline.look_round._by_hand", lambda *_: iter(()))
     orders = list(look_round(stuck, Stop("here", 100.0)))
     assert len(orders) < 200
     assert orders[-1].event == "gave up"

@@ -29,21 +29,23 @@ from vfix_engine.pathway.query.query import Query
 from vfix_engine.pathway.tissue_motion import peristalsis
 from vfix_engine.proximity.proximity import ProximityTree
 from vfix_engine.robots.snake import SnakeModel
+from vfix_engine.runtime.command import no_command
 from vfix_engine.runtime.driver import Driver
+from vfix_engine.runtime.operator import Act
 from vfix_engine.runtime.replay import replay
 from vfix_engine.runtime.run import END, Run, RunWriter
 from vfix_engine.worlds.registry import spec_of
 from vfix_engine.worlds.snake import LumenContours, LumenSurface, SnakeSettings, SnakeSystemSpec
-from vfix_engine.worlds.snake.command import SnakeCommand
-from vfix_engine.worlds.snake.drive import drive_lumen
-from vfix_engine.worlds.snake.drive_run import STALLED, DriveRun
-from vfix_engine.worlds.snake.look_round import Order, Stop, look_round
 from vfix_engine.worlds.snake.lumen import lumen_between
 from vfix_engine.worlds.snake.narrow import narrowest
+from vfix_engine.worlds.snake.offline.drive_lumen import drive_lumen
+from vfix_engine.worlds.snake.offline.drive_run import STALLED, DriveRun
+from vfix_engine.worlds.snake.offline.look_round import Order, Stop, look_round
+from vfix_engine.worlds.snake.offline.snake_drive import SnakeDrive
+from vfix_engine.worlds.snake.offline.wall_depth import WallDepth
 from vfix_engine.worlds.snake.settings import DriveSettings
-from vfix_engine.worlds.snake.snake_drive import SnakeDrive
-from vfix_engine.worlds.snake.state import SnakeState
-from vfix_engine.worlds.snake.wall_depth import WallDepth
+from vfix_engine.worlds.snake.stepping.command import SnakeCommand
+from vfix_engine.worlds.snake.stepping.state import SnakeState
 
 COARSE = DriveSettings(vertices_per_link=30, bends=4, step_s=0.01)
 
@@ -186,7 +188,7 @@ def test_a_tube_narrower_than_the_robot_is_refused_before_anything_moves() -> No
     """HAZ-39: 3 mm of lumen, 6 mm of robot; anyway it goes, is told per link, and ends."""
     moved: list[Any] = []
     with pytest.raises(PathwayError, match="narrower than the robot"):
-        driven(straight(200.0, 3.0, contours=41), 6.0, observe=lambda drive, lumen: moved.append(drive))
+        driven(straight(200.0, 3.0, contours=41), 6.0, record=moved.append)
     assert moved == []
     report = driven(straight(200.0, 3.0, contours=41), 6.0, anyway=True)
     told = report.to_dict()
@@ -231,16 +233,17 @@ def test_a_certificate_measures_a_limited_number_of_poses() -> None:
 def test_a_drive_that_gets_nowhere_ends_and_says_why() -> None:
     state = SimpleNamespace(
         deviation=SimpleNamespace(depth=np.zeros(1)), measured=np.zeros(1, dtype=bool), bound=np.ones(1), q=np.zeros(2),
-        outcome="held", held_by="link 1 at its bound", mode="looking", step_s=0.0, query_s=0.0, tip_s=5.0,
+        outcome="held", held_by="link 1 at its bound", mode="looking", tip_s=5.0,
         bounds=LinkBounds.of(1.0, None, 1),
     )  # fmt: skip
     drive: Any = SimpleNamespace(
-        q=np.zeros(2), tip_s=5.0, state=state, snake=SnakeModel(1), offset_mm=np.zeros(0), step=lambda *_: None,
+        q=np.zeros(2), tip_s=5.0, state=state, snake=SnakeModel(1), offset_mm=np.zeros(0), act=lambda _: None,
+        step_s=0.0, query_s=0.0,
     )  # fmt: skip
     run = DriveRun(drive, [], None, lambda _: None)
     for _ in range(STALLED):
         assert run.stalled is None
-        run.carry_out(Order(SnakeCommand(camera_mm_per_s=(1.0, 0.0)), 0.001))
+        run.carry_out(Act(no_command(), note=Order(SnakeCommand(camera_mm_per_s=(1.0, 0.0)), 0.001)))
     assert run.finish(10.0) == run.stalled == f"{STALLED:,} steps in a row moved nothing: link 1 at its bound"
 
 
@@ -389,7 +392,7 @@ def test_what_is_narrow_between_contours_is_refused_before_anything_moves(name: 
     mesh, ends, settings = turned(PROFILES[name]), ((0.0, 0.0, 10.0), (0.0, 0.0, 190.0)), few_contours()
     moved: list[Any] = []
     with pytest.raises(PathwayError, match="narrower than the robot"):
-        drive_lumen(mesh, *ends, 6, settings=settings, observe=lambda drive, lumen: moved.append(drive))
+        drive_lumen(mesh, *ends, 6, settings=settings, record=moved.append)
     assert moved == []
     surface = LumenSurface(mesh.vertices, mesh.faces, *(np.array(end) for end in ends))
     spec = SnakeSystemSpec(surface, SnakeModel(6), drive=settings).with_contours()

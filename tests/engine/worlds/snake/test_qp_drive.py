@@ -14,10 +14,10 @@ from vfix_engine.snake.control.projection import projected_to_limits
 from vfix_engine.snake.control.qp_drive import QpControl
 from vfix_engine.snake.control.tip_control import DistalContext, camera_jacobian
 from vfix_engine.snake.control.wall_rows import wall_rows
-from vfix_engine.worlds.snake.command import SnakeCommand
-from vfix_engine.worlds.snake.drive import compare_controls
+from vfix_engine.worlds.snake.offline.drive_lumen import compare_controls
+from vfix_engine.worlds.snake.offline.snake_drive import SnakeDrive
 from vfix_engine.worlds.snake.settings import DriveSettings
-from vfix_engine.worlds.snake.snake_drive import SnakeDrive
+from vfix_engine.worlds.snake.stepping.command import SnakeCommand
 
 SETTINGS = DriveSettings(vertices_per_link=40, control="qp", step_s=0.002)
 

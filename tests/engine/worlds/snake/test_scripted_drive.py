@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from lumen_shapes import arc, helix, straight
+from snake_runs import acts
 
 from vfix_engine.errors import InputError
 from vfix_engine.geometry.mesh import TriangleMesh
@@ -19,14 +20,18 @@ from vfix_engine.pathway.pathway import Pathway
 from vfix_engine.pathway.query.query import deviation_of_points
 from vfix_engine.pathway.tissue_motion import breathing, peristalsis
 from vfix_engine.robots.snake import SnakeModel
-from vfix_engine.worlds.snake.drive import Shot, drive_lumen, lumen_between
-from vfix_engine.worlds.snake.drive_report import DeviationTally
-from vfix_engine.worlds.snake.drive_run import why_it_ended
-from vfix_engine.worlds.snake.operators import Stop, _come_again, adversarial, scripted
+from vfix_engine.runtime.operator import after
+from vfix_engine.worlds.snake.offline.drive_lumen import Shot, drive_lumen, lumen_between
+from vfix_engine.worlds.snake.offline.drive_report import DeviationTally
+from vfix_engine.worlds.snake.offline.drive_run import why_it_ended
+from vfix_engine.worlds.snake.offline.operators import Stop, _come_again, adversarial, scripted
+from vfix_engine.worlds.snake.offline.script import ScriptSystem
+from vfix_engine.worlds.snake.offline.snake_drive import SnakeDrive
+from vfix_engine.worlds.snake.offline.wall_depth import WallDepth
+from vfix_engine.worlds.snake.requests import GetReady
 from vfix_engine.worlds.snake.settings import DriveSettings
-from vfix_engine.worlds.snake.snake_drive import SnakeDrive
-from vfix_engine.worlds.snake.state import SnakeState
-from vfix_engine.worlds.snake.wall_depth import WallDepth
+from vfix_engine.worlds.snake.stepping.constants import Start
+from vfix_engine.worlds.snake.stepping.state import SnakeState
 
 QUICK = DriveSettings(vertices_per_link=40, bends=4, step_s=0.008)
 
@@ -44,23 +49,14 @@ def judged(
     return depth
 
 
-def carried_out(drive: SnakeDrive, orders) -> tuple[DeviationTally, list[str]]:
-    tally, events = DeviationTally(drive.snake.q_max, drive.bound), []
-    for order in orders:
-        before = drive.q.copy()
-        tally.add(before, drive.step(order.command, order.dt), order.dt)
-        events += [order.event] if order.event else []
-    return tally, events
-
-
 def test_the_scripted_operator_does_the_job() -> None:
     """In, once round at the landmark, straight again and on; the joints are never faster than their motors."""
     drive = SnakeDrive(SnakeModel(6), arc(120.0, 2.0, contours=25), QUICK)
     reached, thetas = [], []
     tally, events = DeviationTally(drive.snake.q_max, drive.bound), []
-    for order in scripted(drive, [Stop("bend", 180.0), Stop("too far", 900.0)], 200.0):
-        before = drive.q.copy()
-        state = drive.step(order.command, order.dt)
+    for act in acts(drive, scripted([Stop("bend", 180.0), Stop("too far", 900.0)], 200.0)):
+        before, order = drive.q.copy(), act.note
+        state = drive.act(act)
         tally.add(before, state, order.dt)
         events += [order.event] if order.event else []
         if math.hypot(*state.steering) > 0.5:
@@ -93,12 +89,12 @@ def test_no_operator_gets_a_link_beyond_its_bound(control, tissue) -> None:
     assert (judged(drive, drive.state) <= drive.bound).all()
     deepest, outcomes, replayed = -np.inf, set(), 0
     was = drive.q.copy()
-    for number, order in enumerate(adversarial(drive, 700, 20261121)):
-        state = drive.step(order.command, order.dt)
+    for number, act in enumerate(acts(drive, adversarial(700, 20261121))):
+        state = drive.act(act)
         outcomes.add(state.outcome)
         assert np.isfinite(state.q).all()
         assert np.abs(state.q).max() <= drive.snake.q_max
-        assert np.abs(state.q - was).max() <= math.radians(36.0) * order.dt * (1.0 + 1e-9)
+        assert np.abs(state.q - was).max() <= math.radians(36.0) * act.note.dt * (1.0 + 1e-9)
         near = (state.deviation.depth > drive.bound - 1.0).any()
         if number % 5 == 0 or near:
             depth = judged(drive, state)
@@ -129,11 +125,11 @@ def test_a_look_round_counts_what_the_camera_did(control, bound) -> None:
     )
     drive = SnakeDrive(SnakeModel(6), straight(300.0, radius), settings, tip_s=170.0)
     last, turned = None, 0.0
-    for order in scripted(drive, [Stop("here", 170.0)], 170.0):
-        drive.step(order.command, order.dt)
+    for act in acts(drive, scripted([Stop("here", 170.0)], 170.0)):
+        drive.act(act)
         view = drive.snake.camera(drive.q, drive.state.base)[2, 2]
         turned = max(turned, math.degrees(math.acos(min(view, 1.0))))
-        last = order if order.event else last
+        last = act.note if act.note.event else last
     if bound > 1.0:
         assert (last.event, last.reason) == ("looked", None)
         assert turned > 20.0
@@ -151,9 +147,9 @@ def test_an_operator_who_is_held_comes_again_and_says_so() -> None:
     waist = Pathway(np.column_stack([np.zeros((31, 2)), at]), radius, 61)
     drive = SnakeDrive(SnakeModel(3), waist, DriveSettings(vertices_per_link=30, bends=4, bound_mm=1.0), tip_s=125.0)
     told = []
-    for order in scripted(drive, [], 300.0):
-        drive.step(order.command, order.dt)
-        told += [order.retry] if order.retry else []
+    for act in acts(drive, scripted([], 300.0)):
+        drive.act(act)
+        told += [act.note.retry] if act.note.retry else []
     assert drive.tip_s < 150.0
     assert [retry.passed for retry in told] == [False] * 4
     np.testing.assert_allclose([retry.drawn_back_mm for retry in told], [5.0, 10.0, 20.0, 40.0], atol=0.5)
@@ -210,10 +206,28 @@ def test_the_same_seed_makes_the_same_drive() -> None:
     ends = []
     for _ in range(2):
         drive = SnakeDrive(SnakeModel(6), arc(120.0, 2.0, contours=25), QUICK, tip_s=170.0)
-        carried_out(drive, adversarial(drive, 150, 7))
+        for act in acts(drive, adversarial(150, 7)):
+            drive.act(act)
         ends.append(drive.state)
     np.testing.assert_array_equal(ends[0].q, ends[1].q)
     np.testing.assert_array_equal(ends[0].base, ends[1].base)
+
+
+def test_an_operator_does_the_same_with_the_system_alone() -> None:
+    """Its requests, which it has seen carried out before its command, are part of its acts."""
+    pathway, stops = arc(120.0, 2.0, contours=25), [Stop("here", 170.0)]
+    drive = SnakeDrive(SnakeModel(6), pathway, QUICK, tip_s=170.0)
+    system, operator = ScriptSystem(Start(drive.constants, drive.state)), scripted(stops, 170.0)
+    state, asked = system.start(), set()
+    for _, act in zip(range(300), acts(drive, scripted(stops, 170.0)), strict=False):
+        drive.act(act)
+        same = operator(system, state)
+        assert (same.note, same.requests) == (act.note, act.requests)
+        state = after(system, state, same)
+        asked |= {type(request) for request in same.requests}
+        np.testing.assert_array_equal(state.q, drive.q)
+    assert asked == {GetReady}
+    assert not state.straight
 
 
 def tube(radius: float = 14.0, bend: float = 100.0, turn: float = 2.0) -> tuple[TriangleMesh, np.ndarray, np.ndarray]:

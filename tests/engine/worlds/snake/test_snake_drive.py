@@ -18,9 +18,9 @@ from vfix_engine.robots.snake import SnakeModel
 from vfix_engine.snake.conform.conformance import conform
 from vfix_engine.snake.conform.moved_off import moved_off
 from vfix_engine.snake.control.wall_program import WallProgram
-from vfix_engine.worlds.snake.command import SnakeCommand
+from vfix_engine.worlds.snake.offline.snake_drive import SnakeDrive
 from vfix_engine.worlds.snake.settings import DriveSettings
-from vfix_engine.worlds.snake.snake_drive import SnakeDrive
+from vfix_engine.worlds.snake.stepping.command import SnakeCommand
 
 QUICK = DriveSettings(vertices_per_link=40, bends=4, step_s=0.008)
 

@@ -17,8 +17,8 @@ from vfix_engine.runtime.process import ControlProcess
 from vfix_engine.runtime.run import Run
 from vfix_engine.runtime.virtual_coupling import GONE_S
 from vfix_engine.worlds.snake import LookRound, SnakeSnapshot
+from vfix_engine.worlds.snake.stepping.tissue import OLDEST_S
 from vfix_engine.worlds.snake.system import STILL_N
-from vfix_engine.worlds.snake.tissue import OLDEST_S
 
 Process = ControlProcess[SnakeSnapshot]
 PUSH = (0.5, 0.0, 0.0)

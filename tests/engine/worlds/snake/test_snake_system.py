@@ -6,15 +6,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from snake_runs import AGE, BREATH, SAME_MM, TIGHT, hand, judged, made_spec, rows, run, seen, tour
+from snake_runs import AGE, BREATH, SAME_MM, TIGHT, hand, judged, made_spec, rows, run, tour
 
 from vfix_engine.errors import ControlError, InputError
 from vfix_engine.pathway.tissue_motion import breathing, peristalsis, together
 from vfix_engine.robots.snake import SnakeModel
 from vfix_engine.runtime.requests import Bend, Reset, SetSettings, Straighten
 from vfix_engine.worlds.snake import FollowTissue, LumenSurface, SnakeSettings, SnakeSystem, SnakeSystemSpec
-from vfix_engine.worlds.snake.planner import rim_travel
-from vfix_engine.worlds.snake.tissue import OLDEST_S
+from vfix_engine.worlds.snake.offline.drive_view import DriveView
+from vfix_engine.worlds.snake.plans.planner import rim_travel
+from vfix_engine.worlds.snake.stepping.tissue import OLDEST_S
 
 
 @pytest.fixture(scope="module")
@@ -135,7 +136,7 @@ def test_without_a_planner_it_holds_and_says_so(still: SnakeSystem, moving: Snak
     state = moving.start()
     for _ in range(round(1e3 * OLDEST_S)):
         state = moving.step(state, hand(insert=1.0))
-    assert seen(moving, state).lost is None
+    assert DriveView(moving, state).lost is None
     state = moving.step(state, hand(insert=1.0))
     assert (state.outcome, state.limit) == ("held", "tissue")
     assert "seen 61 ms ago" in (state.held_by or "")
@@ -158,7 +159,7 @@ def test_the_wall_moves_no_more_than_its_rim_travels() -> None:
     """Margin of the reserve: deviations change by at most the travel, over pairs of moments and random places."""
     tissue = together(breathing((0.2, 0.3, 1.0), 8.0, 4.0, 60.0), peristalsis())
     system = made_spec(tissue).build()
-    drive = seen(system, system.start())
+    drive = DriveView(system, system.start())
     random, worst = np.random.default_rng(2), 0.0
     frames = drive.snake.frames(drive.q, drive.state.base)
     for _ in range(60):
@@ -178,9 +179,9 @@ def test_requests(still: SnakeSystem) -> None:
     back = last(run(still, still.apply(state, Straighten()), [hand()] * 1000))
     assert back.straight
     assert back.doing == ""
-    goal = tuple(0.5 * seen(still, state).bend)
+    goal = tuple(0.5 * DriveView(still, state).bend)
     bent = last(run(still, still.apply(back, Bend(goal)), [hand()] * 1000))
-    assert np.abs(seen(still, bent).bend - goal).max() < 1e-9
+    assert np.abs(DriveView(still, bent).bend - goal).max() < 1e-9
     assert bent.doing == ""
     cancelled = still.step(still.apply(bent, Straighten()), hand(insert=1.0))
     assert cancelled.doing == ""
@@ -218,7 +219,7 @@ def test_a_shape_that_does_not_follow_is_left_where_it_is(moving: SnakeSystem) -
     stays = last(run(moving, moving.apply(start, FollowTissue(False)), [hand()] * 100))
     goes = last(run(moving, start, [hand()] * 100))
     assert np.array_equal(stays.q, start.q)
-    assert np.linalg.norm(seen(moving, goes).tip - seen(moving, start).tip) > 0.3
+    assert np.linalg.norm(DriveView(moving, goes).tip - DriveView(moving, start).tip) > 0.3
 
 
 def test_nonsense_moves_nothing_and_never_raises(moving: SnakeSystem) -> None:

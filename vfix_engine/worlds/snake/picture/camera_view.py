@@ -1,6 +1,6 @@
-"""Surfaces as a camera sees them: rays through Embree, a light at the lens, and nothing else that glows.
+"""Surfaces as a camera sees them: rays through Embree, and a light at the lens as the only source.
 
-A view is a pin-hole camera as OpenCV has it: x to the right, y down and z ahead in the picture. Pictures are
+A view is a pin-hole camera in OpenCV's convention: x to the right, y down and z ahead in the picture. Pictures are
 (H, W, 3) uint8, red, green and blue.
 """
 
@@ -26,7 +26,7 @@ FIELD_DEG = 70.0  # Kwok 2013, section IV: field of view of the endoscope
 _TISSUE = np.array([0.90, 0.40, 0.31])
 _MOST_GAIN = 8.0
 _LIGHT_MM = 20.0  # at this distance the light at the lens has fallen to a half
-_NUDGE = 1e-2  # [mm] behind a hit the next ray starts: Embree computes in single precision
+_NUDGE = 1e-2  # [mm] offset of the next ray behind a hit: Embree computes in single precision
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +46,8 @@ class PinholeCamera:
         """A camera at a pose (4, 4) whose picture is ``field_deg`` wide.
 
         Raises:
-            InputError: a pose that is not finite or not (4, 4), a picture without pixels, a field not in 1 … 150.
+            InputError: a pose that is not finite or not (4, 4), a picture without pixels, a field of view not in 1 …
+                150.
         """
         frame = np.array(pose, dtype=np.float64)
         if frame.shape != (4, 4) or not np.isfinite(frame).all():
@@ -58,7 +59,7 @@ class PinholeCamera:
 
     @property
     def eye(self) -> Array:
-        """Where the camera is (3,), mm."""
+        """Position of the camera (3,), mm."""
         return self.transform_camera_to_patient[:3, 3]
 
     @cached_property
@@ -82,9 +83,9 @@ class PinholeCamera:
 
 
 class RayHits(NamedTuple):
-    """What is met in each pixel (H, W): its distance in mm, |cosine| of how it faces the eye, its triangle.
+    """The hit in each pixel (H, W): its distance in mm, |cosine| of its angle to the ray, its triangle.
 
-    inf, 0 and -1 where nothing is.
+    inf, 0 and -1 without a hit.
     """
 
     distance: Array
@@ -93,7 +94,7 @@ class RayHits(NamedTuple):
 
 
 class RayMesh:
-    """A mesh that rays are sent against."""
+    """A mesh for ray casting."""
 
     def __init__(self, mesh: TriangleMesh) -> None:
         body = trimesh.Trimesh(vertices=mesh.vertices, faces=mesh.faces, process=False, validate=False)
@@ -102,7 +103,7 @@ class RayMesh:
         self._normals = _vertex_normals(mesh)
 
     def first(self, view: PinholeCamera, beyond: Array | None = None) -> RayHits:
-        """What is seen first, or first beyond (H, W) mm along the rays; beyond inf nothing is looked for."""
+        """The first hits, or the first beyond (H, W) mm along the rays; none beyond inf."""
         directions = view.directions
         start = np.zeros(len(directions)) if beyond is None else beyond.ravel()
         asked = np.flatnonzero(np.isfinite(start))
@@ -113,7 +114,7 @@ class RayMesh:
             met[asked] = self._intersector.intersects_first(origins, directions[asked])
         pixel = np.flatnonzero(met >= 0)
         along, triangle = directions[pixel], met[pixel]
-        # Embree tells which triangle; where on it, and in double precision, its plane tells.
+        # Embree determines the triangle; its plane gives the position in double precision.
         normal = self._mesh.face_normals[triangle]
         height = np.einsum("ij,ij->i", self._mesh.triangles[triangle, 0] - view.eye, normal)
         slope = np.einsum("ij,ij->i", along, normal)
@@ -125,7 +126,7 @@ class RayMesh:
         return RayHits(distance.reshape(shape), facing.reshape(shape), met.reshape(shape))
 
     def layers(self, view: PinholeCamera, count: int) -> list[RayHits]:
-        """The first ``count`` things behind each other in each pixel."""
+        """The first ``count`` hits behind each other in each pixel."""
         found: list[RayHits] = []
         for _ in range(count):
             found.append(self.first(view, found[-1].distance + _NUDGE if found else None))
@@ -147,7 +148,7 @@ class RayMesh:
 
 
 def endoscope_view(surfaces: list[tuple[RayMesh, ArrayLike | None]], view: PinholeCamera) -> Picture:
-    """What the camera at the robot's tip sees: the nearest of the surfaces, lit from the lens.
+    """The picture of the camera at the robot's tip: the nearest of the surfaces, lit from the lens.
 
     surfaces: each with its colour (3,) in 0 … 1, None for tissue.
     """
@@ -170,7 +171,7 @@ def endoscope_view(surfaces: list[tuple[RayMesh, ArrayLike | None]], view: Pinho
 
 
 def to_picture(colour: Array) -> Picture:
-    """Linear light (H, W, 3) as a screen shows it."""
+    """Linear light (H, W, 3) converted for display."""
     return np.rint(255.0 * np.clip(colour, 0.0, 1.0) ** (1.0 / 1.6)).astype(np.uint8)
 
 

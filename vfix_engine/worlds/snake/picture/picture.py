@@ -18,12 +18,12 @@ from .picture_marks import INK, MARK, PAPER, RIM, draw_compass, draw_line, draw_
 from .robot_shape import robot_shape
 
 WIDTH, HEIGHT = 600, 760  # [px] of a panel
-_HEAD = 64  # [px] of the strip with the words above the panels
+_HEAD = 64  # [px] height of the strip with the words above the panels
 _CAMERA = 560  # [px] of the camera's picture, which is square
-_LAYERS = 4  # walls behind each other that shine through
-_AHEAD_MM, _BEHIND_MM = 70.0, 60.0  # of lumen shown ahead of the tip and behind the links that are shown
-_SHOWN, _DRAWN = 6, 8  # distal links that the close view is about, and those that are drawn there
-_RINGS_MM = 7.0  # contours nearer to each other than about that are not all drawn
+_LAYERS = 4  # number of translucent walls behind each other
+_AHEAD_MM, _BEHIND_MM = 70.0, 60.0  # length of lumen shown ahead of the tip and behind the displayed links
+_SHOWN, _DRAWN = 6, 8  # distal links that frame the close view, and those that are drawn there
+_RINGS_MM = 7.0  # minimum distance of drawn contours
 _FRUSTUM_MM = 30.0
 _NOTICE = 14  # [px] of the notice from the lower edge
 _WALL = np.array([0.42, 0.47, 0.56])
@@ -31,7 +31,7 @@ _DISTAL, _BODY = np.array([0.88, 0.22, 0.06]), np.array([0.98, 0.70, 0.18])
 
 
 class LumenPictures:
-    """Draws one lumen again and again.
+    """Draws pictures of one lumen.
 
     Args:
         mesh: the lumen's surface in the patient frame, mm.
@@ -59,10 +59,10 @@ class LumenPictures:
         """One picture (H, W, 3) uint8 of the snake at joints q (2L,) and a base (4, 4).
 
         Args:
-            name: where that is; a landmark of that name is ringed.
+            name: of the position; a landmark of that name is ringed.
             packed: the pathway at this moment.
-            distal: links that are bent by the operator; they have a colour of their own.
-            words: lines below the camera's picture, five at most; below them every picture has the notice.
+            distal: number of links bent by the operator; they have their own colour.
+            words: lines below the camera's picture, five at most; every picture has the notice below them.
         """
         frames = snake.frames(q, base)
         picture = np.full((HEIGHT + _HEAD, 3 * WIDTH, 3), PAPER, dtype=np.uint8)
@@ -120,7 +120,7 @@ class LumenPictures:
         panel = np.full((HEIGHT, WIDTH, 3), PAPER, dtype=np.uint8)
         view = PinholeCamera.with_field(snake.camera(q, base), _CAMERA, _CAMERA)
         others: list[tuple[RayMesh, ArrayLike | None]] = [(self._surface, None)]
-        if snake.links > 1:  # the last link carries the camera and does not see itself
+        if snake.links > 1:  # the last link carries the camera and is not in its picture
             others.append((RayMesh(robot_shape(snake, frames, 0, snake.links - 1)[0]), _BODY))
         inset = (WIDTH - _CAMERA) // 2
         seen = endoscope_view(others, view)
@@ -147,7 +147,7 @@ def _readable(name: str) -> str:
 def _through_walls(walls: list[RayHits], robot: RayHits, tint: Array) -> Picture:
     """The robot behind and before translucent walls, which are darker where they are seen edge-on."""
     colour = np.zeros((*robot.distance.shape, 3))
-    left = np.ones(robot.distance.shape)  # light that has not been stopped yet
+    left = np.ones(robot.distance.shape)  # light that is not absorbed yet
     for wall in walls:
         before = wall.distance < robot.distance
         stopped = np.where(before, 0.05 + 0.55 * (1.0 - wall.facing) ** 3, 0.0) * left
@@ -157,7 +157,7 @@ def _through_walls(walls: list[RayHits], robot: RayHits, tint: Array) -> Picture
     shade = (0.35 + 0.65 * robot.facing)[..., None] * tint[robot.triangle]
     colour += left[..., None] * np.where(solid[..., None], shade, 1.0)
     left = np.where(solid, 0.0, left)
-    # Walls behind nothing have been counted; those behind the robot are not seen.
+    # Only walls in front of the robot count.
     return np.rint(255.0 * np.clip(colour, 0.0, 1.0)).astype(np.uint8)
 
 
@@ -172,7 +172,7 @@ def _looking(eye: Array, ahead: Array, up: Array) -> Array:
 
 
 def _whole_view(mesh: TriangleMesh) -> PinholeCamera:
-    """From the front, so far away that hardly anything is foreshortened; the head is up."""
+    """From the front, from so far away that perspective is negligible; the head is up."""
     low, high = mesh.bounds
     middle, size = 0.5 * (low + high), high - low
     distance = 5.0 * float(size.max())
@@ -183,10 +183,10 @@ def _whole_view(mesh: TriangleMesh) -> PinholeCamera:
 
 
 def _close_view(joints: Array, around: Array) -> PinholeCamera:
-    """Onto the plane that the last links spread out in, head up as far as that goes."""
+    """Onto the plane in which the last links extend most, with the head up as far as possible."""
     middle = joints.mean(axis=0)
     thinnest = np.linalg.svd(joints - middle)[2][2]
-    ahead = thinnest if thinnest[1] >= 0.0 else -thinnest  # rather from the front than from the back
+    ahead = thinnest if thinnest[1] >= 0.0 else -thinnest  # prefer the front to the back
     up = np.array([0.0, 0.0, 1.0]) if abs(ahead[2]) < 0.9 else np.array([0.0, -1.0, 0.0])
     distance = 5.0 * float(np.linalg.norm(joints - middle, axis=1).max())
     middle = 0.5 * (around.min(axis=0) + around.max(axis=0))
@@ -210,7 +210,7 @@ def _around_tip(centre: Array, tip: Array, behind_mm: float) -> NDArray[np.int64
 
 
 def _frustum(snake: SnakeModel, frames: Array) -> tuple[Array, Array]:
-    """The camera's place (3,) and the corners (4, 3) of what it sees 30 mm ahead."""
+    """The camera's position (3,) and the corners (4, 3) of its field of view 30 mm ahead."""
     x, y, z, tip = frames[-1, :3].T
     eye = tip + snake.camera_offset_mm * z
     half = _FRUSTUM_MM * np.tan(0.5 * np.radians(FIELD_DEG))

@@ -27,7 +27,7 @@ _FINE = 4  # OpenCV draws between pixels with this many binary places
 _LINE = 15  # [px] height of a name
 _DOT = (4, 9)  # [px] radius of a dot, and of the ring
 _TRIES = 12  # steps of 6 px that a name moves up or down to be read
-_FAR = 20_000  # [px] ends of lines beyond that are left away
+_FAR = 20_000  # [px] lines are clipped beyond this
 
 
 def rims(packed: PackedPathway) -> tuple[Array, Array]:
@@ -56,7 +56,7 @@ def draw_line(
     hidden_by: Array | None = None,
     width: int = 1,
 ) -> None:
-    """A line through points (n, 3) mm; left away where something nearer, ``hidden_by`` (H, W) mm, covers it."""
+    """A line through points (n, 3) mm; omitted where something nearer, ``hidden_by`` (H, W) mm, covers it."""
     pixels, distance = view.project(points)
     kept: NDArray[np.bool_] = np.asarray((np.abs(pixels) < _FAR).all(axis=1))  # not where it is NaN either
     if hidden_by is not None:
@@ -72,9 +72,10 @@ def draw_line(
 def draw_marks(
     picture: Picture, view: PinholeCamera, places: Mapping[str, ArrayLike], names: Mapping[str, str], ringed: str
 ) -> None:
-    """A dot at each place (3,) and its name beside it, on no other dot or name; ``ringed`` is large, and named first.
+    """A dot at each position (3,) and its name beside it, clear of other dots and names; ``ringed`` is large, and named
+    first.
 
-    A name that has to stand farther away is tied to its dot by a line.
+    A name that is farther away is connected to its dot by a line.
     """
     spots: dict[str, tuple[int, int]] = {}
     for key in sorted(places, key=lambda one: one != ringed):
@@ -102,7 +103,7 @@ def draw_marks(
 
 
 def _free(view: PinholeCamera, at: tuple[int, int], radius: int, wide: int, others: list[PixelBox]) -> PixelBox:
-    """The box of a name that lies on none of the others, as near to its dot as that goes: right or left, then lower."""
+    """The box of a name that overlaps none of the others, as near to its dot as possible: right or left, then lower."""
     x, y = at
     boxes = []
     for drop in sorted(range(-6 * _TRIES, 6 * _TRIES + 1, 3), key=lambda one: (abs(one), -one)):
@@ -133,7 +134,7 @@ def write(
     bold: bool = False,
     halo: bool = False,
 ) -> None:
-    """A text with its lower left corner at (x, y); with a halo, a light ground, it can be read on anything."""
+    """A text with its lower left corner at (x, y); a halo makes it readable on any background."""
     weight = 2 if bold else 1
     if halo:
         lighten(picture, (at[0] - 3, at[1] - _LINE, at[0] + text_width(text, scale, bold) + 3, at[1] + 5))
@@ -147,7 +148,7 @@ def lighten(picture: Picture, box: PixelBox) -> None:
 
 
 def draw_compass(picture: Picture, view: PinholeCamera) -> None:
-    """Where head, left and back of the patient lie, in the lower left corner; not those that point at the eye."""
+    """The patient's axes in the lower left corner, without those that point at the eye."""
     turned = view.transform_camera_to_patient[:3, :3]
     foot = np.array([74.0, view.height - 60.0])
     lighten(picture, (4, view.height - 122, 144, view.height - 4))

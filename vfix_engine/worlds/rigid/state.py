@@ -1,0 +1,54 @@
+"""The state of the rigid tool between two steps."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from ...arrays import Array
+from ...control import ControlSettings, StepReport, StepState
+from ...control.tasks import PathPoint
+
+ZEROS = np.zeros(3)
+ZEROS.setflags(write=False)
+
+
+class LastStep(NamedTuple):
+    """The step that led to a state: effective force (3,) in N and torque (3,) in N·mm.
+
+    end: the end of the path that the hand pushes against, in words, or ''; teleoperated: driven by a master.
+    """
+
+    report: StepReport
+    force: Array
+    torque: Array
+    end: str
+    teleoperated: bool
+
+
+@dataclass(frozen=True)
+class RehearsalState:
+    """Everything that the next step needs; ``nearest`` is None without a path.
+
+    nearest: point of the path nearest to the tip while it follows the path; in other modes the last one.
+    emergencies: steps so far that exceeded an acceleration limit; lag: (3,) in mm that the tool is behind its master.
+    settings: current; last: the step that led here, None after a start or a change of the task.
+    """
+
+    tool: StepState
+    mode: str
+    phase: str
+    nearest: PathPoint | None
+    target: int
+    steps: int
+    settings: ControlSettings
+    emergencies: int = 0
+    lag: Array = field(default_factory=lambda: ZEROS)
+    last: LastStep | None = field(default=None, repr=False, compare=False)
+
+    @property
+    def q(self) -> Array:
+        """Joints (n,) in mm and rad, in the order of ``RobotModel.joints``; ``tool`` has the rest of the pose."""
+        return self.tool.q

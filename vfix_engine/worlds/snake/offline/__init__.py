@@ -1,0 +1,1 @@
+"""Drives without a clock: scripts, operators, reports, recorded runs."""

@@ -1,0 +1,1 @@
+"""What takes longer than a step: plans of a worker, and their adoption."""

@@ -1,0 +1,1 @@
+"""One step of the driven snake, as functions of an immutable state."""

@@ -1,0 +1,43 @@
+"""Plans that a drive without a clock makes within its step: the present tissue, and the shapes of an insertion."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from ....errors import PathwayError
+from ....geometry.curve import Curve
+from ....pathway.packed import PackedPathway
+from ....pathway.pathway import Pathway
+from ....robots.snake import SnakeModel
+from ....snake.conform.conformance import Insertion, ShapeSolution, conform
+
+
+@dataclass(frozen=True, eq=False)
+class InlinePlanner:
+    """One robot in one lumen.
+
+    insertion: along the curve at the start; every_s: period at which the tissue is sampled.
+    """
+
+    snake: SnakeModel
+    pathway: Pathway
+    insertion: Insertion
+    every_s: float
+
+    def look(self, t: float) -> tuple[PackedPathway, Curve] | str:
+        """The pathway and its curve at the time t in s, or the reason why there is no valid one."""
+        try:
+            return self.pathway.packed(t), self.pathway.curve(t)
+        except PathwayError as error:
+            return f"the tissue leaves no pathway: {error}"
+
+    def following(self, curve: Curve, tip_s: float, near: ShapeSolution, most: float) -> ShapeSolution:
+        """The shape that conforms to a moved curve, no angle more than ``most`` rad from the previous one."""
+        return conform(self.snake, curve, tip_s, near, None, self.insertion.roll, most=most)
+
+    def inserted(self, curve: Curve, place_mm: float, last: ShapeSolution, planned: ShapeSolution) -> ShapeSolution:
+        """The shape with its tip at an arc length; on a still curve it starts from the shape planned last."""
+        if self.pathway.motion is None:
+            return self.insertion.after(planned, place_mm - planned.tip_s)
+        return self.following(curve, place_mm, last, math.inf)
