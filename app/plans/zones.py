@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from app.kit.names import check_stored_name
@@ -53,7 +53,7 @@ class RemovedBone:
 
     id: str
     name: str
-    shape: Mapping[str, Any]
+    shape: Mapping[str, Any] = field(default_factory=dict)
 
 
 def check_zones(zones: Sequence[PlanZone]) -> tuple[PlanZone, ...]:
