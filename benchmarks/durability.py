@@ -14,7 +14,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -29,7 +29,8 @@ from benchmarks import report
 from vfix_engine.geometry.mesh import TriangleMesh
 
 if TYPE_CHECKING:
-    from app.plans.editor import PlanEditor
+    from app.operations import Change
+    from app.plans.service import PlanService
     from app.store import Store
 
 SUMMARY = "kill -9 a planner that writes: edits acknowledged, edits lost, and the database's own check"
@@ -179,14 +180,14 @@ def _write(settings: Settings, plan: str, chance: random.Random, pipe: int, earl
     from app.store import Store
 
     try:
-        editor = PlanService(Store(settings)).editor(plan)
+        plans = PlanService(Store(settings))
         with closing(sqlite3.connect(settings.database_path)) as database:
             (number,) = database.execute("select cursor from documents where id = ?", (plan,)).fetchone()
         for _ in range(_MOST_EDITS):
             number += 1
             if early:
                 os.write(pipe, f"{number} {_ANY}\n".encode())
-            content = _edited(editor, chance)
+            content = _edited(plans, plan, chance)
             if not early:
                 os.write(pipe, f"{number} {_digest(_state(content))}\n".encode())
         time.sleep(60.0)  # until it is killed
@@ -194,17 +195,18 @@ def _write(settings: Settings, plan: str, chance: random.Random, pipe: int, earl
         os._exit(1)
 
 
-def _edited(editor: PlanEditor, chance: random.Random) -> PlanContent:
+def _edited(plans: PlanService, plan: str, chance: random.Random) -> PlanContent:
     """Make one random edit and return the plan's content after it."""
+    from app.plans.operations.points import AddPoint, DeletePoint, MovePoint, RenamePoint
+
     place = (chance.uniform(-99, 99), chance.uniform(-99, 99), chance.uniform(-99, 99))
-    points = [point.id for point in editor.plan.content.points]
-    kinds: list[Callable[[], Any]] = [lambda: editor.added_point(place)[1]]
+    points = [point.id for point in plans.get(plan).content.points]
+    kinds: list[Change] = [AddPoint(position=place)]
     if points:
         one = chance.choice(points)
-        change = [lambda: editor.move_point(one, place), lambda: editor.rename_point(one, f"{place[0]:.3f}")]
-        kinds = [*change, lambda: editor.delete_point(one)] if len(points) > _MOST_POINTS else [*kinds, *change]
-    content: PlanContent = chance.choice(kinds)().content
-    return content
+        change = [MovePoint(point_id=one, position=place), RenamePoint(point_id=one, label=f"{place[0]:.3f}")]
+        kinds = [*change, DeletePoint(point_id=one)] if len(points) > _MOST_POINTS else [*kinds, *change]
+    return plans.do(plan, chance.choice(kinds)).content
 
 
 def _state(content: PlanContent) -> dict[str, Any]:

@@ -13,6 +13,7 @@ from app.api.jobs import JobPublic
 from app.api.plan_models import Revision
 from app.planning.suggestions import described, described_none
 from app.planning.verdict import Level
+from app.plans.operations.points import SetPoints
 from app.plans.public import PlanPublic
 
 router = APIRouter(tags=["suggestions"], responses=ERRORS)
@@ -149,9 +150,8 @@ def use_suggestion(
     points = kept.points_of(kept.plan_id, wish.alternative)
     kept.check_tool(services.plans.get(kept.plan_id))
     expected = condition.expected(wish.revision)
-    return _told(
-        condition, PlanPublic.of(services.plans.editor(kept.plan_id).set_points(points, expected_revision=expected))
-    )
+    plan = services.plans.do(kept.plan_id, SetPoints(points=points), expected_revision=expected)
+    return _told(condition, PlanPublic.of(plan))
 
 
 @router.post("/plans/{plan_id}/tools", status_code=202)

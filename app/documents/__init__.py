@@ -4,7 +4,7 @@ What needs the store is in `app.documents.documents` and `app.documents.editor`:
 """
 
 from app.documents.document import Document, DocumentTitle, Ref
-from app.documents.kind import DocumentErrors, DocumentKind, read_as, struct_kind, written
+from app.documents.kind import DocumentErrors, DocumentKind, new_in, read_as, struct_kind, written
 
 __all__ = [
     "Document",
@@ -12,6 +12,7 @@ __all__ = [
     "DocumentKind",
     "DocumentTitle",
     "Ref",
+    "new_in",
     "read_as",
     "struct_kind",
     "written",

@@ -15,6 +15,18 @@ from vfix_engine.errors import InputError
 
 SETTINGS = "settings"  # key of a content's JSON that is kept apart from the history
 _MOST_UPGRADES = 100
+_NEW_IN = "new_in"  # in `extra` of a field's type
+
+Upgrade = Callable[[dict[str, Any]], dict[str, Any]]
+
+
+def new_in(number: int) -> msgspec.Meta:
+    """Of a field of a content, in the notes of its type: that schemas before this one do not have it.
+
+    What such a schema's content has of it, once it is read, is the field's default.
+    """
+    return msgspec.Meta(extra={_NEW_IN: number})
+
 
 Value = TypeVar("Value")
 
@@ -62,7 +74,7 @@ class DocumentKind(Generic[Content]):
     write: Callable[[Content], dict[str, Any]]
     check: Callable[[Content], Content]
     refs: Callable[[Content], tuple[Ref, ...]] = lambda content: ()
-    upgrades: Mapping[str, tuple[str, Callable[[dict[str, Any]], dict[str, Any]]]] = field(default_factory=dict)
+    upgrades: Mapping[str, tuple[str, Upgrade]] = field(default_factory=dict)
     errors: DocumentErrors = DocumentErrors()
     changes: Callable[[Content, Content], tuple[str, ...]] = lambda before, after: ()
     undo_hint: str = "Take its newest edit back, or delete it."
@@ -136,6 +148,8 @@ def written(value: Any) -> Any:
 def struct_kind(
     content: type[Content],
     *,
+    schema: str,
+    changed: Mapping[int, Upgrade] | None = None,
     rules: Callable[[Content], Content] = lambda value: value,
     errors: DocumentErrors = DocumentErrors(),
     **declared: Any,
@@ -143,9 +157,12 @@ def struct_kind(
     """A kind whose content is a `msgspec.Struct` or a dataclass: its types say how it is read and written.
 
     What is read says every field, and no other one. Whatever is stored was read back before, so that it can be read.
+    schema: such as 'vfix-label/1', whose number grows with every field; content of an older one is read without the
+    fields that are `new_in` a later one. changed: by the number of a schema, what else makes its JSON the next one's.
     rules: what types cannot say, such as that two names differ; it raises InputError. declared: what else a
     `DocumentKind` says.
     """
+    added, (family, _, number) = _defaults(content), schema.rpartition("/")
 
     def read(data: Mapping[str, Any]) -> Content:
         value = read_as(content, data, errors.refused)
@@ -155,7 +172,13 @@ def struct_kind(
             raise errors.refused(_words(error)) from error
         return rules(value)
 
+    def upgrade(before: int) -> Upgrade:
+        change, new = (changed or {}).get(before, dict), added.get(before + 1, {})
+        return lambda data: change({**data, **new})
+
     return DocumentKind(
+        schema=schema,
+        upgrades={f"{family}/{one}": (f"{family}/{one + 1}", upgrade(one)) for one in range(1, int(number))},
         content_type=content,
         read=read,
         write=written,
@@ -163,6 +186,18 @@ def struct_kind(
         errors=errors,
         **{"empty": content, **declared},
     )
+
+
+def _defaults(content: type[Any]) -> dict[int, dict[str, Any]]:
+    """The JSON of the fields that are `new_in` a schema, by its number, as they are where nothing is said."""
+    shape = msgspec.inspect.type_info(content)
+    assert isinstance(shape, (msgspec.inspect.DataclassType, msgspec.inspect.StructType))
+    found: dict[int, dict[str, Any]] = {}
+    for each in shape.fields:
+        extra = (isinstance(each.type, msgspec.inspect.Metadata) and each.type.extra) or {}
+        if _NEW_IN in extra:
+            found.setdefault(extra[_NEW_IN], {})[each.name] = msgspec.to_builtins(each.default)
+    return found
 
 
 def _check_keys(data: Any, value: Any, at: str = "$") -> None:

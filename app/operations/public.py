@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, fields, make_dataclass
-from typing import Any
+from typing import Any, TypeVar, get_type_hints
 
 import msgspec
 
 from app.documents import Document, DocumentKind
+
+Public = TypeVar("Public")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,6 +31,17 @@ class DocumentPublic:
     can_undo: bool
     can_redo: bool
     unreadable: str
+
+
+def with_content(content: type[Any]) -> Callable[[type[Public]], type[Public]]:
+    """A decorator below `dataclass`: the class has the fields of a content too, where it does not declare its own."""
+
+    def added(public: type[Public]) -> type[Public]:
+        declared = public.__annotations__
+        public.__annotations__ = {**get_type_hints(content, include_extras=True), **declared}
+        return public
+
+    return added
 
 
 def common_values(document: Document[Any]) -> dict[str, Any]:

@@ -238,7 +238,7 @@ class Planning:
         return evaluation.samples(), " ".join(filter(None, ["" if evaluation.completed else held, removed]))
 
     def placed_robot(self, plan: Plan) -> dict[str, Any]:
-        """Return the plan's robot with the placement of its dry run, for `PlanEditor.set_robot`.
+        """Return the plan's robot with the placement of its dry run, to be kept with the plan.
 
         Raises as `evaluate`, and PlanError if a registration to the base already defines where the robot stands.
         """

@@ -14,7 +14,6 @@ from app.documents.documents import Documents
 from app.kit.errors import OtherCase
 from app.operations.operation import Change, Context
 from app.plans.document import PLAN
-from app.plans.editor import PlanEditor
 from app.plans.instruments import Instruments, shaped_tool
 from app.plans.model import Plan, PlanContent, PlanFile, PlanPoint, check_content, without_placement
 from app.plans.versions import PlanVersions
@@ -24,7 +23,7 @@ from app.store.models import CaseRow
 from vfix_engine.errors import PlanError
 from vfix_engine.robots import robot_from_urdf
 
-__all__ = ["Plan", "PlanContent", "PlanEditor", "PlanFile", "PlanPoint", "PlanService", "PlanTitle"]
+__all__ = ["Plan", "PlanContent", "PlanFile", "PlanPoint", "PlanService", "PlanTitle"]
 
 PlanTitle = DocumentTitle
 
@@ -144,7 +143,3 @@ class PlanService:
     def restore(self, plan_id: str, *, expected_revision: int | None = None) -> Plan:
         """Bring a deleted plan back."""
         return self.documents.restore(plan_id, expected_revision=expected_revision)
-
-    def editor(self, plan_id: str) -> PlanEditor:
-        """The plan's editor. Raises NotFound."""
-        return PlanEditor(self.documents.editor(plan_id))

@@ -8,7 +8,7 @@ from typing import Annotated, Literal, TypeAlias
 import numpy as np
 from msgspec import Meta
 
-from app.documents import Document
+from app.documents import Document, new_in
 from app.kit.names import check_stored_label
 from app.operations.fields import REFUSED, MaybeId, Place
 from app.registration.calibration_records import PointerTip, RobotToTracker, Rows, check_rigid, check_robot
@@ -18,6 +18,7 @@ from app.registration.touched_surface import TouchedSurface, check_surface
 from vfix_engine.errors import InputError
 from vfix_engine.frames import ImageRegistration, RegisteredTo
 
+SCHEMA = "vfix-registration/4"  # one more with a field that is new in it
 MAX_PAIRS = 100
 MAX_FLE_MM = 50.0
 MAX_WEIGHT = 1e6
@@ -72,13 +73,13 @@ class RegistrationContent:
     transform: Rows = IDENTITY
     pairs: Annotated[tuple[FiducialPair, ...], Meta(max_length=MAX_PAIRS)] = ()
     made_from: MadeFrom = "none"
-    fle_mm: Fle | None = None
-    beads: Annotated[tuple[FoundBead, ...], Meta(max_length=MAX_BEADS)] = ()
-    search: BeadSearchRecord | None = None
-    surface: TouchedSurface | None = None
-    pointer: PointerTip | None = None
-    robot: RobotToTracker | None = None
-    said: FileMetadata | None = None
+    fle_mm: Annotated[Fle | None, new_in(2)] = None
+    beads: Annotated[tuple[FoundBead, ...], Meta(max_length=MAX_BEADS), new_in(2)] = ()
+    search: Annotated[BeadSearchRecord | None, new_in(2)] = None
+    surface: Annotated[TouchedSurface | None, new_in(3)] = None
+    pointer: Annotated[PointerTip | None, new_in(3)] = None
+    robot: Annotated[RobotToTracker | None, new_in(3)] = None
+    said: Annotated[FileMetadata | None, new_in(4)] = None
 
     @property
     def said_simulated(self) -> bool:

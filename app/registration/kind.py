@@ -7,16 +7,7 @@ from typing import Any
 
 from app.documents import Ref, struct_kind
 from app.registration.changes import changes
-from app.registration.document import (
-    IDENTITY,
-    RegistrationContent,
-    check_registration,
-)
-
-SCHEMA = "vfix-registration/4"
-BEFORE_WORDS = "vfix-registration/3"
-BEFORE_CALIBRATIONS = "vfix-registration/2"
-BEFORE_SOURCES = "vfix-registration/1"
+from app.registration.document import IDENTITY, SCHEMA, RegistrationContent, check_registration
 
 
 def _with_sources(data: dict[str, Any]) -> dict[str, Any]:
@@ -27,12 +18,7 @@ def _with_sources(data: dict[str, Any]) -> dict[str, Any]:
         pairs = [{**item, "id": f"pair-{count}", **new} for count, item in enumerate(pairs, 1)]
     untouched = data.get("transform") == list(IDENTITY) and not pairs
     made_from = "none" if untouched else "given"
-    return {**data, "pairs": pairs, "made_from": made_from, "fle_mm": None, "beads": [], "search": None}
-
-
-def _with_calibrations(data: dict[str, Any]) -> dict[str, Any]:
-    """What was stored before surfaces were touched and pointers calibrated."""
-    return {**data, "surface": None, "pointer": None, "robot": None}
+    return {**data, "pairs": pairs, "made_from": made_from}
 
 
 def _with_words(data: dict[str, Any]) -> dict[str, Any]:
@@ -41,7 +27,7 @@ def _with_words(data: dict[str, Any]) -> dict[str, Any]:
     A refined one could lose its touched points then; its transform stays, as one that nothing here was the source of.
     """
     lost = data.get("made_from") == "surface" and data.get("surface") is None
-    return {**data, "said": None, **({"made_from": "given"} if lost else {})}
+    return {**data, "made_from": "given"} if lost else data
 
 
 def _refs(content: RegistrationContent) -> tuple[Ref, ...]:
@@ -55,11 +41,7 @@ REGISTRATION = struct_kind(
     content=RegistrationContent,
     rules=check_registration,
     refs=_refs,
-    upgrades={
-        BEFORE_SOURCES: (BEFORE_CALIBRATIONS, _with_sources),
-        BEFORE_CALIBRATIONS: (BEFORE_WORDS, _with_calibrations),
-        BEFORE_WORDS: (SCHEMA, _with_words),
-    },
+    changed={1: _with_sources, 3: _with_words},
     changes=changes,
     undo_hint=("Take its newest edit back with POST /api/v1/registrations/{id}/undo, or delete it."),
 )

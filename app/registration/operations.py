@@ -135,6 +135,7 @@ class SetFle(RegistrationEdit, frozen=True):
     """State the localisation error of one fiducial; null estimates it from the fit."""
 
     rest = "PATCH /registrations/{id}"
+    title = "Set localisation error"
     message = "registration.fle"
     aliases: ClassVar[Mapping[str, str]] = {"fle.mm": "fle_mm"}
     fle: FleWish
@@ -147,6 +148,7 @@ class FitPairs(RegistrationEdit, frozen=True):
     """Fit the pairs, instead of a given or refined transform."""
 
     rest = "PATCH /registrations/{id}"
+    title = "Fit the points"
     message = "registration.fit_pairs"
     made_from: Literal["pairs"] = "pairs"
 
@@ -242,6 +244,7 @@ class DeletePair(RegistrationEdit, frozen=True):
 class ClearMeasured(RegistrationEdit, frozen=True):
     """Forget every measured point; pairs that have nothing else go with it."""
 
+    title = "Clear measured points"
     message = "pair.clear_measured"
 
     def changed(self, content: RegistrationContent, context: Registrations) -> RegistrationContent:
@@ -255,6 +258,7 @@ class TouchPair(RegistrationEdit, frozen=True):
     """
 
     rest = "POST /registrations/{id}/pairs/{pair_id}/touch"
+    title = "Simulate touch"
     message = "pair.touch"
     pair_id: Identifier | None = None  # of a message: each one that was not measured, else that was simulated
     noise_mm: Noise = DEFAULT_NOISE_MM

@@ -9,15 +9,11 @@ from msgspec import Meta
 
 from app.documents import Document
 from app.operations.fields import Place
-from app.operations.public import DocumentPublic, common_values
+from app.operations.public import DocumentPublic, common_values, with_content
 from app.plans.model import NOTICE
 from app.registration.calibration_records import PointerTip, RobotToTracker, pointer_cautions, robot_cautions
-from app.registration.document import MadeFrom, MeasuredFrom, RegistrationContent
-from app.registration.file_metadata import FileMetadata
+from app.registration.document import MeasuredFrom, RegistrationContent
 from app.registration.fit_report import FitReport, FitState, FleSource, WrongPair, report_of
-from app.registration.found_beads import BeadSearchRecord
-from app.registration.touched_surface import TouchedSurface
-from vfix_engine.frames import RegisteredTo
 
 Length = Annotated[float | None, Meta(description="mm; null where it is not known")]
 BeadState = Literal["found", "confirmed", "rejected"]
@@ -100,6 +96,7 @@ class RobotToTrackerPublic(RobotToTracker):
 
 
 @dataclass(frozen=True, kw_only=True)
+@with_content(RegistrationContent)
 class RegistrationPublic(DocumentPublic):
     """A registration. transform: from the image (LPS) to the frame `to`, 16 numbers row by row, mm.
 
@@ -111,37 +108,27 @@ class RegistrationPublic(DocumentPublic):
     case_hash: str
     schema: str
     told: str
-    to: RegisteredTo
-    transform: tuple[float, ...]
-    made_from: MadeFrom
-    fle_mm: Length
     pairs: list[PairPublic]
     beads: list[FoundBeadPublic]
-    search: BeadSearchRecord | None
-    surface: TouchedSurface | None
     fit: FitPublic
     pointer: PointerTipPublic | None
     robot: RobotToTrackerPublic | None
-    said: FileMetadata | None
     notice: str = NOTICE
 
     @classmethod
     def of(cls, document: Document[RegistrationContent]) -> RegistrationPublic:
         content, report = document.content, report_of(document.content)
         pointer, robot = content.pointer, content.robot
-        return cls(
-            **common_values(document),
-            **{name: getattr(document, name) for name in ("case_hash", "schema", "told")},
-            **{name: getattr(content, name) for name in _CONTENT},
-            pairs=[PairPublic(**vars(pair), residual_mm=report.residuals_mm.get(pair.id)) for pair in content.pairs],
-            beads=_beads(content),
-            fit=FitPublic.of(report),
-            pointer=None if pointer is None else PointerTipPublic(**vars(pointer), cautions=pointer_cautions(pointer)),
-            robot=None if robot is None else RobotToTrackerPublic(**vars(robot), cautions=robot_cautions(robot)),
-        )
-
-
-_CONTENT = ("to", "transform", "made_from", "fle_mm", "search", "surface", "said")
+        pairs = [PairPublic(**vars(pair), residual_mm=report.residuals_mm.get(pair.id)) for pair in content.pairs]
+        own = {
+            "pairs": pairs,
+            "beads": _beads(content),
+            "fit": FitPublic.of(report),
+            "pointer": pointer and PointerTipPublic(**vars(pointer), cautions=pointer_cautions(pointer)),
+            "robot": robot and RobotToTrackerPublic(**vars(robot), cautions=robot_cautions(robot)),
+        }
+        of_document = {name: getattr(document, name) for name in ("case_hash", "schema", "told")}
+        return cls(**common_values(document), **of_document, **(vars(content) | own))
 
 
 def _beads(content: RegistrationContent) -> list[FoundBeadPublic]:

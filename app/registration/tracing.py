@@ -11,6 +11,7 @@ import numpy as np
 from app.cases.service import CaseService
 from app.kit.values import Position, check_position
 from app.plans.model import Plan
+from app.plans.operations.paths import AddTracedPath
 from app.plans.service import PlanService
 from app.registration.calibration import simulated_transform
 from app.registration.document import StoredRegistration
@@ -102,16 +103,12 @@ class Tracing:
         places = np.asarray(samples, dtype=np.float64).reshape(-1, 3) @ back[:3, :3].T + back[:3, 3]
         found = traced_path(places)
         self._check_near(document.case_id, found.points)
-        paths = self._plans.editor(plan_id).paths
-        path_id, plan = paths.add(
-            name,
-            places=[check_position(point) for point in found.points.tolist()],
-            named=NAMED,
-            expected_revision=expected_revision,
-        )
+        way = [check_position(point) for point in found.points.tolist()]
+        traced = AddTracedPath(places=way, name=name, named=NAMED)
+        plan = self._plans.do(plan_id, traced, expected_revision=expected_revision)
         called = plan.content.path.name
         return Traced(
-            plan, path_id, called, len(found.points), found.length_mm, found.residual_mm, found.largest_mm,
+            plan, plan.content.path_id, called, len(found.points), found.length_mm, found.residual_mm, found.largest_mm,
             found.samples, found.used, traced_from, document.name, _words(called, found, document.name, traced_from),
         )  # fmt: skip
 

@@ -6,6 +6,7 @@ from app.plans.document import PLAN
 from app.plans.operations import (
     document,
     instruments,
+    paths,
     points,
     regions,
     removed_bone,
@@ -30,7 +31,8 @@ SPEC = DocumentSpec(
         document.RestorePlan, document.UndoPlan, document.RedoPlan, document.SetNotes,
         instruments.ChooseRobotByName, instruments.ChooseToolByName, instruments.PlaceRobot,
         points.AddPoint, points.AddTarget, points.TakeTargets, points.MovePoint, points.RenamePoint,
-        points.RenameItem, points.DeletePoint,
+        points.RenameItem, points.DeletePoint, paths.SetShaft, paths.AddPath, paths.CopyPath, paths.RenamePath,
+        paths.SetEntrySide, paths.ChoosePath, paths.DeletePath,
         *zones.OPERATIONS, *removed_bone.OPERATIONS, *regions.OPERATIONS, *versions.OPERATIONS,
         *second_volume.OPERATIONS, instruments.UseRegistration,
     ),

@@ -78,6 +78,7 @@ class RestorePlan(Restore, frozen=True):
 class UndoPlan(Undo, frozen=True):
     """Take the newest edit back; `told` of the answer says which."""
 
+    title = "Undo"
     message = "undo"
     of_open = True
 
@@ -85,6 +86,7 @@ class UndoPlan(Undo, frozen=True):
 class RedoPlan(Redo, frozen=True):
     """Do again what was taken back; `told` of the answer says what."""
 
+    title = "Redo"
     message = "redo"
     of_open = True
 

@@ -54,6 +54,7 @@ class ChooseRobot(PlanEdit, frozen=True):
 class ChooseRobotByName(PlanEdit, frozen=True):
     """Choose another robot: a shipped one by its name, or an uploaded URDF by its hash and the link of the tool."""
 
+    title = "Choose robot"
     message = "plan.robot"
     name: Identifier
     urdf: Identifier | None = None
@@ -79,6 +80,7 @@ class ChooseTool(PlanEdit, frozen=True):
 class ChooseToolByName(PlanEdit, frozen=True):
     """Choose another tool by its name; a bend or radius that is left out is the shipped one's."""
 
+    title = "Choose tool"
     message = "plan.tool"
     name: Identifier
     bend_deg: ShapeNumber | None = None

@@ -140,6 +140,7 @@ class RenameItem(RenamePoint, frozen=True):
     """Give a path point or a target another label, which is not empty."""
 
     rest = ""
+    title = "Rename point or target"
     message = "item.rename"
     label: Name
 
@@ -148,6 +149,7 @@ class DeletePoint(PlanEdit, frozen=True):
     """Delete a path point or a target."""
 
     rest = "DELETE /plans/{id}/points/{point_id}"
+    title = "Delete point or target"
     message = "item.delete"
     aliases: ClassVar[Mapping[str, str]] = {"point_id": "item_id"}
     point_id: Identifier

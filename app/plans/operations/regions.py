@@ -23,6 +23,7 @@ Number = Annotated[float, Meta(ge=-1e3, le=1e3)]  # [mm, N/mm]; what may be, the
 class SpareStructure(PlanEdit, frozen=True):
     """Protect a structure of the case, under its own name."""
 
+    title = "Protect structure"
     message = "region.structure"
     structure: Identifier
 

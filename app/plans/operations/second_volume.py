@@ -59,6 +59,7 @@ class LayVolume(PlanEdit, frozen=True):
     `other_head`: the user confirmed that a volume of another case shows the same patient.
     """
 
+    title = "Overlay a volume"
     message = "second_volume.lay"
     case_id: Identifier
     transform: Transform
@@ -76,6 +77,7 @@ class LayVolume(PlanEdit, frozen=True):
 class LayNothing(PlanEdit, frozen=True):
     """Lay nothing over the head's slices any more."""
 
+    title = "Remove the overlay"
     message = "second_volume.none"
 
     def run(self, context: Plans, document_id: str) -> StoredPlan:

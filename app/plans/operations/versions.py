@@ -111,6 +111,7 @@ class GoBack(PlanEdit, frozen=True):
     """Restore the plan from a version, as one edit that undo takes back; settings stay."""
 
     rest = "POST /plans/{id}/versions/{version_id}/go-back"
+    title = "Go back to version"
     message = "version.go_back"
     version_id: Identifier
 

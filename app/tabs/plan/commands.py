@@ -6,7 +6,7 @@ from typing import Literal
 
 from app.messages.fields import Command, Identifier, Position
 from app.tabs.plan import clearance_commands
-from app.tabs.plan.region_commands import PATH_COMMANDS, REGION_COMMANDS
+from app.tabs.plan.region_commands import REGION_COMMANDS
 
 
 class OpenPlan(Command):
@@ -59,5 +59,4 @@ COMMANDS: tuple[type[Command], ...] = (
     CompareVersion,
     *clearance_commands.COMMANDS,
     *REGION_COMMANDS,
-    *PATH_COMMANDS,
 )

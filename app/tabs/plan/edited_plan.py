@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import functools
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -20,13 +18,13 @@ from app.planning.tissue_words import PLACE_WORDS
 from app.plans.model import FRAME, UNIT, PlanPoint
 from app.plans.operations.base import PlanEdit
 from app.plans.operations.document import SetNotes
+from app.plans.operations.paths import AddPath, ChoosePath, CopyPath, DeletePath, PathEdit, SetShaft
 from app.plans.operations.points import AddPoint, AddTarget, DeletePoint, MovePoint, SetPoints
 from app.plans.operations.regions import DeleteRegion
 from app.plans.service import Plan
 from app.scene.plan import PlanItem
 from app.services import Services
 from app.tabs.plan.instruments import robot_view, tool_view
-from app.tabs.plan.paths import Paths
 from app.tabs.plan.regions import Regions
 from app.tabs.plan.second_volume import SecondVolumes
 from app.tabs.plan.sections import AddKind, PlanSection
@@ -39,7 +37,8 @@ from vfix_engine.geometry.path import SplinePath
 
 MOVED_WORTH_SAYING_MM = 0.05  # by a click, which goes to the nearest free place
 DROP_MOVED_MM = 0.2  # by a drop, whose hand is less exact
-ENDING = (SetLocked, Undo, Redo, SetNotes)  # operations that take back what is half drawn, dragged or shown as a ghost
+# Operations that take back what is half drawn, dragged or shown as a ghost.
+ENDING = (SetLocked, Undo, Redo, SetNotes, AddPath, CopyPath, PathEdit, ChoosePath, DeletePath)
 
 
 @dataclass(frozen=True)
@@ -58,13 +57,12 @@ class EditedPlan:
 
     def __init__(self, services: Services, plan_id: str) -> None:
         self._services = services
-        self._editor = services.plans.editor(plan_id)
         self._dragged: dict[str, Position] = {}
         self.shaft_in_hand: tuple[str, Position] | None = None  # id of the point, and the direction under the hand
         self._said: Any = None  # of robot and tool, when they were read
         self._changes = services.store.changes
         self._seen = self._changes.of_document(plan_id)  # before the plan is read
-        self._show(self._editor.plan)
+        self._show(services.plans.get(plan_id))
         self.case = services.cases.get(self.plan.case_id)
         self.selected: str | None = None
         self.add_mode: AddKind = "point"
@@ -73,7 +71,6 @@ class EditedPlan:
         self.regions = Regions(services, lambda: self.plan, self.perform)
         self.second_volume = SecondVolumes(services, lambda: self.plan)
         self.versions = Versions(services, lambda: self.plan)
-        self.paths = Paths(self._editor, lambda: self.plan, self._edit)
         self._path: Kept[SplinePath | None] = Kept()
 
     # -- what there is
@@ -82,7 +79,7 @@ class EditedPlan:
         """Read the plan anew where it was changed since, but by an edit from here: other clients edit too."""
         seen = self._changes.of_document(self.plan_id)
         if seen != self._seen:
-            self._show(self._editor.plan)
+            self._show(self._services.plans.get(self.plan_id))
             self._seen = seen
 
     def _show(self, plan: Plan) -> None:
@@ -112,7 +109,13 @@ class EditedPlan:
             self.let_go()
         if not self.locked and (nothing := _nothing(operation, self.plan)):
             return nothing
-        plan = self._edit(functools.partial(self._services.plans.do, self.plan_id, operation))
+        try:
+            plan = self._services.plans.do(self.plan_id, operation, expected_revision=self.plan.revision)
+        except VfixError:
+            self._show(self._services.plans.get(self.plan_id))
+            raise
+        self._show(plan)
+        self._seen = self._seen[0], plan.revision
         if isinstance(operation, PlanEdit) and (added := operation.added(plan.content)):
             if not self.regions.select_added(added):
                 self.selected = added
@@ -121,20 +124,6 @@ class EditedPlan:
         elif isinstance(operation, DeleteRegion) and self.regions.selected == operation.region_id:
             self.regions.selected = None
         return plan.told
-
-    def _edit(self, change: Callable[..., Plan], *arguments: Any, **options: Any) -> Plan:
-        """Do an edit on the revision that is shown.
-
-        When the plan has moved on, it is shown as it is stored, and the edit refused.
-        """
-        try:
-            made = change(*arguments, expected_revision=self.plan.revision, **options)
-        except VfixError:
-            self._show(self._editor.plan)
-            raise
-        self._show(made)
-        self._seen = self._seen[0], made.revision
-        return made
 
     @property
     def plan_id(self) -> str:
@@ -308,7 +297,7 @@ class EditedPlan:
 
     def set_shaft(self, point_id: str, direction: Position | None, roll_deg: float | None) -> None:
         """The shaft's direction and roll at a path point; None leaves them open."""
-        self._edit(self._editor.paths.set_shaft, point_id, direction, roll_deg)
+        self.perform(SetShaft(point_id=point_id, direction=direction, roll_deg=roll_deg))
 
     def use_points(self, points: tuple[PlanPoint, ...]) -> None:
         """Another way for the path, with the shaft's directions, as one edit."""

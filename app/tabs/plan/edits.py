@@ -9,7 +9,7 @@ import numpy as np
 from app.messages.fields import Command
 from app.tabs.plan import commands as c
 from app.tabs.plan.edited_plan import EditedPlan
-from app.tabs.plan.region_commands import PATH_COMMANDS, REGION_COMMANDS, DrawRegion
+from app.tabs.plan.region_commands import REGION_COMMANDS, DrawRegion
 from app.tabs.plan.shafts import Shafts
 from app.tabs.plan.suggest_commands import HideSuggestion, RollShaft, ShaftCommand, SuggestionCommand
 from app.workspace.case_view import CaseView
@@ -29,10 +29,6 @@ class Edits:
             if isinstance(command, DrawRegion):
                 self._cancel(edited)  # the next click draws, and means nothing else
             edited.regions.handle(command)
-            return ""
-        if isinstance(command, PATH_COMMANDS):
-            edited.cancel()
-            edited.paths.handle(command)
             return ""
         match command:
             case c.AddMode():

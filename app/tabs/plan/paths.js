@@ -19,7 +19,7 @@ export class PathsGroup {
     this.list = h("ul", { class: "list two-lines plain-rows", id: "paths" });
     this.newButton = h("button", { type: "button", class: "plain", id: "new-path", "data-operation": "path.new", title: "Add an empty path with the same tool", onclick: () => connection.send("path.new") }, "New");
     /** @type {HTMLSelectElement} */
-    this.side = h("select", { id: "entry-side", onchange: () => this.sendSide() }, SIDES.map(([value, label]) => h("option", { value }, label)));
+    this.side = h("select", { id: "entry-side", "data-operation": "path.side", onchange: () => this.sendSide() }, SIDES.map(([value, label]) => h("option", { value }, label)));
     /** @type {HTMLTextAreaElement} */
     this.notes = h("textarea", { id: "plan-notes", "data-operation": "plan.notes", rows: 3, maxLength: 10_000, placeholder: "What others should know of this plan", onchange: () => connection.send("plan.notes", { notes: this.notes.value }) });
     this.sideCaution = h("p", { class: "words caution", id: "side-caution" });

@@ -6,8 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from app.messages.fields import Command, Identifier, Name
-from app.plans.paths import EntrySide
+from app.messages.fields import Command, Identifier
 from app.tabs.plan.region_sections import DrawKind, FreeSide, Purpose
 
 Number = Annotated[float, Field(ge=-1e3, le=1e3, allow_inf_nan=False)]  # [mm, N/mm]; what may be, the plan says
@@ -34,26 +33,4 @@ class SelectRegion(Command):
     region_id: Identifier
 
 
-class PathCommand(Command):
-    type: Literal["path.choose", "path.duplicate", "path.delete"]
-    path_id: Identifier
-
-
-class NewPath(Command):
-    type: Literal["path.new"]
-
-
-class RenamePath(Command):
-    type: Literal["path.rename"]
-    path_id: Identifier
-    name: Name
-
-
-class EntrySideOfPath(Command):
-    type: Literal["path.side"]
-    path_id: Identifier
-    side: EntrySide
-
-
 REGION_COMMANDS: tuple[type[Command], ...] = (DrawRegion, RegionPlain, SelectRegion)
-PATH_COMMANDS: tuple[type[Command], ...] = (PathCommand, NewPath, RenamePath, EntrySideOfPath)

@@ -1,4 +1,4 @@
-"""Sections of the structures to spare, of the bone to be removed, and of a plan's paths."""
+"""Sections of the structures to spare and of the bone to be removed."""
 
 from __future__ import annotations
 
@@ -63,29 +63,6 @@ class RegionsSection(TypedDict):
     locked: bool
 
 
-class PathView(TypedDict):
-    """A path of the plan; tool: its title."""
-
-    id: str
-    name: str
-    points: int
-    tool: str
-    entry_side: str
-
-
-class PathsSection(TypedDict):
-    """The paths of the open plan, which one is chosen, and the notes.
-
-    side_caution: a sentence where the entry of the chosen path lies on the other side than it says; else ''.
-    """
-
-    items: list[PathView]
-    chosen: str
-    side_caution: str
-    notes: str
-    locked: bool
-
-
 class RemovedRegionView(TypedDict):
     """The bone in a region that is to be removed, in words."""
 
@@ -103,6 +80,5 @@ class RemovedBoneSection(TypedDict):
 class RegionSections(TypedDict):
     """What the Plan tab shows beside points and targets; removed_bone is None while it is counted."""
 
-    paths: PathsSection | None
     regions: RegionsSection | None
     removed_bone: RemovedBoneSection | None

@@ -45,7 +45,7 @@ export class RegionsGroup {
     this.doneButton = h("button", { type: "button", class: "primary", id: `${purpose}-done`, title: "Enter", onclick: () => connection.send("region.done") }, "Done");
     this.drawingWords = h("p", { class: "words", role: "status" });
     /** @type {HTMLSelectElement} */
-    this.structure = h("select", { id: `${purpose}-structure`, "aria-label": "Structure of this head", onchange: () => this.spareStructure() });
+    this.structure = h("select", { id: `${purpose}-structure`, "data-operation": "region.structure", "aria-label": "Structure of this head", onchange: () => this.spareStructure() });
     this.list = h("ul", { class: "list two-lines", id: `${purpose}-list` });
     this.empty = h("p", { class: "empty" }, WORDS[purpose].none);
     this.total = h("p", { class: "words", id: `${purpose}-total`, role: "status" });
@@ -124,7 +124,7 @@ export class RegionsGroup {
   row() {
     const send = (/** @type {"region.select" | "region.delete"} */ type) => this.connection.send(type, { region_id: row.item.id });
     /** @type {Row<RegionView>} */
-    const row = listRow(false, () => send("region.select"), [iconButton("trash", "Delete", () => send("region.delete"))]);
+    const row = listRow(false, () => send("region.select"), [iconButton("trash", "Delete", () => send("region.delete"), { "data-operation": "region.delete" })]);
     row.querySelector(".row-main")?.prepend(h("i", { class: this.purpose === "spare" ? "swatch" : "swatch net" }));
     row.addEventListener("keydown", (event) => {
       if (event.key !== "Delete" || this.connection.state.regions?.locked) return;
@@ -151,7 +151,7 @@ class RegionEditor {
     this.named = undefined;
     const id = (/** @type {string} */ name) => `${purpose}-${name}`;
     /** @type {HTMLInputElement} */
-    this.name = h("input", { type: "text", id: id("name"), maxLength: 56, oninput: () => { this.named = this.item; }, onchange: () => this.rename() });
+    this.name = h("input", { type: "text", id: id("name"), "data-operation": "region.change", maxLength: 56, oninput: () => { this.named = this.item; }, onchange: () => this.rename() });
     /** @type {HTMLInputElement} */
     this.colour = h("input", { type: "color", id: id("colour"), onchange: () => this.send({ colour: this.colour.value }) });
     /** @type {HTMLSelectElement} */

@@ -34,6 +34,7 @@ from app.tabs.plan.evaluations import Evaluations
 from app.tabs.plan.hands import Hands
 from app.tabs.plan.hints import plan_hint
 from app.tabs.plan.instruments import instruments_section
+from app.tabs.plan.paths import paths_section
 from app.tabs.plan.region_words import DRAW_WORDS
 from app.tabs.plan.removed_bone import RemovedBoneCount
 from app.tabs.plan.sections import PlanEntry, PlansSection
@@ -348,7 +349,7 @@ class PlanTab(Tab):
             "plans": Section((self._case_id, self._services.store.changes.of(PLAN.name)), self._list),
             "instruments": Section(None, instruments_section),
             "plan": none if edited is None else edited.section(),
-            "paths": none if edited is None else edited.paths.section(),
+            "paths": none if edited is None else paths_section(edited.plan),
             "versions": none if edited is None else edited.versions.section(),
             "regions": none if edited is None else edited.regions.section(),
             "second_volume": none if edited is None else edited.second_volume.section(),

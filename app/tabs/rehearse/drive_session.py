@@ -11,6 +11,7 @@ from app.kit.errors import PlanLocked
 from app.kit.kept import Kept
 from app.kit.values import Position
 from app.planning.rehearsal_options import NO_OPTIONS, RehearsalOptions
+from app.plans.operations.document import SetSettings
 from app.plans.service import Plan
 from app.tabs.drive_tab import DriveTab
 from app.tabs.rehearse.drive_figures import DriveFigures
@@ -174,7 +175,7 @@ class RehearsalSession(DriveTab[PreparedRehearsal, RigidSnapshot]):
             return words
         try:
             before = self._services.plans.get(self._plan_id)
-            after = self._services.plans.editor(self._plan_id).set_settings(accepted)
+            after = self._services.plans.do(self._plan_id, SetSettings(settings=accepted))
         except PlanLocked:
             words.append("The plan is locked: the changed settings hold for this rehearsal only.")
         except VfixError as error:

@@ -82,11 +82,14 @@ export class Palette {
     const plans = (state.plans?.items ?? []).filter(({ id, deleted }) => !deleted && id !== state.plan?.id).map(({ id, name }) => ({
       group: "Plan", name, run: () => connection.send("plan.open", { plan_id: id }),
     }));
+    const paths = (state.paths?.items ?? []).filter(({ id }) => id !== state.paths?.chosen).map(({ id, name }) => ({
+      group: "Path", name, run: () => connection.send("path.choose", { path_id: id }),
+    }));
     const places = [...(state.plan?.points ?? []), ...(state.plan?.targets ?? [])].map((item) => ({
       group: placeWords(item.position), name: item.label, run: () => connection.send("item.select", { item_id: item.id }),
     }));
     const operations = this.operations.flatMap((operation) => this.operation(operation) ?? []);
-    return [...tabs, ...operations, ...actions(), ...plans, ...heads, ...places];
+    return [...tabs, ...operations, ...actions(), ...paths, ...plans, ...heads, ...places];
   }
 
   /**
@@ -99,7 +102,8 @@ export class Palette {
       const control = controlOf(panel, type);
       if (control) return { group: this.labelOf(tab), name, does: type, off: isOff(control) ? "not now" : undefined, run: () => this.use(tab, type) };
     }
-    return null;
+    const control = controlIn(byId("slices"), type);
+    return control && { group: "Slices", name, does: type, off: isOff(control) ? "not now" : undefined, run: () => press(control) };
   }
 
   /** @param {string} tab */
@@ -117,11 +121,7 @@ export class Palette {
     const go = () => {
       const panel = panels.get(tab);
       const control = panel && controlOf(panel, type);
-      if (!control) return;
-      for (let folded = control.closest("details"); folded; folded = folded.parentElement?.closest("details") ?? null) folded.open = true;
-      control.scrollIntoView({ block: "center" });
-      control.focus();
-      if (control instanceof HTMLButtonElement) control.click();
+      if (control) press(control);
     };
     if (connection.state.step?.name === tab) {
       go();
@@ -208,18 +208,33 @@ export class Palette {
 }
 
 /**
- * The control of an operation: of a list that of the row which is open, else the first.
  * @param {Panel} panel
+ * @param {string} type
+ */
+function controlOf({ element, overlay }, type) {
+  return controlIn(element, type) ?? (overlay ? controlIn(overlay, type) : null);
+}
+
+/**
+ * The control of an operation: of a list that of the row which is open, else the first.
+ * @param {HTMLElement} part
  * @param {string} type
  * @returns {HTMLElement | null}
  */
-function controlOf(panel, type) {
+function controlIn(part, type) {
   const named = `[data-operation~="${type}"]`;
-  for (const part of [panel.element, panel.overlay]) {
-    const found = part?.querySelector(`[aria-current="true"] ${named}, [aria-selected="true"] ${named}`) ?? part?.querySelector(named);
-    if (found instanceof HTMLElement) return found;
-  }
-  return null;
+  return part.querySelector(`[aria-current="true"] ${named}, [aria-selected="true"] ${named}`) ?? part.querySelector(named);
+}
+
+/**
+ * Bring a control into sight and press it; what needs more words gets the focus.
+ * @param {HTMLElement} control
+ */
+function press(control) {
+  for (let folded = control.closest("details"); folded; folded = folded.parentElement?.closest("details") ?? null) folded.open = true;
+  control.scrollIntoView({ block: "center" });
+  control.focus();
+  if (control instanceof HTMLButtonElement) control.click();
 }
 
 /** @param {HTMLElement} control */

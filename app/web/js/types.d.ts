@@ -1278,21 +1278,21 @@ export interface RegistrationPublic {
   can_undo: boolean;
   can_redo: boolean;
   unreadable: string;
-  case_hash: string;
-  schema: string;
-  told: string;
   to: "patient" | "base";
   transform: number[];
+  pairs: PairPublic[];
   made_from: "none" | "pairs" | "given" | "surface";
   fle_mm: number | null;
-  pairs: PairPublic[];
   beads: FoundBeadPublic[];
   search: BeadSearchRecord | null;
   surface: TouchedSurface | null;
-  fit: FitPublic;
   pointer: PointerTipPublic | null;
   robot: RobotToTrackerPublic | null;
   said: FileMetadata | null;
+  case_hash: string;
+  schema: string;
+  told: string;
+  fit: FitPublic;
   notice: string;
 }
 
@@ -1362,33 +1362,6 @@ export interface Refinement {
 }
 
 /**
- * How the registration stands; lengths in mm.
- *
- * fre_mm: root mean square of the residuals of the used pairs, mean_residual_mm: their mean; both tell how well the
- * pairs fit, and neither is the error at a target. fle_mm: rms length of one fiducial's localisation error.
- */
-export interface FitPublic {
-  state: "waiting" | "degenerate" | "misfit" | "inconsistent" | "fitted" | "given" | "refined";
-  words: string;
-  used: number;
-  fre_mm: number | null;
-  mean_residual_mm: number | null;
-  wrong: WrongPair | null;
-  fle_mm: number | null;
-  fle_source: "stated" | "estimated" | "none";
-  simulated: boolean;
-  cautions: string[];
-}
-
-/** The pair that does not fit the others. certainty: 'outlier' where that is clear, else 'suspect'. */
-export interface WrongPair {
-  pair: string;
-  label: string;
-  certainty: "outlier" | "suspect";
-  words: string;
-}
-
-/**
  * The tip of a tracked pointer, mm in the frame whose pose the tracker tells, and how it was found.
  *
  * residual_mm: rms distance of the tip from where it stood; tip_error_mm: expected rms error of it; swing_deg: half
@@ -1430,6 +1403,33 @@ export interface FileMetadata {
   fre_mm: number | null;
   points: number | null;
   fle_mm: number | null;
+}
+
+/**
+ * How the registration stands; lengths in mm.
+ *
+ * fre_mm: root mean square of the residuals of the used pairs, mean_residual_mm: their mean; both tell how well the
+ * pairs fit, and neither is the error at a target. fle_mm: rms length of one fiducial's localisation error.
+ */
+export interface FitPublic {
+  state: "waiting" | "degenerate" | "misfit" | "inconsistent" | "fitted" | "given" | "refined";
+  words: string;
+  used: number;
+  fre_mm: number | null;
+  mean_residual_mm: number | null;
+  wrong: WrongPair | null;
+  fle_mm: number | null;
+  fle_source: "stated" | "estimated" | "none";
+  simulated: boolean;
+  cautions: string[];
+}
+
+/** The pair that does not fit the others. certainty: 'outlier' where that is clear, else 'suspect'. */
+export interface WrongPair {
+  pair: string;
+  label: string;
+  certainty: "outlier" | "suspect";
+  words: string;
 }
 
 /**
@@ -1691,21 +1691,28 @@ export interface Commands {
   };
   "path.choose": {
     path_id: string;
+    revision?: number | null;
   };
   "path.delete": {
     path_id: string;
+    revision?: number | null;
   };
   "path.duplicate": {
     path_id: string;
+    revision?: number | null;
   };
-  "path.new": {};
+  "path.new": {
+    revision?: number | null;
+  };
   "path.rename": {
     path_id: string;
     name: string;
+    revision?: number | null;
   };
   "path.side": {
     path_id: string;
     side: "" | "left" | "right" | "midline";
+    revision?: number | null;
   };
   "pick.slice": {
     position: [number, number, number];

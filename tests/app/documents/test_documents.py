@@ -1,13 +1,14 @@
 """Documents of any kind: registered with a schema, checked, brought up from older schemas, with a history of edits."""
 
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import pytest
+from msgspec import Meta
 
 from app.cases.service import Case
-from app.documents import DocumentKind, Ref
+from app.documents import DocumentKind, Ref, new_in, struct_kind
 from app.documents.documents import Documents
 from app.kit.errors import DocumentConflict, DocumentLocked, NotFound
 from app.plans.service import PlanService
@@ -168,6 +169,33 @@ def test_an_older_schema_is_brought_up_step_by_step_when_it_is_read(store: Store
         assert rows[1] is not None
         assert rows[1].refs == [{"kind": "document", "id": "new"}]
     assert notes.editor(made.id).undo().content == Note(250.0, "old")
+
+
+@dataclass(frozen=True)
+class Memo:
+    """A kind whose fields say what came when: a length was in metres once, a word and its marks came later."""
+
+    length_mm: float = 0.0
+    word: Annotated[str | None, new_in(2)] = None
+    marks: Annotated[tuple[Annotated[int, Meta(ge=0)], ...], Meta(max_length=3), new_in(3)] = ()
+
+
+def test_fields_that_came_later_have_their_defaults_in_older_content() -> None:
+    kind = struct_kind(
+        Memo, name="memo", noun="memo", schema="memo/3",
+        changed={1: lambda data: {"length_mm": 1000.0 * data["length_m"], "word": data["word"]}},
+    )  # fmt: skip
+    assert kind.content("memo/1", {"length_m": 0.25}, None) == Memo(250.0)
+    assert kind.content("memo/2", {"length_mm": 1.0, "word": "a"}, None) == Memo(1.0, "a")
+    assert kind.content("memo/3", {"length_mm": 1.0, "word": "a", "marks": [2]}, None) == Memo(1.0, "a", (2,))
+    for schema, data in (
+        ("memo/2", {"length_mm": 1.0}), ("memo/3", {"length_mm": 1.0, "word": "a"}),
+        ("memo/3", {"length_mm": 1.0, "word": "a", "marks": [-1]}), ("memo/2", {"word": "a", "more": 1}),
+    ):  # fmt: skip
+        with pytest.raises(InputError):
+            kind.content(schema, data, None)
+    with pytest.raises(InputError, match="newer vfix"):
+        kind.content("memo/4", {}, None)
 
 
 def test_a_newer_schema_is_told(store: Store, case: Case) -> None:

@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 import pytest
 from fastapi import FastAPI
+from plan_editor import PlanEditor
 from rest_client import Client, opened_client
 
 from app.api import archives as routes
@@ -35,7 +36,9 @@ from app.imaging.label_operations import DrawStroke
 from app.kit import zip_directory
 from app.kit.errors import JobCancelled, TooLarge
 from app.plans.model import PlanContent, PlanPoint
+from app.plans.operations.document import LockPlan, SetSettings
 from app.plans.operations.instruments import UseRegistration
+from app.plans.operations.points import MovePoint
 from app.plans.operations.versions import GoBack
 from app.plans.paths import PlanPath
 from app.plans.zones import PlanZone
@@ -89,15 +92,15 @@ def head(services: Services) -> Case:
         case.id, "Way ü", PlanContent(paths=(PlanPath(points=POINTS),), zones=(PlanZone("z", "Eye", SPHERE),))
     )
     services.versions.save(plan.id, "First")
-    editor = services.plans.editor(plan.id)
-    editor.move_point("b", (4.0, 5.0, 6.0))
-    editor.set_settings({"margin_mm": 0.4})
+    editor = PlanEditor(services.plans, plan.id)
+    editor.do(MovePoint(point_id="b", position=(4.0, 5.0, 6.0)))
+    editor.do(SetSettings(settings={"margin_mm": 0.4}))
     services.plans.delete(services.plans.create(case.id, "Deleted").id)
     pairs = (FiducialPair("A", (0.0, 0.0, 0.0), (5.0, 6.0, 7.0)),)
     content = RegistrationContent("patient", tuple(np.eye(4).ravel().tolist()), pairs, made_from="given")
     registration = services.registrations.create(case.id, "R", content)
     services.plans.do(plan.id, UseRegistration(registration=registration.id))
-    editor.set_locked(True)
+    editor.do(LockPlan(locked=True))
     label = services.labels.create(case.id, "Tumour")
     DrawStroke(radius_mm=2.0, points=((4.0, 4.0, 4.0),)).run(LABELS.context(services), label.id)
     return services.cases.get(case.id)
@@ -171,7 +174,7 @@ def test_a_copy_beside_the_case_gets_identifiers_of_its_own(services: Services, 
     assert content_of(services, made.id) == before == content_of(services, head.id)
     (plan,), (own,) = services.plans.list(made.id), services.plans.list(head.id)
     assert plan.id != own.id
-    services.plans.editor(plan.id).set_locked(False)
+    services.plans.do(plan.id, LockPlan(locked=False))
     services.plans.do(plan.id, GoBack(version_id="First"))
     assert services.plans.get(plan.id).content.points == POINTS
     assert services.plans.get(own.id) == own

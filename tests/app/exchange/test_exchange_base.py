@@ -16,6 +16,8 @@ from app.exchange.plan_files import read_plan
 from app.kit.errors import NotFound
 from app.planning.placement import placed_robot, standing_base
 from app.plans.model import Plan, without_placement
+from app.plans.operations.document import LockPlan, UndoPlan
+from app.plans.operations.instruments import KeepPlacement
 from app.plans.shipped_head import SAMPLE_PLAN
 from app.registration.document import FiducialPair, RegistrationContent
 from app.services import Services
@@ -37,7 +39,7 @@ def plan(phantom_services: Services) -> Plan:
         "base": evaluation.base.ravel().tolist(),
         "q_start": evaluation.q_start.tolist(),
     }
-    return services.plans.editor(made.id).set_robot(robot)
+    return services.plans.do(made.id, KeepPlacement(robot=robot))
 
 
 @pytest.fixture(scope="module")
@@ -229,10 +231,10 @@ def test_the_placing_of_the_dry_run_is_kept_with_the_plan(
     assert answer.status_code == 200
     placed = plans.get(made.id)
     np.testing.assert_array_equal(placed.content.robot["base"], phantom_services.planning.evaluate(made).base.ravel())
-    assert plans.editor(made.id).undo().content.robot["base"] is None
+    assert plans.do(made.id, UndoPlan()).content.robot["base"] is None
     monkeypatch.setenv("VFIX_HOME", str(phantom_services.settings.home))
     assert main(["plan", "place", made.id]) == 0
     assert plans.get(made.id).content.robot == placed.content.robot
-    plans.editor(made.id).set_locked(True)
+    plans.do(made.id, LockPlan(locked=True))
     assert main(["plan", "place", made.id]) == 2
     assert "locked" in capsys.readouterr().err

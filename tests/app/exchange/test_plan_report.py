@@ -16,7 +16,7 @@ from rest_client import Client
 from app.cases.model import HEAD_PHANTOM
 from app.cli import main
 from app.exchange.report.cut import HALF_MM, PLANES, Outlined, Shown, cut_picture
-from app.plans.model import Plan
+from app.plans.operations.points import MovePoint
 from app.services import Services
 from vfix_engine.files.volume import Volume
 from vfix_engine.geometry.mesh import TriangleMesh
@@ -131,10 +131,10 @@ def test_a_plan_that_is_refused_at_its_entry_has_its_verdict(phantom_services: S
     """There are no figures along the path then."""
     sample = phantom_services.plans.get(SAMPLE)
     plan = phantom_services.plans.duplicate(SAMPLE, "into bone")
-    editor = phantom_services.plans.editor(plan.id)
     bone = phantom_services.cases.case_surface(HEAD_PHANTOM)
     deep = bone.vertices[np.argmin(np.linalg.norm(bone.vertices - sample.content.points[0].position, axis=1))]
-    moved: Plan = editor.move_point(plan.content.points[0].id, deep.tolist())
+    x, y, z = deep.tolist()
+    moved = phantom_services.plans.do(plan.id, MovePoint(point_id=plan.content.points[0].id, position=(x, y, z)))
     page = phantom_services.plan_reports.html(moved, with_images=False)
     assert 'class="verdict blocked"' in page
     assert "<svg" not in page

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import pytest
 
+from app.plans.operations.points import AddPoint
 from app.plans.shipped_head import SAMPLE_PLAN
 from app.services import build_services
 from app.settings import Settings
@@ -28,7 +29,7 @@ def long_plan(home: Path) -> str:
     x, y, z = services.plans.get(SAMPLE_PLAN).content.points[0].position
     plan = services.plans.create(HEAD, "Long")
     for n in range(100):
-        services.plans.editor(plan.id).add_point((x, y - 30.0 - 40.0 * (n % 2), z + 0.05 * n))
+        services.plans.do(plan.id, AddPoint(position=(x, y - 30.0 - 40.0 * (n % 2), z + 0.05 * n)))
     services.close()
     return plan.id
 

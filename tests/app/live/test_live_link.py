@@ -22,7 +22,9 @@ from app.live import incoming as module
 from app.live.incoming import MAX_REGISTRATIONS, Intake
 from app.live.outgoing import plan_messages, registration_messages
 from app.plans.model import Plan, PlanContent, PlanPoint
+from app.plans.operations.document import LockPlan, UndoPlan
 from app.plans.operations.instruments import UseRegistration
+from app.plans.operations.points import MovePoint
 from app.plans.operations.versions import GoBack
 from app.plans.paths import PlanPath
 from app.plans.service import PlanService
@@ -174,7 +176,7 @@ def test_a_moved_point_becomes_a_version_and_the_open_plan_stays(parts: Parts, i
     assert parts.versions.differences(plan.id, version.id)
     after = parts.plans.do(plan.id, GoBack(version_id=version.id))
     assert after.content.points == version.content.points
-    assert parts.plans.editor(plan.id).undo().content.points == POINTS
+    assert parts.plans.do(plan.id, UndoPlan()).content.points == POINTS
 
 
 def test_new_targets_get_identifiers_of_their_own(parts: Parts, intake: Intake, plan: Plan) -> None:
@@ -218,7 +220,7 @@ def test_only_what_rests_is_proposed(parts: Parts, plan: Plan, monkeypatch: pyte
 
 
 def test_a_locked_plan_refuses(parts: Parts, intake: Intake, plan: Plan) -> None:
-    parts.plans.editor(plan.id).set_locked(True)
+    parts.plans.do(plan.id, LockPlan(locked=True))
     with pytest.raises(PlanLocked, match="unlock it"):
         intake.receive(PointList("Path", (ListPoint("P", (0.0, 0.0, 0.0)),)))
     assert intake.settle() == []
@@ -226,7 +228,7 @@ def test_a_locked_plan_refuses(parts: Parts, intake: Intake, plan: Plan) -> None
 
 def test_one_that_is_locked_meanwhile_refuses(parts: Parts, intake: Intake, plan: Plan) -> None:
     intake.receive(PointList("Path", (ListPoint("P", (0.0, 0.0, 0.0)),)))
-    parts.plans.editor(plan.id).set_locked(True)
+    parts.plans.do(plan.id, LockPlan(locked=True))
     assert "locked" in intake.settle()[0]
     assert parts.versions.list(plan.id) == ()
 
@@ -374,7 +376,7 @@ def test_another_implementation_hears_the_plan_and_its_changes(parts: Parts, pla
     parts.plans.do(plan.id, UseRegistration(registration=parts.registrations.create(plan.case_id, "R", content).id))
     told = frames.registration_to_ras(TURN)
     heard(peer, "Registration", lambda message: np.allclose(message.matrix, told, rtol=1e-6, atol=1e-7))
-    parts.plans.editor(plan.id).move_point("b", (40.0, 50.0, 60.0))
+    parts.plans.do(plan.id, MovePoint(point_id="b", position=(40.0, 50.0, 60.0)))
     heard(peer, "Path", lambda message: np.allclose(positions(message)[1], [40.0, 50.0, 60.0]))
 
 
@@ -461,7 +463,7 @@ def test_a_new_client_is_greeted_once(parts: Parts, link: LiveLink, plan: Plan) 
     once = dict.fromkeys(("Path", "Targets", "Plan", "Registration", "RegistrationToBase"), 1)
     with socket.create_connection(("127.0.0.1", link.port), timeout=5.0) as opened:  # type: ignore[attr-defined]
         assert names_within(opened, 1.0) == once
-        parts.plans.editor(plan.id).move_point("b", (40.0, 50.0, 60.0))
+        parts.plans.do(plan.id, MovePoint(point_id="b", position=(40.0, 50.0, 60.0)))
         assert names_within(opened, 1.0) == once
 
 

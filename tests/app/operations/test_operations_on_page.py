@@ -8,8 +8,8 @@ import pytest
 from app.operations.messages import messages
 
 APP = Path(__file__).resolve().parents[3] / "app"
-# What is done by a gesture or by keys, and not by a control: restoring from the message that says what was deleted.
-BY_GESTURE = {"label.restore"}
+# What has no control: what was deleted is restored from the message that says so, a path is chosen by its row.
+WITHOUT = {"label.restore", "version.restore", "path.choose"}
 
 
 @pytest.fixture(scope="module")
@@ -20,7 +20,7 @@ def controls() -> set[str]:
     return {name for pair in found for names in pair for name in names.split()}
 
 
-@pytest.mark.parametrize("kind", sorted(messages().keys() - BY_GESTURE))
+@pytest.mark.parametrize("kind", sorted(messages().keys() - WITHOUT))
 def test_an_operation_has_its_control(kind: str, controls: set[str]) -> None:
     assert kind in controls
 

@@ -8,6 +8,7 @@ from typing import cast
 import numpy as np
 import pytest
 import trimesh
+from plan_editor import PlanEditor
 
 from app.cases.model import HEAD_PHANTOM
 from app.cases.service import CaseFrame, CaseService
@@ -16,6 +17,7 @@ from app.exchange.resolve import resolve_case, resolve_plan, resolve_targets
 from app.kit.errors import NotFound
 from app.planning.evaluation import Planning, SnapResult
 from app.plans.instruments import Instruments
+from app.plans.operations.points import AddPoint
 from app.plans.service import PlanService
 from app.plans.shipped_head import SAMPLE_PLAN
 from app.services import Services
@@ -122,12 +124,12 @@ def test_the_sample_plan_can_be_driven_and_is_driven_once(phantom_services: Serv
 def test_a_path_into_bone_is_exported_with_the_reason(phantom_services: Services) -> None:
     bone = phantom_services.cases.case_surface(HEAD_PHANTOM).vertices[5000].tolist()
     plan = phantom_services.plans.create(HEAD_PHANTOM, "Into bone")
-    editor = phantom_services.plans.editor(plan.id)
-    editor.add_point(bone)
+    editor = PlanEditor(phantom_services.plans, plan.id)
+    editor.do(AddPoint(position=bone))
     with pytest.raises(PlanError, match="two points"):
         phantom_services.planning.evaluate(editor.plan)
     assert phantom_services.planning.curve(editor.plan) == ((), "")
-    editor.add_point([bone[0], bone[1], bone[2] + 10.0])
+    editor.do(AddPoint(position=[bone[0], bone[1], bone[2] + 10.0]))
     samples, remark = phantom_services.planning.curve(editor.plan)
     assert remark.startswith("No clearances:")
     assert all(sample.clearance_mm is None for sample in samples)

@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import settings as hypothesis_settings
 from hypothesis import strategies as st
+from plan_editor import PlanEditor
 from sqlalchemy import select
 
 from app.cases.service import Case
@@ -18,9 +19,11 @@ from app.exchange.plan_files import FORMATS, export_text, from_native_json, read
 from app.kit.errors import NotFound, PlanConflict, PlanLocked, TooLarge
 from app.plans.diff import changes
 from app.plans.document import BEFORE_PATHS, PLAN, STORED
-from app.plans.editor import PlanEditor
 from app.plans.model import MAX_NOTES, PlanContent, PlanPath, PlanPoint, check_stored, drive_parts
-from app.plans.operations import PlanEdit
+from app.plans.operations.document import LockPlan, RedoPlan, SetNotes, UndoPlan
+from app.plans.operations.instruments import ChooseTool, KeepPlacement, ToolChoice
+from app.plans.operations.paths import AddPath, ChoosePath, DeletePath, RenamePath, SetEntrySide, SetShaft
+from app.plans.operations.points import AddPoint
 from app.plans.operations.removed_bone import AddBone, ChangeBone, DeleteBone
 from app.plans.operations.zones import AddZone, ChangeZone, DeleteZone
 from app.plans.paths import MAX_PATHS, ends_words, side_caution
@@ -52,7 +55,7 @@ def plan(plans: PlanService, case: Case) -> Plan:
 
 @pytest.fixture
 def editor(plans: PlanService, plan: Plan) -> PlanEditor:
-    return plans.editor(plan.id)
+    return PlanEditor(plans, plan.id)
 
 
 def full_content() -> PlanContent:
@@ -124,8 +127,8 @@ def test_a_file_from_before_has_one_path() -> None:
 
 def test_a_content_that_was_stored_before_has_one_path(store: Store, plans: PlanService, plan: Plan) -> None:
     """A state of the older schema is brought up; a newer one would be refused by an older vfix."""
-    editor = plans.editor(plan.id)
-    editor.add_point((1, 2, 3))
+    editor = PlanEditor(plans, plan.id)
+    editor.do(AddPoint(position=(1, 2, 3)))
     with store.writing() as session:
         for row in session.scalars(select(DocumentStateRow).where(DocumentStateRow.document_id == plan.id)):
             assert row.schema == STORED
@@ -134,7 +137,7 @@ def test_a_content_that_was_stored_before_has_one_path(store: Store, plans: Plan
             row.schema = BEFORE_PATHS
     read = PlanService(store).get(plan.id)
     assert [(path.id, path.name, len(path.points)) for path in read.content.paths] == [("path-1", "Path 1", 1)]
-    assert (read.schema, plans.editor(plan.id).undo().content.points) == (STORED, ())
+    assert (read.schema, plans.do(plan.id, UndoPlan()).content.points) == (STORED, ())
 
 
 NUMBERS = st.floats(-200, 200)
@@ -190,38 +193,39 @@ def test_a_field_is_stored_exported_and_told_by_its_declaration_alone(monkeypatc
 
 
 def test_paths_are_added_chosen_renamed_and_deleted(editor: PlanEditor) -> None:
-    editor.add_point((1, 2, 3))
-    editor.choose_tool("straight_pointer")
+    editor.do(AddPoint(position=(1, 2, 3)))
+    editor.do(ChooseTool(tool=ToolChoice("straight_pointer")))
     first = editor.plan.content.path_id
-    second, plan = editor.paths.add(copy_of=first)
+    plan = editor.do(AddPath(copy_of=first))
+    second = plan.content.path_id
     assert [path.name for path in plan.content.paths] == ["Path 1", "Path 2"]
     assert (plan.content.path_id, plan.content.points[0].position) == (second, (1.0, 2.0, 3.0))
     assert plan.content.points[0].id != plan.content.paths[0].points[0].id
-    editor.choose_tool("endoscope_30")
-    editor.add_point((4, 5, 6))
+    editor.do(ChooseTool(tool=ToolChoice("endoscope_30")))
+    editor.do(AddPoint(position=(4, 5, 6)))
     assert [(path.tool, len(path.points)) for path in editor.plan.content.paths] == [
         ("straight_pointer", 1),
         ("endoscope_30", 2),
     ]
-    editor.paths.rename(second, "Right")
-    editor.paths.set_entry_side(second, "right")
-    plan = editor.paths.choose(first)
+    editor.do(RenamePath(path_id=second, name="Right"))
+    editor.do(SetEntrySide(path_id=second, entry_side="right"))
+    plan = editor.do(ChoosePath(path_id=first))
     assert (plan.content.tool, len(plan.content.points), plan.content.entry_side, plan.content.paths[1].entry_side) == (
         "straight_pointer",
         1,
         "",
         "right",
     )
-    plan = editor.paths.delete(first)
+    plan = editor.do(DeletePath(path_id=first))
     assert [(path.name, path.id) for path in plan.content.paths] == [("Right", second)]
     with pytest.raises(PlanError, match="one path at least"):
-        editor.paths.delete(second)
+        editor.do(DeletePath(path_id=second))
     with pytest.raises(NotFound):
-        editor.paths.rename(first, "Gone")
+        editor.do(RenamePath(path_id=first, name="Gone"))
     refused: dict[str, Callable[[], object]] = {
-        "side": lambda: editor.paths.set_entry_side(second, "up"),
-        "same name": lambda: editor.paths.add("Right"),
-        "no path": lambda: editor.paths.choose("nobody"),
+        "side": lambda: editor.do(SetEntrySide(path_id=second, entry_side="up")),
+        "same name": lambda: editor.do(AddPath(name="Right")),
+        "no path": lambda: editor.do(ChoosePath(path_id="nobody")),
     }
     for wrong, call in refused.items():
         with pytest.raises(PlanError, match=wrong):
@@ -229,39 +233,38 @@ def test_paths_are_added_chosen_renamed_and_deleted(editor: PlanEditor) -> None:
 
 
 def test_a_placing_belongs_to_the_path_that_it_was_made_for(editor: PlanEditor) -> None:
-    point_id = editor.add_point((1, 2, 3))
-    editor.set_robot(PLACED)
-    assert editor.paths.rename(editor.plan.content.path_id, "Left").content.robot == PLACED
-    assert editor.paths.set_shaft(point_id, (0, 0, 2), 10.0).content.robot["base"] is None
+    point_id = editor.add(AddPoint(position=(1, 2, 3)))
+    editor.do(KeepPlacement(robot=PLACED))
+    assert editor.do(RenamePath(path_id=editor.plan.content.path_id, name="Left")).content.robot == PLACED
+    assert editor.do(SetShaft(point_id=point_id, direction=(0, 0, 2), roll_deg=10.0)).content.robot["base"] is None
     assert (editor.plan.content.points[0].direction, editor.plan.content.points[0].roll_deg) == ((0.0, 0.0, 1.0), 10.0)
-    editor.set_robot(PLACED)
-    assert editor.paths.add()[1].content.robot["base"] is None
+    editor.do(KeepPlacement(robot=PLACED))
+    assert editor.do(AddPath()).content.robot["base"] is None
 
 
-def test_zones_and_bone_are_edited(plans: PlanService, plan: Plan) -> None:
-    def do(operation: PlanEdit) -> Plan:
-        return plans.do(plan.id, operation)
-
-    nerve = do(AddZone(shape=SHAPES[2], name="optic nerve")).content.zones[0].id
-    plan = do(AddZone(shape=SPHERE, kind="soft", max_depth_mm=1.5))
-    soft = plan.content.zones[1].id
+def test_zones_and_bone_are_edited(editor: PlanEditor) -> None:
+    nerve = editor.add(AddZone(shape=SHAPES[2], name="optic nerve"))
+    soft = editor.add(AddZone(shape=SPHERE, kind="soft", max_depth_mm=1.5))
+    plan = editor.plan
     assert [zone.name for zone in plan.content.zones] == ["optic nerve", "Structure 1"]
     assert (plan.content.zones[1].stiffness_n_per_mm, plan.content.zones[1].max_depth_mm) == (0.5, 1.5)
     assert plan.content.zones[0].colour != plan.content.zones[1].colour
-    plan = do(ChangeZone(zone_id=soft, kind="hard", margin_mm=2, colour="#ABCDEF", visible=False))
+    plan = editor.do(ChangeZone(zone_id=soft, kind="hard", margin_mm=2, colour="#ABCDEF", visible=False))
     assert plan.content.zones[1] == PlanZone(soft, "Structure 1", SPHERE, 2.0, colour="#abcdef", visible=False)
-    region = do(AddBone(shape=SPHERE)).content.removed_bone[0].id
-    assert do(ChangeBone(region_id=region, name="Sphenoid front")).content.removed_bone[0].name == "Sphenoid front"
-    assert do(DeleteZone(zone_id=nerve)).content.zones == plan.content.zones[1:]
-    assert do(DeleteBone(region_id=region)).content.removed_bone == ()
+    region = editor.add(AddBone(shape=SPHERE))
+    assert (
+        editor.do(ChangeBone(region_id=region, name="Sphenoid front")).content.removed_bone[0].name == "Sphenoid front"
+    )
+    assert editor.do(DeleteZone(zone_id=nerve)).content.zones == plan.content.zones[1:]
+    assert editor.do(DeleteBone(region_id=region)).content.removed_bone == ()
     with pytest.raises(NotFound):
-        do(DeleteZone(zone_id=nerve))
+        editor.do(DeleteZone(zone_id=nerve))
     with pytest.raises(NotFound):
-        do(ChangeBone(region_id=region, name="x"))
+        editor.do(ChangeBone(region_id=region, name="x"))
     with pytest.raises(PlanError, match="what is to change"):
-        do(ChangeZone(zone_id=soft))
+        editor.do(ChangeZone(zone_id=soft))
     with pytest.raises(PlanError, match="needs its margin_mm"):
-        do(ChangeZone(zone_id=soft, margin_mm=None))
+        editor.do(ChangeZone(zone_id=soft, margin_mm=None))
 
 
 WRONG: list[tuple[dict[str, Any], str]] = [
@@ -285,19 +288,18 @@ WRONG: list[tuple[dict[str, Any], str]] = [
 
 
 @pytest.mark.parametrize(("fields", "words"), WRONG)
-def test_a_wrong_zone_is_refused_and_nothing_changes(
-    plans: PlanService, plan: Plan, fields: dict[str, Any], words: str
-) -> None:
-    plan = plans.do(plan.id, AddZone(shape=SPHERE, name="eye"))
+def test_a_wrong_zone_is_refused_and_nothing_changes(editor: PlanEditor, fields: dict[str, Any], words: str) -> None:
+    zone_id = editor.add(AddZone(shape=SPHERE, name="eye"))
+    plan = editor.plan
     with pytest.raises(InputError, match=words):
-        plans.do(plan.id, ChangeZone(zone_id=plan.content.zones[0].id, **fields))
-    assert plans.get(plan.id) == plan
+        editor.do(ChangeZone(zone_id=zone_id, **fields))
+    assert editor.plan == plan
 
 
-def test_a_region_of_bone_is_a_solid(plans: PlanService, plan: Plan) -> None:
+def test_a_region_of_bone_is_a_solid(editor: PlanEditor) -> None:
     for shape in (*SHAPES[4:], SHAPES[2]):
         with pytest.raises(PlanError, match="known are sphere, capsule, box"):
-            plans.do(plan.id, AddBone(shape=shape))
+            editor.do(AddBone(shape=shape))
 
 
 def test_too_much_is_refused(plans: PlanService, case: Case, editor: PlanEditor) -> None:
@@ -308,45 +310,45 @@ def test_too_much_is_refused(plans: PlanService, case: Case, editor: PlanEditor)
     with pytest.raises(TooLarge, match="paths"):
         plans.create(case.id, "Many", PlanContent(paths=paths, path_id="w0"))
     with pytest.raises(InputError, match="10,001 characters"):
-        editor.paths.set_notes("a" * (MAX_NOTES + 1))
+        editor.do(SetNotes(notes="a" * (MAX_NOTES + 1)))
     with pytest.raises(InputError, match="control character"):
-        editor.paths.set_notes("a\x00b")
+        editor.do(SetNotes(notes="a\x00b"))
     with pytest.raises(PlanError, match="same name"):
         plans.create(case.id, "Twice", PlanContent(paths=(PlanPath("a", "A"), PlanPath("b", "A")), path_id="a"))
 
 
-def test_every_edit_is_undone_redone_locked_and_in_conflict(plans: PlanService, plan: Plan, editor: PlanEditor) -> None:
+def test_every_edit_is_undone_redone_locked_and_in_conflict(editor: PlanEditor) -> None:
     """HAZ-24: every edit goes over the one history, with the plan's revision and its lock."""
-    point_id = editor.add_point((1, 2, 3))
-    zone_id = plans.do(plan.id, AddZone(shape=SPHERE, name="eye")).content.zones[0].id
-    region = plans.do(plan.id, AddBone(shape=SPHERE)).content.removed_bone[0].id
+    point_id = editor.add(AddPoint(position=(1, 2, 3)))
+    zone_id = editor.add(AddZone(shape=SPHERE, name="eye"))
+    region = editor.add(AddBone(shape=SPHERE))
     edits: list[Callable[..., object]] = [
-        lambda **o: editor.paths.add("Second", **o),
-        lambda **o: editor.paths.rename(editor.plan.content.path_id, "Third", **o),
-        lambda **o: editor.paths.set_entry_side(editor.plan.content.path_id, "left", **o),
-        lambda **o: editor.paths.choose("path-1", **o),
-        lambda **o: editor.paths.set_shaft(point_id, (1, 0, 0), **o),
-        lambda **o: editor.paths.set_notes("careful", **o),
-        lambda **o: plans.do(plan.id, AddZone(shape=SPHERE), **o),
-        lambda **o: plans.do(plan.id, ChangeZone(zone_id=zone_id, margin_mm=2.0), **o),
-        lambda **o: plans.do(plan.id, DeleteZone(zone_id=zone_id), **o),
-        lambda **o: plans.do(plan.id, ChangeBone(region_id=region, name="other"), **o),
-        lambda **o: plans.do(plan.id, DeleteBone(region_id=region), **o),
-        lambda **o: editor.paths.delete(editor.plan.content.path_id, **o),
+        lambda **o: editor.do(AddPath(name="Second"), **o),
+        lambda **o: editor.do(RenamePath(path_id=editor.plan.content.path_id, name="Third"), **o),
+        lambda **o: editor.do(SetEntrySide(path_id=editor.plan.content.path_id, entry_side="left"), **o),
+        lambda **o: editor.do(ChoosePath(path_id="path-1"), **o),
+        lambda **o: editor.do(SetShaft(point_id=point_id, direction=(1, 0, 0)), **o),
+        lambda **o: editor.do(SetNotes(notes="careful"), **o),
+        lambda **o: editor.do(AddZone(shape=SPHERE), **o),
+        lambda **o: editor.do(ChangeZone(zone_id=zone_id, margin_mm=2.0), **o),
+        lambda **o: editor.do(DeleteZone(zone_id=zone_id), **o),
+        lambda **o: editor.do(ChangeBone(region_id=region, name="other"), **o),
+        lambda **o: editor.do(DeleteBone(region_id=region), **o),
+        lambda **o: editor.do(DeletePath(path_id=editor.plan.content.path_id), **o),
     ]
     for edit in edits:
         before = editor.plan
         with pytest.raises(PlanConflict):
             edit(expected_revision=before.revision - 1)
-        editor.set_locked(True)
+        editor.do(LockPlan(locked=True))
         with pytest.raises(PlanLocked):
             edit()
-        editor.set_locked(False)
+        editor.do(LockPlan(locked=False))
         edit(expected_revision=editor.revision)
         after = editor.plan.content
         assert after != before.content
-        assert editor.undo().content == before.content
-        assert editor.redo().content == after
+        assert editor.do(UndoPlan()).content == before.content
+        assert editor.do(RedoPlan()).content == after
 
 
 def test_what_changes_a_drive_changes_its_key() -> None:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from plan_editor import PlanEditor
 from rest_client import Client, opened_client
 
 from app.cases.service import Case, CaseFrame
@@ -16,6 +17,8 @@ from app.cli import main
 from app.kit.errors import NotFound, PlanConflict, PlanLocked
 from app.plans.diff import changes
 from app.plans.model import PlanContent, PlanPath, PlanPoint
+from app.plans.operations.document import LockPlan, SetSettings, UndoPlan
+from app.plans.operations.points import AddPoint, MovePoint
 from app.plans.operations.versions import GoBack, SaveVersion
 from app.plans.operations.zones import AddZone, DeleteZone
 from app.plans.service import PlanService
@@ -36,29 +39,29 @@ def versions(plans: PlanService) -> PlanVersions:
 
 def test_a_version_is_gone_back_to_and_that_is_undone(plans: PlanService, versions: PlanVersions, case: Case) -> None:
     plan = plans.create(case.id, "Corridor")
-    editor = plans.editor(plan.id)
-    point = editor.add_point((1, 2, 3))
-    plans.do(plan.id, AddZone(shape=SPHERE, name="eye"))
-    plans.do(plan.id, SaveVersion(name="Before lunch"), expected_revision=editor.revision)
+    editor = PlanEditor(plans, plan.id)
+    point = editor.add(AddPoint(position=(1, 2, 3)))
+    zone = editor.add(AddZone(shape=SPHERE, name="eye"))
+    editor.do(SaveVersion(name="Before lunch"), expected_revision=editor.revision)
     saved = versions.get(plan.id, "Before lunch")
     before = editor.plan.content
-    editor.move_point(point, (4, 6, 3))
-    plans.do(plan.id, DeleteZone(zone_id=editor.plan.content.zones[0].id))
-    editor.set_settings({"margin_mm": 0.5})
+    editor.do(MovePoint(point_id=point, position=(4, 6, 3)))
+    editor.do(DeleteZone(zone_id=zone))
+    editor.do(SetSettings(settings={"margin_mm": 0.5}))
     assert versions.differences(plan.id, saved.id) == (
         "Path ‘Path 1’: point ‘P1’: moved by 5.0 mm.",
         "Structure to spare ‘eye’ is gone.",
         "Safety margin: 0.5 mm instead of 0.3 mm.",
     )
     after = editor.plan.content
-    back = plans.do(plan.id, GoBack(version_id="Before lunch"), expected_revision=editor.revision)
+    back = editor.do(GoBack(version_id="Before lunch"), expected_revision=editor.revision)
     assert back.content == replace(before, settings={"margin_mm": 0.5})
-    assert editor.undo().content == after
+    assert editor.do(UndoPlan()).content == after
     with pytest.raises(PlanConflict):
-        plans.do(plan.id, GoBack(version_id=saved.id), expected_revision=1)
-    editor.set_locked(True)
+        editor.do(GoBack(version_id=saved.id), expected_revision=1)
+    editor.do(LockPlan(locked=True))
     with pytest.raises(PlanLocked):
-        plans.do(plan.id, GoBack(version_id=saved.id))
+        editor.do(GoBack(version_id=saved.id))
 
 
 def test_versions_are_listed_renamed_deleted_and_restored(
@@ -206,11 +209,14 @@ def test_versions_over_rest_and_on_the_command_line(
     assert client.get(f"{path}/versions/{version}/changes").json() == {"changes": ["Path ‘Path 1’: point ‘P1’ is new."]}
     assert client.get(f"{path}/versions/{version}/changes", params={"until": version}).json() == {"changes": []}
     assert client.get(f"{path}/versions/nobody/changes").status_code == 404
-    assert client.patch(f"{path}/versions/{version}", json={"name": "Start"}).json()["name"] == "Start"
+    renamed = client.patch(f"{path}/versions/{version}", json={"name": "Start"})
+    assert (renamed.json()["name"], renamed.headers["etag"]) == ("Start", '"2"')  # the plan's
+    stale = client.patch(f"{path}/versions/{version}", json={"name": "x"}, headers={"If-Match": '"1"'})
+    assert stale.status_code == 412
     back = client.post(f"{path}/versions/{version}/go-back", json={"revision": 2})
     assert (back.json()["points"], back.headers["etag"]) == ([], '"3"')
     assert client.post(f"{path}/undo").json()["points"][0]["position"] == [1, 2, 3]
-    client.delete(f"{path}/versions/{version}")
+    assert client.delete(f"{path}/versions/Start").json() == renamed.json()
     assert client.get(f"{path}/versions").json() == []
     client.post(f"{path}/versions/{version}/restore")
     client.close()

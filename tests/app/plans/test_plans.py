@@ -1,7 +1,6 @@
 """Plans: edits, undo and redo against a model of them, locks, conflicts, recovery."""
 
 import threading
-from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -9,12 +8,16 @@ from hypothesis import HealthCheck
 from hypothesis import settings as hypothesis_settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule, run_state_machine_as_test
+from plan_editor import PlanEditor
 from sqlalchemy.exc import OperationalError
 
-from app.cases.service import Case
+from app.cases.service import Case, CaseFrame, CaseService
 from app.kit.errors import NotFound, PlanConflict, PlanLocked, TooLarge
-from app.plans.editor import PlanEditor
-from app.plans.model import FRAME, MAX_POINTS, NOTICE, UNIT, PlanContent, PlanPoint, content_to_json
+from app.plans.model import MAX_POINTS, PlanContent, PlanPoint, content_to_json
+from app.plans.operations import PlanEdit
+from app.plans.operations.document import LockPlan, RedoPlan, SetSettings, UndoPlan
+from app.plans.operations.instruments import KeepPlacement
+from app.plans.operations.points import AddPoint, AddTarget, DeletePoint, MovePoint, RenamePoint, TakeTargets
 from app.plans.service import Plan, PlanService
 from app.store import Store
 from app.store.errors import StorageError
@@ -31,7 +34,7 @@ def plan(plans: PlanService, case: Case) -> Plan:
 
 @pytest.fixture
 def editor(plans: PlanService, plan: Plan) -> PlanEditor:
-    return plans.editor(plan.id)
+    return PlanEditor(plans, plan.id)
 
 
 def labels(editor: PlanEditor) -> list[str]:
@@ -46,14 +49,14 @@ def test_a_new_plan_knows_its_case_and_frame(plan: Plan, case: Case) -> None:
 
 def test_editors_of_two_programs_see_each_others_edits(store: Store, editor: PlanEditor, plan: Plan) -> None:
     """What an editor knows of a revision is not taken for another one's; undo and settings count as well."""
-    other = PlanService(store).editor(plan.id)
+    other = PlanEditor(PlanService(store), plan.id)
     for turn in range(2):
-        editor.add_point((1, 2, turn))
-        other.add_point((4, 5, turn))
+        editor.do(AddPoint(position=(1, 2, turn)))
+        other.do(AddPoint(position=(4, 5, turn)))
     assert labels(editor) == labels(other) == ["P1", "P2", "P3", "P4"]
-    other.undo()
-    other.set_settings({"margin_mm": 0.5})
-    made = editor.added_point((7, 8, 9))[1]
+    other.do(UndoPlan())
+    other.do(SetSettings(settings={"margin_mm": 0.5}))
+    made = editor.do(AddPoint(position=(7, 8, 9)))
     assert [point.position for point in made.content.points[2:]] == [(1.0, 2.0, 1.0), (7.0, 8.0, 9.0)]
     assert made.content.settings == {"margin_mm": 0.5}
     assert made == editor.plan == other.plan
@@ -61,7 +64,7 @@ def test_editors_of_two_programs_see_each_others_edits(store: Store, editor: Pla
 
 def test_an_edit_that_fails_is_not_known(editor: PlanEditor, monkeypatch: pytest.MonkeyPatch) -> None:
     """The disk refuses the commit: the next edit begins from what is stored."""
-    editor.add_point((1, 2, 3))
+    editor.do(AddPoint(position=(1, 2, 3)))
 
     def full(session: Any) -> None:
         raise OperationalError("COMMIT", {}, Exception("database or disk is full"))
@@ -69,21 +72,21 @@ def test_an_edit_that_fails_is_not_known(editor: PlanEditor, monkeypatch: pytest
     with monkeypatch.context() as patch:
         patch.setattr("sqlalchemy.orm.Session.commit", full)
         with pytest.raises(StorageError):
-            editor.add_point((4, 5, 6))
-    assert editor.added_point((7, 8, 9))[1] == editor.plan
+            editor.do(AddPoint(position=(4, 5, 6)))
+    assert editor.do(AddPoint(position=(7, 8, 9))) == editor.plan
     assert [point.position[0] for point in editor.plan.content.points] == [1.0, 7.0]
 
 
 def test_points_are_added_inserted_moved_renamed_and_deleted(editor: PlanEditor) -> None:
-    first = editor.add_point((1, 2, 3))
-    last = editor.add_point((7, 8, 9), "end")
-    middle = editor.insert_between(first, (4, 5, 6))
+    first = editor.add(AddPoint(position=(1, 2, 3)))
+    last = editor.add(AddPoint(position=(7, 8, 9), label="end"))
+    middle = editor.add(AddPoint(position=(4, 5, 6), index=1))
     assert labels(editor) == ["P1", "P2", "end"]
-    editor.move_point(middle, (4.5, 5.5, 6.5))
-    editor.rename_point(middle, "<b>middle</b>")
-    editor.delete_point(first)
-    target = editor.add_target((0, 0, 0), "ostium")
-    editor.move_target(target, (1, 1, 1))
+    editor.do(MovePoint(point_id=middle, position=(4.5, 5.5, 6.5)))
+    editor.do(RenamePoint(point_id=middle, label="<b>middle</b>"))
+    editor.do(DeletePoint(point_id=first))
+    target = editor.add(AddTarget(position=(0, 0, 0), label="ostium"))
+    editor.do(MovePoint(point_id=target, position=(1, 1, 1)))
     plan = editor.plan
     assert plan.content.points == (
         PlanPoint(middle, "<b>middle</b>", (4.5, 5.5, 6.5)),
@@ -91,41 +94,47 @@ def test_points_are_added_inserted_moved_renamed_and_deleted(editor: PlanEditor)
     )
     assert plan.content.targets == (PlanPoint(target, "ostium", (1.0, 1.0, 1.0)),)
     assert plan.revision == 9
-    editor.rename_point(target, "sinus")
-    editor.delete_target(target)
+    editor.do(RenamePoint(point_id=target, label="sinus"))
+    editor.do(DeletePoint(point_id=target))
     assert editor.plan.content.targets == ()
 
 
-def test_targets_of_another_plan_are_taken_as_one_edit(plans: PlanService, case: Case, editor: PlanEditor) -> None:
-    other = plans.editor(plans.create(case.id, "Other").id)
-    other.add_target((1, 2, 3), "ostium")
-    other.add_target((4, 5, 6))
-    editor.add_target((1, 2, 3), "ostium")  # here already
-    taken = editor.take_targets(other.plan).content.targets
+def test_targets_of_another_plan_are_taken_as_one_edit(
+    plans: PlanService, cases: CaseService, case: Case, editor: PlanEditor
+) -> None:
+    other = PlanEditor(plans, plans.create(case.id, "Other").id)
+    other.do(AddTarget(position=(1, 2, 3), label="ostium"))
+    other.do(AddTarget(position=(4, 5, 6)))
+    editor.do(AddTarget(position=(1, 2, 3), label="ostium"))  # here already
+    taken = editor.do(TakeTargets(plan=other.plan.id)).content.targets
     assert [(one.label, one.position) for one in taken] == [("ostium", (1, 2, 3)), ("T1", (4, 5, 6))]
     assert not {one.id for one in taken} & {one.id for one in other.plan.content.targets}
     with pytest.raises(PlanError, match="not here already"):
-        editor.take_targets(other.plan)
-    assert len(editor.undo().content.targets) == 1
+        editor.do(TakeTargets(plan=other.plan.id))
+    assert len(editor.do(UndoPlan()).content.targets) == 1
+    other_head = cases.create(
+        "Other", frame=CaseFrame("LPS", assumed=False), surfaces=dict(cases.display_meshes(case.id))
+    )
+    elsewhere = plans.create(other_head.id, "Elsewhere")
     with pytest.raises(PlanError, match="another head"):
-        editor.take_targets(replace(other.plan, case_id="case-elsewhere"))
+        editor.do(TakeTargets(plan=elsewhere.id))
 
 
 def test_the_history_outlives_the_process(store: Store, editor: PlanEditor, plan: Plan) -> None:
     for x in range(3):
-        editor.add_point((x, 0, 0))
-    editor.undo()
-    again = PlanService(store).editor(plan.id)
+        editor.do(AddPoint(position=(x, 0, 0)))
+    editor.do(UndoPlan())
+    again = PlanEditor(PlanService(store), plan.id)
     assert again.history() == (True, True)
-    again.redo()
+    again.do(RedoPlan())
     assert labels(again) == ["P1", "P2", "P3"]
     for _ in range(3):
-        again.undo()
+        again.do(UndoPlan())
     assert labels(again) == []
-    assert not again.can_undo
-    assert again.can_redo
+    assert not again.plan.can_undo
+    assert again.plan.can_redo
     with pytest.raises(PlanError, match="nothing to undo"):
-        again.undo()
+        again.do(UndoPlan())
 
 
 @pytest.mark.parametrize(
@@ -135,38 +144,39 @@ def test_the_history_outlives_the_process(store: Store, editor: PlanEditor, plan
 def test_positions_that_are_none_are_refused(editor: PlanEditor, position: tuple[float, ...]) -> None:
     """HAZ-05."""
     before = editor.plan
-    point = editor.add_point((0, 0, 0))
-    for act in (editor.add_point, editor.add_target, lambda p: editor.move_point(point, p)):
+    point = editor.add(AddPoint(position=(0, 0, 0)))
+    place: Any = position
+    for edit in (AddPoint(position=place), AddTarget(position=place), MovePoint(point_id=point, position=place)):
         with pytest.raises(PlanError):
-            act(position)
+            editor.do(edit)
     assert len(editor.plan.content.points) == len(before.content.points) + 1
 
 
 def test_a_locked_plan_stays_as_it_is(plans: PlanService, editor: PlanEditor) -> None:
-    point = editor.add_point((0, 0, 0))
-    editor.set_locked(True)
-    assert (editor.locked, editor.history()) == (True, (False, False))
+    point = editor.add(AddPoint(position=(0, 0, 0)))
+    editor.do(LockPlan(locked=True))
+    assert (editor.plan.locked, editor.history()) == (True, (False, False))
     locked = editor.plan
     for act in (
-        lambda: editor.move_point(point, (1, 1, 1)),
-        lambda: editor.add_point((1, 1, 1)),
-        editor.undo,
+        lambda: editor.do(MovePoint(point_id=point, position=(1, 1, 1))),
+        lambda: editor.do(AddPoint(position=(1, 1, 1))),
+        lambda: editor.do(UndoPlan()),
         lambda: plans.delete(locked.id),
     ):
         with pytest.raises(PlanLocked):
             act()
     assert editor.plan == locked
-    editor.set_locked(False)
-    editor.undo()
+    editor.do(LockPlan(locked=False))
+    editor.do(UndoPlan())
     assert labels(editor) == []
 
 
 def test_a_stale_revision_changes_nothing(plans: PlanService, editor: PlanEditor) -> None:
     seen = editor.revision
-    editor.add_point((0, 0, 0), expected_revision=seen)
+    editor.do(AddPoint(position=(0, 0, 0)), expected_revision=seen)
     for act in (
-        lambda: editor.add_point((1, 1, 1), expected_revision=seen),
-        lambda: editor.undo(expected_revision=seen),
+        lambda: editor.do(AddPoint(position=(1, 1, 1)), expected_revision=seen),
+        lambda: editor.do(UndoPlan(), expected_revision=seen),
         lambda: plans.rename(editor.plan.id, "late", expected_revision=seen),
     ):
         with pytest.raises(PlanConflict):
@@ -180,7 +190,7 @@ def test_of_many_writers_of_one_revision_one_wins(store: Store, plan: Plan) -> N
 
     def write(n: int) -> None:
         try:
-            PlanService(store).editor(plan.id).add_point((n, 0, 0), expected_revision=plan.revision)
+            PlanService(store).do(plan.id, AddPoint(position=(n, 0, 0)), expected_revision=plan.revision)
             outcomes.append("won")
         except PlanConflict:
             outcomes.append("lost")
@@ -194,14 +204,14 @@ def test_of_many_writers_of_one_revision_one_wins(store: Store, plan: Plan) -> N
 
 
 def test_another_path_drops_the_robots_placing(editor: PlanEditor) -> None:
-    point = editor.add_point((0, 0, 0))
-    editor.set_robot(PLACED)
-    editor.add_target((5, 5, 5))
-    editor.rename_point(point, "entry")
+    point = editor.add(AddPoint(position=(0, 0, 0)))
+    editor.do(KeepPlacement(robot=PLACED))
+    editor.do(AddTarget(position=(5, 5, 5)))
+    editor.do(RenamePoint(point_id=point, label="entry"))
     assert editor.plan.content.robot == PLACED
-    editor.move_point(point, (1, 0, 0))
+    editor.do(MovePoint(point_id=point, position=(1, 0, 0)))
     assert editor.plan.content.robot == {"name": "steady_hand", "base": None, "q_start": None}
-    editor.undo()
+    editor.do(UndoPlan())
     assert editor.plan.content.robot == PLACED
 
 
@@ -211,38 +221,38 @@ def test_another_path_drops_the_robots_placing(editor: PlanEditor) -> None:
 )
 def test_a_placing_that_is_none_is_refused(editor: PlanEditor, robot: dict[str, object]) -> None:
     with pytest.raises(InputError):
-        editor.set_robot(robot)
+        editor.do(KeepPlacement(robot=robot))
 
 
 def test_settings_are_checked(editor: PlanEditor) -> None:
-    editor.set_settings({"margin_mm": 0.5})
+    editor.do(SetSettings(settings={"margin_mm": 0.5}))
     for wrong in ({"margin_mm": float("nan")}, {"margin_mm": -1.0}, {"speed": 1.0}):
         with pytest.raises(InputError):
-            editor.set_settings(wrong)
+            editor.do(SetSettings(settings=wrong))
     assert editor.plan.content.settings == {"margin_mm": 0.5}
 
 
 def test_a_plan_stored_with_a_retired_setting_stays_open(store: Store, editor: PlanEditor, plan: Plan) -> None:
     _store(store, plan, settings={"margin_mm": 0.5, "group_flat_mm": 4.0})
     assert editor.plan.content.settings == {"margin_mm": 0.5}
-    editor.set_settings({"k_d": 0.3})
+    editor.do(SetSettings(settings={"k_d": 0.3}))
     assert editor.plan.content.settings == {"margin_mm": 0.5, "k_d": 0.3}
 
 
 def test_settings_are_no_step_of_the_points_history(editor: PlanEditor) -> None:
     """A slider moved in a rehearsal takes no redo away, and undo takes back points alone."""
-    editor.add_point((1, 0, 0))
-    editor.add_point((2, 0, 0))
-    editor.undo()
+    editor.do(AddPoint(position=(1, 0, 0)))
+    editor.do(AddPoint(position=(2, 0, 0)))
+    editor.do(UndoPlan())
     seen = editor.revision
-    editor.set_settings({"margin_mm": 0.1 + 0.2}, expected_revision=seen)
+    editor.do(SetSettings(settings={"margin_mm": 0.1 + 0.2}), expected_revision=seen)
     assert editor.revision == seen + 1
-    editor.redo()
+    editor.do(RedoPlan())
     assert labels(editor) == ["P1", "P2"]
-    editor.undo()
-    editor.undo()
+    editor.do(UndoPlan())
+    editor.do(UndoPlan())
     assert labels(editor) == []
-    assert not editor.can_undo
+    assert not editor.plan.can_undo
     assert editor.plan.content.settings == {"margin_mm": 0.1 + 0.2}
 
 
@@ -262,9 +272,9 @@ def test_a_state_that_no_longer_validates_leaves_the_other_plans_alone(
 ) -> None:
     """It is listed with the reason, refused by name, and can be taken back, deleted and restored."""
     other = plans.create(case.id, "Sound")
-    editor.add_point((1, 2, 3))
+    editor.do(AddPoint(position=(1, 2, 3)))
     sound = editor.plan.content.points
-    editor.add_point((4, 5, 6))
+    editor.do(AddPoint(position=(4, 5, 6)))
     _store(store, plan, points=[{"id": "p", "label": "P1", "position": [99_999.0, 0.0, 0.0]}])
     listed = {listed.id: listed for listed in plans.list(case.id)}
     assert listed[other.id] == other
@@ -275,10 +285,10 @@ def test_a_state_that_no_longer_validates_leaves_the_other_plans_alone(
         plans.get(plan.id)
     plans.delete(plan.id)
     plans.restore(plan.id)
-    again = PlanService(store).editor(plan.id)
-    again.set_locked(True)
-    again.set_locked(False)
-    again.undo()
+    again = PlanEditor(PlanService(store), plan.id)
+    again.do(LockPlan(locked=True))
+    again.do(LockPlan(locked=False))
+    again.do(UndoPlan())
     assert plans.get(plan.id).content.points == sound
 
 
@@ -314,10 +324,10 @@ def test_a_plan_has_some_hundreds_of_points_at_most(store: Store, plans: PlanSer
         return PlanContent().with_points(points) if kind == "points" else PlanContent(targets=tuple(points))
 
     plan = plans.create(case.id, "Full", having(full))
-    editor = plans.editor(plan.id)
-    add = editor.add_point if kind == "points" else editor.add_target
+    editor = PlanEditor(plans, plan.id)
+    add: PlanEdit = AddPoint(position=(0, 0, 1)) if kind == "points" else AddTarget(position=(0, 0, 1))
     with pytest.raises(TooLarge, match=f"{MAX_POINTS + 1} .*{MAX_POINTS} at most"):
-        add((0, 0, 1))
+        editor.do(add)
     more = having([*full, PlanPoint("p-more", "", (0.0, 0.0, 1.0))])
     with pytest.raises(TooLarge, match=f"{MAX_POINTS + 1}"):
         plans.create(case.id, "More", more)
@@ -326,23 +336,23 @@ def test_a_plan_has_some_hundreds_of_points_at_most(store: Store, plans: PlanSer
 
 
 def test_plans_are_copied_renamed_deleted_and_restored(plans: PlanService, editor: PlanEditor, case: Case) -> None:
-    editor.add_point((1, 2, 3), "entry")
+    editor.do(AddPoint(position=(1, 2, 3), label="entry"))
     plan = editor.plan
     copy = plans.duplicate(plan.id)
     assert (copy.name, copy.content.points) == ("Corridor (copy)", plan.content.points)
-    assert not plans.editor(copy.id).can_undo
+    assert not plans.get(copy.id).can_undo
     plans.rename(plan.id, "Left")
     plans.delete(plan.id)
     assert [p.id for p in plans.list(case.id)] == [copy.id]
     with pytest.raises(PlanError, match="restore"):
-        editor.add_point((0, 0, 0))
+        editor.do(AddPoint(position=(0, 0, 0)))
     plans.restore(plan.id)
     assert plans.get(plan.id).name == "Left"
     assert plans.get(plan.id).content.points == plan.content.points
     with pytest.raises(InputError):
         plans.rename(plan.id, "a\nb")
     with pytest.raises(NotFound):
-        plans.editor("nobody")
+        PlanEditor(plans, "nobody")
     with pytest.raises(PlanError):
         plans.create("no-case", "Plan")
 
@@ -356,7 +366,7 @@ class Editing(RuleBasedStateMachine):
     def __init__(self) -> None:
         super().__init__()
         plan = PlanService(self.store).create(self.case_id, "stateful")
-        self.editor = PlanService(self.store).editor(plan.id)
+        self.editor = PlanEditor(PlanService(self.store), plan.id)
         self.states: list[PlanContent] = [plan.content]
         self.at = 0
 
@@ -369,45 +379,45 @@ class Editing(RuleBasedStateMachine):
     @rule(position=coordinates, index=st.integers(0, 3))
     def add(self, position: tuple[float, float, float], index: int) -> None:
         count = len(self.states[self.at].points)
-        point = self.editor.add_point(position, index=min(index, count))
+        point = self.editor.add(AddPoint(position=position, index=min(index, count)))
         assert self.editor.plan.content.points[min(index, count)].id == point
         self.record()
 
     @rule(position=coordinates)
     def add_target(self, position: tuple[float, float, float]) -> None:
-        self.editor.add_target(position)
+        self.editor.do(AddTarget(position=position))
         self.record()
 
     @precondition(lambda self: self.states[self.at].points)
     @rule(data=st.data(), position=coordinates)
     def move(self, data: st.DataObject, position: tuple[float, float, float]) -> None:
         point = data.draw(st.sampled_from(self.states[self.at].points))
-        self.editor.move_point(point.id, position)
+        self.editor.do(MovePoint(point_id=point.id, position=position))
         assert position in [p.position for p in self.editor.plan.content.points]
         self.record()
 
     @precondition(lambda self: self.states[self.at].points)
     @rule(data=st.data())
     def delete(self, data: st.DataObject) -> None:
-        self.editor.delete_point(data.draw(st.sampled_from(self.states[self.at].points)).id)
+        self.editor.do(DeletePoint(point_id=data.draw(st.sampled_from(self.states[self.at].points)).id))
         self.record()
 
     @precondition(lambda self: self.at > 0)
     @rule()
     def undo(self) -> None:
-        self.editor.undo()
+        self.editor.do(UndoPlan())
         self.at -= 1
 
     @precondition(lambda self: self.at < len(self.states) - 1)
     @rule()
     def redo(self) -> None:
-        self.editor.redo()
+        self.editor.do(RedoPlan())
         self.at += 1
 
     @rule()
     def refused(self) -> None:
         with pytest.raises(NotFound):
-            self.editor.delete_point("nobody")
+            self.editor.do(DeletePoint(point_id="nobody"))
 
     @invariant()
     def as_the_model_says(self) -> None:

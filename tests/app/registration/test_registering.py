@@ -18,6 +18,7 @@ from app.kit.errors import DocumentLocked, NotFound, PlanConflict
 from app.operations.standard import SetLocked, Undo
 from app.plans.diff import changes
 from app.plans.model import Plan
+from app.plans.operations.document import RedoPlan, UndoPlan
 from app.plans.operations.instruments import UseRegistration
 from app.plans.shipped_head import SAMPLE_PLAN
 from app.registration.document import RegistrationContent
@@ -327,8 +328,8 @@ def test_a_plan_uses_a_registration_and_says_where_it_cannot(
         replace(used, content=replace(used.content, registration="registration-gone"))
     )
     assert (missing.state, missing.registration) == ("missing", None)
-    assert plans.editor(plan.id).undo().content.registration is None
-    assert plans.editor(plan.id).redo().content.registration == editor.id
+    assert plans.do(plan.id, UndoPlan()).content.registration is None
+    assert plans.do(plan.id, RedoPlan()).content.registration == editor.id
     assert plans.do(plan.id, UseRegistration(registration=None)).content.registration is None
     with pytest.raises(NotFound):
         plans.do(plan.id, UseRegistration(registration="registration-gone"))

@@ -15,7 +15,9 @@ from app.cases.model import HEAD_PHANTOM
 from app.kit.errors import PlanConflict
 from app.link import Pose
 from app.plans.model import Plan
+from app.plans.operations.document import UndoPlan
 from app.plans.operations.instruments import UseRegistration
+from app.plans.operations.points import SetPoints
 from app.plans.shipped_head import SAMPLE_PLAN
 from app.registration.calibration_records import PointerTip, RobotToTracker
 from app.registration.document import RegistrationContent
@@ -94,8 +96,8 @@ def test_it_is_one_edit_that_leaves_the_other_paths(phantom_services: Services, 
         len(traced.plan.content.points),
     )
     assert services.tracing.simulated(plan.id, NOISE_MM, 4).name == "Traced path 2"
-    services.plans.editor(plan.id).undo()
-    assert services.plans.editor(plan.id).undo().content == before.content
+    services.plans.do(plan.id, UndoPlan())
+    assert services.plans.do(plan.id, UndoPlan()).content == before.content
     with pytest.raises(PlanConflict):
         services.tracing.simulated(plan.id, NOISE_MM, 4, expected_revision=before.revision)
 
@@ -180,7 +182,7 @@ def test_the_simulated_pointer_traces_before_its_own_head_only(
     phantom_services: Services, editor: Edited, plan: Plan
 ) -> None:
     services = phantom_services
-    services.plans.editor(plan.id).set_points([plan.content.points[0]])
+    services.plans.do(plan.id, SetPoints(points=[plan.content.points[0]]))
     with pytest.raises(InputError, match="fewer than two points"):
         services.tracing.simulated(plan.id, NOISE_MM, 3, editor.id)
     editor.change(partial(given, transform=editor.document.content.registration.transform))

@@ -14,6 +14,7 @@ from session_doubles import CLIENT, HEAD, SAMPLE, Robot, Tabs, fail, other_case,
 
 from app.cases.service import CaseService
 from app.kit.prompt_threads import PROMPT_THREADS
+from app.plans.operations.points import DeletePoint
 from app.scene.plan import PlanItem
 from app.services import Services
 from app.session import client_sessions
@@ -212,7 +213,7 @@ def test_the_scene_shows_what_is_driven_while_it_is_driven(sessions: ClientSessi
     drive, robot = rehearse.drive, Robot()
     assert drive is not None
     put_in_place(drive, robot, plan)
-    services.plans.editor(plan.id).delete_point(plan.content.points[-1].id)
+    services.plans.do(plan.id, DeletePoint(point_id=plan.content.points[-1].id))
     session.come_back()
     settle(session)
     settle(session)

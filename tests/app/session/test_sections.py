@@ -14,6 +14,8 @@ from session_doubles import Robot as RobotDouble
 from app.kit.kept import Kept, Same
 from app.messages.sections import Section
 from app.planning.previews import Preview
+from app.plans.operations.document import LockPlan, UndoPlan
+from app.plans.operations.points import RenamePoint
 from app.plans.service import PlanService
 from app.services import Services
 from app.session.client_session import ClientSession, make_shared
@@ -75,7 +77,7 @@ class Pages:
         self.services.cases.restore(HEAD)
         for plan_id in self.plans:
             self.services.plans.restore(plan_id)
-            self.services.plans.editor(plan_id).set_locked(False)
+            self.services.plans.do(plan_id, LockPlan(locked=False))
             self.services.plans.delete(plan_id)
         self.services.cases.delete(self.case)
         for title in self.services.registrations.titles(HEAD):
@@ -91,7 +93,7 @@ class Pages:
         pick, place = self.random.choice, [round(self.random.uniform(-40.0, 40.0), 3) for _ in range(3)]
         shown = self.random.choice(self.sessions).tabs["plan"]
         items = [item.id for item in shown.items()] or ["none"]  # type: ignore[attr-defined]
-        opened, editor = self.random.choice(self.plans), self.services.plans.editor
+        opened = self.random.choice(self.plans)
         registrations = [title.id for title in self.services.registrations.titles(HEAD)] or ["none"]
         acts: list[Callable[[], object]] = [
             lambda: self.command("step.set", name=pick([spec.name for spec in specs()])),
@@ -126,10 +128,10 @@ class Pages:
             lambda: self.command("rehearsal.options", **{name: pick([True, False]) for name in OPTIONS}),
             lambda: self.command("case.rename", case_id=self.case, name=pick(["Other 1", "Other 2"])),
             lambda: self.command("case.open", case_id=pick([HEAD, HEAD, self.case])),
-            lambda: editor(opened).rename_point(pick(items), pick(["C", "D"])),
+            lambda: self.services.plans.do(opened, RenamePoint(point_id=pick(items), label=pick(["C", "D"]))),
             lambda: self.services.plans.rename(opened, pick(["Three", "Four"])),
             lambda: PlanService(self.elsewhere).rename(opened, pick(["Elsewhere 1", "Elsewhere 2"])),
-            lambda: PlanService(self.elsewhere).editor(opened).undo(),
+            lambda: PlanService(self.elsewhere).do(opened, UndoPlan()),
             lambda: pick([self.services.cases.delete, self.services.cases.restore])(HEAD),
             self._robot,
             lambda: self.work.work and self.work.work.pop(0)(),

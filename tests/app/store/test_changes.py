@@ -5,8 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import pytest
+from plan_editor import PlanEditor
 
 from app.cases.service import Case, CaseService
+from app.plans.operations.document import UndoPlan
+from app.plans.operations.points import AddPoint
 from app.plans.service import PlanService
 from app.settings import Settings
 from app.store import Store
@@ -30,7 +33,7 @@ def test_a_commit_counts_for_the_kinds_and_the_documents_that_it_stores(
     changes = store.changes
     first, second = plans.create(case.id, "One").id, plans.create(case.id, "Two").id
     before, of_second = {kind: changes.of(kind) for kind in KINDS}, changes.of_document(second)
-    _, made = plans.editor(first).added_point((1.0, 2.0, 3.0))
+    made = plans.do(first, AddPoint(position=(1.0, 2.0, 3.0)))
     assert {kind for kind in KINDS if changes.of(kind) != before[kind]} == {"plan"}
     assert changes.of_document(first)[1] == made.revision
     assert changes.of_document(second) == of_second
@@ -39,11 +42,11 @@ def test_a_commit_counts_for_the_kinds_and_the_documents_that_it_stores(
 
 
 def test_what_was_refused_counts_nothing(store: Store, plans: PlanService, case: Case) -> None:
-    editor, count = plans.editor(plans.create(case.id, "One").id), store.changes.count
+    editor, count = PlanEditor(plans, plans.create(case.id, "One").id), store.changes.count
     with pytest.raises(PlanError):
-        editor.added_point((1e9, 0.0, 0.0))
+        editor.do(AddPoint(position=(1e9, 0.0, 0.0)))
     with pytest.raises(PlanError):
-        editor.undo()
+        editor.do(UndoPlan())
     assert store.changes.count == count
 
 

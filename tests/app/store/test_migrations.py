@@ -12,9 +12,12 @@ from typing import Any
 import pytest
 from alembic import command
 from alembic.config import Config
+from plan_editor import PlanEditor
 from sqlalchemy import create_engine
 
 from app.kit.errors import PlanLocked
+from app.plans.operations.document import LockPlan, RedoPlan, SetSettings, UndoPlan
+from app.plans.operations.points import AddPoint
 from app.plans.service import PlanService
 from app.settings import Settings
 from app.store import Store, schema
@@ -107,23 +110,26 @@ def test_plans_become_documents_and_nothing_is_lost(old: Settings) -> None:
 def test_the_history_of_a_migrated_plan_goes_on(old: Settings) -> None:
     store = Store(old)
     plans = PlanService(store)
-    editor = plans.editor("plan-edited")
+    editor = PlanEditor(plans, "plan-edited")
     assert editor.history() == (True, True)
-    assert [point.position for point in editor.redo().content.points] == [(1 / 3, 0.0, -0.1), (4 / 3, 0.0, -0.1)]
-    editor.set_settings({"margin_mm": 0.7})
-    assert editor.undo().content.settings == {**SETTINGS, "margin_mm": 0.7}
-    assert editor.undo().content.points == ()
-    editor.add_point((9, 9, 9))
+    assert [point.position for point in editor.do(RedoPlan()).content.points] == [
+        (1 / 3, 0.0, -0.1),
+        (4 / 3, 0.0, -0.1),
+    ]
+    editor.do(SetSettings(settings={"margin_mm": 0.7}))
+    assert editor.do(UndoPlan()).content.settings == {**SETTINGS, "margin_mm": 0.7}
+    assert editor.do(UndoPlan()).content.points == ()
+    editor.do(AddPoint(position=(9, 9, 9)))
     assert editor.history() == (True, False)
     with pytest.raises(PlanLocked):
-        plans.editor("plan-locked").undo()
-    plans.editor("plan-locked").set_locked(False)
-    assert len(plans.editor("plan-locked").undo().content.points) == 6
+        plans.do("plan-locked", UndoPlan())
+    plans.do("plan-locked", LockPlan(locked=False))
+    assert len(plans.do("plan-locked", UndoPlan()).content.points) == 6
     assert len(plans.restore("plan-deleted").content.points) == 3
     for broken in ("plan-no-json", "plan-null"):
         with pytest.raises(PlanError, match="cannot be read"):
             plans.get(broken)
-        assert len(plans.editor(broken).undo().content.points) == 4
+        assert len(plans.do(broken, UndoPlan()).content.points) == 4
     store.close()
 
 

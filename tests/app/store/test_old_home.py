@@ -22,6 +22,8 @@ from sqlalchemy import select
 from app.cases.model import HEAD_PHANTOM
 from app.documents import DocumentKind
 from app.documents.documents import Documents
+from app.plans.operations.document import SetSettings
+from app.plans.operations.points import AddPoint
 from app.services import Services, build_services
 from app.settings import Settings
 from app.store import Store, schema
@@ -281,11 +283,10 @@ def test_a_document_of_a_newer_schema_or_kind_is_refused_and_left_as_it_is(old: 
     document = f"select * from documents where id = '{plan.id}'"
     states = f"select * from document_states where document_id = '{plan.id}' order by position"
     before = [rows(old.database_path, query) for query in (document, states)]
-    editor = services.plans.editor
     tries: tuple[Callable[[], object], ...] = (
         lambda: services.plans.get(plan.id),
-        lambda: editor(plan.id).add_point((1.0, 2.0, 3.0)),
-        lambda: editor(plan.id).set_settings({"margin_mm": 0.7}),
+        lambda: services.plans.do(plan.id, AddPoint(position=(1.0, 2.0, 3.0))),
+        lambda: services.plans.do(plan.id, SetSettings(settings={"margin_mm": 0.7})),
         lambda: services.plans.duplicate(plan.id),
         lambda: services.versions.save(plan.id, "Now"),
     )

@@ -10,6 +10,7 @@ from session_doubles import SAMPLE, open_sample, sections_of, send
 
 from app.messages.fields import Command
 from app.planning.shape_meshes import shape_mesh
+from app.plans.operations.document import LockPlan
 from app.plans.service import Plan
 from app.plans.shapes import anchor, moved, resized, size_of
 from app.plans.zones import COLOURS
@@ -33,7 +34,7 @@ def tab(phantom_services: Services) -> Iterator[PlanTab]:
     plan = phantom_services.plans.duplicate(SAMPLE, "Regions")
     opened = open_sample(phantom_services, plan.id)
     yield opened
-    phantom_services.plans.editor(plan.id).set_locked(False)
+    phantom_services.plans.do(plan.id, LockPlan(locked=False))
     phantom_services.plans.delete(plan.id)
 
 
@@ -164,6 +165,17 @@ def test_a_patch_goes_to_the_bone(tab: PlanTab, phantom_services: Services) -> N
     assert np.linalg.norm(vertices - centre, axis=1).min() < 5.0
 
 
+def test_what_no_drive_could_keep_is_refused_here_too(tab: PlanTab) -> None:
+    tab.handle(draw("spare", "patch", 5.0))
+    click(tab, PLACE)
+    before = plan_of(tab)
+    with pytest.raises(PlanError, match="cannot be kept"):
+        send(tab, "region.change", region_id=before.content.zones[0].id, soft=True, max_depth_mm=3.0)
+    with pytest.raises(PlanError, match="all of the bone"):
+        send(tab, "region.structure", structure="bone")
+    assert plan_of(tab) == before
+
+
 def test_a_region_is_dragged_by_its_ball_and_selected_by_a_click_on_it(tab: PlanTab) -> None:
     tab.active = True
     tab.handle(draw("spare", "sphere", 4.0))
@@ -282,14 +294,14 @@ def test_paths_and_notes_of_the_open_plan(tab: PlanTab) -> None:
         assert view is not None
         return [(item["name"], item["points"]) for item in view["items"]]
 
-    tab.handle(r.NewPath(type="path.new"))
+    send(tab, "path.new")
     assert plan_of(tab).content.points == ()
-    tab.handle(r.PathCommand(type="path.choose", path_id=first))
-    tab.handle(r.PathCommand(type="path.duplicate", path_id=first))
-    tab.handle(r.RenamePath(type="path.rename", path_id=first, name="Left"))
-    tab.handle(r.EntrySideOfPath(type="path.side", path_id=first, side="left"))
+    send(tab, "path.choose", path_id=first)
+    send(tab, "path.duplicate", path_id=first)
+    send(tab, "path.rename", path_id=first, name="Left")
+    send(tab, "path.side", path_id=first, side="left")
     assert paths() == [("Left", count), ("Path 2", 0), ("Path 3", count)]
-    tab.handle(r.PathCommand(type="path.delete", path_id=plan_of(tab).content.path_id))
+    send(tab, "path.delete", path_id=plan_of(tab).content.path_id)
     assert (plan_of(tab).content.path.name, plan_of(tab).content.paths[0].entry_side) == ("Path 2", "left")
     send(tab, "plan.notes", notes="Septum deviates.")
     view = sections_of(tab)["paths"]

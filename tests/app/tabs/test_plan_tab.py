@@ -15,7 +15,7 @@ from app.kit.cache import Cache
 from app.kit.jobs import Job
 from app.planning.rehearsal_options import NO_OPTIONS, RehearsalOptions
 from app.planning.remote_centre import PathPlace
-from app.plans.operations.document import RedoPlan, UndoPlan
+from app.plans.operations.document import RedoPlan, SetSettings, UndoPlan
 from app.plans.operations.points import DeletePoint, RenamePoint
 from app.scene import palette
 from app.services import Services
@@ -64,7 +64,7 @@ def test_the_pages_dry_run_is_the_one_that_others_ask_for(
     """One job drives the plan for the page and for REST; cancelled, the page says so."""
     services = phantom_services
     plan = services.plans.duplicate(SAMPLE, "Shared")
-    services.plans.editor(plan.id).set_settings({"margin_mm": 0.45})
+    services.plans.do(plan.id, SetSettings(settings={"margin_mm": 0.45}))
     plan = services.plans.get(plan.id)
     job, executor, ran, wait = services.dry_runs.start(plan), Later(), list[ShownEvaluation](), services.jobs.wait
 
@@ -138,7 +138,7 @@ def test_a_drag_that_never_ends_leaves_nothing_behind(phantom_services: Services
     if end == "delete":
         edited.perform(DeletePoint(point_id=second))
     elif end == "elsewhere":
-        phantom_services.plans.editor(plan.id).delete_point(first)
+        phantom_services.plans.do(plan.id, DeletePoint(point_id=first))
         edited.refresh()
     elif end == "undo":
         edited.perform(UndoPlan())
@@ -304,12 +304,12 @@ def test_a_version_that_differs_in_settings_alone_is_not_gone_back_to(phantom_se
     """Settings are no step of the history: going back would leave them."""
     plan = phantom_services.plans.duplicate(SAMPLE, "Versions")
     version = phantom_services.versions.save(plan.id, "Before")
-    phantom_services.plans.editor(plan.id).set_settings({"margin_mm": 0.5})
+    phantom_services.plans.do(plan.id, SetSettings(settings={"margin_mm": 0.5}))
     step = open_sample(phantom_services, plan.id)
     step.handle(c.CompareVersion(type="version.compare", version_id=version.id))
     view = sections_of(step)["versions"]
     assert (len(view["changes"]), view["differs"]) == (1, False)
-    phantom_services.plans.editor(plan.id).delete_point(plan.content.points[1].id)
+    phantom_services.plans.do(plan.id, DeletePoint(point_id=plan.content.points[1].id))
     assert sections_of(step)["versions"]["differs"] is True
     phantom_services.plans.delete(plan.id)
 

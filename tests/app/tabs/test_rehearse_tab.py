@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from plan_editor import PlanEditor
 from session_doubles import CLIENT, SAMPLE, Heard, Robot, fail, put_in_place, sections_of, workspace_of
 
 from app.cases.model import Case
@@ -15,6 +16,8 @@ from app.drives.drive_record import DriveRecord
 from app.drives.shared_drives import SharedDrives
 from app.messages.client import Client
 from app.plans.instruments import plan_tool
+from app.plans.operations.document import LockPlan
+from app.plans.operations.points import DeletePoint, RenamePoint
 from app.plans.service import Plan
 from app.services import Services
 from app.store.errors import StorageError
@@ -69,7 +72,7 @@ def test_settings_in_force_are_kept_in_the_plan(phantom_services: Services, lock
     """The next dry run, the export and the next rehearsal use them; the robot that stands stays where it is."""
     services = phantom_services
     plan = services.plans.duplicate(SAMPLE)
-    services.plans.editor(plan.id).set_locked(locked)
+    services.plans.do(plan.id, LockPlan(locked=locked))
     plan = services.plans.get(plan.id)
     heard = Heard()
     tab = _tab(services, plan, heard)
@@ -88,7 +91,7 @@ def test_settings_in_force_are_kept_in_the_plan(phantom_services: Services, lock
         assert heard.words == []
         assert after.content.settings["margin_mm"] == 0.5
         assert everything
-    services.plans.editor(plan.id).set_locked(False)
+    services.plans.do(plan.id, LockPlan(locked=False))
     services.plans.delete(plan.id)
 
 
@@ -103,7 +106,7 @@ def test_a_disk_that_refuses_keeps_no_robot_running_and_no_setting_is_forgotten(
     drive.lease.take(CLIENT)
     _accepted(drive)
     with monkeypatch.context() as full:
-        full.setattr(plans, "editor", lambda plan_id: fail(StorageError("the disk is full")))
+        full.setattr(plans, "do", lambda *_: fail(StorageError("the disk is full")))
         words = tab.hear()
         assert [said.endswith("the plan could not keep them: the disk is full") for said in words] == [True]
         assert tab.hear() == [], "it is said once"
@@ -121,7 +124,7 @@ def test_a_rehearsal_goes_on_along_what_it_was_placed_for_and_says_that_the_plan
 ) -> None:
     """Start and Continue drive what is drawn, targets are those of the robot; Reset takes the plan as it is now."""
     tab, plan = rehearsing
-    robot, editor = _in_place(tab, plan), phantom_services.plans.editor(plan.id)
+    robot, editor = _in_place(tab, plan), PlanEditor(phantom_services.plans, plan.id)
 
     def show() -> tuple[Any, Any]:
         sections = sections_of(tab)
@@ -129,10 +132,10 @@ def test_a_rehearsal_goes_on_along_what_it_was_placed_for_and_says_that_the_plan
 
     shown, driven = show()
     assert (shown["plan_changed"], driven) == (False, None)
-    editor.rename_point(plan.content.targets[0].id, "Another name")
+    editor.do(RenamePoint(point_id=plan.content.targets[0].id, label="Another name"))
     assert show()[1] is None, "a name is not driven"
     first, second = plan.content.targets[:2]
-    editor.delete_target(first.id)
+    editor.do(DeletePoint(point_id=first.id))
     shown, driven = show()
     assert shown["plan_changed"]
     assert [target["id"] for target in driven["targets"]] == [target.id for target in plan.content.targets]

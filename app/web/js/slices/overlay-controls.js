@@ -44,7 +44,7 @@ export class OverlayControls extends EventTarget {
     // Volumes of other heads stand apart, with the day on which they came in: one of another patient is easily taken.
     this.own = h("optgroup", { label: "This head" });
     this.others = h("optgroup", { label: "Other heads" });
-    this.choice = h("select", { id: "overlay-case", "aria-label": "Volume that is laid over", onchange: () => this.chosen() }, h("option", { value: "" }, "None"), this.own, this.others);
+    this.choice = h("select", { id: "overlay-case", "data-operation": "second_volume.lay second_volume.none", "aria-label": "Volume that is laid over", onchange: () => this.chosen() }, h("option", { value: "" }, "None"), this.own, this.others);
     /** @type {HTMLInputElement} */
     this.opacity = h("input", {
       type: "range", id: "overlay-opacity", min: 0, max: 100, step: 1, value: 50, "aria-label": "Opacity of what is laid over",
