@@ -41,9 +41,8 @@ def labels(editor: PlanEditor) -> list[str]:
     return [point.label for point in editor.plan.content.points]
 
 
-def test_a_new_plan_knows_its_case_and_frame(plan: Plan, case: Case) -> None:
-    assert (plan.case_id, plan.case_hash, FRAME, UNIT) == (case.id, case.content_hash, "LPS", "mm")
-    assert NOTICE == "Not for clinical use"
+def test_a_new_plan_knows_its_case(plan: Plan, case: Case) -> None:
+    assert (plan.case_id, plan.case_hash) == (case.id, case.content_hash)
     assert plan.content.robot["base"] is None
 
 
