@@ -25,7 +25,7 @@ NOTICE = "Not for clinical use."
 
 
 @dataclass(frozen=True)
-class Verb:
+class CliVerb:
     """A verb of the command line and its module; needs_app: whether it requires the extra `app`."""
 
     name: str
@@ -35,15 +35,15 @@ class Verb:
 
 
 VERBS = (
-    Verb("serve", "app.commands.serve", "start the planner and open its page", needs_app=True),
-    Verb("import", "app.commands.import_", "make a new case of a CT or a surface", needs_app=True),
-    Verb("case", "app.commands.case", "list, rename, delete and restore cases", needs_app=True),
-    Verb("plan", "app.commands.plan", "list, import and export plans", needs_app=True),
-    Verb("register", "app.commands.register", "how a CT lies on a patient: beads, fit, transforms", needs_app=True),
-    Verb("rehearse", "app.commands.rehearse", "run a rehearsal without a page"),
-    Verb("lumen", "app.commands.lumen", "drive a snake robot through a lumen"),
-    Verb("bench", "app.commands.bench", "measure the engine on this machine"),
-    Verb("doctor", "app.commands.doctor", "check this machine"),
+    CliVerb("serve", "app.commands.serve", "start the planner and open its page", needs_app=True),
+    CliVerb("import", "app.commands.import_", "make a new case of a CT or a surface", needs_app=True),
+    CliVerb("case", "app.commands.case", "list, rename, delete and restore cases", needs_app=True),
+    CliVerb("plan", "app.commands.plan", "list, import and export plans", needs_app=True),
+    CliVerb("register", "app.commands.register", "how a CT lies on a patient: beads, fit, transforms", needs_app=True),
+    CliVerb("rehearse", "app.commands.rehearse", "run a rehearsal without a page"),
+    CliVerb("lumen", "app.commands.lumen", "drive a snake robot through a lumen"),
+    CliVerb("bench", "app.commands.bench", "measure the engine on this machine"),
+    CliVerb("doctor", "app.commands.doctor", "check this machine"),
 )
 
 

@@ -1,6 +1,7 @@
 """Imports point down only: the engine knows nothing of the application, and a room knows only the rooms below it."""
 
 import ast
+from collections import defaultdict
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -146,6 +147,17 @@ def test_rooms_import_downwards(package: str, rooms: dict[str, int]) -> None:
             if other not in ("", own) and rooms[other] >= rooms[own]:
                 wrong.append(f"{file.relative_to(ROOT)} imports {name}")
     assert not wrong, "\n".join(wrong)
+
+
+def test_no_public_class_has_two_meanings() -> None:
+    """A name of a class is found once in engine and application together."""
+    found: dict[str, set[str]] = defaultdict(set)
+    for file in (file for top in TOPS for file in modules(top)):
+        for node in ast.parse(file.read_text(encoding="utf-8")).body:
+            if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
+                found[node.name].add(str(file.relative_to(ROOT)))
+    assert len(found) > 500
+    assert {name: sorted(files) for name, files in found.items() if len(files) > 1} == {}
 
 
 def test_only_the_command_knows_the_benchmarks() -> None:

@@ -58,6 +58,7 @@ MOVED = {
     "vfix_engine.worlds.rigid.recorder": "vfix_engine.worlds.rigid.csv_recorder",
     "vfix_engine.worlds.rigid.rigid": "vfix_engine.worlds.rigid.system",
     "vfix_engine.worlds.rigid.rigid_row": "vfix_engine.worlds.rigid.row",
+    "vfix_engine.worlds.rigid.rigid_snapshot": "vfix_engine.worlds.rigid.snapshot",
     "vfix_engine.worlds.rigid.rigid_spec": "vfix_engine.worlds.rigid.spec",
     "vfix_engine.worlds.rigid.rigid_state": "vfix_engine.worlds.rigid.state",
     "vfix_engine.worlds.snake.adoption": "vfix_engine.worlds.snake.plans.adoption",

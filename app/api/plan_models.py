@@ -5,7 +5,6 @@ from typing import Annotated
 from pydantic import BaseModel, Field
 
 from app.api.dependencies import Wish
-from app.kit.names import MAX_NAME
 from app.kit.values import MAX_COORDINATE
 from app.planning.verdict import Level
 from vfix_engine.anatomy.soft_tissue import TissueKind
@@ -13,7 +12,6 @@ from vfix_engine.anatomy.soft_tissue import TissueKind
 # Strict: a true or a text is no length and no setting.
 Coordinate = Annotated[float, Field(gt=-MAX_COORDINATE, lt=MAX_COORDINATE, allow_inf_nan=False, strict=True)]  # [mm]
 Position = tuple[Coordinate, Coordinate, Coordinate]  # LPS [mm]
-Name = Annotated[str, Field(min_length=1, max_length=MAX_NAME)]
 Revision = Annotated[
     int | None, Field(ge=0, strict=True, description="the revision that was seen; another one gives 409")
 ]

@@ -144,12 +144,14 @@ class Documents(Generic[Content]):
 
     def editor(self, document_id: str) -> DocumentEditor[Content]:
         """The document's editor, the same for every caller. Raises NotFound."""
+        with self._lock:
+            known = self._editors.get(document_id)
+        if known is not None:
+            return known
         with self._store.reading() as session:
             find_row(session, self.kind, document_id)
         with self._lock:
-            if document_id not in self._editors:
-                self._editors[document_id] = DocumentEditor(self._store, self.kind, document_id)
-            return self._editors[document_id]
+            return self._editors.setdefault(document_id, DocumentEditor(self._store, self.kind, document_id))
 
     def _change(self, document_id: str, expected_revision: int | None, **values: str | None) -> Document[Content]:
         with self._store.writing() as session:

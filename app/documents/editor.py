@@ -62,9 +62,9 @@ class DocumentEditor(Generic[Content]):
     def edit(self, change: Callable[[Content], Content], *, expected_revision: int | None = None) -> Document[Content]:
         """Apply a change as the newest state of the history; what had been undone is gone."""
         with self._lock, self._store.writing() as session:
-            row, known = self._open(session, expected_revision), self._known
-            newest = known is not None and known.revision == row.revision
-            before = known.content if known is not None and newest else content_of(session, self._kind, row)
+            row = self._open(session, expected_revision)
+            known = self._known_at(row)
+            before = content_of(session, self._kind, row) if known is None else known.content
             content = self._kind.check(change(before))
             states = DocumentStateRow.document_id == self._id
             session.execute(delete(DocumentStateRow).where(states, DocumentStateRow.position > row.cursor))
@@ -112,15 +112,20 @@ class DocumentEditor(Generic[Content]):
             low, high = span_of(session, self._id)
             if not low <= row.cursor + by <= high:
                 raise self._kind.errors.refused(f"there is nothing to {'undo' if by < 0 else 'redo'}.")
-            here = list_document(session, self._kind, row)
+            here = self._known_at(row) or list_document(session, self._kind, row)
             row.cursor += by
             touch(row)
             there = list_document(session, self._kind, row)
             before, after = (there, here) if by < 0 else (here, there)  # the edit that is undone led from one to other
             read = not (here.unreadable or there.unreadable)
-            return replace(
-                there, told=step_words(by, self._kind.changes(before.content, after.content) if read else ())
-            )
+            edits = self._kind.changes(before.content, after.content) if read else ()
+        self._known = None if there.unreadable else there
+        return replace(there, told=step_words(by, edits))
+
+    def _known_at(self, row: DocumentRow) -> Document[Content] | None:
+        """What was read or made last, if that is the row's revision."""
+        known = self._known
+        return known if known is not None and known.revision == row.revision else None
 
     def _open(self, session: Session, expected_revision: int | None, even_locked: bool = False) -> DocumentRow:
         row = find_row(session, self._kind, self._id, expected_revision)

@@ -6,30 +6,30 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
-from app.messages.fields import Command, Direction, Identifier
+from app.messages.fields import ClientMessage, Direction, Identifier
 
 Axis = Annotated[float, Field(ge=-1.0, le=1.0, allow_inf_nan=False)]
 
 
-class DriveCommand(Command):
+class DriveCommand(ClientMessage):
     type: Literal["rehearsal.start", "rehearsal.pause", "rehearsal.reset", "rehearsal.end"]
 
 
-class SetDriveSettings(Command):
+class SetDriveSettings(ClientMessage):
     type: Literal["rehearsal.settings"]
     values: Annotated[
         dict[Identifier, Annotated[float, Field(ge=-1e6, le=1e6, allow_inf_nan=False)]], Field(max_length=16)
     ]
 
 
-class HoldCommand(Command):
+class HoldCommand(ClientMessage):
     """Motion of a hand that holds the handle."""
 
     urgent: ClassVar[bool] = True
     type: Literal["heartbeat", "grip.release", "rehearsal.take", "rehearsal.let_go"]
 
 
-class Push(Command):
+class Push(ClientMessage):
     """A key or button for motion along the path or about the shaft."""
 
     urgent: ClassVar[bool] = True
@@ -37,7 +37,7 @@ class Push(Command):
     direction: Direction
 
 
-class MoveAxes(Command):
+class MoveAxes(ClientMessage):
     """Camera and insertion, from -1 to +1 of full speed, while something is held."""
 
     urgent: ClassVar[bool] = True
@@ -47,4 +47,4 @@ class MoveAxes(Command):
     insert: Axis = 0.0
 
 
-COMMANDS: tuple[type[Command], ...] = (DriveCommand, SetDriveSettings, HoldCommand, Push)
+COMMANDS: tuple[type[ClientMessage], ...] = (DriveCommand, SetDriveSettings, HoldCommand, Push)

@@ -5,7 +5,7 @@ This package is independent of plans and cases, which `app.live` handles.
 
 from app.link.messages import LinkFault, LinkMessage, ListPoint, PointList, Text, Transform
 from app.link.server import LinkServer
-from app.link.tracker import Collected, Pose, TrackerClient
+from app.link.tracker import Collected, TrackedPose, TrackerClient
 
 __all__ = [
     "Collected",
@@ -14,8 +14,8 @@ __all__ = [
     "LinkServer",
     "ListPoint",
     "PointList",
-    "Pose",
     "Text",
+    "TrackedPose",
     "TrackerClient",
     "Transform",
 ]

@@ -42,7 +42,7 @@ _RIGID = 1e-4  # bound of RᵀR − I, for float32 and the rounding of a tracker
 
 
 @dataclass(frozen=True, eq=False)
-class Pose:
+class TrackedPose:
     """A pose. transform (4, 4): from the tool to the tracker's frame, mm. received_s: time of `time.monotonic`."""
 
     transform: Array
@@ -77,7 +77,7 @@ class TrackerClient:
     def __init__(self, host: str, port: int, name: str) -> None:
         self.host, self.port, self.name = host, port, name
         self._lock = threading.Condition()
-        self._poses: deque[Pose] = deque(maxlen=_KEPT)
+        self._poses: deque[TrackedPose] = deque(maxlen=_KEPT)
         self._connected = False
         self._trouble = ""
         self._wrong_checksums = 0  # messages with poses and a wrong checksum since the connection was made
@@ -102,7 +102,7 @@ class TrackerClient:
         if self._thread.is_alive():
             self._thread.join(_CONNECT_S + 1.0)
 
-    def latest(self) -> Pose | None:
+    def latest(self) -> TrackedPose | None:
         """Return the newest pose, of any age; None before the first one."""
         with self._lock:
             return self._poses[-1] if self._poses else None
@@ -169,7 +169,7 @@ class TrackerClient:
         """
         return self._enough(*self._next(seconds), seconds)
 
-    def _next(self, seconds: float) -> tuple[float, list[Pose]]:
+    def _next(self, seconds: float) -> tuple[float, list[TrackedPose]]:
         """Wait for some seconds; return when they began, and the poses that arrived."""
         begin = time.monotonic()
         end = begin + seconds
@@ -178,7 +178,7 @@ class TrackerClient:
                 self._lock.wait(min(left, STALE_S))
             return begin, [pose for pose in self._poses if pose.received_s >= begin]
 
-    def _enough(self, begin: float, found: list[Pose], seconds: float) -> Array:
+    def _enough(self, begin: float, found: list[TrackedPose], seconds: float) -> Array:
         if len(found) < _FEWEST:
             raise LinkFault(
                 f"{len(found)} poses came in {seconds:g} s; {_FEWEST} are needed. {self._why_unseen(begin)} and try "
@@ -193,7 +193,7 @@ class TrackerClient:
         words = f"{self.name} was out of sight meanwhile" if self.state == "fresh" else self.words
         return f"{words}; hold the tool where the tracker sees it,"
 
-    def recorded(self, seconds: float, point: ArrayLike = (0.0, 0.0, 0.0)) -> list[Pose]:
+    def recorded(self, seconds: float, point: ArrayLike = (0.0, 0.0, 0.0)) -> list[TrackedPose]:
         """Return the poses of the last seconds, oldest first.
 
         point: (3,) in the tool's frame, mm, whose motion is recorded.
@@ -296,7 +296,7 @@ class TrackerClient:
         if not rigid or any(text.upper() != "OK" for text in status):
             return
         with self._lock:
-            self._poses.append(Pose(message.matrix, time.monotonic()))
+            self._poses.append(TrackedPose(message.matrix, time.monotonic()))
             self._lock.notify_all()
 
 
@@ -308,6 +308,6 @@ def _keep_alive(connection: socket.socket) -> None:
             connection.setsockopt(socket.IPPROTO_TCP, getattr(socket, option), seconds)
 
 
-def _longest_gap_s(poses: list[Pose], begin: float) -> float:
+def _longest_gap_s(poses: list[TrackedPose], begin: float) -> float:
     times = [begin, *(pose.received_s for pose in poses)]
     return max((later - earlier for earlier, later in pairwise(times)), default=0.0)

@@ -15,7 +15,7 @@ Revision = Annotated[int, Field(ge=0, le=2**53)]
 RequestId = Annotated[int, Field(ge=0, le=2**53)]
 
 
-class Command(BaseModel):
+class ClientMessage(BaseModel):
     """A request of a client; ``id`` asks for a reply.
 
     urgent: answered at once on the connection's thread, without a reply, never queued behind other work.

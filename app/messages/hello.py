@@ -7,12 +7,12 @@ from typing import Literal
 from pydantic import ValidationError
 
 from app.messages.client import ClientRole
-from app.messages.fields import Command
+from app.messages.fields import ClientMessage
 from app.messages.version import VERSION
 from vfix_engine.json_text import parse_json
 
 
-class Hello(Command):
+class Hello(ClientMessage):
     type: Literal["hello"]
     version: int
     role: ClientRole = "watches"

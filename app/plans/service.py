@@ -28,7 +28,7 @@ __all__ = ["Plan", "PlanContent", "PlanFile", "PlanPoint", "PlanService", "PlanT
 PlanTitle = DocumentTitle
 
 
-class DryRuns(Protocol):
+class PlanSimulation(Protocol):
     """What operations on plans ask of the dry run."""
 
     def placed_robot(self, plan: Plan) -> dict[str, Any]:
@@ -52,7 +52,7 @@ class PlanService:
     """
 
     cases: CaseService
-    planning: DryRuns
+    planning: PlanSimulation
     registering: UsedRegistrations
     overlays: Overlays
 
@@ -63,7 +63,7 @@ class PlanService:
         self.instruments = Instruments(store.files)
 
     def connect(
-        self, cases: CaseService, planning: DryRuns, registering: UsedRegistrations, overlays: Overlays
+        self, cases: CaseService, planning: PlanSimulation, registering: UsedRegistrations, overlays: Overlays
     ) -> None:
         """Make known what is built after this service."""
         self.cases, self.planning, self.registering, self.overlays = cases, planning, registering, overlays

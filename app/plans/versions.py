@@ -22,7 +22,7 @@ _TOLD = 10  # the newest of them, where one is not found
 
 
 @dataclass(frozen=True)
-class Kept:
+class VersionContent:
     """What a version keeps: whose it is, that plan's revision then, and its content.
 
     proposed_as: the name that one from outside came with; '' of one that somebody saved.
@@ -50,14 +50,14 @@ class PlanVersion:
     proposed: bool = False
 
 
-def _version(document: Document[Kept]) -> PlanVersion:
+def _version(document: Document[VersionContent]) -> PlanVersion:
     kept, name = document.content, document.name
     return PlanVersion(
         document.id, name, kept.plan_id, kept.revision, document.created, kept.content, kept.proposed_as == name
     )
 
 
-def _write(kept: Kept) -> dict[str, Any]:
+def _write(kept: VersionContent) -> dict[str, Any]:
     written = {
         "plan_id": kept.plan_id,
         "revision": kept.revision,
@@ -67,7 +67,7 @@ def _write(kept: Kept) -> dict[str, Any]:
     return written | ({"proposed_as": kept.proposed_as} if kept.proposed_as else {})
 
 
-def _read(data: Mapping[str, Any]) -> Kept:
+def _read(data: Mapping[str, Any]) -> VersionContent:
     plan, plan_id, revision = data.get("plan"), data.get("plan_id"), data.get("revision")
     if not isinstance(plan, dict) or not isinstance(plan_id, str) or not isinstance(revision, int):
         raise PlanError("a version needs the plan that it is of, its revision and its content.")
@@ -75,10 +75,10 @@ def _read(data: Mapping[str, Any]) -> Kept:
     if not isinstance(proposed_as, str):
         raise PlanError("the name that a version was proposed under is a text.")
     content = PLAN.content(str(data.get("plan_schema")), plan, plan.get("settings", {}))
-    return Kept(plan_id, revision, content, proposed_as)
+    return VersionContent(plan_id, revision, content, proposed_as)
 
 
-def _refs(kept: Kept) -> tuple[Ref, ...]:
+def _refs(kept: VersionContent) -> tuple[Ref, ...]:
     return (Ref("document", kept.plan_id), *PLAN.refs(kept.content))
 
 
@@ -86,7 +86,7 @@ VERSION = DocumentKind(
     name="plan-version",
     noun="version",
     schema="vfix-plan-version/1",
-    empty=Kept,
+    empty=VersionContent,
     read=_read,
     write=_write,
     check=lambda kept: kept,
@@ -107,7 +107,7 @@ class PlanVersions:
         """Versions of a plan, oldest first; one that cannot be read is left out."""
         return tuple(_version(one) for one in self._documents_of(plan_id))
 
-    def _documents_of(self, plan_id: str, include_deleted: bool = False) -> Iterable[Document[Kept]]:
+    def _documents_of(self, plan_id: str, include_deleted: bool = False) -> Iterable[Document[VersionContent]]:
         found = self.documents.list(self._plans.title(plan_id).case_id, include_deleted)
         return [one for one in found if not one.unreadable and one.content.plan_id == plan_id]
 
@@ -145,7 +145,9 @@ class PlanVersions:
         plan = self.plan(plan_id, expected_revision)
         with self._lock:
             self._check_room(plan_id, name)
-            return _version(self.documents.create(plan.case_id, name, Kept(plan_id, plan.revision, plan.content)))
+            return _version(
+                self.documents.create(plan.case_id, name, VersionContent(plan_id, plan.revision, plan.content))
+            )
 
     def propose(self, plan_id: str, name: str, content: PlanContent) -> PlanVersion:
         """Keep another content under a name, for somebody to compare with the plan and to go over to.
@@ -159,7 +161,7 @@ class PlanVersions:
             versions = self.list(plan_id)
             self._check_name(name, versions)
             proposed = [one for one in versions if one.proposed]
-            made = self.documents.create(plan.case_id, name, Kept(plan_id, plan.revision, content, name))
+            made = self.documents.create(plan.case_id, name, VersionContent(plan_id, plan.revision, content, name))
             for oldest in proposed[: max(0, len(proposed) + 1 - MAX_PROPOSED)]:
                 self.documents.discard(oldest.id)
         return _version(made)

@@ -36,7 +36,7 @@ class Look:
     cut_at: float = 0.0  # [mm] x of the cut
     slices: str = "none"  # 'none', an axis, or 'all'
     skin: bool = False
-    skin_opacity: float = 0.35
+    skin_opacity: float = 0.5
 
 
 @dataclass(frozen=True)

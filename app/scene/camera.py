@@ -55,9 +55,9 @@ class Lens:
         return 0.5 * self.height / float(np.tan(self.field_of_view / 2.0))
 
     @property
-    def mm_per_pixel(self) -> float:
-        """Size of a canvas pixel at the point that the camera looks at."""
-        return float(np.linalg.norm(self.look_at - self.position)) / self.focal_px
+    def view_height_mm(self) -> float:
+        """Height of what is seen at the distance of the point that the camera looks at."""
+        return 2.0 * float(np.linalg.norm(self.look_at - self.position) * np.tan(self.field_of_view / 2.0))
 
     def ray(self, screen_x: float, screen_y: float) -> tuple[Array, Array]:
         """Return origin and unit direction of the ray through a canvas position.

@@ -30,7 +30,7 @@ class Hit:
 
 
 @dataclass(frozen=True)
-class Plane:
+class PickingPlane:
     """A CT slice in the scene: the axis of its normal, its position on that axis in LPS mm, and its extent."""
 
     axis: int
@@ -78,7 +78,7 @@ class SurfacePicker:
         return Hit(self._kind, position, float(distance[nearest]))
 
 
-def hit_plane(origin: Array, direction: Array, plane: Plane) -> Hit | None:
+def hit_plane(origin: Array, direction: Array, plane: PickingPlane) -> Hit | None:
     if abs(direction[plane.axis]) < 1e-9:
         return None
     distance = (plane.position - origin[plane.axis]) / direction[plane.axis]

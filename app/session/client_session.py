@@ -12,7 +12,7 @@ import viser
 
 from app.kit.prompt_threads import PROMPT_THREADS
 from app.messages.client import Client, ClientRole
-from app.messages.fields import Command
+from app.messages.fields import ClientMessage
 from app.operations.messages import OperationMessage
 from app.scene.dragging import DragEvent
 from app.scene.view import SceneEvents, SceneView
@@ -140,10 +140,10 @@ class ClientSession:
         if before.may_hold and not self.workspace.client.may_hold:
             self.post(lambda: self._each("give_up"))
 
-    def command(self, command: Command | OperationMessage, reply: Reply | None = None) -> bool:
+    def command(self, command: ClientMessage | OperationMessage, reply: Reply | None = None) -> bool:
         """Answer a command; False when too many wait already. One with a reply gets it, whatever happens."""
-        tab = self._tab_of(command) if isinstance(command, Command) else None
-        if isinstance(command, Command) and command.urgent and tab is not None:
+        tab = self._tab_of(command) if isinstance(command, ClientMessage) else None
+        if isinstance(command, ClientMessage) and command.urgent and tab is not None:
             self._answer_with(lambda: tab.handle_now(command), reply)
             return True
         slot = command.stream() if reply is None else None  # a newer one does not answer for it
@@ -151,7 +151,7 @@ class ClientSession:
             lambda: self._answer_with(lambda: self._do(command), reply, self._display.publish), slot
         )
 
-    def _tab_of(self, command: Command) -> Tab | None:
+    def _tab_of(self, command: ClientMessage) -> Tab | None:
         """The tab that answers a command: of several the active one, else the first; None for what all tabs share."""
         tabs = self._tabs_of.get(type(command), [])
         return self.active if self.active in tabs else next(iter(tabs), None)
@@ -241,7 +241,7 @@ class ClientSession:
             self._guarded(show)
             reply(True, result)
 
-    def _do(self, command: Command | OperationMessage) -> Any:
+    def _do(self, command: ClientMessage | OperationMessage) -> Any:
         if isinstance(command, OperationMessage):
             tab = self._tab_of_kind.get(command.spec.kind.name)
             return self.workspace.operate(command) if tab is None else self._touched(tab).operate(command)

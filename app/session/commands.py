@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field, TypeAdapter, ValidationError
 
-from app.messages.fields import Command, Identifier
+from app.messages.fields import ClientMessage, Identifier
 from app.operations.messages import OperationMessage, read_message
 from app.tabs import registry
 from app.workspace import commands as workspace
@@ -21,19 +21,19 @@ def _known_tab(name: str) -> str:
     return name
 
 
-class SetTab(Command):
+class SetTab(ClientMessage):
     type: Literal["step.set"]
     name: Annotated[Identifier, AfterValidator(_known_tab)]
 
 
-def commands() -> tuple[type[Command], ...]:
+def commands() -> tuple[type[ClientMessage], ...]:
     """Every command: the session's own, those for what all tabs share, and those of each tab."""
     of_tabs = [command for spec in registry.specs() for command in spec.commands]
     return (SetTab, *workspace.COMMANDS, *dict.fromkeys(of_tabs))
 
 
 @functools.cache
-def _adapter() -> TypeAdapter[Command]:
+def _adapter() -> TypeAdapter[ClientMessage]:
     union: Any = functools.reduce(operator.or_, commands())
     return TypeAdapter(Annotated[union, Field(discriminator="type")])
 
@@ -42,7 +42,7 @@ class InvalidMessage(ValueError):
     """The text is neither a command nor an operation; the message names the first error."""
 
 
-def parse_command(text: str | bytes) -> Command | OperationMessage:
+def parse_command(text: str | bytes) -> ClientMessage | OperationMessage:
     """Parse one message. Raises InvalidMessage for anything that is not a known, bounded command or operation."""
     try:
         message = parse_json(text)

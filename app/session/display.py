@@ -88,9 +88,8 @@ class Display:
         """
         self._jobs = jobs
         ticking = [view for view in self._active_last() if view.tab.ticks]
-        for view in ticking:
-            view.touch()
-            self._guarded(view.refresh)
+        for view in ticking:  # each has just ticked
+            self._guarded(view.ask)
         self._publish_sections([view.sections for view in ticking])
         self._draw_ticking()
         self.model.commit()

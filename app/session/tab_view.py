@@ -32,8 +32,13 @@ class TabView:
         try:
             self.tab.refresh()
         finally:
-            self.sections = self.tab.sections()
+            self.ask()
         self._subject = subject
+
+    def ask(self) -> None:
+        """Ask the tab again as it is."""
+        self._layers = self._hint = None
+        self.sections = self.tab.sections()
 
     @property
     def layers(self) -> list[Layer[Any]]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import Any, ClassVar, Protocol
 
 from app.kit.kept import Same
-from app.messages.fields import Command
+from app.messages.fields import ClientMessage
 from app.messages.sections import Sections
 from app.operations.messages import OperationMessage
 from app.scene.dragging import DragEvent
@@ -76,7 +76,7 @@ class Tab:
 
     # -- requests
 
-    def handle(self, command: Command) -> Any:
+    def handle(self, command: ClientMessage) -> Any:
         """Answer one of the tab's commands; returns what the reply holds. Raises VfixError with the reason."""
         return None
 
@@ -84,7 +84,7 @@ class Tab:
         """Do an operation on a document of the kinds that the spec names. Raises VfixError with the reason."""
         return self.workspace.operate(message)
 
-    def handle_now(self, command: Command) -> None:
+    def handle_now(self, command: ClientMessage) -> None:
         """Answer one of the tab's urgent commands. Called on other threads."""
 
     def clicked(self, ray: ClickRay) -> None:
@@ -107,7 +107,10 @@ class Tab:
         return False
 
     def tick(self) -> bool:
-        """The planner's clock: 50 Hz while a tab is lively, else once a second; True publishes everything."""
+        """The planner's clock: 50 Hz while a tab is lively, else once a second; True publishes everything.
+
+        What changes by itself is read here: :meth:`refresh` is not called after a tick alone.
+        """
         return False
 
     def release_now(self) -> None:

@@ -14,7 +14,7 @@ from app.drives.shared_drives import DriveKey, SharedDrives
 from app.drives.view import HAND_LOST, drive_section, motion
 from app.kit.kept import Same
 from app.messages.client import Client
-from app.messages.fields import Command
+from app.messages.fields import ClientMessage
 from app.scene.hand import GripDrag
 from app.services import Services
 from app.tabs.base import Tab
@@ -128,7 +128,7 @@ class DriveTab(Tab, Generic[P, T]):
 
     # -- commands
 
-    def handle(self, command: Command) -> None:
+    def handle(self, command: ClientMessage) -> None:
         """Raises ControlError where this client may not."""
         drive = self.need_drive()
         if isinstance(command, c.DriveCommand):
@@ -197,7 +197,7 @@ class DriveTab(Tab, Generic[P, T]):
 
     # -- the hand: each is a write into the control process's shared memory; called on other threads
 
-    def handle_now(self, command: Command) -> None:
+    def handle_now(self, command: ClientMessage) -> None:
         drive = self.drive
         if drive is None:
             return

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
-from app.messages.fields import Command
+from app.messages.fields import ClientMessage
 
 if TYPE_CHECKING:  # slow to load, and the address needs none of it
     from app.cases.structures import CaseKind
@@ -38,7 +38,7 @@ class TabSpec:
     order: int
     package: str
     tab: str
-    commands: tuple[type[Command], ...] = ()
+    commands: tuple[type[ClientMessage], ...] = ()
     sections: type | None = None
     input: Input = "none"
     has_routes: bool = False

@@ -90,6 +90,6 @@ class CameraView:
     def section(self) -> CameraSection:
         lens = self._lens
         return {
-            "view_height_mm": None if lens is None or lens.height <= 0 else round(lens.mm_per_pixel * lens.height, 2),
+            "view_height_mm": None if lens is None or lens.height <= 0 else round(lens.view_height_mm, 2),
             "pivot": None if self._pivot is None else list(self._pivot),
         }

@@ -17,14 +17,14 @@ from app.exchange.patient_images import holds_images
 from app.kit.errors import NotFound
 from app.kit.kept import Same
 from app.kit.values import Position
-from app.messages.fields import Command
+from app.messages.fields import ClientMessage
 from app.messages.sections import Section, Sections
 from app.scene.anatomy import LETTER_GAP_MM, AnatomyNodes, Look, SliceNodes
 from app.scene.picking import Hit, SurfacePicker, hit_plane
 from app.scene.view import ClickRay
 from app.services import Services
 from app.workspace import commands as c
-from app.workspace.latest import Latest, Run
+from app.workspace.latest import BackgroundTask, Latest
 from app.workspace.layers import Layer
 from app.workspace.sections import CaseSection, ViewSection
 from app.workspace.skin_view import SkinView
@@ -88,7 +88,7 @@ class CaseView:
         self._pending_cross = None
         self._opens += 1
 
-        def read(run: Run) -> tuple[TriangleMesh, SurfacePicker, Volume | None, Volume | None]:
+        def read(run: BackgroundTask) -> tuple[TriangleMesh, SurfacePicker, Volume | None, Volume | None]:
             mesh = self._display_mesh(case.id)
             return (mesh, SurfacePicker(mesh), *self._volumes(case))
 
@@ -124,7 +124,7 @@ class CaseView:
 
     # -- changes
 
-    def handle(self, command: Command) -> None:
+    def handle(self, command: ClientMessage) -> None:
         """Answer a command for slices or look."""
         match command:
             case c.SetView():

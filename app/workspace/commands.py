@@ -6,11 +6,11 @@ from typing import Annotated, Literal
 
 from pydantic import Field, StringConstraints
 
-from app.messages.fields import Command, Coordinate, Position
+from app.messages.fields import ClientMessage, Coordinate, Position
 from vfix_engine.files.volume import Axis
 
 
-class SetCross(Command):
+class SetCross(ClientMessage):
     type: Literal["slice.cross"]
     position: Position
 
@@ -18,7 +18,7 @@ class SetCross(Command):
         return self.type
 
 
-class SetSlice(Command):
+class SetSlice(ClientMessage):
     type: Literal["slice.set"]
     axis: Axis
     position: Coordinate
@@ -27,14 +27,14 @@ class SetSlice(Command):
         return f"{self.type}.{self.axis}"
 
 
-class SetWindow(Command):
+class SetWindow(ClientMessage):
     type: Literal["slice.window"]
     name: Annotated[str, StringConstraints(max_length=24, pattern=r"^[a-z]+$")]
     window: Annotated[float, Field(ge=1, le=10000, allow_inf_nan=False)]  # [HU]
     level: Annotated[float, Field(ge=-2000, le=4000, allow_inf_nan=False)]  # [HU]
 
 
-class SetView(Command):
+class SetView(ClientMessage):
     type: Literal["view.set"]
     opacity: Annotated[float, Field(ge=0.1, le=1.0, allow_inf_nan=False)] | None = None
     cut: Literal["whole", "left", "right"] | None = None
@@ -50,23 +50,23 @@ class SetView(Command):
         return f"{self.type}.{'bone' if self.skin_opacity is None else 'skin'}"
 
 
-class SetCamera(Command):
+class SetCamera(ClientMessage):
     type: Literal["view.camera"]
     view: Literal["anterior", "left", "right", "superior", "oblique", "nose"]
 
 
-class LabelsByPage(Command):
+class LabelsByPage(ClientMessage):
     """The page writes the labels of the scene itself, or no longer does."""
 
     type: Literal["view.labels"]
     by_page: bool
 
 
-class Project(Command):
+class Project(ClientMessage):
     """Request for the positions of these points on the canvas, by tests and scripts of the page."""
 
     type: Literal["project"]
     points: Annotated[list[Position], Field(max_length=1000)]
 
 
-COMMANDS: tuple[type[Command], ...] = (SetCross, SetSlice, SetWindow, SetView, SetCamera, LabelsByPage, Project)
+COMMANDS: tuple[type[ClientMessage], ...] = (SetCross, SetSlice, SetWindow, SetView, SetCamera, LabelsByPage, Project)

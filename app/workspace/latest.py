@@ -14,7 +14,7 @@ Answer = TypeVar("Answer")
 Act = Callable[[], None]
 
 
-class Run:
+class BackgroundTask:
     """The work for one request, on its own thread."""
 
     def __init__(self, owner: Latest, number: int) -> None:
@@ -61,7 +61,7 @@ class Latest:
     def ask(
         self,
         what: str,
-        find: Callable[[Run], Answer],
+        find: Callable[[BackgroundTask], Answer],
         accept: Callable[[Answer], object],
         failed: Callable[[str], None],
         *,
@@ -78,7 +78,7 @@ class Latest:
         self.newest += 1
         if not goes_on:
             self.first = self.newest
-        run = Run(self, self.newest)
+        run = BackgroundTask(self, self.newest)
 
         def hand_over(answer: Answer) -> None:
             if run.is_newest:

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from app.plans.service import Plan
 
 
-class OpenPlan:
+class OpenedPlan:
     """Owned by the session's thread."""
 
     def __init__(self) -> None:

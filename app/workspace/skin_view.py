@@ -14,7 +14,7 @@ from app.scene.anatomy import Look, SkinNode
 from app.scene.picking import Hit, SurfacePicker
 from app.scene.view import ClickRay
 from app.services import Services
-from app.workspace.latest import Latest, Run
+from app.workspace.latest import BackgroundTask, Latest
 from app.workspace.layers import Layer
 from app.workspace.sections import SkinSection
 from vfix_engine.geometry.mesh import TriangleMesh
@@ -51,7 +51,7 @@ class SkinView:
             return
         self._asked, self._failure = True, ""
 
-        def find(run: Run) -> _Made | None:
+        def find(run: BackgroundTask) -> _Made | None:
             ended = self._services.jobs.wait(self._services.skins.start(case.id).id)
             if ended.state == "cancelled":
                 return None

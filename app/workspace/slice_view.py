@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from app.scene.anatomy import SlicePicture
-from app.scene.picking import Plane
+from app.scene.picking import PickingPlane
 from app.workspace.sections import SliceGrid, SlicePlane, SlicesSection
 from vfix_engine.arrays import Array
 from vfix_engine.files.volume import Axis, Volume
@@ -97,9 +97,9 @@ class SliceView:
         fine, fine_affine = self._detail.slice_image(axis, position, self.greys.window, self.greys.level)
         return SlicePicture(axis, *_inlaid(image, affine, fine, fine_affine))
 
-    def planes(self, which: str) -> list[Plane]:
+    def planes(self, which: str) -> list[PickingPlane]:
         """The slices in the scene as things a click can hit."""
-        return [Plane(normal, float(self.cross[normal]), self._bounds) for normal in _chosen(which).values()]
+        return [PickingPlane(normal, float(self.cross[normal]), self._bounds) for normal in _chosen(which).values()]
 
 
 def _reaches(volume: Volume, normal: int, position: float) -> bool:

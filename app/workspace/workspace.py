@@ -8,13 +8,13 @@ from typing import Any
 
 from app.kit.values import Position
 from app.messages.client import Client
-from app.messages.fields import Command
+from app.messages.fields import ClientMessage
 from app.operations.messages import OperationMessage
 from app.services import Services
 from app.workspace import commands as c
 from app.workspace.camera_view import CameraView
 from app.workspace.case_view import CaseView
-from app.workspace.open_plan import OpenPlan
+from app.workspace.open_plan import OpenedPlan
 from vfix_engine.errors import InputError
 
 __all__ = ["Position", "Request", "Workspace"]
@@ -40,7 +40,7 @@ class Workspace:
         self.client, self.services, self.executor, self.post, self._note = client, services, executor, post, note
         self.case = CaseView(services, executor, post)
         self.camera = CameraView(self.case)
-        self.plan = OpenPlan()
+        self.plan = OpenedPlan()
         self._case_listeners: list[Callable[[str | None], None]] = []
 
     def note(self, words: str, error: bool = False) -> None:
@@ -72,7 +72,7 @@ class Workspace:
             raise InputError("no head is open.")
         message.perform(message.spec.context(self.services, message.revision), self.case.case_id)
 
-    def handle(self, command: Command) -> Any:
+    def handle(self, command: ClientMessage) -> Any:
         """Answer a command for what all tabs share."""
         match command:
             case c.SetCamera():

@@ -89,7 +89,7 @@ def test_every_command_is_declared_with_its_own_fields(script: ModuleType) -> No
     for kind, fields in {
         "undo": ["revision"],
         "item.drag": ["item_id", "position"],
-        "view.set": ["opacity", "cut", "slices"],
+        "view.set": ["opacity", "cut", "slices", "skin", "skin_opacity"],
     }.items():
         assert list(found[kind]) == fields
     for kind in found:  # nothing is declared that the server does not know

@@ -22,6 +22,15 @@ BONE = """() => { const bone = vfix.layer.surfaces.found().bone;
   return { transparent: bone.material.transparent, depthWrite: bone.material.depthWrite, first: passes
     .map((o) => [o.material.colorWrite, o.renderOrder < bone.renderOrder, o.geometry === bone.geometry]) }; }"""
 
+SKIN = """() => { const { skin } = vfix.layer.surfaces.found();
+  if (!skin) return {};
+  let shown = true;
+  for (let o = skin; o; o = o.parent) shown &&= o.visible;
+  const passes = skin.children.filter((o) => o.userData.vfixPass);
+  return { shown, opacity: skin.material.opacity, depthWrite: skin.material.depthWrite,
+    after: skin.renderOrder > 900, first: passes
+      .map((o) => [o.material.colorWrite, o.renderOrder < skin.renderOrder, o.geometry === skin.geometry]) }; }"""
+
 
 def layered(station: Workstation) -> Workstation:
     station.see_scene()
@@ -95,6 +104,28 @@ def test_clear_bone_has_its_depth_drawn_first(open_page: Open) -> None:
     station.page.evaluate("vfix.request('view.set', { opacity: 1.0 })")
     station.wait_for("solid bone", lambda: station.page.evaluate(BONE).get("transparent") is False)
     station.wait_for("one pass", lambda: station.page.evaluate(BONE).get("first") == [])
+    assert station.errors == []
+
+
+def test_skin_is_made_shown_over_bone_and_hidden(open_page: Open) -> None:
+    """Its depth is drawn before it and after bone, and it belongs to the scene again when it is switched on."""
+    station = layered(open_page())
+    page = station.page
+    page.click("#skin")
+    expect(page.locator("#skin-field .job")).to_be_visible()
+    station.wait_for("the skin", lambda: page.evaluate(SKIN).get("shown"))
+    expect(page.locator("#skin-field .job")).to_be_hidden()
+    expect(page.locator("#skin-field .words").last).to_be_hidden()  # the synthetic head is nobody's face
+    wanted = {"shown": True, "opacity": 0.5, "depthWrite": True, "after": True, "first": [[False, True, True]]}
+    assert page.evaluate(SKIN) == wanted
+    station.picture("skin")
+    page.locator("#skin-opacity").fill("60")
+    station.wait_for("its opacity", lambda: page.evaluate(SKIN) == wanted | {"opacity": 0.6})
+    page.click("#skin")
+    station.wait_for("it hidden", lambda: page.evaluate(SKIN)["shown"] is False)
+    expect(page.locator("#skin-opacity")).to_be_hidden()
+    page.click("#skin")
+    station.wait_for("it shown again", lambda: page.evaluate(SKIN) == wanted | {"opacity": 0.6})
     assert station.errors == []
 
 

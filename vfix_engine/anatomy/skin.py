@@ -28,14 +28,18 @@ FINE_ENOUGH_MM = 1.0  # finer voxels are skipped where those left are no larger
 THIN_MM = 8.0  # parts of a body that a ball of this diameter does not fit into: ears, and the shell of a headrest
 LARGEST_THIN_PART_MM = 150.0  # diagonal of its box: 75 mm of an ear, 126 mm of a nose, 231 mm of a headrest
 _COARSE_MM = 2.0
+_ROUGH, _AROUND_MM = 4, 20.0  # every so many voxels show where the head is; air around it that is kept
 _LEAST_TRIANGLES = 200  # smaller components are noise
+_NO_SKIN = "this CT shows no air around the head, so there is no skin to see."
 _ALL = np.ones((3, 3, 3), np.bool_)
 # Fractions of the time until each stage, on the synthetic head.
 _TOLD, _AIR, _FOUND = 0.35, 0.6, 0.8
 
 
-def skin_of_volume(volume: Volume, *, progress: ProgressCallback = no_progress) -> ThinnedSurface:
-    """Extract the skin with about `SKIN_TRIANGLES` at most, normals out of the head; and what thinning moved.
+def skin_of_volume(
+    volume: Volume, *, triangles: int = SKIN_TRIANGLES, progress: ProgressCallback = no_progress
+) -> ThinnedSurface:
+    """Extract the skin with about so many triangles at most, normals out of the head; and what thinning moved.
 
     Raises:
         ImageError: the scan shows no head in the air of a room.
@@ -43,13 +47,17 @@ def skin_of_volume(volume: Volume, *, progress: ProgressCallback = no_progress) 
     progress("Telling the head from what lies beside it", 0.0)
     steps = np.maximum(np.floor(FINE_ENOUGH_MM / volume.spacing + 1e-9).astype(int), 1)
     coarse = Volume(volume.hu[_every(steps)], volume.origin, volume.spacing * steps, volume.direction)
-    alone = without_surroundings(coarse)
+    box = _box(coarse)
+    near = coarse.index_to_lps([part.start for part in box[::-1]])
+    alone = without_surroundings(Volume(coarse.hu[box], near, coarse.spacing, coarse.direction))
     progress("Finding the skin", _TOLD)
     air = _air_shown(alone)
+    if not air.any():
+        raise ImageError(_NO_SKIN)
     progress("Finding the skin", _AIR)
-    surface = _surface(alone, air, padding(coarse))
+    surface = _surface(alone, air, padding(coarse)[box])
     words = f"Thinning {len(surface.faces):,} triangles"
-    return thinned_for_display(surface, SKIN_TRIANGLES, lambda share: progress(words, _FOUND + (1.0 - _FOUND) * share))
+    return thinned_for_display(surface, triangles, lambda share: progress(words, _FOUND + (1.0 - _FOUND) * share))
 
 
 def without_surroundings(volume: Volume) -> Volume:
@@ -69,6 +77,19 @@ def without_surroundings(volume: Volume) -> Volume:
     return _kept(one, _largest(tissue & ~foreign)) if foreign.any() else one
 
 
+def _box(volume: Volume) -> tuple[slice, ...]:
+    """Slices [k, j, i] of what is around the largest body, with air on all sides: less to look through."""
+    from scipy import ndimage  # imported here: slow to load
+
+    rough = _largest(volume.hu[_every(np.full(3, _ROUGH))] >= TISSUE_HU)
+    found = ndimage.find_objects(rough.astype(np.int8))
+    margins = np.ceil(_AROUND_MM / volume.spacing[::-1]).astype(int) + _ROUGH
+    return tuple(
+        slice(max(0, part.start * _ROUGH - margin), part.stop * _ROUGH + margin)
+        for part, margin in zip(found[0] if found else (slice(0, size) for size in rough.shape), margins, strict=True)
+    )
+
+
 def _kept(volume: Volume, tissue: BoolArray) -> Volume:
     """The volume with air in place of all other tissue."""
     hu = np.where((volume.hu >= TISSUE_HU) & ~tissue, np.int16(AIR_HU), volume.hu)
@@ -77,7 +98,7 @@ def _kept(volume: Volume, tissue: BoolArray) -> Volume:
 
 def _largest(mask: BoolArray) -> BoolArray:
     """The largest component (K, J, I) of a mask, none of an empty one."""
-    from scipy import ndimage  # imported here: slow to load
+    from scipy import ndimage  # as above
 
     labels, count = ndimage.label(mask, _ALL)
     if not count:
@@ -145,7 +166,7 @@ def _surface(head: Volume, air: BoolArray, unmeasured: BoolArray) -> TriangleMes
     i, j, k = np.clip(at, 0, np.array(cells.shape[::-1]) - 1).T
     kept = cells[k, j, i]
     if not kept.any():
-        raise ImageError("this CT shows no air around the head, so there is no skin to see.")
+        raise ImageError(_NO_SKIN)
     found = TriangleMesh(*compact(mesh.vertices, mesh.faces[kept]))
     return clean(found, min(_LEAST_TRIANGLES, len(found.faces))).mesh
 

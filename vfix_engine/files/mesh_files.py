@@ -36,7 +36,7 @@ FRAMED_READERS: dict[str, Callable[[bytes], tuple[npt.NDArray[Any], npt.NDArray[
     ".vtp": read_vtp,
 }
 MAX_FILE_BYTES = 1 << 30
-FARTHEST_MM = 1e5  # largest distance of a vertex from the origin
+VERTEX_LIMIT_MM = 1e5  # largest distance of a vertex from the origin
 # 3D Slicer writes the frame as 'SPACE=LPS' into the comment of each of these formats; the unit is written alike.
 _NAMED_FRAME = re.compile(rb"SPACE=(?:LPS|RAS)\b")
 _NAMED_UNIT = re.compile(rb"\bUNIT=[\w\xb5\xc2\xbc\xce]+")
@@ -89,9 +89,9 @@ def read_mesh(
     _check(vertices, faces)
     placed = to_lps_mm(vertices, read_frame, read_unit)
     farthest = float(np.abs(placed).max())
-    if farthest > FARTHEST_MM:
+    if farthest > VERTEX_LIMIT_MM:
         raise MeshError(
-            f"a corner of the surface is {farthest:.3g} mm from the origin; at most {FARTHEST_MM:g} mm are taken. "
+            f"a corner of the surface is {farthest:.3g} mm from the origin; at most {VERTEX_LIMIT_MM:g} mm are taken. "
             "The file is damaged, or its unit is another."
         )
     return TriangleMesh(placed, faces), report

@@ -20,7 +20,7 @@ MOST_FITTED = 1_000  # every 2 mm of a colon; least squares of more take minutes
 MOST_ANGLES = 720  # radii of a contour, every half degree
 _LEAST_RADIUS_MM = 0.2  # a lumen that is narrower everywhere, or shorter than the next value, is in metres
 _LEAST_LENGTH_MM = 1.0
-_FARTHEST_MM = 1e9  # limit of coordinates
+LARGEST_COORDINATE_MM = 1e9  # above which products of several numbers overflow
 
 
 def checked_control(
@@ -137,7 +137,7 @@ def rim_points(radius: Array) -> tuple[Array, Array, Array]:
 
 
 def _finite(what: str, values: Array) -> None:
-    good = (np.abs(values) <= _FARTHEST_MM).all(axis=1)
+    good = (np.abs(values) <= LARGEST_COORDINATE_MM).all(axis=1)
     if not good.all():
         bad = int(np.flatnonzero(~good)[0])
         if np.isfinite(values[bad]).all():

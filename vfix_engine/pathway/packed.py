@@ -8,6 +8,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import InputError
+from .checks import LARGEST_COORDINATE_MM
 from .inner_line import inner_lines
 
 # Columns of PackedPathway.rows; vectors take three.
@@ -27,7 +28,6 @@ START_COSINE, START_SINE, END_COSINE, END_SINE = 44, 47, 50, 53  # ⊥ e; times 
 BEHIND, BEYOND = 56, 57  # mm; largest distance of the wall behind the first contour's plane, and beyond the last one's
 ROW = 58
 
-FARTHEST_MM = 1e9  # limit of coordinates, above which products of several numbers overflow
 _ROUNDING = 1e-12  # relative allowance of ball and inscribed radius for rounding
 
 
@@ -64,7 +64,7 @@ def check_packed(packed: PackedPathway) -> None:
     if polar.shape[1] < 1 or polar.shape[1] == 2:
         raise InputError(f"contours of {polar.shape[1]} radii: give one for circles, else at least three")
     # The Lipschitz constant is infinite where the inscribed radius is 0.
-    places = np.abs(rows[:, :LIPSCHITZ]).max() <= FARTHEST_MM and polar.max() <= FARTHEST_MM
+    places = np.abs(rows[:, :LIPSCHITZ]).max() <= LARGEST_COORDINATE_MM and polar.max() <= LARGEST_COORDINATE_MM
     if not (places and np.isfinite(rows[:, LIPSCHITZ + 1 :]).all() and (polar > 0.0).all()) or np.isnan(rows).any():
         raise InputError("a packed pathway holds a value that is not finite: take it from Pathway.packed")
 

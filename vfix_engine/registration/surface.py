@@ -17,7 +17,7 @@ from .points import Registration, checked_points
 from .rigid_fit import rigid_fits
 
 FEWEST = 10  # smallest number of points that are kept
-FARTHEST_MM = 30.0  # rms distance above which a start is rejected
+WORST_START_RMS_MM = 30.0  # rms distance above which a start is rejected
 
 _MOST_STEPS = 300
 _MORE_STARTS, _SPREAD_MM = 6, 1.5  # and their differences, per axis and by rotation at the points
@@ -135,7 +135,7 @@ def _settled(tree: Proximity, placed: Array, count: int) -> _Settled:
         distance, closest, triangle = tree.point_distance(placed)
         near = np.argsort(distance, kind="stable")[:count]
         residual = float(np.sqrt((distance[near] ** 2).mean()))
-        if not residual < FARTHEST_MM:
+        if not residual < WORST_START_RMS_MM:
             raise InputError(
                 f"the points are {residual:.0f} mm from the surface; register by points first, or check that points "
                 "and surface belong together"

@@ -121,6 +121,15 @@ class SnakeModel:
         out[1:, :3], out[1:, 3, 3] = self._rows(joints, base), 1.0
         return out
 
+    def frame_before(self, link: int, q: Array, base: Array) -> Array:
+        """The frame (4, 4) that a link hangs on, as ``frames`` has it, of joints and a base that are not looked at."""
+        frame: Array = np.array(base)
+        if link > 0:
+            rows = np.empty((link, 3, 4))
+            snake_frames(q, base, self.length_mm, rows)
+            frame[:3] = rows[-1]
+        return frame
+
     def tip(self, q: ArrayLike, transform_base_to_patient: ArrayLike) -> Array:
         """The last link's frame in the patient frame (4, 4); errors as for ``frames``."""
         tip: Array = self.frames(q, transform_base_to_patient)[-1].copy()

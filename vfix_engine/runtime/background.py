@@ -20,11 +20,26 @@ from .system import Background, SystemSpec, Worker
 NOT_MADE = 0  # request number in an answer that no worker could be built; requests count from 1
 
 
+class PackedResult:
+    """A worker's answer as it came over the pipe; sent on and unpickled it is the result, which nobody packs again."""
+
+    def __init__(self, answer: bytes):
+        self._answer = answer
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _result_of, (self._answer,)
+
+
+def _result_of(answer: bytes) -> Any:
+    return ForkingPickler.loads(answer)[1]
+
+
 class Adoption(NamedTuple):
-    """A finished result; ``steps``: of the state that requested it."""
+    """A finished result; ``steps``: of the state that requested it. packed: the result for a log in another process."""
 
     result: Any
     steps: int
+    packed: PackedResult | None = None
 
 
 class Workers(Protocol):
@@ -117,7 +132,7 @@ class WorkerLink:
         self._pipe, self._outbox = pipe, Outbox(pipe)
         self._asked: int | None = None  # steps of the state that the worker processes
         self._number = self._wanted_from = 0
-        self._found: tuple[int, Any, str] | None = None
+        self._found: tuple[int, Any, str, bytes] | None = None
         self.lost = self.failed = ""
         threading.Thread(target=self._listen, name="vfix-worker-link", daemon=True).start()
 
@@ -132,10 +147,11 @@ class WorkerLink:
     def take(self, steps: int) -> Adoption | None:
         if self._found is None or self._asked is None:
             return None
-        (number, result, error), self._found = self._found, None
+        (number, result, error, answer), self._found = self._found, None
         asked, self._asked = self._asked, None
         self.failed = error or self.failed
-        return Adoption(result, asked) if number >= self._wanted_from and not error else None
+        wanted = number >= self._wanted_from and not error
+        return Adoption(result, asked, PackedResult(answer)) if wanted else None
 
     def forget(self) -> None:
         self._wanted_from = self._number + 1
@@ -143,11 +159,12 @@ class WorkerLink:
     def _listen(self) -> None:
         try:
             while True:
-                number, result, error = self._pipe.recv()
+                answer = self._pipe.recv_bytes()
+                number, result, error = ForkingPickler.loads(answer)
                 if number == NOT_MADE:
                     self.lost = error
                     return
-                self._found = (number, result, error)
+                self._found = (number, result, error, answer)
         except (EOFError, OSError):
             self.lost = "the worker process ended"
         except Exception as error:  # the result cannot be unpickled

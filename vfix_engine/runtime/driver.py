@@ -7,7 +7,7 @@ from typing import Any, Generic, Protocol, TypeVar
 import numpy as np
 
 from ..arrays import Array
-from .background import NoWorker, Workers
+from .background import NoWorker, PackedResult, Workers
 from .command import COMMAND_SIZE, Command, command_to_row
 from .operator import Act
 from .requests import Request, Reset
@@ -94,16 +94,19 @@ class Driver(Generic[S]):
         workers = self._workers
         done = workers.take(self.system.steps(self.state))
         if done is not None:
-            self.adopt(done.result, done.steps)
+            self.adopt(*done)
         if workers.free:
             request = self.system.background(self.state)
             if request is not None:
                 workers.ask(request)
 
-    def adopt(self, result: Any, asked_at: int) -> None:
-        """Adopt a worker's result into the state; ``asked_at``: steps of the state that requested it."""
+    def adopt(self, result: Any, asked_at: int, packed: PackedResult | None = None) -> None:
+        """Adopt a worker's result into the state.
+
+        asked_at: steps of the state that requested it. packed: the same for a log in another process, if there is one.
+        """
         system = self.system
         if self.log is not None:
-            self.log.event("adopt", {"result": result, "steps": asked_at})
+            self.log.event("adopt", {"result": result if packed is None else packed, "steps": asked_at})
         age = (system.steps(self.state) - asked_at) * system.period_s(self.state)
         self.state = system.adopt(self.state, result, age)

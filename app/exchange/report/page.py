@@ -36,7 +36,7 @@ class Picture:
 
 
 @dataclass(frozen=True)
-class Row:
+class TableRow:
     """A row of a table. level: of a verdict, for its colour. strong: of the chosen path."""
 
     cells: tuple[str, ...]
@@ -60,8 +60,8 @@ class ReportPage:
     pictures: tuple[Picture, ...]
     plot: str
     curves: tuple[tuple[str, str], ...]
-    paths: tuple[Row, ...]
-    targets: tuple[Row, ...]
+    paths: tuple[TableRow, ...]
+    targets: tuple[TableRow, ...]
     registration: str
     removed: str
     notes: str
@@ -126,7 +126,7 @@ def _picture(picture: Picture) -> str:
     return f"<figure>{picture.svg}<figcaption>{escape(picture.caption)}</figcaption></figure>"
 
 
-def _table(title: str, head: Iterable[str], rows: tuple[Row, ...]) -> str:
+def _table(title: str, head: Iterable[str], rows: tuple[TableRow, ...]) -> str:
     if not rows:
         return ""
     columns = "".join(f'<th scope="col">{escape(name)}</th>' for name in head)

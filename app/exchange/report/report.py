@@ -9,7 +9,7 @@ import numpy as np
 from app.cases.model import Case
 from app.cases.service import CaseService
 from app.exchange.report.cut import PLANES, Outlined, Shown, cut_picture
-from app.exchange.report.page import Figure, Picture, ReportPage, Row
+from app.exchange.report.page import Figure, Picture, ReportPage, TableRow
 from app.exchange.report.plot import clearance_plot
 from app.planning.dry_runs import DryRunJobs
 from app.planning.evaluation import Planning
@@ -134,13 +134,13 @@ def _colours(plan: Plan, evaluation: PlanEvaluation) -> tuple[str, ...]:
     return tuple(own.get(name, BONE) for name in _names(evaluation))
 
 
-def _path_row(path: PathEvaluation, chosen: bool) -> Row:
+def _path_row(path: PathEvaluation, chosen: bool) -> TableRow:
     least = "–" if path.least_clearance_mm is None else f"{path.least_clearance_mm:.2f} mm to {path.nearest}"
     length = "–" if path.length_mm is None else f"{path.length_mm:.0f} mm"
-    return Row((path.name, path.short, least, length), level=path.verdict, strong=chosen)
+    return TableRow((path.name, path.short, least, length), level=path.verdict, strong=chosen)
 
 
-def _target_rows(plan: Plan, chosen: PathEvaluation, evaluation: PlanEvaluation | None) -> Iterator[Row]:
+def _target_rows(plan: Plan, chosen: PathEvaluation, evaluation: PlanEvaluation | None) -> Iterator[TableRow]:
     cones = {target.target: target.cone_deg for target in chosen.targets}
     registered = None if evaluation is None else evaluation.registered
     off = None
@@ -150,7 +150,7 @@ def _target_rows(plan: Plan, chosen: PathEvaluation, evaluation: PlanEvaluation 
         place = " ".join(_side(value, axis) for axis, value in enumerate(target.position))
         error = "–" if off is None else f"{off[index]:.2f} mm"
         cone = f"{cones[target.id]:.0f}°" if target.id in cones else "–"
-        yield Row((target.label, place, cone, error))
+        yield TableRow((target.label, place, cone, error))
 
 
 def _side(value: float, axis: int) -> str:

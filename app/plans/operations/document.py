@@ -11,7 +11,7 @@ from msgspec import Meta
 from app.kit.names import check_text
 from app.operations.fields import Identifier, Name
 from app.operations.operation import Change, Creation
-from app.operations.standard import Delete, Redo, Rename, Restore, SetLocked, Undo
+from app.operations.standard import Delete, Redo, Rename, Restore, SetDeleted, SetLocked, Undo
 from app.plans.model import MAX_NOTES, PlanContent
 from app.plans.operations.base import PlanEdit, Plans, StoredPlan
 from vfix_engine.errors import InputError, PlanError
@@ -102,7 +102,7 @@ class SetNotes(PlanEdit, frozen=True):
         return replace(content, notes=check_text(self.notes, "notes", MAX_NOTES))
 
 
-class SetSettings(Change, frozen=True):
+class SetPlanSettings(Change, frozen=True):
     """Set some of the controller's settings; the others stay. No step of the history: undo leaves them."""
 
     rest = "PATCH /plans/{id}"
@@ -111,3 +111,9 @@ class SetSettings(Change, frozen=True):
     def run(self, context: Plans, document_id: str) -> StoredPlan:
         editor = context.documents.editor(document_id)
         return editor.set_settings(self.settings, expected_revision=context.expected)
+
+
+OPERATIONS = (
+    CreatePlan, DuplicatePlan, RenamePlan, LockPlan, SetDeleted, SetPlanSettings, DeletePlan, RestorePlan, UndoPlan,
+    RedoPlan, SetNotes,
+)  # fmt: skip

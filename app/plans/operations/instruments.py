@@ -139,3 +139,6 @@ class ReferToRegistration(PlanEdit, frozen=True):
         crossed = (content.registration is None) != (checked is None)
         robot = without_placement(content.robot) if crossed else content.robot
         return replace(content, registration=checked, robot=robot)
+
+
+OPERATIONS = (ChooseRobot, ChooseTool, ChooseRobotByName, ChooseToolByName, PlaceRobot, UseRegistration)

@@ -148,6 +148,34 @@ class SetShaft(PlanEdit, frozen=True):
         return content.with_points(put(content.points, check_point(turned)))
 
 
+class ClearShaft(PlanEdit, frozen=True):
+    """Leave the shaft's direction and roll open at a point of the chosen path."""
+
+    message = "shaft.clear"
+    title = "Clear shaft direction"
+    aliases: ClassVar[Mapping[str, str]] = {"point_id": "item_id"}
+    point_id: Identifier
+
+    def apply(self, content: PlanContent, context: Plans) -> PlanContent:
+        return SetShaft(point_id=self.point_id, direction=None).apply(content, context)
+
+
+class RollShaft(PlanEdit, frozen=True):
+    """Turn a bent tool about its shaft at a point of the chosen path, in degrees; without any its roll is open."""
+
+    message = "shaft.roll"
+    aliases: ClassVar[Mapping[str, str]] = {"point_id": "item_id"}
+    point_id: Identifier
+    roll_deg: Roll | None = None
+
+    def apply(self, content: PlanContent, context: Plans) -> PlanContent:
+        direction = found(content.points, self.point_id, "point").direction
+        if direction is None:
+            raise PlanError("aim the shaft first; its roll is about that direction.")
+        rolled = SetShaft(point_id=self.point_id, direction=direction, roll_deg=self.roll_deg)
+        return rolled.apply(content, context)
+
+
 def with_path(
     content: PlanContent, name: str | None = None, places: Sequence[Place] = (), named: str = PATH
 ) -> PlanContent:
@@ -166,3 +194,6 @@ def _with_new(content: PlanContent, name: str | None, named: str, like: PlanPath
     called = new_path_name(content.paths, named) if name is None else name
     path = replace(like, id=new_id("path"), name=called)
     return content.with_paths(check_paths((*content.paths, path)), path.id)
+
+
+OPERATIONS = (SetShaft, ClearShaft, RollShaft, AddPath, CopyPath, RenamePath, SetEntrySide, ChoosePath, DeletePath)

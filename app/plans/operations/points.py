@@ -174,3 +174,6 @@ def _new(position: Place, label: str | None, letter: str, others: Sequence[PlanP
         taken = {point.label for point in others}
         label = next(text for n in range(1, len(others) + 2) if (text := f"{letter}{n}") not in taken)
     return PlanPoint(new_point_id(), check_label(label, "label"), check_position(position))
+
+
+OPERATIONS = (AddPoint, AddTarget, TakeTargets, MovePoint, RenamePoint, RenameItem, DeletePoint)

@@ -7,21 +7,21 @@ from typing import Annotated, Literal
 from pydantic import StringConstraints
 
 from app.kit.names import COLOUR
-from app.messages.fields import Command, Identifier, Name
+from app.messages.fields import ClientMessage, Identifier, Name
 
 
-class CaseCommand(Command):
+class CaseCommand(ClientMessage):
     type: Literal["case.open", "case.delete", "case.restore"]
     case_id: Identifier
 
 
-class RenameCase(Command):
+class RenameCase(ClientMessage):
     type: Literal["case.rename"]
     case_id: Identifier
     name: Name
 
 
-class ShowStructures(Command):
+class ShowStructures(ClientMessage):
     """Show or hide an imported structure of the open case, or all of them."""
 
     type: Literal["structure.show"]
@@ -29,17 +29,17 @@ class ShowStructures(Command):
     shown: bool
 
 
-class ChangeStructure(Command):
+class ChangeStructure(ClientMessage):
     type: Literal["structure.change"]
     structure_id: Identifier
     name: Name | None = None
     colour: Annotated[str, StringConstraints(pattern=f"^{COLOUR}$")] | None = None
 
 
-class DeleteStructure(Command):
+class DeleteStructure(ClientMessage):
     type: Literal["structure.delete"]
     structure_id: Identifier
 
 
 STRUCTURE_COMMANDS = (ShowStructures, ChangeStructure, DeleteStructure)
-COMMANDS: tuple[type[Command], ...] = (CaseCommand, RenameCase, *STRUCTURE_COMMANDS)
+COMMANDS: tuple[type[ClientMessage], ...] = (CaseCommand, RenameCase, *STRUCTURE_COMMANDS)

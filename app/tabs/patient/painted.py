@@ -10,7 +10,7 @@ from app.tabs.patient.sections import LabelEntry, LabelsSection, LabelState
 from app.workspace.workspace import Workspace
 
 
-class PaintedLabels:
+class PaintedLabelList:
     """Owned by the session's thread."""
 
     def __init__(self, workspace: Workspace) -> None:

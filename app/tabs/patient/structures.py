@@ -7,7 +7,7 @@ from typing import Any
 from app.cases.service import Case
 from app.cases.structures import Structure
 from app.kit.kept import Same
-from app.messages.fields import Command
+from app.messages.fields import ClientMessage
 from app.messages.sections import Section
 from app.scene.structures import StructureNodes, StructureShape
 from app.tabs.patient import commands as c
@@ -34,7 +34,7 @@ class Structures:
         self._meshes: dict[str, TriangleMesh] = {}
         self._reading: set[str] = set()
 
-    def handle(self, command: Command) -> None:
+    def handle(self, command: ClientMessage) -> None:
         """Answer one of the structures' commands. Raises InputError and NotFound."""
         case_id, stored = self._workspace.case.case_id, self._workspace.services.structures
         if case_id is None:

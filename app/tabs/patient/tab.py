@@ -6,14 +6,14 @@ from typing import Any
 
 from app.exchange.patient_images import holds_images
 from app.kit.kept import Same
-from app.messages.fields import Command
+from app.messages.fields import ClientMessage
 from app.messages.sections import Section, Sections
 from app.store.changes import CASES
 from app.tabs.base import Tab
 from app.tabs.patient import SPEC
 from app.tabs.patient import commands as c
 from app.tabs.patient.hints import patient_hint
-from app.tabs.patient.painted import PaintedLabels
+from app.tabs.patient.painted import PaintedLabelList
 from app.tabs.patient.sections import CaseEntry, CasesSection
 from app.tabs.patient.structures import Structures
 from app.workspace.layers import Layer
@@ -29,9 +29,9 @@ class PatientTab(Tab):
     def __init__(self, workspace: Workspace, shared: Any = None) -> None:
         super().__init__(workspace, shared)
         self._structures = Structures(workspace)
-        self._painted = PaintedLabels(workspace)
+        self._painted = PaintedLabelList(workspace)
 
-    def handle(self, command: Command) -> None:
+    def handle(self, command: ClientMessage) -> None:
         """Raises InputError where the open case is to be deleted."""
         cases, workspace = self.workspace.services.cases, self.workspace
         match command:

@@ -6,12 +6,12 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from app.messages.fields import Command
+from app.messages.fields import ClientMessage
 
 ArcLength = Annotated[float, Field(ge=0.0, le=1e4, allow_inf_nan=False)]  # mm
 
 
-class ShowTool(Command):
+class ShowTool(ClientMessage):
     """Show the tool where its tip is at an arc length of the path, and the slices there."""
 
     type: Literal["clearance.show"]
@@ -21,10 +21,10 @@ class ShowTool(Command):
         return self.type
 
 
-class HideTool(Command):
+class HideTool(ClientMessage):
     """Show no tool in the plan."""
 
     type: Literal["clearance.hide"]
 
 
-COMMANDS: tuple[type[Command], ...] = (ShowTool, HideTool)
+COMMANDS: tuple[type[ClientMessage], ...] = (ShowTool, HideTool)

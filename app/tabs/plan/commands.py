@@ -4,22 +4,22 @@ from __future__ import annotations
 
 from typing import Literal
 
-from app.messages.fields import Command, Identifier, Position
+from app.messages.fields import ClientMessage, Identifier, Position
 from app.tabs.plan import clearance_commands
 from app.tabs.plan.region_commands import REGION_COMMANDS
 
 
-class OpenPlan(Command):
+class OpenPlan(ClientMessage):
     type: Literal["plan.open"]
     plan_id: Identifier
 
 
-class ItemCommand(Command):
+class ItemCommand(ClientMessage):
     type: Literal["item.select", "item.drop", "point.insert_after"]
     item_id: Identifier
 
 
-class DragItem(Command):
+class DragItem(ClientMessage):
     type: Literal["item.drag"]
     item_id: Identifier
     position: Position
@@ -28,28 +28,28 @@ class DragItem(Command):
         return f"{self.type}.{self.item_id}"
 
 
-class AddMode(Command):
+class AddMode(ClientMessage):
     type: Literal["add.mode"]
     kind: Literal["point", "target", "none"]
 
 
-class EditCommand(Command):
+class EditCommand(ClientMessage):
     type: Literal["ghost.confirm", "ghost.cancel", "dry_run.again"]
 
 
-class PickOnSlice(Command):
+class PickOnSlice(ClientMessage):
     type: Literal["pick.slice"]
     position: Position
 
 
-class CompareVersion(Command):
+class CompareVersion(ClientMessage):
     """Show what changed since a version; again, it is hidden."""
 
     type: Literal["version.compare"]
     version_id: Identifier
 
 
-COMMANDS: tuple[type[Command], ...] = (
+COMMANDS: tuple[type[ClientMessage], ...] = (
     OpenPlan,
     ItemCommand,
     DragItem,

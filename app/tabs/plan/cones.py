@@ -17,7 +17,7 @@ from app.tabs.plan.cone_section import ConeSection, ConeView
 from app.tabs.plan.dry_runs import ShownEvaluation
 from app.tabs.plan.edited_plan import EditedPlan
 from app.tabs.plan.side_words import direction_words
-from app.workspace.latest import Act, Latest, Run
+from app.workspace.latest import Act, BackgroundTask, Latest
 from app.workspace.layers import Layer
 from vfix_engine.errors import VfixError
 from vfix_engine.worlds.rigid.cone_surface import cone_surface, mean_direction
@@ -62,7 +62,7 @@ class Cones:
             self._submit(plan, self._services.rehearsal_options.of(plan.id).in_force)
 
     def _submit(self, plan: Plan, options: RehearsalOptions) -> None:
-        def find(run: Run) -> Found:
+        def find(run: BackgroundTask) -> Found:
             try:
                 cones = self._services.planning.cones(plan, options)
             except VfixError:

@@ -26,7 +26,7 @@ from app.tabs.plan.sections import (
     SoftTissueView,
     VerdictView,
 )
-from app.workspace.latest import Act, Latest, Run
+from app.workspace.latest import Act, BackgroundTask, Latest
 from vfix_engine.arrays import Array
 from vfix_engine.errors import StartRefused, VfixError
 
@@ -180,7 +180,7 @@ class DryRuns:
         waiting = ShownEvaluation("computing", "The tool is driven along the path …", margin_mm=kept_mm, before=before)
         self.current = waiting
 
-        def find(run: Run) -> ShownEvaluation:
+        def find(run: BackgroundTask) -> ShownEvaluation:
             began = partial(replace, waiting)
             return self._answer(plan, kept_mm, options, lambda job: run.tell(lambda: self._show(began(job=job))))
 

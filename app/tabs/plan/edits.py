@@ -6,12 +6,12 @@ from collections.abc import Callable
 
 import numpy as np
 
-from app.messages.fields import Command
+from app.messages.fields import ClientMessage
 from app.tabs.plan import commands as c
 from app.tabs.plan.edited_plan import EditedPlan
 from app.tabs.plan.region_commands import REGION_COMMANDS, DrawRegion
 from app.tabs.plan.shafts import Shafts
-from app.tabs.plan.suggest_commands import HideSuggestion, RollShaft, ShaftCommand, SuggestionCommand
+from app.tabs.plan.suggest_commands import AimShaft, HideSuggestion, SuggestionCommand
 from app.workspace.case_view import CaseView
 from vfix_engine.errors import InputError
 
@@ -23,7 +23,7 @@ class Edits:
         """run_again: asks for a dry run of the plan as it is."""
         self._case, self._shafts, self._run_again = case, shafts, run_again
 
-    def do(self, edited: EditedPlan, command: Command) -> str:
+    def do(self, edited: EditedPlan, command: ClientMessage) -> str:
         """Answer a command; returns words for the user, often none. Raises VfixError where it cannot be done."""
         if isinstance(command, REGION_COMMANDS):
             if isinstance(command, DrawRegion):
@@ -46,7 +46,7 @@ class Edits:
                 edited.versions.compare(command.version_id)
             case c.EditCommand():
                 return self._plain(edited, command.type)
-            case SuggestionCommand() | HideSuggestion() | ShaftCommand() | RollShaft():
+            case SuggestionCommand() | HideSuggestion() | AimShaft():
                 return self._shafts.handle(edited, command)
             case _:
                 raise InputError(f"the command {type(command).__name__} cannot be used here.")

@@ -6,13 +6,13 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from app.messages.fields import Command, Identifier
+from app.messages.fields import ClientMessage, Identifier
 from app.tabs.plan.region_sections import DrawKind, FreeSide, Purpose
 
 Number = Annotated[float, Field(ge=-1e3, le=1e3, allow_inf_nan=False)]  # [mm, N/mm]; what may be, the plan says
 
 
-class DrawRegion(Command):
+class DrawRegion(ClientMessage):
     """Begin to draw: the next clicks are of a region of this kind. sizes_mm: its radius, or its half sizes."""
 
     type: Literal["region.draw"]
@@ -22,15 +22,15 @@ class DrawRegion(Command):
     free_side: FreeSide = "S"
 
 
-class RegionPlain(Command):
+class RegionPlain(ClientMessage):
     """End a chain with the places that were clicked, or draw nothing any more."""
 
     type: Literal["region.done", "region.cancel"]
 
 
-class SelectRegion(Command):
+class SelectRegion(ClientMessage):
     type: Literal["region.select"]
     region_id: Identifier
 
 
-REGION_COMMANDS: tuple[type[Command], ...] = (DrawRegion, RegionPlain, SelectRegion)
+REGION_COMMANDS: tuple[type[ClientMessage], ...] = (DrawRegion, RegionPlain, SelectRegion)

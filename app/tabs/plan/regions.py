@@ -14,7 +14,7 @@ import numpy.typing as npt
 from app.cases.service import Case
 from app.kit.kept import Same
 from app.kit.values import Position
-from app.messages.fields import Command
+from app.messages.fields import ClientMessage
 from app.messages.sections import Section
 from app.operations.operation import Change
 from app.planning.shape_meshes import shape_mesh
@@ -204,7 +204,7 @@ class Regions:
 
     # -- commands
 
-    def handle(self, command: Command) -> None:
+    def handle(self, command: ClientMessage) -> None:
         """Answer a command of a region. Raises InputError with the reason where that cannot be done."""
         match command:
             case c.DrawRegion():

@@ -42,7 +42,7 @@ class GhostView(TypedDict):
     words: str
 
 
-class RobotChoice(TypedDict):
+class RobotOption(TypedDict):
     """A robot that comes along; words: what it is."""
 
     name: str
@@ -50,7 +50,7 @@ class RobotChoice(TypedDict):
     words: str
 
 
-class ToolChoice(RobotChoice):
+class ToolOption(RobotOption):
     """A tool that comes along, with its own bend, 0 of a straight one, and radius."""
 
     bend_deg: float
@@ -60,8 +60,8 @@ class ToolChoice(RobotChoice):
 class InstrumentsSection(TypedDict):
     """What can be chosen; bounds (low, high) of a tool's bend and of its shaft's radius."""
 
-    robots: list[RobotChoice]
-    tools: list[ToolChoice]
+    robots: list[RobotOption]
+    tools: list[ToolOption]
     bend_bounds_deg: list[float]
     radius_bounds_mm: list[float]
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from app.kit.kept import Same
-from app.messages.fields import Command
+from app.messages.fields import ClientMessage
 from app.messages.sections import Section
 from app.plans.model import PlanPoint
 from app.scene.dragging import DragEvent
@@ -16,7 +16,7 @@ from app.services import Services
 from app.tabs.plan.edited_plan import EditedPlan
 from app.tabs.plan.shaft_section import ShaftSection
 from app.tabs.plan.side_words import direction_words
-from app.tabs.plan.suggest_commands import HideSuggestion, RollShaft, ShaftCommand, SuggestionCommand
+from app.tabs.plan.suggest_commands import AimShaft, HideSuggestion, SuggestionCommand
 from app.workspace.layers import Layer
 from app.workspace.plan_items import curve_points
 from vfix_engine.arrays import Array
@@ -40,7 +40,7 @@ class Shafts:
         """Nothing is shown or half done."""
         self.aiming, self._shown, self._points = None, None, ()
 
-    def handle(self, edited: EditedPlan, command: Command) -> str:
+    def handle(self, edited: EditedPlan, command: ClientMessage) -> str:
         """Answer a command; returns words for the user. Raises VfixError with the reason where it cannot be done."""
         match command:
             case SuggestionCommand(type="suggestion.use"):
@@ -54,18 +54,11 @@ class Shafts:
                 self._shown, self._points = None, ()
             case HideSuggestion():
                 self.aiming = None
-            case ShaftCommand(type="shaft.aim"):
+            case AimShaft():
                 _point(edited, command.item_id)
                 edited.cancel()
                 self.aiming = command.item_id
                 return ""  # the hint line says what to do, as long as it is to be done
-            case ShaftCommand():
-                edited.set_shaft(command.item_id, None, None)
-            case RollShaft():
-                point = _point(edited, command.item_id)
-                if point.direction is None:
-                    raise PlanError("aim the shaft first; its roll is about that direction.")
-                edited.set_shaft(point.id, point.direction, command.roll_deg)
         return ""
 
     def aimed(self, edited: EditedPlan, position: Array) -> str:

@@ -243,6 +243,7 @@ export class ShaftGroup {
     /** @type {string | null} whose roll the field shows */
     this.point = null;
     this.roll = numberInput("shaft-roll", -360, 360, 5, (value) => this.setRoll(value), () => this.setRoll(null));
+    this.roll.dataset.operation = "shaft.roll";
     this.roll.placeholder = "open";
     this.rollField = h("label", { class: "field" }, h("span", { class: "field-label" }, h("span", {}, "Roll of the bend"), h("span", {}, "°")), this.roll);
     this.element = h("div", { class: "fields", id: "shaft" }, this.words, h("div", { class: "buttons even" }, this.aimButton, this.clearButton), this.rollField);

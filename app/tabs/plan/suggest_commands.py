@@ -6,12 +6,10 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from app.messages.fields import Command, Identifier
-
-Roll = Annotated[float, Field(ge=-360.0, le=360.0, allow_inf_nan=False)]
+from app.messages.fields import ClientMessage, Identifier
 
 
-class SuggestionCommand(Command):
+class SuggestionCommand(ClientMessage):
     """Show an alternative of a suggestion in the scene, or lead the path along it."""
 
     type: Literal["suggestion.show", "suggestion.use"]
@@ -19,23 +17,15 @@ class SuggestionCommand(Command):
     alternative: Annotated[int, Field(ge=0, le=1000)]
 
 
-class HideSuggestion(Command):
+class HideSuggestion(ClientMessage):
     type: Literal["suggestion.hide", "shaft.aim_off"]
 
 
-class ShaftCommand(Command):
-    """Aim the shaft at a path point by the next click, or leave its direction open."""
+class AimShaft(ClientMessage):
+    """Aim the shaft at a path point by the next click."""
 
-    type: Literal["shaft.aim", "shaft.clear"]
+    type: Literal["shaft.aim"]
     item_id: Identifier
 
 
-class RollShaft(Command):
-    """Turn of a bent tool about its shaft at a path point in degrees; none leaves it open."""
-
-    type: Literal["shaft.roll"]
-    item_id: Identifier
-    roll_deg: Roll | None = None
-
-
-COMMANDS: tuple[type[Command], ...] = (SuggestionCommand, HideSuggestion, ShaftCommand, RollShaft)
+COMMANDS: tuple[type[ClientMessage], ...] = (SuggestionCommand, HideSuggestion, AimShaft)

@@ -9,7 +9,7 @@ import numpy as np
 
 from app.kit.kept import Same
 from app.kit.values import Position
-from app.messages.fields import Command
+from app.messages.fields import ClientMessage
 from app.messages.sections import Section, Sections
 from app.operations.messages import OperationMessage
 from app.operations.operation import Change, Creation, Operation
@@ -151,7 +151,7 @@ class PlanTab(Tab):
 
     # -- commands
 
-    def handle(self, command: Command) -> None:
+    def handle(self, command: ClientMessage) -> None:
         """Answer a command; raises VfixError with the reason where that cannot be done."""
         if isinstance(command, c.OpenPlan):
             self._load(command.plan_id)

@@ -6,51 +6,51 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from app.messages.fields import Command, Identifier
+from app.messages.fields import ClientMessage, Identifier
 
 
-class OpenRegistration(Command):
+class OpenRegistration(ClientMessage):
     type: Literal["registration.open"]
     registration_id: Identifier
 
 
-class ShowBead(Command):
+class ShowBead(ClientMessage):
     """Bring the slices to a found bead."""
 
     type: Literal["bead.show"]
     bead_id: Identifier
 
 
-class SelectPair(Command):
+class SelectPair(ClientMessage):
     type: Literal["pair.select"]
     pair_id: Identifier
 
 
-class MatchOrder(Command):
+class MatchOrder(ClientMessage):
     """Find in which order the measured points belong to the places in the image; nothing is changed yet."""
 
     type: Literal["order.find", "order.forget"]
 
 
-class TakeOrder(Command):
+class TakeOrder(ClientMessage):
     """Take one of the orders that were found, counted from 0."""
 
     type: Literal["order.take"]
     candidate: Annotated[int, Field(ge=0, le=1000)]
 
 
-class UseRegistration(Command):
+class UseInPlan(ClientMessage):
     """Let the open plan use the open registration, or none."""
 
     type: Literal["registration.use"]
     used: bool
 
 
-COMMANDS: tuple[type[Command], ...] = (
+COMMANDS: tuple[type[ClientMessage], ...] = (
     OpenRegistration,
     ShowBead,
     SelectPair,
     MatchOrder,
     TakeOrder,
-    UseRegistration,
+    UseInPlan,
 )

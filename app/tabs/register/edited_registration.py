@@ -8,7 +8,7 @@ from app.documents.editor import check_still_newest
 from app.kit.errors import NotFound
 from app.kit.kept import Kept, Same
 from app.kit.values import Position
-from app.messages.fields import Command
+from app.messages.fields import ClientMessage
 from app.messages.sections import Section
 from app.operations.messages import OperationMessage
 from app.operations.operation import Change, Operation
@@ -94,7 +94,7 @@ class EditedRegistration:
             self.selected = operation.added(self.document)
         return self.document.told
 
-    def order(self, command: Command) -> None:
+    def order(self, command: ClientMessage) -> None:
         """Find an order of the points, forget it or take it. Raises VfixError where it cannot be done."""
         orders = self.orders()
         match command:

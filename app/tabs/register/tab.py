@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from app.kit.kept import Kept, Same
-from app.messages.fields import Command
+from app.messages.fields import ClientMessage
 from app.messages.sections import Section, Sections
 from app.operations.messages import OperationMessage
 from app.operations.operation import Creation, Operation
@@ -74,13 +74,13 @@ class RegisterTab(Tab):
 
     # -- commands
 
-    def handle(self, command: Command) -> None:
+    def handle(self, command: ClientMessage) -> None:
         """Answer a command; raises VfixError with the reason where that cannot be done."""
         match command:
             case c.OpenRegistration():
                 self._check_own(command.registration_id)
                 self._open = EditedRegistration(self._services, command.registration_id)
-            case c.UseRegistration():
+            case c.UseInPlan():
                 self._use(command.used)
             case c.SelectPair():
                 self._select(command.pair_id)

@@ -8,18 +8,18 @@ from pydantic import Field
 
 from app.drives import commands as drive
 from app.drives.commands import DriveCommand, HoldCommand, Push, SetDriveSettings
-from app.messages.fields import Command, Identifier
+from app.messages.fields import ClientMessage, Identifier
 
 __all__ = ["COMMANDS", "DriveCommand", "HoldCommand", "Push", "SetDriveSettings", "SetMode", "SetOptions"]
 
 
-class SetMode(Command):
+class SetMode(ClientMessage):
     type: Literal["rehearsal.mode"]
     mode: Literal["path", "free", "inspect"]
     target_id: Identifier | None = None
 
 
-class SetOptions(Command):
+class SetOptions(ClientMessage):
     """Options of the next start or reset.
 
     centre_point, centre_mm: where the remote centre is, at a path point or at an arc length; neither: where the path
@@ -34,4 +34,4 @@ class SetOptions(Command):
     centre_mm: Annotated[float, Field(ge=0, le=1e4, allow_inf_nan=False)] | None = None
 
 
-COMMANDS: tuple[type[Command], ...] = (*drive.COMMANDS, SetMode, SetOptions)
+COMMANDS: tuple[type[ClientMessage], ...] = (*drive.COMMANDS, SetMode, SetOptions)

@@ -8,10 +8,10 @@ from app.drives.drive_record import DriveRecord
 from app.drives.shared_drive import SharedDrive
 from app.drives.shared_drives import DriveKey, SharedDrives
 from app.kit.errors import PlanLocked
-from app.kit.kept import Kept
+from app.kit.kept import Kept, Same
 from app.kit.values import Position
 from app.planning.rehearsal_options import NO_OPTIONS, RehearsalOptions
-from app.plans.operations.document import SetSettings
+from app.plans.operations.document import SetPlanSettings
 from app.plans.service import Plan
 from app.tabs.drive_tab import DriveTab
 from app.tabs.rehearse.drive_figures import DriveFigures
@@ -35,6 +35,7 @@ class RehearsalSession(DriveTab[PreparedRehearsal, RigidSnapshot]):
         super().__init__(workspace, shared)
         self._services = workspace.services
         self._registered: Kept[str] = Kept()  # key of the plan's registration
+        self._keys: Kept[PlanKey] = Kept()
         self._uncertainty: SurfaceUncertainty | None = None  # of the bone that the margin is kept to
         self._has_ct = False
         self.so_far = DriveFigures()
@@ -142,7 +143,8 @@ class RehearsalSession(DriveTab[PreparedRehearsal, RigidSnapshot]):
         """The inputs of a rehearsal of the plan; its registration is read again once something was stored."""
         stored = self._services.store.changes.of(self._services.registrations.kind.name)
         of = (plan.id, plan.content.registration, stored)
-        return plan_key(plan, self._registered.get(of, lambda: self._services.planning.registration_key(plan)))
+        registered = self._registered.get(of, lambda: self._services.planning.registration_key(plan))
+        return self._keys.get((Same(plan), registered), lambda: plan_key(plan, registered))
 
     def give_up(self) -> None:
         """Pause the robot, release the handle, and store the settings that took effect in the plan."""
@@ -175,7 +177,7 @@ class RehearsalSession(DriveTab[PreparedRehearsal, RigidSnapshot]):
             return words
         try:
             before = self._services.plans.get(self._plan_id)
-            after = self._services.plans.do(self._plan_id, SetSettings(settings=accepted))
+            after = self._services.plans.do(self._plan_id, SetPlanSettings(settings=accepted))
         except PlanLocked:
             words.append("The plan is locked: the changed settings hold for this rehearsal only.")
         except VfixError as error:

@@ -20,7 +20,7 @@ from app.planning.verdict import NOSTRIL_MM
 from app.plans.service import Plan
 from app.services import Services
 from app.tabs.rehearse.sections import CentreChoice, CentreSection, OptionsSection, OptionView
-from app.workspace.latest import Latest, Run
+from app.workspace.latest import BackgroundTask, Latest
 from vfix_engine.errors import VfixError
 from vfix_engine.geometry.path import SplinePath
 from vfix_engine.virtual_fixtures import RemoteCentre
@@ -67,7 +67,7 @@ class CentrePlaces:
         self._find(plan, known)
 
     def _find(self, plan: Plan, known: _Known) -> None:
-        def find(run: Run) -> float | None:
+        def find(run: BackgroundTask) -> float | None:
             return entry_mm(plan, known.path, self._services.cases.volume(self._services.cases.get(plan.case_id)))
 
         def show(entry: float | None, trouble: str = "") -> None:

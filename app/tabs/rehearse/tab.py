@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from app.kit.kept import Kept, Same
-from app.messages.fields import Command
+from app.messages.fields import ClientMessage
 from app.messages.sections import Section, Sections
 from app.planning.rehearsal_options import NO_OPTIONS, RehearsalOptions
 from app.scene.centre import CentreNodes
@@ -58,7 +58,7 @@ class RehearseTab(RehearsalSession):
 
     # -- commands
 
-    def handle(self, command: Command) -> None:
+    def handle(self, command: ClientMessage) -> None:
         """Raises PlanError where no plan is open, and ControlError where this client may not."""
         if isinstance(command, c.SetOptions):
             self._set_options(command)

@@ -45,7 +45,7 @@ export class SceneFrame {
     this.skin = h("input", { type: "checkbox", id: "skin", onchange: () => this.sendSkin() });
     this.skinShare = h("span", { class: "number" });
     this.skinOpacity = h("input", { type: "range", id: "skin-opacity", min: 10, max: 100, step: 5, "aria-label": "Opacity of the skin in percent", oninput: () => this.sendSkinOpacity() });
-    this.skinWords = h("p", { class: "words", role: "status" });
+    this.skinWords = h("p", { class: "words caution", role: "status" });
     this.skinJob = new JobLine();
     this.skinField = h("div", { class: "field", id: "skin-field" },
       h("label", { class: "check" }, this.skin, "Skin", this.skinShare), this.skinOpacity, this.skinJob.element, this.skinWords);
@@ -88,6 +88,7 @@ export class SceneFrame {
     const { connection } = this;
     const views = VIEWS.map(([view, label]) => ({ group: "Scene", name: `${label} view`, run: () => this.look(view) }));
     const cuts = CUTS.map(([value, name]) => ({ group: "Scene", name, run: () => { this.cut.value = value; this.sendCut(); } }));
+    const skin = this.skinField.hidden ? [] : [{ group: "Scene", name: this.skin.checked ? "Hide the skin" : "Show the skin", run: () => this.skin.click() }];
     return connection.state.case ? [...views, ...cuts] : [];
   }
 

@@ -380,21 +380,21 @@ export interface PlanEntry {
 
 /** What can be chosen; bounds (low, high) of a tool's bend and of its shaft's radius. */
 export interface InstrumentsSection {
-  robots: RobotChoice[];
-  tools: ToolChoice[];
+  robots: RobotOption[];
+  tools: ToolOption[];
   bend_bounds_deg: number[];
   radius_bounds_mm: number[];
 }
 
 /** A robot that comes along; words: what it is. */
-export interface RobotChoice {
+export interface RobotOption {
   name: string;
   title: string;
   words: string;
 }
 
 /** A tool that comes along, with its own bend, 0 of a straight one, and radius. */
-export interface ToolChoice {
+export interface ToolOption {
   name: string;
   title: string;
   words: string;
@@ -1886,10 +1886,12 @@ export interface Commands {
   "shaft.aim_off": {};
   "shaft.clear": {
     item_id: string;
+    revision?: number | null;
   };
   "shaft.roll": {
     item_id: string;
     roll_deg?: number | null;
+    revision?: number | null;
   };
   "slice.cross": {
     position: [number, number, number];

@@ -45,7 +45,7 @@ def test_help_imports_no_verb() -> None:
 
 
 @pytest.mark.parametrize("verb", cli.VERBS, ids=lambda verb: verb.name)
-def test_every_verb_has_help(verb: cli.Verb, capsys: pytest.CaptureFixture[str]) -> None:
+def test_every_verb_has_help(verb: cli.CliVerb, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as ended:
         cli.main([verb.name, "--help"])
     assert ended.value.code == 0

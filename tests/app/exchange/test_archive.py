@@ -36,7 +36,7 @@ from app.imaging.label_operations import DrawStroke
 from app.kit import zip_directory
 from app.kit.errors import JobCancelled, TooLarge
 from app.plans.model import PlanContent, PlanPoint
-from app.plans.operations.document import LockPlan, SetSettings
+from app.plans.operations.document import LockPlan, SetPlanSettings
 from app.plans.operations.instruments import UseRegistration
 from app.plans.operations.points import MovePoint
 from app.plans.operations.versions import GoBack
@@ -94,7 +94,7 @@ def head(services: Services) -> Case:
     services.versions.save(plan.id, "First")
     editor = PlanEditor(services.plans, plan.id)
     editor.do(MovePoint(point_id="b", position=(4.0, 5.0, 6.0)))
-    editor.do(SetSettings(settings={"margin_mm": 0.4}))
+    editor.do(SetPlanSettings(settings={"margin_mm": 0.4}))
     services.plans.delete(services.plans.create(case.id, "Deleted").id)
     pairs = (FiducialPair("A", (0.0, 0.0, 0.0), (5.0, 6.0, 7.0)),)
     content = RegistrationContent("patient", tuple(np.eye(4).ravel().tolist()), pairs, made_from="given")

@@ -8,7 +8,7 @@ import pytest
 
 from app.kit.errors import JobCancelled, NotFound, PlannerEnds
 from app.kit.jobs import ENDED, Job, JobKind, Jobs, Progress, Work
-from app.plans.operations.document import SetSettings
+from app.plans.operations.document import SetPlanSettings
 from app.plans.shipped_head import SAMPLE_PLAN
 from app.services import Services
 from vfix_engine.errors import InputError
@@ -193,7 +193,7 @@ def test_the_planner_ends_with_what_waits_and_takes_no_more() -> None:
 def test_a_dry_run_is_a_job_that_all_who_ask_share(phantom_services: Services) -> None:
     services = phantom_services
     plan = services.plans.duplicate(SAMPLE_PLAN, "Dry")
-    services.plans.do(plan.id, SetSettings(settings={"margin_mm": 0.41}))
+    services.plans.do(plan.id, SetPlanSettings(settings={"margin_mm": 0.41}))
     plan = services.plans.get(plan.id)
     first, second = services.dry_runs.start(plan), services.dry_runs.start(plan)
     assert first.id == second.id
@@ -207,7 +207,7 @@ def test_a_dry_run_is_a_job_that_all_who_ask_share(phantom_services: Services) -
 def test_a_dry_run_that_is_cancelled_ends_soon_and_can_be_asked_for_again(phantom_services: Services) -> None:
     services = phantom_services
     plan = services.plans.duplicate(SAMPLE_PLAN, "Cancelled")
-    services.plans.do(plan.id, SetSettings(settings={"margin_mm": 0.43}))
+    services.plans.do(plan.id, SetPlanSettings(settings={"margin_mm": 0.43}))
     plan = services.plans.get(plan.id)
     job = services.dry_runs.start(plan)
     while services.jobs.get(job.id).stage != "Placing the robot and driving the path":

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from fastcrc import crc64
 
-from app.link import LinkFault, LinkServer, Pose, Text, TrackerClient, Transform
+from app.link import LinkFault, LinkServer, Text, TrackedPose, TrackerClient, Transform
 from app.link import tracker as module
 from app.link.messages import HEADER_BYTES, pack, parse_header
 from vfix_engine.registration import SimulatedTracker, calibrate_pivot
@@ -180,7 +180,7 @@ def test_nothing_is_averaged_of_a_tool_that_was_hidden_in_between(
     """It is in sight at the end again, but where it was meanwhile nobody knows."""
     listener = TrackerClient("127.0.0.1", 1, "Tip")
     times = [100.0, 100.05, 100.1, *(100.1 + hidden_s + 0.05 * n for n in range(6))]
-    poses = [Pose(np.eye(4), at) for at in times]
+    poses = [TrackedPose(np.eye(4), at) for at in times]
     monkeypatch.setattr(listener, "_next", lambda seconds: (99.99, poses))
     monkeypatch.setattr(TrackerClient, "state", "fresh")
     if taken:
@@ -199,7 +199,7 @@ def test_a_tip_that_moved_while_nobody_saw_it_is_told_though_its_body_stood_stil
     for number in range(40):
         at = 98.0 + 0.05 * number
         if not 98.9 < at < 99.5:
-            listener._poses.append(Pose(np.eye(4) if at < 99.0 else turned, at))
+            listener._poses.append(TrackedPose(np.eye(4) if at < 99.0 else turned, at))
     assert len(listener.recorded(2.0)) > 20
     with pytest.raises(LinkFault, match=r"moved by 240 mm"):
         listener.recorded(2.0, (120.0, 0.0, 0.0))
@@ -273,7 +273,7 @@ def test_a_recording_is_refused_where_the_tool_was_out_of_sight(monkeypatch: pyt
         for at, x in poses:
             transform = np.eye(4)
             transform[0, 3] = x
-            listener._poses.append(Pose(transform, at))
+            listener._poses.append(TrackedPose(transform, at))
         return [float(pose.position[0]) for pose in listener.recorded(seconds)]
 
     assert recorded(sent, 2.0) == [x for _, x in sent]

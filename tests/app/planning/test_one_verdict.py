@@ -89,11 +89,11 @@ class World:
             shape = {"kind": "sphere", "centre": at.tolist(), "radius": radius}
             zones = (PlanZone("z", "optic nerve", shape, float(draw(0.1, 2.0))),)
         side = str(self.random.choice(["", "", "left", "right"]))
+        used = None if self.registered is None else self.registered.id
+        settings = {"margin_mm": float(draw(0.1, 0.8))}
         plan = replace(
             self.sample,
-            content=replace(
-                self.sample.content, targets=(), zones=zones, settings={"margin_mm": float(draw(0.1, 0.8))}
-            ),
+            content=replace(self.sample.content, targets=(), zones=zones, settings=settings, registration=used),
         )
         return replace(plan, content=replace(plan.content, paths=(replace(plan.content.path, entry_side=side),)))
 

@@ -17,7 +17,7 @@ from app.cli import main
 from app.kit.errors import NotFound, PlanConflict, PlanLocked
 from app.plans.diff import changes
 from app.plans.model import PlanContent, PlanPath, PlanPoint
-from app.plans.operations.document import LockPlan, SetSettings, UndoPlan
+from app.plans.operations.document import LockPlan, SetPlanSettings, UndoPlan
 from app.plans.operations.points import AddPoint, MovePoint
 from app.plans.operations.versions import GoBack, SaveVersion
 from app.plans.operations.zones import AddZone, DeleteZone
@@ -47,7 +47,7 @@ def test_a_version_is_gone_back_to_and_that_is_undone(plans: PlanService, versio
     before = editor.plan.content
     editor.do(MovePoint(point_id=point, position=(4, 6, 3)))
     editor.do(DeleteZone(zone_id=zone))
-    editor.do(SetSettings(settings={"margin_mm": 0.5}))
+    editor.do(SetPlanSettings(settings={"margin_mm": 0.5}))
     assert versions.differences(plan.id, saved.id) == (
         "Path ‘Path 1’: point ‘P1’: moved by 5.0 mm.",
         "Structure to spare ‘eye’ is gone.",

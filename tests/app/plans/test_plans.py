@@ -15,7 +15,7 @@ from app.cases.service import Case, CaseFrame, CaseService
 from app.kit.errors import NotFound, PlanConflict, PlanLocked, TooLarge
 from app.plans.model import MAX_POINTS, PlanContent, PlanPoint, content_to_json
 from app.plans.operations import PlanEdit
-from app.plans.operations.document import LockPlan, RedoPlan, SetSettings, UndoPlan
+from app.plans.operations.document import LockPlan, RedoPlan, SetPlanSettings, UndoPlan
 from app.plans.operations.instruments import KeepPlacement
 from app.plans.operations.points import AddPoint, AddTarget, DeletePoint, MovePoint, RenamePoint, TakeTargets
 from app.plans.service import Plan, PlanService
@@ -54,7 +54,7 @@ def test_editors_of_two_programs_see_each_others_edits(store: Store, editor: Pla
         other.do(AddPoint(position=(4, 5, turn)))
     assert labels(editor) == labels(other) == ["P1", "P2", "P3", "P4"]
     other.do(UndoPlan())
-    other.do(SetSettings(settings={"margin_mm": 0.5}))
+    other.do(SetPlanSettings(settings={"margin_mm": 0.5}))
     made = editor.do(AddPoint(position=(7, 8, 9)))
     assert [point.position for point in made.content.points[2:]] == [(1.0, 2.0, 1.0), (7.0, 8.0, 9.0)]
     assert made.content.settings == {"margin_mm": 0.5}
@@ -224,17 +224,17 @@ def test_a_placing_that_is_none_is_refused(editor: PlanEditor, robot: dict[str, 
 
 
 def test_settings_are_checked(editor: PlanEditor) -> None:
-    editor.do(SetSettings(settings={"margin_mm": 0.5}))
+    editor.do(SetPlanSettings(settings={"margin_mm": 0.5}))
     for wrong in ({"margin_mm": float("nan")}, {"margin_mm": -1.0}, {"speed": 1.0}):
         with pytest.raises(InputError):
-            editor.do(SetSettings(settings=wrong))
+            editor.do(SetPlanSettings(settings=wrong))
     assert editor.plan.content.settings == {"margin_mm": 0.5}
 
 
 def test_a_plan_stored_with_a_retired_setting_stays_open(store: Store, editor: PlanEditor, plan: Plan) -> None:
     _store(store, plan, settings={"margin_mm": 0.5, "group_flat_mm": 4.0})
     assert editor.plan.content.settings == {"margin_mm": 0.5}
-    editor.do(SetSettings(settings={"k_d": 0.3}))
+    editor.do(SetPlanSettings(settings={"k_d": 0.3}))
     assert editor.plan.content.settings == {"margin_mm": 0.5, "k_d": 0.3}
 
 
@@ -244,7 +244,7 @@ def test_settings_are_no_step_of_the_points_history(editor: PlanEditor) -> None:
     editor.do(AddPoint(position=(2, 0, 0)))
     editor.do(UndoPlan())
     seen = editor.revision
-    editor.do(SetSettings(settings={"margin_mm": 0.1 + 0.2}), expected_revision=seen)
+    editor.do(SetPlanSettings(settings={"margin_mm": 0.1 + 0.2}), expected_revision=seen)
     assert editor.revision == seen + 1
     editor.do(RedoPlan())
     assert labels(editor) == ["P1", "P2"]

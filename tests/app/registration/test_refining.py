@@ -15,7 +15,7 @@ from app.cases.model import HEAD_PHANTOM
 from app.documents import Document, Ref
 from app.kit.errors import DocumentLocked, NotFound
 from app.kit.jobs import Job
-from app.link import Pose
+from app.link import TrackedPose
 from app.operations.standard import Redo, SetLocked, Undo
 from app.plans.operations.instruments import UseRegistration
 from app.plans.shipped_head import SAMPLE_PLAN
@@ -242,7 +242,9 @@ def test_a_table_of_touched_points() -> None:
 def test_bone_is_stroked_over_with_the_tracked_pointer(phantom_services: Services, editor: Edited) -> None:
     """A place for every millimetre, however slowly it goes; of a registration that nothing can be taken for, none."""
     along = np.concatenate([np.zeros(20), np.arange(0.0, 10.2, 0.2)])
-    poses = [Pose(np.block([[np.eye(3), np.array([[x], [2.0], [3.0]])], [np.zeros((1, 3)), 1.0]]), 0.0) for x in along]
+    poses = [
+        TrackedPose(np.block([[np.eye(3), np.array([[x], [2.0], [3.0]])], [np.zeros((1, 3)), 1.0]]), 0.0) for x in along
+    ]
     tracker = SimpleNamespace(recorded=lambda seconds, tip: poses if seconds == 4.0 else [])
     services = phantom_services
     refining = Refining(services.registrations, services.cases, services.jobs, tracker)  # type: ignore[arg-type]

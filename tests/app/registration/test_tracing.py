@@ -13,7 +13,7 @@ from edited_registrations import Edited, given
 
 from app.cases.model import HEAD_PHANTOM
 from app.kit.errors import PlanConflict
-from app.link import Pose
+from app.link import TrackedPose
 from app.plans.model import Plan
 from app.plans.operations.document import UndoPlan
 from app.plans.operations.instruments import UseRegistration
@@ -126,13 +126,13 @@ class Recorder:
 
     def __init__(self, tips: Floats, tip: Floats) -> None:
         turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
-        self.asked_s, self.poses = 0.0, list[Pose]()
+        self.asked_s, self.poses = 0.0, list[TrackedPose]()
         for at in tips:
             transform = np.eye(4)
             transform[:3, :3], transform[:3, 3] = turn, at - turn @ tip
-            self.poses.append(Pose(transform, 0.0))
+            self.poses.append(TrackedPose(transform, 0.0))
 
-    def recorded(self, seconds: float, point: object = None) -> list[Pose]:
+    def recorded(self, seconds: float, point: object = None) -> list[TrackedPose]:
         self.asked_s = seconds
         return self.poses
 

@@ -15,7 +15,7 @@ from app.scene import camera, palette, shapes
 from app.scene.camera import Lens
 from app.scene.error_balls import ErrorBalls
 from app.scene.fiducials import FiducialNodes, FiducialShape
-from app.scene.picking import Plane, SurfacePicker, hit_items, hit_plane
+from app.scene.picking import PickingPlane, SurfacePicker, hit_items, hit_plane
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.proximity.axes import rotation_z_to
 
@@ -66,7 +66,7 @@ def test_standard_views_are_not_mirrored(
 def test_the_scale_is_that_of_the_place_looked_at() -> None:
     lens = _lens("anterior")
     a, b = lens.project(np.stack([lens.look_at, lens.look_at + np.array([10.0, 0.0, 0.0])]))
-    assert (b[0] - a[0]) * lens.width * lens.mm_per_pixel == pytest.approx(10.0)
+    assert (b[0] - a[0]) * lens.width * lens.view_height_mm / lens.height == pytest.approx(10.0)
 
 
 def test_what_lies_behind_the_camera_has_no_place() -> None:
@@ -88,7 +88,7 @@ def test_a_click_meets_the_bone_that_is_shown() -> None:
 
 
 def test_a_click_meets_a_slice_inside_its_picture_only() -> None:
-    plane = Plane(0, 4.0, np.array([[-10.0, -20.0, -30.0], [10.0, 20.0, 30.0]]))
+    plane = PickingPlane(0, 4.0, np.array([[-10.0, -20.0, -30.0], [10.0, 20.0, 30.0]]))
     towards = np.array([-1.0, 0.0, 0.0])
     hit = hit_plane(np.array([100.0, 5.0, 6.0]), towards, plane)
     assert hit is not None

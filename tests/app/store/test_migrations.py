@@ -16,7 +16,7 @@ from plan_editor import PlanEditor
 from sqlalchemy import create_engine
 
 from app.kit.errors import PlanLocked
-from app.plans.operations.document import LockPlan, RedoPlan, SetSettings, UndoPlan
+from app.plans.operations.document import LockPlan, RedoPlan, SetPlanSettings, UndoPlan
 from app.plans.operations.points import AddPoint
 from app.plans.service import PlanService
 from app.settings import Settings
@@ -116,7 +116,7 @@ def test_the_history_of_a_migrated_plan_goes_on(old: Settings) -> None:
         (1 / 3, 0.0, -0.1),
         (4 / 3, 0.0, -0.1),
     ]
-    editor.do(SetSettings(settings={"margin_mm": 0.7}))
+    editor.do(SetPlanSettings(settings={"margin_mm": 0.7}))
     assert editor.do(UndoPlan()).content.settings == {**SETTINGS, "margin_mm": 0.7}
     assert editor.do(UndoPlan()).content.points == ()
     editor.do(AddPoint(position=(9, 9, 9)))

@@ -22,7 +22,7 @@ from sqlalchemy import select
 from app.cases.model import HEAD_PHANTOM
 from app.documents import DocumentKind
 from app.documents.documents import Documents
-from app.plans.operations.document import SetSettings
+from app.plans.operations.document import SetPlanSettings
 from app.plans.operations.points import AddPoint
 from app.services import Services, build_services
 from app.settings import Settings
@@ -286,7 +286,7 @@ def test_a_document_of_a_newer_schema_or_kind_is_refused_and_left_as_it_is(old: 
     tries: tuple[Callable[[], object], ...] = (
         lambda: services.plans.get(plan.id),
         lambda: services.plans.do(plan.id, AddPoint(position=(1.0, 2.0, 3.0))),
-        lambda: services.plans.do(plan.id, SetSettings(settings={"margin_mm": 0.7})),
+        lambda: services.plans.do(plan.id, SetPlanSettings(settings={"margin_mm": 0.7})),
         lambda: services.plans.duplicate(plan.id),
         lambda: services.versions.save(plan.id, "Now"),
     )

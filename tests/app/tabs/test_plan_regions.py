@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from session_doubles import SAMPLE, open_sample, sections_of, send
 
-from app.messages.fields import Command
+from app.messages.fields import ClientMessage
 from app.planning.shape_meshes import shape_mesh
 from app.plans.operations.document import LockPlan
 from app.plans.service import Plan
@@ -21,7 +21,7 @@ from app.services import Services
 from app.tabs.plan import commands as c
 from app.tabs.plan import region_commands as r
 from app.tabs.plan.region_sections import RegionsSection
-from app.tabs.plan.suggest_commands import ShaftCommand
+from app.tabs.plan.suggest_commands import AimShaft
 from app.tabs.plan.tab import PlanTab
 from vfix_engine.errors import InputError, PlanError
 
@@ -53,7 +53,7 @@ def click(tab: PlanTab, *places: tuple[float, float, float]) -> None:
         tab.handle(c.PickOnSlice(type="pick.slice", position=place))
 
 
-def draw(purpose: str, kind: str, *sizes: float) -> Command:
+def draw(purpose: str, kind: str, *sizes: float) -> ClientMessage:
     return r.DrawRegion.model_validate({"type": "region.draw", "purpose": purpose, "kind": kind, "sizes_mm": sizes})
 
 
@@ -103,7 +103,7 @@ def test_beginning_to_draw_takes_a_ghost_and_an_aim_back(tab: PlanTab) -> None:
     before = plan_of(tab).content.points
     tab.handle(c.EditCommand(type="ghost.cancel"))
     assert regions(tab)["drawing"] is None
-    tab.handle(ShaftCommand(type="shaft.aim", item_id=before[0].id))
+    tab.handle(AimShaft(type="shaft.aim", item_id=before[0].id))
     tab.handle(draw("spare", "sphere", 2.0))
     click(tab, PLACE)
     assert len(plan_of(tab).content.zones) == 1

@@ -15,7 +15,8 @@ from app.kit.cache import Cache
 from app.kit.jobs import Job
 from app.planning.rehearsal_options import NO_OPTIONS, RehearsalOptions
 from app.planning.remote_centre import PathPlace
-from app.plans.operations.document import RedoPlan, SetSettings, UndoPlan
+from app.plans.operations.document import RedoPlan, SetPlanSettings, UndoPlan
+from app.plans.operations.paths import SetShaft
 from app.plans.operations.points import DeletePoint, RenamePoint
 from app.scene import palette
 from app.services import Services
@@ -64,7 +65,7 @@ def test_the_pages_dry_run_is_the_one_that_others_ask_for(
     """One job drives the plan for the page and for REST; cancelled, the page says so."""
     services = phantom_services
     plan = services.plans.duplicate(SAMPLE, "Shared")
-    services.plans.do(plan.id, SetSettings(settings={"margin_mm": 0.45}))
+    services.plans.do(plan.id, SetPlanSettings(settings={"margin_mm": 0.45}))
     plan = services.plans.get(plan.id)
     job, executor, ran, wait = services.dry_runs.start(plan), Later(), list[ShownEvaluation](), services.jobs.wait
 
@@ -304,7 +305,7 @@ def test_a_version_that_differs_in_settings_alone_is_not_gone_back_to(phantom_se
     """Settings are no step of the history: going back would leave them."""
     plan = phantom_services.plans.duplicate(SAMPLE, "Versions")
     version = phantom_services.versions.save(plan.id, "Before")
-    phantom_services.plans.do(plan.id, SetSettings(settings={"margin_mm": 0.5}))
+    phantom_services.plans.do(plan.id, SetPlanSettings(settings={"margin_mm": 0.5}))
     step = open_sample(phantom_services, plan.id)
     step.handle(c.CompareVersion(type="version.compare", version_id=version.id))
     view = sections_of(step)["versions"]
@@ -335,3 +336,20 @@ def test_a_page_without_a_head_leaves_the_plan_of_another_page_to_the_link(phant
     finally:
         phantom_services.cases.restore(HEAD)
         live.opened("another page", None)
+
+
+def test_a_shaft_is_rolled_about_its_direction_and_left_open(phantom_services: Services) -> None:
+    plan = phantom_services.plans.duplicate(SAMPLE, "Shaft")
+    tab = open_sample(phantom_services, plan.id)
+    item_id = plan.content.points[1].id
+    send(tab, "shaft.clear", item_id=item_id)
+    with pytest.raises(PlanError, match="aim the shaft first"):
+        send(tab, "shaft.roll", item_id=item_id, roll_deg=30.0)
+    phantom_services.plans.do(plan.id, SetShaft(point_id=item_id, direction=(0.0, 0.0, 1.0)))
+    sections_of(tab)
+    send(tab, "shaft.roll", item_id=item_id, roll_deg=30.0)
+    point = phantom_services.plans.get(plan.id).content.points[1]
+    assert (point.direction, point.roll_deg) == ((0.0, 0.0, 1.0), 30.0)
+    send(tab, "shaft.clear", item_id=item_id)
+    assert phantom_services.plans.get(plan.id).content.points[1].direction is None
+    phantom_services.plans.delete(plan.id)

@@ -12,7 +12,7 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 from session_doubles import Later, Now, fail
 
-from app.workspace.latest import Act, Latest, Run
+from app.workspace.latest import Act, BackgroundTask, Latest
 from vfix_engine.errors import InputError
 
 
@@ -24,13 +24,13 @@ def test_slow_work_keeps_no_other_lane_waiting_and_its_own_lane_does_the_newest_
     begun: list[str] = []
     slow, other = threading.Event(), threading.Event()
 
-    def first(run: Run) -> None:
+    def first(run: BackgroundTask) -> None:
         slow.wait(20)
         begun.append("first")
 
     with ThreadPoolExecutor(4) as executor:
         latest = Latest(executor, lambda act: act())
-        works: list[tuple[str, Callable[[Run], object]]] = [
+        works: list[tuple[str, Callable[[BackgroundTask], object]]] = [
             ("slow", first),
             ("slow", lambda run: begun.append("older")),
             ("other", lambda run: other.set()),
@@ -50,10 +50,10 @@ def test_work_that_fails_is_told_and_what_waits_behind_it_is_done(caplog: pytest
     done, posted = list[object](), list[Act]()
     latest = Latest(Now(), posted.append)
 
-    def ask(work: Callable[[Run], object]) -> None:
+    def ask(work: Callable[[BackgroundTask], object]) -> None:
         latest.ask("It failed", work, done.append, done.append)
 
-    def spoil(run: Run) -> None:
+    def spoil(run: BackgroundTask) -> None:
         raise ValueError("of Doe, John")
 
     for work in (spoil, lambda run: fail(InputError("the path is empty.")), lambda run: "found"):
@@ -70,7 +70,7 @@ def test_nobody_is_told_of_what_is_not_wanted_any_more() -> None:
     done, posted, later = list[object](), list[Act](), Later()
     latest = Latest(later, posted.append)
 
-    def unwanted(run: Run) -> str:
+    def unwanted(run: BackgroundTask) -> str:
         latest.drop()
         run.check("it goes on", 0.5)
         raise AssertionError
@@ -105,7 +105,7 @@ def test_of_many_questions_in_a_race_the_newest_is_answered_and_none_older_after
         latest = Latest(executor, inbox.put)
         asked = first = 0
 
-        def find(run: Run, number: int, kind: float) -> int:
+        def find(run: BackgroundTask, number: int, kind: float) -> int:
             run.tell(lambda: shown.append(("half", number)))
             time.sleep(0.002 * kind)
             if kind < 0.2:

@@ -23,7 +23,7 @@ Brush = Literal["disc", "ball"]
 
 LEAST_RADIUS_MM, MOST_RADIUS_MM = 0.1, 20.0
 MOST_POINTS = 2000  # of a stroke
-FARTHEST_MM = 10_000.0
+STROKE_COORDINATE_MM = 10_000.0
 _UNIT = 1e-3  # tolerance of the length of a unit normal
 
 
@@ -54,8 +54,8 @@ class Stroke:
         if not 1 <= len(self.points) <= MOST_POINTS:
             raise ImageError(f"a stroke has 1 to {MOST_POINTS:,} points, not {len(self.points):,}.")
         places = np.asarray(self.points, dtype=np.float64)
-        if places.shape != (len(self.points), 3) or not (np.abs(places) <= FARTHEST_MM).all():
-            raise ImageError(f"each point of a stroke is three numbers within {FARTHEST_MM:,.0f} mm.")
+        if places.shape != (len(self.points), 3) or not (np.abs(places) <= STROKE_COORDINATE_MM).all():
+            raise ImageError(f"each point of a stroke is three numbers within {STROKE_COORDINATE_MM:,.0f} mm.")
         normal = np.asarray(self.normal, dtype=np.float64)
         if normal.shape != (3,) or not abs(float(normal @ normal) - 1.0) <= _UNIT:
             raise ImageError("the normal of a disc is a unit vector.")

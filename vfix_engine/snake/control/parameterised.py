@@ -52,13 +52,14 @@ class ParameterisedControl:
         angles = np.array([bend.angle for bend in self.bends])
         shapes = np.array([context.snake.clamp(context.rest + bend.delta) for bend in self.bends])
         self._hermite = PolarHermite(context.rest, angles, shapes, self._r_max)
+        self._rest_then = self._hermite.value(0.0, 0.0)
         self._ends: str | None = None
         self.move_to(context)
 
     def move_to(self, context: DistalContext) -> None:
         """The same bends about another rest: q = Q(r, ϑ) + (q̃ now − q̃ then)."""
         self._context = context
-        self._offset = context.rest - self._hermite.value(0.0, 0.0)
+        self._offset = context.rest - self._rest_then
         self._motor = VisualMotor(context.snake, self._hermite, context.base)
 
     def wanted(self, q: Array, camera_mm: Array, most: float) -> Array:

@@ -15,8 +15,7 @@ from ...runtime.requests import Reset, SetTask
 from .dry_run import dry_run
 from .operators import PushingOperator, RigidOperator, ScriptedOperator
 from .rehearsal import Rehearsal
-from .rigid_snapshot import lazy_snapshot
-from .snapshot import RigidSnapshot
+from .snapshot import RigidSnapshot, lazy_snapshot
 from .system import NO_PATH, ON_PATH_MM
 
 PATIENCE_STEPS = 400  # steps without progress after which a scripted hand gives up

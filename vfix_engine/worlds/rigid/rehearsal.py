@@ -13,9 +13,8 @@ from ...control.tasks import PathPoint
 from ...proximity.proximity import Proximity
 from ...runtime.command import Command, Master
 from ...virtual_fixtures import Zone
-from .rigid_snapshot import lazy_snapshot, snapshot_of
 from .scene import Scene
-from .snapshot import RigidSnapshot
+from .snapshot import RigidSnapshot, lazy_snapshot, snapshot_of
 from .state import LastStep, RehearsalState
 from .system import MODES, ON_PATH_MM, RigidSystem
 

@@ -2,13 +2,24 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+
+import numpy as np
 
 from ...arrays import Array
+from ...control import LimitingConstraint as Reason
+from ...control.relaxations import SLOWED_SHARE
+from ...control.tasks import view_point
+from ...robots import Tool
 from ...runtime import snapshot as of_any_world
-from ...runtime.snapshot import Timing
+from ...runtime.snapshot import Blocker, Timing
+from ...virtual_fixtures import StepState
+from .scene import Scene
+from .state import LastStep, RehearsalState
+from .teleoperation import spring
 
-__all__ = ["RigidSnapshot", "Timing"]
+__all__ = ["RigidSnapshot", "Timing", "camera_of", "lazy_snapshot", "snapshot_of"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -63,3 +74,107 @@ class RigidSnapshot(of_any_world.Snapshot):
     def reflection(self) -> Array:
         """(3,) in N, force on a master; another name of ``forces``."""
         return self.forces
+
+
+def snapshot_of(scene: Scene, state: RehearsalState, last: LastStep | None) -> RigidSnapshot:
+    """The snapshot of a state; ``last``: the step that led to it, None for the pose alone."""
+    tool, settings = state.tool, state.settings
+    tip, rotation, segments = tool.tip.position, tool.tip.rotation, tool.segments
+    centre = view_point(tool, scene.tool, settings.view_distance_mm)
+    error, progress, length = _on_path(scene, state)
+    target_error = float("nan")
+    if state.mode == "inspect":
+        target_error = float(np.linalg.norm(centre - scene.targets[state.target]))
+    report = None if last is None else last.report
+    active = () if report is None else report.active_constraints()
+    held = report is not None and report.held
+    less = report is not None and (held or report.share * report.ramp_fraction < SLOWED_SHARE)
+    why = active if less else ()
+    names = scene.structure_names
+    end = "" if last is None else last.end
+    teleoperated = last is not None and last.teleoperated
+    return RigidSnapshot(
+        t=state.steps * settings.dt_s,
+        q=tool.q,
+        capsules=np.column_stack([segments.start, segments.end, segments.radius]),
+        tip=tip,
+        camera=camera_of(tool, scene.tool),
+        outcome="idle" if report is None else report.outcome,
+        blockers=tuple(_blocker(one, names) for one in why),
+        forces=-spring(state.lag, settings) if teleoperated else np.zeros(3),
+        grip=scene.tool.grip(rotation, tip),
+        virtual_point=centre,
+        force=np.zeros(3) if last is None else last.force,
+        torque=np.zeros(3) if last is None else last.torque,
+        mode=state.mode,
+        phase=state.phase,
+        held=held,
+        slowed=bool(why) and not held,
+        reason=end or (why[0].words_with(names) if why else ""),
+        active=tuple(b.words_with(names) for b in active),
+        blocking_point=next((b.point for b in why if b.point is not None), None),
+        tip_error_mm=error,
+        clearance_mm=tool.clearance,
+        margin_mm=settings.kept_mm,
+        threshold_mm=settings.reach_mm,
+        progress_mm=progress,
+        length_mm=length,
+        target_error_mm=target_error,
+        rows=0 if report is None else report.rows,
+        steps=state.steps,
+        emergencies=state.emergencies,
+        teleoperated=teleoperated,
+    )
+
+
+def lazy_snapshot(scene: Scene, state: RehearsalState) -> RigidSnapshot:
+    """The same snapshot of a state and its last step, made when one of its fields is first read."""
+    return _Lazy.of(scene, state)
+
+
+def camera_of(tool: StepState, kind: Tool) -> Array:
+    """transform_camera_to_patient (4, 4); for a tool without a camera one at its tip that looks along it."""
+    pose = np.eye(4)
+    pose[:3, :3], pose[:3, 3] = tool.tip.rotation, tool.tip.position
+    if kind.camera is not None:
+        camera: Array = pose @ kind.camera.transform_camera_to_tip
+        return camera
+    view, across = kind.direction(tool.tip.rotation), tool.tip.rotation[:, 0]
+    pose[:3, :3] = np.column_stack([across, np.cross(view, across), view])
+    return pose
+
+
+def _on_path(scene: Scene, state: RehearsalState) -> tuple[float, float, float]:
+    """Distance of the tip to the path, arc length there, and the path's length; zeros without a path."""
+    if scene.path is None or state.nearest is None:
+        return 0.0, 0.0, 0.0
+    tip, near = state.tool.tip.position, state.nearest
+    s, position = near.s, near.position
+    if state.mode != "path":  # off the path the tip may be anywhere: no branch is preferred there
+        s, position, _ = scene.path.closest(tip)
+    return float(np.linalg.norm(position - tip)), s, scene.path.length
+
+
+def _blocker(reason: Reason, names: Mapping[str, str]) -> Blocker:
+    words = reason.words_with(names)
+    return Blocker(reason.kind, reason.structure, reason.part, reason.distance_mm, reason.point, words)
+
+
+class _Lazy(RigidSnapshot):
+    """A snapshot whose fields are made when the first of them is read."""
+
+    @classmethod
+    def of(cls, scene: Scene, state: RehearsalState) -> RigidSnapshot:
+        one = object.__new__(cls)
+        one.__dict__["_of"] = (scene, state)
+        return one
+
+    def __getattr__(self, name: str) -> object:
+        if name not in _FIELDS:
+            raise AttributeError(f"a snapshot has no '{name}'")
+        scene, state = self.__dict__.pop("_of")
+        self.__dict__.update(snapshot_of(scene, state, state.last).__dict__)
+        return self.__dict__[name]
+
+
+_FIELDS = frozenset(one.name for one in fields(RigidSnapshot))

@@ -21,10 +21,9 @@ from ...runtime.requests import Request, SetSettings, SetTask
 from ...runtime.system import Background, Column, Grip
 from .command_values import array_of, share_of
 from .hand_kernel import torque_about_tip, torque_about_view
-from .rigid_snapshot import snapshot_of
 from .row import RowWriter
 from .scene import Scene
-from .snapshot import RigidSnapshot
+from .snapshot import RigidSnapshot, snapshot_of
 from .state import ZEROS, LastStep, RehearsalState
 from .teleoperation import advance_leader, consume_motion, spring
 

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 from ...runtime.requests import Request
 
+SIDES = 8  # of a look-round, about the straight view; 0 is to the right in its picture, and they go round clockwise
+
 
 @dataclass(frozen=True)
 class FollowTissue(Request):

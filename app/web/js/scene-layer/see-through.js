@@ -4,6 +4,8 @@
 
 const GREATER_DEPTH = 6; // THREE.GreaterDepth; three.js turns it for viser's reversed depth
 const THROUGH_OPACITY = 0.55;
+// A share of its opacity where it faces the eye, and more towards its edges: relief is seen on what is nearly clear.
+const CLEARER_IN_FRONT = "diffuseColor.a = min(1.0, diffuseColor.a * (0.65 + 2.35 * pow(1.0 - abs(dot(normalize(vViewPosition), normal)), 2.0)));";
 const LAST = 900; // render order: after everything else, before viser's labels
 const LEAST_VERTICES = 1000; // the head has more than any part of a robot or a plan
 const SKIN_COLOUR = "dea48a"; // palette.SKIN of the planner: objects have no names here
@@ -60,7 +62,7 @@ export class ClearSurfaces {
   constructor(hooks) {
     this.hooks = hooks;
     this.bone = new ClearSurface(LAST - 1);
-    this.skin = new ClearSurface(LAST + 2); // over bone and path
+    this.skin = new ClearSurface(LAST + 2, clearerInFront); // over bone and path
     hooks.watchers.add(() => this.follow());
   }
 
@@ -89,9 +91,13 @@ export class ClearSurfaces {
 
 /** One surface, and the pass of its depth. */
 class ClearSurface {
-  /** @param {number} order of drawing */
-  constructor(order) {
+  /**
+   * @param {number} order of drawing
+   * @param {(surface: Three) => void} [dress] changes its material, called for each frame
+   */
+  constructor(order, dress = () => {}) {
     this.order = order;
+    this.dress = dress;
     /** @type {Three} */
     this.depth = null;
   }
@@ -105,6 +111,7 @@ class ClearSurface {
       this.depth = null;
     }
     if (!wanted) return;
+    this.dress(wanted);
     wanted.material.depthWrite = true;
     wanted.renderOrder = this.order;
     if (this.depth) return;
@@ -114,4 +121,15 @@ class ClearSurface {
     Object.assign(this.depth, { raycast: () => {}, renderOrder: this.order - 1 });
     wanted.add(this.depth);
   }
+}
+
+/** @param {Three} surface whose material is compiled anew, once */
+function clearerInFront({ material }) {
+  if (material.userData.vfixClearer) return;
+  material.userData.vfixClearer = true;
+  material.onBeforeCompile = (/** @type {{ fragmentShader: string }} */ shader) => {
+    shader.fragmentShader = shader.fragmentShader.replace("#include <opaque_fragment>", `${CLEARER_IN_FRONT}\n#include <opaque_fragment>`);
+  };
+  material.customProgramCacheKey = () => "vfix-skin";
+  material.needsUpdate = true;
 }

@@ -2,12 +2,12 @@
 
 from typing import Literal, TypedDict
 
-from app.messages.fields import Command
+from app.messages.fields import ClientMessage
 from app.messages.sections import Position
 from app.tabs.spec import TabSpec
 
 
-class LayMarker(Command):
+class LayMarker(ClientMessage):
     type: Literal["marker.lay"]
 
 

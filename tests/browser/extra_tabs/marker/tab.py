@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 from extra_tabs.marker import SPEC, LayMarker
 
-from app.messages.fields import Command
+from app.messages.fields import ClientMessage
 from app.messages.sections import Section, Sections
 from app.scene.view import SceneView
 from app.tabs.base import Tab
@@ -38,7 +38,7 @@ class MarkerTab(Tab):
         self._position: list[float] | None = None
         self._laid = 0
 
-    def handle(self, command: Command) -> int:
+    def handle(self, command: ClientMessage) -> int:
         """Lay the marker where the slices cross; returns how often it was laid."""
         cross = self.workspace.case.cross
         if not isinstance(command, LayMarker) or cross is None:

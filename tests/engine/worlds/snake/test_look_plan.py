@@ -13,7 +13,8 @@ from vfix_engine.pathway.query.query import deviation_of_points
 from vfix_engine.robots.snake import SnakeModel
 from vfix_engine.worlds.snake.offline.look_round import planned
 from vfix_engine.worlds.snake.offline.snake_drive import SnakeDrive
-from vfix_engine.worlds.snake.plans.look_plan import SIDES, LookPlanner, view_of
+from vfix_engine.worlds.snake.plans.look_plan import LookPlanner, view_of
+from vfix_engine.worlds.snake.requests import SIDES
 from vfix_engine.worlds.snake.settings import DriveSettings
 from vfix_engine.worlds.snake.stepping.command import SnakeCommand
 

@@ -14,7 +14,7 @@ from vfix_engine.pathway.pathway import TissueMotion
 from vfix_engine.runtime import Straighten
 from vfix_engine.runtime.command import no_command
 from vfix_engine.worlds.snake import LookRound, SnakeState, SnakeSystem
-from vfix_engine.worlds.snake.plans.look_plan import SIDES
+from vfix_engine.worlds.snake.requests import SIDES
 
 MOST_STEPS = 30_000
 

@@ -12,7 +12,8 @@ import numpy as np
 from ....arrays import Array
 from ....snake.control.parameterised import ParameterisedControl
 from ....validate import point_text
-from ..plans.look_plan import SIDES, LookPlanner, SidePath, view_of
+from ..plans.look_plan import LookPlanner, SidePath, view_of
+from ..requests import SIDES
 from ..stepping.command import SnakeCommand
 from .drive_view import DriveView
 

@@ -22,8 +22,8 @@ from ....snake.control.projection import projected_to_limits
 from ....snake.control.tip_control import DistalContext, stops
 from ....snake.control.wall_program import WallProgram, joint_regularisation
 from ....virtual_fixtures.rows import with_progress
+from ..requests import SIDES
 
-SIDES = 8  # directions about the straight view, clockwise; 0 is to the right in its picture
 SECTOR = math.pi / SIDES  # [rad] a view at most this far from a direction counts for it
 _MOST = math.radians(2.0)  # of a joint from one configuration of a path to the next
 _AHEAD = math.radians(6.0)  # step of the desired view at each

@@ -8,11 +8,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ....robots.snake import SnakeModel
+from ..requests import SIDES
 from ..stepping.constants import DriveConstants
 from ..stepping.distal import bend_of
 from ..stepping.state import SnakeState
 from .adoption import bends_place
-from .look_plan import SIDES, view_of
+from .look_plan import view_of
 from .messages import LookPart, LookWanted
 
 BendAngles = tuple[float, ...]

@@ -23,10 +23,10 @@ SAME = 1e-9  # fraction by which rounding may make a step longer than permitted
 def distal_context(drive: DriveConstants, state: SnakeState) -> DistalContext:
     """The present position of the distal links, for their control."""
     shape, first = state.pose.shape, drive.first
-    frames = drive.snake.frames(shape.q, shape.base)
     window = np.ascontiguousarray(state.pose.windows[first:])
     rest, bound = np.array(shape.q[2 * first :]), limits_here(drive, state)[first:]
-    return DistalContext(drive.distal, drive.distal_query, frames[first], rest, state.tissue.packed, window, bound)
+    base = drive.snake.frame_before(first, shape.q, shape.base)
+    return DistalContext(drive.distal, drive.distal_query, base, rest, state.tissue.packed, window, bound)
 
 
 def bend_of(drive: DriveConstants, state: SnakeState) -> Array:

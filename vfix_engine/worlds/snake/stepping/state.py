@@ -18,7 +18,7 @@ from ....snake.conform.conformance import ShapeSolution
 from ....snake.control.tip_control import TipControl
 from ....snake.haptics.hand_forces import Felt
 from ....snake.haptics.haptics import Forces
-from ..plans.look_plan import SIDES
+from ..requests import SIDES
 from ..settings import DriveSettings, SnakeSettings
 from .outcome import LimitedBy, Outcome
 from .refusal import Refusal
