@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from app.documents import DocumentKind, Documents
+    from app.documents import DocumentKind
+    from app.documents.documents import Documents
     from app.link import TrackerClient
     from app.settings import Settings
 
@@ -23,7 +24,7 @@ class Services:
         from app.cases.purge import Purge
         from app.cases.segments import CaseStructures
         from app.cases.service import CaseService
-        from app.documents import Documents
+        from app.documents.documents import Documents
         from app.drives.recordings import Recordings
         from app.drives.runs import RunService
         from app.exchange.archive import ArchiveReader, ArchiveWriter
@@ -107,7 +108,7 @@ class Services:
 
     def documents_of(self, kind: DocumentKind[Any]) -> Documents[Any]:
         """Documents of a kind that has no service of its own; one object a kind."""
-        from app.documents import Documents
+        from app.documents.documents import Documents
 
         return self._other_documents.setdefault(kind.name, Documents(self.store, kind))
 

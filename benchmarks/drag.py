@@ -50,7 +50,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     services = build_services(Settings.from_environment())
     try:
         plan = services.plans.get(find(services.plans.titles(), args.plan, "plan").id)
-        if len(plan.points) < 2:
+        if len(plan.content.points) < 2:
             raise report.BenchmarkRefused(f"the plan {plan.name!r} has no path of two points or more")
         return {"machine": report.machine().to_dict(), "plan": plan.name} | _measured(services, plan, args.places)
     finally:
@@ -87,14 +87,14 @@ def _moved(plan: Plan, angle: float) -> Plan:
     """Return the plan with the middle point of its path on a circle around its stored position."""
     from app.planning.previews import with_points  # not in an installation of the engine alone
 
-    middle = len(plan.points) // 2
-    x, y, z = plan.points[middle].position
+    middle = len(plan.content.points) // 2
+    x, y, z = plan.content.points[middle].position
     place = (x + _RADIUS_MM * float(np.cos(angle)), y, z + _RADIUS_MM * float(np.sin(angle)))
-    points = [replace(point, position=place) if k == middle else point for k, point in enumerate(plan.points)]
+    points = [replace(point, position=place) if k == middle else point for k, point in enumerate(plan.content.points)]
     return with_points(plan, points)
 
 
 def _with_base(plan: Plan, placing: StoredPlacement) -> Plan:
     """Return the plan with a placing of its robot."""
-    robot = {**plan.robot, "base": placing.base.reshape(-1).tolist(), "q_start": placing.q_start.tolist()}
-    return replace(plan, robot=robot)
+    robot = {**plan.content.robot, "base": placing.base.reshape(-1).tolist(), "q_start": placing.q_start.tolist()}
+    return replace(plan, content=replace(plan.content, robot=robot))

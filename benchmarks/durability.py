@@ -200,7 +200,7 @@ def _edited(plans: PlanService, plan: str, chance: random.Random) -> PlanContent
     from app.plans.operations.points import AddPoint, DeletePoint, MovePoint, RenamePoint
 
     place = (chance.uniform(-99, 99), chance.uniform(-99, 99), chance.uniform(-99, 99))
-    points = [point.id for point in plans.get(plan).points]
+    points = [point.id for point in plans.get(plan).content.points]
     kinds: list[Change] = [AddPoint(position=place)]
     if points:
         one = chance.choice(points)

@@ -39,7 +39,7 @@ from app import cli  # noqa: E402
 from app.api import described, router  # noqa: E402
 from app.cases.reading import case_content_from_json  # noqa: E402
 from app.commands.doctor import examine  # noqa: E402
-from app.documents import Documents  # noqa: E402
+from app.documents.documents import Documents  # noqa: E402
 from app.gateway.pages import page_router  # noqa: E402
 from app.operations.messages import messages as operation_messages  # noqa: E402
 from app.services import Services, build_services  # noqa: E402

@@ -59,7 +59,7 @@ def export_plan(
         text = services.base_export.text(plan, form, registration)
     else:
         curve, remark = services.planning.curve(plan) if form == "mrk.json" else ((), "")
-        text = export_text(plan, form, curve, remark, services.instruments.carried(plan, form))
+        text = export_text(plan, form, curve, remark, services.instruments.carried(plan.content, form))
     return Response(text, media_type=MEDIA_TYPES[form], headers=_attachment(plan.name, form))
 
 

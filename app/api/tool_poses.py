@@ -41,8 +41,8 @@ def tool_poses(plan_id: Identifier, services: ServicesDep) -> ToolPosesPublic:
             [(_rounded(a), _rounded(b)) for a, b in zip(starts.tolist(), ends.tolist(), strict=True)]
             for _, starts, ends in stations
         ],
-        radii_mm=plan_tool(plan).radius.tolist(),
-        margin_mm=settings_in_case(plan.settings, services.cases.get(plan.case_id).uncertainty).kept_mm,
+        radii_mm=plan_tool(plan.content).radius.tolist(),
+        margin_mm=settings_in_case(plan.content.settings, services.cases.get(plan.case_id).uncertainty).kept_mm,
     )
 
 

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass, fields
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -62,18 +60,3 @@ def check_second(second: SecondVolume | None) -> SecondVolume | None:
     if not isinstance(second.other_head, bool):
         raise PlanError("other_head of a second volume is true or false.")
     return SecondVolume(second.case, second.volume, transform, opacity, window, level, second.other_head)
-
-
-def second_to_json(second: SecondVolume | None) -> dict[str, Any] | None:
-    """Plain JSON values."""
-    return None if second is None else {**asdict(second), "transform": list(second.transform)}
-
-
-def second_from_json(data: Any) -> SecondVolume | None:
-    """The inverse of `second_to_json`. Raises PlanError."""
-    if data is None:
-        return None
-    known = {field.name for field in fields(SecondVolume)}
-    if not isinstance(data, Mapping) or "case" not in data or set(data) - known:
-        raise PlanError(f"a second volume has a case, and may have {', '.join(sorted(known - {'case'}))}.")
-    return check_second(SecondVolume(**data))

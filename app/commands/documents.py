@@ -7,7 +7,7 @@ from typing import Any
 
 import msgspec
 
-from app.documents import Documents
+from app.documents.documents import Documents
 from app.exchange.resolve import find
 from app.operations import verbs
 from app.operations.spec import DocumentSpec

@@ -22,8 +22,8 @@ from app.exchange.plan_files import (
 )
 from app.exchange.resolve import find, read_bytes
 from app.operations import verbs
-from app.plans.document import plan_of
 from app.plans.imported_places import content_notes
+from app.plans.model import FRAME, NOTICE, UNIT
 from app.plans.service import Plan
 from app.services import Services, build_services
 from app.settings import Settings
@@ -102,7 +102,7 @@ def run(args: argparse.Namespace) -> int:
     elif args.action in plan_versions.ACTIONS:
         plan_versions.run(services, args)
     elif (called := verbs.called_action("plan", args)) is not None:
-        plan = plan_of(called.perform(services, "", lambda text: _named(services, text)))
+        plan = called.perform(services, "", lambda text: _named(services, text))
         _say(args, summary(plan), [_line(plan)])
     else:
         _run_named(services, args)
@@ -127,7 +127,7 @@ def _run_named(services: Services, args: argparse.Namespace) -> None:
         if args.frame == "base":
             answer["frame"] = "base"
         notes = []
-        if form == "json" and args.frame != "base" and plan.registration is not None:
+        if form == "json" and args.frame != "base" and plan.content.registration is not None:
             notes = ["It names the plan’s registration and does not hold it; `vfix case export` takes both along."]
         _say(args, {**answer, "notes": notes}, [f"{args.file} written. Not for clinical use.", *notes])
         return
@@ -145,7 +145,7 @@ def _exported(services: Services, plan: Plan, form: PlanFormat, args: argparse.N
     if args.registration is not None:
         raise PlanError("--registration goes with --frame base.")
     curve, remark = services.planning.curve(plan) if form == "mrk.json" else ((), "")
-    return export_text(plan, form, curve, remark, services.instruments.carried(plan, form))
+    return export_text(plan, form, curve, remark, services.instruments.carried(plan.content, form))
 
 
 def _import(services: Services, args: argparse.Namespace) -> Plan:
@@ -161,15 +161,15 @@ def summary(plan: Plan) -> dict[str, Any]:
         "plan": plan.id,
         "name": plan.name,
         "case": plan.case_id,
-        "points": len(plan.points),
-        "targets": len(plan.targets),
-        "frame": plan.frame,
-        "unit": plan.unit,
+        "points": len(plan.content.points),
+        "targets": len(plan.content.targets),
+        "frame": FRAME,
+        "unit": UNIT,
         "locked": plan.locked,
         "revision": plan.revision,
         "modified": plan.modified,
         "deleted_at": plan.deleted_at,
-        "notice": plan.notice,
+        "notice": NOTICE,
     } | ({"unreadable": plan.unreadable} if plan.unreadable else {})
 
 

@@ -50,7 +50,7 @@ def _plan(services: Services, args: argparse.Namespace) -> Plan:
     titles = services.plans.titles()
     if not is_file(file) or any(args.plan == title.id for title in titles):
         return services.plans.get(find(titles, args.plan, "plan").id)
-    return resolve_plan(services, resolve_case(services, args.case or _case_of(services, file)), args.plan)
+    return resolve_plan(services, resolve_case(services, args.case or _case_of(services, file)), args.plan).plan
 
 
 def _case_of(services: Services, file: Path) -> str:

@@ -9,6 +9,7 @@ from pathlib import Path
 from app.exchange.patient_images import holds_images
 from app.exchange.plan_files import write_export
 from app.exchange.resolve import find
+from app.plans.model import NOTICE
 from app.services import Services
 from vfix_engine.errors import InputError
 
@@ -30,5 +31,5 @@ def run(services: Services, args: argparse.Namespace) -> None:
     plan = services.plans.get(find(services.plans.titles(), args.plan, "plan").id)
     images = args.with_images or not holds_images(services.cases.get(plan.case_id))
     write_export(args.output, services.plan_reports.html(plan, with_images=images))
-    answer = {"plan": plan.id, "name": plan.name, "file": str(args.output), "images": images, "notice": plan.notice}
+    answer = {"plan": plan.id, "name": plan.name, "file": str(args.output), "images": images, "notice": NOTICE}
     print(json.dumps(answer) if args.json else f"{args.output} written. Not for clinical use.")

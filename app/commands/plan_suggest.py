@@ -17,6 +17,7 @@ from app.kit.values import Position, check_position
 from app.planning.suggestions import REPORTED_GAP_MM, described, described_none, draft, none_in_words, with_alternative
 from app.plans.instruments import shaped_tool
 from app.plans.model import DEFAULT_TOOL, PlanContent, PlanPoint, new_point_id
+from app.plans.paths import PlanPath
 from app.services import Services
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import PlanError
@@ -56,7 +57,7 @@ def _suggest(services: Services, args: argparse.Namespace) -> int:
     ControlSettings.from_dict(settings)  # is it in range
     shaped_tool(args.tool)
     target = PlanPoint(new_point_id(), "T1", args.target)
-    content = PlanContent(targets=(target,), tool=args.tool, settings=settings)
+    content = PlanContent(paths=(PlanPath(tool=args.tool),), targets=(target,), settings=settings)
     looked = services.suggestions.look(draft(case, content, name), args.entry, args.target, _Stages())
     found = looked.found
     if found.none is not None:
@@ -67,7 +68,7 @@ def _suggest(services: Services, args: argparse.Namespace) -> int:
     every = described(looked)
     figures = {key: every[0][key] for key in _FIGURES}
     report = json.loads(to_native_json(plan)) | {"found": True, "plan": plan.id} | figures | {"alternatives": every}
-    lines = [f"{plan.id}  {plan.name}  {len(plan.points)} points"]
+    lines = [f"{plan.id}  {plan.name}  {len(plan.content.points)} points"]
     lines += [f"  {number}  {one['words']}{_ends(one)}" for number, one in enumerate(every, 1)]
     _print(args, report, "\n".join(lines))
     return 0

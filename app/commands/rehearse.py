@@ -33,8 +33,8 @@ from app.planning.rehearsal_options import NO_OPTIONS, RehearsalOptions, standin
 from app.planning.remote_centre import ENTRY, PathPlace
 from app.planning.shaft import shaft_of
 from app.plans.imported_places import path_notes, target_notes
-from app.plans.instruments import Instruments, plan_robot, plan_tool
-from app.plans.model import Plan, without_placement
+from app.plans.instruments import CarriedUrdf, RobotSource, plan_robot, plan_tool
+from app.plans.model import Plan
 from app.services import Services, build_services
 from app.settings import Settings
 from vfix_engine.anatomy.head_import import HeadRequest
@@ -124,15 +124,15 @@ def run(args: argparse.Namespace) -> int:
         raise InputError("--free goes with --operator pushing: the other jobs need the path")
     services = build_services(Settings.from_environment()) if has_app() else None
     case = resolve_case(services, args.case, HeadRequest(Path(args.case), **told_of_file(args)))
-    plan = resolve_plan(services, case, args.plan)
-    plan = plan if args.path is None else plan.along(args.path)
+    resolved = resolve_plan(services, case, args.plan)
+    plan = resolved.plan
+    if args.path is not None:
+        plan = replace(plan, content=plan.content.along(args.path))
     plan, registration, lost = _registered(services, plan)
     told = (plan.told,) if plan.told else ()
-    notes = (*case.notes, *told, *path_notes(plan.points, case.mesh.bounds), *lost)
+    notes = (*case.notes, *told, *path_notes(plan.content.points, case.mesh.bounds), *lost)
     say_notes(notes)
-    scene, settings, obstacle, held_by = build_scene(
-        case, plan, args, None if services is None else services.instruments, registration
-    )
+    scene, settings, obstacle, held_by = build_scene(case, plan, args, _robots(services, resolved.urdf), registration)
     report = {"case": case.name, "plan": plan.name, "operator": args.operator, "task": args.task}
     report |= {"robot": scene.robot.name, "tool": scene.tool.name}
     if scene.robot.notes:
@@ -200,11 +200,11 @@ def _registered(services: Services | None, plan: Plan) -> tuple[Plan, ImageRegis
     A placement that a file holds is in the patient's frame, which is not known then: the robot is placed anew.
     Raises PlanError where a stored plan refers to one that cannot be used.
     """
-    if plan.registration is None:
+    if plan.content.registration is None:
         return plan, None, ()
     if services is None or all(one.id != plan.id for one in services.plans.titles()):
         words = "The plan refers to a registration, which its file does not have: driven in the image's frame."
-        return replace(plan, robot=without_placement(plan.robot)), None, (words,)
+        return replace(plan, content=plan.content.without_placement()), None, (words,)
     registered = services.planning.registration(plan)
     if registered is None:
         return plan, None, ()
@@ -215,22 +215,22 @@ def build_scene(
     case: ResolvedCase,
     plan: Plan,
     args: argparse.Namespace,
-    instruments: Instruments | None = None,
+    robots: RobotSource | None = None,
     registration: ImageRegistration | None = None,
 ) -> tuple[Scene, ControlSettings, str, str]:
     """Scene and settings of a plan, why its placement does not arrive, and what its options stand for, in words.
 
     A plan without a robot placement gets one; behind a registration that says where the robot stands, its joints alone.
     """
-    settings = settings_in_case(plan.settings, case.uncertainty)
+    settings = settings_in_case(plan.content.settings, case.uncertainty)
     if args.margin is not None:
         settings = replace(settings, margin_mm=args.margin)
     if args.view_distance is not None:
         settings = replace(settings, view_distance_mm=args.view_distance)
     if args.free:
         settings = replace(settings, k_tau=1.0)
-    robot, tool = _robot(plan, args, instruments), Tool.load(args.tool) if args.tool else plan_tool(plan)
-    path = SplinePath(np.array([p.position for p in plan.points]))
+    robot, tool = _robot(plan, args, robots), Tool.load(args.tool) if args.tool else plan_tool(plan.content)
+    path = SplinePath(np.array([p.position for p in plan.content.points]))
     if args.task == "inspect":
         targets, names = _targets(plan, args.targets)
     else:
@@ -241,11 +241,11 @@ def build_scene(
     scan = None if options == NO_OPTIONS else case.scan()
     stands = standing(options, plan, scan, lambda: plan_tissue(case.scans, plan) if case.scans else None)
     fixtures, shaft = (*zones.soft_zones, *stands.fixtures), shaft_of(plan, path)
-    tree, _ = tree_without_removed_bone(case.tree, case.scan() if plan.removed_bone else None, plan)
+    tree, _ = tree_without_removed_bone(case.tree, case.scan() if plan.content.removed_bone else None, plan)
     # A placement is of one robot, tool and margin among what there was; another of them asks for another one.
     others = (args.robot, args.tool_frame, args.tool, args.margin, args.zones, stands.words or None)
-    stored = stored_placement(plan.robot) if registration is None else None
-    standing_at = None if registration is None else standing_base(plan.robot, registration)
+    stored = stored_placement(plan.content.robot) if registration is None else None
+    standing_at = None if registration is None else standing_base(plan.content.robot, registration)
     if stored is not None and all(other is None for other in others):
         base, q_start = stored
         obstacle = ""
@@ -261,6 +261,13 @@ def build_scene(
     return scene, settings, obstacle, stands.words
 
 
+def _robots(services: Services | None, urdf: bytes | None) -> RobotSource | None:
+    """Where the plan's robot is found: in its file, else in the store."""
+    if urdf is not None:
+        return CarriedUrdf(urdf)
+    return None if services is None else services.instruments
+
+
 def _zones(plan: Plan, case: ResolvedCase, file: Path | None) -> ZoneSet:
     """The plan's structures to spare, and beside them the zones of a file."""
     own, more = resolve_plan_zones(plan, case), ZoneSet() if file is None else resolve_zones(file, case)
@@ -271,11 +278,11 @@ def _options(plan: Plan, args: argparse.Namespace) -> RehearsalOptions:
     """The options that are asked for. Raises InputError for a place that the plan does not have."""
     place = ENTRY
     if args.remote_centre not in (None, "entry"):
-        named = [point.id for point in plan.points if args.remote_centre in (point.id, point.label)]
+        named = [point.id for point in plan.content.points if args.remote_centre in (point.id, point.label)]
         try:
             place = PathPlace(named[0]) if named else PathPlace(at_mm=float(args.remote_centre))
         except ValueError:
-            labels = ", ".join(point.label for point in plan.points)
+            labels = ", ".join(point.label for point in plan.content.points)
             raise InputError(
                 f"--remote-centre {args.remote_centre!r:.80} is neither a number of mm nor a path point: {labels}"
             ) from None
@@ -284,23 +291,23 @@ def _options(plan: Plan, args: argparse.Namespace) -> RehearsalOptions:
     return RehearsalOptions(args.soft_tissue, args.remote_centre is not None, args.speed_limit, place)
 
 
-def _robot(plan: Plan, args: argparse.Namespace, instruments: Instruments | None) -> RobotModel:
+def _robot(plan: Plan, args: argparse.Namespace, robots: RobotSource | None) -> RobotModel:
     """The requested robot, else the plan's."""
     if args.robot is None and args.tool_frame is None:
-        return plan_robot(plan, instruments)
-    if args.robot is None and plan.robot.get("urdf") is not None:
-        return plan_robot(replace(plan, robot={**plan.robot, "tool_frame": args.tool_frame}), instruments)
-    return RobotModel.load(args.robot or plan.robot["name"], args.tool_frame)
+        return plan_robot(plan.content, robots)
+    if args.robot is None and plan.content.robot.get("urdf") is not None:
+        return plan_robot(replace(plan.content, robot={**plan.content.robot, "tool_frame": args.tool_frame}), robots)
+    return RobotModel.load(args.robot or plan.content.robot["name"], args.tool_frame)
 
 
 def _targets(plan: Plan, file: Path | None) -> tuple[np.ndarray, tuple[str, ...]]:
     """Targets from a file, from the plan, or the path's end."""
-    targets = resolve_targets(file) if file is not None else plan.targets
+    targets = resolve_targets(file) if file is not None else plan.content.targets
     if file is not None:
         say_notes(target_notes(targets))
     if targets:
         return np.array([t.position for t in targets]), tuple(t.label for t in targets)
-    return np.array([plan.points[-1].position]), ("the path's end",)
+    return np.array([plan.content.points[-1].position]), ("the path's end",)
 
 
 def _recorded(services: Services | None, rehearsal: Rehearsal, args: argparse.Namespace) -> RecordedRun | None:

@@ -1,19 +1,19 @@
-"""Documents: named, revisioned values of a case with a history of edits, of any number of kinds."""
+"""Documents: named, revisioned values of a case with a history of edits, of any number of kinds.
+
+What needs the store is in `app.documents.documents` and `app.documents.editor`: a document of a file is read without.
+"""
 
 from app.documents.document import Document, DocumentTitle, Ref
-from app.documents.documents import Documents
-from app.documents.editor import DocumentEditor, check_still_newest
-from app.documents.kind import DocumentErrors, DocumentKind, new_in, struct_kind
+from app.documents.kind import DocumentErrors, DocumentKind, new_in, read_as, struct_kind, written
 
 __all__ = [
     "Document",
-    "DocumentEditor",
     "DocumentErrors",
     "DocumentKind",
     "DocumentTitle",
-    "Documents",
     "Ref",
-    "check_still_newest",
     "new_in",
+    "read_as",
     "struct_kind",
+    "written",
 ]

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields, is_dataclass
-from typing import Any, Generic, Protocol
+from typing import Any, Generic, Protocol, TypeVar
 
 import msgspec
 
-from app.documents.document import Content, Ref
+from app.clock import utc_now
+from app.documents.document import Content, Document, Ref
 from app.kit.errors import DocumentConflict, DocumentLocked
 from vfix_engine.errors import InputError
 
@@ -25,6 +26,9 @@ def new_in(number: int) -> msgspec.Meta:
     What such a schema's content has of it, once it is read, is the field's default.
     """
     return msgspec.Meta(extra={_NEW_IN: number})
+
+
+Value = TypeVar("Value")
 
 
 class Editable(Protocol):
@@ -81,6 +85,29 @@ class DocumentKind(Generic[Content]):
         """Whether documents of this kind have settings."""
         return SETTINGS in self.write(self.empty())
 
+    def draft(
+        self, case_id: str, case_hash: str, name: str, content: Content, document_id: str = ""
+    ) -> Document[Content]:
+        """A document that is not stored; its revision is 0."""
+        now = utc_now()
+        return Document(
+            id=document_id,
+            kind=self.name,
+            schema=self.schema,
+            name=name,
+            case_id=case_id,
+            case_hash=case_hash,
+            content=content,
+            refs=self.refs(content),
+            created=now,
+            modified=now,
+            revision=0,
+            locked=False,
+            deleted_at=None,
+            can_undo=False,
+            can_redo=False,
+        )
+
     def check_editable(self, document: Editable, *, even_locked: bool = False) -> None:
         """Raises the kind's refusal for one that is deleted, and its lock for one that is locked."""
         if document.deleted_at is not None:
@@ -105,6 +132,19 @@ class DocumentKind(Generic[Content]):
         )
 
 
+def read_as(of: type[Value], data: Any, refused: type[InputError] = InputError) -> Value:
+    """A value out of JSON, by the types of the fields of a dataclass or struct; raises `refused`."""
+    try:
+        return msgspec.convert(data, of)
+    except msgspec.ValidationError as error:
+        raise refused(_words(error)) from error
+
+
+def written(value: Any) -> Any:
+    """The inverse of `read_as`: JSON values, every number unrounded."""
+    return msgspec.json.decode(msgspec.json.encode(value, enc_hook=_number))
+
+
 def struct_kind(
     content: type[Content],
     *,
@@ -125,16 +165,12 @@ def struct_kind(
     added, (family, _, number) = _defaults(content), schema.rpartition("/")
 
     def read(data: Mapping[str, Any]) -> Content:
+        value = read_as(content, data, errors.refused)
         try:
-            value = msgspec.convert(data, content)
             _check_keys(data, value)
         except msgspec.ValidationError as error:
-            raise errors.refused(f"{error}".replace("`", "").rstrip(".") + ".") from error
+            raise errors.refused(_words(error)) from error
         return rules(value)
-
-    def write(value: Content) -> dict[str, Any]:
-        written: dict[str, Any] = msgspec.json.decode(msgspec.json.encode(value, enc_hook=_number))
-        return written
 
     def upgrade(before: int) -> Upgrade:
         change, new = (changed or {}).get(before, dict), added.get(before + 1, {})
@@ -145,8 +181,8 @@ def struct_kind(
         upgrades={f"{family}/{one}": (f"{family}/{one + 1}", upgrade(one)) for one in range(1, int(number))},
         content_type=content,
         read=read,
-        write=write,
-        check=lambda value: read(write(value)),
+        write=written,
+        check=lambda value: read(written(value)),
         errors=errors,
         **{"empty": content, **declared},
     )
@@ -175,6 +211,10 @@ def _check_keys(data: Any, value: Any, at: str = "$") -> None:
             raise msgspec.ValidationError(f"An object has {', '.join(sorted(names))} - at `{at}`")
         for name in names:
             _check_keys(data[name], getattr(value, name), f"{at}.{name}")
+
+
+def _words(error: msgspec.ValidationError) -> str:
+    return f"{error}".replace("`", "").rstrip(".") + "."
 
 
 def _number(value: Any) -> Any:

@@ -23,7 +23,8 @@ from app.kit.text_tables import (
     table_rows,
     to_lps,
 )
-from app.plans.model import NOTICE, Plan, PlanContent, PlanFile, PlanPoint, check_content
+from app.plans.model import FRAME, NOTICE, UNIT, Plan, PlanContent, PlanFile, PlanPoint, check_content
+from app.plans.paths import PlanPath
 from app.plans.points import new_point
 from vfix_engine.errors import FrameError, PlanError
 from vfix_engine.json_text import parse_json
@@ -39,10 +40,10 @@ def to_csv(plan: Plan) -> str:
     """Write path points and targets in LPS mm without rounding."""
     out = io.StringIO()
     out.write(f"# {NOTICE}\n# schema={_SCHEMA}\n# name={json.dumps(plan.name)}\n")
-    out.write(f"# case_hash={plan.case_hash}\n# frame={plan.frame}\n# unit={plan.unit}\n")
+    out.write(f"# case_hash={plan.case_hash}\n# frame={FRAME}\n# unit={UNIT}\n")
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(_COLUMNS)
-    for kind, points in zip(_KINDS, (plan.points, plan.targets), strict=True):
+    for kind, points in zip(_KINDS, (plan.content.points, plan.content.targets), strict=True):
         writer.writerows([kind, shielded(point.label), *map(repr, point.position)] for point in points)
     return out.getvalue()
 
@@ -70,7 +71,9 @@ def from_csv(text: str, default_name: str = "Imported plan", frame: str | None =
     if not rows and "schema" not in header:
         raise PlanError("the table holds no points.")
     name = check_name(_name(header.get("name")) or default_name, "plan's name")
-    points = check_content(PlanContent(tuple(content["point"]), tuple(content["target"])))
+    points = check_content(
+        PlanContent(paths=(PlanPath(points=tuple(content["point"])),), targets=tuple(content["target"]))
+    )
     notes = () if "unit" in header else (UNIT_ASSUMED,)
     return PlanFile(name, points, header.get("case_hash") or None, notes=notes)
 

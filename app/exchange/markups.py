@@ -27,6 +27,7 @@ from app.kit.text_tables import (
 from app.kit.values import Position, number
 from app.plans.curve import CurveSample
 from app.plans.model import NOTICE, Plan, PlanContent, PlanFile, PlanPoint, check_content
+from app.plans.paths import PlanPath
 from app.plans.points import new_point
 from vfix_engine.errors import PlanError
 
@@ -51,7 +52,7 @@ def to_markups(plan: Plan, curve: Sequence[CurveSample] = (), remark: str = "") 
     curve: samples of the path; those with a clearance carry it as a measurement per control point.
     remark: why clearances are missing, if they are.
     """
-    markups = [markup_node("Curve", plan.name, plan.points)]
+    markups = [markup_node("Curve", plan.name, plan.content.points)]
     reached = [sample for sample in curve if sample.clearance_mm is not None]
     beyond = [sample for sample in curve if sample.clearance_mm is None]
     if reached:
@@ -65,10 +66,10 @@ def to_markups(plan: Plan, curve: Sequence[CurveSample] = (), remark: str = "") 
     if beyond:
         # The last reached place belongs to both, so that the curves meet.
         markups.append(_dense(plan.name + _UNREACHED, reached[-1:] + beyond, _UNREACHED_MARK))
-    markups.append(markup_node("Fiducial", plan.name + _TARGETS, plan.targets))
+    markups.append(markup_node("Fiducial", plan.name + _TARGETS, plan.content.targets))
     for markup in markups:
         markup["description"] = f"{NOTICE}. {remark}".strip()
-    markups.extend(region_markups(plan))
+    markups.extend(region_markups(plan.content.zones, plan.content.removed_bone))
     return to_json_text({"@schema": MARKUPS_SCHEMA, "notice": NOTICE, "markups": markups})
 
 
@@ -100,7 +101,7 @@ def from_markups(
         )
     targets = tuple(point for markup in target_lists for point in _points(markup, frame))
     name = check_name(path.get("name") or default_name, "plan's name")
-    content = check_content(PlanContent(_points(path, frame), targets))
+    content = check_content(PlanContent(paths=(PlanPath(points=_points(path, frame)),), targets=targets))
     return PlanFile(name, content, notes=_unit_notes([path, *target_lists]))
 
 
@@ -125,7 +126,7 @@ def _listed(points: tuple[PlanPoint, ...], name: Any, points_as: PointsAs | None
         raise PointsUnclear(
             f"the file holds one list of {len(points)} points and no curve; say whether they are a path or targets."
         )
-    content = PlanContent(points) if points_as == "path" else PlanContent((), points)
+    content = PlanContent(paths=(PlanPath(points=points),)) if points_as == "path" else PlanContent(targets=points)
     return PlanFile(check_name(name, "plan's name"), check_content(content))
 
 

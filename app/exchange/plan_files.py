@@ -16,8 +16,10 @@ from app.kit.names import check_label, check_name
 from app.kit.text_tables import decode, known_frame, parse_json_object, to_json_text
 from app.plans.curve import CurveSample
 from app.plans.model import (
+    FRAME,
     NOTICE,
     SCHEMA,
+    UNIT,
     Plan,
     PlanFile,
     PlanPoint,
@@ -56,14 +58,14 @@ def to_native_json(plan: Plan, urdf: bytes | None = None) -> str:
     carried = {} if urdf is None else {"urdf": urdf.decode("utf-8")}
     return to_json_text(
         {
-            "schema": plan.schema,
+            "schema": SCHEMA,
             "notice": NOTICE,
             "id": plan.id,
             "name": plan.name,
             "case_id": plan.case_id,
             "case_hash": plan.case_hash,
-            "frame": plan.frame,
-            "unit": plan.unit,
+            "frame": FRAME,
+            "unit": UNIT,
             **content_to_json(plan.content),
             "locked": plan.locked,
             "created": plan.created,

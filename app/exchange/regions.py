@@ -7,10 +7,10 @@ the centre to the border, for a half-space from its plane 10 mm to the free side
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from app.plans.model import NOTICE, Plan
+from app.plans.model import NOTICE
 from app.plans.zones import PlanZone, RemovedBone
 
 _ALONG_NORMAL_MM = 10.0
@@ -18,10 +18,10 @@ _ALONG_NORMAL_MM = 10.0
 AxisEnds = tuple[tuple[float, ...], tuple[float, ...]]
 
 
-def region_markups(plan: Plan) -> list[dict[str, Any]]:
-    """Return the nodes of the plan's protected structures and bone to be removed, LPS mm."""
-    regions: list[tuple[PlanZone | RemovedBone, str]] = [(zone, _zone_words(zone)) for zone in plan.zones]
-    regions += [(region, "Bone to be removed") for region in plan.removed_bone]
+def region_markups(zones: Sequence[PlanZone], removed_bone: Sequence[RemovedBone]) -> list[dict[str, Any]]:
+    """Return the nodes of a plan's protected structures and bone to be removed, LPS mm."""
+    regions: list[tuple[PlanZone | RemovedBone, str]] = [(zone, _zone_words(zone)) for zone in zones]
+    regions += [(region, "Bone to be removed") for region in removed_bone]
     return [markup for region, words in regions for markup in _nodes(region.name, region.shape, words)]
 
 

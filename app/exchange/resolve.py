@@ -6,18 +6,18 @@ Files are read without a store, so that an installation of the engine alone can 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol, TypeVar
 
 from app.cases.structures import BONE, structure_name, within_a_sentence
-from app.clock import utc_now
 from app.exchange.plan_files import read_plan, read_targets
 from app.extras import need_app
 from app.kit.errors import NotFound, OtherCase
 from app.kit.text_tables import MAX_TEXT, decode, parse_json_object
 from app.planning.protected_structures import engine_zones, with_surface_errors
+from app.plans.document import PLAN
 from app.plans.model import Plan, PlanPoint
 from vfix_engine.anatomy.head_import import ControlHead, HeadRequest, control_head, is_head
 from vfix_engine.anatomy.surface_uncertainty import SurfaceUncertainty
@@ -167,7 +167,15 @@ def _is_path(stored: Sequence[_Named], text: str, what: str, exists: bool) -> bo
     return True
 
 
-def resolve_plan(services: ResolvingServices | None, case: ResolvedCase, text: str) -> Plan:
+@dataclass(frozen=True)
+class ResolvedPlan:
+    """A plan to work with. urdf: that of its robot, where it is out of a file that carries one."""
+
+    plan: Plan
+    urdf: bytes | None = None
+
+
+def resolve_plan(services: ResolvingServices | None, case: ResolvedCase, text: str) -> ResolvedPlan:
     """Return a stored plan of the case by id or name, or the plan in a file, which is not stored.
 
     services: as in `resolve_case`.
@@ -182,10 +190,10 @@ def resolve_plan(services: ResolvingServices | None, case: ResolvedCase, text: s
         raise need_app(f"{text!r:.80} is no file of a plan; a stored plan")
     if case.id is None:
         raise NotFound(f"{text!r:.80} is no file of a plan; a case from a file has no stored plans.")
-    return services.plans.get(find(stored, text, "plan of this case").id)
+    return ResolvedPlan(services.plans.get(find(stored, text, "plan of this case").id))
 
 
-def _plan_of_file(case: ResolvedCase, path: Path) -> Plan:
+def _plan_of_file(case: ResolvedCase, path: Path) -> ResolvedPlan:
     try:
         file = read_plan(path.name, read_bytes(path), points_as="path")
     except FrameError as error:
@@ -195,18 +203,8 @@ def _plan_of_file(case: ResolvedCase, path: Path) -> Plan:
         raise FrameError(words, error.missing) from error
     if case.id is not None and file.case_hash not in (None, case.hash):
         raise OtherCase("the plan was made for another case; its points may lie in other anatomy.")
-    now, content = utc_now(), file.content
-    return Plan(
-        id=path.name,
-        name=file.name,
-        case_id=case.id or case.name,
-        case_hash=case.hash,
-        **vars(content),
-        urdf=file.urdf,
-        told=" ".join(file.notes),
-        created=now,
-        modified=now,
-    )
+    plan = PLAN.draft(case.id or case.name, case.hash, file.name, file.content, path.name)
+    return ResolvedPlan(replace(plan, told=" ".join(file.notes)), file.urdf)
 
 
 def resolve_targets(path: Path) -> tuple[PlanPoint, ...]:
@@ -230,7 +228,7 @@ def resolve_plan_zones(plan: Plan, case: ResolvedCase) -> ZoneSet:
             raise NotFound(f"the case has no structure {structure_id!r:.60}; it has {', '.join(case.structures)}.")
         return case.structures[structure_id]
 
-    return engine_zones(with_surface_errors(plan.zones, case.structure_errors), surface)
+    return engine_zones(with_surface_errors(plan.content.zones, case.structure_errors), surface)
 
 
 def find(items: Sequence[_Item], text: str, what: str) -> _Item:

@@ -14,7 +14,8 @@ from typing import Any, Literal
 
 import numpy as np
 
-from app.documents import Document, Documents
+from app.documents import Document
+from app.documents.documents import Documents
 from app.exchange.csv_files import shielded
 from app.kit.errors import NotFound
 from app.kit.text_tables import to_json_text
@@ -68,7 +69,7 @@ class BaseExport:
         if form not in ("json", "csv"):
             raise PlanError(f"a plan in the robot's frame is written as json or csv, not as {form:.20}.")
         if registration is not None:
-            plan = replace(plan, registration=self._registration(plan, registration).id)
+            plan = replace(plan, content=replace(plan.content, registration=self._registration(plan, registration).id))
         used = self._planning.registration(plan)
         transform = _transform(plan, None if used is None else used.image)
         driven, remark = self._driven(plan, used)
@@ -87,7 +88,7 @@ class BaseExport:
 
     def _driven(self, plan: Plan, used: DrivenRegistration | None) -> tuple[list[BasePoint], str]:
         """Return the poses of the dry run every 0.5 mm in the image frame, and a remark if it does not complete."""
-        if len(plan.points) < 2:
+        if len(plan.content.points) < 2:
             return [], "The plan has no path."
         try:
             evaluation = self._planning.evaluate(plan, through=used)
@@ -106,8 +107,8 @@ class BaseExport:
 
 def _planned(plan: Plan) -> list[BasePoint]:
     kinds: tuple[tuple[Literal["point", "target"], Sequence[PlanPoint]], ...] = (
-        ("point", plan.points),
-        ("target", plan.targets),
+        ("point", plan.content.points),
+        ("target", plan.content.targets),
     )
     return [
         BasePoint(kind, point.label, point.position, point.direction, point.roll_deg)
@@ -118,7 +119,7 @@ def _planned(plan: Plan) -> list[BasePoint]:
 
 def _transform(plan: Plan, registration: ImageRegistration | None) -> Array:
     """Return transform_image_to_base (4, 4), mm. Raises PlanError if the pose of the base is not known."""
-    placed = plan.robot.get("base")
+    placed = plan.content.robot.get("base")
     if placed is None and (registration is None or registration.to != "base"):
         raise PlanError(
             "the plan's robot is not placed, so nothing can be told in its frame; keep the placing of the dry run "
@@ -180,8 +181,8 @@ def _head(plan: Plan, transform: Array, registration: DrivenRegistration | None,
         "case_hash": plan.case_hash,
         "frame": "base",
         "unit": "mm",
-        "robot": plan.robot.get("name"),
-        "tool": plan.tool,
+        "robot": plan.content.robot.get("name"),
+        "tool": plan.content.tool,
         "transform_image_to_base": transform.ravel().tolist(),
         "registration": named,
         "remark": remark or ("" if named else "Image and patient are taken for one frame, as in a simulation."),

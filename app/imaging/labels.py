@@ -15,7 +15,8 @@ from app.cases.model import Case, CaseContent, SurfaceInfo, VolumeInfo
 from app.cases.segments import MAX_STRUCTURES
 from app.cases.service import CaseService
 from app.cases.structures import Provenance, Structure, encloses
-from app.documents import Document, Documents
+from app.documents import Document
+from app.documents.documents import Documents
 from app.imaging.label_document import FIRST_COLOUR, LABEL, MOST_STORED_POINTS, MOST_STROKES, LabelStroke, PaintedLabel
 from app.kit.array_files import ArraysUnusable, read_arrays
 from app.kit.cache import Cache

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from app.documents import Documents
+from app.documents.documents import Documents
 from app.kit.errors import PlanLocked
 from app.kit.names import check_label, unused_name
 from app.kit.values import check_position
@@ -149,7 +149,7 @@ def _proposed(plan: Plan, message: PointList) -> PlanContent | None:
     Raises LinkFault and PlanError if they are not allowed in a plan.
     """
     of_path = message.name == PATH
-    own = plan.points if of_path else plan.targets
+    own = plan.content.points if of_path else plan.content.targets
     if not message.points or len(message.points) > MAX_POINTS:
         raise LinkFault(f"{message.name} came with {len(message.points)} points; a plan has 1 to {MAX_POINTS}.")
     points = tuple(_point(sent, at, own) for at, sent in enumerate(message.points))

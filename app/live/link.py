@@ -6,7 +6,7 @@ import logging
 import threading
 from typing import Protocol
 
-from app.documents import Documents
+from app.documents.documents import Documents
 from app.link import LinkMessage, LinkServer, Text, Transform
 from app.link.server import STATUS
 from app.live.board import LiveBoard

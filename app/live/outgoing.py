@@ -24,14 +24,14 @@ _PATH_COLOUR, _TARGET_COLOUR = (109, 179, 242, 255), (229, 143, 208, 255)
 def plan_messages(plan: Plan) -> list[LinkMessage]:
     """Return path points and targets in Slicer's scene, and a text that names the plan."""
     words = f"{plan.name}, revision {plan.revision}{', locked' if plan.locked else ''}. {NOTICE}."
-    if plan.registration is None:
+    if plan.content.registration is None:
         words += " It uses no registration."
-    cut = sum(cut_name(point.label) != point.label for point in (*plan.points, *plan.targets))
+    cut = sum(cut_name(point.label) != point.label for point in (*plan.content.points, *plan.content.targets))
     if cut:
         words += f" {cut} labels are longer than {MAX_POINT_NAME - 1} bytes and are cut."
     return [
-        PointList(PATH, _listed(plan.points, _PATH_COLOUR)),
-        PointList(TARGETS, _listed(plan.targets, _TARGET_COLOUR)),
+        PointList(PATH, _listed(plan.content.points, _PATH_COLOUR)),
+        PointList(TARGETS, _listed(plan.content.targets, _TARGET_COLOUR)),
         Text(PLAN, words),
     ]
 
@@ -41,7 +41,7 @@ def registration_messages(plan: Plan, registrations: Sequence[Document[Registrat
 
     Both are the identity if the plan has no registration or it is not usable.
     """
-    used = [one for one in registrations if one.id == plan.registration and not one.unreadable]
+    used = [one for one in registrations if one.id == plan.content.registration and not one.unreadable]
     if not used or not report_of(used[0].content).usable:
         return no_registration()
     image = used[0].content.registration

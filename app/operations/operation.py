@@ -8,7 +8,8 @@ from typing import Any, ClassVar, Generic, TypeVar
 
 import msgspec
 
-from app.documents import Document, Documents
+from app.documents import Document
+from app.documents.documents import Documents
 
 Content = TypeVar("Content")
 Service = TypeVar("Service")

@@ -30,7 +30,9 @@ if TYPE_CHECKING:  # a drive of files alone needs no store
 
 def removal_solids(plan: Plan | None) -> tuple[Shape, ...]:
     """Return the regions of bone that a plan removes, as solids of the engine in LPS mm."""
-    return () if plan is None else tuple(solid for region in plan.removed_bone for solid in solids(region.shape))
+    return (
+        () if plan is None else tuple(solid for region in plan.content.removed_bone for solid in solids(region.shape))
+    )
 
 
 def tree_without_removed_bone(tree: ProximityTree, volume: Volume | None, plan: Plan) -> tuple[ProximityTree, float]:
@@ -110,7 +112,7 @@ class BoneRemoval:
 
         Raises PlanError if no bone would be left.
         """
-        removed = () if plan is None else plan.removed_bone
+        removed = () if plan is None else plan.content.removed_bone
         key = json.dumps([case.anatomy.geometry, case.content_hash, [dict(region.shape) for region in removed]])
         regions = removal_solids(plan)
         return self._kept.get(key, lambda: self._remaining(case, regions))

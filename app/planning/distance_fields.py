@@ -99,7 +99,9 @@ class DistanceFields:
 
     def of_plan(self, plan: Plan, progress: ProgressCallback = no_progress) -> CaseDistanceFields:
         """Return the fields around the path points and targets of a plan, after its bone removal."""
-        places = [point.position for point in plan.points] + [target.position for target in plan.targets]
+        places = [point.position for point in plan.content.points] + [
+            target.position for target in plan.content.targets
+        ]
         found, removed = self.around(self._cases.get(plan.case_id), places, progress), removal_solids(plan)
 
         @cache
@@ -137,7 +139,7 @@ def plan_tissue(volumes: Sequence[Volume], plan: Plan) -> DistanceField:
 
     volumes: scans of one head, the widest first. Raises InputError as `DistanceFields.around`.
     """
-    places = [point.position for point in plan.points] + [target.position for target in plan.targets]
+    places = [point.position for point in plan.content.points] + [target.position for target in plan.content.targets]
     return opened_field(solid_of_volumes(volumes, TISSUE_HU, np.array(_box(places))), removal_solids(plan))
 
 
@@ -149,7 +151,7 @@ def plan_ways(volumes: Sequence[Volume], plan: Plan) -> Ways | None:
         tissue = plan_tissue(volumes, plan)
     except InputError:
         return None
-    return Ways(tissue, room_air(tissue, volumes), plan.points[0].position)
+    return Ways(tissue, room_air(tissue, volumes), plan.content.points[0].position)
 
 
 def _box(places: npt.ArrayLike) -> Bounds:

@@ -31,7 +31,7 @@ from app.planning.verdict_words import Stated
 from app.plans.curve import CurveSample
 from app.plans.instruments import Instruments, plan_tool, shaped_tool
 from app.plans.model import DEFAULT_TOOL, Plan, drive_parts
-from app.plans.zones import PlanZone, check_zone, zone_to_json
+from app.plans.zones import PlanZone, check_zone
 from app.registration.driven import AS_STORED, AsStored, DrivenRegistration, Through, no_registration
 from vfix_engine.anatomy.piercing import Ways
 from vfix_engine.anatomy.soft_tissue import TissueKind, surroundings, tissue_passed
@@ -97,8 +97,8 @@ class Planning:
         """
         wanted = check_position(point)
         preparation.wait(self._go_on)
-        tool = shaped_tool(DEFAULT_TOOL) if plan is None else plan_tool(plan)
-        settings = settings_in_case({} if plan is None else plan.settings, case.uncertainty)
+        tool = shaped_tool(DEFAULT_TOOL) if plan is None else plan_tool(plan.content)
+        settings = settings_in_case({} if plan is None else plan.content.settings, case.uncertainty)
         radius = float(tool.radius.max())
         clearance = radius + settings.kept_mm
         bone = self._bone_removal.bone(case, plan)
@@ -141,15 +141,17 @@ class Planning:
 
         Raises PlanError, which names the structure that cannot be protected.
         """
-        if not plan.zones:
+        if not plan.content.zones:
             return ZoneSet()
         case = self._cases.get(plan.case_id)
         geometry = [(item.id, item.geometry) for item in case.structures]
-        key = json.dumps([case.id, geometry, [zone_to_json(zone) for zone in plan.zones]])
+        key = json.dumps([case.id, geometry, [vars(zone) for zone in plan.content.zones]])
         surface = partial(self._cases.structure_mesh, case.id)
         return self._zones.get(
             key,
-            lambda: engine_zones(with_surface_errors(plan.zones, case.structure_errors()), surface, case.anatomy.id),
+            lambda: engine_zones(
+                with_surface_errors(plan.content.zones, case.structure_errors()), surface, case.anatomy.id
+            ),
         )
 
     def check_zone(self, plan: Plan, zone: PlanZone) -> None:
@@ -167,7 +169,7 @@ class Planning:
 
         Raises PlanError if that registration cannot be used.
         """
-        return None if plan.registration is None else self._registered(plan)
+        return None if plan.content.registration is None else self._registered(plan)
 
     def registration_key(self, plan: Plan) -> str:
         """Return a key that is equal for plans whose registrations give the same evaluation; '' without one."""
@@ -187,8 +189,8 @@ class Planning:
     def _content_key(self, plan: Plan, options: RehearsalOptions, registered: str) -> str:
         case_hash = self._cases.get(plan.case_id).content_hash
         # The remote centre refers to a path point by id, so the ids matter only then.
-        on, ids = asdict(options.in_force), [point.id for point in plan.points] if options.centre.point else []
-        return json.dumps([plan.case_id, case_hash, *drive_parts(plan), on, ids, registered])
+        on, ids = asdict(options.in_force), [point.id for point in plan.content.points] if options.centre.point else []
+        return json.dumps([plan.case_id, case_hash, *drive_parts(plan.content), on, ids, registered])
 
     def is_evaluated(self, plan: Plan, options: RehearsalOptions = NO_OPTIONS, through: Through = AS_STORED) -> bool:
         """Whether the evaluation of a plan is cached."""
@@ -201,7 +203,7 @@ class Planning:
 
         The search starts from the pose of the dry run whose tip is nearest to the target. Raises as `evaluate`.
         """
-        targets = [(target.id, target.position) for target in plan.targets]
+        targets = [(target.id, target.position) for target in plan.content.targets]
         registered = self._read(plan, through)
         key = json.dumps([self.content_key(plan, options, registered), targets])
         return self._cones.get(key, lambda: self._all_cones(plan, options, registered))
@@ -209,12 +211,15 @@ class Planning:
     def _all_cones(
         self, plan: Plan, options: RehearsalOptions, registered: DrivenRegistration | None
     ) -> Mapping[str, InspectionCone]:
-        evaluation, tool = self.evaluate(plan, options=options, through=registered), plan_tool(plan)
+        evaluation, tool = self.evaluate(plan, options=options, through=registered), plan_tool(plan.content)
         case = self._cases.get(plan.case_id)
-        tree, kept = self._bone_removal.bone(case, plan).tree, settings_in_case(plan.settings, case.uncertainty).kept_mm
-        placed = self._instruments.robot(plan.robot).placed(evaluation.base, tool)
+        tree, kept = (
+            self._bone_removal.bone(case, plan).tree,
+            settings_in_case(plan.content.settings, case.uncertainty).kept_mm,
+        )
+        placed = self._instruments.robot(plan.content.robot).placed(evaluation.base, tool)
         found = {}
-        for target in plan.targets:
+        for target in plan.content.targets:
             row = int(np.linalg.norm(evaluation.run.tip - target.position, axis=1).argmin())
             rotation = placed.tip(evaluation.run.q[row]).rotation
             found[target.id] = inspection_cone(tree, tool, target.position, kept, rotation)
@@ -222,7 +227,7 @@ class Planning:
 
     def curve(self, plan: Plan) -> tuple[tuple[CurveSample, ...], str]:
         """Return samples of a plan's path for an export, and a remark on missing clearances or an incomplete run."""
-        if len(plan.points) < 2:
+        if len(plan.content.points) < 2:
             return (), ""
         try:
             evaluation = self.evaluate(plan)
@@ -239,7 +244,7 @@ class Planning:
         """
         found = self.evaluate(plan)
         registered = None if found.registered is None else found.registered.image
-        return placed_robot(plan.robot, found.base, found.q_start, registered)
+        return placed_robot(plan.content.robot, found.base, found.q_start, registered)
 
     def preview(
         self,
@@ -272,8 +277,8 @@ class Planning:
         path = path_of(plan)
         preparation.wait(lambda: report_progress("Preparing the engine", 0.0))
         case = self._cases.get(plan.case_id)
-        settings = settings_in_case(plan.settings, case.uncertainty)
-        robot, tool = self._instruments.robot(plan.robot), plan_tool(plan)
+        settings = settings_in_case(plan.content.settings, case.uncertainty)
+        robot, tool = self._instruments.robot(plan.content.robot), plan_tool(plan.content)
         report_progress("Building the tree of the surface", 0.0)
         bone = self._bone_removal.bone(case, plan)
         tree, names, volume = bone.tree, case.structure_names(), bone.volume
@@ -286,7 +291,7 @@ class Planning:
             tree, robot, tool, path, zones.zones, (*zones.soft_zones, *stands.fixtures), names, shaft_of(plan, path)
         )
         placement = drive.run(
-            plan.robot, settings, report_progress, None if registered is None else registered.image, kept
+            plan.content.robot, settings, report_progress, None if registered is None else registered.image, kept
         )
         run = placement.run
         report_progress("Measuring the soft tissue", 0.95)
@@ -318,7 +323,9 @@ class Planning:
             tissue = self._distance_fields.of_plan(plan, progress).tissue
         except InputError:
             return None
-        return None if tissue is None else Ways(tissue, self._distance_fields.air(case), plan.points[0].position)
+        return (
+            None if tissue is None else Ways(tissue, self._distance_fields.air(case), plan.content.points[0].position)
+        )
 
     def _profile(
         self, plan: Plan, run: DryRun, zones: ZoneSet, registered: DrivenRegistration | None, progress: ProgressCallback
@@ -329,7 +336,7 @@ class Planning:
         except InputError:
             tissue = None
         off_mm = None if registered is None else registered.off_mm
-        return profile_of(run, plan_tool(plan), path_of(plan), tissue, zones, off_mm)
+        return profile_of(run, plan_tool(plan.content), path_of(plan), tissue, zones, off_mm)
 
 
 def registered_key(registered: DrivenRegistration | None) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 from app.planning.dry_runs import DryRunJobs
@@ -98,19 +98,26 @@ class PathEvaluations:
         path: id or name of the only path to evaluate; if None, the chosen path and all others are evaluated.
         Raises PlanError if there is no such path or it has fewer than two points.
         """
-        chosen = plan if path is None else plan.along(path)
-        if len(chosen.points) < 2:
+        chosen = plan if path is None else replace(plan, content=plan.content.along(path))
+        if len(chosen.content.points) < 2:
             raise PlanError(
-                f"the path {chosen.path.name!r:.80} has fewer than two points; there is nothing to evaluate."
+                f"the path {chosen.content.path.name!r:.80} has fewer than two points; there is nothing to evaluate."
             )
         options = self._options.of(plan.id).in_force
-        own = self._of_path(chosen, options if chosen.path_id == plan.path_id else options.along(chosen))
+        own = self._of_path(
+            chosen, options if chosen.content.path_id == plan.content.path_id else options.along(chosen)
+        )
         removed = self._removed.of_plan(plan)
         if path is not None:
             return PlanReport(plan.id, plan.name, plan.case_id, own, (own,), removed=removed)
-        others = {one.id: plan.along(one.id) for one in plan.paths if len(one.points) > 1 and one.id != plan.path_id}
-        reports = (own if one.id == plan.path_id else self._of_path(others[one.id], options.along(others[one.id]))
-                   for one in plan.paths if one.id == plan.path_id or one.id in others)  # fmt: skip
+        content = plan.content
+        others = {
+            one.id: replace(plan, content=content.along(one.id))
+            for one in content.paths
+            if len(one.points) > 1 and one.id != content.path_id
+        }
+        reports = (own if one.id == content.path_id else self._of_path(others[one.id], options.along(others[one.id]))
+                   for one in content.paths if one.id == content.path_id or one.id in others)  # fmt: skip
         return PlanReport(plan.id, plan.name, plan.case_id, own, tuple(reports), removed=removed)
 
     def _of_path(self, plan: Plan, options: RehearsalOptions) -> PathEvaluation:
@@ -119,7 +126,7 @@ class PathEvaluations:
         except StartRefused as error:
             return _report(plan, refused(error).with_remarks(plan), None, ())
         cones = self._planning.cones(plan, options, evaluation.registered)
-        targets = tuple(TargetReport(t.id, t.label, round(cones[t.id].cone_deg, 1)) for t in plan.targets)
+        targets = tuple(TargetReport(t.id, t.label, round(cones[t.id].cone_deg, 1)) for t in plan.content.targets)
         return _report(plan, evaluation.verdict, evaluation, targets)
 
 
@@ -128,8 +135,8 @@ def _report(
 ) -> PathEvaluation:
     """Build the evaluation of a path. evaluation: None if the tool does not fit at the entry."""
     return PathEvaluation(
-        path=plan.path_id,
-        name=plan.path.name,
+        path=plan.content.path_id,
+        name=plan.content.path.name,
         verdict=verdict.level,
         reason=verdict.reason,
         short=verdict.short,

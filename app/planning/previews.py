@@ -11,7 +11,7 @@ from app.planning.evaluation import Planning
 from app.planning.placement import StoredPlacement
 from app.planning.plan_evaluation import PlanEvaluation
 from app.planning.rehearsal_options import NO_OPTIONS, RehearsalOptions
-from app.plans.model import Plan, without_placement
+from app.plans.model import Plan
 from app.plans.points import PlanPoint
 from vfix_engine.progress import ProgressCallback
 
@@ -64,11 +64,11 @@ class Previews:
             replace(point, position=position or point.position, direction=dragged.direction or point.direction)
             if point.id == dragged.point_id
             else point
-            for point in plan.points
+            for point in plan.content.points
         ]
         return Preview(self._planning.preview(with_points(plan, points), placement, progress, options), moved_mm)
 
 
 def with_points(plan: Plan, points: Sequence[PlanPoint]) -> Plan:
     """Return the plan with other points for the chosen path, not stored, and without a placement of the robot."""
-    return replace(plan, points=tuple(points), robot=without_placement(plan.robot))
+    return replace(plan, content=plan.content.with_points(points).without_placement())

@@ -36,7 +36,7 @@ class RehearsalOptions:
 
     def along(self, plan: Plan) -> RehearsalOptions:
         """Return the options for another path: a remote centre at a point that it does not have moves to its entry."""
-        here = self.centre.point is None or self.centre.point in [point.id for point in plan.points]
+        here = self.centre.point is None or self.centre.point in [point.id for point in plan.content.points]
         return self if here else replace(self, centre=ENTRY)
 
 

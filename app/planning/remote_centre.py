@@ -35,14 +35,14 @@ ENTRY = PathPlace()
 
 def path_of(plan: Plan) -> SplinePath:
     """Return the path of a plan. Raises PlanError for fewer than two points."""
-    if len(plan.points) < 2:
+    if len(plan.content.points) < 2:
         raise PlanError("a path needs at least two points.")
-    return SplinePath(np.array([point.position for point in plan.points], dtype=np.float64))
+    return SplinePath(np.array([point.position for point in plan.content.points], dtype=np.float64))
 
 
 def point_places(plan: Plan, path: SplinePath) -> list[float]:
     """Return the arc length of each path point in mm."""
-    return [float(path.closest(np.array(point.position, dtype=np.float64))[0]) for point in plan.points]
+    return [float(path.closest(np.array(point.position, dtype=np.float64))[0]) for point in plan.content.points]
 
 
 def entry_mm(plan: Plan, path: SplinePath, volume: Volume | None) -> float:
@@ -53,7 +53,7 @@ def entry_mm(plan: Plan, path: SplinePath, volume: Volume | None) -> float:
     """
     if volume is None:
         return 0.0
-    key = json.dumps([plan.case_id, plan.case_hash, [point.position for point in plan.points]])
+    key = json.dumps([plan.case_id, plan.case_hash, [point.position for point in plan.content.points]])
     return _KNOWN.get(key, lambda: _entry_in(path, volume))
 
 
@@ -73,7 +73,7 @@ def place_mm(place: PathPlace, plan: Plan, path: SplinePath, volume: Volume | No
     Raises PlanError if the path point does not exist, and as `entry_mm`.
     """
     if place.point is not None:
-        ids = [point.id for point in plan.points]
+        ids = [point.id for point in plan.content.points]
         if place.point not in ids:
             raise PlanError("the path point of the remote centre is not there any more; choose another place.")
         return point_places(plan, path)[ids.index(place.point)]

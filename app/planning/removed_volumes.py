@@ -58,12 +58,12 @@ class RemovedVolumeService:
 
         Raises NotFound if there is no such case.
         """
-        if not plan.removed_bone:
+        if not plan.content.removed_bone:
             return RemovedVolumes()
         case = self._cases.get(plan.case_id)
-        found = [(region, *self._counted(case, (region,))) for region in plan.removed_bone]
+        found = [(region, *self._counted(case, (region,))) for region in plan.content.removed_bone]
         regions = tuple(RegionVolume(region.id, region.name, volume, words) for region, volume, words in found)
-        return RemovedVolumes(regions, self._counted(case, plan.removed_bone)[0])
+        return RemovedVolumes(regions, self._counted(case, plan.content.removed_bone)[0])
 
     def _counted(self, case: Case, regions: tuple[RemovedBone, ...]) -> tuple[float, str]:
         key = json.dumps([case.id, case.anatomy.geometry, case.content_hash, [dict(one.shape) for one in regions]])

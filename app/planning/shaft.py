@@ -19,7 +19,7 @@ def shaft_of(plan: Plan, path: SplinePath) -> ShaftDirections | None:
 
     Raises PlanError with the points' labels if two neighbouring directions are opposite.
     """
-    return shaft_at(plan.points, path)
+    return shaft_at(plan.content.points, path)
 
 
 def shaft_at(points: tuple[PlanPoint, ...], path: SplinePath) -> ShaftDirections | None:

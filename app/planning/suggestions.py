@@ -12,7 +12,6 @@ import numpy as np
 
 from app.cases.service import Case, CaseService
 from app.cases.settings import settings_in_case
-from app.clock import utc_now
 from app.kit.cache import Cache
 from app.kit.errors import NotFound, PlanConflict
 from app.kit.jobs import Job, JobKind, Jobs, Progress
@@ -26,6 +25,7 @@ from app.planning.remote_centre import path_of
 from app.planning.shaft import shaft_of
 from app.planning.suggestion_ends import check_ends
 from app.planning.verdict import Level, Verdict, refused
+from app.plans.document import PLAN
 from app.plans.instruments import Instruments, plan_tool, shipped_tools
 from app.plans.model import Plan, PlanContent, PlanPoint, new_point_id
 from vfix_engine.anatomy.piercing import Ways
@@ -85,12 +85,12 @@ class SuggestedPaths:
 
     def check_tool(self, plan: Plan) -> None:
         """Raise PlanConflict if the plan has another tool or shape now, which may not fit along these paths."""
-        if self.tool != plan_tool(plan).name:
+        if self.tool != plan_tool(plan.content).name:
             raise PlanConflict(
-                f"that suggestion was made for the tool {self.tool!r}, and the plan has {plan.tool!r} now; look for a "
-                "path anew, or choose that tool again."
+                f"that suggestion was made for the tool {self.tool!r}, and the plan has {plan.content.tool!r} now; "
+                "look for a path anew, or choose that tool again."
             )
-        if dict(self.tool_shape) != dict(plan.tool_shape):
+        if dict(self.tool_shape) != dict(plan.content.tool_shape):
             raise PlanConflict("that suggestion was made for another shape of the tool; look for a path anew.")
 
 
@@ -187,11 +187,19 @@ class Suggestions:
         """
         check_ends(self._cases.get(plan.case_id), entry, target)
         around, settings = self._around(plan, [entry, target], progress), self._settings(plan)
-        robot, tool = self._instruments.robot(plan.robot), plan_tool(plan)
+        robot, tool = self._instruments.robot(plan.content.robot), plan_tool(plan.content)
         found = suggest_path(around, robot, tool, entry, target, settings, partial(_search_progress, progress))
         found, verdicts = self._evaluated(plan, found, target, progress)
         return SuggestedPaths(
-            new_point_id(), plan.id, entry, target, tool.name, settings.kept_mm, found, plan.tool_shape, verdicts
+            new_point_id(),
+            plan.id,
+            entry,
+            target,
+            tool.name,
+            settings.kept_mm,
+            found,
+            plan.content.tool_shape,
+            verdicts,
         )
 
     def _evaluated(
@@ -220,29 +228,29 @@ class Suggestions:
 
     def tools(self, plan: Plan, progress: ProgressCallback) -> ToolTable:
         """Drive every shipped tool along the path of a plan."""
-        points = [point.position for point in plan.points]
+        points = [point.position for point in plan.content.points]
         path = path_of(plan)
         around, settings = self._around(plan, points, progress), self._settings(plan)
-        robot, shaft, rows = self._instruments.robot(plan.robot), shaft_of(plan, path), list[ToolRow]()
-        every = [plan_tool(plan) if tool.name == plan.tool else tool for tool in shipped_tools()]
+        robot, shaft, rows = self._instruments.robot(plan.content.robot), shaft_of(plan, path), list[ToolRow]()
+        every = [plan_tool(plan.content) if tool.name == plan.content.tool else tool for tool in shipped_tools()]
         for number, tool in enumerate(every):
             fraction = _FIELDS_FRACTION + (1.0 - _FIELDS_FRACTION) * number / len(every)
 
             def step(stage: str, _: float, at: float = fraction, title: str = tool.title) -> None:
                 progress(f"Driving {title}", at)
 
-            planned = shaft is not None and tool.name == plan.tool
+            planned = shaft is not None and tool.name == plan.content.tool
             if planned and shaft is not None:
                 own = drive_plan(around, robot, tool, path, shaft, settings, lambda: step("", 0.0))
                 drives = [] if own is None else [own]
             else:
                 drives = best_drives(around, robot, tool, np.array(points), settings, RANKINGS[:1], 1, step)
-            rows.append(_row(tool, drives[0] if drives else None, tool.name == plan.tool, planned, path.length))
+            rows.append(_row(tool, drives[0] if drives else None, tool.name == plan.content.tool, planned, path.length))
         rows.sort(key=lambda row: (not row.reaches, row.tissue_mm or 0.0, -(row.least_clearance_mm or 0.0)))
         return ToolTable(new_point_id(), plan.id, plan.revision, tuple(rows))
 
     def _settings(self, plan: Plan) -> ControlSettings:
-        return settings_in_case(plan.settings, self._cases.get(plan.case_id).uncertainty)
+        return settings_in_case(plan.content.settings, self._cases.get(plan.case_id).uncertainty)
 
     def _submit(self, work: Callable[[Progress], str], kind: JobKind, plan: Plan, ends: Sequence[Position]) -> Job:
         lane = f"dry_run {plan.case_id}"  # one drive of a case at a time
@@ -270,10 +278,7 @@ class Suggestions:
 
 def draft(case: Case, content: PlanContent, name: str = "") -> Plan:
     """Return a plan of a case that is not stored."""
-    now = utc_now()
-    return Plan(
-        id="", name=name, case_id=case.id, case_hash=case.content_hash, **vars(content), created=now, modified=now
-    )  # fmt: skip
+    return PLAN.draft(case.id, case.content_hash, name, content)
 
 
 def entry_and_target(
@@ -283,12 +288,12 @@ def entry_and_target(
 
     Raises PlanError if an end is missing.
     """
-    if entry is None and not plan.points:
+    if entry is None and not plan.content.points:
         raise PlanError("a suggestion needs an entry: click into a nostril, or give 'entry'.")
-    if target is None and not plan.targets:
+    if target is None and not plan.content.targets:
         raise PlanError("a suggestion needs a target: add one to the plan, or give 'target'.")
-    first = check_position(plan.points[0].position if entry is None else entry)
-    return first, check_position(plan.targets[0].position if target is None else target)
+    first = check_position(plan.content.points[0].position if entry is None else entry)
+    return first, check_position(plan.content.targets[0].position if target is None else target)
 
 
 def suggested_points(one: Alternative) -> tuple[PlanPoint, ...]:

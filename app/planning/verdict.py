@@ -177,7 +177,7 @@ def plan_remarks(plan: Plan) -> tuple[str, str]:
     The first states that it enters on another side than it states, the second how far before a target it ends; ''
     if they do not apply.
     """
-    return side_caution(plan.path), ends_words(plan.points, plan.targets)
+    return side_caution(plan.content.path), ends_words(plan.content.points, plan.content.targets)
 
 
 def profile_of(

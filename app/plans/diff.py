@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import fields
 from typing import Any, Protocol, TypeVar
 
 from app.cases.second_volume import SecondVolume
@@ -28,21 +29,36 @@ _Item = TypeVar("_Item", bound=_Named)
 
 
 def changes(before: PlanContent, after: PlanContent) -> tuple[str, ...]:
-    """Sentences, in the order of the panel; none where the two are the same. A robot's placement is not told."""
-    found = list(listed(before.paths, after.paths, lambda path: f"Path ‘{path.name}’", _path))
-    if before.path_id != after.path_id:
-        found.append(f"Path ‘{after.path.name}’ is chosen instead of ‘{before.path.name}’.")
-    found += listed(before.targets, after.targets, lambda point: f"Target ‘{point.label}’", _point)
-    if (was := _robot(before)) != (now := _robot(after)):
-        found.append(f"Robot: {now} instead of {was}.")
-    found += listed(before.zones, after.zones, lambda zone: f"Structure to spare ‘{zone.name}’", _zone)
-    found += listed(before.removed_bone, after.removed_bone, lambda bone: f"Bone to be removed ‘{bone.name}’", _region)
-    found += _settings(before.settings, after.settings)
-    found += _second(before.second_volume, after.second_volume)
-    found += _registration(before.registration, after.registration)
-    if before.notes != after.notes:
-        found.append("The notes were changed.")
+    """Sentences, in the order of the panel; none where the two are the same. A robot's placement is not told.
+
+    A field without words of its own is told by its name.
+    """
+    found: list[str] = []
+    for name in (*_WORDS, *(field.name for field in fields(after) if field.name not in _WORDS)):
+        words = _WORDS.get(name)
+        found += words(before, after) if words else _plain(name, getattr(before, name), getattr(after, name))
     return tuple(found)
+
+
+def _plain(name: str, was: Any, now: Any) -> Iterable[str]:
+    if was == now:
+        return
+    words = name.replace("_", " ").capitalize()
+    if all(isinstance(value, (str, int, float)) for value in (was, now)):
+        old, new = (f"‘{value}’" if isinstance(value, str) else f"{value}" for value in (was, now))
+        yield f"{words}: {new} instead of {old}."
+    else:
+        yield f"{words}: changed."
+
+
+def _chosen(before: PlanContent, after: PlanContent) -> Iterable[str]:
+    if before.path_id != after.path_id:
+        yield f"Path ‘{after.path.name}’ is chosen instead of ‘{before.path.name}’."
+
+
+def _robots(before: PlanContent, after: PlanContent) -> Iterable[str]:
+    if (was := _robot(before)) != (now := _robot(after)):
+        yield f"Robot: {now} instead of {was}."
 
 
 def listed(
@@ -182,3 +198,19 @@ def _sizes(sizes: Sequence[float]) -> str:
 
 def figure(value: Any, unit: str) -> str:
     return "left open" if value is None else f"{value:g}{unit}".replace("-", "−")
+
+
+_WORDS: Mapping[str, Callable[[PlanContent, PlanContent], Iterable[str]]] = {
+    "paths": lambda was, now: listed(was.paths, now.paths, lambda path: f"Path ‘{path.name}’", _path),
+    "path_id": _chosen,
+    "targets": lambda was, now: listed(was.targets, now.targets, lambda point: f"Target ‘{point.label}’", _point),
+    "robot": _robots,
+    "zones": lambda was, now: listed(was.zones, now.zones, lambda zone: f"Structure to spare ‘{zone.name}’", _zone),
+    "removed_bone": lambda was, now: listed(
+        was.removed_bone, now.removed_bone, lambda bone: f"Bone to be removed ‘{bone.name}’", _region
+    ),
+    "settings": lambda was, now: _settings(was.settings, now.settings),
+    "second_volume": lambda was, now: _second(was.second_volume, now.second_volume),
+    "registration": lambda was, now: _registration(was.registration, now.registration),
+    "notes": lambda was, now: () if was.notes == now.notes else ("The notes were changed.",),
+}

@@ -5,11 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 from app.cases.structures import BONE
-from app.documents import Document, DocumentErrors, DocumentKind, Ref
+from app.documents import DocumentErrors, DocumentKind, Ref
 from app.kit.errors import PlanConflict, PlanLocked
 from app.plans.diff import changes
 from app.plans.model import (
-    Plan,
     PlanContent,
     check_content,
     content_from_json,
@@ -53,24 +52,3 @@ PLAN = DocumentKind(
         "PATCH /api/v1/plans/{id}, or delete it."
     ),
 )
-
-
-def plan_of(document: Document[PlanContent]) -> Plan:
-    """A document of this kind as the plan that clients see."""
-    content = document.content
-    return Plan(
-        id=document.id,
-        name=document.name,
-        case_id=document.case_id,
-        case_hash=document.case_hash,
-        **vars(content),
-        created=document.created,
-        modified=document.modified,
-        revision=document.revision,
-        locked=document.locked,
-        deleted_at=document.deleted_at,
-        can_undo=document.can_undo,
-        can_redo=document.can_redo,
-        unreadable=document.unreadable,
-        told=document.told,
-    )

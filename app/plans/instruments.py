@@ -37,8 +37,22 @@ class UsesInstruments(Protocol):
     @property
     def robot(self) -> Mapping[str, Any]: ...
 
-    @property
-    def urdf(self) -> bytes | None: ...
+
+class RobotSource(Protocol):
+    """Where robots of one's own are found."""
+
+    def robot(self, robot: Mapping[str, Any]) -> RobotModel: ...
+
+
+@dataclass(frozen=True)
+class CarriedUrdf:
+    """The URDF of a plan's robot that came in the plan's file."""
+
+    urdf: bytes
+
+    def robot(self, robot: Mapping[str, Any]) -> RobotModel:
+        """The robot that a plan names. Raises RobotError."""
+        return robot_from_urdf(self.urdf, robot["name"], robot["tool_frame"])
 
 
 @dataclass(frozen=True)
@@ -58,13 +72,11 @@ def plan_tool(plan: UsesInstruments) -> Tool:
     return shaped_tool(plan.tool, **plan.tool_shape)
 
 
-def plan_robot(plan: UsesInstruments, instruments: Instruments | None) -> RobotModel:
-    """The robot of a plan. instruments: where stored URDFs are; None without a store. Raises RobotError, PlanError."""
+def plan_robot(plan: UsesInstruments, instruments: RobotSource | None) -> RobotModel:
+    """The robot of a plan. instruments: where URDFs are; None where there are none. Raises RobotError, PlanError."""
     robot = plan.robot
     if robot.get("urdf") is None:
         return RobotModel.load(robot["name"])
-    if plan.urdf is not None:
-        return robot_from_urdf(plan.urdf, robot["name"], robot["tool_frame"])
     if instruments is None:
         raise PlanError("the plan's robot is a URDF that its file does not carry; export the plan again.")
     return instruments.robot(robot)
@@ -167,8 +179,10 @@ __all__ = [
     "MAX_BEND_DEG",
     "MAX_URDF_BYTES",
     "SHAFT_RADIUS_MM",
+    "CarriedUrdf",
     "Instruments",
     "OwnRobot",
+    "RobotSource",
     "plan_robot",
     "plan_tool",
     "robot_words",

@@ -6,35 +6,24 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from app.cases.second_volume import SecondVolume, check_second, second_from_json, second_to_json
+from app.cases.second_volume import SecondVolume, check_second
+from app.documents import Document, read_as, written
 from app.kit.errors import TooLarge
 from app.kit.names import check_text
-from app.kit.values import check_id, number
+from app.kit.values import check_id
 from app.plans.paths import (
     DEFAULT_TOOL,
+    FIRST_NAME,
     FIRST_PATH,
     MAX_PATHS,
     EntrySide,
     PlanPath,
     check_paths,
     check_tool_shape,
-    check_word,
-    paths_from_json,
-    paths_to_json,
-    with_chosen,
 )
-from app.plans.points import PlanPoint, check_point, new_point_id, point_to_json, points_from_json
+from app.plans.points import PlanPoint, check_point, new_point_id
 from app.plans.robot import DEFAULT_ROBOT, check_robot, unplaced_robot, without_placement
-from app.plans.zones import (
-    PlanZone,
-    RemovedBone,
-    check_removed,
-    check_zones,
-    removed_from_json,
-    removed_to_json,
-    zone_to_json,
-    zones_from_json,
-)
+from app.plans.zones import PlanZone, RemovedBone, check_removed, check_zones
 from vfix_engine.control import ControlSettings
 from vfix_engine.control.settings import RETIRED
 from vfix_engine.errors import PlanError
@@ -42,10 +31,12 @@ from vfix_engine.errors import PlanError
 __all__ = [
     "DEFAULT_ROBOT",
     "DEFAULT_TOOL",
+    "FRAME",
     "MAX_NOTES",
     "MAX_POINTS",
     "NOTICE",
     "SCHEMA",
+    "UNIT",
     "Plan",
     "PlanContent",
     "PlanFile",
@@ -67,20 +58,20 @@ __all__ = [
     "without_placement",
 ]
 
-SCHEMA = "vfix-plan/1"
+SCHEMA = "vfix-plan/1"  # of files
+FRAME, UNIT = "LPS", "mm"
 NOTICE = "Not for clinical use"
 MAX_POINTS = 300  # of path points of each path, and of targets
 MAX_NOTES = 10_000  # [characters]
+_OF_CHOSEN = ("points", "tool", "tool_shape")  # of the chosen path, what a plan's JSON has itself
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class PlanContent:
     """What undo and redo go back and forth over, and what a file of a plan carries.
 
-    points, tool, tool_shape: of the chosen path, whose id is path_id. tool: name of a shipped tool; tool_shape: its
-    'bend_deg' and 'shaft_radius_mm' where they are not the shipped ones.
-    paths: every path, in the order of the list; the chosen one always has the points and the tool of the plan, so that
-    `replace(content, points=…)` changes it.
+    paths: every path, in the order of the list; path_id: of the chosen one, which is edited and driven. No path at all
+    is an empty one.
     robot: name, base (16 numbers, row by row, transform_base_to_patient [mm]) or None, and q_start ([mm], [rad]) or
     None; of a URDF of one's own also its SHA-256 as 'urdf' and the link that holds the tool as 'tool_frame'.
     A placement is that of the chosen path.
@@ -91,14 +82,11 @@ class PlanContent:
     registration: id of the registration that says how the image lies on the patient; None for none.
     """
 
-    points: tuple[PlanPoint, ...] = ()
     targets: tuple[PlanPoint, ...] = ()
-    tool: str = DEFAULT_TOOL
-    tool_shape: Mapping[str, float] = field(default_factory=dict)
     robot: Mapping[str, Any] = field(default_factory=unplaced_robot)
     settings: Mapping[str, float] = field(default_factory=dict)
-    paths: tuple[PlanPath, ...] = ()
     path_id: str = FIRST_PATH
+    paths: tuple[PlanPath, ...] = ()
     zones: tuple[PlanZone, ...] = ()
     removed_bone: tuple[RemovedBone, ...] = ()
     notes: str = ""
@@ -106,12 +94,31 @@ class PlanContent:
     registration: str | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "paths", with_chosen(self.paths, self.path_id, _chosen(self)))
+        if not self.paths:
+            name = FIRST_NAME if self.path_id == FIRST_PATH else self.path_id
+            object.__setattr__(self, "paths", (PlanPath(self.path_id, name),))
+        elif self.path_id not in [path.id for path in self.paths]:
+            raise PlanError(f"there is no path {self.path_id!r:.80} in this plan.")
 
     @property
     def path(self) -> PlanPath:
         """The chosen path."""
-        return _path_of(self)
+        return next(path for path in self.paths if path.id == self.path_id)
+
+    @property
+    def points(self) -> tuple[PlanPoint, ...]:
+        """The points of the chosen path, from outside to inside."""
+        return self.path.points
+
+    @property
+    def tool(self) -> str:
+        """The name of the chosen path's tool, a shipped one."""
+        return self.path.tool
+
+    @property
+    def tool_shape(self) -> Mapping[str, float]:
+        """The 'bend_deg' and 'shaft_radius_mm' of the chosen path's tool where they are not the shipped ones."""
+        return self.path.tool_shape
 
     @property
     def entry_side(self) -> EntrySide:
@@ -119,88 +126,21 @@ class PlanContent:
         return self.path.entry_side
 
     def with_points(self, points: Sequence[PlanPoint]) -> PlanContent:
-        """The content with another chosen path; a placement that belonged to the old one is dropped."""
-        moved = [_held(p) for p in points] != [_held(p) for p in self.points]
-        robot = without_placement(self.robot) if moved else self.robot
-        return replace(self, points=tuple(points), robot=robot)
+        """The content with other points of the chosen path; a placement that belonged to the old ones is dropped."""
+        return self._with_path(replace(self.path, points=tuple(points)))
+
+    def with_tool(self, tool: str, tool_shape: Mapping[str, float] | None = None) -> PlanContent:
+        """The content with another tool of the chosen path; a placement, which was made for the old one, is dropped."""
+        content = self._with_path(replace(self.path, tool=tool, tool_shape=dict(tool_shape or {})))
+        return content.without_placement()
 
     def with_paths(self, paths: Sequence[PlanPath], path_id: str) -> PlanContent:
         """The content with other paths, of which one is chosen; a placement of another way is dropped."""
-        chosen = next((path for path in paths if path.id == path_id), None)
-        if chosen is None:
-            raise PlanError(f"there is no path {path_id!r:.80} in this plan.")
-        content = replace(
-            self,
-            points=chosen.points,
-            tool=chosen.tool,
-            tool_shape=chosen.tool_shape,
-            paths=tuple(paths),
-            path_id=path_id,
-        )
-        same = _way(content) == _way(self)
-        return content if same else replace(content, robot=without_placement(self.robot))
+        content = replace(self, paths=tuple(paths), path_id=path_id)
+        return content if _way(content.path) == _way(self.path) else content.without_placement()
 
-
-@dataclass(frozen=True)
-class Plan:
-    """A stored plan. `revision` grows with every change; a deleted plan carries the time it was deleted at.
-
-    urdf: the URDF of a robot of one's own, where the plan came out of a file; else the store has it by its hash.
-    unreadable: in a list, why the plan's content cannot be read; it has no points there then.
-    """
-
-    id: str
-    name: str
-    case_id: str
-    case_hash: str
-    points: tuple[PlanPoint, ...]
-    targets: tuple[PlanPoint, ...]
-    tool: str
-    robot: Mapping[str, Any]
-    settings: Mapping[str, float]
-    created: str
-    modified: str
-    revision: int = 0
-    locked: bool = False
-    deleted_at: str | None = None
-    can_undo: bool = False
-    can_redo: bool = False
-    tool_shape: Mapping[str, float] = field(default_factory=dict)
-    urdf: bytes | None = None
-    unreadable: str = ""
-    told: str = field(default="", compare=False)
-    schema: str = SCHEMA
-    frame: str = "LPS"
-    unit: str = "mm"
-    notice: str = NOTICE
-    paths: tuple[PlanPath, ...] = ()
-    path_id: str = FIRST_PATH
-    zones: tuple[PlanZone, ...] = ()
-    removed_bone: tuple[RemovedBone, ...] = ()
-    notes: str = ""
-    second_volume: SecondVolume | None = None
-    registration: str | None = None
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "paths", with_chosen(self.paths, self.path_id, _chosen(self)))
-
-    @property
-    def content(self) -> PlanContent:
-        """The part that edits change."""
-        return PlanContent(**{name: getattr(self, name) for name in PlanContent.__dataclass_fields__})
-
-    @property
-    def path(self) -> PlanPath:
-        """The chosen path."""
-        return _path_of(self)
-
-    @property
-    def entry_side(self) -> EntrySide:
-        """Where the chosen path enters."""
-        return self.path.entry_side
-
-    def along(self, name: str) -> Plan:
-        """The same plan with the path of that id or name chosen; its robot has a placement for the chosen one only.
+    def along(self, name: str) -> PlanContent:
+        """The content with the path of that id or name chosen; its robot has a placement for the chosen one only.
 
         Raises PlanError where there is no such path.
         """
@@ -208,8 +148,17 @@ class Plan:
         if not wanted:
             known = ", ".join(repr(path.name) for path in self.paths)
             raise PlanError(f"there is no path {name!r:.80} in this plan; it has {known}.")
-        content = self.content.with_paths(self.paths, wanted[0].id)
-        return replace(self, **{key: getattr(content, key) for key in PlanContent.__dataclass_fields__})
+        return self.with_paths(self.paths, wanted[0].id)
+
+    def without_placement(self) -> PlanContent:
+        """The content whose robot gets a placement when the plan is driven."""
+        return replace(self, robot=without_placement(self.robot))
+
+    def _with_path(self, changed: PlanPath) -> PlanContent:
+        return self.with_paths([changed if path.id == changed.id else path for path in self.paths], self.path_id)
+
+
+Plan = Document[PlanContent]
 
 
 @dataclass(frozen=True)
@@ -226,40 +175,27 @@ class PlanFile:
     notes: tuple[str, ...] = ()
 
 
-def _chosen(plan: Plan | PlanContent) -> dict[str, Any]:
-    return {"points": plan.points, "tool": plan.tool, "tool_shape": plan.tool_shape}
+def _way(path: PlanPath) -> tuple[Any, ...]:
+    """What of a path a robot is placed for."""
+    held = [(point.position, point.direction, point.roll_deg) for point in path.points]
+    return held, path.tool, dict(path.tool_shape)
 
 
-def _path_of(plan: Plan | PlanContent) -> PlanPath:
-    return next(path for path in plan.paths if path.id == plan.path_id)
-
-
-def _held(point: PlanPoint) -> tuple[Any, ...]:
-    """What of a path point a robot is placed for."""
-    return (point.position, point.direction, point.roll_deg)
-
-
-def _way(content: PlanContent) -> tuple[Any, ...]:
-    return ([_held(point) for point in content.points], content.tool, dict(content.tool_shape))
-
-
-def drive_parts(plan: Plan | PlanContent) -> list[Any]:
+def drive_parts(content: PlanContent) -> list[Any]:
     """What a drive along the chosen path depends on, as JSON values: equal for plans that are driven alike.
 
     Names count, since a drive says what blocks it; labels, colours, notes and the other paths do not.
     """
-    zones = [
-        {k: v for k, v in zone_to_json(zone).items() if k not in ("id", "colour", "visible")} for zone in plan.zones
-    ]
+    zones = [{k: v for k, v in vars(zone).items() if k not in ("id", "colour", "visible")} for zone in content.zones]
     return [
-        plan.tool,
-        dict(plan.tool_shape),
-        dict(plan.robot),
-        dict(plan.settings),
-        [point.position for point in plan.points],
-        [[point.direction, point.roll_deg] for point in plan.points],
+        content.tool,
+        dict(content.tool_shape),
+        dict(content.robot),
+        dict(content.settings),
+        [point.position for point in content.points],
+        [[point.direction, point.roll_deg] for point in content.points],
         zones,
-        [dict(region.shape) for region in plan.removed_bone],
+        [dict(region.shape) for region in content.removed_bone],
     ]
 
 
@@ -283,17 +219,20 @@ def check_size(content: PlanContent) -> PlanContent:
 
 
 def check_stored(content: PlanContent) -> PlanContent:
-    """The content, validated as a whole, without settings that are retired. Raises InputError or one of its kinds."""
+    """The content as it is read once it is stored. Raises InputError or one of its kinds."""
+    return content_from_json(content_to_json(content))
+
+
+def _with_rules(content: PlanContent) -> PlanContent:
+    """What types cannot say; without settings that are retired. Raises InputError or one of its kinds."""
     points = [point for path in content.paths for point in path.points] + list(content.targets)
-    for point in points:
-        check_point(point)
     if len({point.id for point in points}) != len(points):
         raise PlanError("two points have the same identifier.")
-    check_word(content.tool, "tool")
     ControlSettings.from_dict(dict(content.settings))
+    check_id(content.path_id, "a path")
     return replace(
         content,
-        tool_shape=check_tool_shape(content.tool_shape),
+        targets=tuple(check_point(point) for point in content.targets),
         robot=check_robot(content.robot),
         settings={name: value for name, value in content.settings.items() if name not in RETIRED},
         paths=check_paths(content.paths),
@@ -311,50 +250,57 @@ def check_registration_id(value: Any) -> str | None:
 
 
 def content_to_json(content: PlanContent) -> dict[str, Any]:
-    """The content as plain JSON values, each number unrounded.
+    """The content as plain JSON values, each number unrounded: its fields.
 
-    'points', 'tool' and 'tool_shape' are the chosen path's, as in files from before there were several.
+    'points', 'tool' and 'tool_shape' are the chosen path's, as in files from before there were several, and left out of
+    its entry in 'paths'. What a point leaves open is left out.
     """
-    return {
-        "points": [point_to_json(point) for point in content.points],
-        "targets": [point_to_json(point) for point in content.targets],
-        "tool": content.tool,
-        "tool_shape": dict(content.tool_shape),
-        "robot": dict(content.robot),
-        "settings": dict(content.settings),
-        "path_id": content.path_id,
-        "paths": paths_to_json(content.paths, content.path_id),
-        "zones": [zone_to_json(zone) for zone in content.zones],
-        "removed_bone": [removed_to_json(region) for region in content.removed_bone],
-        "notes": content.notes,
-        "second_volume": second_to_json(content.second_volume),
-        "registration": content.registration,
-    }
+    data = written(content)
+    for point in (*data["targets"], *(point for path in data["paths"] for point in path["points"])):
+        for name in [name for name, value in point.items() if value is None]:
+            del point[name]
+    chosen = next(path for path in data["paths"] if path["id"] == content.path_id)
+    own = {name: chosen.pop(name) for name in _OF_CHOSEN}
+    return {"points": own.pop("points"), "targets": data.pop("targets"), **own, **data}
 
 
 def content_from_json(data: Mapping[str, Any]) -> PlanContent:
-    """The inverse of `content_to_json`, checked as `check_stored` does. Raises InputError or one of its kinds.
+    """The inverse of `content_to_json`: fields that are left out are as in an empty plan, other keys are not read.
 
-    One from before there were several paths has one, of the name 'Path 1'.
+    Raises InputError or one of its kinds.
     """
-    settings = data.get("settings", {})
-    if not isinstance(settings, Mapping):
-        raise PlanError("a plan's settings must be named numbers.")
-    path_id = check_id(data.get("path_id", FIRST_PATH), "a path")
-    return check_stored(
-        PlanContent(
-            points_from_json(data.get("points", []), "points"),
-            points_from_json(data.get("targets", []), "targets"),
-            data.get("tool", DEFAULT_TOOL),
-            check_tool_shape(data.get("tool_shape", {})),
-            check_robot(data.get("robot", unplaced_robot())),
-            {str(name): number(value, f"the setting {name!s:.40}") for name, value in settings.items()},
-            paths_from_json(data.get("paths", []), path_id),
-            path_id,
-            zones_from_json(data.get("zones", [])),
-            removed_from_json(data.get("removed_bone", [])),
-            data.get("notes", ""),
-            second_from_json(data.get("second_volume")),
-            check_registration_id(data.get("registration")),
-        )
-    )
+    path_id, paths = data.get("path_id", FIRST_PATH), data.get("paths", [])
+    if paths == []:  # from before there were several
+        paths = [{"id": path_id, "name": FIRST_NAME if path_id == FIRST_PATH else path_id}]
+    values = {**data, "paths": [_path(path, path_id, data) for path in _objects(paths, "paths")]}
+    values["targets"] = _points(data.get("targets", []), "targets")
+    for name, of in (("zones", PlanZone), ("removed_bone", RemovedBone), ("second_volume", SecondVolume)):
+        _check_keys(data.get(name), of, name)
+    return _with_rules(read_as(PlanContent, values, PlanError))
+
+
+def _path(path: Mapping[str, Any], path_id: Any, plan: Mapping[str, Any]) -> dict[str, Any]:
+    """An entry of the JSON of paths, the chosen one with what stands in the plan's JSON itself."""
+    if path.get("id") == path_id:
+        if any(name in path for name in _OF_CHOSEN):
+            raise PlanError("points and tool of the chosen path are those of the plan; leave them out of its 'paths'.")
+        path = {**path, **{name: plan[name] for name in _OF_CHOSEN if name in plan}}
+    return {**path, "points": _points(path.get("points", []), "points")}
+
+
+def _points(points: Any, what: str) -> list[dict[str, Any]]:
+    """JSON of points, those without an identifier or a label with one."""
+    return [{"label": "", **one, "id": one.get("id") or new_point_id()} for one in _objects(points, what)]
+
+
+def _objects(items: Any, what: str) -> list[Mapping[str, Any]]:
+    if not isinstance(items, (list, tuple)) or not all(isinstance(item, Mapping) for item in items):
+        raise PlanError(f"a plan's {what} must be a list of objects.")
+    return list(items)
+
+
+def _check_keys(data: Any, of: type[Any], what: str) -> None:
+    """Raises PlanError for a key that is no field: it may be what keeps a tool away."""
+    for item in data if isinstance(data, (list, tuple)) else [data]:
+        if isinstance(item, Mapping) and (unknown := sorted(map(str, item.keys() - of.__dataclass_fields__.keys()))):
+            raise PlanError(f"an entry of a plan's {what} has no '{unknown[0]:.40}'.")

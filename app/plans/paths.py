@@ -9,7 +9,7 @@ from typing import Any, Literal, get_args
 
 from app.kit.names import check_stored_name
 from app.kit.values import check_id, number
-from app.plans.points import PlanPoint, point_to_json, points_from_json
+from app.plans.points import PlanPoint, check_point
 from vfix_engine.errors import PlanError
 
 DEFAULT_TOOL = "bent_30"
@@ -20,7 +20,6 @@ MAX_PATHS = 32
 EntrySide = Literal["", "left", "right", "midline"]  # of the patient; '' where the plan does not say
 _BESIDE_MM = 2.0  # an entry so far on the other side of the midline contradicts its side
 _AT_TARGET_MM = 0.5  # a path that ends nearer to a target ends at it
-_OF_THE_PLAN = ("points", "tool", "tool_shape")  # keys of the chosen path that a plan's JSON has itself
 
 
 @dataclass(frozen=True)
@@ -61,19 +60,6 @@ def ends_words(points: Sequence[PlanPoint], targets: Sequence[PlanPoint]) -> str
     return f"The path ends {away:.1f} mm before {name}." if away > _AT_TARGET_MM else f"The path ends at {name}."
 
 
-def with_chosen(paths: Sequence[PlanPath], path_id: str, chosen: Mapping[str, Any]) -> tuple[PlanPath, ...]:
-    """The paths, of which the chosen one has these points, tool and tool_shape.
-
-    No paths at all are one, the chosen one. Raises PlanError where none has that id.
-    """
-    if not paths:
-        name = FIRST_NAME if path_id == FIRST_PATH else path_id
-        return (PlanPath(path_id, name, **chosen),)
-    if path_id not in [path.id for path in paths]:
-        raise PlanError(f"there is no path {path_id!r:.80} in this plan.")
-    return tuple(replace(path, **chosen) if path.id == path_id else path for path in paths)
-
-
 def check_paths(paths: Sequence[PlanPath]) -> tuple[PlanPath, ...]:
     """The paths, whose names, tools and sides are checked. Raises InputError or one of its kinds."""
     for what, values in (("identifier", [p.id for p in paths]), ("name", [p.name for p in paths])):
@@ -86,7 +72,12 @@ def _checked(path: PlanPath) -> PlanPath:
     check_id(path.id, "a path")
     check_stored_name(path.name, "path's name")
     check_word(path.tool, "tool")
-    return replace(path, tool_shape=check_tool_shape(path.tool_shape), entry_side=check_side(path.entry_side))
+    return replace(
+        path,
+        points=tuple(check_point(point) for point in path.points),
+        tool_shape=check_tool_shape(path.tool_shape),
+        entry_side=check_side(path.entry_side),
+    )
 
 
 def check_side(side: Any) -> EntrySide:
@@ -115,37 +106,3 @@ def new_path_name(paths: Sequence[PlanPath], named: str = PATH) -> str:
     """'Path 2' and so on: the first that no path has. named: the word before the number."""
     taken = {path.name for path in paths}
     return next(name for n in range(1, len(paths) + 2) if (name := f"{named} {n}") not in taken)
-
-
-def paths_to_json(paths: Sequence[PlanPath], path_id: str) -> list[dict[str, Any]]:
-    """The paths as plain JSON values; points and tool of the chosen one are those of the plan, and left out."""
-    return [
-        {"id": path.id, "name": path.name, "entry_side": path.entry_side} | ({} if path.id == path_id else _own(path))
-        for path in paths
-    ]
-
-
-def _own(path: PlanPath) -> dict[str, Any]:
-    return {
-        "points": [point_to_json(point) for point in path.points],
-        "tool": path.tool,
-        "tool_shape": dict(path.tool_shape),
-    }
-
-
-def paths_from_json(data: Any, path_id: str) -> tuple[PlanPath, ...]:
-    """The inverse of `paths_to_json`, the chosen path without its points. Raises InputError or one of its kinds."""
-    if not isinstance(data, list) or not all(isinstance(item, Mapping) for item in data):
-        raise PlanError("a plan's paths must be a list of objects.")
-    return tuple(_path_from_json(item, path_id) for item in data)
-
-
-def _path_from_json(item: Mapping[str, Any], path_id: str) -> PlanPath:
-    own_id = check_id(item.get("id"), "a path")
-    name, side = check_stored_name(item.get("name"), "path's name"), check_side(item.get("entry_side", ""))
-    if own_id == path_id:
-        if any(key in item for key in _OF_THE_PLAN):
-            raise PlanError("points and tool of the chosen path are those of the plan; leave them out of its 'paths'.")
-        return PlanPath(own_id, name, entry_side=side)
-    points = points_from_json(item.get("points", []), "points")
-    return PlanPath(own_id, name, points, item.get("tool", DEFAULT_TOOL), item.get("tool_shape", {}), side)

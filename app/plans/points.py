@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from app.kit.names import check_label, check_stored_label
@@ -66,41 +65,11 @@ def check_roll(roll_deg: Any) -> float | None:
 
 
 def check_point(point: PlanPoint) -> PlanPoint:
-    """The point, whose values are checked. Raises InputError or one of its kinds."""
+    """The point, whose values are checked, its direction of length 1. Raises InputError or one of its kinds."""
+    check_id(point.id, "a point")
     check_stored_label(point.label, "label")
     check_position(point.position)
     if check_roll(point.roll_deg) is not None and point.direction is None:
         raise PlanError("a shaft's roll is about its direction; give the direction as well.")
-    check_direction(point.direction)
-    return point
-
-
-def point_to_json(point: PlanPoint) -> dict[str, Any]:
-    """The point as plain JSON values; what it leaves open is left out."""
-    data: dict[str, Any] = {"id": point.id, "label": point.label, "position": point.position}
-    if point.direction is not None:
-        data["direction"] = point.direction
-    if point.roll_deg is not None:
-        data["roll_deg"] = point.roll_deg
-    return data
-
-
-def points_from_json(data: Any, what: str) -> tuple[PlanPoint, ...]:
-    """The inverse of a list of `point_to_json`. Raises InputError or one of its kinds."""
-    if not isinstance(data, (list, tuple)):
-        raise PlanError(f"a plan's {what} must be a list.")
-    return tuple(_point_from_json(item, what) for item in data)
-
-
-def _point_from_json(item: Any, what: str) -> PlanPoint:
-    if not isinstance(item, Mapping) or not isinstance(item.get("position"), (list, tuple)):
-        raise PlanError(f"each of a plan's {what} needs a label and a position.")
-    return check_point(
-        PlanPoint(
-            check_id(item.get("id") or new_point_id(), "a point"),
-            check_stored_label(item.get("label", ""), "label"),
-            check_position(item["position"]),
-            check_direction(item.get("direction")),
-            check_roll(item.get("roll_deg")),
-        )
-    )
+    direction = check_direction(point.direction)
+    return point if direction == point.direction else replace(point, direction=direction)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields, make_dataclass
 from typing import TYPE_CHECKING, Any, get_type_hints
 
 from app.operations.public import DocumentPublic
-from app.plans.model import Plan, PlanContent
+from app.plans.model import FRAME, NOTICE, SCHEMA, UNIT, Plan, PlanContent
 from app.plans.points import PlanPoint
 
 
@@ -46,13 +46,25 @@ class _Common(DocumentPublic):
     unit: str
     told: str
     notice: str
+    points: tuple[PlanPoint, ...]
+    tool: str
+    tool_shape: Mapping[str, float]
     entry_side: str
 
     @classmethod
     def of(cls, plan: Plan) -> PlanPublic:
         """The answer. A plan that REST is asked for has every field of this."""
-        values = {field.name: getattr(plan, field.name) for field in fields(cls)}
-        return cls(**values | {"robot": RobotPublic(**plan.robot)})
+        content = plan.content
+        said: dict[str, Any] = {
+            "schema": SCHEMA,
+            "frame": FRAME,
+            "unit": UNIT,
+            "notice": NOTICE,
+            "robot": RobotPublic(**content.robot),
+        }
+        names = [field.name for field in fields(cls) if field.name not in said]
+        values: dict[str, Any] = {name: getattr(content if hasattr(content, name) else plan, name) for name in names}
+        return cls(**values, **said)
 
 
 if TYPE_CHECKING:

@@ -9,10 +9,11 @@ from typing import Any, Protocol
 
 from app.cases.overlays import Overlays
 from app.cases.service import CaseService
-from app.documents import Documents, DocumentTitle
+from app.documents import DocumentTitle
+from app.documents.documents import Documents
 from app.kit.errors import OtherCase
 from app.operations.operation import Change, Context
-from app.plans.document import PLAN, plan_of
+from app.plans.document import PLAN
 from app.plans.instruments import Instruments, shaped_tool
 from app.plans.model import Plan, PlanContent, PlanFile, PlanPoint, check_content, without_placement
 from app.plans.versions import PlanVersions
@@ -69,11 +70,11 @@ class PlanService:
 
     def do(self, plan_id: str, operation: Change, *, expected_revision: int | None = None) -> Plan:
         """Do an operation on a plan. Raises VfixError, PlanConflict at another revision than the expected one."""
-        return plan_of(operation.run(Context(self.documents, self, expected_revision), plan_id))
+        return operation.run(Context(self.documents, self, expected_revision), plan_id)
 
     def list(self, case_id: str | None = None, include_deleted: bool = False) -> tuple[Plan, ...]:
         """Plans of a case, or of all, oldest first; one whose content cannot be read says why (`unreadable`)."""
-        return tuple(plan_of(document) for document in self.documents.list(case_id, include_deleted))
+        return tuple(document for document in self.documents.list(case_id, include_deleted))
 
     def titles(self, case_id: str | None = None, include_deleted: bool = False) -> tuple[PlanTitle, ...]:
         """Plans of a case, or of all, oldest first, without reading what they contain."""
@@ -81,7 +82,7 @@ class PlanService:
 
     def get(self, plan_id: str) -> Plan:
         """The plan, deleted or not. Raises NotFound, and PlanError when its content cannot be read."""
-        return plan_of(self.documents.get(plan_id))
+        return self.documents.get(plan_id)
 
     def create(
         self,
@@ -94,7 +95,7 @@ class PlanService:
     ) -> Plan:
         """Make a plan of a case; empty unless a content is given. numbered: as of `Documents.create`."""
         checked = None if content is None else check_content(content)
-        return plan_of(self.documents.create(case_id, name, checked, document_id=plan_id, numbered=numbered))
+        return self.documents.create(case_id, name, checked, document_id=plan_id, numbered=numbered)
 
     def add_file(self, case_id: str, file: PlanFile, *, name: str | None = None, other_case: bool = False) -> Plan:
         """Make a plan out of an imported file. `name` wins over the file's; a name of another plan gets a number.
@@ -129,16 +130,16 @@ class PlanService:
 
     def duplicate(self, plan_id: str, name: str | None = None, *, expected_revision: int | None = None) -> Plan:
         """Copy a plan as it is now, without its history. Raises PlanConflict when that is not the expected revision."""
-        return plan_of(self.documents.duplicate(plan_id, name, expected_revision=expected_revision))
+        return self.documents.duplicate(plan_id, name, expected_revision=expected_revision)
 
     def rename(self, plan_id: str, name: str, *, expected_revision: int | None = None) -> Plan:
         """Give a plan another name."""
-        return plan_of(self.documents.rename(plan_id, name, expected_revision=expected_revision))
+        return self.documents.rename(plan_id, name, expected_revision=expected_revision)
 
     def delete(self, plan_id: str, *, expected_revision: int | None = None) -> Plan:
         """Take a plan off the lists; `restore` brings it back. Raises PlanLocked for a locked one."""
-        return plan_of(self.documents.delete(plan_id, expected_revision=expected_revision))
+        return self.documents.delete(plan_id, expected_revision=expected_revision)
 
     def restore(self, plan_id: str, *, expected_revision: int | None = None) -> Plan:
         """Bring a deleted plan back."""
-        return plan_of(self.documents.restore(plan_id, expected_revision=expected_revision))
+        return self.documents.restore(plan_id, expected_revision=expected_revision)

@@ -7,7 +7,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from app.documents import Document, DocumentErrors, DocumentKind, Documents, Ref
+from app.documents import Document, DocumentErrors, DocumentKind, Ref
+from app.documents.documents import Documents
 from app.kit.errors import NotFound, PlanConflict, PlanLocked
 from app.plans.diff import changes
 from app.plans.document import PLAN

@@ -135,36 +135,3 @@ def _colour(value: Any, named: str) -> str:
     ):
         raise PlanError(f"{named}: its colour is {str(value)!r:.20}; write it as #rrggbb.")
     return value.lower()
-
-
-def zone_to_json(zone: PlanZone) -> dict[str, Any]:
-    """The zone as plain JSON values."""
-    return {**vars(zone), "shape": dict(zone.shape)}
-
-
-def zones_from_json(data: Any) -> tuple[PlanZone, ...]:
-    """The inverse of a list of `zone_to_json`. Raises InputError or one of its kinds."""
-    return check_zones([PlanZone(**item) for item in _objects(data, "zones", PlanZone)])
-
-
-def removed_to_json(region: RemovedBone) -> dict[str, Any]:
-    """The region as plain JSON values."""
-    return {"id": region.id, "name": region.name, "shape": dict(region.shape)}
-
-
-def removed_from_json(data: Any) -> tuple[RemovedBone, ...]:
-    """The inverse of a list of `removed_to_json`. Raises InputError or one of its kinds."""
-    return check_removed([RemovedBone(**item) for item in _objects(data, "removed_bone", RemovedBone)])
-
-
-def _objects(data: Any, key: str, of: type[PlanZone] | type[RemovedBone]) -> list[Mapping[str, Any]]:
-    """Entries of a list whose fields are those of the class; one that misses or has another one is refused."""
-    if not isinstance(data, list) or not all(isinstance(item, Mapping) for item in data):
-        raise PlanError(f"a plan's {key} must be a list of objects.")
-    for item in data:
-        missing = [name for name in ("id", "name", "shape") if name not in item]
-        unknown = sorted(map(str, set(item) - set(of.__dataclass_fields__)))
-        if missing or unknown:
-            what = f"needs '{missing[0]}'" if missing else f"has no '{unknown[0]:.40}'"
-            raise PlanError(f"an entry of a plan's {key} {what}.")
-    return data

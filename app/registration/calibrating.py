@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 from typing import TYPE_CHECKING
 
-from app.documents import Documents
+from app.documents.documents import Documents
 from app.kit.names import MAX_NAME
 from app.registration.calibration import PIVOT_S, pointer_of, robot_of, taken_to_base, with_pointer, with_robot
 from app.registration.document import RegistrationContent, StoredRegistration

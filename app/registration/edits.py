@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from app.documents import Documents
+from app.documents.documents import Documents
 from app.kit.errors import NotFound
 from app.kit.names import as_seen, check_label
 from app.kit.values import Position, check_position, new_id

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from app.cases.service import CaseService
-from app.documents import Documents
+from app.documents.documents import Documents
 from app.kit.jobs import Job, Jobs, Progress
 from app.kit.values import Position, check_position
 from app.registration.calibration import simulated_transform

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Literal
 
 from app.cases.model import CaseBead as KnownBead
 from app.cases.service import CaseService
-from app.documents import Document, Documents
+from app.documents import Document
+from app.documents.documents import Documents
 from app.kit.cache import Cache
 from app.kit.errors import NotFound
 from app.kit.jobs import Job, Jobs, Progress
@@ -214,22 +215,24 @@ class Registering:
     def check_usable(self, plan: Plan, registration_id: str) -> None:
         """Raise NotFound, and PlanError for a registration of another case, a deleted one or an unfinished one."""
         self.documents.get(registration_id)
-        used = self.registration_of(replace(plan, registration=registration_id))
+        used = self.registration_of(replace(plan, content=replace(plan.content, registration=registration_id)))
         if used.state != "ready":
             name = "" if used.document is None else used.document.name
             raise PlanError(_REFUSED[used.state].replace("{name}", name))
 
     def registration_of(self, plan: Plan) -> PlanRegistration:
         """The registration that a plan refers to, or why it cannot be used."""
-        if plan.registration is None:
+        if plan.content.registration is None:
             return PlanRegistration("none", "This plan uses no registration: the patient lies as in the image.")
         words: Mapping[UseState, str] = _UNUSABLE
         try:
-            document = self.documents.get(plan.registration)
+            document = self.documents.get(plan.content.registration)
         except NotFound:
-            return PlanRegistration("missing", words["missing"], plan.registration)
+            return PlanRegistration("missing", words["missing"], plan.content.registration)
         except InputError as error:
-            return PlanRegistration("unreadable", f"{words['unreadable']} {_sentence(str(error))}", plan.registration)
+            return PlanRegistration(
+                "unreadable", f"{words['unreadable']} {_sentence(str(error))}", plan.content.registration
+            )
         state: UseState = "ready"
         report = self.report(document.content)
         if document.case_id != plan.case_id:
@@ -243,7 +246,9 @@ class Registering:
         told = words.get(state, "This plan uses the registration ‘{name}’.").replace("{name}", document.name)
         if state in ("misfit", "inconsistent"):
             told = f"{told} {report.words}"
-        return PlanRegistration(state, told, plan.registration, document, report.doubts if state == "ready" else ())
+        return PlanRegistration(
+            state, told, plan.content.registration, document, report.doubts if state == "ready" else ()
+        )
 
 
 def _beads_request(diameter_mm: float | None, threshold_hu: float) -> tuple[float | None, float]:

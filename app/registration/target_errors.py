@@ -121,17 +121,17 @@ def _errors_at(content: RegistrationContent, places: Array) -> list[ExpectedErro
 
 
 def _at_targets(content: RegistrationContent, plan: Plan) -> tuple[ErrorAtTarget, ...]:
-    if not plan.targets:
+    if not plan.content.targets:
         return ()
-    errors = _errors_at(content, np.array([target.position for target in plan.targets], float))
-    return tuple(ErrorAtTarget(t.id, t.label, error) for t, error in zip(plan.targets, errors, strict=True))
+    errors = _errors_at(content, np.array([target.position for target in plan.content.targets], float))
+    return tuple(ErrorAtTarget(t.id, t.label, error) for t, error in zip(plan.content.targets, errors, strict=True))
 
 
 def _along(content: RegistrationContent, plan: Plan) -> ErrorAlongPath | None:
-    if len(plan.points) < 2:
+    if len(plan.content.points) < 2:
         return None
     try:
-        path = SplinePath(np.array([point.position for point in plan.points]))
+        path = SplinePath(np.array([point.position for point in plan.content.points]))
     except PlanError:  # two points on one spot; the Plan tab says so
         return None
     s = np.append(np.arange(0.0, path.length, STEP_MM), path.length)

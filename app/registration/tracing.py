@@ -75,7 +75,7 @@ class Tracing:
         plan = self._plans.get(plan_id)
         if registration_id is not None:
             self._registering.documents.get(registration_id)
-            plan = replace(plan, registration=registration_id)
+            plan = replace(plan, content=replace(plan.content, registration=registration_id))
         used = self._registering.registration_of(plan)
         if used.state != "ready" or used.document is None:
             raise PlanError(_why_not(used, registration_id is not None))
@@ -106,9 +106,9 @@ class Tracing:
         way = [check_position(point) for point in found.points.tolist()]
         traced = AddTracedPath(places=way, name=name, named=NAMED)
         plan = self._plans.do(plan_id, traced, expected_revision=expected_revision)
-        called = plan.path.name
+        called = plan.content.path.name
         return Traced(
-            plan, plan.path_id, called, len(found.points), found.length_mm, found.residual_mm, found.largest_mm,
+            plan, plan.content.path_id, called, len(found.points), found.length_mm, found.residual_mm, found.largest_mm,
             found.samples, found.used, traced_from, document.name, _words(called, found, document.name, traced_from),
         )  # fmt: skip
 
@@ -128,7 +128,7 @@ class Tracing:
         """
         document = self.registration(plan_id, registration_id)
         check_simulated(document.content)
-        places = [point.position for point in self._plans.get(plan_id).points]
+        places = [point.position for point in self._plans.get(plan_id).content.points]
         if len(places) < 2:
             raise InputError("the chosen path has fewer than two points; the simulated pointer has nothing to trace.")
         path = SplinePath(np.array(places))

@@ -27,7 +27,7 @@ def plan_items(plan: Plan) -> list[PlanItem]:
     """Points and targets of a plan, as drawn and driven."""
     return [
         PlanItem(entry.id, kind, entry.label, entry.position)
-        for kind, listed in (("point", plan.points), ("target", plan.targets))
+        for kind, listed in (("point", plan.content.points), ("target", plan.content.targets))
         for entry in listed
     ]
 

@@ -162,7 +162,7 @@ def test_a_click_goes_from_the_mesh_to_the_store(client: tuple[ClientSession, Br
         asyncio.run(view._camera_updated(browser.camera))
         answer(session)
 
-    look_at(plan.points[2].position)
+    look_at(plan.content.points[2].position)
     click()  # the tree of the surface and the tool are loaded
     session.command(EditCommand(type="ghost.cancel"))
     answer(session)

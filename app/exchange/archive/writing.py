@@ -116,7 +116,7 @@ class ArchiveWriter:
         for one in documents:
             if one["kind"] == "plan":
                 plan = self._plans.get(one["id"])
-                urdf = self._instruments.carried(plan, "json")
+                urdf = self._instruments.carried(plan.content, "json")
                 package.add(f"plans/{plan.id}.json", iter([to_native_json(plan, urdf).encode()]))
         for run in runs:
             package.add_json(f"runs/{run.id}.json", {"recorded": run.recorded, **run.manifest})

@@ -74,7 +74,7 @@ class PlanReports:
             targets=tuple(_target_rows(plan, chosen, evaluation)),
             registration=registration.words,
             removed=report.removed.words,
-            notes=plan.notes,
+            notes=plan.content.notes,
             cautions=case.notes,
         ).html()
 
@@ -88,7 +88,7 @@ class PlanReports:
             yield Figure("Registration", f"{evaluation.profile.off_mm.max():.2f} mm", f"{_UNCERTAIN} at the tip")
         if chosen.length_mm is not None:
             yield Figure("Reached", f"{chosen.reached_mm:.0f} of {chosen.length_mm:.0f} mm", "along the path")
-        yield Figure("Tool", plan_tool(plan).title, plan_robot(plan, self._instruments).title)
+        yield Figure("Tool", plan_tool(plan.content).title, plan_robot(plan.content, self._instruments).title)
 
     def _pictures(self, plan: Plan, case: Case, evaluation: PlanEvaluation, with_images: bool) -> tuple[Picture, ...]:
         """Three cuts through the tip where the path is narrowest, or where the tool is held."""
@@ -98,7 +98,7 @@ class PlanReports:
         bone = self._planning.bone(plan)
         protected = (
             Outlined(shape_surface(self._cases, case.id, zone.shape), zone.colour)
-            for zone in plan.zones
+            for zone in plan.content.zones
             if zone.shape["kind"] != "half_space"
         )
         shown = Shown(
@@ -108,7 +108,7 @@ class PlanReports:
             start=run.segments_start[row],
             end=run.segments_end[row],
             radius=evaluation.tool_radius,
-            targets=tuple(np.array(target.position) for target in plan.targets),
+            targets=tuple(np.array(target.position) for target in plan.content.targets),
             volume=bone.volume if with_images else None,
         )
         where = f"tip at {run.s[row]:.0f} mm"
@@ -130,7 +130,7 @@ def _names(evaluation: PlanEvaluation) -> tuple[str, ...]:
 
 def _colours(plan: Plan, evaluation: PlanEvaluation) -> tuple[str, ...]:
     """The colour of each obstacle: of a protected structure its own."""
-    own = {zone.name: zone.colour for zone in plan.zones}
+    own = {zone.name: zone.colour for zone in plan.content.zones}
     return tuple(own.get(name, BONE) for name in _names(evaluation))
 
 
@@ -144,9 +144,9 @@ def _target_rows(plan: Plan, chosen: PathEvaluation, evaluation: PlanEvaluation 
     cones = {target.target: target.cone_deg for target in chosen.targets}
     registered = None if evaluation is None else evaluation.registered
     off = None
-    if registered is not None and plan.targets:
-        off = registered.off_mm(np.array([target.position for target in plan.targets]))
-    for index, target in enumerate(plan.targets):
+    if registered is not None and plan.content.targets:
+        off = registered.off_mm(np.array([target.position for target in plan.content.targets]))
+    for index, target in enumerate(plan.content.targets):
         place = " ".join(_side(value, axis) for axis, value in enumerate(target.position))
         error = "–" if off is None else f"{off[index]:.2f} mm"
         cone = f"{cones[target.id]:.0f}°" if target.id in cones else "–"

@@ -13,7 +13,7 @@ from pathlib import Path
 from app.cases.model import Case
 from app.cases.service import CaseService
 from app.cases.structures import Structure
-from app.documents import Documents
+from app.documents.documents import Documents
 from app.exchange.slicer.marks import REMOVED, marks_of
 from app.exchange.slicer.registrations import points_of, transforms_of
 from app.exchange.slicer.scene import SceneNode, scene_text
@@ -122,8 +122,8 @@ class SlicerExport:
     def _regions(self, plan: Plan) -> Parts:
         """Return surfaces of protected structures and removed bone whose shapes are no markups in Slicer."""
         names = _FileNames("region", ".ply")
-        regions = [(zone.name, zone.shape, zone.colour, zone.visible) for zone in plan.zones]
-        regions += [(region.name, region.shape, REMOVED, True) for region in plan.removed_bone]
+        regions = [(zone.name, zone.shape, zone.colour, zone.visible) for zone in plan.content.zones]
+        regions += [(region.name, region.shape, REMOVED, True) for region in plan.content.removed_bone]
         found: Parts = []
         for name, shape, colour, visible in regions:
             if shape["kind"] not in _SHOWN_AS_SURFACES:

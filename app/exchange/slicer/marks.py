@@ -15,7 +15,7 @@ from app.exchange.regions import region_markups
 from app.exchange.slicer.scene import NodeKind
 from app.kit.text_tables import to_json_text
 from app.plans.curve import CurveSample
-from app.plans.model import NOTICE, Plan, PlanPoint
+from app.plans.model import NOTICE, Plan, PlanContent, PlanPoint
 from app.plans.zones import PlanZone
 from vfix_engine.proximity.axes import rotation_z_to
 
@@ -48,15 +48,18 @@ def marks_of(plan: Plan, case: Case, curve: Sequence[CurveSample], remark: str) 
 
     Positions are in LPS mm.
     """
-    own = json.loads(to_markups(replace(plan, zones=(), removed_bone=()), curve, remark))["markups"]
+    content = plan.content
+    own = json.loads(to_markups(replace(plan, content=replace(content, zones=(), removed_bone=())), curve, remark))[
+        "markups"
+    ]
     marks = [_of_plan(one, first=one is own[0]) for one in own if one["controlPoints"]]
     marks += [
         Mark("Curve", path.name, OTHER_PATH, markup_node("Curve", path.name, path.points), False, _POINT_MM)
-        for path in plan.paths
-        if path.id != plan.path_id and path.points
+        for path in content.paths
+        if path.id != content.path_id and path.points
     ]
-    marks += _shafts(plan.points)
-    marks += _regions(plan)
+    marks += _shafts(content.points)
+    marks += _regions(content)
     if case.beads:
         beads = [PlanPoint("", bead.name, bead.position) for bead in case.beads]
         marks.append(Mark("Fiducial", "Beads", BEAD, markup_node("Fiducial", "Beads", beads)))
@@ -85,15 +88,15 @@ def _shafts(points: Sequence[PlanPoint]) -> Iterator[Mark]:
         yield Mark("Line", name, SHAFT, markup, glyph_mm=_LINE_MM, named=False)
 
 
-def _regions(plan: Plan) -> Iterator[Mark]:
+def _regions(content: PlanContent) -> Iterator[Mark]:
     """Yield planes and boxes, and hidden lines for all other shapes, which are shown by a surface."""
-    for zone in plan.zones:
+    for zone in content.zones:
         if zone.shape["kind"] == "half_space":
             yield Mark("Plane", zone.name, zone.colour, _plane(zone), zone.visible)
             continue
-        for one in region_markups(replace(plan, zones=(zone,), removed_bone=())):
+        for one in region_markups([zone], []):
             yield Mark(one["type"], one["name"], zone.colour, one, zone.visible and one["type"] == "ROI")
-    for one in region_markups(replace(plan, zones=())):
+    for one in region_markups([], content.removed_bone):
         yield Mark(one["type"], one["name"], REMOVED, one, one["type"] == "ROI")
 
 

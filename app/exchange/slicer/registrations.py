@@ -54,7 +54,7 @@ def points_of(plan: Plan, registrations: Sequence[StoredRegistration]) -> Iterat
 
 def named(plan: Plan, one: StoredRegistration, report: FitReport) -> str:
     """Return the registration's name with its marks: simulated, and used by the plan."""
-    found = (("simulated", report.simulated), (USED, plan.registration == one.id))
+    found = (("simulated", report.simulated), (USED, plan.content.registration == one.id))
     marks = [word for word, applies in found if applies]
     return f"{one.name} ({', '.join(marks)})" if marks else one.name
 
@@ -70,7 +70,7 @@ def _words(plan: Plan, one: StoredRegistration, report: FitReport) -> str:
         f"{NOTICE}. From the image to {FULL[one.content.to]}.",
         f"{report.words}{fre}",
         *([SIMULATED] if report.simulated else ["Not marked as simulated."]),
-        "The plan goes by this registration." if plan.registration == one.id else "The plan does not go by it.",
+        "The plan goes by this registration." if plan.content.registration == one.id else "The plan does not go by it.",
         error_table(one.content, plan).short if report.usable else "",
         *report.doubts,
     ]

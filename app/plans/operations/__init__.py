@@ -1,7 +1,7 @@
 """What can be done to plans. Files, computations and jobs have routes of their own."""
 
 from app.operations.spec import DocumentSpec
-from app.plans.document import PLAN, plan_of
+from app.plans.document import PLAN
 from app.plans.operations import (
     document,
     instruments,
@@ -23,7 +23,7 @@ SPEC = DocumentSpec(
     path="plans",
     id="plan_id",
     public=PlanPublic,
-    public_of=lambda service, stored: PlanPublic.of(plan_of(stored)),
+    public_of=lambda service, stored: PlanPublic.of(stored),
     operations=(
         *document.OPERATIONS, *instruments.OPERATIONS, *points.OPERATIONS, *paths.OPERATIONS, *zones.OPERATIONS,
         *removed_bone.OPERATIONS, *regions.OPERATIONS, *versions.OPERATIONS, *second_volume.OPERATIONS,

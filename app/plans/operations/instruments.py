@@ -10,7 +10,6 @@ from msgspec import Meta
 
 from app.operations.fields import Identifier, Name
 from app.operations.operation import Verb
-from app.plans.document import plan_of
 from app.plans.instruments import shaped_tool
 from app.plans.model import PlanContent, check_registration_id, check_robot, check_tool_shape, without_placement
 from app.plans.operations.base import PlanEdit, Plans, StoredPlan
@@ -75,7 +74,7 @@ class ChooseTool(PlanEdit, frozen=True):
         shape = msgspec.to_builtins(self.tool)
         checked = check_tool_shape({name: value for name, value in shape.items() if name != "name"})
         shaped_tool(self.tool.name, **checked)
-        return replace(content, tool=self.tool.name, tool_shape=checked, robot=without_placement(content.robot))
+        return replace(content, robot=without_placement(content.robot)).with_tool(self.tool.name, checked)
 
 
 class ChooseToolByName(PlanEdit, frozen=True):
@@ -99,7 +98,7 @@ class PlaceRobot(PlanEdit, frozen=True):
     verb = (Verb("plan place", "keep the placing of the robot that the dry run finds with the plan"),)
 
     def run(self, context: Plans, document_id: str) -> StoredPlan:
-        plan = plan_of(context.documents.get(document_id))
+        plan = context.documents.get(document_id)
         robot = context.service.planning.placed_robot(plan)
         expected = plan.revision if context.expected is None else context.expected
         return KeepPlacement(robot=robot).run(replace(context, expected=expected), document_id)
@@ -122,7 +121,7 @@ class UseRegistration(PlanEdit, frozen=True):
 
     def run(self, context: Plans, document_id: str) -> StoredPlan:
         if self.registration is not None:
-            context.service.registering.check_usable(plan_of(context.documents.get(document_id)), self.registration)
+            context.service.registering.check_usable(context.documents.get(document_id), self.registration)
         return ReferToRegistration(registration=self.registration).run(context, document_id)
 
 

@@ -9,7 +9,7 @@ from msgspec import Meta
 from app.cases.service import CaseService
 from app.kit.values import Position as Place
 from app.operations.fields import Identifier, Name, Position
-from app.plans.model import Plan, PlanContent
+from app.plans.model import PlanContent
 from app.plans.operations.base import PlanEdit, Plans, StoredPlan
 from app.plans.operations.removed_bone import ChangeBone, DeleteBone
 from app.plans.operations.zones import AddZone, ChangeZone, DeleteZone
@@ -99,7 +99,7 @@ class ChangeRegion(PlanEdit, frozen=True):
         return fields if shape is region.shape else fields | {"shape": shape}
 
 
-def found_region(content: PlanContent | Plan, region_id: str) -> PlanZone | RemovedBone:
+def found_region(content: PlanContent, region_id: str) -> PlanZone | RemovedBone:
     """The region of that id. Raises PlanError."""
     regions: tuple[PlanZone | RemovedBone, ...] = (*content.zones, *content.removed_bone)
     for region in regions:

@@ -10,7 +10,6 @@ from msgspec import UNSET, Meta, UnsetType
 
 from app.kit.values import new_id
 from app.operations.fields import Identifier, Name
-from app.plans.document import plan_of
 from app.plans.model import PlanContent, drive_parts, without_placement
 from app.plans.operations.base import PlanEdit, Plans, StoredPlan, found, put, without
 from app.plans.zones import COLOURS, LARGEST_DEPTH_MM, Firmness, PlanZone, RemovedBone, check_zones
@@ -89,8 +88,8 @@ class AddZone(_AnsweredZone, frozen=True, kw_only=True):
     shape: Shape
 
     def run(self, context: Plans, document_id: str) -> StoredPlan:
-        plan = plan_of(context.documents.get(document_id))
-        context.service.planning.check_zone(plan, self._zone(plan.zones))
+        plan = context.documents.get(document_id)
+        context.service.planning.check_zone(plan, self._zone(plan.content.zones))
         return super().run(context, document_id)
 
     def apply(self, content: PlanContent, context: Plans) -> PlanContent:
@@ -116,9 +115,9 @@ class ChangeZone(_AnsweredZone, frozen=True, kw_only=True):
     zone_id: Identifier
 
     def run(self, context: Plans, document_id: str) -> StoredPlan:
-        changes, plan = self._changes(), plan_of(context.documents.get(document_id))
+        changes, plan = self._changes(), context.documents.get(document_id)
         if _KEPT_BY & changes.keys():
-            changed = replace(found(plan.zones, self.zone_id, _WHAT), **changes)
+            changed = replace(found(plan.content.zones, self.zone_id, _WHAT), **changes)
             context.service.planning.check_zone(plan, changed)
         return super().run(context, document_id)
 

@@ -44,15 +44,15 @@ class Cones:
     def refresh(self, edited: EditedPlan | None, stored: ShownEvaluation) -> None:
         """Ask for the cones of the stored plan once its dry run is there, where they are others than before."""
         plan = None if edited is None else edited.plan
-        if plan is None or plan.id != self._plan_id or not plan.targets:
+        if plan is None or plan.id != self._plan_id or not plan.content.targets:
             self._latest.drop()
             self._plan_id, self._found, self._current = "" if plan is None else plan.id, {}, False
             self._asked = None
-        if plan is None or not plan.targets:
+        if plan is None or not plan.content.targets:
             return
         if stored.evaluation is None and stored.status != "computing":  # no path, or one that cannot be driven
             self._found = {}
-        targets = tuple((target.id, target.position) for target in plan.targets)
+        targets = tuple((target.id, target.position) for target in plan.content.targets)
         asked = None if stored.evaluation is None else (stored.evaluation, targets)
         if asked == self._asked:
             return
@@ -67,7 +67,7 @@ class Cones:
                 cones = self._services.planning.cones(plan, options)
             except VfixError:
                 cones = {}  # the dry run's own words say why
-            return {t.id: (t.position, cones[t.id]) for t in plan.targets if t.id in cones}
+            return {t.id: (t.position, cones[t.id]) for t in plan.content.targets if t.id in cones}
 
         def failed(words: str) -> None:
             self._say(words)

@@ -14,6 +14,7 @@ from app.kit.errors import JobCancelled
 from app.planning.plan_evaluation import PlanEvaluation
 from app.planning.rehearsal_options import NO_OPTIONS, RehearsalOptions
 from app.planning.verdict import Level, Verdict, refused
+from app.plans.model import Plan
 from app.scene import palette
 from app.services import Services
 from app.tabs.plan.clearance import verdict_view
@@ -169,7 +170,7 @@ class DryRuns:
         self.current = ShownEvaluation()
 
     def ask(
-        self, plan: Any, kept_mm: float, options: RehearsalOptions = NO_OPTIONS, before: ShownEvaluation | None = None
+        self, plan: Plan, kept_mm: float, options: RehearsalOptions = NO_OPTIONS, before: ShownEvaluation | None = None
     ) -> None:
         """Start the dry run of a plan with two points or more.
 
@@ -189,7 +190,7 @@ class DryRuns:
         self.current = shown
 
     def _answer(
-        self, plan: Any, kept_mm: float, options: RehearsalOptions = NO_OPTIONS, began: Callable[[str], object] = bool
+        self, plan: Plan, kept_mm: float, options: RehearsalOptions = NO_OPTIONS, began: Callable[[str], object] = bool
     ) -> ShownEvaluation:
         try:
             return answered(
@@ -205,7 +206,7 @@ def failed_run(words: str, kept_mm: float, provisional: bool = False) -> ShownEv
     return ShownEvaluation("failed", words, True, completed=False, margin_mm=kept_mm, provisional=provisional)
 
 
-def answered(services: Services, plan: Any, kept_mm: float, evaluate: Callable[[], PlanEvaluation]) -> ShownEvaluation:
+def answered(services: Services, plan: Plan, kept_mm: float, evaluate: Callable[[], PlanEvaluation]) -> ShownEvaluation:
     """The evaluation of a plan with its words, or why there is none. Lets JobCancelled pass, and what is unexpected.
 
     kept_mm: of an answer that has failed; one that has not says itself what was kept.
@@ -213,7 +214,7 @@ def answered(services: Services, plan: Any, kept_mm: float, evaluate: Callable[[
     try:
         evaluation = evaluate()
         uncertainty = services.cases.get(plan.case_id).uncertainty
-        settings = settings_in_case(plan.settings, uncertainty)
+        settings = settings_in_case(plan.content.settings, uncertainty)
     except JobCancelled:
         raise
     except StartRefused as error:

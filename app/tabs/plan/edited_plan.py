@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from app.documents import check_still_newest
+from app.documents.editor import check_still_newest
 from app.kit.kept import Kept, Same
 from app.kit.values import Position
 from app.messages.sections import Section
@@ -15,7 +15,7 @@ from app.operations.operation import Change
 from app.operations.standard import Redo, SetLocked, Undo
 from app.planning.previews import Dragged
 from app.planning.tissue_words import PLACE_WORDS
-from app.plans.model import PlanPoint
+from app.plans.model import FRAME, UNIT, PlanPoint
 from app.plans.operations.base import PlanEdit
 from app.plans.operations.document import SetNotes
 from app.plans.operations.paths import AddPath, ChoosePath, CopyPath, DeletePath, PathEdit, SetShaft
@@ -84,10 +84,13 @@ class EditedPlan:
 
     def _show(self, plan: Plan) -> None:
         self.plan = plan
-        if (said := (self.plan.robot, self.plan.tool, self.plan.tool_shape)) != self._said:
+        if (said := (self.plan.content.robot, self.plan.content.tool, self.plan.content.tool_shape)) != self._said:
             self._said = said
-            self._robot, self.tool = robot_view(self.plan, self._services.instruments), tool_view(self.plan)
-        known = {entry.id for entry in (*self.plan.points, *self.plan.targets)}
+            self._robot, self.tool = (
+                robot_view(self.plan.content, self._services.instruments),
+                tool_view(self.plan.content),
+            )
+        known = {entry.id for entry in (*self.plan.content.points, *self.plan.content.targets)}
         if self.shaft_in_hand is not None and self.shaft_in_hand[0] not in known:
             self.shaft_in_hand = None
         self._dragged = {item_id: place for item_id, place in self._dragged.items() if item_id in known}
@@ -147,7 +150,7 @@ class EditedPlan:
         """The path point that a hand is moving, or whose shaft it turns; None where it moves something else."""
         if self.shaft_in_hand is not None:
             return Dragged(self.shaft_in_hand[0], direction=self.shaft_in_hand[1])
-        moved = [(point.id, self._dragged[point.id]) for point in self.plan.points if point.id in self._dragged]
+        moved = [(point.id, self._dragged[point.id]) for point in self.plan.content.points if point.id in self._dragged]
         return Dragged(*moved[-1]) if moved else None
 
     def path(self) -> SplinePath | None:
@@ -166,8 +169,8 @@ class EditedPlan:
             "id": plan.id,
             "revision": plan.revision,
             "name": plan.name,
-            "frame": plan.frame,
-            "unit": plan.unit,
+            "frame": FRAME,
+            "unit": UNIT,
             **entries(items),
             "selected": self.selected,
             "locked": plan.locked,
@@ -227,7 +230,7 @@ class EditedPlan:
         if self.ghost is None or self.ghost.kind != "point":
             return None
         points = self.points()
-        known = [point.id for point in self.plan.points]
+        known = [point.id for point in self.plan.content.points]
         at = known.index(self.insert_after) + 1 if self.insert_after in known else len(points)
         return _spline((*points[:at], self.ghost.position, *points[at:]))
 
@@ -238,7 +241,7 @@ class EditedPlan:
         if ghost.kind == "target":
             self.perform(AddTarget(position=ghost.position))
             return
-        known = [point.id for point in self.plan.points]
+        known = [point.id for point in self.plan.content.points]
         index = known.index(self.insert_after) + 1 if self.insert_after in known else None
         self.perform(AddPoint(position=ghost.position, index=index))
         self.insert_after = None
@@ -257,7 +260,7 @@ class EditedPlan:
 
     def insert_between(self, item_id: str) -> Position | None:
         """A ghost half way along the path between a point and the next one."""
-        ids = [point.id for point in self.plan.points]
+        ids = [point.id for point in self.plan.content.points]
         path = self.path()
         if path is None or item_id not in ids or item_id == ids[-1]:
             raise PlanError("a point can be inserted between two points only.")

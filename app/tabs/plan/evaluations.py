@@ -60,7 +60,7 @@ class Evaluations:
             registered = self._services.planning.registration(plan)
         except PlanError:  # the dry run's words say why
             return ()
-        places = [target.position for target in plan.targets]
+        places = [target.position for target in plan.content.targets]
         off = None if registered is None else registered.off_mm(places)
         return () if off is None else tuple(zip(places, off.tolist(), strict=True))
 
@@ -82,30 +82,37 @@ class Evaluations:
 
     def _refresh_stored(self, edited: EditedPlan, options: RehearsalOptions) -> None:
         plan = edited.plan
-        driven = repr(drive_parts(plan)), self._services.planning.registration_key(plan)
+        driven = repr(drive_parts(plan.content)), self._services.planning.registration_key(plan)
         key = (plan.id, options, *driven, *plan_remarks(plan))
         if key == self._key:
             return
         before, self._key = self._before(plan), key
         self.tool.clear()
-        if len(plan.points) < 2:
+        if len(plan.content.points) < 2:
             self.stored.clear()
         else:
-            kept_mm = settings_in_case(plan.settings, edited.case.uncertainty).kept_mm
+            kept_mm = settings_in_case(plan.content.settings, edited.case.uncertainty).kept_mm
             self.stored.ask(plan, kept_mm, options, before)
 
     def _before(self, plan: Plan) -> ShownEvaluation | None:
         """What was shown of the same path before this change: of the hand that has let go, else of the stored one."""
-        way, self._way = self._way, (plan.id, plan.path_id)
+        way, self._way = self._way, (plan.id, plan.content.path_id)
         return (self.live.current.pictured or self.stored.current.pictured) if way == self._way else None
 
     def _refresh_live(self, edited: EditedPlan, options: RehearsalOptions) -> None:
         plan, current = edited.plan, self.stored.current
-        robot = [plan.id, plan.path_id, plan.robot.get("name"), plan.robot.get("urdf"), plan.tool, plan.tool_shape]
+        robot = [
+            plan.id,
+            plan.content.path_id,
+            plan.content.robot.get("name"),
+            plan.content.robot.get("urdf"),
+            plan.content.tool,
+            plan.content.tool_shape,
+        ]
         if current.evaluation is not None:
             self._placement = robot, StoredPlacement(current.evaluation.base, current.evaluation.q_start)
         hand = edited.in_hand
-        if hand is None or len(plan.points) < 2:
+        if hand is None or len(plan.content.points) < 2:
             self.live.clear()
             return
         placement = self._placement[1] if self._placement is not None and self._placement[0] == robot else None

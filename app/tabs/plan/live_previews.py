@@ -11,6 +11,7 @@ from app.planning.placement import StoredPlacement
 from app.planning.plan_evaluation import PlanEvaluation
 from app.planning.previews import Dragged
 from app.planning.rehearsal_options import NO_OPTIONS, RehearsalOptions
+from app.plans.model import Plan
 from app.services import Services
 from app.tabs.plan.dry_runs import FAILED, ShownEvaluation, answered, failed_run
 from app.workspace.latest import Act, Latest
@@ -40,7 +41,7 @@ class LivePreviews:
 
     def ask(
         self,
-        plan: Any,
+        plan: Plan,
         dragged: Dragged,
         stored: ShownEvaluation,
         placement: StoredPlacement | None,
@@ -92,7 +93,7 @@ class LivePreviews:
 
     def _answer(
         self,
-        plan: Any,
+        plan: Plan,
         dragged: Dragged,
         kept_mm: float,
         placement: StoredPlacement,

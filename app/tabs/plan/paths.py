@@ -56,10 +56,10 @@ def _view(plan: Plan) -> PathsSection:
                 "tool": titles.get(path.tool, path.tool),
                 "entry_side": path.entry_side,
             }
-            for path in plan.paths
+            for path in plan.content.paths
         ],
-        "chosen": plan.path_id,
-        "side_caution": side_caution(plan.path),
-        "notes": plan.notes,
+        "chosen": plan.content.path_id,
+        "side_caution": side_caution(plan.content.path),
+        "notes": plan.content.notes,
         "locked": plan.locked,
     }

@@ -67,7 +67,7 @@ class Regions:
 
     def _all(self) -> tuple[PlanZone | RemovedBone, ...]:
         plan = self._plan()
-        return (*plan.zones, *plan.removed_bone)
+        return (*plan.content.zones, *plan.content.removed_bone)
 
     def section(self) -> Section[RegionsSection]:
         """The page's section."""
@@ -102,7 +102,9 @@ class Regions:
         }
 
     def _next_colour(self, request: c.DrawRegion) -> str:
-        return REMOVED_COLOUR if request.purpose == "remove" else COLOURS[len(self._plan().zones) % len(COLOURS)]
+        return (
+            REMOVED_COLOUR if request.purpose == "remove" else COLOURS[len(self._plan().content.zones) % len(COLOURS)]
+        )
 
     def _entry(self, region: PlanZone | RemovedBone) -> RegionView:
         shape, place = self._shape(region), None
@@ -162,14 +164,14 @@ class Regions:
         """Select a region by its ball in the scene; False where that is none."""
         if not item_id.startswith(HANDLE):
             return False
-        self.selected = found_region(self._plan(), item_id.removeprefix(HANDLE)).id
+        self.selected = found_region(self._plan().content, item_id.removeprefix(HANDLE)).id
         return True
 
     def dragged(self, drag: DragEvent) -> bool:
         """A drag of a region's ball; False where it is of something else."""
         if not drag.item_id.startswith(HANDLE):
             return False
-        region = found_region(self._plan(), drag.item_id.removeprefix(HANDLE))
+        region = found_region(self._plan().content, drag.item_id.removeprefix(HANDLE))
         if self._plan().locked:
             return True
         self.selected, self._dragged = region.id, (region.id, drag.position)
@@ -214,7 +216,7 @@ class Regions:
             case c.RegionPlain():
                 self.cancel()
             case c.SelectRegion():
-                self.selected = found_region(self._plan(), command.region_id).id
+                self.selected = found_region(self._plan().content, command.region_id).id
 
     def select_added(self, added: str) -> bool:
         """Select what was added to the plan, by its id; False where that is no region."""

@@ -22,7 +22,7 @@ class RemovedBoneCount:
 
     def refresh(self, plan: Plan | None) -> None:
         """Count the bone of a plan, where it is other bone than before."""
-        asked = None if plan is None else (plan.case_id, plan.removed_bone)
+        asked = None if plan is None else (plan.case_id, plan.content.removed_bone)
         if asked == self._asked:
             return
         self._asked, self._found = asked, None

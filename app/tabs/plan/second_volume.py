@@ -67,12 +67,12 @@ class SecondVolumes:
     def section(self) -> Section[SecondVolumeSection]:
         """The page's section."""
         stored, plan = self._services.store.changes.of(CASES), self._plan()
-        return Section((plan.case_id, plan.second_volume, plan.locked, stored), lambda: self._view(stored))
+        return Section((plan.case_id, plan.content.second_volume, plan.locked, stored), lambda: self._view(stored))
 
     def _view(self, stored: object) -> SecondVolumeSection:
         plan = self._plan()
         choices = self._choices.get(stored, lambda: self._read(plan.case_id))
-        second = plan.second_volume
+        second = plan.content.second_volume
         known = second is None or any(
             (choice["case"], choice["volume"]) == (second.case, second.volume) for choice in choices
         )

@@ -105,7 +105,7 @@ class Shafts:
             ShaftHandle(
                 p.id, places[p.id], hand[1] if hand and hand[0] == p.id else p.direction, p.id == edited.selected
             )
-            for p in edited.plan.points
+            for p in edited.plan.content.points
             if p.direction is not None
         )
 
@@ -121,7 +121,7 @@ class Shafts:
         """The page's section."""
         point = None
         if edited is not None:
-            point = next((p for p in edited.plan.points if p.id == edited.selected), None)
+            point = next((p for p in edited.plan.content.points if p.id == edited.selected), None)
         of = None if edited is None else (Same(edited.tool), edited.shaft_in_hand)
         return Section((point, of, self.aiming, self._shown), lambda: self._view(edited, point))
 
@@ -158,7 +158,7 @@ def _words_of(edited: EditedPlan, point: PlanPoint) -> str:
 
 
 def _point(edited: EditedPlan, item_id: str) -> PlanPoint:
-    for point in edited.plan.points:
+    for point in edited.plan.content.points:
         if point.id == item_id:
             return point
     raise PlanError("that is no point of the path any more; select one.")

@@ -280,7 +280,7 @@ class PlanTab(Tab):
     def _error_layer(self) -> Layer[Any]:
         """What the targets may be off by behind the plan's registration (95 %)."""
         balls: tuple[tuple[Position, float], ...] = ()
-        if self._edited is not None and self.active and self._edited.plan.targets:
+        if self._edited is not None and self.active and self._edited.plan.content.targets:
             balls = self._evaluations.error_balls(self._edited.plan)
         return Layer("plan.error", balls, ErrorBalls, lambda nodes: nodes.show(balls))
 
@@ -315,8 +315,8 @@ class PlanTab(Tab):
             return "This plan was deleted elsewhere. Restore it from the list of plans, or open another one."
         shown = self._evaluations.shown(edited)
         return plan_hint(
-            len(plan.points),
-            len(plan.targets),
+            len(plan.content.points),
+            len(plan.content.targets),
             edited.add_mode,
             edited.ghost is not None,
             edited.locked,

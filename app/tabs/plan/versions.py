@@ -72,7 +72,7 @@ class Versions:
 
     @staticmethod
     def _differs(content: PlanContent, plan: Plan) -> bool:
-        return bool(changes(replace(content, settings=plan.settings), plan.content))
+        return bool(changes(replace(content, settings=plan.content.settings), plan.content))
 
     def compare(self, version_id: str) -> None:
         """Tell what changed since a version; again, it is hidden."""

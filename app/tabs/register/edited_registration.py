@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import msgspec
 
-from app.documents import check_still_newest
+from app.documents.editor import check_still_newest
 from app.kit.errors import NotFound
 from app.kit.kept import Kept, Same
 from app.kit.values import Position

@@ -65,7 +65,7 @@ class RegisterTab(Tab):
 
     def _wanted(self) -> str | None:
         plan = self.workspace.plan.current
-        return None if plan is None else plan.registration
+        return None if plan is None else plan.content.registration
 
     def _need(self) -> EditedRegistration:
         if self._open is None:
@@ -189,7 +189,7 @@ class RegisterTab(Tab):
         """Beside no registration little is told of a plan that uses none."""
         plan = self.workspace.plan.current
         told: object = Same(plan)
-        if self._open is None and plan is not None and plan.registration is None:
+        if self._open is None and plan is not None and plan.content.registration is None:
             told = plan.id, plan.locked
         return Same(self.workspace.case.case), told, self._stored()
 

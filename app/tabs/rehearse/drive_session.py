@@ -76,7 +76,7 @@ class RehearsalSession(DriveTab[PreparedRehearsal, RigidSnapshot]):
     def open(self, drive: RehearsalDrive, words: str = "Placing the robot at the entry …") -> None:
         """Place the robot for the present plan and options."""
         plan, options = self.need_plan(), self.wanted.in_force
-        if len(plan.points) < 2:
+        if len(plan.content.points) < 2:
             raise PlanError("a rehearsal needs a path of two points at least.")
         executor = self.workspace.executor
         drive.open(self._key(plan), lambda: prepare(self._services, plan, options), executor, words)
@@ -142,7 +142,7 @@ class RehearsalSession(DriveTab[PreparedRehearsal, RigidSnapshot]):
     def _key(self, plan: Plan) -> PlanKey:
         """The inputs of a rehearsal of the plan; its registration is read again once something was stored."""
         stored = self._services.store.changes.of(self._services.registrations.kind.name)
-        of = (plan.id, plan.registration, stored)
+        of = (plan.id, plan.content.registration, stored)
         registered = self._registered.get(of, lambda: self._services.planning.registration_key(plan))
         return self._keys.get((Same(plan), registered), lambda: plan_key(plan, registered))
 

@@ -52,7 +52,7 @@ class CentrePlaces:
 
     def ask(self, plan: Plan | None) -> None:
         """Read a plan's path, if it has changed."""
-        points = () if plan is None else tuple((point.id, point.label, point.position) for point in plan.points)
+        points = () if plan is None else tuple((point.id, point.label, point.position) for point in plan.content.points)
         key = (None if plan is None else plan.id, points)
         if key == self._key:
             return
@@ -61,7 +61,7 @@ class CentrePlaces:
         if plan is None or len(points) < 2:
             return
         path = path_of(plan)
-        at = zip(plan.points, point_places(plan, path), strict=True)
+        at = zip(plan.content.points, point_places(plan, path), strict=True)
         has_ct = bool(self._services.cases.get(plan.case_id).volumes)
         known = self.known = _Known(path, tuple((point.id, point.label, s) for point, s in at), has_ct)
         self._find(plan, known)

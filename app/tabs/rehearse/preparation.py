@@ -82,8 +82,8 @@ class PlanKey(NamedTuple):
 
 def plan_key(plan: Plan, registered: str = "") -> PlanKey:
     """The key of the present plan."""
-    targets = tuple((target.id, target.position) for target in plan.targets)
-    return PlanKey(plan.id, plan.case_hash, repr(drive_parts(plan)), targets, registered)
+    targets = tuple((target.id, target.position) for target in plan.content.targets)
+    return PlanKey(plan.id, plan.case_hash, repr(drive_parts(plan.content)), targets, registered)
 
 
 def prepare(services: Services, plan: Plan, options: RehearsalOptions = NO_OPTIONS) -> PreparedRehearsal:
@@ -95,7 +95,7 @@ def prepare(services: Services, plan: Plan, options: RehearsalOptions = NO_OPTIO
     tissue stops it on the way.
     """
     case = services.cases.get(plan.case_id)
-    settings = settings_in_case(plan.settings, case.uncertainty)
+    settings = settings_in_case(plan.content.settings, case.uncertainty)
     found = services.dry_runs.evaluate(plan, options)  # the same poses whose clearance colours the path
     refuse_where_centre_stops(services, plan, options, found)
     refuse_where_tissue_stops(services, plan, options, found)
@@ -119,19 +119,19 @@ def prepare(services: Services, plan: Plan, options: RehearsalOptions = NO_OPTIO
 
 def _scene(services: Services, plan: Plan, case: Case, found: PlanEvaluation) -> SceneSpec:
     """The scene of a plan, placed as in its dry run."""
-    targets = np.array([target.position for target in plan.targets], dtype=np.float64).reshape(-1, 3)
-    points = np.array([point.position for point in plan.points], dtype=np.float64)
+    targets = np.array([target.position for target in plan.content.targets], dtype=np.float64).reshape(-1, 3)
+    points = np.array([point.position for point in plan.content.points], dtype=np.float64)
     mesh = services.planning.bone(plan).mesh
     return SceneSpec(
         vertices=np.asarray(mesh.vertices),
         faces=np.asarray(mesh.faces),
-        robot=services.instruments.robot(plan.robot),
-        tool=plan_tool(plan),
+        robot=services.instruments.robot(plan.content.robot),
+        tool=plan_tool(plan.content),
         base=found.base,
         q_start=found.q_start,
         path_points=points,
         targets=targets,
-        target_names=tuple(target.label for target in plan.targets),
+        target_names=tuple(target.label for target in plan.content.targets),
         zones=found.zones.zones,
         fixtures=(*found.zones.soft_zones, *found.standing.fixtures),
         structure_names=case.structure_names(),

@@ -8,7 +8,6 @@ from app.kit.errors import JobCancelled
 from app.planning.plan_evaluation import PlanEvaluation
 from app.planning.rehearsal_options import RehearsalOptions
 from app.plans.instruments import shipped_tools
-from app.plans.model import without_placement
 from app.plans.service import Plan
 from app.services import Services
 from vfix_engine.errors import PlanError, VfixError
@@ -69,9 +68,9 @@ def _to(found: PlanEvaluation) -> str:
 def _remedy(services: Services, plan: Plan, options: RehearsalOptions, found: PlanEvaluation) -> str:
     """The first other tool that reaches the end with the same options, and other remedies."""
     for tool in shipped_tools():
-        if tool.name == plan.tool:
+        if tool.name == plan.content.tool:
             continue
-        other = replace(plan, tool=tool.name, tool_shape={}, robot=without_placement(plan.robot))
+        other = replace(plan, content=plan.content.with_tool(tool.name))
         try:
             if services.dry_runs.evaluate(other, options, through=found.registered).completed:
                 return f"The tool ‘{tool.title}’ gets to the end: choose it in Plan, or another place for the centre."

@@ -51,7 +51,7 @@ class RehearseTab(RehearsalSession):
         self.workspace.case.open_up([] if plan is None else [item.position for item in plan_items(plan)])
         self.workspace.camera.look_from("nose")
         drive = self.drive
-        if drive is None or plan is None or len(plan.points) < 2 or drive.is_for(self._key(plan)):
+        if drive is None or plan is None or len(plan.content.points) < 2 or drive.is_for(self._key(plan)):
             return
         if drive.lease.take(self.client):
             self.open(drive)
@@ -150,7 +150,7 @@ class RehearseTab(RehearsalSession):
 
     def hint(self) -> str:
         plan, now = self.workspace.plan.current, self.now
-        points, targets = (0, 0) if plan is None else (len(plan.points), len(plan.targets))
+        points, targets = (0, 0) if plan is None else (len(plan.content.points), len(plan.content.targets))
         mode, phase = ("path", "") if now.snapshot is None else (now.snapshot.mode, now.snapshot.phase)
         free = self.drive is not None and now.holder is None
         doubtful = False
@@ -169,7 +169,7 @@ class RehearseTab(RehearsalSession):
         """The drive itself is read with every tick. Of a plan without robot and remote centre little is told."""
         plan, wanted = self.workspace.plan.current, self.wanted
         if plan is not None and self.now.prepared is None and not wanted.remote_centre:
-            return wanted, plan.id, len(plan.points) < 2
+            return wanted, plan.id, len(plan.content.points) < 2
         return wanted, Same(plan), self._services.store.changes.of(self._services.registrations.kind.name)
 
     def refresh(self) -> None:
@@ -205,7 +205,7 @@ class RehearseTab(RehearsalSession):
         key = Same(plan), wanted, in_force, now.may_prepare, Same(self._centre.known), self._has_ct
 
         def build() -> OptionsSection:
-            centre = None if plan is None or len(plan.points) < 2 else self._centre.section(wanted.centre)
+            centre = None if plan is None or len(plan.content.points) < 2 else self._centre.section(wanted.centre)
             return options_section(wanted, in_force, centre, self._has_ct, now.may_prepare)
 
         return Section(key, build)

@@ -1091,15 +1091,15 @@ export interface PlanPublic {
   unit: string;
   told: string;
   notice: string;
-  entry_side: string;
   points: PlanPoint[];
-  targets: PlanPoint[];
   tool: string;
   tool_shape: Record<string, number>;
+  entry_side: string;
+  targets: PlanPoint[];
   robot: RobotPublic;
   settings: Record<string, number>;
-  paths: PlanPath[];
   path_id: string;
+  paths: PlanPath[];
   zones: PlanZone[];
   removed_bone: RemovedBone[];
   notes: string;

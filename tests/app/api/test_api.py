@@ -12,7 +12,7 @@ from run_folder import write_run
 from app.api.dependencies import ERRORS
 from app.api.error_statuses import ERROR_STATUSES
 from app.cases.model import HEAD_PHANTOM
-from app.documents import Documents
+from app.documents.documents import Documents
 from app.error_shape import error_code
 from app.gateway import body_limit
 from app.gateway.body_limit import MAX_BODY_BYTES

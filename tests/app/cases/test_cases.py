@@ -123,7 +123,7 @@ def test_the_head_phantom_is_there_with_a_plan(phantom_services: Services) -> No
     assert [volume.name for volume in case.volumes] == ["head", "nose"]
     assert "bone" not in phantom_services.cases.display_meshes(case.id)
     assert len(case.beads) == 5
-    assert len(phantom_services.plans.get(SAMPLE_PLAN).points) >= 6
+    assert len(phantom_services.plans.get(SAMPLE_PLAN).content.points) >= 6
 
 
 def test_what_a_user_did_to_the_phantom_stays(phantom_services: Services) -> None:

@@ -19,6 +19,7 @@ from app.cases.service import Case, CaseFrame
 from app.cli import main
 from app.kit.errors import NotFound
 from app.plans.model import PlanContent, PlanPoint
+from app.plans.paths import PlanPath
 from app.services import Services, build_services
 from app.settings import Settings
 from app.store.models import RunRow
@@ -49,7 +50,7 @@ def head(services: Services, name: str = NAME, radius: float = 50.0) -> Case:
     label = LabelSurface(1, STRUCTURE, None, sphere(5.0), 1.0, np.ones(3))
     services.structures.add(made.id, Segmentation((label,), FrameReport("LPS", False), ()))
     points = tuple(PlanPoint(f"p-{n}", f"{LABEL}{n}", (float(n), 0.0, 0.0)) for n in range(3))
-    plan = services.plans.create(made.id, "CanaryPlan", PlanContent(points=points))
+    plan = services.plans.create(made.id, "CanaryPlan", PlanContent(paths=(PlanPath(points=points),)))
     services.plans.rename(plan.id, "CanaryOther")
     key = services.store.run_files.put_with(lambda file: file.write(f"Canary ticks of {name}".encode()))
     with services.store.writing() as session:

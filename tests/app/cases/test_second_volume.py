@@ -110,10 +110,10 @@ def test_a_plan_keeps_what_lies_over_it(client: Client, phantom_services: Servic
     told = answer.json()["second_volume"]
     assert told == {**wish, "volume": None, "window": 2500.0, "level": 600.0}
     kept = phantom_services.plans.get(plan.id)
-    assert kept.second_volume == SecondVolume("head-phantom", None, MOVED, 0.25, other_head=True)
-    assert from_native_json(to_native_json(kept)).content.second_volume == kept.second_volume
+    assert kept.content.second_volume == SecondVolume("head-phantom", None, MOVED, 0.25, other_head=True)
+    assert from_native_json(to_native_json(kept)).content.second_volume == kept.content.second_volume
     assert changes(plan.content, kept.content) == ("A second volume is laid over the head.",)
-    faded = replace(kept.content, second_volume=replace(kept.second_volume, opacity=0.75, transform=IDENTITY))
+    faded = replace(kept.content, second_volume=replace(kept.content.second_volume, opacity=0.75, transform=IDENTITY))
     words = ("The second volume lies elsewhere.", "Opacity of the second volume: 75 % instead of 25 %.")
     assert changes(kept.content, faded) == words
     assert changes(kept.content, plan.content) == ("A second volume is not laid over the head any more.",)
@@ -135,7 +135,7 @@ def test_another_heads_volume_is_asked_about(client: Client, phantom_services: S
     phantom = phantom_services.cases.get("head-phantom")
     for words in (head.name, head.created[:10], phantom.name, phantom.created[:10], "same patient", "other_head"):
         assert words in refused.text
-    assert phantom_services.plans.get(plan.id).second_volume is None
+    assert phantom_services.plans.get(plan.id).content.second_volume is None
     confirmed = client.request("PUT", path.format(plan.id), json={"second_volume": {**wish, "other_head": True}})
     assert confirmed.json()["second_volume"]["other_head"] is True
     kept = phantom_services.plans.get(plan.id)
@@ -182,7 +182,7 @@ def test_what_cannot_be_laid_over_is_refused(
         "PUT", f"/api/v1/plans/{plan.id}/second-volume", content=body, headers={"Content-Type": "application/json"}
     )
     assert answer.status_code == 422, answer.text
-    assert phantom_services.plans.get(plan.id).second_volume is None
+    assert phantom_services.plans.get(plan.id).content.second_volume is None
     file = json.loads(to_native_json(plan)) | {"second_volume": {"case": head.id, **wish}}
     with pytest.raises(PlanError):
         from_native_json(json.dumps(file))
@@ -218,4 +218,4 @@ def test_a_volume_that_is_not_there_or_beside_the_head_is_told(
     answer = client.request("PUT", f"/api/v1/plans/{plan.id}/second-volume", json=laid)
     assert answer.status_code == 422
     assert words in answer.text
-    assert phantom_services.plans.get(plan.id).second_volume is None
+    assert phantom_services.plans.get(plan.id).content.second_volume is None

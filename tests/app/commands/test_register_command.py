@@ -63,7 +63,7 @@ def test_from_the_ct_to_a_plan(said: Any, phantom_services: Services, tmp_path: 
     assert (status, stated["state"], stated["used"]) == (1, "misfit", False)
     assert "No error is told" in stated["errors"]["words"]
     assert (stated["errors"]["targets"], stated["errors"]["path"]) == ([], None)
-    assert phantom_services.plans.get(plan.id).registration is None
+    assert phantom_services.plans.get(plan.id).content.registration is None
     for ending in ("tfm", "json"):
         refused = said("export", HEAD_PHANTOM, *on, str(tmp_path / f"wrong.{ending}"))
         assert refused[0] == 2
@@ -75,7 +75,7 @@ def test_from_the_ct_to_a_plan(said: Any, phantom_services: Services, tmp_path: 
     expected[:3, :3], expected[:3, 3] = TURN, SHIFT
     np.testing.assert_allclose(np.reshape(fitted["transform"], (4, 4)), expected, atol=0.1)
     assert fitted["errors"]["path"]["within_95_mm"] > 0.2
-    assert phantom_services.plans.get(plan.id).registration == made.id
+    assert phantom_services.plans.get(plan.id).content.registration == made.id
     file = tmp_path / "head.tfm"
     assert said("export", HEAD_PHANTOM, *on, str(file))[0] == 0
     status, came = said("import", HEAD_PHANTOM, str(file), "--name", "Came back")
@@ -138,7 +138,7 @@ def test_it_is_refined_and_a_path_is_traced(said: Any, phantom_services: Service
     assert said("trace", HEAD_PHANTOM, *wire, *into)[0] == 2  # the plan has no registration
     status, traced = said("trace", HEAD_PHANTOM, *on, *wire, *into, "--name", "Wire")
     assert (status, traced["name"], traced["samples"], traced["registration"]) == (0, "Wire", 100, "To refine")
-    path = services.plans.get(plan.id).path
+    path = services.plans.get(plan.id).content.path
     assert (path.id, path.name) == (traced["path"], "Wire")
     np.testing.assert_allclose(path.points[0].position, [0.0, -20.0, 0.0], atol=0.6)
     services.plans.delete(plan.id)

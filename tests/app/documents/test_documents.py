@@ -8,7 +8,8 @@ import pytest
 from msgspec import Meta
 
 from app.cases.service import Case
-from app.documents import DocumentKind, Documents, Ref, new_in, struct_kind
+from app.documents import DocumentKind, Ref, new_in, struct_kind
+from app.documents.documents import Documents
 from app.kit.errors import DocumentConflict, DocumentLocked, NotFound
 from app.plans.service import PlanService
 from app.registration.document import FiducialPair, RegistrationContent

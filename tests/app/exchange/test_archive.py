@@ -40,6 +40,7 @@ from app.plans.operations.document import LockPlan, SetPlanSettings
 from app.plans.operations.instruments import UseRegistration
 from app.plans.operations.points import MovePoint
 from app.plans.operations.versions import GoBack
+from app.plans.paths import PlanPath
 from app.plans.zones import PlanZone
 from app.registration.document import FiducialPair, RegistrationContent
 from app.services import Services, build_services
@@ -87,7 +88,9 @@ def head(services: Services) -> Case:
         "Head", frame=CaseFrame("RAS", True), surfaces={"bone": mesh}, volume=volume,
         beads=(CaseBead("m", (1.0, 2.0, 3.0)),), notes=("doubtful",),
     )  # fmt: skip
-    plan = services.plans.create(case.id, "Way ü", PlanContent(POINTS, zones=(PlanZone("z", "Eye", SPHERE),)))
+    plan = services.plans.create(
+        case.id, "Way ü", PlanContent(paths=(PlanPath(points=POINTS),), zones=(PlanZone("z", "Eye", SPHERE),))
+    )
     services.versions.save(plan.id, "First")
     editor = PlanEditor(services.plans, plan.id)
     editor.do(MovePoint(point_id="b", position=(4.0, 5.0, 6.0)))
@@ -122,7 +125,7 @@ def content_of(services: Services, case_id: str) -> dict[str, Any]:
     (plan,) = services.plans.list(case_id)
     (version,) = services.versions.list(plan.id)
     (registration,) = services.registrations.list(case_id)
-    assert plan.registration == registration.id
+    assert plan.content.registration == registration.id
     (label,) = services.labels.documents.list(case_id)
     return {
         "case": (case.frame, case.surfaces, case.volumes, case.beads, case.notes, case.structures, case.created),
@@ -173,7 +176,7 @@ def test_a_copy_beside_the_case_gets_identifiers_of_its_own(services: Services, 
     assert plan.id != own.id
     services.plans.do(plan.id, LockPlan(locked=False))
     services.plans.do(plan.id, GoBack(version_id="First"))
-    assert services.plans.get(plan.id).points == POINTS
+    assert services.plans.get(plan.id).content.points == POINTS
     assert services.plans.get(own.id) == own
 
 

@@ -26,6 +26,7 @@ from app.kit import array_files, zip_directory
 from app.kit.errors import TooLarge
 from app.planning.protected_structures import with_surface_errors
 from app.plans.model import PlanContent, PlanPoint
+from app.plans.paths import PlanPath
 from app.plans.public import PlanPublic
 from app.plans.zones import PlanZone
 from app.registration.public import RegistrationPublic
@@ -72,7 +73,9 @@ def whole(services: Services) -> Entries:
         )
 
     services.cases.change_content(case.id, change)
-    plan = services.plans.create(case.id, "Way", PlanContent((PlanPoint("a", "", (0.0, 0.0, 0.0)),)))
+    plan = services.plans.create(
+        case.id, "Way", PlanContent(paths=(PlanPath(points=(PlanPoint("a", "", (0.0, 0.0, 0.0)),)),))
+    )
     services.registrations.create(case.id, "R")
     services.versions.save(plan.id, "First")
     target = io.BytesIO()

@@ -25,7 +25,8 @@ from app.exchange.plan_files import (
 )
 from app.kit.errors import PointsUnclear, TooLarge
 from app.kit.names import check_label
-from app.plans.model import MAX_POINTS, Plan, PlanPoint, content_from_json
+from app.plans.document import PLAN as PLANS
+from app.plans.model import MAX_POINTS, PlanContent, PlanPath, PlanPoint, content_from_json
 from app.registration.document import RegistrationContent
 from app.registration.files import read_measured
 from vfix_engine.errors import FrameError, InputError, PlanError
@@ -36,16 +37,19 @@ POINTS = (
     PlanPoint("b", '=HYPERLINK("x")', (1e-7, -0.0, 9999.0)),
     PlanPoint("c", "'quoted' <b>", (0.1 + 0.2, -1e3, 5.0)),
 )
-PLAN = Plan(
-    id="plan-1",
-    name='Left "nose", ♥ # <i>',
-    case_id="case-1",
-    case_hash="ab" * 32,
-    points=POINTS,
-    targets=(PlanPoint("t", "-ostium", (1.0, 2.0, 3.0)),),
-    tool="bent_30",
-    robot={"name": "steady_hand", "base": [float(n) for n in range(16)], "q_start": [0.25] * 7},
-    settings={"margin_mm": 0.4},
+PLAN = replace(
+    PLANS.draft(
+        "case-1",
+        "ab" * 32,
+        'Left "nose", ♥ # <i>',
+        PlanContent(
+            targets=(PlanPoint("t", "-ostium", (1.0, 2.0, 3.0)),),
+            robot={"name": "steady_hand", "base": [float(n) for n in range(16)], "q_start": [0.25] * 7},
+            settings={"margin_mm": 0.4},
+            paths=(PlanPath(points=POINTS),),
+        ),
+        "plan-1",
+    ),
     created="2026-01-01T00:00:00.000+00:00",
     modified="2026-01-01T00:00:00.000+00:00",
 )
@@ -70,8 +74,8 @@ def test_a_plan_comes_back(form: str, tmp_path: Path) -> None:
     assert "Not for clinical use" in path.read_text(encoding="utf-8")
     file = read_plan(path.name, path.read_bytes())
     assert file.name == PLAN.name
-    assert_same(file.content.points, PLAN.points)
-    assert_same(file.content.targets, PLAN.targets)
+    assert_same(file.content.points, PLAN.content.points)
+    assert_same(file.content.targets, PLAN.content.targets)
 
 
 def test_the_own_format_brings_everything_back() -> None:
@@ -93,10 +97,10 @@ def test_a_retired_setting_of_an_older_file_is_passed_over() -> None:
 
 @pytest.mark.parametrize("form", FORMATS)
 def test_a_plan_without_points_comes_back(form: str) -> None:
-    empty = replace(PLAN, points=(), targets=PLAN.targets)
+    empty = replace(PLAN, content=replace(PLAN.content, targets=PLAN.content.targets).with_points(()))
     file = read_plan(f"x.{form}", export_text(empty, format_of(f"x.{form}")).encode())
     assert file.content.points == ()
-    assert_same(file.content.targets, PLAN.targets)
+    assert_same(file.content.targets, PLAN.content.targets)
 
 
 def is_label(text: str) -> bool:
@@ -132,11 +136,15 @@ def test_any_points_come_back(
 ) -> None:
     """HAZ-14: whatever the plan is called, and however far it was driven."""
     points = tuple(PlanPoint(f"p{n}", label, place) for n, (label, place) in enumerate(rows))
-    plan = replace(PLAN, name=name, points=points, targets=points[:1] and (replace(points[0], id="t"),))
+    plan = replace(
+        PLAN,
+        name=name,
+        content=replace(PLAN.content, targets=points[:1] and (replace(points[0], id="t"),)).with_points(points),
+    )
     file = read_plan(f"x.{form}", export_text(plan, format_of(f"x.{form}"), driven).encode())
     assert file.name == name
     assert_same(file.content.points, points)
-    assert_same(file.content.targets, plan.targets)
+    assert_same(file.content.targets, plan.content.targets)
 
 
 def test_markups_are_of_the_schema_and_carry_the_clearance() -> None:
@@ -192,7 +200,7 @@ def test_targets_are_never_taken_for_the_path() -> None:
     for kept in ([1, 2, 3], [1, 3], [2, 3]):
         with pytest.raises(PlanError, match="0 curves and 1 lists"):
             read_plan("x.json", markups(*[data["markups"][n] for n in kept]))
-    assert_same(read_targets("x.json", markups(data["markups"][3])), PLAN.targets)
+    assert_same(read_targets("x.json", markups(data["markups"][3])), PLAN.content.targets)
 
 
 @pytest.mark.parametrize(

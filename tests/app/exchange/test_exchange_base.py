@@ -35,7 +35,7 @@ def plan(phantom_services: Services) -> Plan:
     made = services.plans.duplicate(SAMPLE_PLAN, "Placed")
     evaluation = services.planning.evaluate(made)
     robot = {
-        "name": made.robot["name"],
+        "name": made.content.robot["name"],
         "base": evaluation.base.ravel().tolist(),
         "q_start": evaluation.q_start.tolist(),
     }
@@ -55,7 +55,7 @@ def registration(phantom_services: Services, plan: Plan) -> str:
 
 def to_base(plan: Plan, places: Any, registration: np.ndarray[Any, Any] | None = None) -> Any:
     """Places of the image in the base, by numpy's own inverse."""
-    base = np.reshape(plan.robot["base"], (4, 4))
+    base = np.reshape(plan.content.robot["base"], (4, 4))
     whole = np.linalg.inv(base) @ (np.eye(4) if registration is None else registration)
     return np.asarray(places) @ whole[:3, :3].T + whole[:3, 3]
 
@@ -64,11 +64,11 @@ def test_points_and_targets_are_where_the_placing_puts_them(phantom_services: Se
     data = json.loads(phantom_services.base_export.text(plan, "json"))
     assert (data["frame"], data["unit"], data["registration"]) == ("base", "mm", None)
     assert "as in a simulation" in data["remark"]
-    for name, points in (("points", plan.points), ("targets", plan.targets)):
+    for name, points in (("points", plan.content.points), ("targets", plan.content.targets)):
         assert [row["label"] for row in data[name]] == [point.label for point in points]
         told = [row["position"] for row in data[name]]
         np.testing.assert_allclose(told, to_base(plan, [point.position for point in points]), rtol=0, atol=1e-9)
-    inverse = np.linalg.inv(np.reshape(plan.robot["base"], (4, 4)))
+    inverse = np.linalg.inv(np.reshape(plan.content.robot["base"], (4, 4)))
     np.testing.assert_allclose(np.reshape(data["transform_image_to_base"], (4, 4)), inverse, atol=1e-9)
 
 
@@ -102,13 +102,13 @@ def test_the_bend_of_the_tool_is_told_in_the_bases_frame(phantom_services: Servi
 
 
 def test_a_planned_roll_is_told_before_a_base_that_is_turned(phantom_services: Services, plan: Plan) -> None:
-    base = np.reshape(plan.robot["base"], (4, 4)) @ TURN
-    turned = replace(plan, robot=plan.robot | {"base": base.ravel().tolist()})
+    base = np.reshape(plan.content.robot["base"], (4, 4)) @ TURN
+    turned = replace(plan, content=replace(plan.content, robot=plan.content.robot | {"base": base.ravel().tolist()}))
     for placed in (plan, turned):
         data = json.loads(phantom_services.base_export.text(placed, "json"))
         whole = np.reshape(data["transform_image_to_base"], (4, 4))[:3, :3]
-        assert all(point.roll_deg is not None for point in plan.points)
-        for row, point in zip(data["points"], plan.points, strict=True):
+        assert all(point.roll_deg is not None for point in plan.content.points)
+        for row, point in zip(data["points"], plan.content.points, strict=True):
             own = bend_of({"direction": point.direction, "roll_deg": point.roll_deg})
             np.testing.assert_allclose(bend_of(row), whole @ own, atol=1e-9)
 
@@ -125,7 +125,7 @@ def bend_of(row: dict[str, Any]) -> Any:
 def test_a_registration_is_composed_and_named(phantom_services: Services, plan: Plan, registration: str) -> None:
     data = json.loads(phantom_services.base_export.text(plan, "json", "On the table"))
     told = [row["position"] for row in data["points"]]
-    expected = to_base(plan, [point.position for point in plan.points], TURN)
+    expected = to_base(plan, [point.position for point in plan.content.points], TURN)
     np.testing.assert_allclose(told, expected, rtol=0, atol=1e-9)
     named = data["registration"]
     assert (named["id"], named["name"], named["to"]) == (registration, "On the table", "patient")
@@ -135,24 +135,27 @@ def test_a_registration_is_composed_and_named(phantom_services: Services, plan: 
 def test_the_plans_own_registration_is_used_unless_another_is_named(
     phantom_services: Services, plan: Plan, registration: str
 ) -> None:
-    own = replace(plan, registration=registration)
+    own = replace(plan, content=replace(plan.content, registration=registration))
     text = phantom_services.base_export.text(own, "json")
     assert text == phantom_services.base_export.text(plan, "json", registration)
     unmade = phantom_services.registrations.create(plan.case_id, "Not made yet", RegistrationContent())
-    for refused in (replace(plan, registration=unmade.id), replace(plan, registration="none")):
+    for refused in (
+        replace(plan, content=replace(plan.content, registration=unmade.id)),
+        replace(plan, content=replace(plan.content, registration="none")),
+    ):
         with pytest.raises(PlanError):
             phantom_services.base_export.text(refused, "json")
 
 
 def test_a_placing_beside_a_registered_patient_is_kept_in_the_patients_frame(plan: Plan) -> None:
-    base = np.reshape(plan.robot["base"], (4, 4))
-    q_start = np.array(plan.robot["q_start"])
-    kept = placed_robot(plan.robot, base, q_start, ImageRegistration(TURN))
+    base = np.reshape(plan.content.robot["base"], (4, 4))
+    q_start = np.array(plan.content.robot["q_start"])
+    kept = placed_robot(plan.content.robot, base, q_start, ImageRegistration(TURN))
     np.testing.assert_allclose(np.reshape(kept["base"], (4, 4)), TURN @ base, atol=1e-12)
     np.testing.assert_allclose(standing_base(kept, ImageRegistration(TURN)), base, atol=1e-9)
-    assert placed_robot(plan.robot, base, q_start, None) == plan.robot
+    assert placed_robot(plan.content.robot, base, q_start, None) == plan.content.robot
     with pytest.raises(PlanError, match="says where it stands"):
-        placed_robot(plan.robot, base, q_start, ImageRegistration(TURN, "base"))
+        placed_robot(plan.content.robot, base, q_start, ImageRegistration(TURN, "base"))
 
 
 def test_the_table_says_the_same(phantom_services: Services, plan: Plan, registration: str) -> None:
@@ -177,7 +180,7 @@ def test_no_file_in_the_robots_frame_is_taken_for_a_plan(phantom_services: Servi
 
 
 def test_a_robot_that_is_not_placed_is_refused(phantom_services: Services, plan: Plan, registration: str) -> None:
-    unplaced = replace(plan, robot=without_placement(plan.robot))
+    unplaced = replace(plan, content=replace(plan.content, robot=without_placement(plan.content.robot)))
     for name in (None, registration):
         with pytest.raises(PlanError, match="not placed"):
             phantom_services.base_export.text(unplaced, "json", name)
@@ -186,9 +189,9 @@ def test_a_robot_that_is_not_placed_is_refused(phantom_services: Services, plan:
 def test_a_registration_to_the_base_needs_no_placing(phantom_services: Services, plan: Plan) -> None:
     content = RegistrationContent("base", tuple(TURN.ravel().tolist()), made_from="given")
     phantom_services.registrations.create(plan.case_id, "Hand-eye", content)
-    unplaced = replace(plan, robot=without_placement(plan.robot))
+    unplaced = replace(plan, content=replace(plan.content, robot=without_placement(plan.content.robot)))
     data = json.loads(phantom_services.base_export.text(unplaced, "json", "Hand-eye"))
-    expected = np.array([p.position for p in plan.points]) @ TURN[:3, :3].T + TURN[:3, 3]
+    expected = np.array([p.position for p in plan.content.points]) @ TURN[:3, :3].T + TURN[:3, 3]
     np.testing.assert_allclose([row["position"] for row in data["points"]], expected, rtol=0, atol=1e-9)
 
 
@@ -223,15 +226,15 @@ def test_the_placing_of_the_dry_run_is_kept_with_the_plan(
 ) -> None:
     plans = phantom_services.plans
     made = plans.duplicate(SAMPLE_PLAN, "To be placed")
-    assert made.robot["base"] is None
+    assert made.content.robot["base"] is None
     answer = client.post(f"/api/v1/plans/{made.id}/placing")
     assert answer.status_code == 200
     placed = plans.get(made.id)
-    np.testing.assert_array_equal(placed.robot["base"], phantom_services.planning.evaluate(made).base.ravel())
-    assert plans.do(made.id, UndoPlan()).robot["base"] is None
+    np.testing.assert_array_equal(placed.content.robot["base"], phantom_services.planning.evaluate(made).base.ravel())
+    assert plans.do(made.id, UndoPlan()).content.robot["base"] is None
     monkeypatch.setenv("VFIX_HOME", str(phantom_services.settings.home))
     assert main(["plan", "place", made.id]) == 0
-    assert plans.get(made.id).robot == placed.robot
+    assert plans.get(made.id).content.robot == placed.content.robot
     plans.do(made.id, LockPlan(locked=True))
     assert main(["plan", "place", made.id]) == 2
     assert "locked" in capsys.readouterr().err

@@ -6,6 +6,7 @@ import gzip
 import io
 import zipfile
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +18,8 @@ from file_mutants import mutant, read_mutants
 
 from app.exchange.markups import to_markups
 from app.exchange.plan_files import to_csv, to_native_json
-from app.plans.model import Plan, PlanPoint
+from app.plans.document import PLAN as PLANS
+from app.plans.model import PlanContent, PlanPath, PlanPoint
 from tests.engine.imaging_phantoms import asymmetric_volume, dicom_slices
 from vfix_engine.files.sandbox.isolated import run_isolated
 
@@ -25,16 +27,19 @@ MUTANTS = 1000
 Spoil = Callable[[np.random.Generator | None], bytes]  # the sound file where nothing random is given
 
 POINTS = tuple(PlanPoint(str(n), f"point {n}, left", (6.0 + n, -11.25 * n, 3.5)) for n in range(6))
-PLAN = Plan(
-    id="plan-1",
-    name="Left nose",
-    case_id="case-1",
-    case_hash="ab" * 32,
-    points=POINTS,
-    targets=(PlanPoint("t", "ostium", (1.0, 2.0, 3.0)),),
-    tool="bent_30",
-    robot={"name": "steady_hand", "base": None, "q_start": None},
-    settings={"margin_mm": 0.4},
+PLAN = replace(
+    PLANS.draft(
+        "case-1",
+        "ab" * 32,
+        "Left nose",
+        PlanContent(
+            targets=(PlanPoint("t", "ostium", (1.0, 2.0, 3.0)),),
+            robot={"name": "steady_hand", "base": None, "q_start": None},
+            settings={"margin_mm": 0.4},
+            paths=(PlanPath(points=POINTS),),
+        ),
+        "plan-1",
+    ),
     created="2026-01-01T00:00:00.000+00:00",
     modified="2026-01-01T00:00:00.000+00:00",
 )

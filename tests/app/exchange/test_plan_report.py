@@ -132,9 +132,9 @@ def test_a_plan_that_is_refused_at_its_entry_has_its_verdict(phantom_services: S
     sample = phantom_services.plans.get(SAMPLE)
     plan = phantom_services.plans.duplicate(SAMPLE, "into bone")
     bone = phantom_services.cases.case_surface(HEAD_PHANTOM)
-    deep = bone.vertices[np.argmin(np.linalg.norm(bone.vertices - sample.points[0].position, axis=1))]
+    deep = bone.vertices[np.argmin(np.linalg.norm(bone.vertices - sample.content.points[0].position, axis=1))]
     x, y, z = deep.tolist()
-    moved = phantom_services.plans.do(plan.id, MovePoint(point_id=plan.points[0].id, position=(x, y, z)))
+    moved = phantom_services.plans.do(plan.id, MovePoint(point_id=plan.content.points[0].id, position=(x, y, z)))
     page = phantom_services.plan_reports.html(moved, with_images=False)
     assert 'class="verdict blocked"' in page
     assert "<svg" not in page

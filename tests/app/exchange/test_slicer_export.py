@@ -87,8 +87,8 @@ def head(phantom_services: Services) -> Case:
 @pytest.fixture(scope="module")
 def plan(phantom_services: Services, head: Case) -> Plan:
     content = PlanContent(
-        POINTS,
-        (PlanPoint("t", "ostium", (1.0, 2.0, 3.125)),),
+        paths=(PlanPath(points=POINTS),),
+        targets=(PlanPoint("t", "ostium", (1.0, 2.0, 3.125)),),
         zones=(PlanZone("z-1", "Eye", SPHERE), PlanZone("z-2", "Skull base", PLANE, visible=False)),
         removed_bone=(RemovedBone("r-1", "Window", BOX),),
     )

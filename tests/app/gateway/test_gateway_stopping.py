@@ -26,7 +26,7 @@ TOKEN = "a-token-of-the-tests-0123456789"
 def long_plan(home: Path) -> str:
     """A plan whose dry run takes a minute: four metres to and fro in front of the face."""
     services = build_services(Settings(home=home))
-    x, y, z = services.plans.get(SAMPLE_PLAN).points[0].position
+    x, y, z = services.plans.get(SAMPLE_PLAN).content.points[0].position
     plan = services.plans.create(HEAD, "Long")
     for n in range(100):
         services.plans.do(plan.id, AddPoint(position=(x, y - 30.0 - 40.0 * (n % 2), z + 0.05 * n)))

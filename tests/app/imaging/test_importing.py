@@ -307,13 +307,13 @@ def test_a_file_that_is_called_like_a_case_is_no_case(
     """An id is always the case's; a name that is a file's or a folder's too is asked about."""
     monkeypatch.chdir(tmp_path)
     phantom = resolve_case(phantom_services, HEAD_PHANTOM)
-    plan = resolve_plan(phantom_services, phantom, SAMPLE_PLAN)
+    plan = resolve_plan(phantom_services, phantom, SAMPLE_PLAN).plan
     for folder in (HEAD_PHANTOM, phantom.name):
         Path(folder).mkdir()
     for file in (plan.id, plan.name):
         Path(file).write_text("{}")
     assert resolve_case(phantom_services, HEAD_PHANTOM).id == HEAD_PHANTOM
-    assert resolve_plan(phantom_services, phantom, plan.id).points == plan.points
+    assert resolve_plan(phantom_services, phantom, plan.id).plan.content.points == plan.content.points
     with pytest.raises(InputError, match=rf"name of a case and of a file or folder here.*\./{phantom.name}"):
         resolve_case(phantom_services, phantom.name)
     with pytest.raises(InputError, match="name of a plan of this case and of a file"):

@@ -100,7 +100,7 @@ def test_a_smoothed_structure_grows_the_margin_of_its_zone(phantom_services: Ser
     wanted = structure_request("Front", "bone", None, None, ((-20.0, -30.0, -10.0), (20.0, 0.0, 20.0)), True, 0.0, 1.0)
     structure = services.segmenting.run(plan.case_id, wanted)
     zone = PlanZone("z", "Front", {"kind": "structure", "structure": structure.id}, 0.5)
-    found = services.planning.zones(replace(plan, zones=(zone,)))
+    found = services.planning.zones(replace(plan, content=replace(plan.content, zones=(zone,))))
     assert structure.deviation_mm
     assert found.zones[0].margin_mm == pytest.approx(0.5 + structure.deviation_mm)
 

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from app.cases.service import Case
-from app.documents import Documents
+from app.documents.documents import Documents
 from app.kit.errors import PlanLocked
 from app.link import LinkFault, ListPoint, PointList, Text, Transform
 from app.link.messages import HEADER_BYTES, parse_header
@@ -26,6 +26,7 @@ from app.plans.operations.document import LockPlan, UndoPlan
 from app.plans.operations.instruments import UseRegistration
 from app.plans.operations.points import MovePoint
 from app.plans.operations.versions import GoBack
+from app.plans.paths import PlanPath
 from app.plans.service import PlanService
 from app.plans.versions import PlanVersions
 from app.registration.document import RegistrationContent
@@ -59,7 +60,7 @@ def parts(store: Store, plans: PlanService) -> Parts:
 
 @pytest.fixture
 def plan(parts: Parts, case: Case) -> Plan:
-    made = parts.plans.create(case.id, "Way", PlanContent(POINTS, TARGETS))
+    made = parts.plans.create(case.id, "Way", PlanContent(paths=(PlanPath(points=POINTS),), targets=TARGETS))
     parts.live.opened("page", made.id)
     return made
 
@@ -87,7 +88,9 @@ def test_the_plan_is_told_in_the_scenes_frame(plan: Plan) -> None:
 
 
 def test_long_labels_are_told(parts: Parts, case: Case) -> None:
-    long = parts.plans.create(case.id, "Long", PlanContent((PlanPoint("a", "ö" * 40, (0.0, 0.0, 0.0)),)))
+    long = parts.plans.create(
+        case.id, "Long", PlanContent(paths=(PlanPath(points=(PlanPoint("a", "ö" * 40, (0.0, 0.0, 0.0)),)),))
+    )
     words = plan_messages(long)[2]
     assert isinstance(words, Text)
     assert "1 labels are longer than 63 bytes and are cut" in words.text
@@ -98,10 +101,12 @@ def test_only_the_registration_that_the_plan_goes_by_is_told(parts: Parts, plan:
     own = parts.registrations.create(plan.case_id, "Own", given)
     unmade = parts.registrations.create(plan.case_id, "Not made yet", RegistrationContent())
     listed = parts.registrations.list(plan.case_id)
-    for without in (plan, replace(plan, registration=unmade.id)):
+    for without in (plan, replace(plan, content=replace(plan.content, registration=unmade.id))):
         for message in registration_messages(without, listed):
             np.testing.assert_array_equal(message.matrix, np.eye(4))
-    to_patient, to_base = registration_messages(replace(plan, registration=own.id), listed)
+    to_patient, to_base = registration_messages(
+        replace(plan, content=replace(plan.content, registration=own.id)), listed
+    )
     assert (to_patient.name, to_base.name) == ("Registration", "RegistrationToBase")
     np.testing.assert_array_equal(to_patient.matrix, frames.registration_to_ras(TURN))
     np.testing.assert_array_equal(to_base.matrix, np.eye(4))
@@ -113,7 +118,7 @@ def test_a_registration_to_the_robots_base_has_a_name_of_its_own_both_ways(
     """One to the patient that is equal is another one: the robot would be placed elsewhere by it."""
     given = RegistrationContent("base", tuple(TURN.ravel().tolist()), made_from="given")
     own = parts.registrations.create(plan.case_id, "Own", given)
-    used = replace(plan, registration=own.id)
+    used = replace(plan, content=replace(plan.content, registration=own.id))
     to_patient, to_base = registration_messages(used, parts.registrations.list(plan.case_id))
     np.testing.assert_array_equal(to_patient.matrix, np.eye(4))
     np.testing.assert_array_equal(to_base.matrix, frames.registration_to_ras(TURN))
@@ -170,8 +175,8 @@ def test_a_moved_point_becomes_a_version_and_the_open_plan_stays(parts: Parts, i
     assert version.content.targets == TARGETS
     assert parts.versions.differences(plan.id, version.id)
     after = parts.plans.do(plan.id, GoBack(version_id=version.id))
-    assert after.points == version.content.points
-    assert parts.plans.do(plan.id, UndoPlan()).points == POINTS
+    assert after.content.points == version.content.points
+    assert parts.plans.do(plan.id, UndoPlan()).content.points == POINTS
 
 
 def test_new_targets_get_identifiers_of_their_own(parts: Parts, intake: Intake, plan: Plan) -> None:
@@ -383,7 +388,7 @@ def test_another_implementation_hears_that_a_registration_does_not_apply_any_mor
     parts.plans.do(plan.id, UseRegistration(registration=parts.registrations.create(plan.case_id, "R", content).id))
     told, none = frames.registration_to_ras(TURN), np.eye(4)
     heard(peer, "Registration", lambda message: np.allclose(message.matrix, told, atol=1e-6))
-    other = parts.plans.create(case.id, "Other way", PlanContent(POINTS, TARGETS))
+    other = parts.plans.create(case.id, "Other way", PlanContent(paths=(PlanPath(points=POINTS),), targets=TARGETS))
     parts.live.opened("another page", other.id)
     heard(peer, "Registration", lambda message: np.array_equal(message.matrix, none))
     heard(peer, "Plan", lambda message: "Other way" in message.string and "no registration" in message.string)

@@ -22,11 +22,11 @@ def opened(phantom_services: Services) -> tuple[Plan, Sphere]:
     services = phantom_services
     plan = services.plans.get(SAMPLE_PLAN)
     case = services.cases.get(plan.case_id)
-    middle = np.array(plan.points[len(plan.points) // 2].position)
+    middle = np.array(plan.content.points[len(plan.content.points) // 2].position)
     nearest = services.cases.tree(case).point_distance(middle[None])[1][0]
     ball = Sphere(nearest, 3.0)
     shape = {"kind": "sphere", "centre": nearest.tolist(), "radius": 3.0}
-    return replace(plan, removed_bone=(RemovedBone("opening", "Opening", shape),)), ball
+    return replace(plan, content=replace(plan.content, removed_bone=(RemovedBone("opening", "Opening", shape),))), ball
 
 
 def test_the_bone_of_a_plan_is_what_is_left(phantom_services: Services, opened: tuple[Plan, Sphere]) -> None:
@@ -46,7 +46,7 @@ def test_the_bone_of_a_plan_is_what_is_left(phantom_services: Services, opened: 
     assert unaffected.any()
     np.testing.assert_allclose(left[unaffected], before[unaffected], atol=1e-9)
     assert not bone.inside(points[away < 0.0]).any()
-    again = phantom_services.planning.bone(replace(plan, removed_bone=()))
+    again = phantom_services.planning.bone(replace(plan, content=replace(plan.content, removed_bone=())))
     assert again.tree is whole
     assert again.removed_mm3 == 0.0
 
@@ -55,11 +55,11 @@ def test_snap_and_fields_see_the_opening(phantom_services: Services, opened: tup
     plan, ball = opened
     services = phantom_services
     case = services.cases.get(plan.case_id)
-    thin = replace(plan, tool_shape={"shaft_radius_mm": 0.5})
-    closed = services.planning.snap(case, ball.centre, replace(thin, removed_bone=()))
+    thin = replace(plan, content=plan.content.with_tool(plan.content.tool, {"shaft_radius_mm": 0.5}))
+    closed = services.planning.snap(case, ball.centre, replace(thin, content=replace(thin.content, removed_bone=())))
     free = services.planning.snap(case, ball.centre, thin)
     assert free.moved_mm < closed.moved_mm
-    before = services.distance_fields.of_plan(replace(plan, removed_bone=()))
+    before = services.distance_fields.of_plan(replace(plan, content=replace(plan.content, removed_bone=())))
     after = services.distance_fields.of_plan(plan)
     assert before.bone.at(ball.centre[None])[0] < after.bone.at(ball.centre[None])[0] > 2.0
     assert after.tissue is not None

@@ -14,7 +14,7 @@ def test_fields_of_the_sample_plan(phantom_services: Services) -> None:
     plan = phantom_services.plans.get(SAMPLE_PLAN)
     fields = phantom_services.distance_fields.of_plan(plan)
     assert fields.tissue is not None
-    places = [point.position for point in plan.points]
+    places = [point.position for point in plan.content.points]
     bone, tissue = fields.bone.at(places), fields.tissue.at(places)
     assert (bone > 0.0).all()
     assert (tissue <= bone + 0.05).all()  # bone is tissue as well
@@ -23,7 +23,7 @@ def test_fields_of_the_sample_plan(phantom_services: Services) -> None:
     assert np.abs(bone - exact).max() < 0.3
     assert phantom_services.distance_fields.of_plan(plan).bone is fields.bone
     # A point that moves a little stays in the same box.
-    wanted = [*places, *(target.position for target in plan.targets)]
+    wanted = [*places, *(target.position for target in plan.content.targets)]
     assert (
         phantom_services.distance_fields.around(phantom_services.cases.get(plan.case_id), np.add(wanted, 0.01)).bone
         is fields.bone

@@ -49,7 +49,7 @@ class World:
         self.services, self.patch, self.random = services, monkeypatch, np.random.default_rng(seed)
         self.sample = services.plans.get(SAMPLE)
         self.found = services.planning.evaluate(self.sample)
-        self.tool = Tool.load(self.sample.tool)
+        self.tool = Tool.load(self.sample.content.tool)
         self.planned = Planning(
             services.cases, services.instruments, services.distance_fields, lambda plan: self.registered
         )
@@ -91,8 +91,11 @@ class World:
         side = str(self.random.choice(["", "", "left", "right"]))
         used = None if self.registered is None else self.registered.id
         settings = {"margin_mm": float(draw(0.1, 0.8))}
-        plan = replace(self.sample, targets=(), zones=zones, settings=settings, registration=used)
-        return replace(plan, paths=(replace(plan.path, entry_side=side),))
+        plan = replace(
+            self.sample,
+            content=replace(self.sample.content, targets=(), zones=zones, settings=settings, registration=used),
+        )
+        return replace(plan, content=replace(plan.content, paths=(replace(plan.content.path, entry_side=side),)))
 
     def _register(self, some: Callable[[float], bool]) -> None:
         self.registered, self.off = None, 0.0
@@ -114,13 +117,13 @@ class World:
             return "blocked"
         if self.pierced.state == "wall":
             return "pierces"
-        x = plan.points[0].position[0]
-        if (plan.entry_side == "left" and x < -2.0) or (plan.entry_side == "right" and x > 2.0):
+        x = plan.content.points[0].position[0]
+        if (plan.content.entry_side == "left" and x < -2.0) or (plan.content.entry_side == "right" and x > 2.0):
             return "unknown"
-        kept = settings_in_case(plan.settings, self.surface).kept_mm
+        kept = settings_in_case(plan.content.settings, self.surface).kept_mm
         away = [(float(self.run.clearance.min()), kept)]
         if self.ball is not None:
-            away.append((self._from_ball(*self.ball), plan.zones[0].margin_mm))
+            away.append((self._from_ball(*self.ball), plan.content.zones[0].margin_mm))
         near = any(clearance < margin + TIGHT_MM for clearance, margin in away)
         touched = self.off is not None and any(clearance < self.off for clearance, _ in away)
         if near or touched or away[0][0] <= self.surface.off_mm:
@@ -137,14 +140,14 @@ class World:
         """Whether the samples of a shape decide by less than they are exact."""
         if self.ball is None or self.refused:
             return False
-        clearance, margin = self._from_ball(*self.ball), plan.zones[0].margin_mm
+        clearance, margin = self._from_ball(*self.ball), plan.content.zones[0].margin_mm
         edges = [margin + TIGHT_MM, *([] if self.off is None else [self.off])]
         return any(abs(clearance - edge) < 0.05 for edge in edges)
 
 
 def told(world: World, plan: Plan, step: Any) -> dict[str, str]:
     """By place, the text that it tells of a plan."""
-    kept = settings_in_case(plan.settings, world.surface).kept_mm
+    kept = settings_in_case(plan.content.settings, world.surface).kept_mm
     shown: ShownEvaluation = answered(world.services, plan, kept, lambda: world.planned.evaluate(plan))
     step._evaluations.stored.current = shown
     view = shown.view()
@@ -154,7 +157,7 @@ def told(world: World, plan: Plan, step: Any) -> dict[str, str]:
     line = plan_evaluate._lines(report)[0]
     assert public.verdict == view["level"] == plan_evaluate.as_json(report)["verdict"]
     assert public.reason == plan_evaluate.as_json(report)["reason"]
-    assert panel == view["words"] == public.words == line.removeprefix(f"* {plan.path.name}: ")
+    assert panel == view["words"] == public.words == line.removeprefix(f"* {plan.content.path.name}: ")
     assert view["short"] == public.short == plan_evaluate.as_json(report)["short"]
     if view["verdict"] is not None:  # its figures too: the one that decides comes first
         assert view["verdict"]["figures"][0]["level"] == public.verdict, (view["verdict"]["figures"], public.words)
@@ -172,7 +175,7 @@ def test_every_place_tells_one_verdict(phantom_services: Services, monkeypatch: 
         places = told(world, plan, step)
         report = world.reports.of_plan(plan).chosen
         for place, text in places.items():
-            text = text.removeprefix(f"* {plan.path.name}: ")
+            text = text.removeprefix(f"* {plan.content.path.name}: ")
             assert text.startswith(f"{report.short}."), (place, text)
             assert text.startswith(WORD[report.verdict]), (place, text)
         if not world.on_the_border(plan):

@@ -82,7 +82,7 @@ def test_the_judge_that_finds_no_piercing_elsewhere_finds_these(
         phantom_services.cases.volume(phantom_services.cases.get(plan.case_id)),
     )
     assert volume is not None
-    assert pierced_runs(volume, tail[None], TIP[None], np.array(plan.points[0].position), SLACK_MM) != []
+    assert pierced_runs(volume, tail[None], TIP[None], np.array(plan.content.points[0].position), SLACK_MM) != []
 
 
 def test_the_shipped_plan_passes_by_both_codes(phantom_services: Services, plan: Plan) -> None:
@@ -100,7 +100,7 @@ def test_the_shipped_plan_passes_by_both_codes(phantom_services: Services, plan:
     volume = phantom_services.cases.volume(phantom_services.cases.get(plan.case_id))
     assert volume is not None
     for row in range(0, len(run.s), 300):
-        entry = np.array(plan.points[0].position)
+        entry = np.array(plan.content.points[0].position)
         assert pierced_runs(volume, run.segments_start[row], run.segments_end[row], entry) == []
 
 

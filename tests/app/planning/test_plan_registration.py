@@ -127,7 +127,7 @@ def test_what_is_driven_judged_and_written_is_of_one_reading(phantom_services: S
     """Although somebody changes the registration meanwhile, and changes it back."""
     plan = phantom_services.plans.get(SAMPLE_PLAN)
     robot, plan = phantom_services.planning.placed_robot(plan), registered_sample(phantom_services)
-    placed = replace(plan, robot=robot)
+    placed = replace(plan, content=replace(plan.content, robot=robot))
     first, other = measured(4, 0.02), measured(4, 0.6)
     read: list[DrivenRegistration] = []
 

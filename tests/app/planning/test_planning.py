@@ -44,7 +44,7 @@ def test_a_point_on_bone_moves_to_where_the_tool_fits(phantom_services: Services
 
 
 def test_a_point_in_air_stays(phantom_services: Services) -> None:
-    point = phantom_services.plans.get(SAMPLE_PLAN).points[3]
+    point = phantom_services.plans.get(SAMPLE_PLAN).content.points[3]
     snapped = phantom_services.planning.snap(phantom_services.cases.embedded_case(), point.position)
     assert snapped == SnapResult(point.position, 0.0, "", "air_inside")
     plan = phantom_services.plans.get(SAMPLE_PLAN)
@@ -71,7 +71,7 @@ def test_a_click_on_the_teeth_is_offered_with_a_word_about_the_flesh(
     assert re.fullmatch(r"Moved \d\.\d mm, clear of bone\.", desk.ghost.words)
     assert desk.section().build()["ghost"]["words"].endswith("The place lies in soft tissue, not in the airway.")
     desk.confirm()
-    (point,) = desk.plan.points
+    (point,) = desk.plan.content.points
     desk.drag(point.id, (-29.5, -97.5, -25.0))
     assert desk.drop(point.id) == "The place lies in soft tissue, not in the airway."
     desk.drag(point.id, (-22.7, -93.7, -8.1))
@@ -82,15 +82,15 @@ def test_a_click_that_fits_is_not_asked_twice(phantom_services: Services) -> Non
     """In the airway it adds at once, as a target does everywhere; undo takes it back."""
     sample = phantom_services.plans.get(SAMPLE_PLAN)
     desk = EditedPlan(phantom_services, phantom_services.plans.create(sample.case_id, "At once").id)
-    desk.pick(np.array(sample.points[3].position))
+    desk.pick(np.array(sample.content.points[3].position))
     assert desk.ghost is None
-    assert [point.position for point in desk.plan.points] == [sample.points[3].position]
+    assert [point.position for point in desk.plan.content.points] == [sample.content.points[3].position]
     desk.add_mode = "target"
     desk.pick(np.array([10.0, 0.0, 5.0]))
-    assert len(desk.plan.targets) == 1
+    assert len(desk.plan.content.targets) == 1
     desk.perform(UndoPlan())
     desk.perform(UndoPlan())
-    assert (desk.plan.points, desk.plan.targets) == ((), ())
+    assert (desk.plan.content.points, desk.plan.content.targets) == ((), ())
 
 
 def test_without_a_ct_a_point_moves_out_of_the_bone(store: Store, cases: CaseService, plans: PlanService) -> None:
@@ -142,12 +142,12 @@ def test_cases_and_plans_are_found_by_id_name_and_file(phantom_services: Service
     name = phantom_services.cases.embedded_case().name
     by_name, by_id = resolve_case(phantom_services, name), resolve_case(phantom_services, HEAD_PHANTOM)
     assert (by_name.id, by_name.mesh) == (HEAD_PHANTOM, by_id.mesh)
-    plan = resolve_plan(phantom_services, by_id, SAMPLE_PLAN)
+    plan = resolve_plan(phantom_services, by_id, SAMPLE_PLAN).plan
     file = tmp_path / "sample.mrk.json"
     file.write_text(export_text(plan, "mrk.json"), encoding="utf-8")
-    read = resolve_plan(phantom_services, by_id, str(file))
-    assert [p.position for p in read.points] == [p.position for p in plan.points]
-    assert [t.label for t in resolve_targets(file)] == [t.label for t in plan.targets]
+    read = resolve_plan(phantom_services, by_id, str(file)).plan
+    assert [p.position for p in read.content.points] == [p.position for p in plan.content.points]
+    assert [t.label for t in resolve_targets(file)] == [t.label for t in plan.content.targets]
     with pytest.raises(NotFound):
         resolve_case(phantom_services, "nobody")
     with pytest.raises(NotFound):

@@ -41,14 +41,16 @@ def test_a_point_under_a_hand_is_judged_as_its_release_would_be_with_that_base(
 ) -> None:
     plan = phantom_services.plans.get(SAMPLE)
     placing = StoredPlacement(stored.base, stored.q_start)
-    point = plan.points[1]
+    point = plan.content.points[1]
     x, y, z = point.position
     wanted = (x + 0.8, y, z + 0.6)
     found = phantom_services.previews.of(plan, Dragged(point.id, wanted), placing, nobody).evaluation
     place = phantom_services.planning.snap(phantom_services.cases.get(plan.case_id), wanted, plan).position
-    moved = with_points(plan, [replace(p, position=place) if p.id == point.id else p for p in plan.points])
-    robot = {**plan.robot, "base": stored.base.reshape(-1).tolist(), "q_start": stored.q_start.tolist()}
-    exact = phantom_services.planning.evaluate(replace(moved, robot=robot))  # 0.1 mm steps, placed there
+    moved = with_points(plan, [replace(p, position=place) if p.id == point.id else p for p in plan.content.points])
+    robot = {**plan.content.robot, "base": stored.base.reshape(-1).tolist(), "q_start": stored.q_start.tolist()}
+    exact = phantom_services.planning.evaluate(
+        replace(moved, content=replace(moved.content, robot=robot))
+    )  # 0.1 mm steps, placed there
     assert np.array_equal(found.base, stored.base)
     assert found.completed == exact.completed
     assert {found.verdict.level, exact.verdict.level} <= {"fits", "tight"}  # it may lie on the border of both
@@ -56,8 +58,8 @@ def test_a_point_under_a_hand_is_judged_as_its_release_would_be_with_that_base(
     assert found.min_clearance_mm == pytest.approx(exact.min_clearance_mm, abs=0.05)
     assert len(found.run.s) < 0.7 * len(exact.run.s)  # in steps of 0.2 mm
     # Every clearance is the exact one of the whole tool in that pose, as far as the controller looks.
-    reach_mm = settings_in_case(plan.settings, phantom_services.cases.get(plan.case_id).uncertainty).reach_mm
-    tree, tool = phantom_services.planning.bone(moved).tree, Tool.load(plan.tool)
+    reach_mm = settings_in_case(plan.content.settings, phantom_services.cases.get(plan.case_id).uncertainty).reach_mm
+    tree, tool = phantom_services.planning.bone(moved).tree, Tool.load(plan.content.tool)
     for row in range(0, len(found.run.s), 40):
         tool_there = Segments(found.run.segments_start[row], found.run.segments_end[row], tool.radius)
         assert found.run.clearance[row] == pytest.approx(min(tree.closest(tool_there).distance, reach_mm), abs=1e-6)
@@ -68,7 +70,7 @@ def test_an_entry_that_is_dragged_takes_the_robot_along_with_its_base_kept(
     phantom_services: Services, stored: PlanEvaluation
 ) -> None:
     plan = phantom_services.plans.get(SAMPLE)
-    entry = plan.points[0]
+    entry = plan.content.points[0]
     x, y, z = entry.position
     hand = Dragged(entry.id, (x, y - 2.0, z - 1.0))
     placing = StoredPlacement(stored.base, stored.q_start)
@@ -86,9 +88,9 @@ def test_a_shaft_that_is_turned_is_driven_in_that_direction(phantom_services: Se
     turned = tail + np.array([0.05, 0.0, 0.0])
     x, y, z = (turned / np.linalg.norm(turned)).tolist()
     placing = StoredPlacement(stored.base, stored.q_start)
-    found = phantom_services.previews.of(plan, Dragged(plan.points[0].id, direction=(x, y, z)), placing, nobody)
+    found = phantom_services.previews.of(plan, Dragged(plan.content.points[0].id, direction=(x, y, z)), placing, nobody)
     start, end = found.evaluation.run.segments_start[0], found.evaluation.run.segments_end[0]
-    straight = Tool.load(plan.tool).bend == 0.0
+    straight = Tool.load(plan.content.tool).bend == 0.0
     along = (end[-1] - start[0 if straight else -1]) / np.linalg.norm(end[-1] - start[0 if straight else -1])
     before = (run.segments_end[0, -1] - run.segments_start[0, -1]) / np.linalg.norm(
         run.segments_end[0, -1] - run.segments_start[0, -1]
@@ -115,7 +117,9 @@ def test_a_run_for_an_older_place_of_the_hand_ends(phantom_services: Services, s
             raise JobCancelled
 
     with pytest.raises(JobCancelled):
-        phantom_services.previews.of(plan, Dragged(plan.points[1].id, plan.points[1].position), placing, moves_on)
+        phantom_services.previews.of(
+            plan, Dragged(plan.content.points[1].id, plan.content.points[1].position), placing, moves_on
+        )
     assert len(steps) == 21
     assert max(steps) < 0.5
 
@@ -126,7 +130,7 @@ def test_the_newest_place_alone_is_judged_and_what_is_old_is_greyed(
     plan, executor, ran = phantom_services.plans.get(SAMPLE), Later(), list[Act]()
     live = LivePreviews(phantom_services, executor, ran.append)
     known = ShownEvaluation("done", evaluation=stored, margin_mm=0.3)
-    placing, point = StoredPlacement(stored.base, stored.q_start), plan.points[1]
+    placing, point = StoredPlacement(stored.base, stored.q_start), plan.content.points[1]
     x, y, z = point.position
     for step in range(4):
         live.ask(plan, Dragged(point.id, (x, y, z + 0.1 * step)), known, placing, NO_OPTIONS)
@@ -149,7 +153,7 @@ def test_the_newest_place_alone_is_judged_and_what_is_old_is_greyed(
     assert live.current.before is not stored, "the last place of the hand is what is greyed"
     ran[1]()
     assert live.current.status == "computing", "an answer to an older place stays grey"
-    live.ask(plan, Dragged(plan.points[2].id, (x, y, z + 1.0)), known, placing, NO_OPTIONS)
+    live.ask(plan, Dragged(plan.content.points[2].id, (x, y, z + 1.0)), known, placing, NO_OPTIONS)
     kept = live.current.before
     ran[0]()
     assert live.current.before is kept, "an answer to a drag of another point is dropped"
@@ -162,7 +166,7 @@ def test_a_drag_is_live_and_its_release_is_one_edit(phantom_services: Services) 
     sections_of(step)
     judged.stored.current = ShownEvaluation("done", evaluation=evaluation)
     sections_of(step)
-    point = plan.points[1]
+    point = plan.content.points[1]
     x, y, z = point.position
     step.handle(c.DragItem(type="item.drag", item_id=point.id, position=(x, y, z + 0.4)))
     shown = sections_of(step)["corridor"]
@@ -173,12 +177,12 @@ def test_a_drag_is_live_and_its_release_is_one_edit(phantom_services: Services) 
     assert shown["state"] == "waits"  # placed again, the picture of the hand's last place greyed
     assert phantom_services.plans.get(plan.id).revision == plan.revision + 1
     send(step, "undo")
-    assert phantom_services.plans.get(plan.id).points == plan.points
+    assert phantom_services.plans.get(plan.id).content.points == plan.content.points
     # A target that is dragged changes nothing of the path.
     judged.stored.current = ShownEvaluation("done", evaluation=evaluation)
     sections_of(step)
     judged.stored.current = ShownEvaluation("done", evaluation=evaluation)
-    step.handle(c.DragItem(type="item.drag", item_id=plan.targets[0].id, position=(x, y, z)))
+    step.handle(c.DragItem(type="item.drag", item_id=plan.content.targets[0].id, position=(x, y, z)))
     assert sections_of(step)["corridor"]["state"] == "current"
     phantom_services.plans.delete(plan.id)
 
@@ -187,12 +191,12 @@ def test_a_place_within_bone_far_from_air_is_told(phantom_services: Services, st
     plan = phantom_services.plans.get(SAMPLE)
     placing = StoredPlacement(stored.base, stored.q_start)
     with pytest.raises(PlanError):
-        phantom_services.previews.of(plan, Dragged(plan.points[1].id, (1e5, 0.0, 0.0)), placing, nobody)
+        phantom_services.previews.of(plan, Dragged(plan.content.points[1].id, (1e5, 0.0, 0.0)), placing, nobody)
 
 
 def test_a_shaft_is_dragged_live_and_stored_as_one_edit(phantom_services: Services, stored: PlanEvaluation) -> None:
     plan = phantom_services.plans.duplicate(SAMPLE, "Shaft")
-    point = plan.points[0]
+    point = plan.content.points[0]
     step = open_sample(phantom_services, plan.id)
     assert step._edited is not None
     step._edited.set_shaft(point.id, (0.0, -1.0, 0.0), None)
@@ -210,10 +214,10 @@ def test_a_shaft_is_dragged_live_and_stored_as_one_edit(phantom_services: Servic
     assert phantom_services.plans.get(plan.id).revision == before.revision
     step.dragged(DragEvent(f"shaft:{point.id}", "end", handle))
     wanted = np.array([3.0, -30.0, -4.0]) / np.linalg.norm([3.0, -30.0, -4.0])
-    assert phantom_services.plans.get(plan.id).points[0].direction == pytest.approx(wanted.tolist())
+    assert phantom_services.plans.get(plan.id).content.points[0].direction == pytest.approx(wanted.tolist())
     assert phantom_services.plans.get(plan.id).revision == before.revision + 1
     send(step, "undo")
-    assert phantom_services.plans.get(plan.id).points == before.points
+    assert phantom_services.plans.get(plan.id).content.points == before.content.points
     # A hand that does not move stores nothing, and one on a locked plan neither.
     revision = phantom_services.plans.get(plan.id).revision
     for phase in ("start", "end"):

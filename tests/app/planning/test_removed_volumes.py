@@ -26,14 +26,14 @@ def _with_regions(services: Services) -> Plan:
     """The sample plan with two balls that overlap at the nearest bone, and one in the air before the face."""
     plan = services.plans.get(SAMPLE_PLAN)
     tree = services.cases.tree(services.cases.get(plan.case_id))
-    nearest = tree.point_distance([plan.points[len(plan.points) // 2].position])[1][0]
-    entry = np.array(plan.points[0].position)
+    nearest = tree.point_distance([plan.content.points[len(plan.content.points) // 2].position])[1][0]
+    entry = np.array(plan.content.points[0].position)
     centres = {"a": nearest, "b": nearest + np.array([0.0, 0.0, 2.0]), "far": entry - np.array([0.0, 60.0, 0.0])}
     regions = (
         RemovedBone(key, key.upper(), {"kind": "sphere", "centre": at.tolist(), "radius": 3.0})
         for key, at in centres.items()
     )
-    return replace(plan, removed_bone=tuple(regions))
+    return replace(plan, content=replace(plan.content, removed_bone=tuple(regions)))
 
 
 def test_regions_are_counted_apart_and_what_they_share_once(phantom_services: Services) -> None:
@@ -44,7 +44,7 @@ def test_regions_are_counted_apart_and_what_they_share_once(phantom_services: Se
     assert max(a.removed_mm3, b.removed_mm3) < found.removed_mm3 < a.removed_mm3 + b.removed_mm3
     # A count of its own: points drawn at random within the two balls.
     volumes = phantom_services.cases.volumes(phantom_services.cases.get(plan.case_id))
-    centres = [np.array(region.shape["centre"]) for region in plan.removed_bone[:2]]
+    centres = [np.array(region.shape["centre"]) for region in plan.content.removed_bone[:2]]
     random = np.random.default_rng(7)
     points = centres[0] + random.uniform([-3.0, -3.0, -3.0], [3.0, 3.0, 5.0], (400_000, 3))
     in_ball = np.array([np.linalg.norm(points - centre, axis=1) <= 3.0 for centre in centres])
@@ -59,15 +59,20 @@ def test_regions_are_counted_apart_and_what_they_share_once(phantom_services: Se
     assert far.words.startswith("removes nothing; bone is ")
     away = float(far.words.removeprefix("removes nothing; bone is ").removesuffix(" mm away"))
     tree = phantom_services.cases.tree(phantom_services.cases.get(plan.case_id))
-    assert away == pytest.approx(tree.point_distance([plan.removed_bone[2].shape["centre"]])[0][0] - 3.0, abs=1.0)
-    assert phantom_services.removed_volumes.of_plan(replace(plan, removed_bone=())).words == ""
+    assert away == pytest.approx(
+        tree.point_distance([plan.content.removed_bone[2].shape["centre"]])[0][0] - 3.0, abs=1.0
+    )
+    assert (
+        phantom_services.removed_volumes.of_plan(replace(plan, content=replace(plan.content, removed_bone=()))).words
+        == ""
+    )
 
 
 def test_rest_and_the_command_line_tell_the_same(
     client: Client, phantom_services: Services, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     plan = phantom_services.plans.duplicate(SAMPLE_PLAN)
-    for region in _with_regions(phantom_services).removed_bone:
+    for region in _with_regions(phantom_services).content.removed_bone:
         phantom_services.plans.do(plan.id, AddBone(shape=dict(region.shape), name=region.name))
     told: dict[str, Any] = client.get(f"/api/v1/plans/{plan.id}/removed-bone/volumes").json()
     assert [region["name"] for region in told["regions"]] == ["A", "B", "FAR"]
@@ -110,7 +115,7 @@ def test_bone_that_cannot_be_counted_is_told_and_counted_again_after_a_change(
     assert section is not None
     assert section["items"] == []
     assert section["words"].startswith(f"The bone that is removed could not be counted{words}")
-    changed = replace(plan, removed_bone=plan.removed_bone[:1])
+    changed = replace(plan, content=replace(plan.content, removed_bone=plan.content.removed_bone[:1]))
     assert shown(count, changed) is None
     later.work.pop()()
     section = shown(count, changed)

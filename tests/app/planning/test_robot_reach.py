@@ -48,7 +48,7 @@ def test_a_standing_robot_that_cannot_hold_the_tool_names_its_joints(phantom_ser
         for number, (joint, home) in enumerate(zip(arm.joints, arm.home.tolist(), strict=True))
     )
     robot = RobotModel(arm.name, arm.title, arm.source, stiff, (), arm.mount, arm.home, arm.upright)
-    path = SplinePath(np.array([point.position for point in plan.points]))
+    path = SplinePath(np.array([point.position for point in plan.content.points]))
     words = r"joint 2 \(shoulder pitch\) and joint 3 \(elbow pitch\) are at their limits, \d+ mm from there"
     with pytest.raises(StartRefused, match=words):
         place_robot(

@@ -22,6 +22,7 @@ from app.planning.suggestion_ends import check_ends
 from app.planning.suggestions import SuggestedPaths, described
 from app.planning.verdict import Level, Reason, Verdict
 from app.plans.model import PlanContent, PlanPoint
+from app.plans.paths import PlanPath
 from app.plans.service import Plan
 from app.services import Services
 from benchmarks.piercing import pierced_by
@@ -62,7 +63,8 @@ def searched_once() -> Iterator[None]:
 @pytest.fixture
 def plan(phantom_services: Services) -> Plan:
     content = PlanContent(
-        points=(PlanPoint("p-1", "P1", ENTRY),), targets=(PlanPoint("t-1", "T1", TARGET),), tool="straight_pointer"
+        paths=(PlanPath(points=(PlanPoint("p-1", "P1", ENTRY),), tool="straight_pointer"),),
+        targets=(PlanPoint("t-1", "T1", TARGET),),
     )
     return phantom_services.plans.create(PHANTOM_ID, "To be suggested", content)
 
@@ -227,7 +229,7 @@ def test_tools_are_compared_along_a_path(client: Client, phantom_services: Servi
     table = phantom_services.suggestions.table(waited(client, job.json())["result"])
     by_name = {row.tool: row for row in table.rows}
     assert len(by_name) >= 7
-    assert by_name[sample.tool].chosen
+    assert by_name[sample.content.tool].chosen
     reaching = [row for row in table.rows if row.reaches]
     assert reaching
     assert table.rows[: len(reaching)] == tuple(reaching)  # those that get to the end come first
@@ -253,7 +255,7 @@ def test_the_commands_print_what_was_found(
     assert report["tissue_mm"] == report["alternatives"][0]["tissue_mm"]
     stored = phantom_services.plans.get(report["id"])
     assert stored.name == "Suggested"
-    assert all(point.direction is not None for point in stored.points)
+    assert all(point.direction is not None for point in stored.content.points)
     # Into the bone above the nose there is no way; the place where it ends is told, and no plan is stored.
     count = len(phantom_services.plans.list(PHANTOM_ID))
     assert cli.main(["plan", "suggest", *ends, "--target", "0,25,60", "--name", "Nowhere"]) == 1

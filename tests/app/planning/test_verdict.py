@@ -140,11 +140,13 @@ def test_a_report_has_every_path_and_the_cones_of_the_targets(phantom_services: 
     assert chosen["verdict"] == "fits"
     assert report["paths"] == [chosen]
     assert (chosen["side_caution"], chosen["soft_structures"]) == ("", [])
-    end = plan.points[-1].position
-    near, label = min((float(np.linalg.norm(np.subtract(end, one.position))), one.label) for one in plan.targets)
+    end = plan.content.points[-1].position
+    near, label = min(
+        (float(np.linalg.norm(np.subtract(end, one.position))), one.label) for one in plan.content.targets
+    )
     assert f" The path ends {near:.1f} mm before the nearest target, ‘{label}’." in chosen["words"]
-    away = "right" if plan.points[0].position[0] > 0 else "left"
-    edited = client.patch(f"/api/v1/plans/{plan.id}/paths/{plan.path_id}", json={"entry_side": away})
+    away = "right" if plan.content.points[0].position[0] > 0 else "left"
+    edited = client.patch(f"/api/v1/plans/{plan.id}/paths/{plan.content.path_id}", json={"entry_side": away})
     assert edited.status_code == 200
     told = client.get(f"/api/v1/plans/{plan.id}/report").json()["chosen"]
     assert f"said to enter at the {away} nostril" in told["side_caution"]
@@ -153,7 +155,7 @@ def test_a_report_has_every_path_and_the_cones_of_the_targets(phantom_services: 
     client.post(f"/api/v1/plans/{plan.id}/undo", json={})
     cones = {target["label"]: target["cone_deg"] for target in chosen["targets"]}
     assert 5.0 < cones["pharyngeal wall"] < 60.0
-    assert set(cones) == {target.label for target in plan.targets}
+    assert set(cones) == {target.label for target in plan.content.targets}
     assert client.get(f"/api/v1/plans/{plan.id}/report?path=nowhere").status_code == 422
     with pytest.raises(PlanError, match="no path 'nowhere'"):
         phantom_services.path_evaluations.of_plan(plan, "nowhere")
@@ -178,7 +180,7 @@ def test_the_command_evaluates_stored_plans_and_files(
         assert answer["nearest"] == "bone"
         assert answer["tissue_mm"] > 15.0
         assert [path["path"] for path in answer["paths"]] == [answer["path"]]
-        assert {target["label"] for target in answer["targets"]} == {target.label for target in plan.targets}
+        assert {target["label"] for target in answer["targets"]} == {target.label for target in plan.content.targets}
     assert answers[0]["s_mm"] == answers[1]["s_mm"]
     assert main(["plan", "evaluate", plan.id, "--path", "nowhere"]) == 2
     assert "no path 'nowhere'" in capsys.readouterr().err

@@ -12,6 +12,7 @@ from rest_client import Client
 from app.exchange.plan_files import read_plan
 from app.plans.imported_places import content_notes, measured_notes
 from app.plans.model import PlanContent, PlanPoint
+from app.plans.paths import PlanPath
 
 CASE = "/api/v1/cases/head-phantom"
 BOX = ((-60.0, -60.0, -60.0), (60.0, 60.0, 60.0))
@@ -21,7 +22,8 @@ HALF = "label,x,y,z\na,0.1,0.1,0.1\nb,0.3,0.4,0.2\nc,0.4,0.4,0.4\n"
 def content(scale: float, targets: int = 0) -> PlanContent:
     points = tuple(PlanPoint(f"p{n}", "", (n * scale, 10.0, 0.0)) for n in range(3))
     return replace(
-        PlanContent(points), targets=tuple(PlanPoint(f"t{n}", "", (n * scale, 0.0, 0.0)) for n in range(targets))
+        PlanContent(paths=(PlanPath(points=points),)),
+        targets=tuple(PlanPoint(f"t{n}", "", (n * scale, 0.0, 0.0)) for n in range(targets)),
     )
 
 

@@ -3,7 +3,6 @@
 import hashlib
 import json
 import math
-from dataclasses import replace
 
 import pytest
 from plan_editor import PlanEditor
@@ -12,6 +11,7 @@ from app.cases.service import Case
 from app.exchange.plan_files import from_native_json, to_native_json
 from app.kit.errors import PlanLocked
 from app.plans.instruments import (
+    CarriedUrdf,
     Instruments,
     plan_robot,
     plan_tool,
@@ -56,17 +56,21 @@ def test_all_that_come_along_are_told_in_words() -> None:
 
 def test_another_robot_or_tool_drops_the_placing_and_is_undone(editor: PlanEditor) -> None:
     editor.do(KeepPlacement(robot=PLACED))
-    assert editor.do(ChooseRobot(robot=RobotChoice("arm_6"))).robot == {"name": "arm_6", "base": None, "q_start": None}
+    assert editor.do(ChooseRobot(robot=RobotChoice("arm_6"))).content.robot == {
+        "name": "arm_6",
+        "base": None,
+        "q_start": None,
+    }
     editor.do(UndoPlan())
-    assert editor.plan.robot == PLACED
+    assert editor.plan.content.robot == PLACED
     plan = editor.do(ChooseTool(tool=ToolChoice("bent_30", 45.0, 1.0)))
-    assert plan.robot["base"] is None
-    tool = plan_tool(plan)
+    assert plan.content.robot["base"] is None
+    tool = plan_tool(plan.content)
     assert (tool.bend, tool.shaft_radius) == (pytest.approx(math.radians(45.0)), 1.0)
     assert tool.parts[0].radius == pytest.approx(1.0 / 1.5)
     assert content_from_json(content_to_json(plan.content)) == plan.content
     editor.do(UndoPlan())
-    assert (editor.plan.tool_shape, editor.plan.robot) == ({}, PLACED)
+    assert (editor.plan.content.tool_shape, editor.plan.content.robot) == ({}, PLACED)
     editor.do(RedoPlan())
     editor.do(LockPlan(locked=True))
     with pytest.raises(PlanLocked):
@@ -87,7 +91,7 @@ def test_a_tool_that_cannot_be_is_refused_in_words(
 ) -> None:
     with pytest.raises(InputError, match=words):
         editor.do(ChooseTool(tool=ToolChoice(name, **shape)))
-    assert editor.plan.tool == "bent_30"
+    assert editor.plan.content.tool == "bent_30"
 
 
 def test_a_bend_is_shared_among_the_parts() -> None:
@@ -110,17 +114,17 @@ def test_a_urdf_of_ones_own_is_kept_by_its_hash_and_travels_with_the_plan(
     assert own.urdf == hashlib.sha256(data).hexdigest()
     assert (own.name, own.links, own.ends, own.tool_frame) == ("My_arm__2", ("b", "c", "d"), ("c", "d"), "c")
     plan = editor.do(ChooseRobot(robot=RobotChoice(own.name, own.urdf, "d")))
-    robot = plan_robot(plan, instruments)
+    robot = plan_robot(plan.content, instruments)
     assert [j.name for j in robot.joints] == ["one", "three"]
     editor.do(AddPoint(position=(0.0, 0.0, 0.0)))
-    assert editor.plan.robot["tool_frame"] == "d"  # points drop the placing, not the robot
+    assert editor.plan.content.robot["tool_frame"] == "d"  # points drop the placing, not the robot
 
-    text = to_native_json(plan, instruments.carried(plan, "json"))
+    text = to_native_json(plan, instruments.carried(plan.content, "json"))
     store.files.remove(own.urdf)
     file = from_native_json(text)
-    assert [j.name for j in plan_robot(replace(plan, urdf=file.urdf), None).joints] == ["one", "three"]
+    assert [j.name for j in plan_robot(plan.content, CarriedUrdf(file.urdf)).joints] == ["one", "three"]
     again = plans.add_file(plan.case_id, file)
-    assert [j.name for j in instruments.robot(again.robot).joints] == ["one", "three"]
+    assert [j.name for j in instruments.robot(again.content.robot).joints] == ["one", "three"]
 
 
 def test_a_plan_without_its_urdf_or_with_another_one_says_so(
@@ -133,7 +137,7 @@ def test_a_plan_without_its_urdf_or_with_another_one_says_so(
         from_native_json(json.dumps(data | {"urdf": FORKED}))
     store.files.remove(own.urdf)
     with pytest.raises(PlanError, match="not stored here"):
-        instruments.robot(plan.robot)
+        instruments.robot(plan.content.robot)
     del data["urdf"]
     with pytest.raises(PlanError, match="does not carry"):
         plans.add_file(plan.case_id, from_native_json(json.dumps(data)))

@@ -3,7 +3,7 @@
 import json
 import math
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -17,7 +17,8 @@ from sqlalchemy import select
 from app.cases.service import Case
 from app.exchange.plan_files import FORMATS, export_text, from_native_json, read_plan
 from app.kit.errors import NotFound, PlanConflict, PlanLocked, TooLarge
-from app.plans.document import BEFORE_PATHS, STORED
+from app.plans.diff import changes
+from app.plans.document import BEFORE_PATHS, PLAN, STORED
 from app.plans.model import MAX_NOTES, PlanContent, PlanPath, PlanPoint, check_stored, drive_parts
 from app.plans.operations.document import LockPlan, RedoPlan, SetNotes, UndoPlan
 from app.plans.operations.instruments import ChooseTool, KeepPlacement, ToolChoice
@@ -65,24 +66,30 @@ def full_content() -> PlanContent:
     others = tuple(replace(point, id=f"q-{point.id}") for point in points)
     paths = (
         PlanPath("left", "Left nostril", others, "straight_pointer", {}, "left"),
-        PlanPath("right", "Right nostril", entry_side="right"),
+        PlanPath("right", "Right nostril", points, "bent_30", {"bend_deg": 25.0}, "right"),
         PlanPath("spare", "Spare"),
     )
     zones = tuple(PlanZone(f"z-{n}", f"zone {n}", shape, 1.0 + n / 7) for n, shape in enumerate(SHAPES))
     soft = PlanZone("z-soft", "turbinate", SPHERE, 0.0, "soft", 0.4, 2.5, "#aabbcc", False)
     capsule = RemovedBone("b-1", "septum", SHAPES[1])
     return PlanContent(
-        points, (PlanPoint("t", "T1", (1.0, 1.0, 1.0)),), "bent_30", {"bend_deg": 25.0}, PLACED, {"margin_mm": 0.4},
-        paths, "right", (*zones, soft), (capsule, RemovedBone("b-2", "ethmoid", SHAPES[3])), "First line\nsecond ♥",
-    )  # fmt: skip
+        targets=(PlanPoint("t", "T1", (1.0, 1.0, 1.0)),),
+        robot=PLACED,
+        settings={"margin_mm": 0.4},
+        path_id="right",
+        paths=paths,
+        zones=(*zones, soft),
+        removed_bone=(capsule, RemovedBone("b-2", "ethmoid", SHAPES[3])),
+        notes="First line\nsecond ♥",
+    )
 
 
 def test_everything_comes_back_from_a_file_and_from_the_store(plans: PlanService, case: Case, plan: Plan) -> None:
     content = check_stored(full_content())
     whole = plans.create(case.id, "Whole", content)
     assert plans.get(whole.id).content == content
-    assert [len(path.points) for path in whole.paths] == [3, 3, 0]
-    assert (whole.path.name, whole.entry_side) == ("Right nostril", "right")
+    assert [len(path.points) for path in whole.content.paths] == [3, 3, 0]
+    assert (whole.content.path.name, whole.content.entry_side) == ("Right nostril", "right")
     assert from_native_json(export_text(whole, "json")).content == content
 
 
@@ -90,13 +97,13 @@ def test_everything_comes_back_from_a_file_and_from_the_store(plans: PlanService
 def test_every_format_has_the_points_of_the_chosen_path(plans: PlanService, case: Case, form: str) -> None:
     whole = plans.create(case.id, "Whole", full_content())
     read = read_plan(f"plan.{form}", export_text(whole, form).encode()).content  # type: ignore[arg-type]
-    assert [point.position for point in read.points] == [point.position for point in whole.points]
+    assert [point.position for point in read.points] == [point.position for point in whole.content.points]
     assert [point.position for point in read.targets] == [(1.0, 1.0, 1.0)]
 
 
 def test_a_file_has_the_chosen_path_where_older_programs_read_it() -> None:
     """The keys of vfix-plan/1 are those of the chosen path, which does not stand in the file a second time."""
-    whole = Plan("plan-1", "Whole", "case-1", "ab" * 32, created="", modified="", **vars(full_content()))
+    whole = PLAN.draft("case-1", "ab" * 32, "Whole", full_content())
     data = json.loads(export_text(whole, "json"))
     assert data["schema"] == "vfix-plan/1"
     assert [point["position"] for point in data["points"]] == [[n, 0.5, 1 / 3] for n in range(3)]
@@ -129,8 +136,8 @@ def test_a_content_that_was_stored_before_has_one_path(store: Store, plans: Plan
             row.content = {key: value for key, value in row.content.items() if key not in new}
             row.schema = BEFORE_PATHS
     read = PlanService(store).get(plan.id)
-    assert [(path.id, path.name, len(path.points)) for path in read.paths] == [("path-1", "Path 1", 1)]
-    assert (read.schema, plans.do(plan.id, UndoPlan()).points) == ("vfix-plan/1", ())
+    assert [(path.id, path.name, len(path.points)) for path in read.content.paths] == [("path-1", "Path 1", 1)]
+    assert (read.schema, plans.do(plan.id, UndoPlan()).content.points) == (STORED, ())
 
 
 NUMBERS = st.floats(-200, 200)
@@ -154,8 +161,8 @@ def test_any_content_comes_back(
         PlanZone(f"z{n}", f"Zone {n}", shape, margin, "soft" if soft else "hard", 0.5 if soft else None)
         for n, (shape, margin, soft) in enumerate(regions)
     )
-    wanted = PlanContent(tuple(points), paths=paths, path_id=f"w{chosen}", zones=zones, notes=notes)
-    plan = Plan("plan-1", "Any", "case-1", "ab" * 32, created="", modified="", **vars(wanted))
+    wanted = PlanContent(paths=paths, path_id=f"w{chosen}", zones=zones, notes=notes).with_points(points)
+    plan = PLAN.draft("case-1", "ab" * 32, "Any", wanted)
     once = from_native_json(export_text(plan, "json")).content
     assert once.zones == wanted.zones
     assert (once.notes, once.path_id, len(once.paths)) == (notes, f"w{chosen}", 3)
@@ -164,36 +171,53 @@ def test_any_content_comes_back(
         if read.direction is not None and given_point.direction is not None:
             length = math.hypot(*given_point.direction)
             assert read.direction == pytest.approx([x / length for x in given_point.direction], abs=1e-12)
-    again = replace(plan, **vars(once))
+    again = replace(plan, content=once)
     assert from_native_json(export_text(again, "json")).content == once
+
+
+def test_a_field_is_stored_exported_and_told_by_its_declaration_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    @dataclass(frozen=True, kw_only=True)
+    class More(PlanContent):
+        surgeon: str = ""
+        steps: tuple[int, ...] = ()
+
+    monkeypatch.setattr("app.plans.model.PlanContent", More)
+    more = More(surgeon="A. Mace", steps=(1, 2), notes="x")
+    assert from_native_json(export_text(PLAN.draft("case-1", "", "More", more), "json")).content == more
+    assert PLAN.content(STORED, json.loads(json.dumps(PLAN.write(more))), {}) == more
+    assert PLAN.content(STORED, PLAN.write(PlanContent(notes="x")), {}) == More(notes="x")
+    with pytest.raises(PlanError, match="surgeon"):
+        PLAN.content(STORED, {**PLAN.write(more), "surgeon": 3}, {})
+    told = ("The notes were changed.", "Surgeon: ‘A. Mace’ instead of ‘’.", "Steps: changed.")
+    assert changes(More(), more) == told
 
 
 def test_paths_are_added_chosen_renamed_and_deleted(editor: PlanEditor) -> None:
     editor.do(AddPoint(position=(1, 2, 3)))
     editor.do(ChooseTool(tool=ToolChoice("straight_pointer")))
-    first = editor.plan.path_id
+    first = editor.plan.content.path_id
     plan = editor.do(AddPath(copy_of=first))
-    second = plan.path_id
-    assert [path.name for path in plan.paths] == ["Path 1", "Path 2"]
-    assert (plan.path_id, plan.points[0].position) == (second, (1.0, 2.0, 3.0))
-    assert plan.points[0].id != plan.paths[0].points[0].id
+    second = plan.content.path_id
+    assert [path.name for path in plan.content.paths] == ["Path 1", "Path 2"]
+    assert (plan.content.path_id, plan.content.points[0].position) == (second, (1.0, 2.0, 3.0))
+    assert plan.content.points[0].id != plan.content.paths[0].points[0].id
     editor.do(ChooseTool(tool=ToolChoice("endoscope_30")))
     editor.do(AddPoint(position=(4, 5, 6)))
-    assert [(path.tool, len(path.points)) for path in editor.plan.paths] == [
+    assert [(path.tool, len(path.points)) for path in editor.plan.content.paths] == [
         ("straight_pointer", 1),
         ("endoscope_30", 2),
     ]
     editor.do(RenamePath(path_id=second, name="Right"))
     editor.do(SetEntrySide(path_id=second, entry_side="right"))
     plan = editor.do(ChoosePath(path_id=first))
-    assert (plan.tool, len(plan.points), plan.entry_side, plan.paths[1].entry_side) == (
+    assert (plan.content.tool, len(plan.content.points), plan.content.entry_side, plan.content.paths[1].entry_side) == (
         "straight_pointer",
         1,
         "",
         "right",
     )
     plan = editor.do(DeletePath(path_id=first))
-    assert [(path.name, path.id) for path in plan.paths] == [("Right", second)]
+    assert [(path.name, path.id) for path in plan.content.paths] == [("Right", second)]
     with pytest.raises(PlanError, match="one path at least"):
         editor.do(DeletePath(path_id=second))
     with pytest.raises(NotFound):
@@ -211,26 +235,28 @@ def test_paths_are_added_chosen_renamed_and_deleted(editor: PlanEditor) -> None:
 def test_a_placing_belongs_to_the_path_that_it_was_made_for(editor: PlanEditor) -> None:
     point_id = editor.add(AddPoint(position=(1, 2, 3)))
     editor.do(KeepPlacement(robot=PLACED))
-    assert editor.do(RenamePath(path_id=editor.plan.path_id, name="Left")).robot == PLACED
-    assert editor.do(SetShaft(point_id=point_id, direction=(0, 0, 2), roll_deg=10.0)).robot["base"] is None
-    assert (editor.plan.points[0].direction, editor.plan.points[0].roll_deg) == ((0.0, 0.0, 1.0), 10.0)
+    assert editor.do(RenamePath(path_id=editor.plan.content.path_id, name="Left")).content.robot == PLACED
+    assert editor.do(SetShaft(point_id=point_id, direction=(0, 0, 2), roll_deg=10.0)).content.robot["base"] is None
+    assert (editor.plan.content.points[0].direction, editor.plan.content.points[0].roll_deg) == ((0.0, 0.0, 1.0), 10.0)
     editor.do(KeepPlacement(robot=PLACED))
-    assert editor.do(AddPath()).robot["base"] is None
+    assert editor.do(AddPath()).content.robot["base"] is None
 
 
 def test_zones_and_bone_are_edited(editor: PlanEditor) -> None:
     nerve = editor.add(AddZone(shape=SHAPES[2], name="optic nerve"))
     soft = editor.add(AddZone(shape=SPHERE, kind="soft", max_depth_mm=1.5))
     plan = editor.plan
-    assert [zone.name for zone in plan.zones] == ["optic nerve", "Structure 1"]
-    assert (plan.zones[1].stiffness_n_per_mm, plan.zones[1].max_depth_mm) == (0.5, 1.5)
-    assert plan.zones[0].colour != plan.zones[1].colour
+    assert [zone.name for zone in plan.content.zones] == ["optic nerve", "Structure 1"]
+    assert (plan.content.zones[1].stiffness_n_per_mm, plan.content.zones[1].max_depth_mm) == (0.5, 1.5)
+    assert plan.content.zones[0].colour != plan.content.zones[1].colour
     plan = editor.do(ChangeZone(zone_id=soft, kind="hard", margin_mm=2, colour="#ABCDEF", visible=False))
-    assert plan.zones[1] == PlanZone(soft, "Structure 1", SPHERE, 2.0, colour="#abcdef", visible=False)
+    assert plan.content.zones[1] == PlanZone(soft, "Structure 1", SPHERE, 2.0, colour="#abcdef", visible=False)
     region = editor.add(AddBone(shape=SPHERE))
-    assert editor.do(ChangeBone(region_id=region, name="Sphenoid front")).removed_bone[0].name == "Sphenoid front"
-    assert editor.do(DeleteZone(zone_id=nerve)).zones == plan.zones[1:]
-    assert editor.do(DeleteBone(region_id=region)).removed_bone == ()
+    assert (
+        editor.do(ChangeBone(region_id=region, name="Sphenoid front")).content.removed_bone[0].name == "Sphenoid front"
+    )
+    assert editor.do(DeleteZone(zone_id=nerve)).content.zones == plan.content.zones[1:]
+    assert editor.do(DeleteBone(region_id=region)).content.removed_bone == ()
     with pytest.raises(NotFound):
         editor.do(DeleteZone(zone_id=nerve))
     with pytest.raises(NotFound):
@@ -298,8 +324,8 @@ def test_every_edit_is_undone_redone_locked_and_in_conflict(editor: PlanEditor) 
     region = editor.add(AddBone(shape=SPHERE))
     edits: list[Callable[..., object]] = [
         lambda **o: editor.do(AddPath(name="Second"), **o),
-        lambda **o: editor.do(RenamePath(path_id=editor.plan.path_id, name="Third"), **o),
-        lambda **o: editor.do(SetEntrySide(path_id=editor.plan.path_id, entry_side="left"), **o),
+        lambda **o: editor.do(RenamePath(path_id=editor.plan.content.path_id, name="Third"), **o),
+        lambda **o: editor.do(SetEntrySide(path_id=editor.plan.content.path_id, entry_side="left"), **o),
         lambda **o: editor.do(ChoosePath(path_id="path-1"), **o),
         lambda **o: editor.do(SetShaft(point_id=point_id, direction=(1, 0, 0)), **o),
         lambda **o: editor.do(SetNotes(notes="careful"), **o),
@@ -308,7 +334,7 @@ def test_every_edit_is_undone_redone_locked_and_in_conflict(editor: PlanEditor) 
         lambda **o: editor.do(DeleteZone(zone_id=zone_id), **o),
         lambda **o: editor.do(ChangeBone(region_id=region, name="other"), **o),
         lambda **o: editor.do(DeleteBone(region_id=region), **o),
-        lambda **o: editor.do(DeletePath(path_id=editor.plan.path_id), **o),
+        lambda **o: editor.do(DeletePath(path_id=editor.plan.content.path_id), **o),
     ]
     for edit in edits:
         before = editor.plan
@@ -325,20 +351,19 @@ def test_every_edit_is_undone_redone_locked_and_in_conflict(editor: PlanEditor) 
         assert editor.do(RedoPlan()).content == after
 
 
-def test_what_changes_a_drive_changes_its_key(plans: PlanService, case: Case) -> None:
+def test_what_changes_a_drive_changes_its_key() -> None:
     content = check_stored(full_content())
-    plan = plans.create(case.id, "Whole", content)
     other = replace(content.points[0], direction=(1.0, 0.0, 0.0))
     changing: list[dict[str, Any]] = [
-        {"points": (other, *content.points[1:])},
         {"zones": content.zones[1:]},
         {"zones": (replace(content.zones[0], margin_mm=3.0), *content.zones[1:])},
         {"zones": (replace(content.zones[0], name="other"), *content.zones[1:])},
         {"removed_bone": ()},
-        {"tool": "straight_pointer"},
     ]
-    for change in changing:
-        assert drive_parts(replace(plan, **change)) != drive_parts(plan)
+    placed = {"robot": content.robot}
+    others = [content.with_points((other, *content.points[1:])), content.with_tool("straight_pointer")]
+    for changed in (*(replace(content, **change) for change in changing), *(replace(one, **placed) for one in others)):
+        assert drive_parts(changed) != drive_parts(content)
     quiet: list[dict[str, Any]] = [
         {"notes": "other"},
         {"targets": ()},
@@ -346,31 +371,31 @@ def test_what_changes_a_drive_changes_its_key(plans: PlanService, case: Case) ->
         {"paths": (*content.paths[:2], replace(content.paths[2], name="other"))},
     ]
     for change in quiet:
-        assert drive_parts(replace(plan, **change)) == drive_parts(plan)
+        assert drive_parts(replace(content, **change)) == drive_parts(content)
 
 
 def test_a_plan_is_taken_along_another_path(plans: PlanService, case: Case) -> None:
     plan = plans.create(case.id, "Whole", full_content())
-    left = plan.along("Left nostril")
-    assert (left.path_id, left.tool, left.robot["base"]) == ("left", "straight_pointer", None)
-    assert left.paths == plan.paths
-    assert plan.along("right") == plan
+    left = replace(plan, content=plan.content.along("Left nostril"))
+    assert (left.content.path_id, left.content.tool, left.content.robot["base"]) == ("left", "straight_pointer", None)
+    assert left.content.paths == plan.content.paths
+    assert plan.content.along("right") == plan.content
     with pytest.raises(PlanError, match="'Left nostril', 'Right nostril', 'Spare'"):
-        plan.along("middle")
+        plan.content.along("middle")
 
 
 def test_a_damaged_file_is_refused_with_the_reason() -> None:
-    whole = Plan("plan-1", "Whole", "case-1", "ab" * 32, created="", modified="", **vars(full_content()))
+    whole = PLAN.draft("case-1", "ab" * 32, "Whole", full_content())
     good = json.loads(export_text(whole, "json"))
     chosen = {**good["paths"][1], "points": []}
     for change, words in (
         ({"path_id": "nobody"}, "no path 'nobody'"),
         ({"paths": [good["paths"][0], chosen, good["paths"][2]]}, "leave them out"),
         ({"paths": {}}, "list of objects"),
-        ({"zones": [{"id": "a", "name": "b"}]}, "needs 'shape'"),
+        ({"zones": [{"id": "a", "name": "b"}]}, "missing required field shape"),
         ({"zones": [{**good["zones"][0], "sharp": 1}]}, "has no 'sharp'"),
-        ({"removed_bone": 3}, "list of objects"),
-        ({"notes": 3}, "must be text"),
+        ({"removed_bone": 3}, "Expected array"),
+        ({"notes": 3}, "Expected str"),
         ({"points": [{**good["points"][0], "direction": [0, 0, 0]}]}, "length"),
         ({"points": [{"id": "a", "label": "", "position": [1, 2, 3], "roll_deg": 4}]}, "give the direction"),
         ({"points": good["paths"][0]["points"]}, "same identifier"),

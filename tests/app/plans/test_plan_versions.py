@@ -142,10 +142,18 @@ def test_versions_from_outside_give_way_to_newer_ones_and_never_fill_the_list(
 
 PATH = "Path ‘Path 1’:"
 POINT = PlanPoint("p", "P1", (0.0, 0.0, 0.0), (0.0, 0.0, 1.0))
+WAY = PlanPath(points=(POINT,))
 ZONE = PlanZone("z", "eye", SPHERE)
 CONTENT = PlanContent(
-    (POINT,), (PlanPoint("t", "T1", (1.0, 1.0, 1.0)),), zones=(ZONE,), removed_bone=(RemovedBone("b", "wall", SPHERE),)
+    paths=(WAY,),
+    targets=(PlanPoint("t", "T1", (1.0, 1.0, 1.0)),),
+    zones=(ZONE,),
+    removed_bone=(RemovedBone("b", "wall", SPHERE),),
 )
+
+
+def way(**fields: Any) -> dict[str, Any]:
+    return {"paths": (replace(WAY, **fields),)}
 
 
 @pytest.mark.parametrize(
@@ -153,12 +161,12 @@ CONTENT = PlanContent(
     [
         ({}, []),
         ({"robot": {"name": "steady_hand", "base": [0.0] * 16, "q_start": [0.0]}}, []),
-        ({"tool": "straight_pointer"}, ["Path ‘Path 1’: tool Straight pointer instead of Bent pointer, 30°."]),
-        ({"tool_shape": {"bend_deg": 25.0}}, [f"{PATH} tool Bent pointer, 30° (25°) instead of Bent pointer, 30°."]),
+        (way(tool="straight_pointer"), ["Path ‘Path 1’: tool Straight pointer instead of Bent pointer, 30°."]),
+        (way(tool_shape={"bend_deg": 25.0}), [f"{PATH} tool Bent pointer, 30° (25°) instead of Bent pointer, 30°."]),
         ({"robot": {"name": "ur5e", "base": None, "q_start": None}}, ["Robot: "]),
-        ({"points": (replace(POINT, direction=(0.0, 1.0, 0.0)),)}, [f"{PATH} point ‘P1’: the shaft is turned by 90"]),
-        ({"points": (replace(POINT, direction=None),)}, [f"{PATH} point ‘P1’: the shaft’s direction is left open."]),
-        ({"points": (replace(POINT, roll_deg=-5.0),)}, ["Path ‘Path 1’: point ‘P1’: roll −5° instead of left open."]),
+        (way(points=(replace(POINT, direction=(0.0, 1.0, 0.0)),)), [f"{PATH} point ‘P1’: the shaft is turned by 90"]),
+        (way(points=(replace(POINT, direction=None),)), [f"{PATH} point ‘P1’: the shaft’s direction is left open."]),
+        (way(points=(replace(POINT, roll_deg=-5.0),)), ["Path ‘Path 1’: point ‘P1’: roll −5° instead of left open."]),
         ({"targets": ()}, ["Target ‘T1’ is gone."]),
         ({"zones": (replace(ZONE, margin_mm=2.0),)}, ["Structure to spare ‘eye’: margin 2 mm instead of 1 mm."]),
         ({"zones": (replace(ZONE, shape={**SPHERE, "radius": 5.0}),)},
@@ -168,8 +176,8 @@ CONTENT = PlanContent(
         ({"zones": (ZONE, replace(ZONE, id="y", name="nerve"))}, ["Structure to spare ‘nerve’ is new."]),
         ({"removed_bone": ()}, ["Bone to be removed ‘wall’ is gone."]),
         ({"notes": "x"}, ["The notes were changed."]),
-        ({"paths": (PlanPath(), PlanPath("b", "Second"))}, ["Path ‘Second’ is new."]),
-        ({"paths": (PlanPath(entry_side="left"),)}, ["Path ‘Path 1’: enters left instead of nowhere said."]),
+        ({"paths": (WAY, PlanPath("b", "Second"))}, ["Path ‘Second’ is new."]),
+        (way(entry_side="left"), ["Path ‘Path 1’: enters left instead of nowhere said."]),
     ],
 )  # fmt: skip
 def test_each_change_is_told(change: dict[str, Any], words: list[str]) -> None:

@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Iterator
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -17,7 +18,9 @@ from app.cli import main
 from app.commands.plan_evaluate import as_json
 from app.exchange.plan_files import export_text, read_plan
 from app.planning.protected_structures import engine_zones, within_margin
+from app.plans.document import PLAN
 from app.plans.model import PlanContent, PlanPoint
+from app.plans.paths import PlanPath
 from app.plans.service import Plan
 from app.plans.zones import PlanZone, RemovedBone
 from app.services import Services, build_services
@@ -59,7 +62,7 @@ PATCH = {"kind": "patch", "centre": POINTS[2].tolist(), "radius": 20.0}
 
 def content(*zones: PlanZone) -> PlanContent:
     points = tuple(PlanPoint(f"p-{n}", f"P{n}", (x, y, z)) for n, (x, y, z) in enumerate(POINTS[:4].tolist()))
-    return PlanContent(points, zones=zones)
+    return PlanContent(paths=(PlanPath(points=points),), zones=zones)
 
 
 def zone(shape: dict[str, Any], name: str = "optic nerve", margin_mm: float = 0.8, **fields: Any) -> PlanZone:
@@ -171,7 +174,7 @@ def test_a_structure_that_no_drive_could_keep_is_refused_at_once(
     patch = {"shape": PATCH, "kind": "soft", "margin_mm": 1.0, "max_depth_mm": 1.0, "name": "lining"}
     added = rest.post(f"/api/v1/plans/{plan.id}/zones", json=patch)
     assert added.status_code == 201, added.text
-    zone_id = services.plans.get(plan.id).zones[0].id
+    zone_id = services.plans.get(plan.id).content.zones[0].id
     deeper = rest.patch(f"/api/v1/plans/{plan.id}/zones/{zone_id}", json={"max_depth_mm": 2.0})
     assert deeper.status_code == 422
     assert "'lining' cannot be kept" in deeper.json()["error"]["message"]
@@ -282,8 +285,8 @@ EVERY = content(
 def test_slicer_gets_the_regions_and_the_plan_comes_back_without_them() -> None:
     turned = trimesh.transformations.rotation_matrix(0.5, [0, 0, 1], [1, 2, 3])
     box = {"kind": "box", "transform_box_to_patient": turned.ravel().tolist(), "half_size": [1.0, 2.0, 3.0]}
-    whole = {**vars(EVERY), "removed_bone": (RemovedBone("b", "septum", box),)}
-    plan = Plan("plan-1", "Every", "case-1", "ab" * 32, created="", modified="", **whole)
+    whole = replace(EVERY, removed_bone=(RemovedBone("b", "septum", box),))
+    plan = PLAN.draft("case-1", "ab" * 32, "Every", whole)
     text = export_text(plan, "mrk.json")
     nodes = [node for node in json.loads(text)["markups"] if node["type"] not in ("Curve", "Fiducial")]
     assert [(node["type"], node["name"]) for node in nodes] == [
@@ -304,7 +307,7 @@ def test_the_command_line_keeps_the_zones_of_a_plan(
 ) -> None:
     monkeypatch.setenv("VFIX_HOME", str(tmp_path / "home"))
     trimesh.Trimesh(MESH.vertices, MESH.faces, process=False).export(tmp_path / "tube.ply")
-    plan = Plan("plan-1", "Across", "case-1", "", created="", modified="", **vars(content(zone(ACROSS))))
+    plan = PLAN.draft("case-1", "", "Across", content(zone(ACROSS)))
     (tmp_path / "plan.json").write_text(export_text(plan, "json"))
     command = ["rehearse", "--case", str(tmp_path / "tube.ply"), "--plan", str(tmp_path / "plan.json"), "--json"]
     assert main(command) == 1

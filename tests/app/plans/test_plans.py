@@ -38,13 +38,12 @@ def editor(plans: PlanService, plan: Plan) -> PlanEditor:
 
 
 def labels(editor: PlanEditor) -> list[str]:
-    return [point.label for point in editor.plan.points]
+    return [point.label for point in editor.plan.content.points]
 
 
-def test_a_new_plan_knows_its_case_and_frame(plan: Plan, case: Case) -> None:
-    assert (plan.case_id, plan.case_hash, plan.frame, plan.unit) == (case.id, case.content_hash, "LPS", "mm")
-    assert plan.notice == "Not for clinical use"
-    assert plan.robot["base"] is None
+def test_a_new_plan_knows_its_case(plan: Plan, case: Case) -> None:
+    assert (plan.case_id, plan.case_hash) == (case.id, case.content_hash)
+    assert plan.content.robot["base"] is None
 
 
 def test_editors_of_two_programs_see_each_others_edits(store: Store, editor: PlanEditor, plan: Plan) -> None:
@@ -57,8 +56,8 @@ def test_editors_of_two_programs_see_each_others_edits(store: Store, editor: Pla
     other.do(UndoPlan())
     other.do(SetPlanSettings(settings={"margin_mm": 0.5}))
     made = editor.do(AddPoint(position=(7, 8, 9)))
-    assert [point.position for point in made.points[2:]] == [(1.0, 2.0, 1.0), (7.0, 8.0, 9.0)]
-    assert made.settings == {"margin_mm": 0.5}
+    assert [point.position for point in made.content.points[2:]] == [(1.0, 2.0, 1.0), (7.0, 8.0, 9.0)]
+    assert made.content.settings == {"margin_mm": 0.5}
     assert made == editor.plan == other.plan
 
 
@@ -74,7 +73,7 @@ def test_an_edit_that_fails_is_not_known(editor: PlanEditor, monkeypatch: pytest
         with pytest.raises(StorageError):
             editor.do(AddPoint(position=(4, 5, 6)))
     assert editor.do(AddPoint(position=(7, 8, 9))) == editor.plan
-    assert [point.position[0] for point in editor.plan.points] == [1.0, 7.0]
+    assert [point.position[0] for point in editor.plan.content.points] == [1.0, 7.0]
 
 
 def test_points_are_added_inserted_moved_renamed_and_deleted(editor: PlanEditor) -> None:
@@ -88,12 +87,15 @@ def test_points_are_added_inserted_moved_renamed_and_deleted(editor: PlanEditor)
     target = editor.add(AddTarget(position=(0, 0, 0), label="ostium"))
     editor.do(MovePoint(point_id=target, position=(1, 1, 1)))
     plan = editor.plan
-    assert plan.points == (PlanPoint(middle, "<b>middle</b>", (4.5, 5.5, 6.5)), PlanPoint(last, "end", (7.0, 8.0, 9.0)))
-    assert plan.targets == (PlanPoint(target, "ostium", (1.0, 1.0, 1.0)),)
+    assert plan.content.points == (
+        PlanPoint(middle, "<b>middle</b>", (4.5, 5.5, 6.5)),
+        PlanPoint(last, "end", (7.0, 8.0, 9.0)),
+    )
+    assert plan.content.targets == (PlanPoint(target, "ostium", (1.0, 1.0, 1.0)),)
     assert plan.revision == 9
     editor.do(RenamePoint(point_id=target, label="sinus"))
     editor.do(DeletePoint(point_id=target))
-    assert editor.plan.targets == ()
+    assert editor.plan.content.targets == ()
 
 
 def test_targets_of_another_plan_are_taken_as_one_edit(
@@ -103,12 +105,12 @@ def test_targets_of_another_plan_are_taken_as_one_edit(
     other.do(AddTarget(position=(1, 2, 3), label="ostium"))
     other.do(AddTarget(position=(4, 5, 6)))
     editor.do(AddTarget(position=(1, 2, 3), label="ostium"))  # here already
-    taken = editor.do(TakeTargets(plan=other.plan.id)).targets
+    taken = editor.do(TakeTargets(plan=other.plan.id)).content.targets
     assert [(one.label, one.position) for one in taken] == [("ostium", (1, 2, 3)), ("T1", (4, 5, 6))]
-    assert not {one.id for one in taken} & {one.id for one in other.plan.targets}
+    assert not {one.id for one in taken} & {one.id for one in other.plan.content.targets}
     with pytest.raises(PlanError, match="not here already"):
         editor.do(TakeTargets(plan=other.plan.id))
-    assert len(editor.do(UndoPlan()).targets) == 1
+    assert len(editor.do(UndoPlan()).content.targets) == 1
     other_head = cases.create(
         "Other", frame=CaseFrame("LPS", assumed=False), surfaces=dict(cases.display_meshes(case.id))
     )
@@ -146,7 +148,7 @@ def test_positions_that_are_none_are_refused(editor: PlanEditor, position: tuple
     for edit in (AddPoint(position=place), AddTarget(position=place), MovePoint(point_id=point, position=place)):
         with pytest.raises(PlanError):
             editor.do(edit)
-    assert len(editor.plan.points) == len(before.points) + 1
+    assert len(editor.plan.content.points) == len(before.content.points) + 1
 
 
 def test_a_locked_plan_stays_as_it_is(plans: PlanService, editor: PlanEditor) -> None:
@@ -205,11 +207,11 @@ def test_another_path_drops_the_robots_placing(editor: PlanEditor) -> None:
     editor.do(KeepPlacement(robot=PLACED))
     editor.do(AddTarget(position=(5, 5, 5)))
     editor.do(RenamePoint(point_id=point, label="entry"))
-    assert editor.plan.robot == PLACED
+    assert editor.plan.content.robot == PLACED
     editor.do(MovePoint(point_id=point, position=(1, 0, 0)))
-    assert editor.plan.robot == {"name": "steady_hand", "base": None, "q_start": None}
+    assert editor.plan.content.robot == {"name": "steady_hand", "base": None, "q_start": None}
     editor.do(UndoPlan())
-    assert editor.plan.robot == PLACED
+    assert editor.plan.content.robot == PLACED
 
 
 @pytest.mark.parametrize(
@@ -226,14 +228,14 @@ def test_settings_are_checked(editor: PlanEditor) -> None:
     for wrong in ({"margin_mm": float("nan")}, {"margin_mm": -1.0}, {"speed": 1.0}):
         with pytest.raises(InputError):
             editor.do(SetPlanSettings(settings=wrong))
-    assert editor.plan.settings == {"margin_mm": 0.5}
+    assert editor.plan.content.settings == {"margin_mm": 0.5}
 
 
 def test_a_plan_stored_with_a_retired_setting_stays_open(store: Store, editor: PlanEditor, plan: Plan) -> None:
     _store(store, plan, settings={"margin_mm": 0.5, "group_flat_mm": 4.0})
-    assert editor.plan.settings == {"margin_mm": 0.5}
+    assert editor.plan.content.settings == {"margin_mm": 0.5}
     editor.do(SetPlanSettings(settings={"k_d": 0.3}))
-    assert editor.plan.settings == {"margin_mm": 0.5, "k_d": 0.3}
+    assert editor.plan.content.settings == {"margin_mm": 0.5, "k_d": 0.3}
 
 
 def test_settings_are_no_step_of_the_points_history(editor: PlanEditor) -> None:
@@ -250,7 +252,7 @@ def test_settings_are_no_step_of_the_points_history(editor: PlanEditor) -> None:
     editor.do(UndoPlan())
     assert labels(editor) == []
     assert not editor.plan.can_undo
-    assert editor.plan.settings == {"margin_mm": 0.1 + 0.2}
+    assert editor.plan.content.settings == {"margin_mm": 0.1 + 0.2}
 
 
 def _store(store: Store, plan: Plan, **changes: Any) -> None:
@@ -270,12 +272,12 @@ def test_a_state_that_no_longer_validates_leaves_the_other_plans_alone(
     """It is listed with the reason, refused by name, and can be taken back, deleted and restored."""
     other = plans.create(case.id, "Sound")
     editor.do(AddPoint(position=(1, 2, 3)))
-    sound = editor.plan.points
+    sound = editor.plan.content.points
     editor.do(AddPoint(position=(4, 5, 6)))
     _store(store, plan, points=[{"id": "p", "label": "P1", "position": [99_999.0, 0.0, 0.0]}])
     listed = {listed.id: listed for listed in plans.list(case.id)}
     assert listed[other.id] == other
-    assert (listed[plan.id].name, listed[plan.id].points) == ("Corridor", ())
+    assert (listed[plan.id].name, listed[plan.id].content.points) == ("Corridor", ())
     assert "10000 mm" in listed[plan.id].unreadable
     assert [(row.id, row.name) for row in plans.titles(case.id)] == [(plan.id, "Corridor"), (other.id, "Sound")]
     with pytest.raises(PlanError, match=r"'Corridor' cannot be read: .*10000 mm.*undo"):
@@ -286,7 +288,7 @@ def test_a_state_that_no_longer_validates_leaves_the_other_plans_alone(
     again.do(LockPlan(locked=True))
     again.do(LockPlan(locked=False))
     again.do(UndoPlan())
-    assert plans.get(plan.id).points == sound
+    assert plans.get(plan.id).content.points == sound
 
 
 def test_a_plan_that_was_locked_meanwhile_is_not_deleted(store: Store, plans: PlanService, plan: Plan) -> None:
@@ -316,23 +318,27 @@ def test_a_plan_that_was_locked_meanwhile_is_not_deleted(store: Store, plans: Pl
 def test_a_plan_has_some_hundreds_of_points_at_most(store: Store, plans: PlanService, case: Case, kind: str) -> None:
     """More are refused with the numbers; a plan stored with more can still be read and exported."""
     full = [PlanPoint(f"p-{n}", f"P{n}", (float(n), 0.0, 0.0)) for n in range(MAX_POINTS)]
-    plan = plans.create(case.id, "Full", PlanContent(**{kind: tuple(full)}))  # type: ignore[arg-type]
+
+    def having(points: list[PlanPoint]) -> PlanContent:
+        return PlanContent().with_points(points) if kind == "points" else PlanContent(targets=tuple(points))
+
+    plan = plans.create(case.id, "Full", having(full))
     editor = PlanEditor(plans, plan.id)
     add: PlanEdit = AddPoint(position=(0, 0, 1)) if kind == "points" else AddTarget(position=(0, 0, 1))
     with pytest.raises(TooLarge, match=f"{MAX_POINTS + 1} .*{MAX_POINTS} at most"):
         editor.do(add)
-    more = PlanContent(**{kind: (*full, PlanPoint("p-more", "", (0.0, 0.0, 1.0)))})  # type: ignore[arg-type]
+    more = having([*full, PlanPoint("p-more", "", (0.0, 0.0, 1.0))])
     with pytest.raises(TooLarge, match=f"{MAX_POINTS + 1}"):
         plans.create(case.id, "More", more)
     _store(store, plan, **content_to_json(more))
-    assert len(getattr(plans.get(plan.id), kind)) == MAX_POINTS + 1
+    assert len(getattr(plans.get(plan.id).content, kind)) == MAX_POINTS + 1
 
 
 def test_plans_are_copied_renamed_deleted_and_restored(plans: PlanService, editor: PlanEditor, case: Case) -> None:
     editor.do(AddPoint(position=(1, 2, 3), label="entry"))
     plan = editor.plan
     copy = plans.duplicate(plan.id)
-    assert (copy.name, copy.points) == ("Corridor (copy)", plan.points)
+    assert (copy.name, copy.content.points) == ("Corridor (copy)", plan.content.points)
     assert not plans.get(copy.id).can_undo
     plans.rename(plan.id, "Left")
     plans.delete(plan.id)
@@ -341,7 +347,7 @@ def test_plans_are_copied_renamed_deleted_and_restored(plans: PlanService, edito
         editor.do(AddPoint(position=(0, 0, 0)))
     plans.restore(plan.id)
     assert plans.get(plan.id).name == "Left"
-    assert plans.get(plan.id).points == plan.points
+    assert plans.get(plan.id).content.points == plan.content.points
     with pytest.raises(InputError):
         plans.rename(plan.id, "a\nb")
     with pytest.raises(NotFound):
@@ -373,7 +379,7 @@ class Editing(RuleBasedStateMachine):
     def add(self, position: tuple[float, float, float], index: int) -> None:
         count = len(self.states[self.at].points)
         point = self.editor.add(AddPoint(position=position, index=min(index, count)))
-        assert self.editor.plan.points[min(index, count)].id == point
+        assert self.editor.plan.content.points[min(index, count)].id == point
         self.record()
 
     @rule(position=coordinates)
@@ -386,7 +392,7 @@ class Editing(RuleBasedStateMachine):
     def move(self, data: st.DataObject, position: tuple[float, float, float]) -> None:
         point = data.draw(st.sampled_from(self.states[self.at].points))
         self.editor.do(MovePoint(point_id=point.id, position=position))
-        assert position in [p.position for p in self.editor.plan.points]
+        assert position in [p.position for p in self.editor.plan.content.points]
         self.record()
 
     @precondition(lambda self: self.states[self.at].points)

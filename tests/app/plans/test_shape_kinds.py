@@ -46,6 +46,7 @@ def test_a_kind_is_known_everywhere(phantom_services: Services, kind: str) -> No
     assert len(faces) > len(NOTHING[1])
     assert len(vertices) > len(NOTHING[0])
     plan = phantom_services.plans.create(HEAD, "Shapes", PlanContent(zones=(zone,)))
-    marked = region_markups(phantom_services.plans.get(plan.id))
+    content = phantom_services.plans.get(plan.id).content
+    marked = region_markups(content.zones, content.removed_bone)
     assert bool(marked) == (kind not in OF_THE_CASE)
     phantom_services.plans.delete(plan.id)

@@ -69,7 +69,7 @@ def done(services: Services, job: Job) -> Job:
 def true_error_mm(services: Services, document: Document[RegistrationContent]) -> float:
     """The largest at the targets of the sample plan."""
     truth, found = simulated_pose(HEAD_PHANTOM), document.content.registration.transform
-    targets = np.array([target.position for target in services.plans.get(SAMPLE_PLAN).targets])
+    targets = np.array([target.position for target in services.plans.get(SAMPLE_PLAN).content.targets])
     off = targets @ (found - truth)[:3, :3].T + (found - truth)[:3, 3]
     return float(np.linalg.norm(off, axis=1).max())
 

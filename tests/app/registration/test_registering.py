@@ -252,7 +252,7 @@ def test_expected_errors_hold_in_many_trials(plan: Plan) -> None:
     sigma = 0.5 / np.sqrt(3.0)
     content = replace(content_of(sigma), fle_mm=0.5)
     table = error_table(content, plan)
-    assert len(table.targets) == len(plan.targets) > 0
+    assert len(table.targets) == len(plan.content.targets) > 0
     targets = np.array([target.error.position for target in table.targets])
     exact = targets @ pose()[:3, :3].T + pose()[:3, 3]
     off = []
@@ -308,7 +308,7 @@ def test_a_plan_uses_a_registration_and_says_where_it_cannot(
     with pytest.raises(PlanConflict):
         plans.do(plan.id, UseRegistration(registration=editor.id), expected_revision=plan.revision + 5)
     used = plans.do(plan.id, UseRegistration(registration=editor.id))
-    assert used.registration == editor.id
+    assert used.content.registration == editor.id
     assert plans.documents.get(plan.id).refs[-1].id == editor.id
     found = registering.registration_of(used)
     assert (found.state, found.id) == ("ready", editor.id)
@@ -324,11 +324,13 @@ def test_a_plan_uses_a_registration_and_says_where_it_cannot(
     phantom_services.registrations.restore(editor.id)
     editor.become(RegistrationContent())
     assert registering.registration_of(used).state == "unfinished"
-    missing = registering.registration_of(replace(used, registration="registration-gone"))
+    missing = registering.registration_of(
+        replace(used, content=replace(used.content, registration="registration-gone"))
+    )
     assert (missing.state, missing.registration) == ("missing", None)
-    assert plans.do(plan.id, UndoPlan()).registration is None
-    assert plans.do(plan.id, RedoPlan()).registration == editor.id
-    assert plans.do(plan.id, UseRegistration(registration=None)).registration is None
+    assert plans.do(plan.id, UndoPlan()).content.registration is None
+    assert plans.do(plan.id, RedoPlan()).content.registration == editor.id
+    assert plans.do(plan.id, UseRegistration(registration=None)).content.registration is None
     with pytest.raises(NotFound):
         plans.do(plan.id, UseRegistration(registration="registration-gone"))
 
@@ -337,5 +339,7 @@ def test_a_registration_of_another_head_is_not_used(phantom_services: Services, 
     other = phantom_services.registrations.create(other_case(phantom_services).id, "Elsewhere", content_of())
     with pytest.raises(PlanError, match="another head"):
         phantom_services.plans.do(plan.id, UseRegistration(registration=other.id))
-    found = phantom_services.registering.registration_of(replace(plan, registration=other.id))
+    found = phantom_services.registering.registration_of(
+        replace(plan, content=replace(plan.content, registration=other.id))
+    )
     assert (found.state, found.registration) == ("other_case", None)

@@ -93,7 +93,7 @@ def test_a_stated_error_that_the_fit_contradicts_does_not_count(editor: Edited, 
         report, table = report_of(content), error_table(content, plan)
         driven = driven_registration(PlanRegistration("ready", "", editor.id, editor.document))
         assert driven is not None
-        off = driven.off_mm([target.position for target in plan.targets])
+        off = driven.off_mm([target.position for target in plan.content.targets])
         assert off == pytest.approx([target.error.within_95_mm for target in table.targets])
         told = [text for text in report.doubts if f"the stated {stated:g} mm" in text]
         if stated == 0.1:

@@ -54,7 +54,7 @@ def plan(phantom_services: Services) -> Iterator[Plan]:
 
 
 def path_of(plan: Plan) -> SplinePath:
-    return SplinePath(np.array([point.position for point in plan.points]))
+    return SplinePath(np.array([point.position for point in plan.content.points]))
 
 
 def off_mm(path: SplinePath, other: SplinePath) -> Floats:
@@ -85,12 +85,15 @@ def test_it_is_one_edit_that_leaves_the_other_paths(phantom_services: Services, 
     services.plans.do(plan.id, UseRegistration(registration=editor.id))
     before = services.plans.get(plan.id)
     traced = services.tracing.simulated(plan.id, NOISE_MM, 3)
-    assert [path.name for path in traced.plan.paths] == [*(path.name for path in before.paths), "Traced path 1"]
-    assert traced.plan.paths[: len(before.paths)] == before.paths
-    assert (traced.plan.path_id, traced.plan.path.tool, traced.points) == (
+    assert [path.name for path in traced.plan.content.paths] == [
+        *(path.name for path in before.content.paths),
+        "Traced path 1",
+    ]
+    assert traced.plan.content.paths[: len(before.content.paths)] == before.content.paths
+    assert (traced.plan.content.path_id, traced.plan.content.path.tool, traced.points) == (
         traced.path_id,
-        before.tool,
-        len(traced.plan.points),
+        before.content.tool,
+        len(traced.plan.content.points),
     )
     assert services.tracing.simulated(plan.id, NOISE_MM, 4).name == "Traced path 2"
     services.plans.do(plan.id, UndoPlan())
@@ -169,7 +172,7 @@ def test_a_path_of_which_a_part_lies_far_from_the_head_is_refused(
 ) -> None:
     """Its first point is where it should be: samples of another frame may cross the head."""
     pose = simulated_pose(HEAD_PHANTOM)
-    begin = np.array(plan.points[0].position)
+    begin = np.array(plan.content.points[0].position)
     away = begin + np.linspace(0.0, 1.0, 200)[:, None] * [0.0, -400.0, 0.0]
     with pytest.raises(InputError, match=r"would lie up to \d{3} mm away from the head"):
         phantom_services.tracing.add(plan.id, away @ pose[:3, :3].T + pose[:3, 3], "file", editor.id)
@@ -179,7 +182,7 @@ def test_the_simulated_pointer_traces_before_its_own_head_only(
     phantom_services: Services, editor: Edited, plan: Plan
 ) -> None:
     services = phantom_services
-    services.plans.do(plan.id, SetPoints(points=[plan.points[0]]))
+    services.plans.do(plan.id, SetPoints(points=[plan.content.points[0]]))
     with pytest.raises(InputError, match="fewer than two points"):
         services.tracing.simulated(plan.id, NOISE_MM, 3, editor.id)
     editor.change(partial(given, transform=editor.document.content.registration.transform))

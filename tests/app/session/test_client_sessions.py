@@ -213,12 +213,12 @@ def test_the_scene_shows_what_is_driven_while_it_is_driven(sessions: ClientSessi
     drive, robot = rehearse.drive, Robot()
     assert drive is not None
     put_in_place(drive, robot, plan)
-    services.plans.do(plan.id, DeletePoint(point_id=plan.points[-1].id))
+    services.plans.do(plan.id, DeletePoint(point_id=plan.content.points[-1].id))
     session.come_back()
     settle(session)
     settle(session)
     drawn = _items(session)
-    assert len(drawn) == len(plan.points) + len(plan.targets) - 1
+    assert len(drawn) == len(plan.content.points) + len(plan.content.targets) - 1
     session.active.active, rehearse.active, session.active = False, True, rehearse
     session._display.touch_all()
     assert _items(session) == tuple(plan_items(plan))
@@ -227,7 +227,7 @@ def test_the_scene_shows_what_is_driven_while_it_is_driven(sessions: ClientSessi
     {layer.name: layer for layer in session._display.layers()}["plan.curve"].show(shown)
     ((places, clearance),) = drawn_curve
     assert clearance is None
-    assert np.allclose(places[-1], plan.points[-1].position)
+    assert np.allclose(places[-1], plan.content.points[-1].position)
     services.plans.delete(plan.id)
 
 

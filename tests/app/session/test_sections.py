@@ -149,7 +149,7 @@ class Pages:
     def _robot(self) -> None:
         tab = rehearse_tab(self.random.choice(self.sessions))
         plan = tab.workspace.plan.current
-        if tab.drive is not None and plan is not None and len(plan.points) > 1:
+        if tab.drive is not None and plan is not None and len(plan.content.points) > 1:
             put_in_place(tab.drive, RobotDouble(), plan)
 
 

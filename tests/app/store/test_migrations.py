@@ -95,7 +95,7 @@ def test_plans_become_documents_and_nothing_is_lost(old: Settings) -> None:
         assert listed.modified == "2026-01-02T01:00:00.000+00:00"
         broken = name in ("plan-no-json", "plan-null", "plan-stateless")
         assert bool(listed.unreadable) == broken
-        assert listed.settings == ({} if broken else SETTINGS)
+        assert listed.content.settings == ({} if broken else SETTINGS)
     with closing(sqlite3.connect(old.database_path)) as connection:
         rows = connection.execute("select document_id, position, content from document_states").fetchall()
         tables = {row[0] for row in connection.execute("select name from sqlite_master where type = 'table'")}
@@ -112,21 +112,24 @@ def test_the_history_of_a_migrated_plan_goes_on(old: Settings) -> None:
     plans = PlanService(store)
     editor = PlanEditor(plans, "plan-edited")
     assert editor.history() == (True, True)
-    assert [point.position for point in editor.do(RedoPlan()).points] == [(1 / 3, 0.0, -0.1), (4 / 3, 0.0, -0.1)]
+    assert [point.position for point in editor.do(RedoPlan()).content.points] == [
+        (1 / 3, 0.0, -0.1),
+        (4 / 3, 0.0, -0.1),
+    ]
     editor.do(SetPlanSettings(settings={"margin_mm": 0.7}))
-    assert editor.do(UndoPlan()).settings == {**SETTINGS, "margin_mm": 0.7}
-    assert editor.do(UndoPlan()).points == ()
+    assert editor.do(UndoPlan()).content.settings == {**SETTINGS, "margin_mm": 0.7}
+    assert editor.do(UndoPlan()).content.points == ()
     editor.do(AddPoint(position=(9, 9, 9)))
     assert editor.history() == (True, False)
     with pytest.raises(PlanLocked):
         plans.do("plan-locked", UndoPlan())
     plans.do("plan-locked", LockPlan(locked=False))
-    assert len(plans.do("plan-locked", UndoPlan()).points) == 6
-    assert len(plans.restore("plan-deleted").points) == 3
+    assert len(plans.do("plan-locked", UndoPlan()).content.points) == 6
+    assert len(plans.restore("plan-deleted").content.points) == 3
     for broken in ("plan-no-json", "plan-null"):
         with pytest.raises(PlanError, match="cannot be read"):
             plans.get(broken)
-        assert len(plans.do(broken, UndoPlan()).points) == 4
+        assert len(plans.do(broken, UndoPlan()).content.points) == 4
     store.close()
 
 

@@ -20,7 +20,8 @@ import pytest
 from sqlalchemy import select
 
 from app.cases.model import HEAD_PHANTOM
-from app.documents import DocumentKind, Documents
+from app.documents import DocumentKind
+from app.documents.documents import Documents
 from app.plans.operations.document import SetPlanSettings
 from app.plans.operations.points import AddPoint
 from app.services import Services, build_services
@@ -126,10 +127,20 @@ def test_what_is_in_it_is_not_less_than_it_was(read: Services) -> None:
     """The folder has of everything: what is read is compared with what was stored, so nothing of it may be missing."""
     head = next(case for case in read.cases.list() if case.name == HEAD)
     plan = next(plan for plan in read.plans.list(head.id) if plan.name == PLAN)
-    assert [point.label for point in plan.points] == ["Entry", "P1", "Middle", "End"]
-    assert len(plan.paths) == len(plan.targets) == len(plan.removed_bone) == 2
-    assert {zone.shape["kind"] for zone in plan.zones} == {"sphere", "capsules", "box", "half_space", "structure"}
-    assert (plan.settings["margin_mm"], plan.second_volume is not None, "ü" in plan.notes) == (0.4, True, True)
+    assert [point.label for point in plan.content.points] == ["Entry", "P1", "Middle", "End"]
+    assert len(plan.content.paths) == len(plan.content.targets) == len(plan.content.removed_bone) == 2
+    assert {zone.shape["kind"] for zone in plan.content.zones} == {
+        "sphere",
+        "capsules",
+        "box",
+        "half_space",
+        "structure",
+    }
+    assert (plan.content.settings["margin_mm"], plan.content.second_volume is not None, "ü" in plan.content.notes) == (
+        0.4,
+        True,
+        True,
+    )
     registrations = {one.name: one.content for one in read.registrations.list()}
     assert {name: one.made_from for name, one in registrations.items()} == {
         "Beads": "surface", "Table": "pairs", "Given": "given", "File": "given",

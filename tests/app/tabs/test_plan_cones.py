@@ -34,7 +34,7 @@ def test_the_cones_of_the_page_are_those_that_evaluate_tells(phantom_services: S
     assert [(one["target"], one["cone_deg"]) for one in section["items"]] == [(t.target, t.cone_deg) for t in told]
     assert all(one["words"].startswith(("Can be seen within a cone of", "Cannot be seen")) for one in section["items"])
     # Under a hand, and until the dry run of the released path is there, they are greyed.
-    target = plan.targets[0]
+    target = plan.content.targets[0]
     edited.drag(target.id, target.position)
     assert cones.section(edited).build()["state"] == "waits"
     edited.let_go()
@@ -50,9 +50,9 @@ def test_the_selected_target_alone_has_its_cone_drawn(phantom_services: Services
     plan = phantom_services.plans.get(SAMPLE)
     found = phantom_services.planning.cones(plan)
     sections_of(step)
-    cones, target = step._evaluations.cones, plan.targets[0]
-    cones._show({t.id: (t.position, found[t.id]) for t in plan.targets})
-    step.handle(c.ItemCommand(type="item.select", item_id=plan.points[0].id))
+    cones, target = step._evaluations.cones, plan.content.targets[0]
+    cones._show({t.id: (t.position, found[t.id]) for t in plan.content.targets})
+    step.handle(c.ItemCommand(type="item.select", item_id=plan.content.points[0].id))
     assert cones.layer(step._edited).key is None
     step.handle(c.ItemCommand(type="item.select", item_id=target.id))
     assert cones.layer(step._edited).key == (target.position, Same(found[target.id]), False)
@@ -62,7 +62,7 @@ def test_the_selected_target_alone_has_its_cone_drawn(phantom_services: Services
 def test_the_edges_of_a_cone_are_its_rim_and_some_lines_to_the_target(phantom_services: Services) -> None:
     plan = phantom_services.plans.get(SAMPLE)
     found = phantom_services.planning.cones(plan)
-    target = max(plan.targets, key=lambda one: found[one.id].cone_deg)
+    target = max(plan.content.targets, key=lambda one: found[one.id].cone_deg)
     vertices, faces = cone_surface(found[target.id], target.position, 30.0)
     edges = cone_edges(vertices, faces)
     away = np.linalg.norm(edges - np.array(target.position), axis=2)

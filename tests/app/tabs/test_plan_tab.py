@@ -132,7 +132,7 @@ def test_the_newest_plan_of_a_head_is_opened(phantom_services: Services) -> None
 def test_a_drag_that_never_ends_leaves_nothing_behind(phantom_services: Services, end: str) -> None:
     plan = phantom_services.plans.duplicate(SAMPLE)
     edited = EditedPlan(phantom_services, plan.id)
-    first, second = plan.points[0].id, plan.points[1].id
+    first, second = plan.content.points[0].id, plan.content.points[1].id
     edited.perform(RenamePoint(point_id=second, label="Second"))
     edited.drag(first, (1.0, 2.0, 3.0))
     assert edited.dragging
@@ -264,12 +264,12 @@ def test_undo_pressed_once_too_often_is_no_error(phantom_services: Services) -> 
 def test_undo_says_what_it_took_back(phantom_services: Services) -> None:
     plan = phantom_services.plans.duplicate(SAMPLE)
     edited = EditedPlan(phantom_services, plan.id)
-    was = plan.points[0].label
-    edited.perform(RenamePoint(point_id=plan.points[0].id, label="Entry"))
-    way = f"Path ‘{plan.path.name}’: point ‘Entry’: renamed from ‘{was}’."
+    was = plan.content.points[0].label
+    edited.perform(RenamePoint(point_id=plan.content.points[0].id, label="Entry"))
+    way = f"Path ‘{plan.content.path.name}’: point ‘Entry’: renamed from ‘{was}’."
     assert (edited.perform(UndoPlan()), edited.perform(RedoPlan())) == (f"Undone: {way}", f"Redone: {way}")
-    edited.perform(DeletePoint(point_id=plan.targets[0].id))
-    assert edited.perform(UndoPlan()) == f"Undone: Target ‘{plan.targets[0].label}’ is gone."
+    edited.perform(DeletePoint(point_id=plan.content.targets[0].id))
+    assert edited.perform(UndoPlan()) == f"Undone: Target ‘{plan.content.targets[0].label}’ is gone."
     phantom_services.plans.delete(plan.id)
 
 
@@ -310,7 +310,7 @@ def test_a_version_that_differs_in_settings_alone_is_not_gone_back_to(phantom_se
     step.handle(c.CompareVersion(type="version.compare", version_id=version.id))
     view = sections_of(step)["versions"]
     assert (len(view["changes"]), view["differs"]) == (1, False)
-    phantom_services.plans.do(plan.id, DeletePoint(point_id=plan.points[1].id))
+    phantom_services.plans.do(plan.id, DeletePoint(point_id=plan.content.points[1].id))
     assert sections_of(step)["versions"]["differs"] is True
     phantom_services.plans.delete(plan.id)
 
@@ -341,15 +341,15 @@ def test_a_page_without_a_head_leaves_the_plan_of_another_page_to_the_link(phant
 def test_a_shaft_is_rolled_about_its_direction_and_left_open(phantom_services: Services) -> None:
     plan = phantom_services.plans.duplicate(SAMPLE, "Shaft")
     tab = open_sample(phantom_services, plan.id)
-    item_id = plan.points[1].id
+    item_id = plan.content.points[1].id
     send(tab, "shaft.clear", item_id=item_id)
     with pytest.raises(PlanError, match="aim the shaft first"):
         send(tab, "shaft.roll", item_id=item_id, roll_deg=30.0)
     phantom_services.plans.do(plan.id, SetShaft(point_id=item_id, direction=(0.0, 0.0, 1.0)))
     sections_of(tab)
     send(tab, "shaft.roll", item_id=item_id, roll_deg=30.0)
-    point = phantom_services.plans.get(plan.id).points[1]
+    point = phantom_services.plans.get(plan.id).content.points[1]
     assert (point.direction, point.roll_deg) == ((0.0, 0.0, 1.0), 30.0)
     send(tab, "shaft.clear", item_id=item_id)
-    assert phantom_services.plans.get(plan.id).points[1].direction is None
+    assert phantom_services.plans.get(plan.id).content.points[1].direction is None
     phantom_services.plans.delete(plan.id)

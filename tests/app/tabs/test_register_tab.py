@@ -92,13 +92,13 @@ def test_points_are_touched_fitted_and_used(opened: Opened) -> None:
     fit = registration["fit"]
     assert (fit["state"], fit["used"], fit["simulated"]) == ("fitted", 5, True)
     rows = registration["errors"]["rows"]
-    assert len(rows) == len(opened.workspace.plan.current.targets) + 1  # type: ignore[union-attr]
+    assert len(rows) == len(opened.workspace.plan.current.content.targets) + 1  # type: ignore[union-attr]
     assert rows[-1]["s_mm"] is not None
     assert "in 95 % of cases" in registration["errors"]["words"]
     assert "Use for this plan" in opened.tab.hint()
     used = opened.do("registration.use", used=True)["plan_use"]
     assert (used["state"], used["here"], used["registration"]) == ("ready", True, registration["id"])
-    assert opened.services.plans.get(opened.plan_id).registration == registration["id"]
+    assert opened.services.plans.get(opened.plan_id).content.registration == registration["id"]
     assert (used["name"], used["doubts"][0][:10]) == (registration["name"], "The points")
     assert "in 95 % of cases" in used["error_words"]
     assert used["has_balls"]

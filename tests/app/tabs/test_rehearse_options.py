@@ -60,17 +60,22 @@ def test_the_remote_centre_is_where_the_path_enters_the_head(phantom_services: S
     """The sample begins before the nostril; a path that begins inside has its centre at its first point."""
     plan = phantom_services.plans.get(SAMPLE)
     path, volume = path_of(plan), phantom_services.cases.volume(phantom_services.cases.embedded_case())
-    nostril = path.closest(np.array(plan.points[1].position))[0]
+    nostril = path.closest(np.array(plan.content.points[1].position))[0]
     at = place_mm(ENTRY, plan, path, volume)
     assert nostril - 5.0 < at < nostril
     centre = centre_at(path, at)
     assert centre.into is not None
     assert centre.point.tolist() == path.position(at).tolist()
     assert centre.into @ path.tangent(at) > 0.5
-    inside = replace(plan, points=plan.points[3:])
+    inside = replace(plan, content=plan.content.with_points(plan.content.points[3:]))
     assert place_mm(ENTRY, inside, path_of(inside), volume) == 0.0
-    before = replace(plan, points=plan.points[:2])
-    outside = replace(before, points=(before.points[0], replace(before.points[1], position=(7.5, -40.0, -6.0))))
+    before = replace(plan, content=plan.content.with_points(plan.content.points[:2]))
+    outside = replace(
+        before,
+        content=before.content.with_points(
+            (before.content.points[0], replace(before.content.points[1], position=(7.5, -40.0, -6.0)))
+        ),
+    )
     with pytest.raises(PlanError, match="does not enter the head"):
         place_mm(ENTRY, outside, path_of(outside), volume)
 
@@ -78,7 +83,7 @@ def test_the_remote_centre_is_where_the_path_enters_the_head(phantom_services: S
 def test_the_remote_centre_can_be_at_a_point_or_anywhere_along_the_path(phantom_services: Services) -> None:
     plan = phantom_services.plans.get(SAMPLE)
     path = path_of(plan)
-    assert place_mm(PathPlace(plan.points[1].id), plan, path, None) == pytest.approx(10.7, abs=0.1)
+    assert place_mm(PathPlace(plan.content.points[1].id), plan, path, None) == pytest.approx(10.7, abs=0.1)
     assert place_mm(PathPlace(at_mm=12.5), plan, path, None) == 12.5
     assert place_mm(PathPlace(at_mm=1e4), plan, path, None) == path.length
     assert place_mm(ENTRY, plan, path, None) == 0.0  # without a CT: where the tool goes in
@@ -87,7 +92,10 @@ def test_the_remote_centre_can_be_at_a_point_or_anywhere_along_the_path(phantom_
     with pytest.raises(PlanError, match="at the end of the path"):
         centre_at(path, path.length)
     with pytest.raises(PlanError, match="leads back out past the remote centre"):
-        centre_at(path_of(replace(plan, points=(*plan.points, plan.points[0]))), 20.0)
+        centre_at(
+            path_of(replace(plan, content=plan.content.with_points((*plan.content.points, plan.content.points[0])))),
+            20.0,
+        )
 
 
 def test_a_head_without_a_ct_has_no_soft_tissue_and_says_why(phantom_services: Services) -> None:
@@ -136,10 +144,10 @@ def test_the_page_lists_places_for_the_remote_centre_and_says_which_cannot_be(ph
     assert (section["chosen"], section["at_mm"], section["trouble"]) == ("entry", 7.0, "")
     centre = places.centre(ENTRY)
     assert centre is not None
-    last = places.section(PathPlace(plan.points[-1].id))
+    last = places.section(PathPlace(plan.content.points[-1].id))
     assert last is not None
     assert "at the end of the path" in last["trouble"]
-    assert places.centre(PathPlace(plan.points[-1].id)) is None
+    assert places.centre(PathPlace(plan.content.points[-1].id)) is None
     waiting = CentrePlaces(phantom_services, later, lambda act: act())
     waiting.ask(plan)
     early = waiting.section(ENTRY)
@@ -209,8 +217,15 @@ def test_soft_tissue_that_stops_the_tool_is_told_before_the_start(
     monkeypatch.setattr(head_tissue, "MAX_DEPTH_MM", 0.8)
     monkeypatch.setattr(head_tissue, "NOSTRIL_DEPTH_MM", 3.0)
     plan = phantom_services.plans.get(SAMPLE)
-    first = replace(plan.points[0], position=tuple(np.add(plan.points[0].position, 0.01)))  # no answer is kept for it
-    plan = replace(plan, points=(first, *plan.points[1:]), robot=without_placement(plan.robot))
+    first = replace(
+        plan.content.points[0], position=tuple(np.add(plan.content.points[0].position, 0.01))
+    )  # no answer is kept for it
+    plan = replace(
+        plan,
+        content=replace(plan.content, robot=without_placement(plan.content.robot)).with_points(
+            (first, *plan.content.points[1:])
+        ),
+    )
     with pytest.raises(PlanError) as refused:
         prepare(phantom_services, plan, RehearsalOptions(soft_tissue=True))
     words = str(refused.value)
@@ -223,16 +238,22 @@ def test_soft_tissue_that_stops_the_tool_is_told_before_the_start(
 def test_a_remote_centre_that_stops_the_tool_is_refused_before_the_start(phantom_services: Services) -> None:
     """The words say how far the tool gets, that the centre is why, and what helps."""
     plan = phantom_services.plans.get(SAMPLE)
-    straight = replace(plan, tool="straight_pointer", robot=without_placement(plan.robot))
+    straight = replace(
+        plan, content=replace(plan.content, robot=without_placement(plan.content.robot)).with_tool("straight_pointer")
+    )
     with pytest.raises(PlanError) as refused:
         prepare(phantom_services, straight, RehearsalOptions(remote_centre=True, centre=PathPlace(at_mm=3.0)))
     words = str(refused.value)
     assert words.startswith("with the remote centre at 3.0 mm the tool gets 43 of 90 mm: bone on the shaft")
     assert "Without the remote centre it gets to the end. No other tool" in words
-    thick = replace(plan, tool="endoscope_0", robot=without_placement(plan.robot))
+    thick = replace(
+        plan, content=replace(plan.content, robot=without_placement(plan.content.robot)).with_tool("endoscope_0")
+    )
     with pytest.raises(PlanError, match=r"The tool ‘Bent pointer, 30°’ gets to the end: choose it in Plan"):
         prepare(phantom_services, thick, RehearsalOptions(remote_centre=True))
-    rigid = replace(plan, robot={"name": "dvrk_psm_rigid", "base": None, "q_start": None})
+    rigid = replace(
+        plan, content=replace(plan.content, robot={"name": "dvrk_psm_rigid", "base": None, "q_start": None})
+    )
     with pytest.raises(PlanError, match=r"the tool gets \d+ of 90 mm"):
         prepare(phantom_services, rigid, RehearsalOptions(remote_centre=True))
 
@@ -257,8 +278,8 @@ def test_an_option_comes_into_force_with_a_reset_and_the_page_says_so(phantom_se
     assert section["centre"] is not None
     assert section["centre"]["chosen"] == "entry"
     assert "Reset to entry" in section["words"]
-    tab.handle(wish.model_copy(update={"centre_point": plan.points[1].id}))
-    assert tab.wanted.centre == PathPlace(plan.points[1].id)
+    tab.handle(wish.model_copy(update={"centre_point": plan.content.points[1].id}))
+    assert tab.wanted.centre == PathPlace(plan.content.points[1].id)
     tab.handle(wish.model_copy(update={"centre_mm": 12.0}))
     section = sections_of(tab)["options"]
     assert section["centre"] is not None

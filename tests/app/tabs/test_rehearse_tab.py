@@ -86,10 +86,10 @@ def test_settings_in_force_are_kept_in_the_plan(phantom_services: Services, lock
     assert drive.is_for(plan_key(after))
     if locked:
         assert "this rehearsal only" in heard.words[0]
-        assert dict(after.settings) == dict(plan.settings)
+        assert dict(after.content.settings) == dict(plan.content.settings)
     else:
         assert heard.words == []
-        assert after.settings["margin_mm"] == 0.5
+        assert after.content.settings["margin_mm"] == 0.5
         assert everything
     services.plans.do(plan.id, LockPlan(locked=False))
     services.plans.delete(plan.id)
@@ -116,7 +116,7 @@ def test_a_disk_that_refuses_keeps_no_robot_running_and_no_setting_is_forgotten(
     tab.come_back()
     drive.lease.take(CLIENT)
     assert tab.hear() == []
-    assert plans.get(plan.id).settings["margin_mm"] == 0.5
+    assert plans.get(plan.id).content.settings["margin_mm"] == 0.5
 
 
 def test_a_rehearsal_goes_on_along_what_it_was_placed_for_and_says_that_the_plan_has_changed(
@@ -132,13 +132,13 @@ def test_a_rehearsal_goes_on_along_what_it_was_placed_for_and_says_that_the_plan
 
     shown, driven = show()
     assert (shown["plan_changed"], driven) == (False, None)
-    editor.do(RenamePoint(point_id=plan.targets[0].id, label="Another name"))
+    editor.do(RenamePoint(point_id=plan.content.targets[0].id, label="Another name"))
     assert show()[1] is None, "a name is not driven"
-    first, second = plan.targets[:2]
+    first, second = plan.content.targets[:2]
     editor.do(DeletePoint(point_id=first.id))
     shown, driven = show()
     assert shown["plan_changed"]
-    assert [target["id"] for target in driven["targets"]] == [target.id for target in plan.targets]
+    assert [target["id"] for target in driven["targets"]] == [target.id for target in plan.content.targets]
     _act(tab, "start")
     assert robot.told == ["run"]
     tab.handle(c.SetMode(type="rehearsal.mode", mode="inspect", target_id=second.id))
@@ -215,7 +215,7 @@ def test_those_who_are_connected_hear_where_the_tool_is(rehearsing: tuple[Rehear
     tab, plan = rehearsing
     services = tab.workspace.services
     evaluation = services.planning.evaluate(plan)
-    robot = services.instruments.robot(plan.robot).placed(evaluation.base, plan_tool(plan))
+    robot = services.instruments.robot(plan.content.robot).placed(evaluation.base, plan_tool(plan.content))
     row = len(evaluation.run.q) // 2
     snapshot: Any = SimpleNamespace(q=evaluation.run.q[row])
     prepared: Any = SimpleNamespace(robot=robot)
