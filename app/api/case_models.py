@@ -4,7 +4,7 @@ from typing import Annotated
 
 from pydantic import BaseModel, Field
 
-from app.api.dependencies import Flag, Wish
+from app.api.dependencies import Flag, RequestBody
 from app.cases.service import Case
 from app.cases.structures import CaseKind, StructureOrigin, StructureRole
 from app.kit.names import COLOUR, MAX_NAME
@@ -140,20 +140,20 @@ class CasePublic(BaseModel):
         return cls.model_validate(case, from_attributes=True)
 
 
-class StructureUpdate(Wish):
+class StructureUpdate(RequestBody):
     """Changes of an imported structure; omitted fields stay."""
 
     name: Annotated[str, Field(min_length=1, max_length=MAX_NAME)] | None = None
     colour: Annotated[str, Field(pattern=f"^{COLOUR}$")] | None = None
 
 
-class OverlayUpdate(Wish):
+class OverlayUpdate(RequestBody):
     """Another name of a volume that can be laid over a case."""
 
     name: Annotated[str, Field(min_length=1, max_length=MAX_NAME)]
 
 
-class CaseUpdate(Wish):
+class CaseUpdate(RequestBody):
     """Changes of a case; omitted fields stay."""
 
     name: Annotated[str, Field(min_length=1, max_length=MAX_NAME)] | None = None

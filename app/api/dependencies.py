@@ -61,7 +61,7 @@ Number = Annotated[float, Field(allow_inf_nan=False, strict=True)]  # a finite n
 Flag = Annotated[bool, Field(strict=True)]  # true or false, no number and no text
 
 
-class Wish(BaseModel):
+class RequestBody(BaseModel):
     """Base of request bodies: unknown fields are refused."""
 
     model_config = ConfigDict(extra="forbid")

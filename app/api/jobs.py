@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 from fastapi import APIRouter, Query, Response
 from pydantic import BaseModel, Field
 
-from app.api.dependencies import ERRORS, ErrorWords, Identifier, ServicesDep, Wish
+from app.api.dependencies import ERRORS, ErrorWords, Identifier, RequestBody, ServicesDep
 from app.error_shape import error_code, error_details
 from app.imaging.import_jobs import Answer
 from app.kit.jobs import ENDED, Job, JobKind, JobState
@@ -61,7 +61,7 @@ def cancel_job(job_id: Identifier, services: ServicesDep) -> JobPublic:
     return JobPublic.of(job)
 
 
-class ImportAnswer(Wish):
+class ImportAnswer(RequestBody):
     """What a file leaves open: frame, unit, one of several series, the case of a segmentation."""
 
     frame: Literal["LPS", "RAS"] | None = None

@@ -4,7 +4,7 @@ from typing import Annotated
 
 from pydantic import BaseModel, Field
 
-from app.api.dependencies import Wish
+from app.api.dependencies import RequestBody
 from app.kit.values import MAX_COORDINATE
 from app.planning.verdict import Level
 from vfix_engine.anatomy.soft_tissue import TissueKind
@@ -31,7 +31,7 @@ class OwnRobotPublic(BaseModel):
     notes: list[str]
 
 
-class SnapWish(Wish):
+class SnapRequest(RequestBody):
     position: Position
 
 

@@ -7,7 +7,7 @@ from fastapi import APIRouter, Query
 
 from app.api.dependencies import ERRORS, Identifier, ServicesDep
 from app.api.jobs import JobPublic
-from app.api.plan_models import EvaluationPublic, SnapPublic, SnapWish, SoftTissuePublic
+from app.api.plan_models import EvaluationPublic, SnapPublic, SnapRequest, SoftTissuePublic
 from app.plans.public import PlanPublic
 
 router = APIRouter(tags=["plans"], responses=ERRORS)
@@ -24,10 +24,10 @@ def list_plans(
 
 
 @router.post("/cases/{case_id}/snap")
-def snap(case_id: Identifier, wish: SnapWish, services: ServicesDep) -> SnapPublic:
+def snap(case_id: Identifier, body: SnapRequest, services: ServicesDep) -> SnapPublic:
     """The nearest point clear of bone, and what surrounds it."""
     return SnapPublic.model_validate(
-        services.planning.snap(services.cases.get(case_id), wish.position), from_attributes=True
+        services.planning.snap(services.cases.get(case_id), body.position), from_attributes=True
     )
 
 

@@ -6,7 +6,7 @@ from starlette.concurrency import run_in_threadpool
 from app.api.dependencies import ERRORS, ConditionDep, Identifier, ServicesDep
 from app.api.jobs import JobPublic
 from app.api.registration_files import MAX_BYTES
-from app.api.surface_models import RefineWish, SurfaceTouchWish
+from app.api.surface_models import RefineRequest, SurfaceTouchRequest
 from app.api.uploads import form_of, receive_small
 from app.registration.files import read_touched
 from app.registration.public import RegistrationPublic
@@ -40,14 +40,14 @@ async def read_surface(
 
 
 @router.post("/registrations/{registration_id}/surface/touch", status_code=202)
-def touch_surface(registration_id: Identifier, wish: SurfaceTouchWish, services: ServicesDep) -> JobPublic:
+def touch_surface(registration_id: Identifier, body: SurfaceTouchRequest, services: ServicesDep) -> JobPublic:
     """Touch a structure with a simulated pointer, for practice, as a job; what it touched is one edit."""
     return JobPublic.of(
-        services.refining.start_touch(registration_id, wish.structure, wish.count, wish.noise_mm, wish.seed)
+        services.refining.start_touch(registration_id, body.structure, body.count, body.noise_mm, body.seed)
     )
 
 
 @router.post("/registrations/{registration_id}/surface/refine", status_code=202)
-def refine(registration_id: Identifier, wish: RefineWish, services: ServicesDep) -> JobPublic:
+def refine(registration_id: Identifier, body: RefineRequest, services: ServicesDep) -> JobPublic:
     """Move the touched points onto the structure as a job; the transform that is found is one edit."""
-    return JobPublic.of(services.refining.start(registration_id, wish.keep))
+    return JobPublic.of(services.refining.start(registration_id, body.keep))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pydantic import BaseModel
 
-from app.api.dependencies import Number, Wish
+from app.api.dependencies import Number, RequestBody
 from app.registration.fit_report import FleSource
 from app.registration.public import Length
 from app.registration.service import PlanRegistration, UseState
@@ -12,7 +12,7 @@ from app.registration.target_errors import ErrorAlongPath, ErrorAtTarget, ErrorT
 from vfix_engine.registration.beads import THRESHOLD_HU
 
 
-class BeadsWish(Wish):
+class BeadsRequest(RequestBody):
     """What to look for in the CT; a diameter of null finds beads of every size."""
 
     diameter_mm: Number | None = None

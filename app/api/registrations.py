@@ -7,7 +7,7 @@ from fastapi import APIRouter, Query
 from app.api.dependencies import ERRORS, Identifier, ServicesDep
 from app.api.jobs import JobPublic
 from app.api.registration_models import (
-    BeadsWish,
+    BeadsRequest,
     ErrorTablePublic,
     PlanRegistrationPublic,
 )
@@ -18,9 +18,9 @@ router = APIRouter(tags=["registrations"], responses=ERRORS)
 
 
 @router.post("/registrations/{registration_id}/beads", status_code=202)
-def start_beads(registration_id: Identifier, wish: BeadsWish, services: ServicesDep) -> JobPublic:
+def start_beads(registration_id: Identifier, body: BeadsRequest, services: ServicesDep) -> JobPublic:
     """Look for beads in the case's CT as a job; what is found stands in the registration, as one edit."""
-    return JobPublic.of(services.registering.start_beads(registration_id, wish.diameter_mm, wish.threshold_hu))
+    return JobPublic.of(services.registering.start_beads(registration_id, body.diameter_mm, body.threshold_hu))
 
 
 @router.get("/registrations/{registration_id}/order")

@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal
 from fastapi import APIRouter, Response
 from pydantic import Field
 
-from app.api.dependencies import ERRORS, Identifier, Number, ServicesDep, Wish
+from app.api.dependencies import ERRORS, Identifier, Number, RequestBody, ServicesDep
 from app.api.jobs import JobPublic
 from app.imaging.segmenting import StructureRequest, structure_request
 from app.kit.names import MAX_NAME
@@ -23,7 +23,7 @@ Corner = tuple[Number, Number, Number]  # LPS mm
 Preset = Literal["bone", "thin_bone", "soft_tissue", "air", "mucosa", "unseen_bone"]
 
 
-class IslandsWish(Wish):
+class IslandsRequest(RequestBody):
     """A preset or a band [HU]; crop_mm: two LPS corners; least_mm3: of an island, else as the preset has it."""
 
     preset: Preset | None = None
@@ -39,13 +39,13 @@ class IslandsWish(Wish):
         return structure_request("Islands", self.preset, low, high, crop, self.largest, self.least_mm3, 0.0).request
 
 
-class SegmentCreate(IslandsWish):
+class SegmentCreate(IslandsRequest):
     """What to segment, its name, and smooth_mm: blur of the border."""
 
     name: Annotated[str, Field(min_length=1, max_length=MAX_NAME)]
     smooth_mm: Annotated[Number, Field(ge=0.0)] = 0.0
 
-    def wish(self) -> StructureRequest:
+    def structure_request(self) -> StructureRequest:
         """What the service takes. Raises InputError without a preset or a band."""
         return structure_request(
             self.name,
@@ -60,24 +60,24 @@ class SegmentCreate(IslandsWish):
 
 
 @router.post("", status_code=202)
-def segment_case(case_id: Identifier, wish: SegmentCreate, services: ServicesDep) -> JobPublic:
+def segment_case(case_id: Identifier, body: SegmentCreate, services: ServicesDep) -> JobPublic:
     """Segment the widest CT of a case; the response is a job whose result is the id of the new structure."""
-    return JobPublic.of(services.segmenting.start(case_id, wish.wish()))
+    return JobPublic.of(services.segmenting.start(case_id, body.structure_request()))
 
 
 @router.post("/islands", response_class=Response, responses=_RUNS)
-def half_islands(case_id: Identifier, wish: IslandsWish, services: ServicesDep) -> Response:
+def half_islands(case_id: Identifier, body: IslandsRequest, services: ServicesDep) -> Response:
     """What of a threshold is kept, on every second voxel of the widest CT along each axis; nothing is stored.
 
     Run lengths as of painted labels. X-Step: of the voxels; X-Islands, X-Left-Out, X-Volume-Mm3: what was found.
     """
-    return _runs(services.islands.half(case_id, wish.request()))
+    return _runs(services.islands.half(case_id, body.request()))
 
 
 @router.post("/islands/full", status_code=202)
-def full_islands(case_id: Identifier, wish: IslandsWish, services: ServicesDep) -> JobPublic:
+def full_islands(case_id: Identifier, body: IslandsRequest, services: ServicesDep) -> JobPublic:
     """The same on every voxel, as a job; its result is the last part of the address that has them."""
-    return JobPublic.of(services.islands.start(case_id, wish.request()))
+    return JobPublic.of(services.islands.start(case_id, body.request()))
 
 
 @router.get("/islands/{result}", response_class=Response, responses=_RUNS)

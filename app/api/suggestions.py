@@ -8,7 +8,7 @@ from typing import Annotated
 from fastapi import APIRouter
 from pydantic import BaseModel, Field
 
-from app.api.dependencies import ERRORS, Condition, ConditionDep, Identifier, ServicesDep, Wish
+from app.api.dependencies import ERRORS, Condition, ConditionDep, Identifier, RequestBody, ServicesDep
 from app.api.jobs import JobPublic
 from app.api.plan_models import Revision
 from app.planning.suggestions import described, described_none
@@ -23,7 +23,7 @@ Place = tuple[Number, Number, Number]
 Length = Annotated[float | None, Field(description="mm; null where it is not known")]
 
 
-class SuggestionWish(Wish):
+class SuggestionRequest(RequestBody):
     """Ends of the path in LPS mm; by default the plan's first path point and its first target."""
 
     entry: Place | None = None
@@ -116,7 +116,7 @@ class ToolTablePublic(BaseModel):
     tools: list[ToolPublic]
 
 
-class UseWish(Wish):
+class UseRequest(RequestBody):
     """The alternative that the chosen path is led along, counted from 0."""
 
     alternative: Annotated[int, Field(ge=0, strict=True)] = 0
@@ -124,9 +124,9 @@ class UseWish(Wish):
 
 
 @router.post("/plans/{plan_id}/suggestions", status_code=202)
-def start_suggestion(plan_id: Identifier, wish: SuggestionWish, services: ServicesDep) -> JobPublic:
+def start_suggestion(plan_id: Identifier, body: SuggestionRequest, services: ServicesDep) -> JobPublic:
     """Look for paths with the plan's tool as a job; its result is the suggestion's id."""
-    return JobPublic.of(services.suggestions.start(services.plans.get(plan_id), wish.entry, wish.target))
+    return JobPublic.of(services.suggestions.start(services.plans.get(plan_id), body.entry, body.target))
 
 
 @router.get("/suggestions/{suggestion_id}")
@@ -140,16 +140,16 @@ def show_suggestion(suggestion_id: Identifier, services: ServicesDep) -> Suggest
 
 @router.post("/suggestions/{suggestion_id}/use")
 def use_suggestion(
-    suggestion_id: Identifier, wish: UseWish, services: ServicesDep, condition: ConditionDep
+    suggestion_id: Identifier, body: UseRequest, services: ServicesDep, condition: ConditionDep
 ) -> PlanPublic:
     """Lead the plan's chosen path along an alternative, as one edit that can be undone.
 
     Without `alternative` it is the first one. 409 where the plan has another tool than the suggestion was made for.
     """
     kept = services.suggestions.paths(suggestion_id)
-    points = kept.points_of(kept.plan_id, wish.alternative)
+    points = kept.points_of(kept.plan_id, body.alternative)
     kept.check_tool(services.plans.get(kept.plan_id))
-    expected = condition.expected(wish.revision)
+    expected = condition.expected(body.revision)
     plan = services.plans.do(kept.plan_id, SetPoints(points=points), expected_revision=expected)
     return _told(condition, PlanPublic.of(plan))
 

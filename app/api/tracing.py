@@ -8,7 +8,7 @@ from fastapi import APIRouter, Request
 from pydantic import BaseModel, Field
 from starlette.concurrency import run_in_threadpool
 
-from app.api.dependencies import ERRORS, Condition, ConditionDep, Identifier, Number, ServicesDep, Wish
+from app.api.dependencies import ERRORS, Condition, ConditionDep, Identifier, Number, RequestBody, ServicesDep
 from app.api.plan_models import Revision
 from app.api.surface_models import Seconds
 from app.api.uploads import form_of, receive_small
@@ -51,7 +51,7 @@ class TracedPublic(BaseModel):
     plan: PlanPublic
 
 
-class TraceSimulatedWish(Wish):
+class TraceSimulatedRequest(RequestBody):
     """noise_mm: rms length of the simulated pointer's error; seed: of the errors, null for new ones.
 
     registration: null for the plan's.
@@ -63,7 +63,7 @@ class TraceSimulatedWish(Wish):
     revision: Revision = None
 
 
-class TraceTrackedWish(Wish):
+class TraceTrackedRequest(RequestBody):
     """The last seconds, in which the tracked pointer traced the path. registration: null for the plan's."""
 
     seconds: Seconds
@@ -90,24 +90,24 @@ async def read_traced_path(
 
 @router.post("/plans/{plan_id}/traced/simulated", status_code=201)
 def trace_simulated(
-    plan_id: Identifier, wish: TraceSimulatedWish, services: ServicesDep, condition: ConditionDep
+    plan_id: Identifier, body: TraceSimulatedRequest, services: ServicesDep, condition: ConditionDep
 ) -> TracedPublic:
     """Trace the chosen path with a simulated pointer, for practice."""
-    expected = condition.expected(wish.revision)
+    expected = condition.expected(body.revision)
     done = services.tracing.simulated(
-        plan_id, wish.noise_mm, wish.seed, wish.registration, expected_revision=expected
+        plan_id, body.noise_mm, body.seed, body.registration, expected_revision=expected
     )  # fmt: skip
     return _told(condition, done)
 
 
 @router.post("/plans/{plan_id}/traced/tracked", status_code=201)
 def take_tracked_path(
-    plan_id: Identifier, wish: TraceTrackedWish, services: ServicesDep, condition: ConditionDep
+    plan_id: Identifier, body: TraceTrackedRequest, services: ServicesDep, condition: ConditionDep
 ) -> TracedPublic:
     """Take the way that the tip of the tracked pointer went in the last seconds."""
-    expected = condition.expected(wish.revision)
+    expected = condition.expected(body.revision)
     return _told(
-        condition, services.tracing.tracked(plan_id, wish.seconds, wish.registration, expected_revision=expected)
+        condition, services.tracing.tracked(plan_id, body.seconds, body.registration, expected_revision=expected)
     )
 
 

@@ -125,7 +125,7 @@ class RedoRegistration(Redo, frozen=True):
     verb = (Verb("register redo", "do an edit again that was taken back", of_case=True),)
 
 
-class FleWish(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+class FleRequest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """The rms length of one fiducial's localisation error, mm; null estimates it from the fit."""
 
     mm: Fle | None
@@ -138,7 +138,7 @@ class SetFle(RegistrationEdit, frozen=True):
     title = "Set localisation error"
     message = "registration.fle"
     aliases: ClassVar[Mapping[str, str]] = {"fle.mm": "fle_mm"}
-    fle: FleWish
+    fle: FleRequest
 
     def changed(self, content: RegistrationContent, context: Registrations) -> RegistrationContent:
         return replace(content, fle_mm=self.fle.mm)

@@ -163,15 +163,15 @@ class Registering:
         """
         document = self.documents.get(registration_id)
         self._check(document)
-        wish = _wish(diameter_mm, threshold_hu)
+        request = _beads_request(diameter_mm, threshold_hu)
 
         def work(progress: Progress) -> str:
             progress("Reading the scan", 0.0)
-            found, search = self.look_for_beads(document.case_id, *wish, progress=progress)
+            found, search = self.look_for_beads(document.case_id, *request, progress=progress)
             progress("Keeping what was found", 0.95)
             return self.keep_beads(registration_id, found, search).id
 
-        lane, same = f"beads {document.case_id}", f"beads {registration_id} {wish}"
+        lane, same = f"beads {document.case_id}", f"beads {registration_id} {request}"
         return self._jobs.submit(
             work, kind="beads", lane=lane, case_id=document.case_id, subject=document.name, same=same
         )
@@ -251,7 +251,7 @@ class Registering:
         )
 
 
-def _wish(diameter_mm: float | None, threshold_hu: float) -> tuple[float | None, float]:
+def _beads_request(diameter_mm: float | None, threshold_hu: float) -> tuple[float | None, float]:
     diameter = None if diameter_mm is None else number(diameter_mm, "a bead's diameter")
     threshold = number(threshold_hu, "the threshold")
     check_search(diameter, threshold)

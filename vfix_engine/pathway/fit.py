@@ -1,6 +1,6 @@
 """Control contours of a pathway, fitted to a lumen's surface along a curve through it.
 
-Kwok 2013, IV.A, placed 50 contours manually; here they are computed by ray casting.
+Kwok 2013, section IV.A, placed 50 contours manually; here they are computed by ray casting.
 """
 
 from __future__ import annotations

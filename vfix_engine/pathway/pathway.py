@@ -45,7 +45,7 @@ class Contours:
 
 @dataclass(frozen=True, eq=False)
 class Pathway:
-    """A lumen as contours along a centreline P(s) with tangent M(s), Kwok 2013, III.A; patient frame, mm.
+    """A lumen as contours along a centreline P(s) with tangent M(s), Kwok 2013, section III.A; patient frame, mm.
 
     Args:
         centre: (C0, 3) centres of the control contours; Kwok 2013's P_k.

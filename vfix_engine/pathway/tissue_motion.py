@@ -1,4 +1,4 @@
-"""Motion of a pathway's control contours P_k(t) by tissue, Kwok 2013, III.A: breathing and peristalsis.
+"""Motion of a pathway's control contours P_k(t) by tissue, Kwok 2013, section III.A: breathing and peristalsis.
 
 A motion maps the arc lengths (C,) of the control contours at rest in mm and the time in s to their displacements
 (C, 3) in mm and the factors (C,) of their radii. Any such function can be used; these are two, and their sum.

@@ -31,7 +31,7 @@ class Pairs:
 
     distance: (N,) from the capsule's surface to the anatomy; negative inside the capsule.
     normal: (N, 3) unit vectors from the surface to the axis; the triangle's own normal where they intersect.
-    on_tool: (N, 3) points P_k on the axis; on_surface: (N, 3) points P_b on the anatomy (Li 2007, III.D).
+    on_tool: (N, 3) points P_k on the axis; on_surface: (N, 3) points P_b on the anatomy (Li 2007, section III.D).
     segment: (N,) index of the tool's segment.
     triangle: (N,) index of the face; −1 for a grouped pair of the covariance tree.
     """

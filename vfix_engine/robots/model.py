@@ -32,7 +32,7 @@ class RobotModel:
     lower, upper, speed, acceleration: (n,) joint limits in mm and rad.
     home: (n,) joints at which placement starts, in mm and rad.
     revolute: (n,) bool.
-    joint_weights: (n,) relative cost of a mm or rad of each joint's motion, W_j of Li 2007, eq. (19).
+    joint_weights: (n,) relative cost of a mm or rad of each joint's motion, W_j of Li 2007, eq. 19.
     upright: whether the base stays upright when the robot is placed; otherwise its pose follows from the tool's.
     notes: sentences on what was assumed or omitted when the description was read.
 

@@ -115,7 +115,7 @@ class Drift(NamedTuple):
 def accelerated(
     partials: ArrayLike, second: ArrayLike, rate: ArrayLike, acceleration: ArrayLike, drift: Drift | None = None
 ) -> tuple[Array, Array]:
-    """Joint velocities (n,) in rad/s and accelerations (n,) in rad/s² of a bending Q(r, ϑ, t) (Kwok 2013, eq. (30)).
+    """Joint velocities (n,) in rad/s and accelerations (n,) in rad/s² of a bending Q(r, ϑ, t) (Kwok 2013, eq. 30).
 
     The second line of (30) lacks the second-order terms Q_rr ṙ² + 2 Q_rϑ ṙϑ̇ + Q_ϑϑ ϑ̇² in the rates. They are as
     large as the others and are included here.

@@ -1,4 +1,4 @@
-"""Boundary fixture (Li 2007, eq. (16)-(17)): no point of the tool enters the margin around the surface."""
+"""Boundary fixture (Li 2007, eq. 16-17): no point of the tool enters the margin around the surface."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from .stopping import approach_bounds
 
 @compiled
 def approach(normal: Array, point: Array, position: Array, jacobian: Array, row: Array) -> None:
-    """Row over Δq of −n·ΔP, the approach of a point of the tool along n (Li 2007, eq. (16)).
+    """Row over Δq of −n·ΔP, the approach of a point of the tool along n (Li 2007, eq. 16).
 
     n·(ω × r) = ω·(r × n), where r is the vector from the tip to the point.
 
@@ -42,7 +42,7 @@ def _approaches(normals: Array, points: Array, position: Array, jacobian: Array,
 
 
 def boundary(pairs: Pairs, tip: TipState, margin_mm: float, change: float = np.inf) -> Constraint:
-    """One row per pair (Li 2007, eq. (16)-(17)); distances are from the tool's surface, so its radius is included.
+    """One row per pair (Li 2007, eq. 16-17); distances are from the tool's surface, so its radius is included.
 
     The row of pair k is −n_k·ΔP_k ≤ approach_bound(distance_k − margin), with n_k the unit vector from the surface to
     the tool and ΔP_k = J_k Δq, J_k the Jacobian (3, n) of the tool's point P_k.
@@ -51,7 +51,7 @@ def boundary(pairs: Pairs, tip: TipState, margin_mm: float, change: float = np.i
         pairs: m closest pairs, lengths in mm.
         tip: the pose and Jacobian at which the pairs were measured.
         margin_mm: distance that the linearised motion keeps.
-        change: deceleration · dt² in mm; ∞ gives eq. (16), where a point may use all of its slack in one step.
+        change: deceleration · dt² in mm; ∞ gives eq. 16, where a point may use all of its slack in one step.
 
     Returns:
         m constraint rows of the kind 'bone', in mm.

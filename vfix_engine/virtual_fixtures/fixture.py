@@ -64,7 +64,7 @@ class Rows:
 
 
 class Fixture(Protocol):
-    """A virtual fixture; any number of them act together in one program (Li 2007, eq. (1)-(5))."""
+    """A virtual fixture; any number of them act together in one program (Li 2007, eq. 1-5)."""
 
     def rows(self, now: Situation) -> Rows:
         """Objective and constraint rows over (Δq, λ) for this step."""

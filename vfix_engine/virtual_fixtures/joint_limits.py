@@ -1,4 +1,4 @@
-"""Joint limits (Li 2007, eq. (18)) and joint regularisation (eq. (19))."""
+"""Joint limits (Li 2007, eq. 18) and joint regularisation (eq. 19)."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from .rows import Constraint, Objective
 from .state import StepState
 from .stopping import stoppable_up_to
 
-MOTION_WEIGHT = 0.01  # weight of 1 mm of joint motion relative to 1 mm of tip motion (Li 2007, eq. (19))
+MOTION_WEIGHT = 0.01  # weight of 1 mm of joint motion relative to 1 mm of tip motion (Li 2007, eq. 19)
 
 ROUNDING = 1e-9  # a limit missed by a smaller fraction of a step is rounding of q
 
 
 def joint_bounds(robot: RobotModel, q: Array, dt: float) -> tuple[Array, Array]:
-    """Box low (n,) ≤ Δq ≤ high (n,), mm or rad: q_min − q ≤ Δq ≤ q_max − q (Li 2007, eq. (18)) and |Δq| ≤ q̇_max dt.
+    """Box low (n,) ≤ Δq ≤ high (n,), mm or rad: q_min − q ≤ Δq ≤ q_max − q (Li 2007, eq. 18) and |Δq| ≤ q̇_max dt.
 
     A joint outside its range may move back but not further out.
     """
@@ -48,7 +48,7 @@ def step_box(
 
     - speed: |Δq| ≤ q̇_max dt;
     - acceleration: |Δq/dt − q̇_prev| ≤ a dt, that is |Δq − w| ≤ e;
-    - range (Li 2007, eq. (18)), with the ability to stop in it: D(Δq) ≤ upper − q and D(−Δq) ≤ q − lower, D the
+    - range (Li 2007, eq. 18), with the ability to stop in it: D(Δq) ≤ upper − q and D(−Δq) ≤ q − lower, D the
       stopping distance of ``stopping.py``.
 
     After any step within the bounds the next bounds are feasible. Let 0 < Δq ≤ high. They contain max(Δq − e, 0), the
@@ -108,7 +108,7 @@ def brake(velocity: Array, acceleration: Array, dt: float) -> Array:
 
 
 def joint_regularisation(robot: RobotModel) -> Objective:
-    """n rows of ‖W_j Δq‖² (Li 2007, eq. (19)): joint regularisation, W_j from the robot's ``joint_weights``."""
+    """n rows of ‖W_j Δq‖² (Li 2007, eq. 19): joint regularisation, W_j from the robot's ``joint_weights``."""
     dof = len(robot.joints)
     matrix = np.zeros((dof, dof + 1))
     matrix[:, :dof] = np.diag(MOTION_WEIGHT * robot.joint_weights)

@@ -87,7 +87,7 @@ def approach_bounds(slacks: Array, change: float) -> Array:
 
 @compiled
 def approach_bound(slack: float, change: float) -> float:
-    """Return the bound, in mm, of a boundary row −n·ΔP_k ≤ bound (Li 2007, eq. (16), uses ``slack`` itself).
+    """Return the bound, in mm, of a boundary row −n·ΔP_k ≤ bound (Li 2007, eq. 16, uses ``slack`` itself).
 
     Outside the margin it is the longest approach from which the point can still stop before the margin: about
     √(2 · change · slack) at a distance, and all of the slack in the last step.

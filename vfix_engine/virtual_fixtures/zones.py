@@ -1,6 +1,6 @@
 """No-fly zones: solid shapes and patches of surface that no part of the tool enters, each with its own margin.
 
-A zone is an obstacle in addition to the anatomy. Its pairs give boundary rows (Li 2007, eq. (16)) with the zone's
+A zone is an obstacle in addition to the anatomy. Its pairs give boundary rows (Li 2007, eq. 16) with the zone's
 margin, and the certificate checks its distance like that of bone.
 """
 

@@ -4,20 +4,20 @@ import { post, remove } from "/static/js/rest.js";
 import { thresholdPreview } from "/static/js/threshold-preview.js";
 
 /** @import { JobPublic } from "/static/js/types.js" */
-/** @typedef {{ low_hu: number | null, high_hu: number | null, preset: string, crop_mm: number[][] | null, largest: boolean, least_mm3: number }} IslandsWish */
+/** @typedef {{ low_hu: number | null, high_hu: number | null, preset: string, crop_mm: number[][] | null, largest: boolean, least_mm3: number }} IslandsRequest */
 
-const PATIENCE_MS = 300; // what an earlier wish found stays as long, so that nothing blinks while a slider moves
+const PATIENCE_MS = 300; // what an earlier request found stays as long, so that nothing blinks while a slider moves
 
-/** One question at a time; while one is asked, the newest wish waits. */
+/** One question at a time; while one is asked, the newest request waits. */
 export class IslandPreview {
   /** @param {(words: string) => void} say how much is kept */
   constructor(say) {
     this.say = say;
-    /** @type {{ caseId: string, wish: IslandsWish } | null} what is wanted */
+    /** @type {{ caseId: string, request: IslandsRequest } | null} what is wanted */
     this.wanted = null;
     this.key = "";
     this.busy = false;
-    /** @type {ReturnType<typeof setTimeout> | undefined} until what an earlier wish found goes */
+    /** @type {ReturnType<typeof setTimeout> | undefined} until what an earlier request found goes */
     this.waiting = undefined;
     /** @type {string | null} the job that looks at every voxel */
     this.job = null;
@@ -25,17 +25,17 @@ export class IslandPreview {
 
   /**
    * @param {string} caseId
-   * @param {IslandsWish | null} wish null: all of the threshold is kept
+   * @param {IslandsRequest | null} request null: all of the threshold is kept
    */
-  want(caseId, wish) {
-    const key = wish ? JSON.stringify([caseId, wish]) : "";
+  want(caseId, request) {
+    const key = request ? JSON.stringify([caseId, request]) : "";
     if (key === this.key) return;
     this.key = key;
-    this.wanted = wish && { caseId, wish };
+    this.wanted = request && { caseId, request };
     this.stop();
     clearTimeout(this.waiting);
-    if (wish) this.waiting = setTimeout(() => this.wait(), PATIENCE_MS);
-    if (!wish) {
+    if (request) this.waiting = setTimeout(() => this.wait(), PATIENCE_MS);
+    if (!request) {
       thresholdPreview.keep(null);
       this.say("");
     } else if (!this.busy) this.ask();
@@ -50,11 +50,11 @@ export class IslandPreview {
     this.busy = true;
     while (this.wanted) {
       const { key } = this;
-      const { caseId, wish } = this.wanted;
+      const { caseId, request } = this.wanted;
       this.wanted = null;
       try {
         await this.show(await fetch(`${addressOf(caseId)}`, {
-          method: "POST", credentials: "same-origin", headers: { "Content-Type": "application/json" }, body: JSON.stringify(wish),
+          method: "POST", credentials: "same-origin", headers: { "Content-Type": "application/json" }, body: JSON.stringify(request),
         }), key, " (looked at in half resolution)");
       } catch (error) {
         if (key === this.key) this.fail(error);
@@ -66,15 +66,15 @@ export class IslandPreview {
   /**
    * The hand rests: look at every voxel.
    * @param {string} caseId
-   * @param {IslandsWish | null} wish
+   * @param {IslandsRequest | null} request
    */
-  async full(caseId, wish) {
-    this.want(caseId, wish);
-    if (!wish || this.job) return;
+  async full(caseId, request) {
+    this.want(caseId, request);
+    if (!request || this.job) return;
     const { key } = this;
     if (thresholdPreview.kept?.key === key && thresholdPreview.kept.step === 1) return;
     try {
-      const job = await post(`${addressOf(caseId)}/full`, wish);
+      const job = await post(`${addressOf(caseId)}/full`, request);
       if (key !== this.key) {
         remove(`/api/v1/jobs/${encodeURIComponent(job.id)}`).catch(() => {});
         return;

@@ -61,7 +61,7 @@ export class PaintGroup {
       h("div", { class: "field" }, h("label", { class: "field-label", for: "paint-start" }, "A new label begins with"), this.start), this.make, this.tools));
     this.element.id = "paint";
     paintBrush.addEventListener("change", () => this.showBrush());
-    // A brush that nobody can put down would stay when another tab is shown.
+    // The brush could not be deactivated while another tab is shown.
     new ResizeObserver(() => this.offer()).observe(this.element);
     window.addEventListener("keydown", (event) => this.key(event), true);
     this.showBrush();

@@ -1,4 +1,4 @@
-// Patient: which head is open, which others there are, and how a new one comes in.
+// Patient: the open head, the list of others, and the import of new ones.
 import { fillListRow, group, h, iconButton, keyed, listRow, whenChanged } from "/static/js/dom.js";
 import { count, fixed, sentence, when } from "/static/js/format.js";
 import { FRAME_QUESTION, askChoices, askForImages, askName, clearErrors, confirm, note, noteDone, whenReady } from "/static/js/dialogs.js";

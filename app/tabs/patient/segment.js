@@ -60,7 +60,7 @@ export class SegmentGroup {
     this.element.id = "segment";
     this.element.addEventListener("change", () => this.rests());
     this.showParts();
-    // A tint that nobody can switch off would stay when another tab is shown.
+    // The tint could not be switched off while another tab is shown.
     this.seen = false;
     new ResizeObserver(() => this.turned()).observe(this.element);
   }
@@ -154,14 +154,14 @@ export class SegmentGroup {
    * @param {boolean} shown
    */
   keptWish(shown) {
-    const { preset, low_hu, high_hu, crop_mm, largest, least_mm3 } = this.wish();
-    const wish = { preset, low_hu, high_hu, crop_mm, largest, least_mm3 };
-    const whole = !wish.largest && !wish.least_mm3 && !wish.crop_mm && !CONFINED.includes(wish.preset);
-    return shown && !whole ? wish : null;
+    const { preset, low_hu, high_hu, crop_mm, largest, least_mm3 } = this.request();
+    const request = { preset, low_hu, high_hu, crop_mm, largest, least_mm3 };
+    const whole = !request.largest && !request.least_mm3 && !request.crop_mm && !CONFINED.includes(request.preset);
+    return shown && !whole ? request : null;
   }
 
   /** What the planner takes. */
-  wish() {
+  request() {
     const [low, high] = [Number(this.low.input.value), Number(this.high.input.value)];
     return {
       name: this.name.value.trim(),
@@ -177,12 +177,12 @@ export class SegmentGroup {
 
   async make() {
     if (!this.case) return;
-    const wish = this.wish();
+    const request = this.request();
     this.asking = true;
     this.showBusy();
     try {
       /** @type {JobPublic} */
-      const job = await post(`/api/v1/cases/${encodeURIComponent(this.case.id)}/segment`, wish);
+      const job = await post(`/api/v1/cases/${encodeURIComponent(this.case.id)}/segment`, request);
       this.jobs.watch(job);
     } catch (error) {
       note(/** @type {Error} */ (error).message, { error: true });
@@ -192,7 +192,7 @@ export class SegmentGroup {
     }
   }
 
-  /** One surface is made at a time; how far it is stands below the button. */
+  /** One surface is made at a time; its progress is shown below the button. */
   showBusy() {
     this.button.disabled = !this.case?.has_volume || this.asking || !this.working.hidden;
   }

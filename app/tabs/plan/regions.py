@@ -44,12 +44,12 @@ Perform = Callable[[Change], object]
 class Drawing:
     """What the next clicks draw. places: of a chain so far."""
 
-    wish: c.DrawRegion
+    request: c.DrawRegion
     places: tuple[Position, ...] = ()
 
     @property
     def sizes(self) -> list[float]:
-        return list(self.wish.sizes_mm or _SIZES.get(self.wish.kind, (3.0,)))
+        return list(self.request.sizes_mm or _SIZES.get(self.request.kind, (3.0,)))
 
 
 class Regions:
@@ -91,18 +91,20 @@ class Regions:
     def _drawing_view(self) -> DrawingView | None:
         if self.drawing is None:
             return None
-        wish = self.drawing.wish
+        request = self.drawing.request
         return {
-            "purpose": wish.purpose,
-            "kind": wish.kind,
+            "purpose": request.purpose,
+            "kind": request.kind,
             "places": [list(place) for place in self.drawing.places],
             "radius_mm": self.drawing.sizes[0],
-            "colour": self._next_colour(wish),
-            "words": DRAW_WORDS[wish.kind],
+            "colour": self._next_colour(request),
+            "words": DRAW_WORDS[request.kind],
         }
 
-    def _next_colour(self, wish: c.DrawRegion) -> str:
-        return REMOVED_COLOUR if wish.purpose == "remove" else COLOURS[len(self._plan().content.zones) % len(COLOURS)]
+    def _next_colour(self, request: c.DrawRegion) -> str:
+        return (
+            REMOVED_COLOUR if request.purpose == "remove" else COLOURS[len(self._plan().content.zones) % len(COLOURS)]
+        )
 
     def _entry(self, region: PlanZone | RemovedBone) -> RegionView:
         shape, place = self._shape(region), None
@@ -144,7 +146,7 @@ class Regions:
         regions = [self._drawn(region) for region in self._all() if _is_visible(region)]
         if (drawing := self.drawing) is not None and drawing.places:
             shape = {"kind": "capsules", "points": [list(at) for at in drawing.places], "radius": drawing.sizes[0]}
-            removes, colour = drawing.wish.purpose == "remove", self._next_colour(drawing.wish)
+            removes, colour = drawing.request.purpose == "remove", self._next_colour(drawing.request)
             regions.append(DrawnRegion("drawing", colour, removes, None, False, *self._mesh(shape)))
         return tuple(regions)
 
@@ -183,10 +185,10 @@ class Regions:
         if self.drawing is None:
             raise PlanError("nothing is being drawn.")
         x, y, z = (float(value) for value in position)
-        wish, places = self.drawing.wish, (*self.drawing.places, (x, y, z))
-        if wish.kind in ("capsules", "capsule"):
+        request, places = self.drawing.request, (*self.drawing.places, (x, y, z))
+        if request.kind in ("capsules", "capsule"):
             self.drawing = replace(self.drawing, places=places)
-            if wish.kind == "capsule" and len(places) == 2:
+            if request.kind == "capsule" and len(places) == 2:
                 self._done()
         else:
             self._add(self._shape_at((x, y, z)))
@@ -194,12 +196,12 @@ class Regions:
 
     def _shape_at(self, at: Position) -> dict[str, Any]:
         assert self.drawing is not None
-        wish, sizes = self.drawing.wish, self.drawing.sizes
-        if wish.kind == "box":
+        request, sizes = self.drawing.request, self.drawing.sizes
+        if request.kind == "box":
             return box_at(at, sizes if len(sizes) == 3 else [sizes[0]] * 3)
-        if wish.kind == "half_space":
-            return {"kind": "half_space", "point": list(at), "normal": list(_FREE[wish.free_side])}
-        shape = {"kind": wish.kind, "centre": list(at), "radius": sizes[0]}
+        if request.kind == "half_space":
+            return {"kind": "half_space", "point": list(at), "normal": list(_FREE[request.free_side])}
+        shape = {"kind": request.kind, "centre": list(at), "radius": sizes[0]}
         return placed(self._services.cases, self._case_id, shape, at)
 
     # -- commands
@@ -232,25 +234,25 @@ class Regions:
         """What a hand was dragging is back where it is stored."""
         self._dragged = None
 
-    def _begin(self, wish: c.DrawRegion) -> None:
+    def _begin(self, request: c.DrawRegion) -> None:
         if self._plan().locked:
             raise PlanError("the plan is locked; unlock it to draw.")
-        if wish.purpose == "remove" and wish.kind not in ("sphere", "capsule", "box"):
+        if request.purpose == "remove" and request.kind not in ("sphere", "capsule", "box"):
             raise PlanError("bone to be removed is a sphere, a capsule or a box.")
-        self.drawing = Drawing(wish)
+        self.drawing = Drawing(request)
 
     def _done(self) -> None:
         if self.drawing is None or not self.drawing.places:
             raise PlanError("click at least one place first.")
         places, sizes = [list(at) for at in self.drawing.places], self.drawing.sizes
-        if self.drawing.wish.kind == "capsule":
+        if self.drawing.request.kind == "capsule":
             self._add({"kind": "capsule", "start": places[0], "end": places[-1], "radius": sizes[0]})
         else:
             self._add({"kind": "capsules", "points": places, "radius": sizes[0]})
 
     def _add(self, shape: dict[str, Any]) -> None:
         assert self.drawing is not None
-        removes, self.drawing = self.drawing.wish.purpose == "remove", None
+        removes, self.drawing = self.drawing.request.purpose == "remove", None
         self._perform(AddBone(shape=shape) if removes else AddZone(shape=shape))
 
 

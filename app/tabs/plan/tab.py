@@ -308,7 +308,7 @@ class PlanTab(Tab):
             return "Open a head first." if self._case_id is None else "Choose a plan below, or make a new one."
         plan, drawing = edited.plan, edited.regions.drawing
         if drawing is not None:
-            return DRAW_WORDS[drawing.wish.kind]
+            return DRAW_WORDS[drawing.request.kind]
         if self._shafts.aiming is not None:
             return AIM_WORDS
         if plan.deleted_at is not None:

@@ -1,4 +1,4 @@
-// Beads in the CT: found as a job, and each confirmed or rejected by somebody who looks at it.
+// Beads in the CT: found as a job, and each confirmed or rejected by the user.
 import { group, h, keyed, whenChanged } from "/static/js/dom.js";
 import { count, mm } from "/static/js/format.js";
 import { note, noteEdit } from "/static/js/dialogs.js";

@@ -148,7 +148,7 @@ export class PairFields {
     else this.drafts.delete(pair.id);
     if (place) {
       this.send({ measured: place });
-      this.pair = { ...pair, measured: place }; // until the planner tells, or refuses: a next number goes with this one
+      this.pair = { ...pair, measured: place }; // until the planner answers: a next number is sent with this one
     }
     if (!place && !words && pair.measured) this.forget();
     this.showMeasured(false);

@@ -1,4 +1,4 @@
-// Register: how the CT lies on the patient, from beads in the CT to the error at the targets.
+// Register: registration of the CT to the patient, from beads in the CT to the error at the targets.
 import { fillListRow, group, h, iconButton, keyed, listRow, whenChanged } from "/static/js/dom.js";
 import { when } from "/static/js/format.js";
 import { askName, clearErrors, note, noteDone } from "/static/js/dialogs.js";

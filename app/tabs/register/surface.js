@@ -116,8 +116,8 @@ export class SurfaceGroup {
   }
 
   touch() {
-    const wish = { structure: this.structure.value || null, count: heldNumber(this.count), noise_mm: heldNumber(this.noise) };
-    return this.during("Touching the surface …", async () => this.watch(await post(`${this.address()}/touch`, wish)));
+    const request = { structure: this.structure.value || null, count: heldNumber(this.count), noise_mm: heldNumber(this.noise) };
+    return this.during("Touching the surface …", async () => this.watch(await post(`${this.address()}/touch`, request)));
   }
 
   /** @param {number} seconds */

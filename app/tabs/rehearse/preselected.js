@@ -1,4 +1,4 @@
-// Which target ‘Inspect’ begins with, where nobody has chosen one.
+// The target with which ‘Inspect’ begins if none was chosen.
 
 /** @import { ConeSection, ItemEntry } from "/static/js/types.js" */
 

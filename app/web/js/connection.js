@@ -145,7 +145,7 @@ export class Connection extends EventTarget {
     this.say("link", { connected: true, again });
   }
 
-  /** Nobody answers any more what was asked over the line that ends. */
+  /** Requests sent over the connection that ends are not answered any more. */
   giveUp() {
     const asked = [...this.waiting.values()];
     this.waiting.clear();

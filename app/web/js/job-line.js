@@ -20,10 +20,10 @@ export class JobLine {
   /**
    * Start a job and wait for what it made; null where it was cancelled.
    * @param {string} path
-   * @param {object} wish
+   * @param {object} request
    */
-  async run(path, wish) {
-    return this.follow(await send(path, wish));
+  async run(path, request) {
+    return this.follow(await send(path, request));
   }
 
   /**

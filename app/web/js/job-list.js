@@ -7,7 +7,7 @@ import { remove } from "./rest.js";
 /** @import { JobEntry, JobPublic } from "./types.js" */
 
 /**
- * What is shown: work that somebody waits for.
+ * Displayed jobs: those that a user waits for.
  * @type {Partial<Record<JobEntry["kind"], string>>}
  */
 const KINDS = { import: "Import", structures: "Import", overlay: "Import", dry_run: "Dry run", segmentation: "Segmentation" };
@@ -19,7 +19,7 @@ export function jobWords({ kind, subject, state, stage, fraction }) {
 }
 
 /**
- * The jobs that go on, whoever began them: a page that is loaded again finds its own in the planner's list.
+ * All running jobs: a reloaded page finds its own in the planner's list.
  * `ended(job, error)` is called once for each when it has ended, with what it failed with or was cancelled by.
  */
 export class JobList extends EventTarget {
@@ -46,7 +46,7 @@ export class JobList extends EventTarget {
     return element;
   }
 
-  /** Find jobs that somebody began, while the list can be seen or nothing is known yet. */
+  /** Find running jobs, while the list is visible or nothing is known yet. */
   look() {
     if (this.looked && !this.element.isConnected) return;
     for (const job of jobWatch.items) if (KINDS[job.kind]) this.watch(job);
@@ -80,7 +80,7 @@ export class JobList extends EventTarget {
     this.render();
   }
 
-  /** Lay every job out in its list, and tell those who wait by a 'change'. */
+  /** Put every job into its list, and notify waiting code by a 'change'. */
   render() {
     let rest = [...this.jobs.values()];
     for (const { holds, element } of this.others) {

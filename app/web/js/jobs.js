@@ -1,4 +1,4 @@
-// The jobs that go on, as the planner's messages tell them: whoever waits for one waits here.
+// Running jobs, from the planner's messages, and waiting for one of them.
 import { PlannerError, jobNow } from "./rest.js";
 
 /** @import { Connection } from "./connection.js" */
@@ -46,7 +46,7 @@ export const jobWatch = new JobWatch();
  */
 export async function finished(job, onProgress) {
   let now = job;
-  let heard = -1; // messages about it may have come before the answer that names it
+  let heard = -1; // messages about it may precede the answer that names it
   while (now.state === "queued" || now.state === "running") {
     onProgress(now);
     await jobWatch.more(heard);

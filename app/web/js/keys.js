@@ -13,14 +13,14 @@ const DRIVE = { ArrowUp: 1, KeyW: 1, ArrowDown: -1, KeyS: -1 };
 /** @type {Record<string, number>} */
 const TWIST = { KeyA: -1, KeyD: 1 };
 
-/** Sent to the window when nobody can be trusted to hold anything any more: keys, buttons and the grip let go. */
+/** Sent to the window when held controls are not reliable any more: keys, buttons and the grip are released. */
 export const LET_GO = "vfix:let-go";
 
 export function letGoOfEverything() {
   window.dispatchEvent(new Event(LET_GO));
 }
 
-/** A key or a button that comes up while another window has the focus is never heard of. */
+/** The release of a key or button while another window has the focus is not reported. */
 function watchForLoss() {
   window.addEventListener("blur", () => queueMicrotask(() => {
     // the page also loses the focus when the scene inside it takes it: that is no reason to let go
@@ -157,7 +157,7 @@ export class Keys {
   }
 
   /**
-   * While anything is held a heartbeat says so; the planner lets the force fade without it.
+   * While anything is held a heartbeat is sent; without it the planner lets the force decay.
    * @param {string} what
    * @param {boolean} on
    */

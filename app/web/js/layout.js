@@ -33,15 +33,15 @@ const LEAST_SCENE_PX = 320;
 const STEP_PX = 24;
 
 /**
- * The layout after a wish: the same view again goes back to several.
+ * The layout after a request: the same view again goes back to several.
  * @param {Layout} now
- * @param {Layout | null} wish
+ * @param {Layout | null} request
  * @param {Layout} several the one that was shown last
  * @returns {Layout}
  */
-export function next(now, wish, several) {
-  if (wish === null) return several;
-  return wish === now && !SEVERAL.includes(wish) ? several : wish;
+export function next(now, request, several) {
+  if (request === null) return several;
+  return request === now && !SEVERAL.includes(request) ? several : request;
 }
 
 export class Layouts {
@@ -181,9 +181,9 @@ export class Layouts {
    */
   key(event) {
     if (event.ctrlKey || event.metaKey || event.altKey || event.shiftKey || event.repeat) return false;
-    const wish = KEYS[event.code];
+    const request = KEYS[event.code];
     if (letterOf(event) === "P") this.fold();
-    else if (wish && this.can(wish)) this.set(next(this.layout, wish, this.several));
+    else if (request && this.can(request)) this.set(next(this.layout, request, this.several));
     else return false;
     return true;
   }

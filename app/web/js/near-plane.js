@@ -1,4 +1,4 @@
-// What of a line lies near a plane: only that may look as if it were in the slice.
+// The part of a line near a plane, which alone is drawn as in the slice.
 
 /** @typedef {{ x: number, y: number }} Place in the plane, mm */
 /** @typedef {Place & { away: number }} PlaceNear with its signed distance from the plane, mm */

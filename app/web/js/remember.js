@@ -1,4 +1,4 @@
-// What a browser remembers of how somebody likes the page. A browser that keeps nothing still shows all of it.
+// Preferences that the browser stores. Everything works in a browser that stores nothing.
 
 /**
  * @param {string} name

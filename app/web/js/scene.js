@@ -89,7 +89,7 @@ export class SceneFrame {
     const views = VIEWS.map(([view, label]) => ({ group: "Scene", name: `${label} view`, run: () => this.look(view) }));
     const cuts = CUTS.map(([value, name]) => ({ group: "Scene", name, run: () => { this.cut.value = value; this.sendCut(); } }));
     const skin = this.skinField.hidden ? [] : [{ group: "Scene", name: this.skin.checked ? "Hide the skin" : "Show the skin", run: () => this.skin.click() }];
-    return connection.state.case ? [...views, ...cuts] : [];
+    return connection.state.case ? [...views, ...cuts, ...skin] : [];
   }
 
   sendOpacity() {
@@ -138,7 +138,7 @@ export class SceneFrame {
     this.connection.send("view.set", { slices: /** @type {Look["slices"]} */ (this.slices.value) });
   }
 
-  /** (Re)load the scene: a fresh frame has no state of its own, the planner draws it anew. */
+  /** (Re)load the scene: a new frame has no state, the planner draws it again. */
   open() {
     this.wait.hidden = false;
     this.isClosed = false;
@@ -148,7 +148,7 @@ export class SceneFrame {
     this.frame.src = `/scene/?tab=${tab}${resolution}`;
   }
 
-  /** Without a session there is no scene either: its viewer must not go on asking for one. */
+  /** Without a session there is no scene: its viewer must not try to reconnect. */
   close() {
     this.isClosed = true;
     this.undress();
@@ -221,7 +221,7 @@ export class SceneFrame {
     this.sheet = null;
   }
 
-  /** A frame that is hidden goes on drawing; it is told when nobody sees it. */
+  /** A hidden frame continues to draw unless it is notified. */
   drawIfSeen() {
     const seen = this.frame.checkVisibility({ visibilityProperty: true }) && this.frame.clientHeight > 0;
     if (!this.layer || seen === this.drawn) return;

@@ -1,4 +1,4 @@
-// Light or dark: as the system has it, until somebody chooses here.
+// Light or dark: the system's setting, until the user chooses here.
 import { byId, h, icon } from "./dom.js";
 import { keep, recall } from "./remember.js";
 

@@ -20,7 +20,7 @@ from app.operations.messages import MessageSpec, messages
 from app.operations.operation import Operation
 from app.operations.reading import Unreadable, read
 from app.operations.rest import addresses
-from app.registration.operations import FleWish, SetFle
+from app.registration.operations import FleRequest, SetFle
 from app.session.commands import InvalidMessage, parse_command
 
 HOSTILE: list[Any] = [1e300, -1e300, "x" * 10_001, {"a": [1] * 1000}, [[0.0] * 1000] * 10, "../../etc\n", [], ""]
@@ -181,7 +181,7 @@ def test_a_number_beyond_its_bounds_is_refused_in_words_at_its_place(bare: Clien
 def test_a_field_within_another_is_said_by_itself_in_a_message(bare: Client) -> None:
     for value in (0.5, None):
         command = parse_command(json.dumps({"type": "registration.fle", "fle_mm": value}))
-        assert command.operations == (SetFle(fle=FleWish(value)),)  # type: ignore[union-attr]
+        assert command.operations == (SetFle(fle=FleRequest(value)),)  # type: ignore[union-attr]
     for body, place in (
         ({"fle_mm": 60}, "fle_mm: a localisation error of 60 mm"),
         ({}, "fle_mm: Field required"),

@@ -42,8 +42,13 @@ def planning(services: Services, registered: DrivenRegistration | None) -> Plann
     return Planning(services.cases, services.instruments, services.distance_fields, lambda plan: registered)
 
 
+def registered_sample(services: Services) -> Plan:
+    """The sample plan with a registration, which the doubles of `planning` do not look up."""
+    return replace(services.plans.get(SAMPLE_PLAN), registration="registration-1")
+
+
 def test_a_path_that_is_nearer_to_bone_than_the_registration_is_exact_is_tight(phantom_services: Services) -> None:
-    plan = phantom_services.plans.get(SAMPLE_PLAN)
+    plan = registered_sample(phantom_services)
     fine = planning(phantom_services, measured(1, 0.02)).evaluate(plan)
     assert fine.verdict.level == "fits"
     assert fine.verdict.doubt is None
@@ -66,7 +71,7 @@ def test_where_the_robot_is_placed_freely_the_drive_is_that_of_the_image(phantom
     """The base is told in the patient's frame, where somebody has to put the robot."""
     plan = phantom_services.plans.get(SAMPLE_PLAN)
     alone, registered = phantom_services.planning.evaluate(plan), measured(2, 0.02)
-    behind = planning(phantom_services, registered).evaluate(plan)
+    behind = planning(phantom_services, registered).evaluate(registered_sample(phantom_services))
     np.testing.assert_array_equal(behind.run.q, alone.run.q)
     np.testing.assert_array_equal(behind.base, alone.base)
     assert behind.placement is not None
@@ -78,7 +83,8 @@ def test_a_robot_beside_the_patient_is_driven_from_where_the_registration_says(p
     plan = phantom_services.plans.get(SAMPLE_PLAN)
     alone = phantom_services.planning.evaluate(plan)
     to_base = ImageRegistration(np.linalg.inv(alone.base), "base")
-    behind = planning(phantom_services, DrivenRegistration("registration-2", "Robot", to_base)).evaluate(plan)
+    used = DrivenRegistration("registration-2", "Robot", to_base)
+    behind = planning(phantom_services, used).evaluate(registered_sample(phantom_services))
     assert behind.completed
     assert behind.placement is None
     np.testing.assert_allclose(behind.base, alone.base, atol=1e-9)
@@ -87,7 +93,7 @@ def test_a_robot_beside_the_patient_is_driven_from_where_the_registration_says(p
     away[:3, 3] += 600.0
     far = DrivenRegistration("registration-3", "Robot", ImageRegistration(away, "base"))
     with pytest.raises(StartRefused, match="from where it stands"):
-        planning(phantom_services, far).evaluate(plan)
+        planning(phantom_services, far).evaluate(registered_sample(phantom_services))
 
 
 def test_a_stored_registration_is_driven_through_and_a_deleted_one_refuses(phantom_services: Services) -> None:
@@ -120,7 +126,8 @@ def test_a_stored_registration_is_driven_through_and_a_deleted_one_refuses(phant
 def test_what_is_driven_judged_and_written_is_of_one_reading(phantom_services: Services) -> None:
     """Although somebody changes the registration meanwhile, and changes it back."""
     plan = phantom_services.plans.get(SAMPLE_PLAN)
-    placed = replace(plan, content=replace(plan.content, robot=phantom_services.planning.placed_robot(plan)))
+    robot, plan = phantom_services.planning.placed_robot(plan), registered_sample(phantom_services)
+    placed = replace(plan, content=replace(plan.content, robot=robot))
     first, other = measured(4, 0.02), measured(4, 0.6)
     read: list[DrivenRegistration] = []
 

@@ -17,6 +17,7 @@ from app.exchange.resolve import resolve_case, resolve_plan, resolve_targets
 from app.kit.errors import NotFound
 from app.planning.evaluation import Planning, SnapResult
 from app.plans.instruments import Instruments
+from app.plans.operations.document import UndoPlan
 from app.plans.operations.points import AddPoint
 from app.plans.service import PlanService
 from app.plans.shipped_head import SAMPLE_PLAN
@@ -87,8 +88,8 @@ def test_a_click_that_fits_is_not_asked_twice(phantom_services: Services) -> Non
     desk.add_mode = "target"
     desk.pick(np.array([10.0, 0.0, 5.0]))
     assert len(desk.plan.content.targets) == 1
-    desk.undo()
-    desk.undo()
+    desk.perform(UndoPlan())
+    desk.perform(UndoPlan())
     assert (desk.plan.content.points, desk.plan.content.targets) == ((), ())
 
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from session_doubles import SAMPLE, Later, open_sample, sections_of
+from session_doubles import SAMPLE, Later, open_sample, sections_of, send
 
 from app.cases.settings import settings_in_case
 from app.kit.errors import JobCancelled
@@ -176,7 +176,7 @@ def test_a_drag_is_live_and_its_release_is_one_edit(phantom_services: Services) 
     shown = sections_of(step)["corridor"]
     assert shown["state"] == "waits"  # placed again, the picture of the hand's last place greyed
     assert phantom_services.plans.get(plan.id).revision == plan.revision + 1
-    step.handle(c.Undo(type="undo"))
+    send(step, "undo")
     assert phantom_services.plans.get(plan.id).content.points == plan.content.points
     # A target that is dragged changes nothing of the path.
     judged.stored.current = ShownEvaluation("done", evaluation=evaluation)
@@ -216,17 +216,17 @@ def test_a_shaft_is_dragged_live_and_stored_as_one_edit(phantom_services: Servic
     wanted = np.array([3.0, -30.0, -4.0]) / np.linalg.norm([3.0, -30.0, -4.0])
     assert phantom_services.plans.get(plan.id).content.points[0].direction == pytest.approx(wanted.tolist())
     assert phantom_services.plans.get(plan.id).revision == before.revision + 1
-    step.handle(c.Undo(type="undo"))
+    send(step, "undo")
     assert phantom_services.plans.get(plan.id).content.points == before.content.points
     # A hand that does not move stores nothing, and one on a locked plan neither.
     revision = phantom_services.plans.get(plan.id).revision
     for phase in ("start", "end"):
         step.dragged(DragEvent(f"shaft:{point.id}", phase, (x, y - 30.0, z)))
-    step.handle(c.Lock(type="lock", locked=True))
+    send(step, "lock", locked=True)
     locked = phantom_services.plans.get(plan.id).revision
     for phase in ("start", "end"):
         step.dragged(DragEvent(f"shaft:{point.id}", phase, handle))
     assert phantom_services.plans.get(plan.id).revision == locked
     assert locked == revision + 1  # of the lock itself
-    step.handle(c.Lock(type="lock", locked=False))
+    send(step, "lock", locked=False)
     phantom_services.plans.delete(plan.id)

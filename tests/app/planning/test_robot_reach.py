@@ -7,10 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from session_doubles import SAMPLE, open_sample, sections_of
+from session_doubles import SAMPLE, open_sample, sections_of, send
 
 from app.services import Services
-from app.tabs.plan import commands as c
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import StartRefused
 from vfix_engine.geometry.path import SplinePath
@@ -32,8 +31,8 @@ def test_the_verdict_of_a_urdf_of_ones_own_names_the_joint(phantom_services: Ser
     plan = phantom_services.plans.duplicate(SAMPLE)
     own = phantom_services.instruments.add_urdf("short.urdf", short_arm(), "tool_frame")
     step = open_sample(phantom_services, plan.id)
-    step.handle(c.ChooseTool(type="plan.tool", name="straight_pointer"))
-    step.handle(c.ChooseRobot(type="plan.robot", name=own.name, urdf=own.urdf, tool_frame=own.tool_frame))
+    send(step, "plan.tool", name="straight_pointer")
+    send(step, "plan.robot", name=own.name, urdf=own.urdf, tool_frame=own.tool_frame)
     section = sections_of(step)["plan"]
     assert section is not None
     assert (section["robot"]["urdf"], section["tool"]["title"]) == (own.urdf, "Straight pointer")

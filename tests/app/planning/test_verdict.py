@@ -73,7 +73,7 @@ def test_the_level_follows_margin_reach_scan_and_zones(phantom_services: Service
     hidden = profile_of(run, tool, path_of(plan), None, ZoneSet((far,)))
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Case, "uncertainty", SurfaceUncertainty(0.0, 4.0))
-        found = verdict_of(run, hidden, tool, tree, case, 0.05, True)
+        found = verdict_of(run, hidden, tool, tree, dataclasses.replace(case), 0.05, True)  # nothing of it is kept
     assert (found.nearest, found.reason) == ("nerve", "surface")
     assert f"{least:.2f} mm to bone at" in found.words
 

@@ -16,7 +16,7 @@ from app.plans.shipped_head import SAMPLE_PLAN
 from app.registration.driven import driven_registration
 from app.registration.files import export_text
 from app.registration.fit_report import report_of
-from app.registration.operations import AddPair, ChangePair, FleWish, SetFle
+from app.registration.operations import AddPair, ChangePair, FleRequest, SetFle
 from app.registration.refining import begin_of
 from app.registration.service import PlanRegistration
 from app.registration.target_errors import error_table
@@ -58,7 +58,7 @@ def test_points_that_do_not_fit_are_gone_by_nowhere(phantom_services: Services, 
     points = [list(pair.measured or ()) for pair in editor.document.content.pairs]
     for pair, point in zip(editor.document.content.pairs, points[1:] + points[:1], strict=True):
         editor.do(ChangePair(pair_id=pair.id, measured=point))
-    content = editor.do(SetFle(fle=FleWish(0.1))).content
+    content = editor.do(SetFle(fle=FleRequest(0.1))).content
     report = registering.report(content)
     assert (report.state, report.usable, report.wrong, report.fle_mm) == ("misfit", False, None, None)
     assert report.fre_mm is not None
@@ -89,7 +89,7 @@ def test_a_stated_error_that_the_fit_contradicts_does_not_count(editor: Edited, 
     estimated = report_of(editor.document.content)
     own = error_table(editor.document.content, plan)
     for stated in (0.1, 0.8):
-        content = editor.do(SetFle(fle=FleWish(stated))).content
+        content = editor.do(SetFle(fle=FleRequest(stated))).content
         report, table = report_of(content), error_table(content, plan)
         driven = driven_registration(PlanRegistration("ready", "", editor.id, editor.document))
         assert driven is not None

@@ -15,7 +15,7 @@ from session_doubles import HEAD, SAMPLE, Heard, other_case, sections_of, worksp
 from app.operations.messages import OperationMessage
 from app.registration.document import FiducialPair, RegistrationContent
 from app.registration.fit_report import refitted, report_of
-from app.registration.operations import FleWish, SetFle
+from app.registration.operations import FleRequest, SetFle
 from app.services import Services
 from app.session.commands import parse_command
 from app.tabs.plan.tab import PlanTab
@@ -172,7 +172,7 @@ def test_the_order_is_asked_for_and_forgotten_when_the_points_change(opened: Ope
 
 def test_an_edit_of_somebody_else_is_shown_and_the_own_refused(opened: Opened) -> None:
     registration = five(opened)["registration"]
-    Edited(opened.services, registration["id"]).do(SetFle(fle=FleWish(0.7)))
+    Edited(opened.services, registration["id"]).do(SetFle(fle=FleRequest(0.7)))
     with pytest.raises(VfixError, match="somebody else"):
         opened.do("pair.delete", pair_id=registration["pairs"][0]["id"])
     shown = opened.shown()["registration"]

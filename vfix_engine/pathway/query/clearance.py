@@ -1,6 +1,6 @@
 """Signed clearance of a snake's vertices in their pathway with its gradient and Lipschitz constant, for rows of a QP.
 
-The signed clearance of a vertex is δ of eq. 8 (Kwok 2013) outside the window, and inside minus the smallest distance
+The signed clearance of a vertex is δ of Kwok 2013, eq. 8, outside the window, and inside minus the smallest distance
 to the walls v2 v3 of the window's sections.
 """
 

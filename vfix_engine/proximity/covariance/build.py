@@ -1,4 +1,4 @@
-"""Construction of the covariance tree (Li 2007, section III.D, eq. (6)-(7))."""
+"""Construction of the covariance tree (Li 2007, section III.D, eq. 6-7)."""
 
 from __future__ import annotations
 

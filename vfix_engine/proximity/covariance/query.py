@@ -1,4 +1,4 @@
-"""Queries of the covariance tree (Li 2007, section III.D, eq. (8)), compiled."""
+"""Queries of the covariance tree (Li 2007, section III.D, eq. 8), compiled."""
 
 from __future__ import annotations
 

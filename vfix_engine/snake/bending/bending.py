@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 BendAxis = Literal["e+", "o+", "e-", "o-"]
 
-# Directions ϑ / (π/2) in which the tip bends, Kwok 2013 (13): +x, +y, −x, −y of {l}.
+# Directions ϑ / (π/2) in which the tip bends, Kwok 2013, eq. 13: +x, +y, −x, −y of {l}.
 # Even joints turn about y and odd ones about x.
 DIRECTIONS: dict[BendAxis, int] = {"e+": 0, "o+": 1, "e-": 2, "o-": 3}
 

@@ -198,7 +198,7 @@ class RigidSystem:
         elif state.mode == "inspect":
             done = self._inspect_step(controller, state, force, drive, twist, reach)
         else:
-            # Li 2007, V.F: the master moves the tip; on the grip a force turns the tool as well.
+            # Li 2007, section V.F: the master moves the tip; on the grip a force turns the tool as well.
             turning = force if master is None else NO_FORCE
             turn = twist * settings.force_cap_n * self.scene.tool.grip_from_bend
             torque = np.array(torque_about_tip(*controller.context.kernel_sizes, state.tool.numbers, turning, turn))

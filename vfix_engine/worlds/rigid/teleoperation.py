@@ -1,6 +1,6 @@
 """Teleoperation: a master far from the tool, its motion instead of a force on the grip.
 
-Li 2007, V.F reads a device that cannot move (a SpaceBall, pushed against its own springs), and puts its three
+Li 2007, section V.F reads a device that cannot move (a SpaceBall, pushed against its own springs), and puts its three
 translations τ in f's place in (10)-(11). A master that can move is coupled to the tool by a spring instead:
 
 - its motion, scaled, leads a point ahead of the tool's own; the *lag* ℓ is what the tool has not followed yet;

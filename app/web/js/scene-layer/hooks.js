@@ -58,11 +58,11 @@ export class SceneHooks {
   redraw() { this.getState().invalidate(); }
 
   /**
-   * A scene that nobody sees is not drawn: a hidden frame goes on otherwise.
+   * A hidden scene is not drawn; its frame would continue otherwise.
    * @param {boolean} on
    */
   draw(on) {
-    this.paused = !on; // the viewer starts its loop anew when the frame's size changes
+    this.paused = !on; // the viewer restarts its loop when the frame's size changes
     this.getState().setFrameloop(on ? "demand" : "never");
     if (on) this.redraw();
   }

@@ -5,26 +5,26 @@ const ASIDE_PX = 12; // of a label from its place
 const ABOVE = 1.3; // of its own height
 
 /** @typedef {{ left: number, top: number, right: number, bottom: number }} Box px */
-/** @typedef {{ x: number, y: number, width: number, height: number, first: boolean, away: number }} Wish where a place is, px, and the size of its words; first: before all others; away: from the eye */
+/** @typedef {{ x: number, y: number, width: number, height: number, first: boolean, away: number }} LabelRequest where a place is, px, and the size of its words; first: before all others; away: from the eye */
 
 /**
- * For each wish the upper left corner of its words, in px; null where they would hide others, of which the nearer come first.
- * @param {(Wish | null)[]} wishes
+ * For each request the upper left corner of its words, in px; null where they would hide others, of which the nearer come first.
+ * @param {(LabelRequest | null)[]} requests
  * @param {{ width: number, height: number }} view
  * @param {Box[]} taken by what lies upon the scene
  */
-export function laidOut(wishes, view, taken) {
+export function laidOut(requests, view, taken) {
   /** @type {({ x: number, y: number } | null)[]} */
-  const corners = wishes.map(() => null);
+  const corners = requests.map(() => null);
   const boxes = [...taken];
-  const order = [...wishes.keys()].filter((index) => wishes[index] && isIn(wishes[index], view));
-  const rank = (/** @type {number} */ index) => (wishes[index]?.first ? -Infinity : wishes[index]?.away ?? 0);
+  const order = [...requests.keys()].filter((index) => requests[index] && isIn(requests[index], view));
+  const rank = (/** @type {number} */ index) => (requests[index]?.first ? -Infinity : requests[index]?.away ?? 0);
   order.sort((a, b) => rank(a) - rank(b));
   for (const index of order) {
-    const wish = /** @type {Wish} */ (wishes[index]);
-    const x = within(wish.x + ASIDE_PX, view.width - wish.width - EDGE_PX);
-    const y = within(wish.y - ABOVE * wish.height, view.height - wish.height - EDGE_PX);
-    const box = { left: x, top: y, right: x + wish.width, bottom: y + wish.height };
+    const request = /** @type {LabelRequest} */ (requests[index]);
+    const x = within(request.x + ASIDE_PX, view.width - request.width - EDGE_PX);
+    const y = within(request.y - ABOVE * request.height, view.height - request.height - EDGE_PX);
+    const box = { left: x, top: y, right: x + request.width, bottom: y + request.height };
     if (boxes.some((other) => meet(box, other))) continue;
     boxes.push(box);
     corners[index] = { x, y };

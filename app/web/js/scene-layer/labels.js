@@ -3,7 +3,7 @@ import { h } from "../dom.js";
 
 import { isIn, laidOut } from "./label-layout.js";
 
-/** @import { Box, Wish } from "./label-layout.js" */
+/** @import { Box, LabelRequest } from "./label-layout.js" */
 /** @import { SceneHooks, Three } from "./hooks.js" */
 /** @import { LabelView } from "../types.js" */
 
@@ -98,14 +98,14 @@ export class SceneLabels {
    */
   beadCorners(camera, facing) {
     const entries = this.shown.filter(({ kind }) => isBead(kind));
-    const wishes = entries.map(({ kind, position, width, height }) => {
+    const requests = entries.map(({ kind, position, width, height }) => {
       const first = kind === CHOSEN;
       const at = first || facing(position) > HIDDEN ? this.hooks.project(position, camera) : null;
-      /** @type {Wish | null} */
-      const wish = at && { ...at, width, height, first, away: this.hooks.world(position).distanceTo(camera.position) };
-      return wish;
+      /** @type {LabelRequest | null} */
+      const request = at && { ...at, width, height, first, away: this.hooks.world(position).distanceTo(camera.position) };
+      return request;
     });
-    const corners = laidOut(wishes, this.hooks.size, this.cards);
+    const corners = laidOut(requests, this.hooks.size, this.cards);
     return new Map(entries.map((entry, index) => [entry, corners[index]]));
   }
 

@@ -41,7 +41,7 @@ export class CloseUp {
     pane.centre(position);
   }
 
-  /** A slice that somebody zoomed meanwhile stays as it is. */
+  /** A slice that the user zoomed meanwhile is not changed. */
   back() {
     for (const [pane, { before, near }] of this.zooms) {
       if (pane.zoom !== near) continue;

@@ -1,10 +1,10 @@
-// The place that all slices go through: moved here at once, and told to the planner, whose 3D view follows.
+// The crosshair of all slices: moved here at once, and sent to the planner, whose 3D view follows.
 /** @import { Connection } from "../connection.js" */
 /** @import { Triple } from "./grid.js" */
 /** @import { SlicesSection } from "../types.js" */
 
 const SAME_MM = 2e-3; // places come back rounded to 0.001 mm
-const COLLECT_MS = 50; // wishes are collected, so that a wheel cannot flood the planner
+const COLLECT_MS = 50; // requests are collected, so that a wheel cannot flood the planner
 
 /** Says `move` when the place is another one, `elsewhere` when that was not asked for here. */
 export class Crosshair extends EventTarget {
@@ -15,8 +15,8 @@ export class Crosshair extends EventTarget {
     /** @type {Triple | null} */
     this.known = null; // the planner's
     /** @type {Triple | null} */
-    this.wanted = null; // the newest wish, until it is answered
-    /** @type {Triple[]} wishes that are not answered yet, oldest first */
+    this.wanted = null; // the newest request, until it is answered
+    /** @type {Triple[]} requests that are not answered yet, oldest first */
     this.sent = [];
     /** @type {ReturnType<typeof setTimeout> | null} */
     this.timer = null;

@@ -1,4 +1,4 @@
-// Window and level: changed here at once, and told to the planner, which draws the slices in the 3D view.
+// Window and level: changed here at once, and sent to the planner, which draws the slices in the 3D view.
 /** @import { Connection } from "../connection.js" */
 /** @import { SlicesSection } from "../types.js" */
 /** @import { Greys, Threshold } from "./shade.js" */
@@ -84,7 +84,7 @@ export class GreyValues extends EventTarget {
     this.dispatchEvent(new Event("change"));
   }
 
-  /** Another line: nothing that was told before is answered. */
+  /** After a reconnect nothing that was sent before is answered. */
   forget() {
     this.sent = [];
   }

@@ -1,4 +1,4 @@
-// Below the slices: what is laid over the head, by which transform, and how much of it is seen. The plan keeps it.
+// Below the slices: the overlay of the head, its transform and its opacity, which the plan stores.
 import { clearErrors, confirm, note } from "../dialogs.js";
 import { fillOptions, h, whenChanged } from "../dom.js";
 import { heldNumber, numberInput, showNumber } from "../fields.js";
@@ -142,7 +142,7 @@ export class OverlayControls extends EventTarget {
     this.window.value = known?.name ?? OWN;
   }
 
-  /** Have the worker lay what is chosen, once. */
+  /** Have the worker load the chosen overlay, once. */
   lay() {
     const picked = this.picked;
     this.more.hidden = !picked;

@@ -1,4 +1,4 @@
-// A second volume laid over the first: where it comes from, how it is placed, how much of it is seen.
+// A second volume overlaid on the first: its source, its transform, its opacity.
 import { inverse } from "./grid.js";
 /** @import { Raster } from "./cut.js" */
 /** @import { Triple } from "./grid.js" */

@@ -1,4 +1,4 @@
-// Painting on the slices: a stroke is drawn here at once, and is one command to the planner, which keeps the label.
+// Painting on the slices: a stroke is drawn here at once, and is one command to the planner, which stores the label.
 import { note } from "../dialogs.js";
 import { h } from "../dom.js";
 import { paintBrush } from "../paint-brush.js";
@@ -85,7 +85,7 @@ export class Painting {
     this.redraw();
   }
 
-  /** The stroke is done: the planner keeps it. */
+  /** The stroke is finished: the planner stores it. */
   async end() {
     const { stroke } = this;
     const { label } = paintBrush;

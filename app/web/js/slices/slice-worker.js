@@ -12,9 +12,9 @@ import { shade, tableOf } from "./shade.js";
 /** @import { OverlayLook, Transform } from "./overlay.js" */
 /** @import { Greys } from "./shade.js" */
 
-/** @typedef {{ name: string, colour: string, closed: boolean }} OutlineWish a surface of the case; closed: where its volume ends, by faces that are not drawn */
+/** @typedef {{ name: string, colour: string, closed: boolean }} OutlineRequest a surface of the case; closed: where its volume ends, by faces that are not drawn */
 /** @typedef {{ kind: "open", head: number, caseId: string, volumes: string[] }} OpenOrder volumes: the widest first; finer ones are drawn over it */
-/** @typedef {{ kind: "outlines", head: number, caseId: string, outlines: OutlineWish[] }} OutlinesOrder */
+/** @typedef {{ kind: "outlines", head: number, caseId: string, outlines: OutlineRequest[] }} OutlinesOrder */
 /** @typedef {{ kind: "draw", head: number, id: number, view: string, raster: Raster, greys: Greys, outlines: boolean, overlay: OverlayLook | null }} DrawOrder */
 /** @typedef {{ kind: "overlay", head: number, caseId: string | null, volume: string | null, transform: Transform }} OverlayOrder caseId: whose volume is laid over; null: none. volume: its name; null: the widest */
 /** @typedef {{ kind: "read", head: number, id: number, places: Triple[] }} ReadOrder */

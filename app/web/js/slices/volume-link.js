@@ -4,7 +4,7 @@
 /** @import { Brush } from "./label-paint.js" */
 /** @import { OverlayLook, Transform } from "./overlay.js" */
 /** @import { Greys } from "./shade.js" */
-/** @import { OutlineWish } from "./slice-worker.js" */
+/** @import { OutlineRequest } from "./slice-worker.js" */
 
 /** @typedef {"none" | "loading" | "ready" | "failed"} LinkState */
 /**
@@ -68,7 +68,7 @@ export class VolumeLink extends EventTarget {
     if (this.state === "failed") this.open(this.caseId, this.volumes);
   }
 
-  /** @param {OutlineWish[]} outlines */
+  /** @param {OutlineRequest[]} outlines */
   outline(outlines) {
     this.worker.postMessage({ kind: "outlines", head: this.head, caseId: this.caseId, outlines });
   }
@@ -173,7 +173,7 @@ export class VolumeLink extends EventTarget {
     this.waiting.delete(id);
   }
 
-  /** Nothing that was asked so far is answered any more. */
+  /** No pending request is answered any more. */
   giveUp() {
     const asked = [...this.waiting.values()];
     this.waiting.clear();

@@ -1,4 +1,4 @@
-"""Teleoperation in closed loop: a master's motion in path following, free motion and inspection (Li 2007, V.F)."""
+"""Teleoperation in closed loop: a master in path following, free motion and inspection (Li 2007, section V.F)."""
 
 from __future__ import annotations
 

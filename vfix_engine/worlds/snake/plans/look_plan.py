@@ -1,6 +1,6 @@
 """Planning of views: bends of the distal links that look in a direction, and a path to each of them.
 
-The bends (10)-(19) of Kwok 2013 have two parameters and are made for the position of the tip. In a lumen whose own
+The bends of Kwok 2013, eq. 10-19, have two parameters and are made for the position of the tip. In a lumen whose own
 bends have the joints at their limits they reach few directions. Here all joints are free: a quadratic program
 turns the view a little, slides along the walls, and every piece of the path is certified by the hard limits before the
 next is computed. So a planned path can be executed.
