@@ -71,5 +71,4 @@ def check_point(point: PlanPoint) -> PlanPoint:
     check_position(point.position)
     if check_roll(point.roll_deg) is not None and point.direction is None:
         raise PlanError("a shaft's roll is about its direction; give the direction as well.")
-    direction = check_direction(point.direction)
-    return point if direction == point.direction else replace(point, direction=direction)
+    return replace(point, direction=check_direction(point.direction))

@@ -74,7 +74,7 @@ class ChooseTool(PlanEdit, frozen=True):
         shape = msgspec.to_builtins(self.tool)
         checked = check_tool_shape({name: value for name, value in shape.items() if name != "name"})
         shaped_tool(self.tool.name, **checked)
-        return replace(content, robot=without_placement(content.robot)).with_tool(self.tool.name, checked)
+        return content.with_tool(self.tool.name, checked)
 
 
 class ChooseToolByName(PlanEdit, frozen=True):

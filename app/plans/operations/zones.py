@@ -10,7 +10,7 @@ from msgspec import UNSET, Meta, UnsetType
 
 from app.kit.values import new_id
 from app.operations.fields import Identifier, Name
-from app.plans.model import PlanContent, drive_parts, without_placement
+from app.plans.model import PlanContent, drive_parts
 from app.plans.operations.base import PlanEdit, Plans, StoredPlan, found, put, without
 from app.plans.zones import COLOURS, LARGEST_DEPTH_MM, Firmness, PlanZone, RemovedBone, check_zones
 from vfix_engine.errors import PlanError
@@ -155,7 +155,7 @@ def keeping_placement(content: PlanContent, changed: PlanContent) -> PlanContent
     """What the content became; a placement of the robot is dropped where it was made among other obstacles."""
     if drive_parts(changed) == drive_parts(content):
         return changed
-    return replace(changed, robot=without_placement(content.robot))
+    return changed.without_placement()
 
 
 def _with_zones(content: PlanContent, zones: Sequence[PlanZone]) -> PlanContent:

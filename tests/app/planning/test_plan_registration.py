@@ -44,7 +44,10 @@ def planning(services: Services, registered: DrivenRegistration | None) -> Plann
 
 def registered_sample(services: Services) -> Plan:
     """The sample plan with a registration, which the doubles of `planning` do not look up."""
-    return replace(services.plans.get(SAMPLE_PLAN), registration="registration-1")
+    return replace(
+        services.plans.get(SAMPLE_PLAN),
+        content=replace(services.plans.get(SAMPLE_PLAN).content, registration="registration-1"),
+    )
 
 
 def test_a_path_that_is_nearer_to_bone_than_the_registration_is_exact_is_tight(phantom_services: Services) -> None:

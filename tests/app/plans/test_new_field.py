@@ -60,12 +60,6 @@ ADDED: dict[str, dict[str, str]] = {
     },
 }
 
-# In the file of the content, where its JSON is written and read field by field.
-BY_HAND = {
-    r'        "registration": content\.registration,\n': '        "urgency": content.urgency,\n',
-    r'            check_registration_id\(data\.get\("registration"\)\),\n': '            data.get("urgency"),\n',
-}
-
 
 @pytest.fixture(scope="module")
 def copy(tmp_path_factory: pytest.TempPathFactory) -> Path:
@@ -81,9 +75,9 @@ def copy(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for name, lines in ADDED.items():
         file = folder / name
         text = file.read_text(encoding="utf-8")
-        for place, line in (lines | (BY_HAND if name == CONTENT else {})).items():
+        for place, line in lines.items():
             found = list(re.finditer(place, text))
-            assert found or place in BY_HAND, f"{name}: {place}"
+            assert found, f"{name}: {place}"
             for one in reversed(found):
                 source = re.search(r"[\w.]+(?=\.notes,)", one[0])
                 text = text[: one.end()] + line.replace("PLAN", source[0] if source else "") + text[one.end() :]
