@@ -84,7 +84,7 @@ def suggest_a_path(page: NamedPage) -> None:
 
 def read_the_verdict(page: NamedPage) -> None:
     page.judged()
-    page.says("Simulated from entry to the end of the path.")
+    page.says("Fits")
     page.press("Show me")
     page.wait("the tool", lambda: page.station.state("corridor")["shown_mm"] is not None)
     page.scroll_to("Path")
@@ -107,7 +107,7 @@ def drag_a_point(page: NamedPage) -> None:
         mouse.move(x, y - 10 * part)
         page.page.wait_for_timeout(150)
     page.wait("the live verdict", lambda: station.state("corridor")["state"] == "drag")
-    page.says("Provisional, while you drag")
+    page.says("while you drag")
     page.album.add("planning_drag", page.page.screenshot())
     mouse.up()
     page.judged()

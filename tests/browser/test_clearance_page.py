@@ -20,13 +20,14 @@ def test_the_verdict_and_the_plot_show_the_tool_at_its_places(
     verdict = station.wait_for("the verdict", lambda: (station.state("corridor") or {}).get("verdict"), DRIVEN_S)
     assert verdict["level"] == "fits"
     pattern = re.compile(r"^Fits\. 1\..* mm to bone.*Presses soft tissue along", re.DOTALL)
-    expect(page.locator("#verdict")).to_have_text(pattern, use_inner_text=True)
-    words = page.locator("#verdict").inner_text()
+    page.click("#verdict-why")
+    expect(page.locator("#verdict-words")).to_have_text(pattern, use_inner_text=True)
+    words = page.locator("#verdict-words").inner_text()
     # Once on the page, and not in the line below as well.
     expect(page.locator(f"text={words[:40]}")).to_have_count(1)
     expect(page.locator("#verdict")).to_have_attribute("data-level", "fits")
 
-    page.locator("#verdict .place").first.click()
+    page.locator("#verdict-words .place").first.click()
     shown = station.wait_for("the tool", lambda: station.state("corridor")["shown_mm"])
     assert abs(shown - next(part["s_mm"] for part in verdict["parts"] if part["s_mm"] is not None)) < 0.3
     expect(page.locator("#profile-reading")).to_have_text(re.compile("^At "), use_inner_text=True)
@@ -72,17 +73,16 @@ def test_the_verdict_and_the_plot_show_the_tool_at_its_places(
 
 
 def say_the_same(station: Workstation, rest: Rest, plan_id: str, level: str) -> None:
-    """HAZ-40: banner, panel, bar and REST."""
+    """HAZ-40: the card and its sentences, REST, and the line above, which says only what to do next."""
     report = rest.client.get(f"/api/v1/plans/{plan_id}/report").json()["chosen"]
     assert report["verdict"] == level
     begins, page = re.compile(rf"^{re.escape(report['short'])}\. "), station.page
-    for place in ("#hint", "#verdict"):
-        expect(page.locator(place)).to_have_text(begins, use_inner_text=True)
-        expect(page.locator(f"{place} .verdict-head")).to_have_text(f"{report['short']}.", use_inner_text=True)
-    expect(page.locator("#bar-verdict .reading-value")).to_have_text(f"{report['short']}.", use_inner_text=True)
-    look = "([at, of, name]) => getComputedStyle(document.querySelector(at), of)[name]"
-    dot = page.evaluate(look, ["#hint-mark", None, "backgroundColor"])
-    assert dot == page.evaluate(look, ["#verdict", None, "borderLeftColor"])
-    assert dot == page.evaluate(look, ["#bar-verdict .reading-value", "::before", "backgroundColor"])
+    expect(page.locator("#verdict-words")).to_have_text(begins, use_inner_text=True)
+    expect(page.locator("#verdict-words .verdict-head")).to_have_text(f"{report['short']}.", use_inner_text=True)
+    expect(page.locator("#card .card-word")).to_contain_text(level.capitalize(), use_inner_text=True)
+    assert not page.locator("#hint").inner_text().startswith(report["short"])
+    expect(page.locator("#statusbar")).to_be_hidden()  # it is of a drive
+    look = "(at) => getComputedStyle(document.querySelector(at)).backgroundColor"
     red = page.locator("#legend .legend-unknown", has_text="blocked or pierced").locator(".legend-swatch")
-    assert (dot == red.evaluate("(node) => getComputedStyle(node).backgroundColor")) == (level == "blocked")
+    same = page.evaluate(look, ".card-icon") == red.evaluate("(node) => getComputedStyle(node).backgroundColor")
+    assert same == (level == "blocked")

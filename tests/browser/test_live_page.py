@@ -34,7 +34,7 @@ def test_a_dragged_point_is_judged_live_and_placed_again_on_release(open_page: O
     expect(page.locator("#verdict")).to_be_visible()
     expect(page.locator("table.points").first).to_be_visible()
     assert page.evaluate("""() => {
-      const [verdict, table] = ["#verdict", "table.points"].map((part) => document.querySelector(part));
+      const [verdict, table] = ["#card", "table.points"].map((part) => document.querySelector(part));
       return verdict.getBoundingClientRect().y < table.getBoundingClientRect().y;
     }""")
     station.drag_by(before["points"][4]["position"], (4, -18))
@@ -46,12 +46,13 @@ def test_a_dragged_point_is_judged_live_and_placed_again_on_release(open_page: O
         return corridor["state"] == "drag" and corridor["verdict"] != stored and not stale.count() and corridor
 
     live = station.wait_for("the live verdict", judged, DRIVEN_S)
-    expect(said).to_have_text(re.compile("^Provisional, while you drag: the robot"), use_inner_text=True)
+    expect(said).to_have_text("while you drag", use_inner_text=True)
+    expect(said).to_have_attribute("title", re.compile("^Provisional, while you drag: the robot"))
     assert rest.plan(plan_id)["revision"] == before["revision"], "nothing live is stored"
     station.picture("live-drag")
     page.mouse.up()
     station.wait_for("one edit", lambda: rest.plan(plan_id)["revision"] == before["revision"] + 1)
-    expect(said).to_have_text("Simulated from entry to the end of the path.", timeout=1000.0 * DRIVEN_S)
+    expect(said).to_have_attribute("title", "Simulated from entry to the end of the path.", timeout=1000.0 * DRIVEN_S)
     corridor = station.state("corridor")
     assert corridor["state"] == "current"
     assert corridor["verdict"] != live["verdict"]
@@ -82,7 +83,7 @@ def test_the_selected_target_tells_from_where_it_is_seen(open_page: OpenPage, re
 
 def test_the_shaft_is_turned_by_its_ball(open_page: OpenPage, rest: Rest) -> None:
     plan_id = rest.copy_of_sample("Turned")
-    point = rest.plan(plan_id)["points"][2]
+    point = rest.plan(plan_id)["points"][3]
     body = {"direction": [0.0, -0.95, -0.31]}
     rest.client.put(f"/api/v1/plans/{plan_id}/points/{point['id']}/shaft", json=body).raise_for_status()
     station = opened(open_page, plan_id)
@@ -90,15 +91,15 @@ def test_the_shaft_is_turned_by_its_ball(open_page: OpenPage, rest: Rest) -> Non
     page.locator(f"tr[data-item='{point['id']}']").click()
     station.wait_for("the shaft", lambda: station.state("shaft")["words"].startswith("The shaft leaves"))
     station.settle()
-    ball = [p + 30.0 * d for p, d in zip(point["position"], before["points"][2]["direction"], strict=True)]
+    ball = [p + 30.0 * d for p, d in zip(point["position"], before["points"][3]["direction"], strict=True)]
     station.drag_by(ball, (0, 30))
     station.wait_for("the live verdict", lambda: station.state("corridor")["state"] == "drag", DRIVEN_S)
     assert rest.plan(plan_id)["revision"] == before["revision"]
     station.picture("live-shaft")
     page.mouse.up()
     station.wait_for("one edit", lambda: rest.plan(plan_id)["revision"] == before["revision"] + 1)
-    turned = rest.plan(plan_id)["points"][2]["direction"]
-    assert turned != before["points"][2]["direction"]
+    turned = rest.plan(plan_id)["points"][3]["direction"]
+    assert turned != before["points"][3]["direction"]
     page.keyboard.press("Control+z")
     station.wait_for("undo", lambda: rest.plan(plan_id)["points"] == before["points"])
     assert station.errors == []

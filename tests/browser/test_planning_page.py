@@ -30,12 +30,12 @@ def test_the_page_opens_on_the_head_with_a_plan_that_fits(open_page: Open, rest:
     expect(station.page.locator("#where-case")).to_have_text(station.state("case")["name"])
     expect(station.page.locator("#notice")).to_be_visible()
     expect(station.page.locator("#notice")).to_contain_text("clinical", use_inner_text=True)
-    expect(station.page.locator("#hint")).to_contain_text("Fits. ", use_inner_text=True)
+    expect(station.page.locator("#card .card-word")).to_contain_text("Fits", use_inner_text=True)
     corridor = station.state("corridor")
     assert corridor["min_clearance_mm"] >= corridor["scale"]["margin"]
     verdict = re.compile(r"^Fits\. .* to bone.*Presses soft tissue along", re.DOTALL)
-    expect(station.page.locator("#verdict")).to_have_text(verdict, use_inner_text=True)
-    expect(station.page.locator("#margin-warning"), "what the surface may be off is added to the margin").to_be_hidden()
+    expect(station.page.locator("#verdict-words")).to_have_text(verdict)
+    assert corridor["warning"] == "", "what the surface may be off is added to the margin"
     station.wait_for("the voxels", lambda: station.page.evaluate("vfix.slices.link.ready"))
     shown = "vfix.slices.panes.filter((pane) => pane.stage.clientWidth)"
     drawn = f"{shown}.length >= 3 && {shown}.every((pane) => pane.canvas.width > 1 && !pane.pictures.childElementCount)"
@@ -151,7 +151,7 @@ def test_nothing_overlaps_on_a_small_screen(open_page: Open) -> None:
     station.wait_for("the dry run", lambda: (station.state("corridor") or {}).get("completed") is True, DRIVEN_S)
     expect(station.page.locator("#legend")).to_be_visible()
     station.slices_stand()
-    parts = (".brand", "#where", "#steps", "#notice", "#hint", "#panel", ".viewer", "#slices", "#statusbar")
+    parts = (".brand", "#where", "#steps", "#notice", "#hint", "#card", "#panel", ".viewer", "#slices", "#statusbar")
     tools = (".views", ".tool-strip.column", "#scale-bar", "#legend")
     found = station.page.evaluate(BOXES, [*parts, *tools])  # all at one moment
     boxes, overlays = ({part: found[part] for part in group} for group in (parts, tools))

@@ -281,7 +281,7 @@ def test_robot_tool_and_remote_centre_are_chosen_with_keys_on_a_small_screen(
     within = "document.documentElement.scrollWidth <= innerWidth"
     station.wait_for("nothing beside the page", lambda: page.evaluate(within))
     limit = "joint 2 (shoulder_pitch) at its limit"
-    expect(page.locator("#verdict")).to_contain_text(limit, use_inner_text=True, timeout=1000.0 * DRIVEN_S)
+    expect(page.locator("#verdict-words")).to_contain_text(limit, timeout=1000.0 * DRIVEN_S)
     station.tab_to("#plan-tool")  # a list that has the focus leaves undo to the plan
     page.keyboard.press("Control+z")
     station.wait_for("the robot before", lambda: station.state("plan")["robot"]["name"] == "steady_hand")
@@ -302,7 +302,7 @@ def test_robot_tool_and_remote_centre_are_chosen_with_keys_on_a_small_screen(
     expect(page.locator("#centre-mm")).to_have_value("7")
     expect(page.locator("#centre-place")).to_have_value("entry")
     centre = "Simulated with the remote centre at 7.0 mm"
-    expect(page.locator("#drive-verdict")).to_contain_text(centre, use_inner_text=True, timeout=1000.0 * DRIVEN_S)
+    expect(page.locator("#verdict-words")).to_contain_text(centre, timeout=1000.0 * DRIVEN_S)
     expect(page.locator("#start")).to_be_enabled()
     station.tab_to("#start", back=True)
     page.keyboard.press("Enter")

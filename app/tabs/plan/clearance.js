@@ -1,7 +1,7 @@
 // Clearance along the path: clearance to bone and to each structure to spare, and depth in soft tissue over arc length, and the tool at one place of it.
 import { h, svg, whenChanged } from "/static/js/dom.js";
 import { colourOf, curveWords, placeWords } from "/static/js/clearance-words.js";
-import { isOld } from "/static/js/dry-run.js";
+import { isOld } from "/static/js/verdict-card.js";
 import { fixed } from "/static/js/format.js";
 
 /** @import { Connection } from "/static/js/connection.js" */

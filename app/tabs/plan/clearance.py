@@ -10,9 +10,10 @@ from app.kit.kept import Same
 from app.kit.values import Position
 from app.planning.piercing import Pierced
 from app.planning.plan_evaluation import PlanEvaluation
+from app.planning.verdict_figures import VerdictFigure, verdict_figures
 from app.scene.pierced import PiercedNodes
 from app.scene.tool_ghost import ToolGhost
-from app.tabs.plan.sections import ClearanceProfile, ObstacleCurve, PiercedView, VerdictView
+from app.tabs.plan.sections import ClearanceProfile, FigureView, ObstacleCurve, PiercedView, VerdictView
 from app.workspace.layers import Layer
 from vfix_engine.arrays import Array
 
@@ -53,6 +54,7 @@ def verdict_view(evaluation: PlanEvaluation) -> VerdictView:
         "short": verdict.short,
         "tissue_level": verdict.tissue_level,
         "parts": [{"words": part.words, "s_mm": part.s_mm, "detail": part.detail} for part in verdict.parts],
+        "figures": [_figure(figure) for figure in verdict_figures(evaluation)],
         "pierced": _pierced(verdict.pierced),
         "show_mm": float(show or 0.0),
         "nearest": verdict.nearest,
@@ -60,6 +62,17 @@ def verdict_view(evaluation: PlanEvaluation) -> VerdictView:
         "nearest_mm": float(verdict.s_mm or 0.0),
         "length_mm": round(evaluation.length_mm, 3),
         "profile": plotted,
+    }
+
+
+def _figure(figure: VerdictFigure) -> FigureView:
+    return {
+        "name": figure.name,
+        "value": None if figure.value is None else round(figure.value, 3),
+        "level": figure.level,
+        "s_mm": figure.s_mm,
+        "whole_mm": figure.whole_mm,
+        "digits": figure.digits,
     }
 
 

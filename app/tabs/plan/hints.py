@@ -1,4 +1,4 @@
-"""The hint line of the Plan tab: the verdict once there is one, and what to do next."""
+"""The hint line of the Plan tab: what to do next. The verdict itself is in the card."""
 
 from __future__ import annotations
 
@@ -28,14 +28,13 @@ def plan_hint(
     ghost: bool,
     locked: bool,
     verdict: tuple[Level, Reason] | None,
-    short: str,
 ) -> str:
-    """verdict: level and reason; None while it is not known, or where the dry run has failed. short: it in words."""
+    """verdict: level and reason; None while it is not known, or where the dry run has failed."""
     if ghost:
         return "Is this the right place? Enter or ‘Add here’ adds it, Esc takes it back."
     if verdict is not None:
         level, reason = verdict
-        return f"{short}. {_LOCKED if locked else _next(level, reason, targets, add_mode)}"
+        return _LOCKED if locked else _next(level, reason, targets, add_mode)
     if locked:
         return _LOCKED
     if add_mode == "target":
@@ -44,8 +43,6 @@ def plan_hint(
         return "Click the place where the tool goes in: at the nostril, in the head or in a slice."
     if points == 1:
         return "Click the next place of the path, further in. Slices and the cut-away show the air."
-    if short:
-        return f"{short}."
     return "Drag a point to move it, or click to add one; the verdict follows."
 
 

@@ -1,9 +1,8 @@
 // Plan: the points of the path and the targets, and what the tool makes of them.
 import { fillListRow, group, h, iconButton, keyed, listRow, whenChanged } from "/static/js/dom.js";
-import { mm, sentence, when } from "/static/js/format.js";
+import { mm, when } from "/static/js/format.js";
 import { placeWords, sideWords } from "/static/js/slices/place-words.js";
 import { FRAME_QUESTION, askChoices, askForImages, askName, clearErrors, confirm, note, noteDone, noteEdit } from "/static/js/dialogs.js";
-import { DryRun } from "/static/js/dry-run.js";
 import { UsedRegistration } from "/static/js/used-registration.js";
 import { ClearanceGroup } from "./clearance.js";
 import { ConeGroup } from "./cones.js";
@@ -70,10 +69,8 @@ export default class PlanPanel {
     this.pathWords = h("p", { class: "words" });
     this.targetWords = h("p", { class: "empty" });
     this.emptyPlan = new EmptyPlan();
-    this.dryRun = new DryRun(connection, "verdict");
     this.registration = new UsedRegistration("plan-registration", false);
     this.clearance = new ClearanceGroup(connection);
-    this.marginWarning = h("p", { class: "words caution", id: "margin-warning" });
     this.exports = EXPORTS.map(([format, label, words]) =>
       h("button", { type: "button", class: "export", title: words, "data-format": format, onclick: () => this.export(format) }, label));
     this.instruments = new InstrumentsGroup(connection);
@@ -88,7 +85,7 @@ export default class PlanPanel {
     this.opened = new RegionsGroup(connection, "remove");
     this.element = h("div", {},
       group("A click adds", [this.undoButton, this.redoButton, this.lockButton], this.modes, this.lockWords),
-      group("Path", null, this.emptyPlan.element, this.dryRun.element, this.registration.element, this.clearance.element, this.marginWarning, this.table("point", this.points), this.pathWords),
+      group("Path", null, this.emptyPlan.element, this.registration.element, this.clearance.element, this.table("point", this.points), this.pathWords),
       folding("paths", this.paths.element, true),
       folding("suggest", this.suggest.element, true),
       folding("instruments", this.instruments.element, true),
@@ -166,10 +163,7 @@ export default class PlanPanel {
     this.targetWords.textContent = plan && !plan.targets.length ? "No targets yet. Choose ‘Target’ above and click what is to be inspected." : "";
     this.targetWords.hidden = this.targetWords.textContent === "";
     this.pathWords.textContent = plan && plan.points.length > 1 ? `Spline of degree ${plan.degree}, ${mm(plan.length_mm)} long.` : "";
-    this.dryRun.update(corridor);
     this.clearance.update(corridor);
-    this.marginWarning.textContent = corridor?.warning ? `${sentence(corridor.warning)}.` : "";
-    this.marginWarning.hidden = !corridor?.warning;
     for (const button of this.exports) button.disabled = !plan;
     this.renderSelected(plan);
   }

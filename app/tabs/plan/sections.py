@@ -165,8 +165,21 @@ class PiercedView(TypedDict):
     end: Position
 
 
+class FigureView(TypedDict):
+    """A figure of the verdict, see `VerdictFigure`."""
+
+    name: str
+    value: float | None
+    level: Level
+    s_mm: float | None
+    whole_mm: float | None
+    digits: int
+
+
 class VerdictView(TypedDict):
     """The verdict on the path: level from bone and reach, tissue_level from soft tissue; short: in a few words.
+
+    figures: the one that decides first.
 
     pierced: what is drawn in red; None where the tool pierces nothing.
     show_mm: arc length of the place to look at first. nearest: name of what leaves least above its margin, bone or a
@@ -177,6 +190,7 @@ class VerdictView(TypedDict):
     short: str
     tissue_level: TissueLevel
     parts: list[VerdictPart]
+    figures: list[FigureView]
     pierced: PiercedView | None
     show_mm: float
     nearest: str

@@ -321,7 +321,6 @@ class PlanTab(Tab):
             edited.ghost is not None,
             edited.locked,
             None if shown.verdict is None else (shown.verdict.level, shown.verdict.reason),
-            shown.short,
         )
 
     def subject(self) -> object:

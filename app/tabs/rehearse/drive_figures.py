@@ -52,12 +52,9 @@ class DryRunFigures:
         )
 
     @property
-    def ends_words(self) -> str:
-        """The verdict in a few words, and where the dry run ends and why; '' if it reaches the end and fits."""
-        if self.completed:
-            return self.verdict
-        ends = f"The dry run ends at {self.reached_mm:.0f} of {self.length_mm:.0f} mm: {self.reason}"
-        return ". ".join(filter(None, (self.verdict, ends)))
+    def doubtful(self) -> bool:
+        """Whether it does not reach the end, or does not fit."""
+        return not self.completed or bool(self.verdict)
 
 
 class DriveFigures:

@@ -12,13 +12,13 @@ def rehearse_hint(
     phase: str,
     targets: int,
     changed: bool,
-    ends: str = "",
+    doubtful: bool = False,
     blocked: str = "",
 ) -> str:
     """free: no client holds the handle. changed: the plan differs from the driven one. targets: of the driven one.
 
     blocked: why the robot is not driven with the registration by which it was placed, '' where it is.
-    mode, phase: of the newest snapshot. ends: the verdict of a path that does not fit, and where its dry run ends.
+    mode, phase: of the newest snapshot. doubtful: the verdict of the path is not that it fits.
     """
     if points < 2:
         return "A rehearsal needs a path of two points at least. Go back to Plan."
@@ -40,8 +40,8 @@ def rehearse_hint(
         return "The plan has changed. Reset to entry takes it as it is now; until then the path before is driven."
     if state == "paused":
         return "Paused. Press Continue to go on from here, or Reset to entry."
-    if state != "running" and ends:
-        return f"{ends.rstrip('.')}. You can still start; the tool stops before bone, not before skin."
+    if state != "running" and doubtful:
+        return "You can still start; the tool stops before bone, not before skin."
     if state != "running":
         return "The robot stands at the entry. Press Start, then drag the blue sphere on the shaft or hold ↑."
     if mode == "inspect" and phase == "inspect_hold":

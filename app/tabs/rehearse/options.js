@@ -1,6 +1,5 @@
 // What else holds the tool: the options of a rehearsal, where its remote centre is, and what the dry run makes of them.
 import { fillOptions, h, group, keyed, whenChanged } from "/static/js/dom.js";
-import { DryRun } from "/static/js/dry-run.js";
 import { fixed, sentence } from "/static/js/format.js";
 
 /** @import { Connection } from "/static/js/connection.js" */
@@ -30,14 +29,12 @@ export class OptionsGroup {
       h("label", { class: "field" }, h("span", { class: "field-label" }, h("span", {}, "Along the path"), this.shownMm), this.mm),
       this.trouble);
     this.words = h("p", { class: "words caution", role: "status", id: "option-words", hidden: true });
-    this.dryRun = new DryRun(connection, "drive-verdict");
-    this.element = group("What else holds the tool", null, this.options, this.words, this.dryRun.element);
+    this.element = group("What else holds the tool", null, this.options, this.words);
   }
 
   /** @param {ViewModel} state */
-  update({ options, corridor }) {
+  update({ options }) {
     this.changed([options], () => this.render(options));
-    this.dryRun.update(corridor);
   }
 
   /** @param {OptionsSection | undefined} options */

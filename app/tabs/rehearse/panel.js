@@ -1,6 +1,6 @@
 // Rehearse: the robot at the entry, the handle in the hand, and the words of what holds it.
 import { fillOptions, h, group, whenChanged } from "/static/js/dom.js";
-import { isOld } from "/static/js/dry-run.js";
+import { isOld } from "/static/js/verdict-card.js";
 import { fixed, mm, sentence } from "/static/js/format.js";
 import { holdButton } from "/static/js/hold.js";
 import { UsedRegistration } from "/static/js/used-registration.js";

@@ -153,13 +153,13 @@ class RehearseTab(RehearsalSession):
         points, targets = (0, 0) if plan is None else (len(plan.content.points), len(plan.content.targets))
         mode, phase = ("path", "") if now.snapshot is None else (now.snapshot.mode, now.snapshot.phase)
         free = self.drive is not None and now.holder is None
-        ends = ""
+        doubtful = False
         # Another margin than that of the dry run has another verdict, which the panel tells.
         if now.prepared is not None and now.prepared.planned is not None and not self._other_margin(now):
-            ends = now.prepared.planned.ends_words
+            doubtful = now.prepared.planned.doubtful
         blocked = self._withdrawn(now) if self._changed else ""
         state, changed = now.shown_state, self._changed
-        return rehearse_hint(points, state, now.mine, free, mode, phase, targets, changed, ends, blocked)
+        return rehearse_hint(points, state, now.mine, free, mode, phase, targets, changed, doubtful, blocked)
 
     def _other_margin(self, now: RehearsalRecord) -> bool:
         """Whether the margin was changed since the drive was prepared."""

@@ -14,6 +14,7 @@ import { SceneFrame } from "./scene.js";
 import { Slices } from "./slices.js";
 import { StatusBar } from "./status.js";
 import { Theme } from "./theme.js";
+import { VerdictCard } from "./verdict-card.js";
 
 /** @import { Link } from "./connection.js" */
 /** @import { Panel } from "./panel.js" */
@@ -34,6 +35,7 @@ class Page {
     this.help = new Help(() => this.firstTask.again());
     this.slices = new Slices(byId("slices"), this.connection);
     this.status = new StatusBar(byId("statusbar"));
+    this.card = new VerdictCard(this.connection);
     this.palette = new Palette({ connection: this.connection, slices: this.slices, panels: this.panels, actions: () => this.actions() });
     this.keys.shortcuts.push((event) => this.palette.key(event), (event) => this.help.key(event), (event) => this.layouts.key(event), (event) => this.scene.key(event));
     /** @type {HTMLElement | null | undefined} what had the focus when the line was lost */
@@ -109,7 +111,7 @@ class Page {
 
   /** @param {ViewModel} state */
   draw(state) {
-    this.changedTitle([state.case?.name, state.plan?.name, state.step, state.corridor?.short, state.corridor?.level, [...this.panels.keys()]], () => this.renderTitle(state));
+    this.changedTitle([state.case?.name, state.plan?.name, state.step, [...this.panels.keys()]], () => this.renderTitle(state));
     const current = state.step?.name;
     this.changedPlace([state.case?.id, state.plan?.id, current], clearErrors);
     const panel = current && this.panels.get(current);
@@ -119,6 +121,7 @@ class Page {
     this.layouts.offer(!state.case || state.case.has_volume, (state.curve?.points.length ?? 0) > 1);
     this.scene.update(state);
     this.slices.update(state);
+    this.card.update(state);
     this.status.update(state, panel ? panel.status : undefined);
     this.firstTask.update(state);
   }
@@ -130,7 +133,7 @@ class Page {
     byId("where-separator").hidden = !state.plan;
     byId("where").title = [state.case?.name, state.plan?.name].filter(Boolean).join(" / ");
     document.title = state.case ? `${state.case.name} – vfix` : "vfix";
-    this.renderHint(state);
+    byId("hint").textContent = state.step?.hint ?? ""; // what to do next
     for (const button of this.steps) {
       const name = button.dataset.step ?? "";
       if (name === state.step?.name) button.setAttribute("aria-current", "step");
@@ -142,19 +145,6 @@ class Page {
     if (!panel) return;
     if (show(byId("panel-content"), [panel.element])) byId("panel").scrollTop = 0; // else a step opens where the last was left
     show(byId("step-overlay"), panel.overlay ? [panel.overlay] : []);
-  }
-
-  /**
-   * What to do next; where it begins with the plan's verdict that stands out, and the dot has its colour.
-   * @param {ViewModel} state
-   */
-  renderHint({ step, corridor }) {
-    const words = step?.hint ?? "";
-    const head = corridor?.short ? `${corridor.short}.` : "";
-    const judged = step?.name === "plan" || step?.name === "rehearse";
-    byId("hint-mark").dataset.level = (judged && corridor?.level) || "";
-    if (head && words.startsWith(head)) byId("hint").replaceChildren(h("strong", { class: "verdict-head" }, head), words.slice(head.length));
-    else byId("hint").textContent = words;
   }
 
   /**

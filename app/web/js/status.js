@@ -1,9 +1,8 @@
-// The status bar: figures of the plan or of the drive, the verdict of the plan, and the details of the control loop.
+// The status bar, of a drive: its figures, and the details of the control loop.
 import { h } from "./dom.js";
-import { isOld } from "./dry-run.js";
 import { fixed, sentence } from "./format.js";
 /** @import { TabStatus } from "./panel.js" */
-/** @import { EvaluationSection, DetailsSection, ViewModel } from "./types.js" */
+/** @import { DetailsSection, ViewModel } from "./types.js" */
 
 /** @type {[Exclude<keyof DetailsSection, "priority">, string, number, string][]} name, label, digits, unit */
 const ROWS = [
@@ -16,9 +15,6 @@ export class StatusBar {
   constructor(root) {
     this.root = root;
     this.drive = new DriveStatus();
-    this.clearance = reading("Least clearance");
-    this.verdict = reading("Plan", "fill");
-    this.verdict.element.id = "bar-verdict";
     this.sheet = h("div", { class: "details-sheet", hidden: true, id: "details-sheet" });
     this.values = new Map(ROWS.map(([name]) => [name, h("dd", { class: "number" })]));
     this.priority = h("dd", {});
@@ -26,7 +22,7 @@ export class StatusBar {
       h("dt", {}, "Real-time priority"), this.priority));
     this.toggle = h("button", { type: "button", class: "plain", "aria-expanded": "false", "aria-controls": "details-sheet", onclick: () => this.fold() }, "Details");
     this.details = h("div", { class: "details" }, this.toggle, this.sheet);
-    root.append(this.verdict.element, this.details);
+    root.append(this.details);
   }
 
   fold() {
@@ -40,16 +36,10 @@ export class StatusBar {
    */
   update(state, own = this.drive) {
     const driving = state.step?.input === "drive";
-    this.show(driving ? own.elements : [this.clearance.element]);
-    if (driving) own.update(state);
-    const { corridor } = state;
-    this.clearance.label.textContent = corridor?.nearest ? `Least clearance to ${corridor.nearest}` : "Least clearance";
-    this.clearance.set(corridor?.min_clearance_mm, 2, "mm");
-    this.clearance.element.classList.toggle("caution", Boolean(corridor?.caution));
-    this.details.hidden = !driving; // they are of the control loop
-    this.verdict.element.hidden = driving && !state.plan;
-    this.verdict.say(planWords(corridor));
-    this.verdict.element.dataset.level = corridor?.level ?? "";
+    this.root.hidden = !driving;
+    if (!driving) return;
+    this.show(own.elements);
+    own.update(state);
     const details = state.details ?? {};
     for (const [name, , digits, unit] of ROWS) {
       const value = this.values.get(name);
@@ -59,11 +49,11 @@ export class StatusBar {
   }
 
   /**
-   * What stands before the verdict.
+   * What stands before the details.
    * @param {HTMLElement[]} elements
    */
   show(elements) {
-    if (this.root.firstElementChild !== elements[0]) this.root.replaceChildren(...elements, this.verdict.element, this.details);
+    if (this.root.firstElementChild !== elements[0]) this.root.replaceChildren(...elements, this.details);
   }
 }
 
@@ -118,14 +108,4 @@ export function reading(name, extra = "") {
     value.title = words; // where the bar cuts it short
   };
   return { element, label, set, say };
-}
-
-/**
- * The verdict's sentence, as banner and panel have it, or what goes on.
- * @param {EvaluationSection | null | undefined} corridor
- */
-function planWords(corridor) {
-  if (isOld(corridor)) return "Judging the path …";
-  if (corridor?.short) return `${corridor.short}.`;
-  return corridor?.status === "computing" ? "Driving the path …" : "–";
 }

@@ -60,6 +60,12 @@ export function titled(title, tools, content) {
   return html`<div class="group-head"><h2>${title}</h2>${tools ? html`<div class="buttons">${tools}</div>` : nothing}</div>${content}`;
 }
 
+/** @param {keyof typeof ICONS} name */
+export function iconTemplate(name) {
+  return html`<svg viewBox="0 0 16 16" aria-hidden="true"><path d=${ICONS[name]} fill="none" stroke="currentColor" stroke-width="1.4"
+    stroke-linecap="round" stroke-linejoin="round"></path></svg>`;
+}
+
 /**
  * A small square button with a picture and a name for those who cannot see it.
  * @param {keyof typeof ICONS} name
@@ -67,9 +73,7 @@ export function titled(title, tools, content) {
  * @param {(event: MouseEvent) => unknown} onclick
  */
 export function iconTool(name, label, onclick) {
-  return html`<button type="button" class="icon plain" title=${label} aria-label=${label} @click=${onclick}><svg
-    viewBox="0 0 16 16" aria-hidden="true"><path d=${ICONS[name]} fill="none" stroke="currentColor" stroke-width="1.4"
-    stroke-linecap="round" stroke-linejoin="round"></path></svg></button>`;
+  return html`<button type="button" class="icon plain" title=${label} aria-label=${label} @click=${onclick}>${iconTemplate(name)}</button>`;
 }
 
 /**

@@ -527,6 +527,8 @@ export interface ScaleView {
 /**
  * The verdict on the path: level from bone and reach, tissue_level from soft tissue; short: in a few words.
  *
+ * figures: the one that decides first.
+ *
  * pierced: what is drawn in red; None where the tool pierces nothing.
  * show_mm: arc length of the place to look at first. nearest: name of what leaves least above its margin, bone or a
  * structure to spare, nearest_curve: its curve, and nearest_mm: arc length of that place.
@@ -536,6 +538,7 @@ export interface VerdictView {
   short: string;
   tissue_level: "none" | "pressed" | "deep" | "unknown";
   parts: VerdictPart[];
+  figures: FigureView[];
   pierced: PiercedView | null;
   show_mm: number;
   nearest: string;
@@ -554,6 +557,16 @@ export interface VerdictPart {
   words: string;
   s_mm: number | null;
   detail: boolean;
+}
+
+/** A figure of the verdict, see `VerdictFigure`. */
+export interface FigureView {
+  name: string;
+  value: number | null;
+  level: "fits" | "tight" | "pierces" | "blocked" | "unknown";
+  s_mm: number | null;
+  whole_mm: number | null;
+  digits: number;
 }
 
 /** The tissue that the tool pierces, on its axis where the tip is at s_mm: from outside to inside, in LPS. */

@@ -1,4 +1,4 @@
-"""HAZ-40: banner, panel, bar, REST and command line report the same verdict, with everything that it depends on."""
+"""HAZ-40: card, REST and command line report the same verdict, with everything that it depends on."""
 
 from __future__ import annotations
 
@@ -159,7 +159,9 @@ def told(world: World, plan: Plan, step: Any) -> dict[str, str]:
     assert public.reason == plan_evaluate.as_json(report)["reason"]
     assert panel == view["words"] == public.words == line.removeprefix(f"* {plan.content.path.name}: ")
     assert view["short"] == public.short == plan_evaluate.as_json(report)["short"]
-    return {"banner": step.hint(), "panel": panel, "bar": view["short"] + ".", "REST": public.words, "command": line}
+    if view["verdict"] is not None:  # its figures too: the one that decides comes first
+        assert view["verdict"]["figures"][0]["level"] == public.verdict, (view["verdict"]["figures"], public.words)
+    return {"card": view["short"] + ".", "sentences": panel, "REST": public.words, "command": line}
 
 
 def test_every_place_tells_one_verdict(phantom_services: Services, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -179,10 +181,9 @@ def test_every_place_tells_one_verdict(phantom_services: Services, monkeypatch: 
         if not world.on_the_border(plan):
             assert report.verdict == world.expected(plan), report.words
         if report.verdict == "blocked":
-            assert "to be inspected" not in places["banner"]
+            assert "to be inspected" not in step.hint()
         elif isinstance(found := world.planned.evaluate(plan), PlanEvaluation):
-            begins = DryRunFigures.of(found, None).ends_words
-            assert begins == ("" if report.verdict == "fits" else report.short)
+            assert DryRunFigures.of(found, None).doubtful == (report.verdict != "fits")
         reasons[report.reason] += 1
         levels[report.verdict] += 1
     assert min(levels.values()) > 25, levels

@@ -112,16 +112,14 @@ def test_what_held_the_tool_is_kept_until_it_moves_freely() -> None:
         assert so_far.held_last == words
 
 
-def test_the_hint_tells_where_the_dry_run_ends() -> None:
+def test_the_hint_says_what_a_start_means_where_the_path_does_not_fit() -> None:
+    """The verdict itself is in the card."""
     planned = DryRunFigures(False, 56.2, 90.1, "bone on the shaft, 0.2 mm away", 0.3, verdict=IN_SHORT["held"])
-    hint = rehearse_hint(5, "ready", True, False, "path", "", 1, False, planned.ends_words)
-    ends = "Blocked. The dry run ends at 56 of 90 mm: bone on the shaft, 0.2 mm away."
-    assert hint == f"{ends} You can still start; the tool stops before bone, not before skin."
-    assert "dry run" not in rehearse_hint(5, "running", True, False, "path", "", 1, False, planned.ends_words)
-    assert DryRunFigures(True, 90.0, 90.0, "", 1.0).ends_words == ""
-    doubted = DryRunFigures(True, 90.0, 90.0, "", 1.0, verdict=IN_SHORT["registration"])
-    hint = rehearse_hint(5, "ready", True, False, "path", "", 1, False, doubted.ends_words)
-    assert hint.startswith("Tight: the registration may be off by more than the clearance. You can still start;")
+    assert (planned.doubtful, DryRunFigures(True, 90.0, 90.0, "", 1.0).doubtful) == (True, False)
+    assert DryRunFigures(True, 90.0, 90.0, "", 1.0, verdict=IN_SHORT["registration"]).doubtful
+    hint = rehearse_hint(5, "ready", True, False, "path", "", 1, False, planned.doubtful)
+    assert hint == "You can still start; the tool stops before bone, not before skin."
+    assert "You can still" not in rehearse_hint(5, "running", True, False, "path", "", 1, False, planned.doubtful)
 
 
 def test_what_acts_without_slowing_the_tool_is_named() -> None:

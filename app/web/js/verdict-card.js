@@ -1,0 +1,178 @@
+// The verdict on the plan's path, above the panel: one word, and the figures that decide it, the worst first.
+import { byId, whenChanged } from "./dom.js";
+import { fixed, sentence } from "./format.js";
+import { remove } from "./rest.js";
+import { draw, html, iconTemplate, nothing } from "./template.js";
+
+/** @import { ICONS } from "./dom.js" */
+/** @import { Connection } from "./connection.js" */
+/** @import { EvaluationSection, FigureView, VerdictPart, VerdictView, ViewModel } from "./types.js" */
+
+const QUIET_MS = 400; // a run that ends sooner shows no bar
+const TABS = ["plan", "register", "rehearse"]; // that show it
+
+/** @type {Record<NonNullable<EvaluationSection["level"]>, { word: string, icon: keyof typeof ICONS }>} */
+const LEVELS = {
+  fits: { word: "Fits", icon: "fits" },
+  tight: { word: "Tight", icon: "tight" },
+  unknown: { word: "Unknown", icon: "unknown" },
+  blocked: { word: "Blocked", icon: "blocked" },
+  pierces: { word: "Blocked", icon: "blocked" },
+};
+
+/**
+ * Whether the verdict and plot are of an earlier path, or of an earlier place of the hand that drags a point.
+ * @param {EvaluationSection | null | undefined} corridor
+ */
+export function isOld(corridor) {
+  return corridor?.state === "waits" || corridor?.state === "drag_waits";
+}
+
+export class VerdictCard {
+  /** @param {Connection} connection */
+  constructor(connection) {
+    this.connection = connection;
+    this.element = byId("card");
+    this.changed = whenChanged();
+    this.open = false; // whether the sentences are shown
+    /** @type {string | null} the job that is followed */
+    this.job = null;
+    this.cancelling = false;
+    /** @type {ReturnType<typeof setTimeout> | undefined} until the bar of that job may be shown */
+    this.quiet = undefined;
+  }
+
+  /** @param {ViewModel} state */
+  update(state) {
+    const { corridor, plan, step } = state;
+    const shown = TABS.includes(step?.name ?? "") && (plan?.points.length ?? 0) > 1 && corridor !== undefined && corridor.status !== "none";
+    this.element.hidden = !shown;
+    if (!shown) return;
+    this.follow(corridor.job);
+    const job = this.quiet === undefined ? state.jobs?.items.find(({ id }) => id === this.job) : undefined;
+    this.changed([corridor, job, this.open, this.cancelling], () => draw(this.element, this.card(corridor, job)));
+  }
+
+  /**
+   * @param {EvaluationSection} corridor
+   * @param {{ fraction: number, stage: string, state: string } | undefined} job
+   */
+  card(corridor, job) {
+    const { verdict } = corridor;
+    const old = isOld(corridor);
+    const level = verdict && old ? verdict.level : corridor.level;
+    const { word, icon } = level ? LEVELS[level] : { word: "Simulating", icon: /** @type {const} */ ("waiting") };
+    return html`
+      <div class=${old ? "card-body stale" : "card-body"} id="verdict" data-level=${level ?? ""}>
+        <div class="card-head">
+          <span class="card-icon">${iconTemplate(icon)}</span>
+          <strong class="card-word" role="status">${word}<span class="visually-hidden">${spoken(corridor)}</span></strong>
+          <span class="card-state" id="verdict-state" title=${corridor.state_words}>${stateWords(corridor)}</span>
+          <button type="button" class="plain" data-tool="show-me" ?hidden=${!verdict} ?disabled=${old} title="Show the tool where the path decides"
+            @click=${() => this.show(verdict?.show_mm ?? 0)}>Show me</button>
+          <button type="button" class="icon plain" id="verdict-why" title="Why: the verdict in sentences" aria-label="Why" aria-expanded=${this.open} aria-controls="verdict-words"
+            @click=${() => this.toggle()}>?</button>
+        </div>
+        <ul class="chips" aria-label="Figures of the verdict" ?hidden=${!verdict}>${(verdict?.figures ?? []).map((figure) => this.chip(figure, old))}</ul>
+        <p class="words verdict-words" id="verdict-words" ?hidden=${!this.open && Boolean(verdict)}>${this.sentences(corridor, old)}</p>
+        ${job ? this.progress(job) : nothing}
+        <button type="button" class="wide" data-tool="again" ?hidden=${!corridor.cancelled} @click=${() => this.connection.send("dry_run.again")}>Run it again</button>
+      </div>`;
+  }
+
+  /**
+   * @param {FigureView} figure
+   * @param {boolean} old
+   */
+  chip(figure, old) {
+    const { name, level, s_mm: s } = figure;
+    return html`<li><button type="button" class="chip" data-level=${level} ?disabled=${old || s === null} title="Show the tool and the slices there"
+      @click=${() => this.show(s ?? 0)}>${name} ${valueOf(figure)}</button></li>`;
+  }
+
+  /**
+   * The sentences, whose figures show the tool at their places; without a simulation the words of what goes on.
+   * @param {EvaluationSection} corridor
+   * @param {boolean} old
+   */
+  sentences(corridor, old) {
+    const { verdict } = corridor;
+    if (!verdict) return sentence(corridor.words);
+    const head = `${old || !corridor.short ? verdict.short : corridor.short}.`;
+    return html`<strong class="verdict-head">${head}</strong>${verdict.parts.slice(1).map((part) => this.part(part, old))}${corridor.warning ? ` ${sentence(corridor.warning)}.` : nothing}`;
+  }
+
+  /**
+   * @param {VerdictPart} part
+   * @param {boolean} old
+   */
+  part({ words, s_mm: s }, old) {
+    if (s === null || old) return words;
+    return html`<button type="button" class="place" title="Show the tool and the slices there" @click=${() => this.show(s)}>${words}</button>`;
+  }
+
+  /** @param {{ fraction: number, stage: string, state: string }} job */
+  progress({ fraction, stage, state }) {
+    const percent = Math.round(fraction * 100);
+    const words = state === "queued" ? "Waiting for another one" : `${sentence(stage).replace(/\.$/, "")}, ${percent} %`;
+    return html`<div class="job" data-job="dry_run"><span class="words">${words}</span>
+      <div class="progress"><div style=${`width: ${percent}%`}></div></div>
+      <button type="button" data-tool="cancel" ?disabled=${this.cancelling} @click=${() => this.cancel()}>Cancel</button></div>`;
+  }
+
+  /** @param {number} s arc length, mm */
+  show(s) {
+    this.connection.send("clearance.show", { s_mm: s });
+  }
+
+  toggle() {
+    this.open = !this.open;
+    this.update(this.connection.state);
+  }
+
+  /**
+   * Show how far a job is, until it has ended or another one is followed.
+   * @param {string | null} job its id; null where none runs
+   */
+  follow(job) {
+    if (job === this.job) return;
+    this.job = job;
+    this.cancelling = false;
+    clearTimeout(this.quiet);
+    this.quiet = setTimeout(() => {
+      this.quiet = undefined;
+      this.update(this.connection.state);
+    }, QUIET_MS);
+  }
+
+  async cancel() {
+    this.cancelling = true;
+    this.update(this.connection.state);
+    if (this.job) await remove(`/api/v1/jobs/${encodeURIComponent(this.job)}`).catch(() => { this.cancelling = false; });
+  }
+}
+
+/**
+ * The value of a figure with its unit; nothing where it has none.
+ * @param {FigureView} figure
+ */
+function valueOf({ value, digits, whole_mm: whole, level }) {
+  if (value === null) return level === "unknown" ? html`<b>?</b>` : nothing;
+  return html`<b>${fixed(value, digits)}${whole === null ? "" : ` of ${fixed(whole, digits)}`}</b> mm`;
+}
+
+/**
+ * What the card says to a screen reader besides its word, once for each verdict.
+ * @param {EvaluationSection} corridor
+ */
+function spoken({ verdict, state }) {
+  if (!verdict || state !== "current") return "";
+  return `: ${verdict.figures.map(({ name, value, digits }) => (value === null ? name : `${name} ${fixed(value, digits)} mm`)).join(", ")}`;
+}
+
+/** @param {EvaluationSection} corridor */
+function stateWords({ state, status, verdict }) {
+  if (state === "waits") return verdict ? "updating …" : "";
+  if (state === "drag" || state === "drag_waits") return "while you drag";
+  return status === "failed" && verdict ? "failed" : "";
+}
