@@ -51,9 +51,11 @@ ADDED: dict[str, dict[str, str]] = {
         r'        "notes": [\w.]+\.notes,\n': '        "urgency": PLAN.urgency,\n',
     },
     PANEL: {
-        r"    this\.sideCaution = [^\n]*\n": """    const send = () => connection.send("plan.urgency", { urgency: Number(this.urgency.value) });
+        r"    this\.sideCaution = [^\n]*\n": """    const asked = () => ({ urgency: Number(this.urgency.value) });
+    const props = { type: "number", "data-operation": "plan.urgency" };
+    const onchange = () => connection.send("plan.urgency", asked());
     /** @type {HTMLInputElement} */
-    this.urgency = h("input", { type: "number", "data-operation": "plan.urgency", onchange: send });
+    this.urgency = h("input", { ...props, onchange });
 """,
         r"    this\.sideCaution\.textContent = [^\n]*\n": """    this.urgency.value = String(paths?.urgency ?? "");
 """,
