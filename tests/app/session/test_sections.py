@@ -130,7 +130,7 @@ class Pages:
             lambda: self.command("case.open", case_id=pick([HEAD, HEAD, self.case])),
             lambda: self.services.plans.do(opened, RenamePoint(point_id=pick(items), label=pick(["C", "D"]))),
             lambda: self.services.plans.documents.rename(opened, pick(["Three", "Four"])),
-            lambda: PlanService(self.elsewhere).rename(opened, pick(["Elsewhere 1", "Elsewhere 2"])),
+            lambda: PlanService(self.elsewhere).documents.rename(opened, pick(["Elsewhere 1", "Elsewhere 2"])),
             lambda: PlanService(self.elsewhere).do(opened, UndoPlan()),
             lambda: pick([self.services.cases.delete, self.services.cases.restore])(HEAD),
             self._robot,
