@@ -288,7 +288,12 @@ def _options(plan: Plan, args: argparse.Namespace) -> RehearsalOptions:
             ) from None
         if place.at_mm is not None and not 0.0 <= place.at_mm < math.inf:
             raise InputError("--remote-centre takes mm from the start of the path, from 0 on")
-    return RehearsalOptions(args.soft_tissue, args.remote_centre is not None, args.speed_limit, place)
+    return RehearsalOptions(
+        soft_tissue=args.soft_tissue,
+        remote_centre=args.remote_centre is not None,
+        speed_limit=args.speed_limit,
+        centre=place,
+    )
 
 
 def _robot(plan: Plan, args: argparse.Namespace, robots: RobotSource | None) -> RobotModel:

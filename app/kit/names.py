@@ -6,7 +6,7 @@ from collections.abc import Collection
 
 from vfix_engine.errors import InputError
 
-MAX_NAME = 120  # [characters]
+MAX_NAME, MAX_TEXT = 120, 10_000  # [characters]
 COLOUR = "#[0-9a-f]{6}"  # a pattern, of a whole text
 # Controls, lone surrogates, line and paragraph separators.
 _REFUSED_CATEGORIES = frozenset({"Cc", "Cs", "Zl", "Zp"})

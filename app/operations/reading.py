@@ -45,13 +45,13 @@ def _problems(kind: Any, data: Any, where: Place) -> Iterator[Problem]:
 
 def _words(kind: Any, data: Any, error: msgspec.ValidationError) -> str:
     """What is wrong with a value that has no parts."""
-    if isinstance(data, (int, float)) and not isinstance(data, bool) and (refused := _refused(kind)):
-        return refused.format(data)
-    return str(error).split(" - at `")[0]
+    words = str(error).split(" - at `")[0]
+    beyond = " matching regex " in words if isinstance(data, str) else ", got `" not in words
+    return refused.format(data) if beyond and (refused := _refused(kind)) else words
 
 
 def _refused(kind: Any) -> str:
-    """What a type says of numbers beyond its bounds; '' where it says nothing."""
+    """What a type says of what is beyond its bounds; '' where it says nothing."""
     arguments = get_args(kind)
     if get_origin(kind) is Annotated:
         notes = (note.extra or {} for note in arguments[1:] if isinstance(note, msgspec.Meta))

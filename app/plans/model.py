@@ -9,7 +9,7 @@ from typing import Any
 from app.cases.second_volume import SecondVolume, check_second
 from app.documents import Document, read_as, written
 from app.kit.errors import TooLarge
-from app.kit.names import check_text
+from app.kit.names import MAX_TEXT, check_text
 from app.kit.values import check_id
 from app.plans.paths import (
     DEFAULT_TOOL,
@@ -62,7 +62,7 @@ SCHEMA = "vfix-plan/1"  # of files
 FRAME, UNIT = "LPS", "mm"
 NOTICE = "Not for clinical use"
 MAX_POINTS = 300  # of path points of each path, and of targets
-MAX_NOTES = 10_000  # [characters]
+MAX_NOTES = MAX_TEXT  # [characters]
 _OF_CHOSEN = ("points", "tool", "tool_shape")  # of the chosen path, what a plan's JSON has itself
 
 

@@ -74,7 +74,7 @@ class PlanService:
 
     def list(self, case_id: str | None = None, include_deleted: bool = False) -> tuple[Plan, ...]:
         """Plans of a case, or of all, oldest first; one whose content cannot be read says why (`unreadable`)."""
-        return tuple(document for document in self.documents.list(case_id, include_deleted))
+        return self.documents.list(case_id, include_deleted)
 
     def titles(self, case_id: str | None = None, include_deleted: bool = False) -> tuple[PlanTitle, ...]:
         """Plans of a case, or of all, oldest first, without reading what they contain."""
@@ -127,19 +127,3 @@ class PlanService:
         robot_from_urdf(data, robot["name"], robot["tool_frame"])
         if not stored:
             files.put_with(lambda target: shutil.copyfileobj(io.BytesIO(data), target))
-
-    def duplicate(self, plan_id: str, name: str | None = None, *, expected_revision: int | None = None) -> Plan:
-        """Copy a plan as it is now, without its history. Raises PlanConflict when that is not the expected revision."""
-        return self.documents.duplicate(plan_id, name, expected_revision=expected_revision)
-
-    def rename(self, plan_id: str, name: str, *, expected_revision: int | None = None) -> Plan:
-        """Give a plan another name."""
-        return self.documents.rename(plan_id, name, expected_revision=expected_revision)
-
-    def delete(self, plan_id: str, *, expected_revision: int | None = None) -> Plan:
-        """Take a plan off the lists; `restore` brings it back. Raises PlanLocked for a locked one."""
-        return self.documents.delete(plan_id, expected_revision=expected_revision)
-
-    def restore(self, plan_id: str, *, expected_revision: int | None = None) -> Plan:
-        """Bring a deleted plan back."""
-        return self.documents.restore(plan_id, expected_revision=expected_revision)

@@ -1,1 +1,1 @@
-"""The tabs of the page, a folder each; they do not know each other."""
+"""The tabs of the page, a folder each; they do not import each other."""

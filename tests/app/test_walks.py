@@ -112,9 +112,9 @@ def check(heading: str, passed: list[Function]) -> None:
 @pytest.fixture
 def plan(phantom_services: Services) -> Iterator[Plan]:
     """A copy of the sample."""
-    copy = phantom_services.plans.duplicate(SAMPLE)
+    copy = phantom_services.plans.documents.duplicate(SAMPLE)
     yield copy
-    phantom_services.plans.delete(copy.id)
+    phantom_services.plans.documents.delete(copy.id)
 
 
 @pytest.fixture

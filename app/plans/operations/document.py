@@ -8,15 +8,13 @@ from typing import Annotated, ClassVar
 
 from msgspec import Meta
 
-from app.kit.names import check_text
-from app.operations.fields import Identifier, Name
+from app.operations.fields import Identifier, Name, Text
 from app.operations.operation import Change, Creation
 from app.operations.standard import Delete, Redo, Rename, Restore, SetDeleted, SetLocked, Undo
-from app.plans.model import MAX_NOTES, PlanContent
+from app.plans.model import PlanContent
 from app.plans.operations.base import PlanEdit, Plans, StoredPlan
 from vfix_engine.errors import InputError, PlanError
 
-Notes = Annotated[str, Meta(max_length=MAX_NOTES)]
 Setting = Annotated[float, Meta(ge=-1e6, le=1e6)]  # what may be, the controller says
 SettingName = Annotated[str, Meta(max_length=64)]
 Settings = Annotated[dict[SettingName, Setting], Meta(max_length=64)]
@@ -96,10 +94,10 @@ class SetNotes(PlanEdit, frozen=True):
 
     rest = "PUT /plans/{id}/notes"
     message = "plan.notes"
-    notes: Notes
+    notes: Text
 
     def apply(self, content: PlanContent, context: Plans) -> PlanContent:
-        return replace(content, notes=check_text(self.notes, "notes", MAX_NOTES))
+        return replace(content, notes=self.notes)
 
 
 class SetPlanSettings(Change, frozen=True):

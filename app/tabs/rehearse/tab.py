@@ -73,7 +73,12 @@ class RehearseTab(RehearsalSession):
         if not self.read().may_prepare:
             raise ControlError(NOT_HELD)
         place = place_of(command.centre_point, command.centre_mm)
-        wanted = RehearsalOptions(command.soft_tissue, command.remote_centre, command.speed_limit, place)
+        wanted = RehearsalOptions(
+            soft_tissue=command.soft_tissue,
+            remote_centre=command.remote_centre,
+            speed_limit=command.speed_limit,
+            centre=place,
+        )
         self._services.rehearsal_options.choose(plan.id, wanted)
 
     def _set_mode(self, command: c.SetMode) -> None:

@@ -130,7 +130,7 @@ def test_what_a_user_did_to_the_phantom_stays(phantom_services: Services) -> Non
     cases, plans = phantom_services.cases, phantom_services.plans
     case = cases.embedded_case()
     cases.rename(case.id, "My head")
-    plans.delete(SAMPLE_PLAN)
+    plans.documents.delete(SAMPLE_PLAN)
     again = build_services(phantom_services.settings)
     try:
         assert again.cases.embedded_case().name == "My head"
@@ -138,7 +138,7 @@ def test_what_a_user_did_to_the_phantom_stays(phantom_services: Services) -> Non
     finally:
         again.close()
         cases.rename(case.id, case.name)
-        plans.restore(SAMPLE_PLAN)
+        plans.documents.restore(SAMPLE_PLAN)
 
 
 def test_the_cache_keeps_the_newest_and_forgets_failures() -> None:

@@ -51,7 +51,7 @@ def head(services: Services, name: str = NAME, radius: float = 50.0) -> Case:
     services.structures.add(made.id, Segmentation((label,), FrameReport("LPS", False), ()))
     points = tuple(PlanPoint(f"p-{n}", f"{LABEL}{n}", (float(n), 0.0, 0.0)) for n in range(3))
     plan = services.plans.create(made.id, "CanaryPlan", PlanContent(paths=(PlanPath(points=points),)))
-    services.plans.rename(plan.id, "CanaryOther")
+    services.plans.documents.rename(plan.id, "CanaryOther")
     key = services.store.run_files.put_with(lambda file: file.write(f"Canary ticks of {name}".encode()))
     with services.store.writing() as session:
         session.add(

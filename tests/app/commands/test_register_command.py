@@ -49,7 +49,7 @@ def table(path: Path, order: list[int], unit: str = "mm") -> Path:
 def test_from_the_ct_to_a_plan(said: Any, phantom_services: Services, tmp_path: Path) -> None:
     """Points measured in another order than the beads are found in are fitted once the order is matched."""
     made = phantom_services.registrations.create(HEAD_PHANTOM, "From the command line")
-    plan = phantom_services.plans.duplicate(SAMPLE_PLAN, "To be registered")
+    plan = phantom_services.plans.documents.duplicate(SAMPLE_PLAN, "To be registered")
     on = ("--registration", made.id)
     status, found = said("beads", HEAD_PHANTOM, *on, "--confirm")
     assert (status, len(found["beads"]), found["pairs"]) == (0, 5, 5)
@@ -83,7 +83,7 @@ def test_from_the_ct_to_a_plan(said: Any, phantom_services: Services, tmp_path: 
     np.testing.assert_allclose(came["transform"], fitted["transform"], atol=1e-9)
     _, listed = said("list", HEAD_PHANTOM)
     assert {made.id, came["registration"]} <= {one["registration"] for one in listed["registrations"]}
-    phantom_services.plans.delete(plan.id)
+    phantom_services.plans.documents.delete(plan.id)
     status, second = said("import", HEAD_PHANTOM, str(file), "--name", "Came back")
     assert (status, second["name"], second["to"], second["simulated"]) == (0, "Came back 2", "patient", False)
     assert said("import", HEAD_PHANTOM, str(file), "--to", "base")[0] == 2
@@ -114,7 +114,7 @@ def test_it_is_refined_and_a_path_is_traced(said: Any, phantom_services: Service
     """Points on bone as somebody measured them: the fit of badly measured beads is refined on them."""
     services = phantom_services
     made = services.registrations.create(HEAD_PHANTOM, "To refine")
-    plan = services.plans.duplicate(SAMPLE_PLAN, "To be traced")
+    plan = services.plans.documents.duplicate(SAMPLE_PLAN, "To be traced")
     editor, on = Edited(services, made.id), ("--registration", made.id)
     beads = np.array([bead.centroid for bead in load_landmarks().beads])
     off = np.random.default_rng(0).normal(0.0, 1.5, beads.shape)
@@ -141,7 +141,7 @@ def test_it_is_refined_and_a_path_is_traced(said: Any, phantom_services: Service
     path = services.plans.get(plan.id).content.path
     assert (path.id, path.name) == (traced["path"], "Wire")
     np.testing.assert_allclose(path.points[0].position, [0.0, -20.0, 0.0], atol=0.6)
-    services.plans.delete(plan.id)
+    services.plans.documents.delete(plan.id)
     services.registrations.delete(made.id)
 
 

@@ -108,7 +108,7 @@ def test_the_kinds_share_one_table_and_do_not_meet(
     with pytest.raises(NotFound, match="no registration"):
         registrations.editor(plan.id)
     with pytest.raises(NotFound, match="no plan"):
-        plans.rename(registration.id, "other")
+        plans.documents.rename(registration.id, "other")
 
 
 def test_locks_and_revisions_hold_for_every_kind(registrations: Documents[RegistrationContent], case: Case) -> None:

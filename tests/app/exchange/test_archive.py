@@ -95,7 +95,7 @@ def head(services: Services) -> Case:
     editor = PlanEditor(services.plans, plan.id)
     editor.do(MovePoint(point_id="b", position=(4.0, 5.0, 6.0)))
     editor.do(SetPlanSettings(settings={"margin_mm": 0.4}))
-    services.plans.delete(services.plans.create(case.id, "Deleted").id)
+    services.plans.documents.delete(services.plans.create(case.id, "Deleted").id)
     pairs = (FiducialPair("A", (0.0, 0.0, 0.0), (5.0, 6.0, 7.0)),)
     content = RegistrationContent("patient", tuple(np.eye(4).ravel().tolist()), pairs, made_from="given")
     registration = services.registrations.create(case.id, "R", content)

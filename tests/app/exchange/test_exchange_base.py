@@ -32,7 +32,7 @@ TURN = np.array([[0.0, -1.0, 0.0, 5.5], [0.0, 0.0, -1.0, -7.25], [1.0, 0.0, 0.0,
 def plan(phantom_services: Services) -> Plan:
     """The sample with a target and the placing that its dry run finds."""
     services = phantom_services
-    made = services.plans.duplicate(SAMPLE_PLAN, "Placed")
+    made = services.plans.documents.duplicate(SAMPLE_PLAN, "Placed")
     evaluation = services.planning.evaluate(made)
     robot = {
         "name": made.content.robot["name"],
@@ -225,7 +225,7 @@ def test_the_placing_of_the_dry_run_is_kept_with_the_plan(
     client: Client, phantom_services: Services, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     plans = phantom_services.plans
-    made = plans.duplicate(SAMPLE_PLAN, "To be placed")
+    made = plans.documents.duplicate(SAMPLE_PLAN, "To be placed")
     assert made.content.robot["base"] is None
     answer = client.post(f"/api/v1/plans/{made.id}/placing")
     assert answer.status_code == 200

@@ -71,7 +71,7 @@ def test_no_scan_unless_it_is_asked_for(phantom_services: Services) -> None:
 
 
 def test_names_and_notes_are_text(phantom_services: Services) -> None:
-    plan = phantom_services.plans.duplicate(SAMPLE, "<b>&\"' plan")
+    plan = phantom_services.plans.documents.duplicate(SAMPLE, "<b>&\"' plan")
     page = phantom_services.plan_reports.html(plan, with_images=False)
     assert "<b>&" not in page
     assert "<h1>&lt;b&gt;&amp;&quot;&#x27; plan</h1>" in page
@@ -130,7 +130,7 @@ def test_the_scan_lies_where_the_outline_is(plane: Any) -> None:
 def test_a_plan_that_is_refused_at_its_entry_has_its_verdict(phantom_services: Services) -> None:
     """There are no figures along the path then."""
     sample = phantom_services.plans.get(SAMPLE)
-    plan = phantom_services.plans.duplicate(SAMPLE, "into bone")
+    plan = phantom_services.plans.documents.duplicate(SAMPLE, "into bone")
     bone = phantom_services.cases.case_surface(HEAD_PHANTOM)
     deep = bone.vertices[np.argmin(np.linalg.norm(bone.vertices - sample.content.points[0].position, axis=1))]
     x, y, z = deep.tolist()

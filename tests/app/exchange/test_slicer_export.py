@@ -380,7 +380,7 @@ def test_two_plans_of_one_name_are_told_by_their_ids(
     assert main(["plan", "export-slicer", "Twice", str(tmp_path / "out"), "--json"]) == 2
     assert f"name it by its id: {', '.join(made)}." in json.loads(capsys.readouterr().out)["error"]["message"]
     for plan_id in made:
-        phantom_services.plans.delete(plan_id)
+        phantom_services.plans.documents.delete(plan_id)
 
 
 def test_rest_sends_the_folder_as_a_zip_and_leaves_nothing(

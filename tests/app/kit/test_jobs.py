@@ -192,7 +192,7 @@ def test_the_planner_ends_with_what_waits_and_takes_no_more() -> None:
 
 def test_a_dry_run_is_a_job_that_all_who_ask_share(phantom_services: Services) -> None:
     services = phantom_services
-    plan = services.plans.duplicate(SAMPLE_PLAN, "Dry")
+    plan = services.plans.documents.duplicate(SAMPLE_PLAN, "Dry")
     services.plans.do(plan.id, SetPlanSettings(settings={"margin_mm": 0.41}))
     plan = services.plans.get(plan.id)
     first, second = services.dry_runs.start(plan), services.dry_runs.start(plan)
@@ -201,12 +201,12 @@ def test_a_dry_run_is_a_job_that_all_who_ask_share(phantom_services: Services) -
     answers = services.dry_runs.evaluate(plan)
     assert services.jobs.get(first.id).state == "done"
     assert services.planning.evaluate(plan).run is answers.run
-    services.plans.delete(plan.id)
+    services.plans.documents.delete(plan.id)
 
 
 def test_a_dry_run_that_is_cancelled_ends_soon_and_can_be_asked_for_again(phantom_services: Services) -> None:
     services = phantom_services
-    plan = services.plans.duplicate(SAMPLE_PLAN, "Cancelled")
+    plan = services.plans.documents.duplicate(SAMPLE_PLAN, "Cancelled")
     services.plans.do(plan.id, SetPlanSettings(settings={"margin_mm": 0.43}))
     plan = services.plans.get(plan.id)
     job = services.dry_runs.start(plan)
@@ -221,4 +221,4 @@ def test_a_dry_run_that_is_cancelled_ends_soon_and_can_be_asked_for_again(phanto
     assert again.id != job.id
     services.jobs.cancel(again.id)
     services.jobs.wait(again.id, 30)
-    services.plans.delete(plan.id)
+    services.plans.documents.delete(plan.id)

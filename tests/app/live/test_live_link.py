@@ -234,7 +234,7 @@ def test_one_that_is_locked_meanwhile_refuses(parts: Parts, intake: Intake, plan
 
 
 def test_a_deleted_plan_refuses(parts: Parts, intake: Intake, plan: Plan) -> None:
-    parts.plans.delete(plan.id)
+    parts.plans.documents.delete(plan.id)
     with pytest.raises(PlanError, match="is deleted"):
         intake.receive(PointList("Path", (ListPoint("P", (0.0, 0.0, 0.0)),)))
 

@@ -14,14 +14,17 @@ from rest_client import Client
 
 from app.api import router
 from app.gateway.error_answers import install_error_answers
+from app.kit.names import MAX_TEXT, check_text
 from app.operations import specs
 from app.operations.bodies import fields_of
+from app.operations.fields import Text
 from app.operations.messages import MessageSpec, messages
 from app.operations.operation import Operation
 from app.operations.reading import Unreadable, read
 from app.operations.rest import addresses
 from app.registration.operations import FleRequest, SetFle
 from app.session.commands import InvalidMessage, parse_command
+from vfix_engine.errors import InputError
 
 HOSTILE: list[Any] = [1e300, -1e300, "x" * 10_001, {"a": [1] * 1000}, [[0.0] * 1000] * 10, "../../etc\n", [], ""]
 TEXTS = ["name", "#00ff00", "", "sha256:" + "0" * 64]
@@ -176,6 +179,23 @@ def test_a_number_beyond_its_bounds_is_refused_in_words_at_its_place(bare: Clien
         ("body.weight", "a pair's weight is above 0; leave a pair out of the fit by its switch."),
     ]
     assert told("PATCH", "/pairs/p", {"weight": True}) == [("body.weight", "Expected `float | null`, got `bool`")]
+
+
+def test_a_text_is_what_a_stored_text_may_be(bare: Client) -> None:
+    def stored(text: str) -> bool:
+        try:
+            return bool(check_text(text, "notes", MAX_TEXT))
+        except InputError:
+            return False
+
+    texts = [f"a{chr(code)}b" for code in (*range(0x3000), *range(0xD7F0, 0xE010), *range(0xFFF0, 0x10010))]
+    assert [text for text in (*texts, "a\n", "x" * (MAX_TEXT + 1)) if taken(Text, text) != stored(text)] == []
+    answer = bare.request("PUT", "/api/v1/plans/x/notes", json={"notes": "Dr \n\x00 x\u202e"}).json()
+    refused = "the text holds a control character; use letters, digits, signs and line breaks."
+    assert answer["error"]["details"] == [{"where": ["body", "notes"], "message": refused}]
+    for value, words in ((3, "Expected `str`, got `int`"), ("x" * (MAX_TEXT + 1), "length <= 10000")):
+        with pytest.raises(Unreadable, match=words):
+            read(Text, value)
 
 
 def test_a_field_within_another_is_said_by_itself_in_a_message(bare: Client) -> None:

@@ -102,7 +102,7 @@ def test_a_robot_beside_the_patient_is_driven_from_where_the_registration_says(p
 def test_a_stored_registration_is_driven_through_and_a_deleted_one_refuses(phantom_services: Services) -> None:
     """Nothing is driven as if there were no registration."""
     services = phantom_services
-    plan = services.plans.duplicate(SAMPLE_PLAN)
+    plan = services.plans.documents.duplicate(SAMPLE_PLAN)
     fit = measured(3, 0.5).fit
     assert fit is not None
     pairs = tuple(
@@ -167,7 +167,7 @@ def test_the_command_line_drives_through_it_too(
     """From where the registration puts the robot; a file of the plan does not have it, which is said."""
     services = phantom_services
     monkeypatch.setenv("VFIX_HOME", str(services.settings.home))
-    plan = services.plans.duplicate(SAMPLE_PLAN, "Beside the robot")
+    plan = services.plans.documents.duplicate(SAMPLE_PLAN, "Beside the robot")
     to_base = np.linalg.inv(services.planning.evaluate(plan).base)
     content = RegistrationContent("base", tuple(to_base.ravel().tolist()), made_from="given")
     made = services.registrations.create(plan.case_id, "Robot", content)

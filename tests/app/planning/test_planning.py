@@ -135,7 +135,7 @@ def test_a_path_into_bone_is_exported_with_the_reason(phantom_services: Services
     assert remark.startswith("No clearances:")
     assert all(sample.clearance_mm is None for sample in samples)
     assert remark in export_text(editor.plan, "mrk.json", samples, remark)
-    phantom_services.plans.delete(plan.id)
+    phantom_services.plans.documents.delete(plan.id)
 
 
 def test_cases_and_plans_are_found_by_id_name_and_file(phantom_services: Services, tmp_path: Path) -> None:

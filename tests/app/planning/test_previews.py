@@ -160,7 +160,7 @@ def test_the_newest_place_alone_is_judged_and_what_is_old_is_greyed(
 
 
 def test_a_drag_is_live_and_its_release_is_one_edit(phantom_services: Services) -> None:
-    plan = phantom_services.plans.duplicate(SAMPLE, "Live")
+    plan = phantom_services.plans.documents.duplicate(SAMPLE, "Live")
     step = open_sample(phantom_services, plan.id)
     judged, evaluation = step._evaluations, phantom_services.planning.evaluate(plan)
     sections_of(step)
@@ -184,7 +184,7 @@ def test_a_drag_is_live_and_its_release_is_one_edit(phantom_services: Services) 
     judged.stored.current = ShownEvaluation("done", evaluation=evaluation)
     step.handle(c.DragItem(type="item.drag", item_id=plan.content.targets[0].id, position=(x, y, z)))
     assert sections_of(step)["corridor"]["state"] == "current"
-    phantom_services.plans.delete(plan.id)
+    phantom_services.plans.documents.delete(plan.id)
 
 
 def test_a_place_within_bone_far_from_air_is_told(phantom_services: Services, stored: PlanEvaluation) -> None:
@@ -195,7 +195,7 @@ def test_a_place_within_bone_far_from_air_is_told(phantom_services: Services, st
 
 
 def test_a_shaft_is_dragged_live_and_stored_as_one_edit(phantom_services: Services, stored: PlanEvaluation) -> None:
-    plan = phantom_services.plans.duplicate(SAMPLE, "Shaft")
+    plan = phantom_services.plans.documents.duplicate(SAMPLE, "Shaft")
     point = plan.content.points[0]
     step = open_sample(phantom_services, plan.id)
     assert step._edited is not None
@@ -229,4 +229,4 @@ def test_a_shaft_is_dragged_live_and_stored_as_one_edit(phantom_services: Servic
     assert phantom_services.plans.get(plan.id).revision == locked
     assert locked == revision + 1  # of the lock itself
     send(step, "lock", locked=False)
-    phantom_services.plans.delete(plan.id)
+    phantom_services.plans.documents.delete(plan.id)

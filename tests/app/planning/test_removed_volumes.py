@@ -71,7 +71,7 @@ def test_regions_are_counted_apart_and_what_they_share_once(phantom_services: Se
 def test_rest_and_the_command_line_tell_the_same(
     client: Client, phantom_services: Services, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    plan = phantom_services.plans.duplicate(SAMPLE_PLAN)
+    plan = phantom_services.plans.documents.duplicate(SAMPLE_PLAN)
     for region in _with_regions(phantom_services).content.removed_bone:
         phantom_services.plans.do(plan.id, AddBone(shape=dict(region.shape), name=region.name))
     told: dict[str, Any] = client.get(f"/api/v1/plans/{plan.id}/removed-bone/volumes").json()

@@ -28,7 +28,7 @@ def short_arm() -> bytes:
 
 
 def test_the_verdict_of_a_urdf_of_ones_own_names_the_joint(phantom_services: Services) -> None:
-    plan = phantom_services.plans.duplicate(SAMPLE)
+    plan = phantom_services.plans.documents.duplicate(SAMPLE)
     own = phantom_services.instruments.add_urdf("short.urdf", short_arm(), "tool_frame")
     step = open_sample(phantom_services, plan.id)
     send(step, "plan.tool", name="straight_pointer")
@@ -38,7 +38,7 @@ def test_the_verdict_of_a_urdf_of_ones_own_names_the_joint(phantom_services: Ser
     assert (section["robot"]["urdf"], section["tool"]["title"]) == (own.urdf, "Straight pointer")
     shown = step._evaluations.stored._answer(phantom_services.plans.get(plan.id), 0.3)
     assert re.match(r"Blocked\. Held at \d+ of 90 mm: joint 2 \(shoulder_pitch\) at its limit\.", shown.words)
-    phantom_services.plans.delete(plan.id)
+    phantom_services.plans.documents.delete(plan.id)
 
 
 def test_a_standing_robot_that_cannot_hold_the_tool_names_its_joints(phantom_services: Services) -> None:

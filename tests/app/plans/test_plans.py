@@ -160,7 +160,7 @@ def test_a_locked_plan_stays_as_it_is(plans: PlanService, editor: PlanEditor) ->
         lambda: editor.do(MovePoint(point_id=point, position=(1, 1, 1))),
         lambda: editor.do(AddPoint(position=(1, 1, 1))),
         lambda: editor.do(UndoPlan()),
-        lambda: plans.delete(locked.id),
+        lambda: plans.documents.delete(locked.id),
     ):
         with pytest.raises(PlanLocked):
             act()
@@ -176,7 +176,7 @@ def test_a_stale_revision_changes_nothing(plans: PlanService, editor: PlanEditor
     for act in (
         lambda: editor.do(AddPoint(position=(1, 1, 1)), expected_revision=seen),
         lambda: editor.do(UndoPlan(), expected_revision=seen),
-        lambda: plans.rename(editor.plan.id, "late", expected_revision=seen),
+        lambda: plans.documents.rename(editor.plan.id, "late", expected_revision=seen),
     ):
         with pytest.raises(PlanConflict):
             act()
@@ -282,8 +282,8 @@ def test_a_state_that_no_longer_validates_leaves_the_other_plans_alone(
     assert [(row.id, row.name) for row in plans.titles(case.id)] == [(plan.id, "Corridor"), (other.id, "Sound")]
     with pytest.raises(PlanError, match=r"'Corridor' cannot be read: .*10000 mm.*undo"):
         plans.get(plan.id)
-    plans.delete(plan.id)
-    plans.restore(plan.id)
+    plans.documents.delete(plan.id)
+    plans.documents.restore(plan.id)
     again = PlanEditor(PlanService(store), plan.id)
     again.do(LockPlan(locked=True))
     again.do(LockPlan(locked=False))
@@ -297,7 +297,7 @@ def test_a_plan_that_was_locked_meanwhile_is_not_deleted(store: Store, plans: Pl
 
     def delete() -> None:
         try:
-            plans.delete(plan.id)
+            plans.documents.delete(plan.id)
         except PlanLocked as error:
             refused.append(error)
 
@@ -337,19 +337,19 @@ def test_a_plan_has_some_hundreds_of_points_at_most(store: Store, plans: PlanSer
 def test_plans_are_copied_renamed_deleted_and_restored(plans: PlanService, editor: PlanEditor, case: Case) -> None:
     editor.do(AddPoint(position=(1, 2, 3), label="entry"))
     plan = editor.plan
-    copy = plans.duplicate(plan.id)
+    copy = plans.documents.duplicate(plan.id)
     assert (copy.name, copy.content.points) == ("Corridor (copy)", plan.content.points)
     assert not plans.get(copy.id).can_undo
-    plans.rename(plan.id, "Left")
-    plans.delete(plan.id)
+    plans.documents.rename(plan.id, "Left")
+    plans.documents.delete(plan.id)
     assert [p.id for p in plans.list(case.id)] == [copy.id]
     with pytest.raises(PlanError, match="restore"):
         editor.do(AddPoint(position=(0, 0, 0)))
-    plans.restore(plan.id)
+    plans.documents.restore(plan.id)
     assert plans.get(plan.id).name == "Left"
     assert plans.get(plan.id).content.points == plan.content.points
     with pytest.raises(InputError):
-        plans.rename(plan.id, "a\nb")
+        plans.documents.rename(plan.id, "a\nb")
     with pytest.raises(NotFound):
         PlanEditor(plans, "nobody")
     with pytest.raises(PlanError):

@@ -49,4 +49,4 @@ def test_a_kind_is_known_everywhere(phantom_services: Services, kind: str) -> No
     content = phantom_services.plans.get(plan.id).content
     marked = region_markups(content.zones, content.removed_bone)
     assert bool(marked) == (kind not in OF_THE_CASE)
-    phantom_services.plans.delete(plan.id)
+    phantom_services.plans.documents.delete(plan.id)

@@ -240,12 +240,12 @@ def test_a_registration_to_the_base_is_made_from_one_to_the_patient(
     assert again.pairs[0].measured_from == "simulated"
     assert again.fre_mm is not None
     assert again.fre_mm < 1.0
-    plan = phantom_services.plans.duplicate(SAMPLE_PLAN)
+    plan = phantom_services.plans.documents.duplicate(SAMPLE_PLAN)
     plan = phantom_services.plans.do(plan.id, UseRegistration(registration=based.id))
     evaluation = phantom_services.planning.evaluate(plan)
     assert evaluation.completed
     np.testing.assert_allclose(evaluation.base, np.linalg.inv(again.registration.transform), atol=1e-9)
-    phantom_services.plans.delete(plan.id)
+    phantom_services.plans.documents.delete(plan.id)
 
 
 def test_the_error_of_the_calibration_is_in_that_of_the_registration() -> None:

@@ -119,14 +119,14 @@ def test_no_error_is_known_of_a_refined_transform(phantom_services: Services, ed
     assert (table.targets, table.path) == ((), None)
     assert "refined on a surface" in table.words
     assert "file" not in table.words
-    plan = services.plans.duplicate(SAMPLE_PLAN, "Through a refined one")
+    plan = services.plans.documents.duplicate(SAMPLE_PLAN, "Through a refined one")
     plan = services.plans.do(plan.id, UseRegistration(registration=editor.id))
     driven = driven_registration(services.registering.registration_of(plan))
     assert driven is not None
     assert driven.off_mm([[0.0, 0.0, 0.0]]) is None
     np.testing.assert_allclose(driven.image.transform, content.registration.transform)
     assert "Transform" in export_text(editor.document, "tfm")
-    services.plans.delete(plan.id)
+    services.plans.documents.delete(plan.id)
 
 
 def test_the_way_back_to_the_points(phantom_services: Services, editor: Edited) -> None:

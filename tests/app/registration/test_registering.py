@@ -53,9 +53,9 @@ def editor(phantom_services: Services) -> Iterator[Edited]:
 
 @pytest.fixture
 def plan(phantom_services: Services) -> Iterator[Plan]:
-    made = phantom_services.plans.duplicate(SAMPLE_PLAN)
+    made = phantom_services.plans.documents.duplicate(SAMPLE_PLAN)
     yield made
-    phantom_services.plans.delete(made.id)
+    phantom_services.plans.documents.delete(made.id)
 
 
 def test_the_beads_of_the_shipped_head_are_found_and_named(phantom_services: Services, editor: Edited) -> None:

@@ -36,9 +36,9 @@ def editor(phantom_services: Services) -> Iterator[Edited]:
 
 @pytest.fixture
 def plan(phantom_services: Services) -> Iterator[Plan]:
-    made = phantom_services.plans.duplicate(SAMPLE_PLAN)
+    made = phantom_services.plans.documents.duplicate(SAMPLE_PLAN)
     yield made
-    phantom_services.plans.delete(made.id)
+    phantom_services.plans.documents.delete(made.id)
 
 
 def fitted_pairs(editor: Edited, fle_mm: float) -> None:

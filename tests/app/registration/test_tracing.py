@@ -48,9 +48,9 @@ def editor(phantom_services: Services) -> Iterator[Edited]:
 
 @pytest.fixture
 def plan(phantom_services: Services) -> Iterator[Plan]:
-    made = phantom_services.plans.duplicate(SAMPLE_PLAN, "To trace")
+    made = phantom_services.plans.documents.duplicate(SAMPLE_PLAN, "To trace")
     yield made
-    phantom_services.plans.delete(made.id)
+    phantom_services.plans.documents.delete(made.id)
 
 
 def path_of(plan: Plan) -> SplinePath:

@@ -170,8 +170,8 @@ def test_a_page_that_is_away_costs_nothing(sessions: ClientSessions, monkeypatch
         return set() if section is None else {item["name"] for item in section["items"]}
 
     assert "Made elsewhere" in names(here)
-    services.plans.rename(plan.id, "Renamed elsewhere")
-    services.plans.delete(plan.id)
+    services.plans.documents.rename(plan.id, "Renamed elsewhere")
+    services.plans.documents.delete(plan.id)
     assert "Renamed elsewhere" not in names(away)
     sessions.connect("tab-away-0", {})
     settle(away)
@@ -206,7 +206,7 @@ def test_slow_heads_keep_no_other_tab_waiting(sessions: ClientSessions, monkeypa
 def test_the_scene_shows_what_is_driven_while_it_is_driven(sessions: ClientSessions) -> None:
     """In Rehearse the robot's own curve and targets, in Plan the plan's."""
     services = sessions._services
-    plan = services.plans.duplicate(SAMPLE)
+    plan = services.plans.documents.duplicate(SAMPLE)
     session = sessions.connect("tab-one-0", {"case": HEAD, "plan": plan.id})
     settle(session)
     rehearse = rehearse_tab(session)
@@ -228,7 +228,7 @@ def test_the_scene_shows_what_is_driven_while_it_is_driven(sessions: ClientSessi
     ((places, clearance),) = drawn_curve
     assert clearance is None
     assert np.allclose(places[-1], plan.content.points[-1].position)
-    services.plans.delete(plan.id)
+    services.plans.documents.delete(plan.id)
 
 
 def test_between_requests_only_the_layers_of_the_active_step_are_drawn(sessions: ClientSessions) -> None:

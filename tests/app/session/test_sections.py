@@ -55,7 +55,7 @@ class Pages:
         self.services, self.random, self.work = services, random.Random(seed), Later()
         self.shared = make_shared(services)
         self.case = other_case(services).id
-        self.plans = [services.plans.duplicate(SAMPLE, f"Plan {n}").id for n in range(2)]
+        self.plans = [services.plans.documents.duplicate(SAMPLE, f"Plan {n}").id for n in range(2)]
         self.elsewhere = Store(Settings(home=services.store.home, port=0))
         self.sessions = [self._session(f"tab-number-{n}") for n in range(2)]
 
@@ -76,9 +76,9 @@ class Pages:
                 shared.close()
         self.services.cases.restore(HEAD)
         for plan_id in self.plans:
-            self.services.plans.restore(plan_id)
+            self.services.plans.documents.restore(plan_id)
             self.services.plans.do(plan_id, LockPlan(locked=False))
-            self.services.plans.delete(plan_id)
+            self.services.plans.documents.delete(plan_id)
         self.services.cases.delete(self.case)
         for title in self.services.registrations.titles(HEAD):
             self.services.registrations.editor(title.id).set_locked(False)
@@ -129,8 +129,8 @@ class Pages:
             lambda: self.command("case.rename", case_id=self.case, name=pick(["Other 1", "Other 2"])),
             lambda: self.command("case.open", case_id=pick([HEAD, HEAD, self.case])),
             lambda: self.services.plans.do(opened, RenamePoint(point_id=pick(items), label=pick(["C", "D"]))),
-            lambda: self.services.plans.rename(opened, pick(["Three", "Four"])),
-            lambda: PlanService(self.elsewhere).rename(opened, pick(["Elsewhere 1", "Elsewhere 2"])),
+            lambda: self.services.plans.documents.rename(opened, pick(["Three", "Four"])),
+            lambda: PlanService(self.elsewhere).documents.rename(opened, pick(["Elsewhere 1", "Elsewhere 2"])),
             lambda: PlanService(self.elsewhere).do(opened, UndoPlan()),
             lambda: pick([self.services.cases.delete, self.services.cases.restore])(HEAD),
             self._robot,

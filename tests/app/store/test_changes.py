@@ -58,12 +58,12 @@ def test_what_another_process_stores_or_is_deleted_for_good_counts_for_everythin
     count, before = changes.count, {kind: changes.of(kind) for kind in KINDS}
     store.look()
     assert changes.count == count, "one's own are none of another process"
-    PlanService(elsewhere).rename(plan, "Elsewhere")
+    PlanService(elsewhere).documents.rename(plan, "Elsewhere")
     assert changes.count == count, "nobody has looked"
     store.look()
     assert all(changes.of(kind) != before[kind] for kind in KINDS)
     count, of_plan = changes.count, changes.of_document(plan)
-    PlanService(elsewhere).rename(plan, "Elsewhere again")
+    PlanService(elsewhere).documents.rename(plan, "Elsewhere again")
     plans.create(case.id, "Two")  # a writer looks as well
     assert changes.count == count + 2
     assert changes.of_document(plan) != of_plan

@@ -149,7 +149,7 @@ def test_a_home_that_takes_nothing_can_be_read_and_says_why_it_cannot_be_changed
     with ThreadPoolExecutor(8) as pool:
         assert {plan.id for plan in pool.map(plans.get, [SAMPLE_PLAN] * 50)} == {SAMPLE_PLAN}
     with pytest.raises(StorageError, match=os.strerror(code)):
-        plans.rename(SAMPLE_PLAN, "other")
+        plans.documents.rename(SAMPLE_PLAN, "other")
     with pytest.raises(StorageError, match=os.strerror(code)):
         services.cases.delete(head.id)
     services.close()
@@ -297,7 +297,7 @@ def test_while_another_program_writes_all_can_be_read_and_no_edit_waits_for_ever
 
     def rename() -> None:
         try:
-            plans.rename(plan.id, "two")
+            plans.documents.rename(plan.id, "two")
         except StoreBusy as error:
             told.append(str(error))
 
@@ -314,7 +314,7 @@ def test_while_another_program_writes_all_can_be_read_and_no_edit_waits_for_ever
     assert len(told) == 40
     assert all("try again" in words for words in told)
     assert read > 20
-    plans.rename(plan.id, "two")
+    plans.documents.rename(plan.id, "two")
     assert plans.get(plan.id).name == "two"
     impatient.close()
 

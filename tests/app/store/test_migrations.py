@@ -125,7 +125,7 @@ def test_the_history_of_a_migrated_plan_goes_on(old: Settings) -> None:
         plans.do("plan-locked", UndoPlan())
     plans.do("plan-locked", LockPlan(locked=False))
     assert len(plans.do("plan-locked", UndoPlan()).content.points) == 6
-    assert len(plans.restore("plan-deleted").content.points) == 3
+    assert len(plans.documents.restore("plan-deleted").content.points) == 3
     for broken in ("plan-no-json", "plan-null"):
         with pytest.raises(PlanError, match="cannot be read"):
             plans.get(broken)

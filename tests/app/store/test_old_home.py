@@ -287,7 +287,7 @@ def test_a_document_of_a_newer_schema_or_kind_is_refused_and_left_as_it_is(old: 
         lambda: services.plans.get(plan.id),
         lambda: services.plans.do(plan.id, AddPoint(position=(1.0, 2.0, 3.0))),
         lambda: services.plans.do(plan.id, SetPlanSettings(settings={"margin_mm": 0.7})),
-        lambda: services.plans.duplicate(plan.id),
+        lambda: services.plans.documents.duplicate(plan.id),
         lambda: services.versions.save(plan.id, "Now"),
     )
     for one in tries:

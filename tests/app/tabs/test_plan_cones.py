@@ -17,7 +17,7 @@ from vfix_engine.worlds.rigid.cone_surface import cone_surface
 
 
 def test_the_cones_of_the_page_are_those_that_evaluate_tells(phantom_services: Services) -> None:
-    plan = phantom_services.plans.duplicate(SAMPLE, "Cones")
+    plan = phantom_services.plans.documents.duplicate(SAMPLE, "Cones")
     edited, executor, ran = EditedPlan(phantom_services, plan.id), Later(), list[Act]()
     cones = Cones(phantom_services, executor, ran.append)
     cones.refresh(edited, ShownEvaluation("computing"))
@@ -42,7 +42,7 @@ def test_the_cones_of_the_page_are_those_that_evaluate_tells(phantom_services: S
     assert cones.section(edited).build()["state"] == "waits"
     cones.refresh(edited, ShownEvaluation("failed"))
     assert cones.section(edited).build()["state"] == "none"
-    phantom_services.plans.delete(plan.id)
+    phantom_services.plans.documents.delete(plan.id)
 
 
 def test_the_selected_target_alone_has_its_cone_drawn(phantom_services: Services) -> None:

@@ -31,11 +31,11 @@ PLACE = (9.0, 36.0, 12.0)
 @pytest.fixture
 def tab(phantom_services: Services) -> Iterator[PlanTab]:
     """The Plan tab over a copy of the sample plan, which is not driven."""
-    plan = phantom_services.plans.duplicate(SAMPLE, "Regions")
+    plan = phantom_services.plans.documents.duplicate(SAMPLE, "Regions")
     opened = open_sample(phantom_services, plan.id)
     yield opened
     phantom_services.plans.do(plan.id, LockPlan(locked=False))
-    phantom_services.plans.delete(plan.id)
+    phantom_services.plans.documents.delete(plan.id)
 
 
 def plan_of(tab: PlanTab) -> Plan:

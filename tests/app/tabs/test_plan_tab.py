@@ -64,7 +64,7 @@ def test_the_pages_dry_run_is_the_one_that_others_ask_for(
 ) -> None:
     """One job drives the plan for the page and for REST; cancelled, the page says so."""
     services = phantom_services
-    plan = services.plans.duplicate(SAMPLE, "Shared")
+    plan = services.plans.documents.duplicate(SAMPLE, "Shared")
     services.plans.do(plan.id, SetPlanSettings(settings={"margin_mm": 0.45}))
     plan = services.plans.get(plan.id)
     job, executor, ran, wait = services.dry_runs.start(plan), Later(), list[ShownEvaluation](), services.jobs.wait
@@ -82,13 +82,13 @@ def test_the_pages_dry_run_is_the_one_that_others_ask_for(
     assert (ended.status, ended.cancelled, ended.view()["job"]) == ("failed", True, None)
     assert ended.words == "The dry run was cancelled: whether the tool fits is not known."
     assert [known.id for known in services.jobs.list(plan.case_id) if known.subject == "Shared"] == [job.id]
-    services.plans.delete(plan.id)
+    services.plans.documents.delete(plan.id)
 
 
 def test_a_dry_run_is_made_again_when_somebody_asks_and_with_the_options_of_the_rehearsal(
     phantom_services: Services,
 ) -> None:
-    plan = phantom_services.plans.duplicate(SAMPLE, "Again")
+    plan = phantom_services.plans.documents.duplicate(SAMPLE, "Again")
     step, asked = open_sample(phantom_services, plan.id), list[RehearsalOptions]()
     step._evaluations.stored.ask = lambda plan, kept, options, before: asked.append(options)  # type: ignore[method-assign]
     step._evaluations.again()
@@ -102,7 +102,7 @@ def test_a_dry_run_is_made_again_when_somebody_asks_and_with_the_options_of_the_
     phantom_services.rehearsal_options.choose(plan.id, RehearsalOptions(speed_limit=True))
     sections_of(step)
     assert asked == [NO_OPTIONS, NO_OPTIONS, RehearsalOptions(speed_limit=True)]
-    phantom_services.plans.delete(plan.id)
+    phantom_services.plans.documents.delete(plan.id)
 
 
 def test_a_plan_of_another_head_or_a_deleted_one_is_not_opened(phantom_services: Services) -> None:
@@ -110,7 +110,7 @@ def test_a_plan_of_another_head_or_a_deleted_one_is_not_opened(phantom_services:
     other = other_case(services)
     foreign = services.plans.create(other.id, "Foreign")
     gone = services.plans.create(HEAD, "Gone")
-    services.plans.delete(gone.id)
+    services.plans.documents.delete(gone.id)
     step = open_sample(services)
     for plan_id, words in ((foreign.id, "another head"), (gone.id, "deleted")):
         for kind in ("plan.open", "plan.duplicate"):
@@ -125,12 +125,12 @@ def test_the_newest_plan_of_a_head_is_opened(phantom_services: Services) -> None
     step = open_sample(phantom_services)
     step.open(HEAD, None)
     assert step.plan_id == newest.id
-    phantom_services.plans.delete(newest.id)
+    phantom_services.plans.documents.delete(newest.id)
 
 
 @pytest.mark.parametrize("end", ["cancel", "let_go", "undo", "delete", "elsewhere"])
 def test_a_drag_that_never_ends_leaves_nothing_behind(phantom_services: Services, end: str) -> None:
-    plan = phantom_services.plans.duplicate(SAMPLE)
+    plan = phantom_services.plans.documents.duplicate(SAMPLE)
     edited = EditedPlan(phantom_services, plan.id)
     first, second = plan.content.points[0].id, plan.content.points[1].id
     edited.perform(RenamePoint(point_id=second, label="Second"))
@@ -147,7 +147,7 @@ def test_a_drag_that_never_ends_leaves_nothing_behind(phantom_services: Services
         getattr(edited, end)()
     assert not edited.dragging
     assert (1.0, 2.0, 3.0) not in edited.points()
-    phantom_services.plans.delete(plan.id)
+    phantom_services.plans.documents.delete(plan.id)
 
 
 def test_the_path_is_coloured_with_what_an_export_says(phantom_services: Services) -> None:
@@ -230,7 +230,7 @@ def test_the_list_of_plans_does_not_read_what_they_contain(
 def test_a_plan_that_cannot_be_read_does_not_keep_its_head_closed(phantom_services: Services) -> None:
     """The newest plan that can be read is opened, and the reason is said; one that goes bad while open is closed."""
     services = phantom_services
-    good, bad = services.plans.duplicate(SAMPLE, "Good"), services.plans.duplicate(SAMPLE, "Bad")
+    good, bad = services.plans.documents.duplicate(SAMPLE, "Good"), services.plans.documents.duplicate(SAMPLE, "Bad")
     step = open_sample(services)
     step.handle(c.OpenPlan(type="plan.open", plan_id=bad.id))
     with services.store.writing() as session:
@@ -248,21 +248,21 @@ def test_a_plan_that_cannot_be_read_does_not_keep_its_head_closed(phantom_servic
     assert step.plan_id == good.id
     assert step.open(HEAD, SAMPLE) == ""
     for plan in (good, bad):
-        services.plans.delete(plan.id)
+        services.plans.documents.delete(plan.id)
 
 
 def test_undo_pressed_once_too_often_is_no_error(phantom_services: Services) -> None:
-    plan = phantom_services.plans.duplicate(SAMPLE)
+    plan = phantom_services.plans.documents.duplicate(SAMPLE)
     edited = EditedPlan(phantom_services, plan.id)
     assert (edited.perform(UndoPlan()), edited.perform(RedoPlan())) == (
         "There is nothing to undo.",
         "There is nothing to redo.",
     )
-    phantom_services.plans.delete(plan.id)
+    phantom_services.plans.documents.delete(plan.id)
 
 
 def test_undo_says_what_it_took_back(phantom_services: Services) -> None:
-    plan = phantom_services.plans.duplicate(SAMPLE)
+    plan = phantom_services.plans.documents.duplicate(SAMPLE)
     edited = EditedPlan(phantom_services, plan.id)
     was = plan.content.points[0].label
     edited.perform(RenamePoint(point_id=plan.content.points[0].id, label="Entry"))
@@ -270,7 +270,7 @@ def test_undo_says_what_it_took_back(phantom_services: Services) -> None:
     assert (edited.perform(UndoPlan()), edited.perform(RedoPlan())) == (f"Undone: {way}", f"Redone: {way}")
     edited.perform(DeletePoint(point_id=plan.content.targets[0].id))
     assert edited.perform(UndoPlan()) == f"Undone: Target ‘{plan.content.targets[0].label}’ is gone."
-    phantom_services.plans.delete(plan.id)
+    phantom_services.plans.documents.delete(plan.id)
 
 
 def test_the_hint_says_whether_the_tool_was_stopped_or_not_driven_at_all() -> None:
@@ -303,7 +303,7 @@ def test_the_scale_names_the_colour_of_what_the_tool_does_not_reach() -> None:
 
 def test_a_version_that_differs_in_settings_alone_is_not_gone_back_to(phantom_services: Services) -> None:
     """Settings are no step of the history: going back would leave them."""
-    plan = phantom_services.plans.duplicate(SAMPLE, "Versions")
+    plan = phantom_services.plans.documents.duplicate(SAMPLE, "Versions")
     version = phantom_services.versions.save(plan.id, "Before")
     phantom_services.plans.do(plan.id, SetPlanSettings(settings={"margin_mm": 0.5}))
     step = open_sample(phantom_services, plan.id)
@@ -312,7 +312,7 @@ def test_a_version_that_differs_in_settings_alone_is_not_gone_back_to(phantom_se
     assert (len(view["changes"]), view["differs"]) == (1, False)
     phantom_services.plans.do(plan.id, DeletePoint(point_id=plan.content.points[1].id))
     assert sections_of(step)["versions"]["differs"] is True
-    phantom_services.plans.delete(plan.id)
+    phantom_services.plans.documents.delete(plan.id)
 
 
 def test_the_plan_that_was_opened_last_is_known_to_the_link(phantom_services: Services) -> None:
@@ -339,7 +339,7 @@ def test_a_page_without_a_head_leaves_the_plan_of_another_page_to_the_link(phant
 
 
 def test_a_shaft_is_rolled_about_its_direction_and_left_open(phantom_services: Services) -> None:
-    plan = phantom_services.plans.duplicate(SAMPLE, "Shaft")
+    plan = phantom_services.plans.documents.duplicate(SAMPLE, "Shaft")
     tab = open_sample(phantom_services, plan.id)
     item_id = plan.content.points[1].id
     send(tab, "shaft.clear", item_id=item_id)
@@ -352,4 +352,4 @@ def test_a_shaft_is_rolled_about_its_direction_and_left_open(phantom_services: S
     assert (point.direction, point.roll_deg) == ((0.0, 0.0, 1.0), 30.0)
     send(tab, "shaft.clear", item_id=item_id)
     assert phantom_services.plans.get(plan.id).content.points[1].direction is None
-    phantom_services.plans.delete(plan.id)
+    phantom_services.plans.documents.delete(plan.id)

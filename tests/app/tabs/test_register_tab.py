@@ -35,7 +35,7 @@ class Opened:
         self.services = services
         self.workspace = workspace_of(services, self.heard)
         self.plans, self.tab = PlanTab(self.workspace), RegisterTab(self.workspace)
-        self.plan_id = services.plans.duplicate(SAMPLE, "Registered").id
+        self.plan_id = services.plans.documents.duplicate(SAMPLE, "Registered").id
         self.workspace.open_first(HEAD, self.plan_id)
         self.tab.active = True
 
@@ -57,7 +57,7 @@ class Opened:
 def opened(phantom_services: Services) -> Iterator[Opened]:
     client = Opened(phantom_services)
     yield client
-    phantom_services.plans.delete(client.plan_id)
+    phantom_services.plans.documents.delete(client.plan_id)
     for title in phantom_services.registrations.titles(HEAD):
         phantom_services.registrations.editor(title.id).set_locked(False)
         phantom_services.registrations.delete(title.id)

@@ -259,7 +259,7 @@ def test_a_remote_centre_that_stops_the_tool_is_refused_before_the_start(phantom
 
 
 def test_an_option_comes_into_force_with_a_reset_and_the_page_says_so(phantom_services: Services) -> None:
-    plan = phantom_services.plans.duplicate(SAMPLE)
+    plan = phantom_services.plans.documents.duplicate(SAMPLE)
     workspace = workspace_of(phantom_services)
     tab = RehearseTab(workspace, SharedDrives())
     workspace.plan.provide(lambda: phantom_services.plans.get(plan.id))
@@ -296,12 +296,12 @@ def test_an_option_comes_into_force_with_a_reset_and_the_page_says_so(phantom_se
         tab.handle(wish)
     assert {item["refusal"] for item in sections_of(tab)["options"]["items"]} == {"Another window holds the handle."}
     tab.close()
-    phantom_services.plans.delete(plan.id)
+    phantom_services.plans.documents.delete(plan.id)
 
 
 def test_a_robot_that_came_with_other_options_comes_again_before_it_runs(phantom_services: Services) -> None:
     """An option that is chosen while the robot is being placed counts for the start that was pressed then."""
-    plan = phantom_services.plans.duplicate(SAMPLE)
+    plan = phantom_services.plans.documents.duplicate(SAMPLE)
     workspace = workspace_of(phantom_services)
     tab = RehearseTab(workspace, SharedDrives())
     workspace.plan.provide(lambda: phantom_services.plans.get(plan.id))
@@ -315,4 +315,4 @@ def test_a_robot_that_came_with_other_options_comes_again_before_it_runs(phantom
     assert "run" not in robot.told
     assert tab.drive.state == "starting"
     tab.close()
-    phantom_services.plans.delete(plan.id)
+    phantom_services.plans.documents.delete(plan.id)

@@ -86,7 +86,7 @@ class Driven:
 def driven(phantom_services: Services) -> Iterator[Driven]:
     services, heard = phantom_services, Heard()
     registration = services.registrations.create(HEAD, "OR", content_of(sigma=0.05)).id
-    plan = services.plans.duplicate(SAMPLE)
+    plan = services.plans.documents.duplicate(SAMPLE)
     plan = services.plans.do(plan.id, UseRegistration(registration=registration))
     workspace = workspace_of(services, heard)
     tab = RehearseTab(workspace, SharedDrives())
@@ -94,7 +94,7 @@ def driven(phantom_services: Services) -> Iterator[Driven]:
     workspace.plan.opened()
     tab.active = True
     yield Driven(services, tab, plan, registration, heard)
-    services.plans.delete(plan.id)
+    services.plans.documents.delete(plan.id)
 
 
 WAYS = {

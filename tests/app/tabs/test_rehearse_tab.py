@@ -54,9 +54,9 @@ def _act(tab: RehearseTab, name: str) -> None:
 @pytest.fixture
 def rehearsing(phantom_services: Services) -> Iterator[tuple[RehearseTab, Plan]]:
     """The step with a copy of the sample open; its starts wait to be done."""
-    plan = phantom_services.plans.duplicate(SAMPLE)
+    plan = phantom_services.plans.documents.duplicate(SAMPLE)
     yield _tab(phantom_services, plan), plan
-    phantom_services.plans.delete(plan.id)
+    phantom_services.plans.documents.delete(plan.id)
 
 
 def _in_place(tab: RehearseTab, plan: Plan) -> Robot:
@@ -71,7 +71,7 @@ def _in_place(tab: RehearseTab, plan: Plan) -> Robot:
 def test_settings_in_force_are_kept_in_the_plan(phantom_services: Services, locked: bool) -> None:
     """The next dry run, the export and the next rehearsal use them; the robot that stands stays where it is."""
     services = phantom_services
-    plan = services.plans.duplicate(SAMPLE)
+    plan = services.plans.documents.duplicate(SAMPLE)
     services.plans.do(plan.id, LockPlan(locked=locked))
     plan = services.plans.get(plan.id)
     heard = Heard()
@@ -92,7 +92,7 @@ def test_settings_in_force_are_kept_in_the_plan(phantom_services: Services, lock
         assert after.content.settings["margin_mm"] == 0.5
         assert everything
     services.plans.do(plan.id, LockPlan(locked=False))
-    services.plans.delete(plan.id)
+    services.plans.documents.delete(plan.id)
 
 
 def test_a_disk_that_refuses_keeps_no_robot_running_and_no_setting_is_forgotten(
