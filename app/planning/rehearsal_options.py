@@ -32,7 +32,7 @@ class RehearsalOptions:
     @property
     def in_force(self) -> RehearsalOptions:
         """The options without those that have no effect, so that equal drives compare equal."""
-        return self if self.remote_centre else RehearsalOptions(self.soft_tissue, False, self.speed_limit)
+        return self if self.remote_centre else replace(self, centre=ENTRY)
 
     def along(self, plan: Plan) -> RehearsalOptions:
         """Return the options for another path: a remote centre at a point that it does not have moves to its entry."""
