@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from app import extras
+from app.commands.doctor import dependencies
 
 ROOT = Path(__file__).resolve().parent.parent
 LOCKS = ("requirements.lock", "requirements-test.lock")
@@ -91,6 +92,16 @@ def test_every_import_is_declared(package: str, brought_by: tuple[str, ...]) -> 
 
 def test_the_extra_of_the_page_is_what_the_command_line_looks_for() -> None:
     assert [name_of(text) for text in EXTRAS["app"]] == [name.replace("_", "-") for name in extras.APP_MODULES]
+
+
+def test_doctor_looks_for_what_is_declared() -> None:
+    requirements = importlib.metadata.requires("vfix")
+    assert requirements is not None
+    assert dependencies(requirements) == [name_of(text) for text in PROJECT["dependencies"]]
+    for extra, declared_ones in EXTRAS.items():
+        assert dependencies(requirements, extra) == [name_of(text) for text in declared_ones]
+    written = ["one", "two[more]>=1; python_version < '3.14'", 'three (>=2) ; (os_name == "nt") and extra == "app"']
+    assert (dependencies(written), dependencies(written, "app")) == (["one", "two"], ["three"])
 
 
 @pytest.mark.parametrize("lock", LOCKS)

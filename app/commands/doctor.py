@@ -4,10 +4,11 @@ import argparse
 import json
 import os
 import platform
+import re
 import sys
 import tempfile
 from dataclasses import asdict, dataclass
-from importlib.metadata import PackageNotFoundError, version
+from importlib.metadata import PackageNotFoundError, requires, version
 from pathlib import Path
 
 from app import __version__
@@ -20,8 +21,6 @@ from vfix_engine.files.sandbox.isolated import run_isolated
 from vfix_engine.kernels import kernel_cache
 from vfix_engine.runtime.priority import why_not
 
-PACKAGES = ("daqp", "embreex", "numba", "numpy", "pin", "pydicom", "qpsolvers", "scipy", "simpleitk", "trimesh")
-APP_PACKAGES = ("fastapi", "sqlalchemy", "starlette", "uvicorn", "viser", "websockets")
 _REMEDY = "run scripts/start.py again, or pip install 'vfix[app]'"
 
 
@@ -74,10 +73,14 @@ def run(args: argparse.Namespace) -> int:
 
 def examine(settings: Settings) -> Health:
     """Check this machine without changing it."""
-    packages = {name: _version(name) for name in sorted((*PACKAGES, *APP_PACKAGES))}
+    requirements = _requirements()
+    engine, page = dependencies(requirements), dependencies(requirements, "app")
+    packages = {name: _version(name) for name in sorted((*engine, *page))}
     home_writable = _is_writable(settings.home)
     kernels, without = _kernel_folder(), why_not()
-    problems = [f"The package {name} is missing: {_REMEDY}." for name in _missing(packages)]
+    problems = [f"The package {name} is missing: {_REMEDY}." for name in _missing(packages, page)]
+    if not requirements:
+        problems.append(f"vfix is not installed in this Python, so its packages cannot be checked: {_REMEDY}.")
     if not home_writable:
         problems.append(f"The data folder {settings.home} cannot be written: set VFIX_HOME to one that can.")
     if why := _why_closed(settings):
@@ -102,10 +105,35 @@ def examine(settings: Settings) -> Health:
     )
 
 
-def _missing(packages: dict[str, str | None]) -> list[str]:
-    """Missing packages: of the engine, and of the page if it is partly installed."""
+def _requirements() -> list[str]:
+    try:
+        return requires("vfix") or []
+    except PackageNotFoundError:
+        return []
+
+
+def dependencies(requirements: list[str], extra: str = "") -> list[str]:
+    """Names of the packages that an extra brings; without one, of those that every installation has.
+
+    requirements: as `importlib.metadata.requires` returns them, such as `viser==1.1.1; extra == 'app'`.
+    """
+    names = []
+    for one in requirements:
+        package, _, marker = one.partition(";")
+        named = re.search(r"extra == ['\"]([\w.-]+)['\"]", marker)
+        if (named[1] if named else "") == extra:
+            names.append(re.split(r"[^\w.-]", package, maxsplit=1)[0])
+    return names
+
+
+def _missing(packages: dict[str, str | None], page: list[str]) -> list[str]:
+    """Missing packages: of the engine, and of the page if more than half of its packages are installed.
+
+    Fewer, such as pydantic, can come with something else.
+    """
     absent = [name for name, version in packages.items() if version is None]
-    return [name for name in absent if name in PACKAGES or not set(APP_PACKAGES) <= set(absent)]
+    without_page = 2 * sum(name in absent for name in page) >= len(page)
+    return [name for name in absent if not (without_page and name in page)]
 
 
 def _why_closed(settings: Settings) -> str:

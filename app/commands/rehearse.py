@@ -72,7 +72,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     parser.add_argument(
         "--path", metavar="NAME", help="one of the plan's paths by name or id, instead of the chosen one"
     )
-    parser.add_argument("--operator", choices=("scripted", "pushing"), default="scripted", help="whose hand it is")
+    parser.add_argument("--operator", choices=tuple(DRIVES), default="scripted", help="whose hand it is")
     parser.add_argument("--task", choices=("path", "inspect"), default="path", help="follow the path, or inspect")
     parser.add_argument("--targets", type=Path, help="a Markups file with targets, instead of the plan's own")
     parser.add_argument("--tool", help="a shipped tool's name or a tool file, instead of the plan's")
@@ -347,6 +347,21 @@ def _rehearse(
         raise InputError(f"the recording {args.record} cannot be written: {error.strerror}") from error
 
 
+def _follow(run: HeadlessRun, args: argparse.Namespace) -> dict[str, Any]:
+    last = run.follow()
+    done = last.phase == "done"
+    result = {"completed": done, "reason": "" if done else last.reason, "reached_mm": last.progress_mm}
+    return result if done else result | _stopped(last)
+
+
+def _push(run: HeadlessRun, args: argparse.Namespace) -> dict[str, Any]:
+    steps = PUSHING_STEPS if args.steps is None else args.steps
+    return {"completed": True} | run.push(steps, args.seed, args.free)
+
+
+DRIVES = {"scripted": _follow, "pushing": _push}  # along the path, by the name of the operator
+
+
 def _drive(run: HeadlessRun, args: argparse.Namespace) -> dict[str, Any]:
     settings = run.rehearsal.settings
     result: dict[str, Any]
@@ -356,15 +371,8 @@ def _drive(run: HeadlessRun, args: argparse.Namespace) -> dict[str, Any]:
         targets = [run.inspect(i, steps) for i in range(len(scene.targets))]
         missed = [f"{t['target']}: {t['reason']}" for t in targets if not t["reached"]]
         result = {"completed": not missed, "reason": "; ".join(missed), "targets": targets}
-    elif args.operator == "pushing":
-        steps = PUSHING_STEPS if args.steps is None else args.steps
-        result = {"completed": True} | run.push(steps, args.seed, args.free)
     else:
-        last = run.follow()
-        done = last.phase == "done"
-        result = {"completed": done, "reason": "" if done else last.reason, "reached_mm": last.progress_mm}
-        if not done:
-            result |= _stopped(last)
+        result = DRIVES[args.operator](run, args)
     path = run.rehearsal.scene.path
     length = math.nan if path is None else path.length
     zones = [

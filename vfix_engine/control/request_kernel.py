@@ -148,7 +148,7 @@ def path_request(
         max(forwards, -stoppable_speed(behind, t.speed_change, t.dt)), stoppable_speed(ahead, t.speed_change, t.dt)
     )
     desired = times(t.dt, plus(velocity, times(kept - forwards, tangent)))  # eq. 12
-    _write_progress(jacobian, 1.0, desired, PATH_REWARD, matrix, target)
+    _write_progress(jacobian, 1.0, desired, PATH_REWARD, matrix, target)  # eq. 13
     compliance = t.gain * t.dt * ramp * progress_weight(PATH_REWARD)
     return _asked(jacobian, desired, times(t.dt, wanted), state.velocity, compliance, motion_gain)
 
@@ -266,7 +266,7 @@ def _write_progress(
     for k in range(3):
         target[k], matrix[k, n] = 0.0, -desired[k]
         for j in range(n):
-            matrix[k, j] = lever * jacobian[k, j]
+            matrix[k, j] = lever * jacobian[k, j]  # eq. 13, with λ: ‖J Δq − λ ΔP_d‖²
     for j in range(n):
         matrix[3, j] = 0.0
     target[3] = matrix[3, n] = weight

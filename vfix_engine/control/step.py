@@ -7,6 +7,7 @@ programs in addition (``relaxations``).
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -135,12 +136,14 @@ def refused_by(problem: Problem, after: StepState) -> str | Fixture | None:
 
 
 def verdict_of(fixture: Fixture) -> Callable[[StepState, StepState], bool]:
-    """Return the fixture's ``is_admissible``, or ``keeps``, its name in earlier versions.
+    """Return the fixture's ``is_admissible``, or ``keeps``, its name in earlier versions, with a DeprecationWarning.
 
     Raises:
         InputError: the fixture has neither.
     """
-    verdict = getattr(fixture, "is_admissible", None) or getattr(fixture, "keeps", None)
+    verdict = getattr(fixture, "is_admissible", None)
+    if verdict is None and (verdict := getattr(fixture, "keeps", None)) is not None:
+        warnings.warn(f"{type(fixture).__name__}.keeps is is_admissible now", DeprecationWarning, stacklevel=2)
     if verdict is None:
         raise InputError(
             f"the fixture {type(fixture).__name__} has no is_admissible(before, after); one that never refuses a "

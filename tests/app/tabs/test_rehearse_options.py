@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -114,6 +114,19 @@ def test_a_head_without_a_ct_has_no_soft_tissue_and_says_why(phantom_services: S
 
 def fail_tissue() -> None:
     raise AssertionError("nobody needs the tissue")
+
+
+@dataclass(frozen=True)
+class OneMoreOption(RehearsalOptions):
+    one_more: bool = False
+
+
+@pytest.mark.parametrize("name", ["soft_tissue", "speed_limit", "one_more"])
+def test_a_place_without_the_remote_centre_has_no_effect_and_every_option_has(name: str) -> None:
+    on = OneMoreOption(**{name: True})
+    elsewhere = replace(on, centre=PathPlace("p1"))
+    assert elsewhere.in_force == on.in_force == on != OneMoreOption()
+    assert replace(elsewhere, remote_centre=True).in_force.centre == PathPlace("p1")
 
 
 def test_an_option_is_told_as_acting_only_where_it_acts() -> None:

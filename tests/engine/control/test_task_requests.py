@@ -6,6 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from scipy.spatial import ConvexHull
 
 from tests.engine.scenes import straight_scene, wall
 from vfix_engine.control import ControlContext, ControlSettings, HandCommand, StepRequest, StepState, Task
@@ -220,19 +221,26 @@ def test_rest_is_told_from_a_turn_of_mind(context: ControlContext) -> None:
 
 
 def test_rows_hold_the_virtual_point_inside_its_ball(context: ControlContext) -> None:
-    """HAZ-07: planes of a step at a time in which everything can stop at once."""
+    """HAZ-07: from 0.2 µm inside a corner of the planes, steps so short that everything can stop at once."""
     state = context.measure(np.zeros(7))
     view = state.tip.position + 15.0 * context.tool.direction(state.tip.rotation)
-    goal = view - [0.05, 0.0, 0.0]
-    (ball,) = InspectTarget(goal).request(state, HandCommand()).constraints
     jacobian = point_jacobian(state.tip, view)
-    least = SETTINGS.approach_deceleration_mm_per_s2 * SETTINGS.dt_s**2
-    for move in np.random.default_rng(3).normal(size=(500, 3)):
-        step = least * move / np.linalg.norm(move)
-        dq = np.linalg.lstsq(jacobian, step, rcond=None)[0]
-        inside = np.linalg.norm(view + step - goal) <= 0.2
-        if (ball.matrix[:, :-1] @ dq <= ball.bound).all():
-            assert inside
+    facets = ConvexHull(BALL_DIRECTIONS).equations
+    corners = facets[facets[:, 3] >= facets[:, 3].max() - 1e-9, :3]  # those that lie on the ball
+    length = SETTINGS.approach_deceleration_mm_per_s2 * SETTINGS.dt_s**2
+    random, counts = np.random.default_rng(3), {(a, b): 0 for a in (True, False) for b in (True, False)}
+    for corner in corners:
+        goal = view - 0.1998 * corner
+        (ball,) = InspectTarget(goal).request(state, HandCommand()).constraints
+        for move in random.normal(size=(20, 3)):
+            dq = np.linalg.lstsq(jacobian, length * move / np.linalg.norm(move), rcond=None)[0]
+            after = context.measure(dq).tip
+            reached = after.position + 15.0 * context.tool.direction(after.rotation)
+            # 1e-9 mm: what the rows, which are linear, leave out of so short a step
+            inside = bool(np.linalg.norm(reached - goal) <= 0.2 + 1e-9)
+            counts[bool((ball.matrix[:, :-1] @ dq <= ball.bound).all()), inside] += 1
+    assert counts[True, False] == 0
+    assert min(counts[True, True], counts[False, False]) > 50
 
 
 def test_the_virtual_points_jacobian_against_central_differences(context: ControlContext) -> None:

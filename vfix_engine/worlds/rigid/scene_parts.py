@@ -220,8 +220,7 @@ def _no_limit(one: Any, field: Field[Any]) -> bool:
 
 def _exactly(kind: Any, values: dict[str, Any]) -> Any:
     """An object of these values, validated as usual, but a unit vector is not normalised a second time."""
-    given = {name: tuple(value) if name == "point_in_tip" else value for name, value in values.items()}
-    one = kind(**given)
+    one = kind(**{name: _tuples(value) for name, value in values.items()})
     for name, value in values.items():
         made = getattr(one, name)
         if isinstance(made, np.ndarray):
@@ -231,3 +230,8 @@ def _exactly(kind: Any, values: dict[str, Any]) -> Any:
             exact.setflags(write=False)
             object.__setattr__(one, name, exact)
     return one
+
+
+def _tuples(value: Any) -> Any:
+    """Tuples in place of lists, which a field that is an array takes as well."""
+    return tuple(map(_tuples, value)) if isinstance(value, list) else value

@@ -6,7 +6,7 @@ import json
 import pickle
 import time
 from collections.abc import Callable
-from dataclasses import fields, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -42,7 +42,7 @@ from vfix_engine.virtual_fixtures.soft_zone import SoftZone
 from vfix_engine.virtual_fixtures.weighted import weighted
 from vfix_engine.worlds.rigid.rehearsal import Rehearsal
 from vfix_engine.worlds.rigid.scene import Scene
-from vfix_engine.worlds.rigid.scene_parts import robot_from, robot_parts
+from vfix_engine.worlds.rigid.scene_parts import FIXTURES, fixtures_from, fixtures_parts, robot_from, robot_parts
 from vfix_engine.worlds.rigid.snapshot import RigidSnapshot
 from vfix_engine.worlds.rigid.spec import RigidSpec, SceneSpec
 
@@ -162,6 +162,21 @@ def test_a_scene_comes_back_from_its_parts_exactly(own_scene: Scene) -> None:
     assert pickle.loads(pickle.dumps(spec)).to_parts()[0] == values
     with pytest.raises(InputError, match="cannot be read"):
         RigidSpec.from_parts({}, arrays)
+
+
+@dataclass(frozen=True)
+class Corners(NeverBack):
+    """A fixture with tuples, one without a default and one of tuples."""
+
+    sides: tuple[str, ...]
+    corners: tuple[tuple[float, float], ...] = ()
+
+
+def test_tuples_of_a_fixture_come_back_as_tuples(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(FIXTURES, "Corners", Corners)
+    written = (Corners(("left", "right"), ((0.1, 0.2), (0.3, 1.0 / 3.0))), Corners(()))
+    values, arrays = fixtures_parts(written)
+    assert fixtures_from(parse_json(json.dumps({"fixtures": values}))["fixtures"], arrays) == written
 
 
 def test_a_fixture_of_ones_own_crosses_but_is_not_written(own_scene: Scene, tmp_path: Path) -> None:
