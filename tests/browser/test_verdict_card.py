@@ -1,4 +1,4 @@
-"""The verdict card: one word, figures with units, the worst first, each of which leads to its place."""
+"""HAZ-40: the verdict card: one word, figures with units, the worst first, each of which leads to its place."""
 
 from __future__ import annotations
 
