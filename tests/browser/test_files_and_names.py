@@ -261,7 +261,7 @@ def test_a_window_that_is_locked_out_says_what_to_do(open_page: Open, rest: Rest
         station.page.wait_for_timeout(3000)
         assert asked == []
         assert station.page.locator("#panel").evaluate("(panel) => panel.inert")
-        reading = station.page.locator(".reading").first
+        reading = station.page.locator(".hint")
         station.wait_for("grey", lambda: reading.evaluate("(one) => getComputedStyle(one).opacity < 0.5"))
         station.picture("locked-out")
     finally:

@@ -27,7 +27,7 @@ def test_everything_is_found_by_its_name(open_page: Open, rest: Rest) -> None:
     station.wait_for("a plan", lambda: station.state("plan"))
     page = station.page
 
-    choose(page, "notes")  # needs more words: its field gets the focus, unfolded
+    choose(page, "set notes")  # needs more words: its field gets the focus, unfolded
     expect(page.locator("#plan-notes")).to_be_focused()
     choose(page, "register")  # from within a field
     station.wait_for("the tab", lambda: station.state("step")["name"] == "register")

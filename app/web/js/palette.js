@@ -119,9 +119,11 @@ export class Palette {
   use(tab, type) {
     const { connection, panels } = this.sources;
     const go = () => {
+      if (connection.state.step?.name !== tab) return; // another one was chosen meanwhile
       const panel = panels.get(tab);
       const control = panel && controlOf(panel, type);
-      if (control) press(control);
+      if (control?.isConnected) press(control);
+      else if (control) requestAnimationFrame(go); // its panel is not drawn yet
     };
     if (connection.state.step?.name === tab) {
       go();
@@ -130,7 +132,7 @@ export class Palette {
     const shown = () => {
       if (connection.state.step?.name !== tab) return;
       connection.removeEventListener("state", shown);
-      requestAnimationFrame(() => requestAnimationFrame(go)); // once its panel is drawn
+      requestAnimationFrame(() => requestAnimationFrame(go)); // once the panel shows the planner's values
     };
     connection.addEventListener("state", shown);
     connection.send("step.set", { name: tab });
