@@ -121,9 +121,14 @@ export class SuggestGroup {
    * @param {number} number
    */
   row(one, number) {
+    const key = `${this.suggestion?.id} ${number}`;
     const shown = () => this.preview(number);
+    // a pointer that rests is not asking, though the list may move below it
+    const pointed = (/** @type {PointerEvent} */ { movementX, movementY }) => {
+      if ((movementX || movementY) && this.connection.state.shaft?.shown !== key) shown();
+    };
     return h("li", {}, h("button", {
-      type: "button", class: "alternative", "data-shown": `${this.suggestion?.id} ${number}`, "aria-pressed": "false", onclick: shown, onmouseenter: shown,
+      type: "button", class: "alternative", "data-shown": key, "aria-pressed": "false", onclick: shown, onpointermove: pointed,
     }, h("span", { class: "name" }, `Way ${number + 1}`), h("span", { class: one.verdict === "fits" ? "words" : "words caution", title: one.words }, figures(one))));
   }
 
