@@ -73,7 +73,10 @@ def _read(operation: type[Operation], body: Mapping[str, Any], where: Place, key
     for key, name in names.items():
         if key in body:
             outer, _, inner = name.partition(".")
-            values[outer] = {inner: body[key]} if inner else body[key]
+            if inner:
+                values.setdefault(outer, {})[inner] = body[key]
+            else:
+                values[outer] = body[key]
     try:
         found = read(operation, values, where)
     except Unreadable as error:

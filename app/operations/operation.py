@@ -42,7 +42,7 @@ class Operation(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     rest: method and address below /api/v1, or several; '{id}' is the document's. A field that an address names is read
     from there. Operations of one address are told apart by the keys of their bodies: one of them is done per request.
     status: of the answer. message: its type on the WebSocket. aliases: names of fields there that differ, '' of
-    one that is not said there; 'fle.mm' of the field `mm` of the field `fle`, where only that is said there.
+    one that is not said there; 'fle.mm' of the field `mm` of the field `fle`, whose fields stand there on their own.
     of_open: the message names no document, it is about the one that the client has open.
     answers: what REST answers with instead of the document, see `answer`.
     verb: on the command line, such as 'plan rename' or, as an option of a listing, 'case labels --undo'; or several,

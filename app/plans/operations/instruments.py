@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 import msgspec
 from msgspec import Meta
@@ -38,6 +39,8 @@ class ChooseRobot(PlanEdit, frozen=True):
     """Choose another robot, which has no placement yet."""
 
     rest = "PATCH /plans/{id}"
+    message = "plan.robot"
+    aliases: ClassVar[Mapping[str, str]] = {f"robot.{name}": name for name in RobotChoice.__struct_fields__}
     robot: RobotChoice
 
     def run(self, context: Plans, document_id: str) -> StoredPlan:
@@ -51,23 +54,15 @@ class ChooseRobot(PlanEdit, frozen=True):
         return check_robot(without_placement(msgspec.to_builtins(self.robot)))
 
 
-class ChooseRobotByName(PlanEdit, frozen=True):
-    """Choose another robot: a shipped one by its name, or an uploaded URDF by its hash and the link of the tool."""
-
-    title = "Choose robot"
-    message = "plan.robot"
-    name: Identifier
-    urdf: Identifier | None = None
-    tool_frame: Name | None = None
-
-    def run(self, context: Plans, document_id: str) -> StoredPlan:
-        return ChooseRobot(robot=RobotChoice(self.name, self.urdf, self.tool_frame)).run(context, document_id)
-
-
 class ChooseTool(PlanEdit, frozen=True):
-    """Choose another tool, or another shape of it; the robot's placement, made for the old one, is dropped."""
+    """Choose another tool, or another shape of it; the robot's placement, made for the old one, is dropped.
+
+    A bend or shaft radius that is left out is the shipped one's.
+    """
 
     rest = "PATCH /plans/{id}"
+    message = "plan.tool"
+    aliases: ClassVar[Mapping[str, str]] = {f"tool.{name}": name for name in ToolChoice.__struct_fields__}
     tool: ToolChoice
 
     def apply(self, content: PlanContent, context: Plans) -> PlanContent:
@@ -75,20 +70,6 @@ class ChooseTool(PlanEdit, frozen=True):
         checked = check_tool_shape({name: value for name, value in shape.items() if name != "name"})
         shaped_tool(self.tool.name, **checked)
         return content.with_tool(self.tool.name, checked)
-
-
-class ChooseToolByName(PlanEdit, frozen=True):
-    """Choose another tool by its name; a bend or radius that is left out is the shipped one's."""
-
-    title = "Choose tool"
-    message = "plan.tool"
-    name: Identifier
-    bend_deg: ShapeNumber | None = None
-    shaft_radius_mm: ShapeNumber | None = None
-
-    def apply(self, content: PlanContent, context: Plans) -> PlanContent:
-        tool = ToolChoice(self.name, self.bend_deg, self.shaft_radius_mm)
-        return ChooseTool(tool=tool).apply(content, context)
 
 
 class PlaceRobot(PlanEdit, frozen=True):
@@ -141,4 +122,4 @@ class ReferToRegistration(PlanEdit, frozen=True):
         return replace(content, registration=checked, robot=robot)
 
 
-OPERATIONS = (ChooseRobot, ChooseTool, ChooseRobotByName, ChooseToolByName, PlaceRobot, UseRegistration)
+OPERATIONS = (ChooseRobot, ChooseTool, PlaceRobot, UseRegistration)

@@ -42,7 +42,7 @@ class VersionChange(Change, frozen=True):
         raise NotImplementedError
 
     def version(self, versions: PlanVersions, plan_id: str) -> PlanVersion:
-        """The version, after it. Raises NotFound."""
+        """The version that was changed. Raises NotFound."""
         raise NotImplementedError
 
     def answer(self, context: Plans, document: StoredPlan) -> VersionPublic:
@@ -64,19 +64,24 @@ class SaveVersion(VersionChange, frozen=True):
         return versions.get(plan_id, self.name)
 
 
-class RenameVersion(VersionChange, frozen=True):
+class ListedVersionChange(VersionChange, frozen=True):
+    """Changes a version that is on the list afterwards."""
+
+    version_id: Identifier
+
+    def version(self, versions: PlanVersions, plan_id: str) -> PlanVersion:
+        return versions.get(plan_id, self.version_id)
+
+
+class RenameVersion(ListedVersionChange, frozen=True):
     """Give a version another name."""
 
     rest = "PATCH /plans/{id}/versions/{version_id}"
     message = "version.rename"
-    version_id: Identifier
     name: Name
 
     def change(self, context: Plans, plan_id: str) -> None:
         context.service.versions.rename(plan_id, self.version_id, self.name)
-
-    def version(self, versions: PlanVersions, plan_id: str) -> PlanVersion:
-        return versions.get(plan_id, self.name)
 
 
 class DeleteVersion(VersionChange, frozen=True):
@@ -93,18 +98,14 @@ class DeleteVersion(VersionChange, frozen=True):
         return versions.last_deleted(plan_id, self.version_id)
 
 
-class RestoreVersion(VersionChange, frozen=True):
+class RestoreVersion(ListedVersionChange, frozen=True):
     """Bring a deleted version back to the list."""
 
     rest = "POST /plans/{id}/versions/{version_id}/restore"
     message = "version.restore"
-    version_id: Identifier
 
     def change(self, context: Plans, plan_id: str) -> None:
         context.service.versions.restore(plan_id, self.version_id)
-
-    def version(self, versions: PlanVersions, plan_id: str) -> PlanVersion:
-        return versions.get(plan_id, self.version_id)
 
 
 class GoBack(PlanEdit, frozen=True):

@@ -27,7 +27,7 @@ from app.session.commands import InvalidMessage, parse_command
 from vfix_engine.errors import InputError
 
 HOSTILE: list[Any] = [1e300, -1e300, "x" * 10_001, {"a": [1] * 1000}, [[0.0] * 1000] * 10, "../../etc\n", [], ""]
-TEXTS = ["name", "#00ff00", "", "sha256:" + "0" * 64]
+TEXTS = ["name", "#00ff00", "", "0" * 64, "sha256:" + "0" * 64]
 ROUTES = [
     pytest.param(method, path, operations, id=f"{method} {path}")
     for spec in specs()
