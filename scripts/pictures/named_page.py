@@ -48,7 +48,9 @@ class NamedPage:
         field.select_option(label=option)
 
     def fill(self, label: str, value: str) -> None:
-        self.field(label).fill(value)
+        """Type into a text field: a checkbox may have a label that begins alike."""
+        named = re.compile(rf"^{re.escape(label)}")
+        self._seen(f"the field {label!r}", self.page.get_by_role("textbox", name=named)).fill(value)
 
     def check(self, label: str) -> None:
         self.field(label).check()
