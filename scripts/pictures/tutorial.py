@@ -89,7 +89,7 @@ def read_the_verdict(page: NamedPage) -> None:
     page.wait("the tool", lambda: page.station.state("corridor")["shown_mm"] is not None)
     page.scroll_to("Path")
     page.take("planning_verdict")
-    page.press("Hide the tool")
+    page.press("Hide tool")
 
 
 def drag_a_point(page: NamedPage) -> None:

@@ -33,6 +33,7 @@ def verdict_view(evaluation: PlanEvaluation) -> VerdictView:
     plotted: ClearanceProfile = {
         "s_mm": np.round(profile.s, 2).tolist(),
         "curves": curves,
+        "exact_to_mm": round(evaluation.run.exact_to_mm, 3),
         "tissue_mm": None if tissue is None else np.round(tissue.length, 1).tolist(),
         "tissue_depth_mm": None if tissue is None else np.round(tissue.depth, 2).tolist(),
         "registration_mm": None if profile.off_mm is None else np.round(profile.off_mm, 3).tolist(),

@@ -144,7 +144,8 @@ class ObstacleCurve(TypedDict):
 class ClearanceProfile(TypedDict):
     """Along the path, at one pose of the dry run for every 0.5 mm: all lists are of one length, in mm.
 
-    curves: bone first, then each hard structure to spare.
+    curves: bone first, then each hard structure to spare. exact_to_mm: bone that is farther away is at this distance or
+    beyond.
     tissue_mm and tissue_depth_mm: along which length and how deep the tool is in soft tissue; None without a CT.
     registration_mm: what the registration may be off by at the tip (95 %); None without one.
     sideways_mm: how far sideways air leads round the tissue that the tool passes; None where not known anywhere.
@@ -152,6 +153,7 @@ class ClearanceProfile(TypedDict):
 
     s_mm: list[float]
     curves: list[ObstacleCurve]
+    exact_to_mm: float
     tissue_mm: list[float] | None
     tissue_depth_mm: list[float] | None
     registration_mm: list[float] | None

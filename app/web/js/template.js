@@ -1,6 +1,6 @@
 // Templates of panels: what a part of a panel shows, written as the HTML of its section. lit-html draws it, and with each
 // update only what differs, so that focus, hover and a press in the middle survive. Text from data goes in as text.
-import { html, noChange, nothing, render } from "/static/lib/lit-html/lit-html.js";
+import { html, noChange, nothing, render, svg } from "/static/lib/lit-html/lit-html.js";
 import { setCommittedValue } from "/static/lib/lit-html/directive-helpers.js";
 import { Directive, directive } from "/static/lib/lit-html/directive.js";
 import { live } from "/static/lib/lit-html/directives/live.js";
@@ -9,7 +9,7 @@ import { ICONS } from "./dom.js";
 
 /** @import { PropertyPart, TemplateResult } from "/static/lib/lit-html/lit-html.js" */
 
-export { html, live, nothing, repeat };
+export { html, live, nothing, repeat, svg };
 
 /**
  * Draw a template into an element. The focus stays where it is; where its row of a list has gone, the next row gets it.
@@ -110,4 +110,28 @@ export function filesButton({ id, input, words, disabled, title, folder, accept 
   };
   return html`<button type="button" id=${id} title=${title ?? nothing} ?disabled=${disabled} @click=${ask}>${words}</button
     ><input type="file" hidden multiple id=${input} accept=${accept ?? nothing} ?webkitdirectory=${folder} @change=${take}>`;
+}
+
+/**
+ * A '?' that shows and hides an explanation, which `helpText` draws.
+ * @param {string} id of the explanation
+ * @param {string} about what it explains
+ */
+export function helpButton(id, about) {
+  const toggle = (/** @type {Event} */ { currentTarget }) => {
+    const button = /** @type {HTMLElement} */ (currentTarget);
+    const text = /** @type {HTMLElement} */ (document.getElementById(id));
+    text.hidden = !text.hidden;
+    button.setAttribute("aria-expanded", String(!text.hidden));
+  };
+  return html`<button type="button" class="icon plain help-button" title="Help" aria-label=${`Help on ${about}`} aria-expanded="false" aria-controls=${id} @click=${toggle}>?</button>`;
+}
+
+/**
+ * What a '?' explains, hidden until it is asked for.
+ * @param {string} id
+ * @param {unknown} words
+ */
+export function helpText(id, words) {
+  return html`<p class="words help" id=${id} hidden>${words}</p>`;
 }

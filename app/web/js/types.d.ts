@@ -578,7 +578,8 @@ export interface PiercedView {
 /**
  * Along the path, at one pose of the dry run for every 0.5 mm: all lists are of one length, in mm.
  *
- * curves: bone first, then each hard structure to spare.
+ * curves: bone first, then each hard structure to spare. exact_to_mm: bone that is farther away is at this distance or
+ * beyond.
  * tissue_mm and tissue_depth_mm: along which length and how deep the tool is in soft tissue; None without a CT.
  * registration_mm: what the registration may be off by at the tip (95 %); None without one.
  * sideways_mm: how far sideways air leads round the tissue that the tool passes; None where not known anywhere.
@@ -586,6 +587,7 @@ export interface PiercedView {
 export interface ClearanceProfile {
   s_mm: number[];
   curves: ObstacleCurve[];
+  exact_to_mm: number;
   tissue_mm: number[] | null;
   tissue_depth_mm: number[] | null;
   registration_mm: number[] | null;
