@@ -31,9 +31,9 @@ export class SuggestGroup {
     this.words = h("p", { class: "words", id: "suggest-words" });
     /** @type {HTMLSelectElement} */
     this.target = h("select", { id: "suggest-target" });
-    this.button = h("button", { type: "button", class: "wide", id: "suggest", onclick: () => this.look() }, "Suggest a path");
+    this.button = h("button", { type: "button", class: "wide", id: "suggest", "data-command": "suggest", onclick: () => this.look() }, "Suggest a path");
     this.list = h("ul", { class: "list", id: "alternatives", "aria-label": "Suggested paths" });
-    this.useButton = h("button", { type: "button", class: "wide primary", id: "use-suggestion", "data-operation": "suggestion.use", hidden: true, onclick: () => this.use() }, "Use this path");
+    this.useButton = h("button", { type: "button", class: "wide primary", id: "use-suggestion", "data-command": "suggestion.use", hidden: true, onclick: () => this.use() }, "Use this path");
     this.element = group("Suggest a path", null, h("label", { class: "field" }, h("span", { class: "field-label" }, h("span", {}, "Target")), this.target), this.button,
       this.work.element, this.words, this.list, this.useButton);
   }
@@ -167,7 +167,7 @@ export class ToolTableGroup {
     this.table = null;
     this.askedOf = ""; // the path when the drives were asked for
     this.words = h("p", { class: "words", id: "tools-words" });
-    this.button = h("button", { type: "button", class: "wide", id: "which-tool", onclick: () => this.measure() }, "Which tool?");
+    this.button = h("button", { type: "button", class: "wide", id: "which-tool", "data-command": "which-tool", onclick: () => this.measure() }, "Which tool?");
     this.body = h("tbody");
     const columns = ["Tool", "Bone", "Soft tissue"].map((name) => h("th", { scope: "col" }, name));
     this.rows = h("table", { class: "points", id: "tool-table", "aria-label": "Tools along this path", hidden: true }, h("thead", {}, h("tr", {}, columns)), this.body);
@@ -243,7 +243,7 @@ export class ShaftGroup {
     this.connection = connection;
     this.changed = whenChanged();
     this.words = h("p", { class: "words", id: "shaft-words" });
-    this.aimButton = h("button", { type: "button", id: "aim-shaft", "data-operation": "shaft.aim", onclick: () => this.aim() }, "Aim the shaft here");
+    this.aimButton = h("button", { type: "button", id: "aim-shaft", "data-command": "shaft.aim", onclick: () => this.aim() }, "Aim the shaft here");
     this.clearButton = h("button", { type: "button", id: "clear-shaft", "data-operation": "shaft.clear", onclick: () => this.act("shaft.clear") }, "Leave it open");
     /** @type {string | null} whose roll the field shows */
     this.point = null;
