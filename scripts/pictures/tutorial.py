@@ -57,10 +57,10 @@ def mark_the_orbit(page: NamedPage) -> None:
 
 def spare_the_orbit(page: NamedPage) -> None:
     page.go_to("Plan")
-    page.unfold("Structures to spare")
+    page.unfold("Protected structures")
     choice = page.field("Structure of this head")
     page.wait("the structure", lambda: "Left orbit" in choice.locator("option").all_inner_texts())
-    assert "Spare a structure of this head …" in choice.locator("option").all_inner_texts()
+    assert "Protect a structure …" in choice.locator("option").all_inner_texts()
     choice.select_option(label="Left orbit")
     page.wait("the region", lambda: page.station.state("regions")["items"])
     page.field("Margin")
