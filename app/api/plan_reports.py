@@ -23,7 +23,7 @@ class TargetReportPublic(BaseModel):
 
 
 class SoftDepthPublic(BaseModel):
-    """A soft structure to spare, how deep below the border of its layer the tool goes, and where its tip is then."""
+    """A soft protected structure, how deep below the border of its layer the tool goes, and where its tip is then."""
 
     name: str
     depth_mm: float
@@ -49,7 +49,7 @@ class PiercedPublic(BaseModel):
 class PathReportPublic(BaseModel):
     """The verdict on one path; lengths in mm, null where they are not known, as tissue is without a CT.
 
-    short: the level with what decided it, with which the words begin. nearest: bone or the structure to spare that
+    short: the level with what decided it, with which the words begin. nearest: bone or the protected structure that
     leaves least above its margin, margin_mm; least_clearance_mm: to it.
     """
 

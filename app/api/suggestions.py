@@ -40,7 +40,7 @@ class AlternativePublic(BaseModel):
     """A path with directions of the shaft, and how the tool was driven along it; lengths in mm.
 
     verdict: the level that the plan has when it is led along it, short: in a few words, words: the whole of it.
-    nearest: bone or the structure to spare that leaves least above its margin, margin_mm; nearest_clearance_mm: to it.
+    nearest: bone or the protected structure that leaves least above its margin, margin_mm; nearest_clearance_mm: to it.
     least_clearance_mm: to bone. short_of_target_mm: from the path's end to the target. tight: the verdict is;
     turns: the shaft's direction changes along the path.
     sideways_mm: how far sideways air leads round the tissue that the tool passes; ways that pierce tissue are never

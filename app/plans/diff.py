@@ -205,7 +205,7 @@ _WORDS: Mapping[str, Callable[[PlanContent, PlanContent], Iterable[str]]] = {
     "path_id": _chosen,
     "targets": lambda was, now: listed(was.targets, now.targets, lambda point: f"Target ‘{point.label}’", _point),
     "robot": _robots,
-    "zones": lambda was, now: listed(was.zones, now.zones, lambda zone: f"Structure to spare ‘{zone.name}’", _zone),
+    "zones": lambda was, now: listed(was.zones, now.zones, lambda zone: f"Protected structure ‘{zone.name}’", _zone),
     "removed_bone": lambda was, now: listed(
         was.removed_bone, now.removed_bone, lambda bone: f"Bone to be removed ‘{bone.name}’", _region
     ),

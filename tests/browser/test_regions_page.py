@@ -1,4 +1,4 @@
-"""Structures to spare, bone to be removed and paths on the page, with mouse and keyboard."""
+"""Protected structures, bone to be removed and paths on the page, with mouse and keyboard."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Commands of the structures to spare, of the bone to be removed, and of a plan's paths."""
+"""Commands of the protected structures, of the bone to be removed, and of a plan's paths."""
 
 from __future__ import annotations
 

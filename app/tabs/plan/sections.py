@@ -134,7 +134,7 @@ class VerdictPart(TypedDict):
 
 
 class ObstacleCurve(TypedDict):
-    """Clearance of the whole tool to bone or to a hard structure to spare along the path, and its margin, in mm."""
+    """Clearance of the whole tool to bone or to a hard protected structure along the path, and its margin, in mm."""
 
     name: str
     margin_mm: float
@@ -144,8 +144,8 @@ class ObstacleCurve(TypedDict):
 class ClearanceProfile(TypedDict):
     """Along the path, at one pose of the dry run for every 0.5 mm: all lists are of one length, in mm.
 
-    curves: bone first, then each hard structure to spare. exact_to_mm: bone that is farther away is at this distance or
-    beyond.
+    curves: bone first, then each hard protected structure.
+    exact_to_mm: bone that is farther away is at this distance or beyond.
     tissue_mm and tissue_depth_mm: along which length and how deep the tool is in soft tissue; None without a CT.
     registration_mm: what the registration may be off by at the tip (95 %); None without one.
     sideways_mm: how far sideways air leads round the tissue that the tool passes; None where not known anywhere.
@@ -185,7 +185,7 @@ class VerdictView(TypedDict):
 
     pierced: what is drawn in red; None where the tool pierces nothing.
     show_mm: arc length of the place to look at first. nearest: name of what leaves least above its margin, bone or a
-    structure to spare, nearest_curve: its curve, and nearest_mm: arc length of that place.
+    protected structure, nearest_curve: its curve, and nearest_mm: arc length of that place.
     """
 
     level: Level

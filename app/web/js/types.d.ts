@@ -256,7 +256,7 @@ export interface RegionsSection {
 }
 
 /**
- * A structure to spare, or a region of bone to be removed.
+ * A protected structure, or a region of bone to be removed.
  *
  * kind: of its shape. sub: its shape and how it is kept, in words. sizes: a radius, or a box's half sizes along its
  * axes; place: where it is taken by when it is moved, None of a structure of the case. What a purpose or a kind does
@@ -289,7 +289,7 @@ export interface DrawingView {
   words: string;
 }
 
-/** A structure of the case that can be spared as it is. */
+/** A structure of the case that can be protected as it is. */
 export interface StructureChoice {
   id: string;
   name: string;
@@ -531,7 +531,7 @@ export interface ScaleView {
  *
  * pierced: what is drawn in red; None where the tool pierces nothing.
  * show_mm: arc length of the place to look at first. nearest: name of what leaves least above its margin, bone or a
- * structure to spare, nearest_curve: its curve, and nearest_mm: arc length of that place.
+ * protected structure, nearest_curve: its curve, and nearest_mm: arc length of that place.
  */
 export interface VerdictView {
   level: "fits" | "tight" | "pierces" | "blocked" | "unknown";
@@ -578,8 +578,8 @@ export interface PiercedView {
 /**
  * Along the path, at one pose of the dry run for every 0.5 mm: all lists are of one length, in mm.
  *
- * curves: bone first, then each hard structure to spare. exact_to_mm: bone that is farther away is at this distance or
- * beyond.
+ * curves: bone first, then each hard protected structure.
+ * exact_to_mm: bone that is farther away is at this distance or beyond.
  * tissue_mm and tissue_depth_mm: along which length and how deep the tool is in soft tissue; None without a CT.
  * registration_mm: what the registration may be off by at the tip (95 %); None without one.
  * sideways_mm: how far sideways air leads round the tissue that the tool passes; None where not known anywhere.
@@ -594,7 +594,7 @@ export interface ClearanceProfile {
   sideways_mm: number[] | null;
 }
 
-/** Clearance of the whole tool to bone or to a hard structure to spare along the path, and its margin, in mm. */
+/** Clearance of the whole tool to bone or to a hard protected structure along the path, and its margin, in mm. */
 export interface ObstacleCurve {
   name: string;
   margin_mm: number;
@@ -1147,7 +1147,7 @@ export interface PlanPath {
 }
 
 /**
- * A structure to spare.
+ * A protected structure.
  *
  * shape: as in a file of zones, or {'kind': 'capsules', 'points': …, 'radius': …} or {'kind': 'structure',
  * 'structure': id}. margin_mm: how far the tool stays away from a hard one; of a soft one the thickness of the layer
@@ -1211,7 +1211,7 @@ export interface SuggestionPublic {
  * A path with directions of the shaft, and how the tool was driven along it; lengths in mm.
  *
  * verdict: the level that the plan has when it is led along it, short: in a few words, words: the whole of it.
- * nearest: bone or the structure to spare that leaves least above its margin, margin_mm; nearest_clearance_mm: to it.
+ * nearest: bone or the protected structure that leaves least above its margin, margin_mm; nearest_clearance_mm: to it.
  * least_clearance_mm: to bone. short_of_target_mm: from the path's end to the target. tight: the verdict is;
  * turns: the shaft's direction changes along the path.
  * sideways_mm: how far sideways air leads round the tissue that the tool passes; ways that pierce tissue are never

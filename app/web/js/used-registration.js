@@ -44,7 +44,7 @@ export function usedWords(use, verdict, driven) {
 }
 
 /**
- * What the registration may be off by where least is left of a margin, to bone or to a structure to spare.
+ * What the registration may be off by where least is left of a margin, to bone or to a protected structure.
  * @param {VerdictView | null} verdict
  * @returns {string[]}
  */

@@ -1,4 +1,4 @@
-"""Structures to spare, bone to be removed and paths in the Plan tab: drawn by clicks, dragged, changed, undone."""
+"""Protected structures, bone to be removed and paths in the Plan tab: drawn by clicks, dragged, changed, undone."""
 
 from __future__ import annotations
 
