@@ -29,14 +29,17 @@ _Item = TypeVar("_Item", bound=_Named)
 
 
 def changes(before: PlanContent, after: PlanContent) -> tuple[str, ...]:
-    """Sentences, in the order of the panel; none where the two are the same. A robot's placement is not told.
+    """Sentences, in the order of the panel; none where the two are the same.
 
+    A robot's placement, which other edits drop by the way, is told where nothing else differs.
     A field without words of its own is told by its name.
     """
     found: list[str] = []
     for name in (*_WORDS, *(field.name for field in fields(after) if field.name not in _WORDS)):
         words = _WORDS.get(name)
         found += words(before, after) if words else _plain(name, getattr(before, name), getattr(after, name))
+    if not found and before.robot != after.robot:
+        found.append(f"The robot’s base is {'placed automatically' if after.robot['base'] is None else 'kept'}.")
     return tuple(found)
 
 

@@ -62,6 +62,7 @@ def verdict_view(evaluation: PlanEvaluation) -> VerdictView:
         "nearest_curve": int(np.argmin([one.left_mm for one in verdict.obstacles])),
         "nearest_mm": float(verdict.s_mm or 0.0),
         "length_mm": round(evaluation.length_mm, 3),
+        "base_mm": round(float(np.linalg.norm(evaluation.base[:3, 3] - evaluation.path.position(0.0))), 1),
         "profile": plotted,
     }
 

@@ -58,18 +58,19 @@ class ToolOption(RobotOption):
 
 
 class InstrumentsSection(TypedDict):
-    """What can be chosen; bounds (low, high) of a tool's bend and of its shaft's radius."""
+    """What can be chosen; bounds (low, high) of a tool's bend, of its shaft's radius, and of the margin."""
 
     robots: list[RobotOption]
     tools: list[ToolOption]
     bend_bounds_deg: list[float]
     radius_bounds_mm: list[float]
+    margin_bounds_mm: list[float]
 
 
 class PlanRobotView(TypedDict):
     """The plan's robot; of a URDF of one's own: its hash, the link that holds the tool, and all that could.
 
-    trouble: why it cannot be read, '' where it can.
+    is_placed: the plan keeps where its base stands. trouble: why it cannot be read, '' where it can.
     """
 
     name: str
@@ -78,6 +79,7 @@ class PlanRobotView(TypedDict):
     urdf: str | None
     tool_frame: str | None
     links: list[str]
+    is_placed: bool
     notes: list[str]
     trouble: str
 
@@ -95,7 +97,7 @@ class PlanToolView(TypedDict):
 
 
 class PlanSection(ItemsSection):
-    """The open plan; degree and length of its spline are 0 without one."""
+    """The open plan; degree and length of its spline are 0 without one. margin_mm: to bone, as it is set."""
 
     id: str
     revision: int
@@ -112,6 +114,7 @@ class PlanSection(ItemsSection):
     ghost: GhostView | None
     robot: PlanRobotView
     tool: PlanToolView
+    margin_mm: float
 
 
 class SoftTissueView(TypedDict):
@@ -186,6 +189,7 @@ class VerdictView(TypedDict):
     pierced: what is drawn in red; None where the tool pierces nothing.
     show_mm: arc length of the place to look at first. nearest: name of what leaves least above its margin, bone or a
     protected structure, nearest_curve: its curve, and nearest_mm: arc length of that place.
+    base_mm: distance of the robot's base from the entry.
     """
 
     level: Level
@@ -199,6 +203,7 @@ class VerdictView(TypedDict):
     nearest_curve: int
     nearest_mm: float
     length_mm: float
+    base_mm: float
     profile: ClearanceProfile
 
 

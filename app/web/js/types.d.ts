@@ -378,12 +378,13 @@ export interface PlanEntry {
   deleted: boolean;
 }
 
-/** What can be chosen; bounds (low, high) of a tool's bend and of its shaft's radius. */
+/** What can be chosen; bounds (low, high) of a tool's bend, of its shaft's radius, and of the margin. */
 export interface InstrumentsSection {
   robots: RobotOption[];
   tools: ToolOption[];
   bend_bounds_deg: number[];
   radius_bounds_mm: number[];
+  margin_bounds_mm: number[];
 }
 
 /** A robot that comes along; words: what it is. */
@@ -402,7 +403,7 @@ export interface ToolOption {
   shaft_radius_mm: number;
 }
 
-/** The open plan; degree and length of its spline are 0 without one. */
+/** The open plan; degree and length of its spline are 0 without one. margin_mm: to bone, as it is set. */
 export interface PlanSection {
   points: ItemEntry[];
   targets: ItemEntry[];
@@ -421,6 +422,7 @@ export interface PlanSection {
   ghost: GhostView | null;
   robot: PlanRobotView;
   tool: PlanToolView;
+  margin_mm: number;
 }
 
 /** A point of the path or a target. */
@@ -440,7 +442,7 @@ export interface GhostView {
 /**
  * The plan's robot; of a URDF of one's own: its hash, the link that holds the tool, and all that could.
  *
- * trouble: why it cannot be read, '' where it can.
+ * is_placed: the plan keeps where its base stands. trouble: why it cannot be read, '' where it can.
  */
 export interface PlanRobotView {
   name: string;
@@ -449,6 +451,7 @@ export interface PlanRobotView {
   urdf: string | null;
   tool_frame: string | null;
   links: string[];
+  is_placed: boolean;
   notes: string[];
   trouble: string;
 }
@@ -532,6 +535,7 @@ export interface ScaleView {
  * pierced: what is drawn in red; None where the tool pierces nothing.
  * show_mm: arc length of the place to look at first. nearest: name of what leaves least above its margin, bone or a
  * protected structure, nearest_curve: its curve, and nearest_mm: arc length of that place.
+ * base_mm: distance of the robot's base from the entry.
  */
 export interface VerdictView {
   level: "fits" | "tight" | "pierces" | "blocked" | "unknown";
@@ -545,6 +549,7 @@ export interface VerdictView {
   nearest_curve: number;
   nearest_mm: number;
   length_mm: number;
+  base_mm: number;
   profile: ClearanceProfile;
 }
 
@@ -810,7 +815,7 @@ export interface RobotView {
 }
 
 /**
- * The registration that the open plan uses. here: it is the one that is open in this tab.
+ * The registration that the open plan uses. here: it is the one that is open in this tab. to: what it leads to.
  *
  * words: that it can be used, or why not. Of one that can: doubts to know before, and what error is to be expected.
  * has_balls: the error at the plan's targets is known, and drawn as balls about them.
@@ -820,6 +825,7 @@ export interface PlanUseSection {
   registration: string | null;
   name: string | null;
   state: "none" | "ready" | "unfinished" | "misfit" | "inconsistent" | "deleted" | "missing" | "other_case" | "unreadable";
+  to: "patient" | "base" | null;
   words: string;
   doubts: string[];
   error_words: string;
@@ -1570,6 +1576,12 @@ export interface Commands {
   "add.mode": {
     kind: "point" | "target" | "none";
   };
+  "base.free": {
+    revision?: number | null;
+  };
+  "base.keep": {
+    revision?: number | null;
+  };
   "bead.confirm_all": {
     revision?: number | null;
   };
@@ -1764,6 +1776,10 @@ export interface Commands {
     name: string;
     urdf?: string | null;
     tool_frame?: string | null;
+    revision?: number | null;
+  };
+  "plan.settings": {
+    settings: Record<string, number>;
     revision?: number | null;
   };
   "plan.tool": {
