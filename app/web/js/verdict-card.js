@@ -3,6 +3,7 @@ import { byId, whenChanged } from "./dom.js";
 import { fixed, sentence } from "./format.js";
 import { remove } from "./rest.js";
 import { draw, html, iconTemplate, nothing } from "./template.js";
+import { LEVELS } from "./verdict-line.js";
 
 /** @import { ICONS } from "./dom.js" */
 /** @import { Connection } from "./connection.js" */
@@ -10,15 +11,6 @@ import { draw, html, iconTemplate, nothing } from "./template.js";
 
 const QUIET_MS = 400; // a run that ends sooner shows no bar
 const TABS = ["plan", "register", "rehearse"]; // that show it
-
-/** @type {Record<NonNullable<EvaluationSection["level"]>, { word: string, icon: keyof typeof ICONS }>} */
-const LEVELS = {
-  fits: { word: "Fits", icon: "fits" },
-  tight: { word: "Tight", icon: "tight" },
-  unknown: { word: "Unknown", icon: "unknown" },
-  blocked: { word: "Blocked", icon: "blocked" },
-  pierces: { word: "Blocked", icon: "blocked" },
-};
 
 /**
  * Whether the verdict and plot are of an earlier path, or of an earlier place of the hand that drags a point.
