@@ -23,7 +23,7 @@ import { placeOf, placeWords } from "./slices/place-words.js";
  */
 
 const MOST = 60; // entries that are listed
-const PLACE = /^\s*(?:[LRPASI]\s*[-−]?\d+(?:[.,]\d*)?[\s,;]*)+(?:mm)?\s*$/iu; // as far as it is typed
+const PLACE = /^\s*(?:[LRPASI]\s*[-−]?\d+(?:[.,]\d*)?[\s,;]*)+(?:[LRPASI]\s*[-−]?|mm)?\s*$/iu; // as far as it is typed
 const NOTHING = "Nothing has that name.";
 
 export class Palette {
@@ -270,6 +270,7 @@ function whyOff(control) {
  */
 function press(control) {
   for (let folded = control.closest("details"); folded; folded = folded.parentElement?.closest("details") ?? null) folded.open = true;
+  /** @type {HTMLElement | null} */ (control.closest("[popover]:not(:popover-open)"))?.showPopover();
   control.scrollIntoView({ block: "center" });
   control.focus();
   if (control instanceof HTMLButtonElement) control.click();
