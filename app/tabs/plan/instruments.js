@@ -119,13 +119,14 @@ export class InstrumentsGroup {
   base({ is_placed: kept }, corridor, use, frozen) {
     const away = corridor?.state === "current" ? corridor.verdict?.base_mm ?? null : null;
     const registered = use?.to === "base";
-    const how = registered ? "Placed by the registration" : kept ? "Kept with the plan" : "Placed automatically";
+    const how = registered ? "By registration" : kept ? "Kept" : "Automatic";
     const edit = (/** @type {"base.keep" | "base.free"} */ type, /** @type {string} */ done) => () => noteEdit(this.connection, "plan", this.connection.request(type), done);
-    return html`<div class="base-line"><p class="words" id="base-words"><span class="strong">Base</span> ${how}${away === null ? "" : `, ${fixed(away, 0)} mm from entry`}</p>
+    return html`<div class="field"><div class="field-label"><span>Base</span><span id="base-place">${away === null ? nothing : `${fixed(away, 0)} mm from entry`}</span></div>
+      <div class="base-line"><p id="base-words">${how}</p>
       <button type="button" id="keep-base" data-operation="base.keep" title="Later simulations start from this base" ?hidden=${registered || kept}
         ?disabled=${frozen || away === null} @click=${edit("base.keep", "Base is kept with the plan.")}>Keep base</button>
       <button type="button" id="free-base" data-operation="base.free" title="Each simulation places the base anew" ?hidden=${!kept}
-        ?disabled=${frozen} @click=${edit("base.free", "Base is placed automatically.")}>Place automatically</button></div>`;
+        ?disabled=${frozen} @click=${edit("base.free", "Base is placed automatically.")}>Place automatically</button></div></div>`;
   }
 
   /** @param {string} link of the own URDF */

@@ -2,7 +2,6 @@
 import { h, whenChanged } from "/static/js/dom.js";
 import { count } from "/static/js/format.js";
 import { field, heldNumber, ownNumber } from "/static/js/fields.js";
-import { unfold } from "/static/js/folding.js";
 import { draw, html, iconTemplate, nothing, repeat } from "/static/js/template.js";
 import { RegionFields } from "./region-fields.js";
 
@@ -36,8 +35,6 @@ export class RegionsGroup {
     this.purpose = purpose;
     this.words = PURPOSES[purpose];
     this.changed = whenChanged();
-    /** @type {string | null | undefined} what was selected when this was unfolded last */
-    this.unfolded = null;
     /** @type {Kind} of what is drawn next */
     this.kind = "sphere";
     /** @type {Side} on which the tool stays */
@@ -73,8 +70,6 @@ export class RegionsGroup {
       <ul class="list two-lines" id="${this.words.prefix}-list">${repeat(items, ({ id }) => id, (item) => this.row(item, removed, item === selected))}</ul>
       ${this.purpose === "remove" && items.length ? html`<p class="words" id="remove-total" role="status">${removed ? removed.words : "The bone in it is counted …"}</p>` : nothing}
       ${this.drawing(drawing, frozen)}`);
-    if (selected && selected.id !== this.unfolded) unfold(this.element);
-    this.unfolded = regions?.selected;
   }
 
   /**
