@@ -12,7 +12,7 @@ test("a job is told by what it works on, its stage and its share", () => {
 });
 
 test("one that waits has no share, and a name that cannot be used is left out", () => {
-  assert.equal(jobWords(job({ state: "queued", stage: "waiting", fraction: 0 })), "Import ‘Block’: waiting for another one");
+  assert.equal(jobWords(job({ state: "queued", stage: "waiting", fraction: 0 })), "Import ‘Block’: waiting for its turn");
   assert.equal(jobWords(job({ subject: "" })), "Import: Reading the file, 25 %");
 });
 
