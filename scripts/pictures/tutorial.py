@@ -18,7 +18,7 @@ def import_the_folder(page: NamedPage, folder: Path) -> None:
     page.go_to("Patient")
     page.button("Folder …")  # it opens a dialog of the system, so the files are set directly
     page.page.set_input_files("#folder", folder)
-    page.says("The head was imported. It is in the list of heads.")
+    page.says("Head imported.")
     page.press("Open it")
     page.wait("the new head", lambda: page.station.state("case")["name"].startswith("CT 1, "))
     page.station.ready()
@@ -41,18 +41,18 @@ def mark_the_orbit(page: NamedPage) -> None:
     page.press("Scene and three slices")
     page.scroll_to("Segment")
     page.choose("Tissue", "Soft tissue")
-    page.check("Crop to a box between two corners")
+    page.check("Crop to box")
     for label, place in zip(("One corner", "The opposite corner"), ORBIT_CORNERS, strict=True):
         page.fill(label, place)
         page.page.keyboard.press("Tab")
     page.choose("Islands", "The largest only")
     page.fill("Name", "Left orbit")
-    page.wait("the islands", lambda: "are kept" in page.page.locator("#segment-kept").inner_text())
+    page.wait("the islands", lambda: "kept" in page.page.locator("#segment-kept").inner_text())
     page.scroll_to("Segment")
     page.take("planning_structure")
     page.button("New label …")
-    page.press("Make surface")
-    page.says("is a structure of this head now. A plan can spare it.")
+    page.press("Make structure")
+    page.says("is a structure now. Protect it in Plan.")
 
 
 def spare_the_orbit(page: NamedPage) -> None:

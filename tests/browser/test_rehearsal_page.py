@@ -32,7 +32,7 @@ def test_the_soft_tissue_told_is_that_of_the_verdict(open_page: Open, rest: Rest
     station.wait_for("the verdict", lambda: station.state("corridor")["state"] == "current", DRIVEN_S)
     verdict = "".join(part["words"] for part in station.state("corridor")["verdict"]["parts"])
     (along,) = re.findall(r"soft tissue along (\d+) mm", verdict)
-    told = station.page.get_by_text("On this path the tool presses soft tissue")
+    told = station.page.get_by_text("Presses soft tissue")
     expect(told).to_be_visible()
     expect(told).to_contain_text(f"along {along} mm")
 
@@ -340,7 +340,7 @@ def test_a_control_process_that_hangs_is_told_and_ended(open_page: Open, planner
     expect(station.page.locator("#panel")).to_contain_text("has not answered for", use_inner_text=True)
     assert "force_n" not in station.rehearsal()
     expect(station.page.locator("#start")).to_be_disabled()
-    expect(station.page.locator("#reset")).to_have_text("End the process")
+    expect(station.page.locator("#reset")).to_have_text("End process")
     station.page.click("#reset")
     station.wait_for("the end", lambda: station.rehearsal()["state"] == "absent")
     station.wait_for("no process", lambda: pid not in _control_processes(planner))

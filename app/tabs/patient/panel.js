@@ -1,9 +1,10 @@
 // Patient: the open head, the list of others, and the import of new ones.
 import { fillListRow, group, h, iconButton, keyed, listRow, whenChanged } from "/static/js/dom.js";
-import { count, fixed, sentence, when } from "/static/js/format.js";
+import { count, fixed, when } from "/static/js/format.js";
 import { FRAME_QUESTION, askChoices, askForImages, askName, clearErrors, confirm, note, noteDone, whenReady } from "/static/js/dialogs.js";
 import { JobList } from "/static/js/job-list.js";
 import { PlannerError, download, missing, post, remove, seriesOf, upload, wasCancelled } from "/static/js/rest.js";
+import { line, say } from "/static/js/said.js";
 import { ACCEPTED, chosen, dropped, formOf, isSegmentation, leftOutWords, refusal, sorted, uploadWords } from "./files-in.js";
 import { OverlaysGroup, descriptionCheck } from "./overlays.js";
 import { PaintGroup } from "./paint.js";
@@ -38,11 +39,11 @@ export default class PatientPanel {
     this.chooser = h("input", { type: "file", hidden: true, multiple: true, accept: ACCEPTED, onchange: () => this.chosen(this.chooser) });
     /** @type {HTMLInputElement} */
     this.folderChooser = h("input", { type: "file", hidden: true, webkitdirectory: true, id: "folder", onchange: () => this.chosen(this.folderChooser) });
-    this.importButton = h("button", { type: "button", onclick: () => this.chooser.click() }, "Import a head …");
+    this.importButton = h("button", { type: "button", onclick: () => this.chooser.click() }, "Import head …");
     this.folderButton = h("button", { type: "button", id: "import-folder", onclick: () => this.folderChooser.click() }, "Folder …");
-    this.saveButton = h("button", { type: "button", class: "wide", id: "save-case", title: "The open head with its scan, structures, plans and registrations, as a zip that ‘Import a head …’ reads", onclick: () => save(connection.state.case) }, "Save everything as one file …");
+    this.saveButton = h("button", { type: "button", class: "wide", id: "save-case", title: "Head, plans and registrations as one zip", onclick: () => save(connection.state.case) }, "Save head …");
     this.surfaceFacts = h("dl", { class: "facts" });
-    this.surfaces = h("details", { id: "surface-facts" }, h("summary", {}, "Surfaces made of the scan"), this.surfaceFacts);
+    this.surfaces = h("details", { id: "surface-facts" }, h("summary", {}, "Surfaces"), this.surfaceFacts);
     this.describe = descriptionCheck();
     this.progressBar = h("div");
     this.progressWords = h("p", { class: "words" });
@@ -58,10 +59,10 @@ export default class PatientPanel {
       group("This head", null, this.facts, this.caseWords, this.uncertainty, this.surfaces),
       this.structures.element,
       this.overlays.element,
-      group("Heads", null, this.list, h("label", { class: "check" }, this.showDeleted, "Show deleted heads"), this.saveButton),
+      group("Heads", null, this.list, h("label", { class: "check" }, this.showDeleted, "Show deleted"), this.saveButton),
       group("Import", null,
-        h("p", { class: "words" }, "Drop files or a folder anywhere on this panel: a CT (DICOM, NRRD, NIfTI, MetaImage), a bone surface (PLY, STL, OBJ, GLB, VTK, VTP), a segmentation of the open head, or the zip of a saved head. They stay on this computer."),
-        h("p", { class: "words" }, "Images of a head can identify its patient; an export that holds them asks first."),
+        line("Drop files or a folder here. They stay on this computer. A CT (DICOM, NRRD, NIfTI, MetaImage), a bone surface (PLY, STL, OBJ, GLB, VTK, VTP), a segmentation of the open head, or the zip of a saved head."),
+        line("Images can identify the patient. An export that holds them asks first."),
         h("div", { class: "buttons even" }, this.importButton, this.folderButton), this.describe.element, this.progress, this.jobs.element),
       this.segment.element, this.paint.element);
     this.acceptDrops();
@@ -86,7 +87,7 @@ export default class PatientPanel {
       try {
         await this.take(await dropped(event.dataTransfer));
       } catch (error) {
-        note(`What was dropped cannot be read: ${/** @type {Error} */ (error).message}`, { error: true });
+        note(`Cannot be read: ${/** @type {Error} */ (error).message}`, { error: true });
       }
     });
   }
@@ -108,7 +109,7 @@ export default class PatientPanel {
     if (!open) {
       this.facts.replaceChildren();
       this.uncertainty.hidden = this.surfaces.hidden = true;
-      this.caseWords.textContent = "No head is open. Choose one below.";
+      say(this.caseWords, "No head is open. Choose one below.");
       return;
     }
     const spacing = open.spacing_mm ? `${open.spacing_mm.map((value) => fixed(value, 2)).join(" × ")} mm` : "no CT, surface only";
@@ -125,10 +126,10 @@ export default class PatientPanel {
       surfaceName(surface.name), [count(surface.triangles, "triangle", "triangles"), surface.words].filter(Boolean).join("; "),
     ])));
     const assumed = open.frame.assumed && !open.notes.length; // of a case that is older than its notes
-    const doubts = assumed ? ["The file did not name its frame or its unit; LPS or millimetres were assumed. Check left and right."] : open.notes;
-    this.caseWords.textContent = open.loading ?? doubts.join(" ");
+    const doubts = assumed ? ["Frame or unit was assumed (LPS, mm). Check left and right."] : open.notes;
+    say(this.caseWords, open.loading ?? doubts.join(" "));
     this.caseWords.className = doubts.length ? "words caution" : "words";
-    this.uncertainty.textContent = open.uncertainty ? `${sentence(open.uncertainty)}; the margin has to cover that.` : "";
+    say(this.uncertainty, open.uncertainty ? `${open.uncertainty}; the margin covers it.` : "");
     this.uncertainty.hidden = !open.uncertainty;
   }
 
@@ -154,10 +155,10 @@ export default class PatientPanel {
       : [
         iconButton("pencil", "Rename", async () => {
           const { id, name: before } = row.item;
-          const name = await askName("Rename this head", before);
+          const name = await askName("Rename head", before);
           if (name) this.connection.send("case.rename", { case_id: id, name });
         }),
-        iconButton("download", "Save everything as one file (zip)", () => save(row.item)),
+        iconButton("download", "Save head (zip)", () => save(row.item)),
         iconButton("trash", "Delete", () => this.remove(row.item.id), { "data-tool": "delete" }),
       ];
     /** @type {Row<CaseEntry>} */
@@ -168,7 +169,7 @@ export default class PatientPanel {
   /** @param {string} id */
   remove(id) {
     const fields = { case_id: id };
-    noteDone(this.connection.request("case.delete", fields), "The head was deleted.",
+    noteDone(this.connection.request("case.delete", fields), "Head deleted.",
       { label: "Restore", run: () => this.connection.send("case.restore", fields) });
   }
 
@@ -240,15 +241,15 @@ export default class PatientPanel {
     const name = this.fileNames.get(job.id) ?? `‘${job.subject}’`;
     const imports = job.kind === "import" || job.kind === "structures" || job.kind === "overlay";
     if (job.kind === "segmentation") {
-      if (wasCancelled(error)) note(`The segmentation of ${name} was cancelled.`);
+      if (wasCancelled(error)) note(`Segmentation of ${name} cancelled.`);
       else if (error) note(`${name}: ${/** @type {Error} */ (error).message}`, { error: true });
-      else note(`${name} is a structure of this head now. A plan can spare it.`);
+      else note(`${name} is a structure now. Protect it in Plan.`);
     } else if (wasCancelled(error)) {
-      note(imports ? `The import of ${name} was cancelled. Nothing of it is kept.` : `The dry run of ${name} was cancelled.`);
+      note(imports ? `Import of ${name} cancelled. Nothing of it is kept.` : `Simulation of ${name} cancelled.`);
     } else if (imports) {
       try {
         if (error) await this.answer(job, name, error);
-        else if (job.kind === "structures") note("The segmentation was imported. Its labels are in the list of structures.");
+        else if (job.kind === "structures") note("Segmentation imported. Its labels are structures now.");
         else if (job.kind === "overlay") this.offerName();
         else if (job.result) this.offer(job.result);
       } catch (reason) {
@@ -262,7 +263,7 @@ export default class PatientPanel {
    */
   offerName() {
     const action = { label: "Name it …", run: () => this.overlays.nameNewest() };
-    note("The volume was imported. ‘Second volume’ below the slices lays it over this head.", { action });
+    note("Volume imported. Lay it over under ‘Second volume’ at the slices.", { action });
   }
 
   /**
@@ -272,7 +273,7 @@ export default class PatientPanel {
   offer(caseId) {
     const open = () => this.connection.send("case.open", { case_id: caseId });
     if (!this.connection.state.case) open();
-    note("The head was imported. It is in the list of heads.", this.connection.state.case ? { action: { label: "Open it", run: open } } : {});
+    note("Head imported.", this.connection.state.case ? { action: { label: "Open it", run: open } } : {});
   }
 
   /**
@@ -284,7 +285,7 @@ export default class PatientPanel {
   async answer(job, name, error) {
     const open = missing(error);
     if (!(error instanceof Error) || !open.length) throw error;
-    if (this.connection.state.rehearsal?.state === "running") await whenReady(`${name} does not say all that is needed.`, "Answer");
+    if (this.connection.state.rehearsal?.state === "running") await whenReady(`${name}: a question before the import.`, "Answer");
     const answer = await (open.includes("into") ? this.askInto(name) : this.askWhatIsMissing(name, error, open));
     const path = `/api/v1/jobs/${encodeURIComponent(job.id)}`;
     if (!answer) {
@@ -304,7 +305,7 @@ export default class PatientPanel {
   async askInto(name) {
     const { case: open } = this.connection.state;
     if (!open) {
-      note(`${name} is a segmentation. Open the head that it was drawn on, and import it there.`, { error: true });
+      note(`${name} is a segmentation. Open its head and import it there.`, { error: true });
       return null;
     }
     const sure = await confirm(`${name} is a segmentation`, `Its labels become structures of the open head, ‘${open.name}’.`, "Import into it");
@@ -321,7 +322,7 @@ export default class PatientPanel {
     const series = seriesOf(error);
     const questions = open.map((word) => (word === "series" ? seriesQuestion(series) : QUESTIONS[word]));
     const why = error instanceof PlannerError && error.code === "answer_unusable" ? `${error.message} ` : "";
-    const words = series.length ? `${why}There are ${series.length} series in it. Choose the one to plan on.` : error.message;
+    const words = series.length ? `${why}Choose one of its ${series.length} series to plan on.` : error.message;
     const answer = await askChoices(series.length ? `Which series of ${name}` : `What ${name} does not say`, words, questions, "Import");
     if (!answer) return null;
     const { series: number, ...said } = answer;
@@ -379,5 +380,5 @@ function seriesQuestion(series) {
 async function save(head) {
   if (!head || (head.images && !await askForImages(head.name))) return;
   download(`/api/v1/cases/${encodeURIComponent(head.id)}/archive?with_images=true`);
-  note(`‘${head.name}’ is packed with its scan, structures, plans and registrations; the browser saves it as a zip.`);
+  note(`‘${head.name}’ is being packed. The browser saves it as a zip with scan, structures, plans and registrations.`);
 }

@@ -10,6 +10,7 @@ import { Keys, letGoOfEverything } from "./keys.js";
 import { Layouts } from "./layout.js";
 import { Palette } from "./palette.js";
 import { loadPanel } from "./panel.js";
+import { say } from "./said.js";
 import { SceneFrame } from "./scene.js";
 import { Slices } from "./slices.js";
 import { StatusBar } from "./status.js";
@@ -133,7 +134,7 @@ class Page {
     byId("where-separator").hidden = !state.plan;
     byId("where").title = [state.case?.name, state.plan?.name].filter(Boolean).join(" / ");
     document.title = state.case ? `${state.case.name} – vfix` : "vfix";
-    byId("hint").textContent = state.step?.hint ?? ""; // what to do next
+    say(byId("hint"), state.step?.hint ?? ""); // what to do next
     for (const button of this.steps) {
       const name = button.dataset.step ?? "";
       if (name === state.step?.name) button.setAttribute("aria-current", "step");
@@ -156,7 +157,7 @@ class Page {
     const banner = byId("banner");
     const idle = activeElement === document.body || banner.contains(activeElement);
     banner.hidden = connected;
-    byId("banner-words").textContent = words ?? "";
+    say(byId("banner-words"), words ?? "");
     document.body.classList.toggle("offline", !connected);
     if (!connected) {
       if (activeElement?.closest("[data-live] *")) this.focused = activeElement;

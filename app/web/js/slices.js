@@ -113,7 +113,7 @@ export class Slices extends EventTarget {
   update(state) {
     const available = hasSlices(state);
     this.empty.hidden = available || !state.case;
-    this.empty.textContent = state.case?.has_volume ? state.case.loading ?? "" : "This head came as a surface, without a CT. Slices need a CT volume.";
+    this.empty.textContent = state.case?.has_volume ? state.case.loading ?? "" : "No CT, so no slices.";
     this.foot.element.hidden = !available;
     this.state = available ? { ...state } : null; // as it was found: the connection writes the next head into its own
     this.poses.update(state);
