@@ -23,7 +23,6 @@ def import_the_folder(page: NamedPage, folder: Path) -> None:
     page.wait("the new head", lambda: page.station.state("case")["name"].startswith("CT 1, "))
     page.station.ready()
     page.wait("its voxels", lambda: page.page.evaluate("vfix.slices.link.ready"))
-    page.heading("This head")
     page.says("0.80 × 0.80 × 0.80")
     page.heading("Heads")
     page.press("Oblique")
@@ -39,7 +38,8 @@ def look_at_slices(page: NamedPage) -> None:
 
 def mark_the_orbit(page: NamedPage) -> None:
     page.press("Scene and three slices")
-    page.scroll_to("Segment")
+    page.unfold("Threshold")
+    page.scroll_to("Threshold")
     page.choose("Tissue", "Soft tissue")
     page.check("Crop to box")
     for label, place in zip(("One corner", "The opposite corner"), ORBIT_CORNERS, strict=True):
@@ -48,7 +48,7 @@ def mark_the_orbit(page: NamedPage) -> None:
     page.choose("Islands", "The largest only")
     page.fill("Name", "Left orbit")
     page.wait("the islands", lambda: "kept" in page.page.locator("#segment-kept").inner_text())
-    page.scroll_to("Segment")
+    page.scroll_to("Threshold")
     page.take("planning_structure")
     page.button("New label …")
     page.press("Make structure")
