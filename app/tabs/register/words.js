@@ -160,7 +160,7 @@ export function roundedUp(value) {
  */
 export function exportWords(to) {
   const there = to === "base" ? "into the frame of the robot's base" : "onto the patient";
-  return `A transform moves the plan's points ${there}: the files of Plan, ‘Export and import’, hold them in the image's frame. The folder for 3D Slicer there has plan, head, transforms and points. The whole case as one file: Patient, ‘Save everything as one file …’.`;
+  return `A transform moves the plan's points ${there}: the files of Plan, ‘Export’, hold them in the image's frame. The folder for 3D Slicer there has plan, head, transforms and points. The whole case as one file: Patient, ‘Save everything as one file …’.`;
 }
 
 /**
