@@ -6,9 +6,9 @@ import { figureWords, verdictLine } from "../../app/web/js/verdict-line.js";
 const bone = { name: "bone", value: 0.553, digits: 2, whole_mm: null, level: "fits", s_mm: 3 };
 
 test("a line is the word and the worst figure", () => {
-  const corridor = (/** @type {any} */ fields) => /** @type {any} */ ({ status: "done", state: "current", level: "fits", verdict: { figures: [bone] }, ...fields });
+  const corridor = (/** @type {any} */ fields) => /** @type {any} */ ({ status: "done", state: "current", level: "fits", word: "Fits", verdict: { figures: [bone] }, ...fields });
   assert.deepEqual(verdictLine(corridor({})), { words: "Fits, bone 0.55 mm", mark: "done" });
-  assert.deepEqual(verdictLine(corridor({ level: "pierces", verdict: null })), { words: "Blocked", mark: "caution" });
+  assert.deepEqual(verdictLine(corridor({ level: "pierces", word: "Blocked", verdict: null })), { words: "Blocked", mark: "caution" });
   assert.equal(verdictLine(corridor({ state: "waits" })).words, "Simulating …");
   assert.equal(verdictLine(corridor({ status: "none" })).words, "");
 });

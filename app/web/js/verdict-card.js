@@ -4,9 +4,8 @@ import { fixed, sentence } from "./format.js";
 import { stageWords } from "./jobs.js";
 import { remove } from "./rest.js";
 import { draw, html, iconTemplate, nothing } from "./template.js";
-import { LEVELS } from "./verdict-line.js";
+import { LEVEL_ICONS } from "./verdict-line.js";
 
-/** @import { ICONS } from "./dom.js" */
 /** @import { Connection } from "./connection.js" */
 /** @import { EvaluationSection, FigureView, JobEntry, VerdictPart, VerdictView, ViewModel } from "./types.js" */
 
@@ -58,12 +57,11 @@ export class VerdictCard {
     const { verdict } = corridor;
     const old = isOld(corridor);
     const level = verdict && old ? verdict.level : corridor.level;
-    const { word, icon } = level ? LEVELS[level] : { word: "Simulating", icon: /** @type {const} */ ("waiting") };
     return html`
       <div class=${old ? "card-body stale" : "card-body"} id="verdict" data-level=${level ?? ""}>
         <div class="card-head">
-          <span class="card-icon">${iconTemplate(icon)}</span>
-          <strong class="card-word" role="status">${word}<span class="visually-hidden">${spoken(corridor)}</span></strong>
+          <span class="card-icon">${iconTemplate(level ? LEVEL_ICONS[level] : "waiting")}</span>
+          <strong class="card-word" role="status">${corridor.word || "Simulating"}<span class="visually-hidden">${spoken(corridor)}</span></strong>
           <span class="card-state" id="verdict-state" title=${corridor.state_words}>${stateWords(corridor)}</span>
           <button type="button" class="plain" data-tool="show-me" ?hidden=${!verdict} ?disabled=${old} title="Show the tool where the path decides"
             @click=${() => this.show(verdict?.show_mm ?? 0)}>Show me</button>

@@ -4,14 +4,8 @@ import { fixed } from "./format.js";
 /** @import { ICONS } from "./dom.js" */
 /** @import { EvaluationSection, FigureView } from "./types.js" */
 
-/** @type {Record<NonNullable<EvaluationSection["level"]>, { word: string, icon: keyof typeof ICONS }>} */
-export const LEVELS = {
-  fits: { word: "Fits", icon: "fits" },
-  tight: { word: "Tight", icon: "tight" },
-  unknown: { word: "Unknown", icon: "unknown" },
-  blocked: { word: "Blocked", icon: "blocked" },
-  pierces: { word: "Blocked", icon: "blocked" },
-};
+/** @type {Record<NonNullable<EvaluationSection["level"]>, keyof typeof ICONS>} */
+export const LEVEL_ICONS = { fits: "fits", tight: "tight", unknown: "unknown", blocked: "blocked", pierces: "blocked" };
 
 /**
  * A figure of the verdict with its unit; '?' where it is unknown.
@@ -29,8 +23,8 @@ export function figureWords({ name, value, digits, whole_mm: whole, level }) {
  */
 export function verdictLine(corridor) {
   if (!corridor || corridor.status === "none") return { words: "", mark: "" };
-  const { level, verdict, state } = corridor;
+  const { level, word, verdict, state } = corridor;
   if (!level || state === "waits") return { words: "Simulating …", mark: "" };
   const [worst] = verdict?.figures ?? [];
-  return { words: [LEVELS[level].word, ...(worst ? [figureWords(worst)] : [])].join(", "), mark: level === "fits" ? "done" : "caution" };
+  return { words: [word, ...(worst ? [figureWords(worst)] : [])].join(", "), mark: level === "fits" ? "done" : "caution" };
 }
