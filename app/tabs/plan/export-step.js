@@ -12,9 +12,9 @@ const SCAN_WORDS = "A scan can identify its patient.";
 const SCAN_QUESTION = { name: "scan", label: "The pictures show", options: [["without", "outlines of bone only"], ["with", "the scan as well"]] };
 const FORMATS = [
   ["json", "Plan (JSON)", "Everything; comes back as it was"],
-  ["report", "Printable report", "Verdict, figures and pictures on one page"],
+  ["report", "Printable report", "Verdict and pictures on one page"],
   ["csv", "Table (CSV)", "Points and targets, in mm"],
-  ["mrk.json", "Slicer markups", "Points, curve with clearance, targets"],
+  ["mrk.json", "Slicer markups", "Points, targets, clearance"],
   ["slicer", "Slicer folder", "Plan, head and CT as one scene"],
 ];
 

@@ -9,7 +9,7 @@ import { ConeGroup } from "./cones.js";
 import { EntryStep } from "./entry-step.js";
 import { ExportStep } from "./export-step.js";
 import { GhostCard } from "./ghost-card.js";
-import { Guide, STEPS, adds, stepLine } from "./guide.js";
+import { Guide, STEPS, adds, moreLine, stepLine } from "./guide.js";
 import { InstrumentsGroup } from "./instruments.js";
 import { ItemsTable } from "./items-table.js";
 import { Notes } from "./notes.js";
@@ -44,6 +44,7 @@ export default class PlanPanel {
     this.points = new ItemsTable(connection, "point", this.shaft.element);
     this.targets = new ItemsTable(connection, "target", this.cones.element);
     this.noTargets = h("p", { class: "empty" }, "Click what is to be inspected.");
+    this.noPath = h("p", { class: "empty" }, "Two points make a path, which is simulated.");
     this.entry = new EntryStep(connection);
     this.paths = new PathsList(connection);
     this.spare = new RegionsGroup(connection, "spare");
@@ -62,7 +63,7 @@ export default class PlanPanel {
       protect: [this.spare.element],
       path: [this.suggest.element, this.points.element, this.paths.element],
       tool: [this.instruments.element, this.tools.element, this.registration.element],
-      check: [this.clearance.element],
+      check: [this.clearance.element, this.noPath],
       export: [this.exports.element],
     };
     /** @type {Record<string, HTMLElement>} */
@@ -83,8 +84,10 @@ export default class PlanPanel {
     for (const part of [this.suggest, this.tools, this.cones, this.shaft, this.instruments, this.entry, this.paths, this.spare, this.bone, this.versions, this.notes, this.exports, this.registration, this.ghost, this.plans]) part.update(state);
     this.clearance.update(state.corridor);
     this.changed([plan], () => this.renderPlan(plan));
-    this.follow(state);
+    const within = this.steps.find(this.guide.open)?.querySelector(".step-body")?.contains(document.activeElement);
+    const opened = this.follow(state);
     this.renderSteps(state);
+    if (opened && within) this.steps.find(opened)?.querySelector("summary")?.focus({ preventScroll: true }); // what had the focus is folded
   }
 
   /** @param {PlanSection | null | undefined} plan */
@@ -93,11 +96,13 @@ export default class PlanPanel {
     this.points.update(plan);
     this.targets.update(plan);
     this.noTargets.hidden = Boolean(plan?.targets.length);
+    this.noPath.hidden = (plan?.points.length ?? 0) > 1;
   }
 
   /**
    * Open what the plan asks for next.
    * @param {ViewModel} state
+   * @returns {StepName | null} the step that was opened
    */
   follow({ plan, regions }) {
     const other = plan?.id !== this.guide.plan;
@@ -108,11 +113,12 @@ export default class PlanPanel {
     if (region && !other && region.id !== this.region && region.purpose === "spare") this.guide.choose("protect", true);
     else if (region && !other && region.id !== this.region) this.unfold("bone", true);
     this.region = region?.id;
+    return opened;
   }
 
-  /** Whether somebody works in the open step, or holds something: nothing moves under the hand. */
+  /** Whether somebody types or chooses in the open step, or holds a button: nothing moves under the hand. */
   isBusy() {
-    return Boolean(this.steps.find(this.guide.open)?.querySelector(".step-body")?.contains(document.activeElement)) || Boolean(this.element.querySelector("button:active"));
+    return Boolean(this.element.querySelector(".step-body :is(input, select, textarea):focus, button:active"));
   }
 
   /**
@@ -158,6 +164,6 @@ export default class PlanPanel {
     const search = state.jobs?.items.find(({ kind, subject }) => kind === "suggestion" && subject === state.plan?.name);
     const known = { suggestion: this.suggest.suggestion, searching: search?.fraction ?? null, verdict: verdictLine(state.corridor) };
     this.steps.update({ open: [this.guide.open], marked: this.guide.marked, lines: Object.fromEntries(STEPS.map(({ name }) => [name, stepLine(name, state, known)])) });
-    this.more.update({ open: [...this.unfolded] });
+    this.more.update({ open: [...this.unfolded], lines: Object.fromEntries(MORE.map(({ name }) => [name, moreLine(name, state)])) });
   }
 }
