@@ -76,7 +76,7 @@ def take_it_to_slicer(page: NamedPage, work: Path) -> None:
     page.unfold("Export")
     page.scroll_to("Export")
     with page.page.expect_download(timeout=120_000) as waiting:
-        page.press("Folder for 3D Slicer (.zip)")
+        page.press("Slicer folder")
     waiting.value.save_as(work / "slicer.zip")
     with zipfile.ZipFile(work / "slicer.zip") as packed:
         packed.extractall(work / "slicer")

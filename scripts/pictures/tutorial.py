@@ -10,8 +10,8 @@ from .sample_plan import drive
 ENTRY, TARGET = "L 7.5 A 14 I 6", "L 3 P 65 I 3.5"
 ORBIT_CORNERS = ("L 20 P 9 S 24", "L 46 P 56 S 50")
 ORBIT_AT = "L 33 P 32 S 37"
-DOWNLOADS = ("vfix plan (JSON)", "3D Slicer markups (.mrk.json)", "Table (.csv)")
-REPORT = "Report to print (.html)"
+DOWNLOADS = ("Plan (JSON)", "Slicer markups", "Table (CSV)")
+REPORT = "Printable report"
 
 
 def import_the_folder(page: NamedPage, folder: Path) -> None:
