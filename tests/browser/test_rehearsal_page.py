@@ -270,6 +270,9 @@ def test_robot_tool_and_remote_centre_are_chosen_with_keys_on_a_small_screen(
     station.open_plan(plan_id)
     page, own = station.page, tmp_path / "short.urdf"
     own.write_text(short_arm(), encoding="utf-8")
+    station.tab_to("[data-step-name=path] > summary")
+    page.keyboard.press("ArrowDown")
+    page.keyboard.press("Enter")
     station.tab_to("#plan-tool")
     page.keyboard.press("S")  # the one whose name begins so
     station.wait_for("the tool", lambda: station.state("plan")["tool"]["name"] == "straight_pointer")

@@ -62,6 +62,7 @@ class Page {
     }
     this.connection.on("note", ({ words, error }) => note(words, { error }));
     byId("retry").addEventListener("click", () => this.connection.open());
+    byId("where-plan").addEventListener("click", () => { if (this.connection.state.step?.name !== "plan") this.palette.use("plan", "#plans"); }); // in Plan it opens the list itself
     this.connection.open();
     this.scene.open();
   }
@@ -131,7 +132,7 @@ class Page {
   renderTitle(state) {
     byId("where-case").textContent = state.case?.name ?? "No head open";
     byId("where-plan").textContent = state.plan?.name ?? "";
-    byId("where-separator").hidden = !state.plan;
+    byId("where-separator").hidden = byId("where-plan").hidden = !state.plan;
     byId("where").title = [state.case?.name, state.plan?.name].filter(Boolean).join(" / ");
     document.title = state.case ? `${state.case.name} – vfix` : "vfix";
     say(byId("hint"), state.step?.hint ?? ""); // what to do next
