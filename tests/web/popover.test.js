@@ -1,7 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { placeBeside } from "../../app/web/js/popover.js";
-import { nextAt } from "../../app/web/js/roving.js";
 
 const VIEW = { width: 1000, height: 700 };
 const SIZE = { width: 200, height: 300 };
@@ -13,8 +12,4 @@ test("a popover stands at the first side with room, and within the window", () =
   assert.deepEqual(placeBeside(box(900, 600), SIZE, VIEW, ["above", "below"]), { x: 792, y: 294 }, "moved in from the right");
   assert.deepEqual(placeBeside(box(100, 200), SIZE, VIEW, ["above", "below"]), { x: 100, y: 236 });
   assert.deepEqual(placeBeside(box(0, 0, 1000, 700), SIZE, VIEW, ["left", "above"]), { x: 8, y: 8 }, "the last one where none has room");
-});
-
-test("arrow keys go round in a strip, other keys do nothing", () => {
-  assert.deepEqual(["ArrowRight", "ArrowDown", "ArrowLeft", "ArrowUp", "Home", "End", "a"].map((key) => nextAt(key, 3, 4)), [0, 0, 2, 2, 0, 3, null]);
 });

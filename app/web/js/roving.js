@@ -1,44 +1,47 @@
-// A row of buttons as one tab stop: arrow keys move within it, Home and End to its ends.
+// Roving focus: controls of one kind are one tab stop, arrow keys go from one to the other.
 
-const STEPS = /** @type {Record<string, number>} */ ({ ArrowRight: 1, ArrowDown: 1, ArrowLeft: -1, ArrowUp: -1 });
+const KEYS = {
+  vertical: { ArrowUp: -1, ArrowDown: 1, Home: -Infinity, End: Infinity },
+  horizontal: { ArrowLeft: -1, ArrowRight: 1, Home: -Infinity, End: Infinity },
+  both: { ArrowUp: -1, ArrowDown: 1, ArrowLeft: -1, ArrowRight: 1, Home: -Infinity, End: Infinity }, // of a strip that lies or stands
+};
 
-/**
- * The index after a key; null where the key means nothing here.
- * @param {string} key
- * @param {number} at
- * @param {number} count
- */
-export function nextAt(key, at, count) {
-  if (key === "Home") return 0;
-  if (key === "End") return count - 1;
-  const step = STEPS[key];
-  return step && count ? (at + step + count) % count : null;
-}
+export class Roving {
+  /**
+   * @param {HTMLElement} element that holds the controls
+   * @param {string} controls their selector
+   * @param {{ axis?: keyof typeof KEYS, first?: string }} [options] first: selector of the one that Tab leads to; else it is the first one
+   */
+  constructor(element, controls, { axis = "vertical", first } = {}) {
+    this.element = element;
+    this.controls = controls;
+    this.keys = /** @type {Record<string, number>} */ (KEYS[axis]);
+    this.first = first;
+    element.addEventListener("focusin", () => this.update());
+    element.addEventListener("focusout", () => this.update());
+    element.addEventListener("keydown", (event) => this.key(event));
+  }
 
-/**
- * Let the arrow keys move between the buttons of an element. Returns what has to be called where buttons have come or
- * gone: exactly one of those that can be used is reached with Tab.
- * @param {HTMLElement} element
- */
-export function roving(element) {
-  const all = () => [...element.querySelectorAll("button")];
-  const usable = () => all().filter((button) => !button.disabled && !button.closest("[hidden]"));
-  const settle = (/** @type {HTMLButtonElement | undefined} */ stop) => {
-    const buttons = usable();
-    const one = stop ?? buttons.find((button) => button.tabIndex === 0) ?? buttons[0];
-    for (const button of all()) button.tabIndex = button === one ? 0 : -1;
-  };
-  element.addEventListener("focusin", ({ target }) => {
-    if (target instanceof HTMLButtonElement) settle(target);
-  });
-  element.addEventListener("keydown", (event) => {
-    const buttons = usable();
-    const at = buttons.findIndex((button) => button === document.activeElement);
-    const next = at < 0 || event.ctrlKey || event.metaKey || event.altKey ? null : nextAt(event.key, at, buttons.length);
-    if (next === null) return;
+  /** Those that can have the focus; what is folded away has none. */
+  all() {
+    return [.../** @type {NodeListOf<HTMLElement>} */ (this.element.querySelectorAll(this.controls))].filter((one) => !one.matches(":disabled"));
+  }
+
+  /** Make one of them the tab stop; call it once they are drawn. */
+  update() {
+    const all = this.all();
+    const stop = all.find((one) => one === document.activeElement) ?? (this.first ? all.find((one) => one.matches(/** @type {string} */ (this.first))) : undefined) ?? all[0];
+    for (const one of all) one.tabIndex = one === stop ? 0 : -1;
+  }
+
+  /** @param {KeyboardEvent} event */
+  key(event) {
+    const by = this.keys[event.key];
+    const all = this.all();
+    const at = all.findIndex((one) => one === event.target);
+    if (by === undefined || at < 0 || event.ctrlKey || event.metaKey || event.altKey) return;
+    all[Math.min(Math.max(at + by, 0), all.length - 1)].focus();
     event.preventDefault();
     event.stopPropagation();
-    buttons[next].focus();
-  });
-  return () => settle(undefined);
+  }
 }

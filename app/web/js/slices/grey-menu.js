@@ -1,7 +1,7 @@
 // The menu of grey values upon a slice; its button says which are in force.
 import { h } from "../dom.js";
 import { Popover } from "../popover.js";
-import { roving } from "../roving.js";
+import { Roving } from "../roving.js";
 import { draw, html } from "../template.js";
 import { OWN, PRESETS, SCANNER } from "./grey-values.js";
 /** @import { Slices } from "../slices.js" */
@@ -21,7 +21,7 @@ export class GreyMenu {
     this.board = board;
     this.button = h("button", { type: "button", class: "slice-window number", "aria-haspopup": "menu", title: "Grey values: window and level, HU" });
     this.element = h("div", { class: "grey-menu", role: "menu", "aria-label": "Grey values" });
-    this.settle = roving(this.element);
+    this.roving = new Roving(this.element, "button", { first: "[aria-checked='true']" });
     this.popover = new Popover(this.element, { button: this.button, sides: ["above", "below"] });
   }
 
@@ -41,7 +41,7 @@ export class GreyMenu {
     draw(this.button, html`<span class="slice-window-name">${now.label}</span> ${greyWords(greys)}`);
     draw(this.element, html`${choices.map((choice) => html`<button type="button" role="menuitemradio" data-greys=${choice.name} aria-checked=${String(choice === now)}
       @click=${() => this.choose(choice)}><span>${choice.label}</span><span class="number quiet">${greyWords(choice)}</span></button>`)}`);
-    this.settle();
+    this.roving.update();
   }
 
   /** @param {Preset} choice */

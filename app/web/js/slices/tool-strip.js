@@ -1,7 +1,7 @@
 // Upon the first slice: what the mouse does, the grey values, and a menu of what is rarer.
 import { h } from "../dom.js";
 import { paintBrush } from "../paint-brush.js";
-import { roving } from "../roving.js";
+import { Roving } from "../roving.js";
 import { draw, html, iconTemplate } from "../template.js";
 import { GreyMenu } from "./grey-menu.js";
 import { SliceMenu } from "./slice-menu.js";
@@ -41,7 +41,7 @@ export class ToolStrip {
     this.pressable = h("div", { class: "slice-tool-buttons" });
     this.tools.append(this.pressable, this.more);
     this.element = h("div", { class: "slice-controls", "data-live": "" }, this.tools, this.greys.button);
-    this.settle = roving(this.tools);
+    this.roving = new Roving(this.tools, "button:not([hidden])", { axis: "both", first: "[aria-pressed='true']" });
     for (const subject of [board.greys, board.measures, paintBrush]) subject.addEventListener("change", () => this.update());
   }
 
@@ -59,11 +59,11 @@ export class ToolStrip {
       <button type="button" data-tool="clear" title="Clear all measures" ?hidden=${!measures.shown.length} @click=${() => this.clear()}>${iconTemplate("trash")}<span class="tool-word">Clear</span></button>`);
     this.greys.update();
     this.menu.update();
-    this.settle();
+    this.roving.update();
   }
 
   clear() {
+    this.more.focus(); // the button leaves with the measures
     this.board.measures.clear();
-    if (document.activeElement === document.body) this.more.focus(); // the button has left with the measures
   }
 }
