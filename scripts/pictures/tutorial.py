@@ -31,7 +31,8 @@ def import_the_folder(page: NamedPage, folder: Path) -> None:
 
 def look_at_slices(page: NamedPage) -> None:
     page.press("Four views of one size")
-    page.choose("Grey values", "As the scanner suggests")
+    page.page.locator(".slice-window").click()
+    page.page.get_by_role("menuitemradio", name="Scanner").click()
     go(page, ORBIT_AT)
     page.take("planning_slices")
 
@@ -177,8 +178,9 @@ def download(page: NamedPage, name: str, folder: Path) -> None:
 
 def go(page: NamedPage, place: str) -> None:
     """Move the crosshair to a typed place."""
+    page.page.locator("[data-view=axial] .slice-where").click()
     page.fill("Go to a place", place)
-    page.press("Go")
+    page.page.keyboard.press("Enter")
 
 
 def add(page: NamedPage, place: str, where: str) -> None:

@@ -256,7 +256,7 @@ def test_a_slice_never_shows_another_one_under_its_label(open_page: Open, rest: 
     station.ready()
     station.open_plan(rest.copy_of_sample("Slices"))
     page, stage = station.page, station.page.locator("[data-axis=axial]")
-    label, shown = page.locator(".slice-head .number").first, stage.locator("g:not([visibility]) > image[href]")
+    label, shown = page.locator(".slice-where").first, stage.locator("g:not([visibility]) > image[href]")
     axial = station.state("slices")["planes"]["axial"]
     expect(label).to_have_text(f"S {axial['position']:.1f} mm")
     station.wait_for("both of them", lambda: shown.count() == 2 and stage.locator("image").count() == 2)
