@@ -23,7 +23,7 @@ from app.operations.messages import MessageSpec, messages
 from app.operations.operation import Operation
 from app.operations.reading import Unreadable, read
 from app.operations.rest import addresses
-from app.registration.operations import FleRequest, SetFle
+from app.registration.operations import FleRequest, SetFle, TouchPair
 from app.session.commands import InvalidMessage, parse_command
 from vfix_engine.errors import InputError
 
@@ -205,6 +205,15 @@ def test_a_number_beyond_its_bounds_is_refused_in_words_at_its_place(bare: Clien
         ("body.weight", "a pair's weight is above 0; leave a pair out of the fit by its switch."),
     ]
     assert told("PATCH", "/pairs/p", {"weight": True}) == [("body.weight", "Expected `float | null`, got `bool`")]
+
+
+def test_of_what_a_command_line_says_only_what_is_wrong_is_told() -> None:
+    """There every number is a text; one that is right stands beside one that is beyond its bounds."""
+    with pytest.raises(Unreadable) as refused:
+        read(TouchPair, {"noise_mm": "0.5", "pair_id": "", "seed": "7"}, strict=False)
+    assert [place for place, _ in refused.value.problems] == [("pair_id",)]
+    with pytest.raises(Unreadable, match=r"noise.* 25 mm"):
+        read(TouchPair, {"noise_mm": "25", "seed": "7"}, strict=False)
 
 
 def test_a_text_is_what_a_stored_text_may_be(bare: Client) -> None:
