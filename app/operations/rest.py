@@ -16,7 +16,7 @@ from starlette.concurrency import run_in_threadpool
 from app.documents import Document
 from app.operations.bodies import fields_of, read_operations
 from app.operations.fields import Identifier, Revision
-from app.operations.operation import Change, Context, Creation, Operation
+from app.operations.operation import Context, Operation
 from app.operations.reading import Place, Unreadable, read
 from app.operations.registry import specs
 from app.operations.schema import object_schema, schemas_of
@@ -220,11 +220,7 @@ def parsed(request: Request, data: bytes) -> dict[str, Any]:
 
 
 def _done(spec: DocumentSpec, context: Context[Any, Any], operation: Operation, in_path: Mapping[str, str]) -> Response:
-    if isinstance(operation, Creation):
-        document = operation.create(context, in_path["case_id"])
-    else:
-        assert isinstance(operation, Change)
-        document = operation.run(context, in_path[spec.id])
+    document = operation.perform(context, in_path.get("case_id", ""), in_path.get(spec.id, ""))
     if operation.answers is None:
         return _told(spec, context, document, operation.status)
     return _json(operation.answer(context, document), operation.status, document)

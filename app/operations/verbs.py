@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal, TypeAlias, TypeVar, get_args, get_or
 import msgspec
 
 from app.documents import Document
-from app.operations.operation import Change, Creation, Operation, Option, Verb
+from app.operations.operation import Change, Operation, Option, Verb
 from app.operations.reading import Unreadable, read
 from app.operations.registry import specs
 from app.operations.spec import DocumentSpec
@@ -34,11 +34,8 @@ class Called:
 
     def perform(self, services: Any, case_id: str, find: Callable[[str], str]) -> Document[Any]:
         """Do it. find: the id of a document by its id or name. Raises VfixError."""
-        context = self.spec.context(services)
-        if isinstance(self.operation, Creation):
-            return self.operation.create(context, case_id)
-        assert isinstance(self.operation, Change)
-        return self.operation.run(context, find(self.target))
+        document_id = find(self.target) if isinstance(self.operation, Change) else ""
+        return self.operation.perform(self.spec.context(services), case_id, document_id)
 
 
 @dataclass(frozen=True)
