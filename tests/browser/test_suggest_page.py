@@ -99,7 +99,7 @@ def test_the_shaft_is_aimed_by_a_click_and_left_open_again(open_page: OpenPage, 
     page.locator("#aim-shaft").scroll_into_view_if_needed()
     page.click("#aim-shaft")
     station.wait_for("aiming", lambda: shaft(station)["aiming"])
-    expect(page.locator(".hint")).to_contain_text("pass behind the tip")
+    expect(page.locator(".hint")).to_contain_text("passes behind the tip")
     page.keyboard.press("Escape")
     station.wait_for("no aiming", lambda: not shaft(station)["aiming"])
     page.click("#aim-shaft")

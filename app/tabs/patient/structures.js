@@ -56,7 +56,7 @@ export class StructuresGroup {
       </div>
       <details class="structure-notes" ?hidden=${!notes.length}>
         <summary aria-label=${`Notes of ${name}`}>${count(notes.length, "note", "notes")}</summary>
-        <p class="words">${said(notes.join(" "))}</p>
+        <p class="words help">${notes.join(" ")}</p>
       </details>
     </li>`;
   }

@@ -277,7 +277,7 @@ def test_the_hint_says_whether_the_tool_was_stopped_or_not_driven_at_all() -> No
     held, clear = ("blocked", "held"), ("fits", "clear")
     for mode in ("point", "target"):  # a click that is waited for does not hide that the path is blocked
         hint = plan_hint(3, 0, mode, False, False, held)  # type: ignore[arg-type]
-        assert hint == "Move points where the path turns grey, or choose another tool or robot."
+        assert hint == "Move grey points, or change tool or robot."
     failed = failed_run("The dry run failed: the disk is broken.", 0.3)
     said = "Unknown: the dry run failed: the disk is broken"
     view = failed.view()
@@ -288,7 +288,7 @@ def test_the_hint_says_whether_the_tool_was_stopped_or_not_driven_at_all() -> No
     assert hint.startswith("Click what is to be inspected")
     assert plan_hint(3, 1, "target", False, False, clear) == "Go to Rehearse."  # type: ignore[arg-type]
     hint = plan_hint(3, 1, "point", False, True, held)  # type: ignore[arg-type]
-    assert hint.startswith("The points are locked.")
+    assert hint.startswith("Locked.")
 
 
 def test_the_scale_names_the_colour_of_what_the_tool_does_not_reach() -> None:

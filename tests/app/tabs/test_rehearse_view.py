@@ -150,10 +150,10 @@ def test_lateness_is_told_as_median_and_99_percent() -> None:
 @pytest.mark.parametrize(
     ("mode", "phase", "words", "arrows"),
     [
-        ("path", "follow", "↑ or W to drive forwards, ↓ or S back", True),
-        ("free", "free", "A and D twist", False),
-        ("inspect", "inspect_approach", "brought onto the target first", True),
-        ("inspect", "inspect_hold", "swings about the target", False),
+        ("path", "follow", "↑ or W forwards, ↓ or S back", True),
+        ("free", "free", "A, D twist", False),
+        ("inspect", "inspect_approach", "goes onto the target first", True),
+        ("inspect", "inspect_hold", "swing about the target", False),
     ],
 )
 def test_the_hint_names_the_keys_that_the_motion_heeds(mode: str, phase: str, words: str, arrows: bool) -> None:
