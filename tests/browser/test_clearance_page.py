@@ -75,7 +75,7 @@ def test_the_verdict_and_the_plot_show_the_tool_at_its_places(
     expect(page.locator("#profile .profile-curve")).to_have_attribute("stroke", colour)
     expect(page.locator("#profile .profile-label", has_text="≥")).to_have_count(1)
     expect(page.locator("#profile-help")).to_be_hidden()
-    page.click("[aria-controls=profile-help]")
+    page.click("[aria-label='About the plot']")
     expect(page.locator("#profile-help")).to_contain_text("dashed: their margins")
     page.locator("#profile-help").scroll_into_view_if_needed()
     station.picture("clearance-blocked")

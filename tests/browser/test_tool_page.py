@@ -15,7 +15,7 @@ def test_margin_base_and_shape_are_set_and_taken_back(open_page: Callable[..., W
     station.open_step("tool")
     page, plan = station.page, lambda: station.state("plan")
     expect(page.locator("#tool-words")).to_be_hidden()
-    page.click("[aria-controls=tool-words]")
+    page.click("[aria-label='About the tool']")
     expect(page.locator("#tool-words")).to_contain_text("Bent by 30°")
 
     page.fill("#plan-margin", "0.45")

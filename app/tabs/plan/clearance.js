@@ -2,7 +2,7 @@
 import { h, whenChanged } from "/static/js/dom.js";
 import { captionWords, marginWords, placeDetail, placeWords, structureColour } from "/static/js/clearance-words.js";
 import { isOld } from "/static/js/verdict-card.js";
-import { draw, helpButton, helpText, html, nothing, unlessFocused } from "/static/js/template.js";
+import { draw, html, more, nothing, unlessFocused } from "/static/js/template.js";
 import { clearancePlot, placeUnder } from "./clearance-plot.js";
 
 /** @import { Connection } from "/static/js/connection.js" */
@@ -52,11 +52,10 @@ export class ClearanceGroup {
         <input type="range" id="profile-place" min="0" max=${Math.floor(length / STEP_MM) * STEP_MM} step=${STEP_MM} aria-label="Place of the tool along the path"
           aria-valuetext=${`${words} ${detail}`.trim() || "no place chosen"} .value=${unlessFocused(String(shown ?? 0))} @input=${slide}>
         <button type="button" class="plain" id="profile-hide" ?hidden=${shown === null} @click=${() => this.connection.send("clearance.hide")}>Hide tool</button>
-        ${helpButton("profile-help", "the plot of clearance")}
       </div>
-      <p class="words" id="profile-reading">${words || (this.old ? "Greyed until the path is judged." : "Move along the path to see the tool.")}</p>
-      ${profile.curves.length > 1 ? keys(verdict, scale, colours) : nothing}
-      ${helpText("profile-help", `${detail} ${captionWords(verdict)}`.trim())}`;
+      <div class="words"><span id="profile-reading">${words || (this.old ? "Greyed until the path is judged." : "Move along the path to see the tool.")}</span>
+        ${more(`${detail} ${captionWords(verdict)}`.trim(), "profile-help", "About the plot")}</div>
+      ${profile.curves.length > 1 ? keys(verdict, scale, colours) : nothing}`;
   }
 }
 

@@ -4,7 +4,7 @@ import { fixed, sentence } from "/static/js/format.js";
 import { clearErrors, note, noteDone, noteEdit } from "/static/js/dialogs.js";
 import { upload } from "/static/js/rest.js";
 import { field, heldNumber, numberInput, showNumber } from "/static/js/fields.js";
-import { draw, filesButton, helpButton, helpText, html, live, nothing, repeat } from "/static/js/template.js";
+import { draw, filesButton, html, live, more, nothing, repeat, said } from "/static/js/template.js";
 
 /** @import { Connection } from "/static/js/connection.js" */
 /** @import { EvaluationSection, InstrumentsSection, OwnRobotPublic, PlanRobotView, PlanSection, PlanToolView, PlanUseSection, ViewModel } from "/static/js/types.js" */
@@ -24,7 +24,7 @@ export class InstrumentsGroup {
     this.radiusField = field("Shaft radius", "mm", this.radius);
     this.marginField = field("Margin to bone", "mm", this.margin);
     this.body = h("div", { class: "fields" });
-    this.element = h("div", { class: "group" }, h("div", { class: "group-head" }, h("h2", {}, "Robot and tool")), this.body);
+    this.element = h("div", { class: "group" }, h("div", { class: "group-head" }, h("h2", {}, "Tool and robot")), this.body);
   }
 
   /** @param {ViewModel} state */
@@ -81,9 +81,8 @@ export class InstrumentsGroup {
     const choices = instruments.tools.map(({ name, title }) => [name, name === tool.name && tool.changed ? `${title}, changed` : title]);
     if (!instruments.tools.some(({ name }) => name === tool.name)) choices.push([tool.name, tool.name]);
     const choose = (/** @type {string} */ name) => this.connection.send("plan.tool", { name });
-    return html`<div class="field"><label class="field-label" for="plan-tool">Tool</label>
-        <div class="with-help">${list("plan-tool", "plan.tool", choices, tool.name, frozen, choose)}${helpButton("tool-words", "the tool")}</div></div>
-      ${helpText("tool-words", tool.words)}${trouble(tool.trouble)}
+    return html`<div class="field"><div class="words"><label for="plan-tool">Tool</label> ${tool.words ? more(tool.words, "tool-words", "About the tool") : nothing}</div>
+        ${list("plan-tool", "plan.tool", choices, tool.name, frozen, choose)}</div>${trouble(tool.trouble)}
       <div class="buttons even">${this.bendField}${this.radiusField}</div>
       <button type="button" class="wide" id="tool-shipped" ?hidden=${!tool.changed} ?disabled=${frozen} @click=${() => choose(tool.name)}>Reset shape</button>`;
   }
@@ -101,9 +100,8 @@ export class InstrumentsGroup {
     if (!known) choices.push([OWN, own ? `${robot.name} (own URDF)` : robot.name]);
     const choose = (/** @type {string} */ name) => { if (name !== OWN) this.connection.send("plan.robot", { name }); };
     const words = [robot.words, ...robot.notes].filter(Boolean).map(sentence).join(" ");
-    return html`<div class="field"><label class="field-label" for="plan-robot">Robot</label>
-        <div class="with-help">${list("plan-robot", "plan.robot", choices, known ? robot.name : OWN, frozen, choose)}${helpButton("robot-words", "the robot")}</div></div>
-      ${helpText("robot-words", words)}${trouble(robot.trouble)}
+    return html`<div class="field"><div class="words"><label for="plan-robot">Robot</label> ${words ? more(words, "robot-words", "About the robot") : nothing}</div>
+        ${list("plan-robot", "plan.robot", choices, known ? robot.name : OWN, frozen, choose)}</div>${trouble(robot.trouble)}
       ${own ? html`<div class="field"><label class="field-label" for="tool-frame">Tool link</label>
         ${list("tool-frame", "", robot.links.map((link) => [link, link]), robot.tool_frame ?? "", frozen, (link) => this.chooseFrame(link))}</div>` : nothing}
       <div class="buttons even">${filesButton({ id: "upload-robot", input: "urdf-file", words: "Own URDF …", disabled: frozen, accept: ".urdf" }, ([file]) => this.uploadRobot(file))}</div>`;
@@ -184,7 +182,7 @@ function list(id, operation, choices, chosen, disabled, choose) {
 
 /** @param {string} words why something cannot be read, '' where it can */
 function trouble(words) {
-  return words ? html`<p class="words caution">${sentence(words)}</p>` : nothing;
+  return words ? html`<p class="words caution">${said(words)}</p>` : nothing;
 }
 
 /**
@@ -194,8 +192,8 @@ function trouble(words) {
  */
 function marginMore({ margin_mm: margin }, corridor) {
   const kept = corridor?.scale?.margin ?? margin;
-  const more = kept - margin;
-  return more < 0.005 ? nothing : html`<p class="words" id="margin-words">${fixed(kept, 2)} mm with ${fixed(more, 2)} mm of scan error</p>`;
+  const added = kept - margin;
+  return added < 0.005 ? nothing : html`<p class="words" id="margin-words">${fixed(kept, 2)} mm with ${fixed(added, 2)} mm of scan error</p>`;
 }
 
 /**

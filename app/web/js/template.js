@@ -5,7 +5,9 @@ import { setCommittedValue } from "/static/lib/lit-html/directive-helpers.js";
 import { Directive, directive } from "/static/lib/lit-html/directive.js";
 import { live } from "/static/lib/lit-html/directives/live.js";
 import { repeat } from "/static/lib/lit-html/directives/repeat.js";
+import { inTwo } from "./brief.js";
 import { ICONS } from "./dom.js";
+import { sentence } from "./format.js";
 
 /** @import { PropertyPart, TemplateResult } from "/static/lib/lit-html/lit-html.js" */
 
@@ -18,7 +20,7 @@ export { html, live, nothing, repeat, svg };
  */
 export function draw(element, template) {
   const focused = element.contains(document.activeElement) ? document.activeElement : null;
-  const row = focused?.closest("li");
+  const row = focused?.closest("li, tr");
   const list = row?.parentElement;
   const at = row && list ? [...list.children].indexOf(row) : -1;
   render(template, element);
@@ -49,6 +51,25 @@ export const unlessFocused = directive(class extends Directive {
     return value;
   }
 });
+
+/**
+ * A text of a dozen words in sight, and the rest of it behind ‘?’; outside a template: `say` of said.js.
+ * @param {string} text
+ */
+export function said(text) {
+  const [first, rest] = inTwo(sentence(text));
+  return html`${first}${rest ? html` ${more(rest)}` : nothing}`;
+}
+
+/**
+ * An explanation behind ‘?’.
+ * @param {string} help
+ * @param {string} [id] of the explanation
+ * @param {string} [label] of the ‘?’
+ */
+export function more(help, id, label = "More") {
+  return html`<details class="more"><summary aria-label=${label} title=${label}>?</summary><span class="help" id=${id ?? nothing}>${help}</span></details>`;
+}
 
 /**
  * The content of a titled group of a panel.
@@ -110,28 +131,4 @@ export function filesButton({ id, input, words, disabled, title, folder, accept 
   };
   return html`<button type="button" id=${id} title=${title ?? nothing} ?disabled=${disabled} @click=${ask}>${words}</button
     ><input type="file" hidden multiple id=${input} accept=${accept ?? nothing} ?webkitdirectory=${folder} @change=${take}>`;
-}
-
-/**
- * A '?' that shows and hides an explanation, which `helpText` draws.
- * @param {string} id of the explanation
- * @param {string} about what it explains
- */
-export function helpButton(id, about) {
-  const toggle = (/** @type {Event} */ { currentTarget }) => {
-    const button = /** @type {HTMLElement} */ (currentTarget);
-    const text = /** @type {HTMLElement} */ (document.getElementById(id));
-    text.hidden = !text.hidden;
-    button.setAttribute("aria-expanded", String(!text.hidden));
-  };
-  return html`<button type="button" class="icon plain help-button" title="Help" aria-label=${`Help on ${about}`} aria-expanded="false" aria-controls=${id} @click=${toggle}>?</button>`;
-}
-
-/**
- * What a '?' explains, hidden until it is asked for.
- * @param {string} id
- * @param {unknown} words
- */
-export function helpText(id, words) {
-  return html`<p class="words help" id=${id} hidden>${words}</p>`;
 }
