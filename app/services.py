@@ -66,7 +66,6 @@ class Services:
 
         self.structures = CaseStructures(cases)
         self.overlays = overlays = Overlays(cases)
-        self.purge = Purge(store)
         self.versions = plans.versions
         self.instruments = instruments = plans.instruments
         self.importing = ImportService(cases)
@@ -75,6 +74,7 @@ class Services:
         self.labels = PaintedLabels(store, cases, jobs)
         self.islands = IslandPreviews(cases, jobs)
         self.skins = Skins(store, cases, jobs)
+        self.purge = Purge(store, self.skins.forget)
 
         self.registrations = registrations = Documents(store, REGISTRATION)
         self.registering = registering = Registering(registrations, cases, plans, jobs, tracker)
@@ -118,6 +118,7 @@ class Services:
         self.runs.sweep()
         self.purge.finish()
         self.purge.drop_forgotten()
+        self.skins.sweep()
 
     def end(self) -> None:
         """End what takes long, before it is waited for: the running import, and dry runs."""

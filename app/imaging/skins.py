@@ -7,11 +7,13 @@ export holds it.
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Iterable
 
 import numpy as np
 
 from app.cases.files import STORED, surface_arrays
 from app.cases.model import Case
+from app.cases.referenced_files import referred_files
 from app.cases.service import CaseService
 from app.kit.array_files import ArraysUnusable, read_arrays
 from app.kit.cache import Cache
@@ -45,14 +47,24 @@ class Skins:
         lane = f"skin {case_id}"
         return self._jobs.submit(work, kind="skin", lane=lane, case_id=case_id, subject=case.name, same=f"skin {key}")
 
-    def known(self, case: Case) -> TriangleMesh | None:
-        """The skin, where it was made before: read from its file at most."""
-        if not has_skin(case):
-            return None
-        key = _key(case)
-        if not self._known.has(key) and self._store.derived.path(key, KIND) is None:
-            return None
-        return self._known.get(key, lambda: self._stored(key) or self._make(case, key, no_progress))
+    def forget(self, keys: Iterable[str]) -> None:
+        """Drop from memory the skins made of files that were deleted."""
+        for key in keys:
+            self._known.drop(key)
+
+    def sweep(self) -> None:
+        """Delete files of no case any more, which a planner that was killed while its case was removed has left."""
+        if not self._store.writable:
+            return
+        made = self._store.derived.keys()  # before the cases: one that comes meanwhile keeps its skin
+        if left := made - self._keys():
+            self._store.derived.remove(sorted(left))
+
+    def _keys(self) -> set[str]:
+        """The keys of all cases, deleted ones too, and all hashes that any row names."""
+        with self._store.reading() as session:
+            named = referred_files(session)
+        return named | {_key(case) for case in self._cases.list(include_deleted=True) if has_skin(case)}
 
     def make(self, case_id: str, progress: ProgressCallback = no_progress) -> TriangleMesh:
         """Return the skin, made and stored where it is missing.
@@ -70,11 +82,9 @@ class Skins:
         skin = skin_of_volume(volume, progress=progress).mesh
         if self._store.writable:
             self._store.derived.put(key, KIND, lambda file: np.savez(file, **surface_arrays(skin)))
-            try:
-                self._cases.get(case.id)
-            except NotFound:  # it was removed for good meanwhile
+            if key not in self._keys():  # every case with this scan was removed for good meanwhile
                 self._store.derived.remove([key])
-                raise
+                raise NotFound(f"there is no case {case.id!r:.80}.")
         return skin
 
     def _stored(self, key: str) -> TriangleMesh | None:
