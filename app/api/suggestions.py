@@ -39,7 +39,7 @@ class SuggestedPoint(BaseModel):
 class AlternativePublic(BaseModel):
     """A path with directions of the shaft, and how the tool was driven along it; lengths in mm.
 
-    verdict: the level that the plan has when it is led along it, short: in a few words, words: the whole of it.
+    verdict: the level that the plan has when it is led along it, word: of it, short: in a few words, words: the whole.
     nearest: bone or the structure to spare that leaves least above its margin, margin_mm; nearest_clearance_mm: to it.
     least_clearance_mm: to bone. short_of_target_mm: from the path's end to the target. tight: the verdict is;
     turns: the shaft's direction changes along the path.
@@ -48,6 +48,7 @@ class AlternativePublic(BaseModel):
     """
 
     verdict: Level
+    word: str
     short: str
     words: str
     nearest: str

@@ -213,7 +213,7 @@ class Suggestions:
             one, verdict = evaluated[0]
             end = one.run.tip[-1]
             gap = float(np.linalg.norm(end - target))
-            reason = f"every way that was found is blocked or pierces a wall. {verdict.words}".rstrip(".")
+            reason = f"every way that was found is blocked. {verdict.words}".rstrip(".")
             return Suggestion((), NoWay(end, gap, reason, f"{len(evaluated)} ways")), ()
         return Suggestion(tuple(one for one, _ in passing), found.none), tuple(verdict for _, verdict in passing)
 
@@ -320,6 +320,7 @@ def described(looked: SuggestedPaths) -> list[dict[str, Any]]:
 def _described(one: Alternative, verdict: Verdict, looked: SuggestedPaths) -> dict[str, Any]:
     return {
         "verdict": verdict.level,
+        "word": verdict.word,
         "short": verdict.short,
         "words": verdict.words,
         "nearest": verdict.nearest,

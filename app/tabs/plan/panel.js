@@ -9,7 +9,8 @@ import { ConeGroup } from "./cones.js";
 import { EmptyPlan } from "./empty-plan.js";
 import { folding } from "/static/js/folding.js";
 import { InstrumentsGroup } from "./instruments.js";
-import { ShaftGroup, SuggestGroup, ToolTableGroup } from "./suggest.js";
+import { ShaftGroup } from "./shaft.js";
+import { SuggestGroup, ToolTableGroup } from "./suggest.js";
 import { PathsGroup } from "./paths.js";
 import { RegionsGroup } from "./regions.js";
 import { VersionsGroup } from "./versions.js";
@@ -62,7 +63,7 @@ export default class PlanPanel {
     this.points = h("tbody");
     this.targets = h("tbody");
     this.selectedWords = h("p", { class: "words" });
-    this.insertButton = h("button", { type: "button", id: "insert", "data-operation": "point.insert_after", onclick: () => this.act("point.insert_after"), title: "Add a point half way to the next one" }, "Insert after");
+    this.insertButton = h("button", { type: "button", id: "insert", "data-command": "point.insert_after", onclick: () => this.act("point.insert_after"), title: "Add a point half way to the next one" }, "Insert after");
     this.renameButton = h("button", { type: "button", id: "rename-item", "data-operation": "item.rename", onclick: () => this.renameSelected(), title: "F2" }, "Rename");
     this.deleteButton = h("button", { type: "button", id: "delete-item", "data-operation": "item.delete", onclick: () => this.act("item.delete"), title: "Del" }, "Delete");
     this.selectedTools = h("div", { class: "buttons even" }, this.insertButton, this.renameButton, this.deleteButton);

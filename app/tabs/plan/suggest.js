@@ -1,7 +1,6 @@
-// Suggested paths, the table of tools, and the shaft's direction at the selected point.
+// Suggested paths and the table of tools.
 import { clearErrors, note, noteEdit } from "/static/js/dialogs.js";
 import { fillOptions, group, h, whenChanged } from "/static/js/dom.js";
-import { numberInput, putBack, showNumber } from "/static/js/fields.js";
 import { fixed, mm, sentence } from "/static/js/format.js";
 import { placeWords } from "/static/js/slices/place-words.js";
 import { JobLine } from "/static/js/job-line.js";
@@ -31,9 +30,9 @@ export class SuggestGroup {
     this.words = h("p", { class: "words", id: "suggest-words" });
     /** @type {HTMLSelectElement} */
     this.target = h("select", { id: "suggest-target" });
-    this.button = h("button", { type: "button", class: "wide", id: "suggest", onclick: () => this.look() }, "Suggest a path");
+    this.button = h("button", { type: "button", class: "wide", id: "suggest", "data-command": "suggest", onclick: () => this.look() }, "Suggest a path");
     this.list = h("ul", { class: "list", id: "alternatives", "aria-label": "Suggested paths" });
-    this.useButton = h("button", { type: "button", class: "wide primary", id: "use-suggestion", "data-operation": "suggestion.use", hidden: true, onclick: () => this.use() }, "Use this path");
+    this.useButton = h("button", { type: "button", class: "wide primary", id: "use-suggestion", "data-command": "suggestion.use", hidden: true, onclick: () => this.use() }, "Use this path");
     this.element = group("Suggest a path", null, h("label", { class: "field" }, h("span", { class: "field-label" }, h("span", {}, "Target")), this.target), this.button,
       this.work.element, this.words, this.list, this.useButton);
   }
@@ -167,7 +166,7 @@ export class ToolTableGroup {
     this.table = null;
     this.askedOf = ""; // the path when the drives were asked for
     this.words = h("p", { class: "words", id: "tools-words" });
-    this.button = h("button", { type: "button", class: "wide", id: "which-tool", onclick: () => this.measure() }, "Which tool?");
+    this.button = h("button", { type: "button", class: "wide", id: "which-tool", "data-command": "which-tool", onclick: () => this.measure() }, "Which tool?");
     this.body = h("tbody");
     const columns = ["Tool", "Bone", "Soft tissue"].map((name) => h("th", { scope: "col" }, name));
     this.rows = h("table", { class: "points", id: "tool-table", "aria-label": "Tools along this path", hidden: true }, h("thead", {}, h("tr", {}, columns)), this.body);
@@ -234,59 +233,6 @@ export class ToolTableGroup {
     const name = h("button", { type: "button", class: "plain", title: "Choose this tool", onclick: choose }, tool.title);
     const short = tool.reaches ? null : h("p", { class: "words caution" }, `${tool.reached_mm === null ? "" : `${mm(tool.reached_mm, 0)} of ${mm(tool.length_mm, 0)}: `}${tool.reason}`);
     return h("tr", { "data-tool": tool.tool }, h("td", {}, name, short), h("td", {}, bone), h("td", {}, tissue));
-  }
-}
-
-export class ShaftGroup {
-  /** @param {Connection} connection */
-  constructor(connection) {
-    this.connection = connection;
-    this.changed = whenChanged();
-    this.words = h("p", { class: "words", id: "shaft-words" });
-    this.aimButton = h("button", { type: "button", id: "aim-shaft", "data-operation": "shaft.aim", onclick: () => this.aim() }, "Aim the shaft here");
-    this.clearButton = h("button", { type: "button", id: "clear-shaft", "data-operation": "shaft.clear", onclick: () => this.act("shaft.clear") }, "Leave it open");
-    /** @type {string | null} whose roll the field shows */
-    this.point = null;
-    this.roll = numberInput("shaft-roll", -360, 360, 5, (value) => this.setRoll(value), () => this.setRoll(null));
-    this.roll.dataset.operation = "shaft.roll";
-    this.roll.placeholder = "open";
-    this.rollField = h("label", { class: "field" }, h("span", { class: "field-label" }, h("span", {}, "Roll of the bend"), h("span", {}, "°")), this.roll);
-    this.element = h("div", { class: "fields", id: "shaft" }, this.words, h("div", { class: "buttons even" }, this.aimButton, this.clearButton), this.rollField);
-  }
-
-  /** @param {ViewModel} state */
-  update({ shaft, plan }) {
-    this.changed([shaft, plan?.locked], () => {
-      const frozen = !shaft?.point || Boolean(plan?.locked);
-      this.element.hidden = !shaft?.point;
-      this.words.textContent = shaft?.words ? `${shaft.words} Drag the ringed ball at its end in the head to turn it.` : "The plan leaves the shaft's direction here open.";
-      this.aimButton.textContent = shaft?.aiming ? "Cancel aiming" : "Aim the shaft here";
-      this.aimButton.setAttribute("aria-pressed", String(Boolean(shaft?.aiming)));
-      this.aimButton.disabled = frozen;
-      this.clearButton.disabled = frozen || !shaft?.words;
-      this.rollField.hidden = !shaft?.bent || !shaft.words;
-      this.roll.disabled = frozen;
-      if (this.point !== (shaft?.point ?? null)) putBack(this.roll); // what was typed for another point is not of this one
-      this.point = shaft?.point ?? null;
-      showNumber(this.roll, shaft?.roll_deg ?? null);
-    });
-  }
-
-  aim() {
-    if (this.connection.state.shaft?.aiming) this.connection.send("shaft.aim_off");
-    else this.act("shaft.aim");
-  }
-
-  /** @param {"shaft.aim" | "shaft.clear"} type */
-  act(type) {
-    const point = this.connection.state.shaft?.point;
-    if (point) this.connection.send(type, { item_id: point });
-  }
-
-  /** @param {number | null} degrees */
-  setRoll(degrees) {
-    const point = this.connection.state.shaft?.point;
-    if (point) this.connection.send("shaft.roll", { item_id: point, roll_deg: degrees });
   }
 }
 
