@@ -35,6 +35,7 @@ class Services:
         from app.imaging.importing import ImportService
         from app.imaging.island_previews import IslandPreviews
         from app.imaging.labels import PaintedLabels
+        from app.imaging.openings import Openings
         from app.imaging.segmenting import Segmenting
         from app.imaging.skins import Skins
         from app.kit.admission import AdmissionQueue
@@ -75,6 +76,7 @@ class Services:
         self.labels = PaintedLabels(store, cases, jobs)
         self.islands = IslandPreviews(cases, jobs)
         self.skins = Skins(store, cases, jobs)
+        self.openings = Openings(store, cases, jobs)
 
         self.registrations = registrations = Documents(store, REGISTRATION)
         self.registering = registering = Registering(registrations, cases, plans, jobs, tracker)

@@ -8,6 +8,7 @@ import { ClearanceGroup } from "./clearance.js";
 import { ConeGroup } from "./cones.js";
 import { EmptyPlan } from "./empty-plan.js";
 import { folding } from "/static/js/folding.js";
+import { Openings } from "./openings.js";
 import { InstrumentsGroup } from "./instruments.js";
 import { ShaftGroup } from "./shaft.js";
 import { SuggestGroup, ToolTableGroup } from "./suggest.js";
@@ -70,6 +71,7 @@ export default class PlanPanel {
     this.pathWords = h("p", { class: "words" });
     this.targetWords = h("p", { class: "empty" });
     this.emptyPlan = new EmptyPlan();
+    this.openings = new Openings(connection);
     this.registration = new UsedRegistration("plan-registration", false);
     this.clearance = new ClearanceGroup(connection);
     this.exports = EXPORTS.map(([format, label, words]) =>
@@ -86,7 +88,7 @@ export default class PlanPanel {
     this.opened = new RegionsGroup(connection, "remove");
     this.element = h("div", {},
       group("A click adds", [this.undoButton, this.redoButton, this.lockButton], this.modes, this.lockWords),
-      group("Path", null, this.emptyPlan.element, this.registration.element, this.clearance.element, this.table("point", this.points), this.pathWords),
+      group("Path", null, this.emptyPlan.element, this.openings.element, this.registration.element, this.clearance.element, this.table("point", this.points), this.pathWords),
       folding("paths", this.paths.element, true),
       folding("suggest", this.suggest.element, true),
       folding("instruments", this.instruments.element, true),
@@ -119,7 +121,7 @@ export default class PlanPanel {
 
   /** @param {ViewModel} state */
   update(state) {
-    for (const part of [this.suggest, this.tools, this.cone, this.shaft, this.instruments, this.paths, this.spare, this.opened, this.versions]) part.update(state);
+    for (const part of [this.openings, this.suggest, this.tools, this.cone, this.shaft, this.instruments, this.paths, this.spare, this.opened, this.versions]) part.update(state);
     this.registration.update(state);
     this.changedGhost([state.plan?.ghost], () => this.renderGhost(state.plan?.ghost));
     this.changedPlan([state.plan, state.corridor], () => this.renderPlan(state.plan, state.corridor));
