@@ -70,6 +70,7 @@ def test_tools_are_compared_and_one_is_chosen(open_page: OpenPage, rest: Rest) -
     station = open_page(viewport=WIDE).ready()
     station.open_plan(rest.copy_of_sample("Tools"))
     page = station.page
+    station.open_step("tool")
     page.locator("#which-tool").scroll_into_view_if_needed()
     page.click("#which-tool")
     station.wait_for("the table", lambda: page.locator("#tool-table tbody tr").count() > 5, DRIVEN_S)

@@ -157,6 +157,13 @@ class Workstation:
 
         self.wait_for("the camera to come to rest", rests)
 
+    def slice_menu(self, *also: str) -> None:
+        """Open the menu of the slices, and what opens from it: `second-volume` or `slice-keys`."""
+        self.page.click("[data-tool=more]")
+        expect(self.page.locator("#slice-outlines")).to_be_visible()
+        for name in also:
+            self.page.click(f"#{name}")
+
     def slices_stand(self) -> None:
         """Wait until every slice in sight is drawn as it is to be, and none gets another size or place."""
         last: Any = None
@@ -199,6 +206,13 @@ class Workstation:
             self._pointer = (x + part * by[0], y + part * by[1])
             self.page.mouse.move(*self._pointer)
             self.page.wait_for_timeout(pause_ms)
+
+    def open_step(self, name: str) -> None:
+        """Open a step of the Plan panel, or a part below the steps, by its `data-step-name`."""
+        step = self.page.locator(f"[data-step-name={name}]")
+        if not step.evaluate("(step) => step.open"):
+            step.locator("> summary").click()
+        expect(step).to_have_attribute("open", "")
 
     def open_plan(self, plan_id: str) -> None:
         self.page.evaluate("(id) => vfix.request('plan.open', { plan_id: id })", plan_id)

@@ -3,7 +3,7 @@ import { h, whenChanged } from "/static/js/dom.js";
 import { draw, html, nothing, repeat } from "/static/js/template.js";
 
 /** @import { Connection } from "/static/js/connection.js" */
-/** @import { OpeningsSection, ViewModel } from "/static/js/types.js" */
+/** @import { OpeningsSection } from "/static/js/types.js" */
 
 export class Openings {
   /** @param {Connection} connection */
@@ -13,8 +13,8 @@ export class Openings {
     this.element = h("div", { class: "openings", id: "openings", role: "group", "aria-label": "Openings of the head" });
   }
 
-  /** @param {ViewModel} state */
-  update({ openings }) {
+  /** @param {OpeningsSection | undefined} openings */
+  update(openings) {
     this.changed([openings], () => this.render(openings));
   }
 

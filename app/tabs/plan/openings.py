@@ -9,8 +9,8 @@ import numpy as np
 
 from app.imaging.derived_of_ct import has_head_ct
 from app.imaging.openings import Opening
-from app.messages.sections import Section
 from app.kit.values import Position
+from app.messages.sections import Section
 from app.scene.openings import OpeningMark, OpeningNodes
 from app.scene.picking import Hit, hit_items
 from app.scene.view import ClickRay

@@ -4,16 +4,13 @@ import { fixed, sentence } from "./format.js";
 import { stageWords } from "./jobs.js";
 import { remove } from "./rest.js";
 import { draw, html, iconTemplate, nothing } from "./template.js";
+import { LEVEL_ICONS } from "./verdict-line.js";
 
-/** @import { ICONS } from "./dom.js" */
 /** @import { Connection } from "./connection.js" */
 /** @import { EvaluationSection, FigureView, JobEntry, VerdictPart, VerdictView, ViewModel } from "./types.js" */
 
 const QUIET_MS = 400; // a run that ends sooner shows no bar
 const TABS = ["plan", "register", "rehearse"]; // that show it
-
-/** @type {Record<NonNullable<EvaluationSection["level"]>, keyof typeof ICONS>} */
-const LEVEL_ICONS = { fits: "fits", tight: "tight", unknown: "unknown", blocked: "blocked", pierces: "blocked" };
 
 /**
  * Whether the verdict and plot are of an earlier path, or of an earlier place of the hand that drags a point.
