@@ -24,12 +24,15 @@ export class EntryStep {
   /** @param {ViewModel} state */
   update({ plan, paths, openings }) {
     const entry = plan?.points[0];
+    const chose = this.openings.element.contains(document.activeElement);
     this.openings.update(openings);
     this.changed([Boolean(plan), entry, entry?.id === plan?.selected, paths, openings?.words], () => draw(this.element, html`
       ${entry ? this.entry(entry, plan) : nothing}
       ${entry || openings?.words ? nothing : html`<p class="empty">Click the nostril, in the head or in a slice.</p>`}
       ${this.openings.element}
       ${this.side(paths)}`));
+    const shown = chose && entry ? this.element.querySelector("#entry-point") : null; // the button that was pressed is gone
+    if (shown instanceof HTMLElement) shown.focus({ preventScroll: true });
   }
 
   /**

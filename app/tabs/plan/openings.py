@@ -40,17 +40,20 @@ class EntryOpenings:
         self._workspace, self._latest = workspace, Latest(workspace.executor, workspace.post)
         self._asked: str | None = None  # id of the case
         self._found: _Found | None = None
-        self._led: str | None = None  # id of the plan whose openings the slices were brought to
+        self._plan_id: str | None = None
+        self._cross: Position | None = None  # where the slices were when that plan was shown; None once they were led
 
     def refresh(self, edited: EditedPlan | None) -> None:
-        """Look for the openings where a plan without an entry is shown; the slices go there once."""
+        """Look for the openings where a plan without an entry is shown; the slices go there, unless they were moved."""
         if edited is None or not _is_empty(edited) or not has_head_ct(edited.case):
             return
         if edited.case.id != self._asked:
             self._ask(edited.case.id)
-        if self._found is not None and edited.plan_id != self._led:
-            self._led = edited.plan_id
-            if self._found.items:
+        if edited.plan_id != self._plan_id:
+            self._plan_id, self._cross = edited.plan_id, self._workspace.case.cross
+        if self._found is not None and self._cross is not None:
+            unmoved, self._cross = self._cross == self._workspace.case.cross, None
+            if unmoved and self._found.items:
                 middle = np.mean([one.position for one in self._found.items], axis=0)
                 self._workspace.case.go_to((float(middle[0]), float(middle[1]), float(middle[2])))
 

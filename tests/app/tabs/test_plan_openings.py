@@ -66,6 +66,7 @@ def test_they_are_shown_once_found_and_the_slices_go_there_once(
     phantom_services: Services, found: list[Opening]
 ) -> None:
     tab = empty_plan(phantom_services)
+    do_work(tab)  # the head is read
     assert shown(tab) == {"state": "waiting", "items": [], "marked": False, "words": ""}
     assert marked(tab) == []
     do_work(tab)
@@ -80,6 +81,13 @@ def test_they_are_shown_once_found_and_the_slices_go_there_once(
     tab.workspace.case.go_to((1.0, 2.0, 3.0))
     shown(tab)
     assert tab.workspace.case.cross == (1.0, 2.0, 3.0)
+    other = empty_plan(phantom_services)
+    do_work(other)  # the head is read
+    shown(other)
+    other.workspace.case.go_to((1.0, 2.0, 3.0))
+    do_work(other)
+    assert shown(other)["state"] == "current"
+    assert other.workspace.case.cross == (1.0, 2.0, 3.0), "somebody looks at something else"
 
 
 @pytest.mark.parametrize("how", ["button", "scene"])
