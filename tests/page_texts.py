@@ -19,10 +19,44 @@ SHOWN_WORDS = 12  # the page shows so much of a text, and the rest behind '?'
 VERDICT_WORDS = 8
 # what prints or draws for itself, and what is nothing but names of tables and settings
 ELSEWHERE = ("app/commands/", "app/cli.py", "app/store/migrations/", "app/exchange/report/")
+ELSEWHERE += (
+    "app/settings.py",
+    "app/store/schema.py",
+    "app/api/error_statuses.py",
+)  # said before there is a page, or in the docs
+HELP = ("app/planning/verdict_words.py",)  # the sentences of the verdict, behind '?'
 VERDICTS = ("app/planning/verdict.py",)
 # what never shows its arguments
-SILENT_CALLS = {"debug", "info", "warning", "error", "exception", "text", "compile", "getLogger", "NewType", "TypeVar", "Field", "Query", "Path"}
-SILENT_CALLS |= {"File", "Form", "Header", "match", "search", "fullmatch", "sub", "execute", "CheckConstraint", "Index", "literal_column", "add_argument"}
+SILENT_CALLS = {
+    "debug",
+    "info",
+    "warning",
+    "error",
+    "exception",
+    "text",
+    "compile",
+    "getLogger",
+    "NewType",
+    "TypeVar",
+    "Field",
+    "Query",
+    "Path",
+}
+SILENT_CALLS |= {
+    "File",
+    "Form",
+    "Header",
+    "match",
+    "search",
+    "fullmatch",
+    "sub",
+    "execute",
+    "CheckConstraint",
+    "Index",
+    "literal_column",
+    "add_argument",
+    "Verb",
+}
 SILENT_NAMES = {"description", "summary", "openapi_tags", "responses", "pattern", "responds", "help"}
 MOST_ALTERNATIVES = 200
 
@@ -41,8 +75,9 @@ class Text:
         return count_words(brief(self.text) if self.kind == "said" else self.text)
 
     @property
-    def limit(self) -> int:
-        return VERDICT_WORDS if self.kind == "verdict" else SHOWN_WORDS
+    def is_long(self) -> bool:
+        """Whether it is past the limit of its kind; help has none."""
+        return self.kind != "help" and self.words > (VERDICT_WORDS if self.kind == "verdict" else SHOWN_WORDS)
 
 
 def count_words(text: str) -> int:
@@ -51,7 +86,7 @@ def count_words(text: str) -> int:
 
 
 def brief(text: str) -> str:
-    """What the page shows of a text (app/web/js/brief.js): a dozen words at most, up to the end of a sentence or clause."""
+    """What the page shows of a text (app/web/js/brief.js): a dozen words, up to the end of a sentence or clause."""
     for end in (r"[.!?…][’)]?(?= )|$", r"[;:](?= )"):
         ends = [match.end() for match in re.finditer(end, text) if count_words(text[: match.end()]) <= SHOWN_WORDS]
         if ends:
@@ -63,7 +98,12 @@ def server_texts() -> list[Text]:
     """The texts of all modules of the application."""
     files = sorted((ROOT / "app").rglob("*.py"))
     named = [(path, path.relative_to(ROOT).as_posix()) for path in files]
-    return [text for path, name in named if not name.startswith(ELSEWHERE) for text in texts_of(path.read_text("utf-8"), name)]
+    return [
+        text
+        for path, name in named
+        if not name.startswith(ELSEWHERE)
+        for text in texts_of(path.read_text("utf-8"), name)
+    ]
 
 
 def texts_of(source: str, file: str) -> list[Text]:
@@ -76,7 +116,7 @@ def texts_of(source: str, file: str) -> list[Text]:
         for target in (node.targets if isinstance(node, ast.Assign) else [node.target])
         if isinstance(target, ast.Name)
     }
-    kind = "verdict" if file in VERDICTS else "said"
+    kind = "verdict" if file in VERDICTS else "help" if file in HELP else "said"
     found = [
         Text(file, node.lineno, kind, " ".join(text.split()))
         for node in _strings(tree)
@@ -167,6 +207,7 @@ def _name(node: ast.expr) -> str:
 if __name__ == "__main__":
     texts = server_texts()
     for text in texts:
-        if "--long" not in sys.argv or text.words > text.limit:
+        if "--long" not in sys.argv or text.is_long:
             print(f"{text.file}:{text.line} {text.kind} {text.words} {text.text}")
-    print(f"{len(texts)} texts of {sum(count_words(text.text) for text in texts)} words, {sum(text.words > text.limit for text in texts)} past their limit")
+    words = sum(count_words(text.text) for text in texts)
+    print(f"{len(texts)} texts of {words} words, {sum(text.is_long for text in texts)} past their limit")

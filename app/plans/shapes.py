@@ -37,9 +37,7 @@ def check_shape(shape: Any, kinds: tuple[str, ...] = SHAPE_KINDS) -> dict[str, A
     """
     kind = shape.get("kind") if isinstance(shape, Mapping) else None
     if kind is None:
-        raise PlanError(
-            f"a shape is an object with a 'kind', one of {', '.join(kinds)}, and its places and sizes in mm."
-        )
+        raise PlanError(f"a shape has a 'kind', places and sizes in mm; known are {', '.join(kinds)}.")
     if kind not in kinds:
         raise PlanError(f"the kind of a shape is {str(kind)!r:.40}; known are {', '.join(kinds)}.")
     optional = {"structure"} if kind == "patch" else set()

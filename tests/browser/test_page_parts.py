@@ -295,7 +295,7 @@ def test_what_a_file_does_not_say_is_asked_once(open_page: Open, rest: Rest, tmp
     uploads: list[str] = []
     page.on("request", lambda request: uploads.append(request.url) if request.method == "POST" else None)
     alerts = page.locator("[role=alert] .toast")
-    for name, words in (("a.nhdr", "Choose both files together"), ("a.mhd", "Choose both files together")):
+    for name, words in (("a.nhdr", "header and voxel file"), ("a.mhd", "header and voxel file")):
         (tmp_path / name).write_bytes(b"x")
         _choose(page, tmp_path / name)
         expect(alerts.last).to_contain_text(name)

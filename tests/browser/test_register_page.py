@@ -67,7 +67,7 @@ def typed_by_halves(station: Workstation) -> None:
     expect(x).to_have_attribute("aria-invalid", "true")
     x.fill("12")
     x.press("Tab")
-    expect(words).to_contain_text("y and z are missing.")
+    expect(words).to_contain_text("Y and z are missing.")
     choose(1)
     expect(x).to_have_value("")
     expect(page.locator("#pairs .row").first).to_contain_text("y and z are missing.")
@@ -206,7 +206,7 @@ def test_from_beads_to_a_plan_that_uses_them(open_page: Open, rest: Rest, artefa
     expect(page.locator("#surface-figures dd")).to_have_count(4)
     expect(page.locator("#surface-warning")).to_contain_text("not the accuracy")
     expect(page.locator("#fit-state")).to_contain_text("took no part")
-    expect(page.locator("#error-words")).to_contain_text("No error is known")
+    expect(page.locator("#error-words")).to_contain_text("is not known")
     refined = got(rest, f"/api/v1/registrations/{key}")
     assert (refined["made_from"], refined["surface"]["refinement"]["kept"]) == ("surface", 45)
     assert got(rest, f"/api/v1/plans/{plan_id}/registration")["state"] == "ready"
@@ -271,7 +271,7 @@ def test_measured_points_of_a_table_are_brought_into_order(open_page: Open, rest
     assert came["name"] == "out"
     expect(page.locator("#fit-state")).to_contain_text("Said by the file, and not checked here: 5 points, FRE 0.00 mm")
     expect(page.locator("#export-words")).to_contain_text("onto the patient")
-    station.wait_for("its words", lambda: "Nothing is known" in page.locator("#error-words").inner_text())
+    station.wait_for("its words", lambda: "is not known" in page.locator("#error-words").inner_text())
     assert station.errors == []
 
 

@@ -439,12 +439,12 @@ def test_a_damaged_file_is_refused_with_the_reason() -> None:
         (
             "right",
             6.0,
-            "enter at the right nostril, but its entry lies at L 6.0, left of the scan's origin",
+            "Entry is at L 6.0, not on the right. Check the side: that is left of the scan's origin",
         ),
         (
             "left",
             -2.5,
-            "enter at the left nostril, but its entry lies at R 2.5, right of the scan's origin",
+            "Entry is at R 2.5, not on the left. Check the side: that is right of the scan's origin",
         ),
         ("right", 1.9, ""),
         ("left", 6.0, ""),
