@@ -49,8 +49,8 @@ class Purged:
 class Purge:
     """Removes cases for good; to be used while no page shows the case."""
 
-    def __init__(self, store: Store, forget: Callable[[set[str]], None] = set) -> None:
-        """forget: called with the hashes of deleted files, to drop what was made of them from memory."""
+    def __init__(self, store: Store, *forget: Callable[[set[str]], None]) -> None:
+        """forget: each is called with the hashes of deleted files, to drop what was made of them from memory."""
         self._store, self._forget = store, forget
 
     def preview(self, case_id: str) -> Purged:
@@ -170,7 +170,8 @@ class Purge:
             for key in sorted((gone & set(files.keys())) | forgotten):
                 files.remove(key)
                 removed += 1
-        self._forget(gone)
+        for forget in self._forget:
+            forget(gone)
         return removed + self._store.derived.remove(sorted(gone))
 
     def _remove_copies(self, case_id: str) -> tuple[str, ...]:

@@ -20,6 +20,7 @@ from app.cases.service import Case, CaseFrame
 from app.commands import case_skin
 from app.exchange.patient_images import FACE_WARNING
 from app.imaging import skins
+from app.imaging.derived_of_ct import _key_of
 from app.imaging.skins import Skins
 from app.kit.errors import NotFound
 from app.scene import palette
@@ -199,11 +200,11 @@ def test_a_skin_that_cannot_be_made_is_told_and_a_cancelled_one_is_not(
 def test_a_start_removes_what_a_kill_has_left(services: Services, case: Case) -> None:
     """Of a case that was removed for good while its skin was made; not that of a case which is only deleted."""
     services.skins.make(case.id)
-    shipped = skins._key(services.cases.get(HEAD))
-    services.store.derived.put(shipped, skins.KIND, lambda file: file.write(b"of the head that comes along"))
+    shipped = _key_of(services.cases.get(HEAD))
+    services.store.derived.put(shipped, Skins.file, lambda file: file.write(b"of the head that comes along"))
     kept = derived(services)
     assert len(kept) == 2
-    services.store.derived.put("0" * 64, skins.KIND, lambda file: file.write(b"a face"))
+    services.store.derived.put("0" * 64, Skins.file, lambda file: file.write(b"a face"))
     services.cases.delete(case.id)
     services.sweep()
     assert derived(services) == kept
