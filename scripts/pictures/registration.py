@@ -66,15 +66,17 @@ def use_it(page: NamedPage) -> None:
     page.button("ITK transform (.tfm)")
     page.go_to("Plan")
     page.judged()
+    page.unfold("Check")
     page.page.locator("#profile").scroll_into_view_if_needed()
     page.take("registration_band")
 
 
 def take_it_to_slicer(page: NamedPage, work: Path) -> None:
     """Export the folder by the page's button, and draw it by the libraries of 3D Slicer."""
-    page.scroll_to("Export and import")
+    page.unfold("Export")
+    page.scroll_to("Export")
     with page.page.expect_download(timeout=120_000) as waiting:
-        page.press("Folder for 3D Slicer (.zip)")
+        page.press("Slicer folder")
     waiting.value.save_as(work / "slicer.zip")
     with zipfile.ZipFile(work / "slicer.zip") as packed:
         packed.extractall(work / "slicer")

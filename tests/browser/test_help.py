@@ -58,7 +58,7 @@ def test_an_empty_plan_is_led_from_its_entry_to_its_path(open_page: Open, rest: 
 
     for one in (station, other):
         one.open_plan(plan_id)
-    opened("entry")
+        expect(one.page.locator("[data-step-name=entry]")).to_have_attribute("open", "")
     places = [point["position"] for point in rest.sample()["points"]]
     page.evaluate("(position) => vfix.request('pick.slice', { position })", places[3])
     station.wait_for("the entry", lambda: len(station.state("plan")["points"]) == 1)
@@ -84,8 +84,7 @@ def test_suggest_is_five_tab_stops_from_the_panel(open_page: Open) -> None:
     """And every step is reached by arrow keys from the one that is open."""
     station = open_page().ready()
     page = station.page
-    station.wait_for("a plan", lambda: station.state("plan"))
-    station.drawn()
+    expect(page.locator("#suggest")).to_be_enabled()
     page.focus("#panel")
     stops = []
     while "suggest" not in stops:

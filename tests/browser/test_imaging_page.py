@@ -166,7 +166,7 @@ def test_one_of_several_series_is_chosen(station: Workstation, rest: Rest, tmp_p
     assert made["name"].startswith("CT ")
     assert made["volumes"][0]["shape"] == [40, 40, 30]
     assert "Canary" not in station.page.locator("body").inner_text()
-    agreed = station.page.get_by_label("Use series name").last
+    agreed = station.page.locator("[data-step-name=import]").get_by_label("Use series name")
     agreed.check()
     assert chosen()["name"] == "CanarySinus"
     agreed.uncheck()

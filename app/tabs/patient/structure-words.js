@@ -8,7 +8,7 @@
  * @param {boolean} labelled whether the label that it was painted as is still there
  */
 export function wayBack(origin, labelled) {
-  if (origin === "ct") return "It can be made again under ‘Segment’.";
+  if (origin === "ct") return "It can be made again under ‘Threshold’.";
   if (origin !== "painted") return "Its file can be imported again.";
   return labelled ? "Its painted label stays, and can make it again." : "Its painted label is deleted too; restore that first.";
 }

@@ -305,7 +305,7 @@ class PlanTab(Tab):
     def hint(self) -> str:
         edited = self._edited
         if edited is None:
-            return "Open a head first." if self._case_id is None else "Choose a plan below, or make a new one."
+            return "Open a head first." if self._case_id is None else "Open a plan under Plans, or make one."
         plan, drawing = edited.plan, edited.regions.drawing
         if drawing is not None:
             return DRAW_WORDS[drawing.request.kind]

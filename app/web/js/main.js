@@ -8,6 +8,7 @@ import { Help } from "./help.js";
 import { jobWatch } from "./jobs.js";
 import { Keys, letGoOfEverything } from "./keys.js";
 import { Layouts } from "./layout.js";
+import { LoopFigures } from "./loop-figures.js";
 import { Palette } from "./palette.js";
 import { loadPanel } from "./panel.js";
 import { say } from "./said.js";
@@ -36,6 +37,7 @@ class Page {
     this.help = new Help(() => this.firstTask.again());
     this.slices = new Slices(byId("slices"), this.connection);
     this.status = new StatusBar(byId("statusbar"));
+    this.figures = new LoopFigures();
     this.card = new VerdictCard(this.connection);
     this.palette = new Palette({ connection: this.connection, slices: this.slices, panels: this.panels, actions: () => this.actions() });
     this.keys.shortcuts.push((event) => this.palette.key(event), (event) => this.help.key(event), (event) => this.layouts.key(event), (event) => this.scene.key(event));
@@ -62,6 +64,7 @@ class Page {
     }
     this.connection.on("note", ({ words, error }) => note(words, { error }));
     byId("retry").addEventListener("click", () => this.connection.open());
+    byId("where-plan").addEventListener("click", () => { if (this.connection.state.step?.name !== "plan") this.palette.use("plan", "#plans"); }); // in Plan it opens the list itself
     this.connection.open();
     this.scene.open();
   }
@@ -79,13 +82,13 @@ class Page {
 
   /** What the page itself can do, for the palette. */
   actions() {
-    const { layouts, theme, help, status, scene } = this;
+    const { layouts, theme, help, figures, scene } = this;
     return [
       ...layouts.actions(),
       ...scene.actions(),
       { group: "Page", name: theme.words, run: () => theme.turn() },
       { group: "Page", name: "Keys and first steps", does: "help", run: () => help.open() },
-      { group: "Page", name: "Figures of the control loop", off: status.details.hidden ? "during a drive" : undefined, run: () => status.fold() },
+      { group: "Page", name: "Figures of the control loop", run: () => { figures.show(); this.schedule(); } },
     ];
   }
 
@@ -124,6 +127,7 @@ class Page {
     this.slices.update(state);
     this.card.update(state);
     this.status.update(state, panel ? panel.status : undefined);
+    this.figures.update(state);
     this.firstTask.update(state);
   }
 
@@ -131,7 +135,7 @@ class Page {
   renderTitle(state) {
     byId("where-case").textContent = state.case?.name ?? "No head open";
     byId("where-plan").textContent = state.plan?.name ?? "";
-    byId("where-separator").hidden = !state.plan;
+    byId("where-separator").hidden = byId("where-plan").hidden = !state.plan;
     byId("where").title = [state.case?.name, state.plan?.name].filter(Boolean).join(" / ");
     document.title = state.case ? `${state.case.name} – vfix` : "vfix";
     say(byId("hint"), state.step?.hint ?? ""); // what to do next

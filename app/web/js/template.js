@@ -20,7 +20,7 @@ export { html, live, nothing, repeat };
  */
 export function draw(element, template) {
   const focused = element.contains(document.activeElement) ? document.activeElement : null;
-  const row = focused?.closest("li");
+  const row = focused?.closest("li, tr");
   const list = row?.parentElement;
   const at = row && list ? [...list.children].indexOf(row) : -1;
   render(template, element);
