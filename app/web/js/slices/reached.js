@@ -4,12 +4,13 @@ import { length, minus, plus } from "./vectors.js";
 /** @import { Triple } from "./grid.js" */
 
 /**
- * Arc length that the dry run of the stored path reached, mm; null where it is the whole path, or not known.
+ * Arc length that the simulation of the stored path reached, mm; null where it is the whole path, or not known.
  * @param {ViewModel} state
  */
 export function reachedMm({ corridor }) {
-  if (corridor?.state !== "current" || corridor.completed !== false) return null;
-  return corridor.verdict?.profile.s_mm.at(-1) ?? null;
+  const verdict = corridor?.state === "current" ? corridor.verdict : null;
+  const reach = verdict?.figures.find(({ name }) => name === "reach");
+  return verdict && reach?.level === "blocked" ? verdict.profile.s_mm.at(-1) ?? null : null;
 }
 
 /**
