@@ -494,7 +494,7 @@ export interface CurveSection {
 }
 
 /**
- * The dry run of the plan.
+ * The dry run of the plan; completed is None until it has ended.
  *
  * level, short: of the verdict, also where the tool does not fit at the entry or the run has failed; None and '' while
  * the path is judged. word: of the level, of the verdict that is shown where there is none, '' without either.
@@ -511,6 +511,7 @@ export interface EvaluationSection {
   level: "fits" | "tight" | "pierces" | "blocked" | "unknown" | null;
   word: string;
   short: string;
+  completed: boolean | null;
   warning: string;
   scale: ScaleView | null;
   job: string | null;
