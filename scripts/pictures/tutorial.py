@@ -18,12 +18,11 @@ def import_the_folder(page: NamedPage, folder: Path) -> None:
     page.go_to("Patient")
     page.button("Folder …")  # it opens a dialog of the system, so the files are set directly
     page.page.set_input_files("#folder", folder)
-    page.says("The head was imported. It is in the list of heads.")
+    page.says("Head imported.")
     page.press("Open it")
     page.wait("the new head", lambda: page.station.state("case")["name"].startswith("CT 1, "))
     page.station.ready()
     page.wait("its voxels", lambda: page.page.evaluate("vfix.slices.link.ready"))
-    page.heading("This head")
     page.says("0.80 × 0.80 × 0.80")
     page.heading("Heads")
     page.press("Oblique")
@@ -32,27 +31,29 @@ def import_the_folder(page: NamedPage, folder: Path) -> None:
 
 def look_at_slices(page: NamedPage) -> None:
     page.press("Four views of one size")
-    page.choose("Grey values", "As the scanner suggests")
+    page.page.locator(".slice-window").click()
+    page.page.get_by_role("menuitemradio", name="Scanner").click()
     go(page, ORBIT_AT)
     page.take("planning_slices")
 
 
 def mark_the_orbit(page: NamedPage) -> None:
     page.press("Scene and three slices")
-    page.scroll_to("Segment")
+    page.unfold("Threshold")
+    page.scroll_to("Threshold")
     page.choose("Tissue", "Soft tissue")
-    page.check("Crop to a box between two corners")
+    page.check("Crop to box")
     for label, place in zip(("One corner", "The opposite corner"), ORBIT_CORNERS, strict=True):
         page.fill(label, place)
         page.page.keyboard.press("Tab")
     page.choose("Islands", "The largest only")
     page.fill("Name", "Left orbit")
-    page.wait("the islands", lambda: "are kept" in page.page.locator("#segment-kept").inner_text())
-    page.scroll_to("Segment")
+    page.wait("the islands", lambda: "kept" in page.page.locator("#segment-kept").inner_text())
+    page.scroll_to("Threshold")
     page.take("planning_structure")
     page.button("New label …")
-    page.press("Make surface")
-    page.says("is a structure of this head now. A plan can spare it.")
+    page.press("Make structure")
+    page.says("is a structure now. Protect it in Plan.")
 
 
 def spare_the_orbit(page: NamedPage) -> None:
@@ -177,8 +178,9 @@ def download(page: NamedPage, name: str, folder: Path) -> None:
 
 def go(page: NamedPage, place: str) -> None:
     """Move the crosshair to a typed place."""
+    page.page.locator("[data-view=axial] .slice-where").click()
     page.fill("Go to a place", place)
-    page.press("Go")
+    page.page.keyboard.press("Enter")
 
 
 def add(page: NamedPage, place: str, where: str) -> None:

@@ -19,7 +19,7 @@ def test_the_first_task_ticks_itself_off_once_and_is_called_back(open_page: Open
     current = page.locator("#first-task li[aria-current]")
     expect(page.locator("#first-task")).to_be_visible()
     expect(steps).to_have_count(3)
-    expect(current).to_contain_text("Turn the head")
+    expect(current).to_contain_text("turn the head")
     station.wait_for("a plan", lambda: station.state("plan"))
     station.settle()
     box = page.locator("#scene").bounding_box()

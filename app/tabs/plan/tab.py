@@ -179,7 +179,7 @@ class PlanTab(Tab):
         if isinstance(command, HideTool):
             self._evaluations.tool.clear()
         elif evaluation is None:
-            raise PlanError("the tool is shown once the dry run has ended.")
+            raise PlanError("the tool is shown once the simulation has ended.")
         else:
             self.workspace.case.go_to(self._evaluations.tool.at(evaluation, command.s_mm))
 
