@@ -13,6 +13,7 @@ from app.api.jobs import JobPublic
 from app.api.plan_models import Revision
 from app.planning.suggestions import described, described_none
 from app.planning.verdict import Level
+from app.planning.verdict_figures import VerdictFigure
 from app.plans.operations.points import SetPoints
 from app.plans.public import PlanPublic
 
@@ -39,7 +40,8 @@ class SuggestedPoint(BaseModel):
 class AlternativePublic(BaseModel):
     """A path with directions of the shaft, and how the tool was driven along it; lengths in mm.
 
-    verdict: the level that the plan has when it is led along it, short: in a few words, words: the whole of it.
+    verdict: the level that the plan has when it is led along it, short: in a few words, words: the whole of it,
+    figures: those of the verdict, the one that decides first.
     nearest: bone or the structure to spare that leaves least above its margin, margin_mm; nearest_clearance_mm: to it.
     least_clearance_mm: to bone. short_of_target_mm: from the path's end to the target. tight: the verdict is;
     turns: the shaft's direction changes along the path.
@@ -50,6 +52,7 @@ class AlternativePublic(BaseModel):
     verdict: Level
     short: str
     words: str
+    figures: list[VerdictFigure]
     nearest: str
     nearest_clearance_mm: Length
     margin_mm: Length
@@ -66,11 +69,15 @@ class AlternativePublic(BaseModel):
 
 
 class NonePublic(BaseModel):
-    """Why there is no path: where the widest way ends, how far that is from the target, and what was searched."""
+    """Why there is no path: where the widest way ends, how far that is from the target, and what was searched.
+
+    short: the reason in at most nine words.
+    """
 
     ends_at: tuple[float, float, float]
     gap_mm: float
     reason: str
+    short: str
     searched: str
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from functools import partial
 from typing import Any, TypeVar
 
@@ -25,6 +25,7 @@ from app.planning.remote_centre import path_of
 from app.planning.shaft import shaft_of
 from app.planning.suggestion_ends import check_ends
 from app.planning.verdict import Level, Verdict, refused
+from app.planning.verdict_figures import VerdictFigure, verdict_figures
 from app.plans.document import PLAN
 from app.plans.instruments import Instruments, plan_tool, shipped_tools
 from app.plans.model import Plan, PlanContent, PlanPoint, new_point_id
@@ -59,7 +60,8 @@ class SuggestedPaths:
     """Paths found from an entry to a target, both in LPS mm.
 
     tool: name of the tool. tool_shape: its shape if it is not as shipped. kept_mm: the clearance kept from bone, which
-    is the margin plus the error of the surface from thinning. verdicts: the verdict on the plan along each alternative.
+    is the margin plus the error of the surface from thinning. verdicts: the verdict on the plan along each alternative,
+    figures: the figures of each.
     """
 
     id: str
@@ -71,6 +73,7 @@ class SuggestedPaths:
     found: Suggestion
     tool_shape: Mapping[str, float] = field(default_factory=dict)
     verdicts: tuple[Verdict, ...] = ()
+    figures: tuple[tuple[VerdictFigure, ...], ...] = ()
 
     def points_of(self, plan_id: str, alternative: int) -> tuple[PlanPoint, ...]:
         """Return the points of an alternative (index from 0).
@@ -189,7 +192,7 @@ class Suggestions:
         around, settings = self._around(plan, [entry, target], progress), self._settings(plan)
         robot, tool = self._instruments.robot(plan.content.robot), plan_tool(plan.content)
         found = suggest_path(around, robot, tool, entry, target, settings, partial(_search_progress, progress))
-        found, verdicts = self._evaluated(plan, found, target, progress)
+        found, verdicts, figures = self._evaluated(plan, found, target, progress)
         return SuggestedPaths(
             new_point_id(),
             plan.id,
@@ -200,31 +203,40 @@ class Suggestions:
             found,
             plan.content.tool_shape,
             verdicts,
+            figures,
         )
 
     def _evaluated(
         self, plan: Plan, found: Suggestion, target: Position, progress: ProgressCallback
-    ) -> tuple[Suggestion, tuple[Verdict, ...]]:
-        """Return the alternatives that are neither blocked nor pierce a wall, the best first, with their verdicts."""
-        evaluated = [(one, self._verdict(plan, one, progress)) for one in found.alternatives]
-        passing = [pair for pair in evaluated if pair[1].level in _ORDER]
-        passing.sort(key=lambda pair: _ORDER[pair[1].level])
+    ) -> tuple[Suggestion, tuple[Verdict, ...], tuple[tuple[VerdictFigure, ...], ...]]:
+        """Return the alternatives that are neither blocked nor pierce a wall, the best first.
+
+        With each come its verdict and the figures of that.
+        """
+        evaluated = [(one, *self._judged(plan, one, progress)) for one in found.alternatives]
+        passing = [one for one in evaluated if one[1].level in _ORDER]
+        passing.sort(key=lambda one: _ORDER[one[1].level])
         if evaluated and not passing:
-            one, verdict = evaluated[0]
+            one, verdict, _ = evaluated[0]
             end = one.run.tip[-1]
             gap = float(np.linalg.norm(end - target))
             reason = f"every way that was found is blocked or pierces a wall. {verdict.words}".rstrip(".")
-            return Suggestion((), NoWay(end, gap, reason, f"{len(evaluated)} ways")), ()
-        return Suggestion(tuple(one for one, _ in passing), found.none), tuple(verdict for _, verdict in passing)
+            short = "every way is blocked or pierces a wall"
+            return Suggestion((), NoWay(end, gap, reason, short, f"{len(evaluated)} ways")), (), ()
+        alternatives, verdicts, figures = zip(*passing, strict=True) if passing else ((), (), ())
+        return Suggestion(alternatives, found.none), verdicts, figures
 
-    def _verdict(self, plan: Plan, one: Alternative, progress: ProgressCallback) -> Verdict:
-        """Return the verdict on the plan along an alternative."""
+    def _judged(
+        self, plan: Plan, one: Alternative, progress: ProgressCallback
+    ) -> tuple[Verdict, tuple[VerdictFigure, ...]]:
+        """Return the verdict on the plan along an alternative, and its figures."""
         led = with_points(plan, suggested_points(one))
         try:
             evaluating = partial(_evaluation_progress, progress)
-            return self._planning.evaluate(led, evaluating, self._options.of(plan.id).in_force.along(led)).verdict
+            evaluation = self._planning.evaluate(led, evaluating, self._options.of(plan.id).in_force.along(led))
         except StartRefused as error:
-            return refused(error).with_remarks(led)
+            return refused(error).with_remarks(led), ()
+        return evaluation.verdict, verdict_figures(evaluation)
 
     def tools(self, plan: Plan, progress: ProgressCallback) -> ToolTable:
         """Drive every shipped tool along the path of a plan."""
@@ -313,12 +325,15 @@ def with_alternative(content: PlanContent, one: Alternative) -> PlanContent:
 
 def described(looked: SuggestedPaths) -> list[dict[str, Any]]:
     """Return the alternatives as JSON values: lengths in mm, positions in LPS."""
-    pairs = zip(looked.found.alternatives, looked.verdicts, strict=True)
-    return [_described(one, verdict, looked) for one, verdict in pairs]
+    every = zip(looked.found.alternatives, looked.verdicts, looked.figures, strict=True)
+    return [_described(one, verdict, figures, looked) for one, verdict, figures in every]
 
 
-def _described(one: Alternative, verdict: Verdict, looked: SuggestedPaths) -> dict[str, Any]:
+def _described(
+    one: Alternative, verdict: Verdict, figures: Sequence[VerdictFigure], looked: SuggestedPaths
+) -> dict[str, Any]:
     return {
+        "figures": [asdict(figure) for figure in figures],
         "verdict": verdict.level,
         "short": verdict.short,
         "words": verdict.words,
@@ -354,7 +369,8 @@ def described_none(none: NoWay | None) -> dict[str, Any] | None:
     if none is None:
         return None
     ends = [float(x) for x in none.ends_at]
-    return {"ends_at": ends, "gap_mm": none.gap_mm, "reason": none.reason, "searched": none.searched}
+    told = {"reason": none.reason, "short": none.short, "searched": none.searched}
+    return {"ends_at": ends, "gap_mm": none.gap_mm, **told}
 
 
 def none_in_words(none: NoWay) -> str:

@@ -1208,7 +1208,8 @@ export interface SuggestionPublic {
 /**
  * A path with directions of the shaft, and how the tool was driven along it; lengths in mm.
  *
- * verdict: the level that the plan has when it is led along it, short: in a few words, words: the whole of it.
+ * verdict: the level that the plan has when it is led along it, short: in a few words, words: the whole of it,
+ * figures: those of the verdict, the one that decides first.
  * nearest: bone or the structure to spare that leaves least above its margin, margin_mm; nearest_clearance_mm: to it.
  * least_clearance_mm: to bone. short_of_target_mm: from the path's end to the target. tight: the verdict is;
  * turns: the shaft's direction changes along the path.
@@ -1219,6 +1220,7 @@ export interface AlternativePublic {
   verdict: "fits" | "tight" | "pierces" | "blocked" | "unknown";
   short: string;
   words: string;
+  figures: VerdictFigure[];
   nearest: string;
   nearest_clearance_mm: number | null;
   margin_mm: number | null;
@@ -1234,17 +1236,37 @@ export interface AlternativePublic {
   points: SuggestedPoint[];
 }
 
+/**
+ * A figure of a verdict, with its level.
+ *
+ * name: what it is of, such as 'bone'. value: in mm, None if it is not known or has none. whole_mm: of which it is a
+ * part, such as the length of the path. digits: of the value. s_mm: arc length of the tip at its place, None without.
+ */
+export interface VerdictFigure {
+  name: string;
+  value: number | null;
+  level: "fits" | "tight" | "pierces" | "blocked" | "unknown";
+  s_mm: number | null;
+  whole_mm: number | null;
+  digits: number;
+}
+
 export interface SuggestedPoint {
   position: [number, number, number];
   direction: [number, number, number];
   roll_deg: number | null;
 }
 
-/** Why there is no path: where the widest way ends, how far that is from the target, and what was searched. */
+/**
+ * Why there is no path: where the widest way ends, how far that is from the target, and what was searched.
+ *
+ * short: the reason in at most nine words.
+ */
 export interface NonePublic {
   ends_at: [number, number, number];
   gap_mm: number;
   reason: string;
+  short: string;
   searched: string;
 }
 

@@ -12,7 +12,7 @@ const QUIET_MS = 400; // a run that ends sooner shows no bar
 const TABS = ["plan", "register", "rehearse"]; // that show it
 
 /** @type {Record<NonNullable<EvaluationSection["level"]>, { word: string, icon: keyof typeof ICONS }>} */
-const LEVELS = {
+export const LEVELS = {
   fits: { word: "Fits", icon: "fits" },
   tight: { word: "Tight", icon: "tight" },
   unknown: { word: "Unknown", icon: "unknown" },
@@ -156,7 +156,7 @@ export class VerdictCard {
  * The value of a figure with its unit; nothing where it has none.
  * @param {FigureView} figure
  */
-function valueOf({ value, digits, whole_mm: whole, level }) {
+export function valueOf({ value, digits, whole_mm: whole, level }) {
   if (value === null) return level === "unknown" ? html`<b>?</b>` : nothing;
   return html`<b>${fixed(value, digits)}${whole === null ? "" : ` of ${fixed(whole, digits)}`}</b> mm`;
 }

@@ -6,6 +6,7 @@ import json
 import math
 import time
 from collections.abc import Iterator
+from dataclasses import asdict
 from types import SimpleNamespace
 from typing import Any
 
@@ -21,6 +22,7 @@ from app.planning.shaft import point_stations, shaft_at
 from app.planning.suggestion_ends import check_ends
 from app.planning.suggestions import SuggestedPaths, described
 from app.planning.verdict import Level, Reason, Verdict
+from app.planning.verdict_figures import verdict_figures
 from app.plans.model import PlanContent, PlanPoint
 from app.plans.paths import PlanPath
 from app.plans.service import Plan
@@ -102,6 +104,7 @@ def test_a_suggestion_is_found_used_and_undone(client: Client, phantom_services:
     assert used["points"][3]["direction"] == pytest.approx(best["points"][3]["direction"])
     driven = phantom_services.dry_runs.evaluate(phantom_services.plans.get(plan.id))
     assert driven.completed
+    assert best["figures"] == [asdict(figure) for figure in verdict_figures(driven)]  # those of the verdict card
     # Judged in the list already as the plan is, which nothing drives anew.
     report = phantom_services.path_evaluations.of_plan(phantom_services.plans.get(plan.id)).chosen
     assert (best["verdict"], best["short"], best["words"]) == (report.verdict, report.short, report.words)
@@ -137,7 +140,7 @@ def test_what_the_plan_s_verdict_calls_blocked_or_pierced_is_not_suggested(
     found, suggestions = [an_alternative() for _ in range(4)], phantom_services.suggestions
     levels: list[Level] = ["pierces", "tight", "blocked", "fits"]
     by_way = {id(one): a_verdict(level) for one, level in zip(found, levels, strict=True)}
-    monkeypatch.setattr(suggestions, "_verdict", lambda plan, one, tell: by_way[id(one)])
+    monkeypatch.setattr(suggestions, "_judged", lambda plan, one, tell: (by_way[id(one)], ()))
     monkeypatch.setattr(suggestions_module, "suggest_path", lambda *given: Suggestion(tuple(found)))
     monkeypatch.setattr(suggestions, "_around", lambda *given: None)
     told = suggestions.look(plan, ENTRY, TARGET, lambda stage, share: None)
@@ -217,7 +220,7 @@ def test_a_path_that_ends_before_its_target_says_so() -> None:
     assert plan_suggest._ends({"short_of_target_mm": 0.4}) == ""
     ends = ((0.0, 0.0, 0.0), (0.0, 9.0, 2.4))
     looked = SuggestedPaths(
-        "s", "p", *ends, "bent_30", 0.3, Suggestion((an_alternative(),)), verdicts=(a_verdict("fits"),)
+        "s", "p", *ends, "bent_30", 0.3, Suggestion((an_alternative(),)), verdicts=(a_verdict("fits"),), figures=((),)
     )
     assert described(looked)[0]["short_of_target_mm"] == pytest.approx(2.4)
 
@@ -264,6 +267,7 @@ def test_the_commands_print_what_was_found(
     assert report["reason"]
     assert report["searched"]
     assert report["gap_mm"] > 4.0
+    assert report["short"] == f"bone lies {report['gap_mm']:.0f} mm before the target"
     assert len(report["ends_at"]) == 3
     assert len(phantom_services.plans.list(PHANTOM_ID)) == count
 
