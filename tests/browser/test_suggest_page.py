@@ -45,6 +45,7 @@ def test_a_path_is_suggested_previewed_used_and_undone(open_page: OpenPage, rest
     assert [words.split("\n")[0] for words in figures.all_inner_texts()] == ["bone", "soft tissue", "length"]
     tops = [card.locator(".way-figure").last.bounding_box() for card in cards.all()[:2]]
     assert len({box["y"] for box in tops if box}) == 1  # side by side
+    expect(page.locator("#alternatives .way-picture svg")).to_have_count(cards.count())
     cards.nth(1).hover()
     station.wait_for("the other preview", lambda: shaft(station)["shown"].endswith(" 1"))
     cards.nth(1).focus()
@@ -121,7 +122,19 @@ def test_tools_are_compared_and_one_is_chosen(open_page: OpenPage, rest: Rest) -
     station.picture("suggest-tools")
     words = page.locator("#tools-words")
     expect(words).to_have_text("Click a tool to choose it.", use_inner_text=True)
-    page.locator("#tool-table tr[data-tool=straight_pointer] button").click()
+    assert page.locator("#tool-table .tool-picture").count() == page.locator("#tool-table tbody tr").count()
+    chosen = page.locator("#tool-table tr[aria-selected=true]")
+    card = [
+        page.locator("#card .card-word").inner_text().split("\n")[0],
+        page.locator("#card .chip b").all_inner_texts(),
+    ]
+    assert chosen.locator(".way-verdict").inner_text().strip() == card[0].split(":")[0].strip()
+    assert set(chosen.locator("td").all_inner_texts()[2:]) <= set(card[1])  # the card's figures
+    chosen.focus()
+    page.keyboard.press("End")
+    expect(page.locator("#tool-table tbody tr").last).to_be_focused()
+    page.locator("#tool-table tr[data-tool=straight_pointer]").focus()
+    page.keyboard.press("Enter")
     station.wait_for("the tool", lambda: station.state("plan")["tool"]["name"] == "straight_pointer")
     expect(page.locator("#tool-table tr[data-tool=straight_pointer][aria-selected=true]")).to_have_count(1)
     page.locator("#undo").click()

@@ -79,10 +79,10 @@ def cut_picture(plane: Plane, shown: Shown) -> str:
         "" if shown.volume is None else _grey(plane, shown.volume, centre),
         *(f'<path style="stroke:{one.css}" d="{_outline(plane, one.mesh, centre)}"/>' for one in shown.surfaces),
         *(
-            f'<path class="tool" style="stroke-width:{width:.2f}" d="{_line(plane.project(np.stack(ends), centre))}"/>'
+            f'<path class="tool" style="stroke-width:{width:.2f}" d="{line(plane.project(np.stack(ends), centre))}"/>'
             for *ends, width in tool
         ),
-        f'<path class="path" d="{_line(plane.project(shown.path, centre))}"/>',
+        f'<path class="path" d="{line(plane.project(shown.path, centre))}"/>',
         *(_dot(plane.project(place, centre)) for place in near),
         *_letters(plane.letters),
         f'<path class="scale" d="M{half - 13:g} {half - 3:g}h10"/><text x="{half - 8:g}" y="{half - 4:g}">10 mm</text>',
@@ -95,10 +95,15 @@ def cut_picture(plane: Plane, shown: Shown) -> str:
 
 
 def _outline(plane: Plane, mesh: TriangleMesh, centre: Array) -> str:
-    """Where a surface crosses the plane, as segments within the picture."""
+    """Where a surface crosses the plane, as the data of an SVG path."""
+    return "".join(line(segment) for segment in outline(plane, mesh, centre))
+
+
+def outline(plane: Plane, mesh: TriangleMesh, centre: Array, half_mm: float = HALF_MM) -> Array:
+    """Where a surface crosses the plane: segments (n, 2, 2) in picture coordinates, `half_mm` around the centre."""
     corners = mesh.triangles
     side = corners[:, :, plane.through] - centre[plane.through]
-    near = (np.abs(corners - centre) <= 2.0 * HALF_MM).all(axis=(1, 2))
+    near = (np.abs(corners - centre) <= 2.0 * half_mm).all(axis=(1, 2))
     crossing = near & (side.min(axis=1) < 0.0) & (side.max(axis=1) >= 0.0)
     corners, side = corners[crossing], side[crossing]
     ends = []
@@ -108,8 +113,8 @@ def _outline(plane: Plane, mesh: TriangleMesh, centre: Array) -> str:
     crossed = np.stack([(side[:, a] < 0.0) != (side[:, b] < 0.0) for a, b in ((0, 1), (1, 2), (2, 0))], axis=1)
     pairs = np.stack(ends, axis=1)[crossed].reshape(-1, 2, 3)  # a triangle that is crossed is so at two of its sides
     flat = plane.project(pairs, centre)
-    inside = (np.abs(flat).max(axis=2) <= HALF_MM).any(axis=1)
-    return "".join(_line(segment) for segment in flat[inside])
+    inside: Array = flat[(np.abs(flat).max(axis=2) <= half_mm).any(axis=1)]
+    return inside
 
 
 def _grey(plane: Plane, volume: Volume, centre: Array) -> str:
@@ -134,7 +139,7 @@ def _grey(plane: Plane, volume: Volume, centre: Array) -> str:
     )
 
 
-def _line(points: Array) -> str:
+def line(points: Array) -> str:
     """(n, 2) as the data of an SVG path."""
     return "M" + "L".join(f"{x:.2f} {y:.2f}" for x, y in points.tolist())
 

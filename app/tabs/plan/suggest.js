@@ -27,6 +27,8 @@ export class SuggestGroup {
     this.connection = connection;
     this.changed = whenChanged();
     this.target = ""; // id of the chosen one
+    /** @type {string | undefined} the suggestion that was brought into sight */
+    this.seen = undefined;
     this.search = new PathSearch(connection, () => this.searched());
     this.body = h("div", { class: "fields" });
     this.element = group("Suggest a path", null, this.body);
@@ -36,14 +38,17 @@ export class SuggestGroup {
   update({ plan, shaft }) {
     const { search } = this;
     if (search.suggestion && search.suggestion.plan_id !== plan?.id) search.forget();
-    const of = [plan?.id, plan?.points, plan?.ghost, plan?.targets, plan?.locked, shaft?.shown, this.target, search.suggestion?.id, search.busy, search.problem];
+    const of = [plan?.id, plan?.points, plan?.ghost, plan?.targets, plan?.locked, shaft?.shown, this.target, search.suggestion?.id, search.busy, search.problem, search.drawing];
     this.changed(of, () => draw(this.body, this.template(plan, shaft)));
   }
 
-  /** The search has begun or ended: what it found is brought into sight, the focus stays. */
+  /** The search has gone on: what it found is brought into sight once, the focus stays. */
   searched() {
+    const { busy, suggestion } = this.search;
     this.update(this.connection.state);
-    if (!this.search.busy) this.body.querySelector(".way, #no-way")?.scrollIntoView({ block: "nearest" });
+    if (busy || this.seen === suggestion?.id) return;
+    this.seen = suggestion?.id;
+    this.body.querySelector(".way, #no-way")?.scrollIntoView({ block: "nearest" });
   }
 
   /**
@@ -107,7 +112,7 @@ export class SuggestGroup {
     return html`${hintLine("suggest-words", words, ORDER, earlier)}
       <ul class=${earlier ? "ways earlier" : "ways"} id="alternatives" aria-label="Suggested ways" style=${`--rows: ${rows.length}; --columns: ${columnsOf(suggestion.alternatives.length)}`}>
         ${suggestion.alternatives.map((way, number) => wayCard(way, rows, {
-          key: search.keyOf(number), number, shown: number === ofShown, followed: number === followed, tabbed: number === tabbed, locked: plan.locked,
+          key: search.keyOf(number), number, shown: number === ofShown, followed: number === followed, tabbed: number === tabbed, locked: plan.locked, picture: search.pictures[number] ?? search.drawing,
         }, { show: () => search.preview(number), use: () => this.use(number), moved: (event) => this.move(event) }))}
       </ul>`;
   }

@@ -2,7 +2,8 @@
 import { clearErrors } from "/static/js/dialogs.js";
 import { sentence } from "/static/js/format.js";
 import { JobLine } from "/static/js/job-line.js";
-import { read } from "/static/js/rest.js";
+import { finished } from "/static/js/jobs.js";
+import { read, readPicture, send } from "/static/js/rest.js";
 import { pathKey, samePath } from "./same-path.js";
 
 /** @import { Connection } from "/static/js/connection.js" */
@@ -22,6 +23,9 @@ export class PathSearch {
     this.askedOf = ""; // the path when the ways were asked for
     this.busy = false;
     this.problem = ""; // why there is no answer
+    /** @type {Element[]} of the ways, once they are drawn */
+    this.pictures = [];
+    this.drawing = ""; // how far the pictures are
   }
 
   /**
@@ -54,7 +58,31 @@ export class PathSearch {
   show(suggestion) {
     if (suggestion.plan_id !== this.connection.state.plan?.id) return; // another plan was opened meanwhile
     this.suggestion = suggestion;
-    if (suggestion.alternatives.length) this.preview(0);
+    if (!suggestion.alternatives.length) return;
+    this.preview(0);
+    this.illustrate(suggestion);
+  }
+
+  /**
+   * The pictures of the ways follow them: drawn once by a job.
+   * @param {SuggestionPublic} suggestion
+   */
+  async illustrate({ id, alternatives }) {
+    const told = (/** @type {string} */ words) => {
+      if (this.suggestion?.id !== id) return;
+      this.drawing = words;
+      this.changed();
+    };
+    const address = `/api/v1/suggestions/${encodeURIComponent(id)}/pictures`;
+    told("Drawing …");
+    try {
+      await finished(await send(address, {}), ({ fraction }) => told(`Drawing, ${Math.round(100 * fraction)} %`));
+      const pictures = await Promise.all([...alternatives.keys()].map((number) => readPicture(`${address}/${number}`)));
+      if (this.suggestion?.id === id) this.pictures = pictures;
+      told("");
+    } catch {
+      told("No picture"); // the figures say the same
+    }
   }
 
   /**
@@ -94,7 +122,8 @@ export class PathSearch {
   forget() {
     if (this.connection.state.shaft?.shown) this.connection.send("suggestion.hide");
     this.suggestion = null;
-    this.problem = "";
+    this.problem = this.drawing = "";
+    this.pictures = [];
   }
 }
 

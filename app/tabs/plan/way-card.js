@@ -4,16 +4,17 @@ import { LEVELS, valueOf } from "/static/js/verdict-card.js";
 import { figuresOf } from "./way-figures.js";
 
 /** @import { AlternativePublic, VerdictFigure } from "/static/js/types.js" */
-/** @typedef {{ key: string, number: number, shown: boolean, followed: boolean, tabbed: boolean, locked: boolean }} Standing */
+/** @typedef {{ key: string, number: number, shown: boolean, followed: boolean, tabbed: boolean, locked: boolean, picture: unknown }} Standing */
 /** @typedef {{ show: () => void, use: () => void, moved: (event: KeyboardEvent) => void }} Does */
 
 /**
  * @param {AlternativePublic} way
  * @param {string[]} rows names of the figures, in order
- * @param {Standing} standing shown: in the head; followed: by the path; tabbed: the Tab key stops at it
+ * @param {Standing} standing shown: in the head; followed: by the path; tabbed: the Tab key stops at it;
+ *   picture: an element, or words until there is one
  * @param {Does} does
  */
-export function wayCard(way, rows, { key, number, shown, followed, tabbed, locked }, does) {
+export function wayCard(way, rows, { key, number, shown, followed, tabbed, locked, picture }, does) {
   const { word, icon } = LEVELS[way.verdict];
   const figures = new Map(figuresOf(way).map((figure) => [figure.name, figure]));
   // a pointer that rests is not asking, though the list may move below it
@@ -24,6 +25,7 @@ export function wayCard(way, rows, { key, number, shown, followed, tabbed, locke
     <button type="button" class="alternative" data-shown=${key} data-level=${way.verdict} aria-pressed=${String(shown)} tabindex=${tabbed ? 0 : -1}
       @click=${does.show} @pointermove=${pointed} @keydown=${does.moved}>
       <span class="way-name">Way ${number + 1}</span>
+      <span class="way-picture">${picture}</span>
       <span class="way-verdict" title=${way.short}><span class="card-icon">${iconTemplate(icon)}</span>${word}</span>
       ${rows.map((name) => row(name, figures.get(name)))}
     </button>

@@ -45,7 +45,7 @@ export interface JobsSection {
 /** A waiting or running job, as in REST; REST alone has `result` and `error`, at its end. */
 export interface JobEntry {
   id: string;
-  kind: "import" | "structures" | "dry_run" | "run" | "suggestion" | "tools" | "segmentation" | "islands" | "overlay" | "beads" | "refinement" | "skin";
+  kind: "import" | "structures" | "dry_run" | "run" | "suggestion" | "tools" | "segmentation" | "islands" | "overlay" | "beads" | "refinement" | "skin" | "pictures";
   case_id: string | null;
   subject: string;
   created: string;
@@ -1022,7 +1022,7 @@ export interface ErrorMessage {
  */
 export interface JobPublic {
   id: string;
-  kind: "import" | "structures" | "dry_run" | "run" | "suggestion" | "tools" | "segmentation" | "islands" | "overlay" | "beads" | "refinement" | "skin";
+  kind: "import" | "structures" | "dry_run" | "run" | "suggestion" | "tools" | "segmentation" | "islands" | "overlay" | "beads" | "refinement" | "skin" | "pictures";
   case_id: string | null;
   subject: string;
   created: string;
@@ -1278,7 +1278,12 @@ export interface ToolTablePublic {
   tools: ToolPublic[];
 }
 
-/** How a tool does along the plan's path; lengths in mm, null where it does not fit at the entry or is not known. */
+/**
+ * How a tool does along the plan's path; lengths in mm, null where it does not fit at the entry or is not known.
+ *
+ * verdict: the level of the plan with this tool. parts: its shape, from the tip on; view: where an endoscope looks, a
+ * direction in the same plane.
+ */
 export interface ToolPublic {
   tool: string;
   title: string;
@@ -1292,6 +1297,16 @@ export interface ToolPublic {
   tissue_depth_mm: number | null;
   reason: string;
   pierces: boolean;
+  verdict: "fits" | "tight" | "pierces" | "blocked" | "unknown";
+  parts: ToolPartPublic[];
+  view: [number, number] | null;
+}
+
+/** A part of a tool in the plane of its bend, mm: ends of its axis, along the shaft and across it; the tip is 0. */
+export interface ToolPartPublic {
+  start: [number, number];
+  end: [number, number];
+  radius: number;
 }
 
 /**
