@@ -59,13 +59,14 @@ class SoftTissuePublic(BaseModel):
 class EvaluationPublic(BaseModel):
     """Result of a dry run of the plan.
 
-    verdict, short, words: as in the plan's report. bone_clearance_mm: of the whole tool per sample, null beyond the
-    reached point; clearance_mm is its older name, as is min_clearance_mm. soft_tissue: along the tool.
+    verdict, word, short, words: as in the plan's report. bone_clearance_mm: of the whole tool per sample, null beyond
+    the reached point; clearance_mm is its older name, as is min_clearance_mm. soft_tissue: along the tool.
     removed_mm3: bone that the plan removes before, in mm³.
     """
 
     revision: int
     verdict: Level
+    word: str
     short: str
     words: str
     s_mm: list[float]

@@ -49,14 +49,15 @@ class PiercedPublic(BaseModel):
 class PathReportPublic(BaseModel):
     """The verdict on one path; lengths in mm, null where they are not known, as tissue is without a CT.
 
-    short: the level with what decided it, with which the words begin. nearest: bone or the structure to spare that
-    leaves least above its margin, margin_mm; least_clearance_mm: to it.
+    word: of the level; short: with what decided it; words: the whole; each begins with the one before. nearest: bone
+    or the structure to spare that leaves least above its margin, margin_mm; least_clearance_mm: to it.
     """
 
     path: str
     name: str
     verdict: Level
     reason: Reason
+    word: str
     short: str
     words: str
     least_clearance_mm: float | None

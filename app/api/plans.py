@@ -48,6 +48,7 @@ def evaluate(plan_id: Identifier, services: ServicesDep) -> EvaluationPublic:
     return EvaluationPublic(
         revision=plan.revision,
         verdict=result.verdict.level,
+        word=result.verdict.word,
         short=result.verdict.short,
         words=result.verdict.words,
         s_mm=result.s.tolist(),

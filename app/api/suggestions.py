@@ -44,7 +44,7 @@ class SuggestedPoint(BaseModel):
 class AlternativePublic(BaseModel):
     """A path with directions of the shaft, and how the tool was driven along it; lengths in mm.
 
-    verdict: the level that the plan has when it is led along it, short: in a few words, words: the whole of it,
+    verdict: the level that the plan has when it is led along it, word: of it, short: in a few words, words: the whole,
     figures: those of the verdict, the one that decides first.
     nearest: bone or the structure to spare that leaves least above its margin, margin_mm; nearest_clearance_mm: to it.
     least_clearance_mm: to bone. short_of_target_mm: from the path's end to the target. tight: the verdict is;
@@ -54,6 +54,7 @@ class AlternativePublic(BaseModel):
     """
 
     verdict: Level
+    word: str
     short: str
     words: str
     figures: list[VerdictFigure]
@@ -112,8 +113,8 @@ class ToolPartPublic(BaseModel):
 class ToolPublic(BaseModel):
     """How a tool does along the plan's path; lengths in mm, null where it does not fit at the entry or is not known.
 
-    verdict: the level of the plan with this tool. parts: its shape, from the tip on; view: where an endoscope looks, a
-    direction in the same plane.
+    verdict: the level of the plan with this tool, word: of it. parts: its shape, from the tip on; view: where an
+    endoscope looks, a direction in the same plane.
     """
 
     tool: str
@@ -129,6 +130,7 @@ class ToolPublic(BaseModel):
     reason: str
     pierces: bool
     verdict: Level
+    word: str
     parts: list[ToolPartPublic]
     view: tuple[float, float] | None
 

@@ -63,6 +63,12 @@ class Documents(Generic[Content]):
         with self._store.reading() as session:
             return title_of(find_row(session, self.kind, document_id))
 
+    def has(self, document_id: str) -> bool:
+        """Whether there is a document of that id, deleted or not, readable or not."""
+        with self._store.reading() as session:
+            row = session.get(DocumentRow, document_id)
+            return row is not None and row.kind == self.kind.name
+
     def create(
         self,
         case_id: str,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields, is_dataclass
 from typing import Any, Generic, Protocol, TypeVar
@@ -80,7 +82,7 @@ class DocumentKind(Generic[Content]):
     undo_hint: str = "Take its newest edit back, or delete it."
     content_type: type[Any] = object
 
-    @property
+    @functools.cached_property
     def has_settings(self) -> bool:
         """Whether documents of this kind have settings."""
         return SETTINGS in self.write(self.empty())
@@ -141,8 +143,11 @@ def read_as(of: type[Value], data: Any, refused: type[InputError] = InputError) 
 
 
 def written(value: Any) -> Any:
-    """The inverse of `read_as`: JSON values, every number unrounded."""
-    return msgspec.json.decode(msgspec.json.encode(value, enc_hook=_number))
+    """The inverse of `read_as`: JSON values, every number unrounded; one that is not finite stays, for checks to see.
+
+    Through MessagePack, which has such numbers: the JSON of msgspec has null, which reads as left open (HAZ-05).
+    """
+    return msgspec.msgpack.decode(msgspec.msgpack.encode(value, enc_hook=_number))
 
 
 def struct_kind(
@@ -167,7 +172,7 @@ def struct_kind(
     def read(data: Mapping[str, Any]) -> Content:
         value = read_as(content, data, errors.refused)
         try:
-            _check_keys(data, value)
+            _check_parts(data, value)
         except msgspec.ValidationError as error:
             raise errors.refused(_words(error)) from error
         return rules(value)
@@ -200,17 +205,23 @@ def _defaults(content: type[Any]) -> dict[int, dict[str, Any]]:
     return found
 
 
-def _check_keys(data: Any, value: Any, at: str = "$") -> None:
-    """Raises ValidationError where an object has other keys than its type has fields."""
-    if isinstance(value, (tuple, list)):
+def _check_parts(data: Any, value: Any, at: str = "$") -> None:
+    """Raises ValidationError for a number that is not finite, and for other keys of an object than its fields."""
+    if isinstance(value, float):
+        if not math.isfinite(value):
+            raise msgspec.ValidationError(f"{value} is not a finite number - at `{at}`")
+    elif isinstance(value, (tuple, list)):
         for index, (one, inner) in enumerate(zip(data, value, strict=True)):
-            _check_keys(one, inner, f"{at}[{index}]")
+            _check_parts(one, inner, f"{at}[{index}]")
+    elif isinstance(value, Mapping):
+        for name, inner in value.items():
+            _check_parts(data[name], inner, f"{at}.{name}")
     elif is_dataclass(value) or isinstance(value, msgspec.Struct):
         names = {field.name for field in fields(value)} if is_dataclass(value) else {*value.__struct_fields__}
         if data.keys() != names:
             raise msgspec.ValidationError(f"An object has {', '.join(sorted(names))} - at `{at}`")
         for name in names:
-            _check_keys(data[name], getattr(value, name), f"{at}.{name}")
+            _check_parts(data[name], getattr(value, name), f"{at}.{name}")
 
 
 def _words(error: msgspec.ValidationError) -> str:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import logging
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from sqlalchemy import func, select
@@ -16,6 +17,8 @@ from app.kit.errors import NotFound
 from app.store.errors import is_of_reading
 from app.store.models import DocumentRow, DocumentStateRow
 from vfix_engine.errors import InputError
+
+_LOG = logging.getLogger(__name__)
 
 
 def find_row(
@@ -70,13 +73,38 @@ def content_of(session: Session, kind: DocumentKind[Content], row: DocumentRow) 
 def content_with(
     session: Session, kind: DocumentKind[Content], row: DocumentRow, settings: Mapping[str, Any]
 ) -> Content:
-    """The content of the current state with some settings changed. Raises InputError."""
+    """The content of the current state with some settings changed. Raises InputError.
+
+    Where the stored settings cannot be read these are all that it has, so that a document can be given new ones.
+    """
+    try:
+        return _content(session, kind, row, lambda: {**row.settings, **settings})
+    except InputError:
+        if not settings or _is_readable(session, kind, row):
+            raise
+        content, document_id = _content(session, kind, row, lambda: settings), row.id
+        _LOG.warning("The stored settings of %s cannot be read; new ones replace all of them.", document_id)
+        return content
+
+
+def _is_readable(session: Session, kind: DocumentKind[Any], row: DocumentRow) -> bool:
+    try:
+        _content(session, kind, row, lambda: row.settings)
+    except InputError:
+        return False
+    return True
+
+
+def _content(
+    session: Session, kind: DocumentKind[Content], row: DocumentRow, settings: Callable[[], Mapping[str, Any]]
+) -> Content:
+    """settings: called where whatever it raises says that the document is damaged."""
     try:
         state = session.get(DocumentStateRow, (row.id, row.cursor))
         if state is None:
             raise kind.errors.refused("its content is missing from the store")
-        return kind.content(state.schema, state.content, {**row.settings, **settings})
-    except (ValueError, TypeError, DBAPIError) as error:
+        return kind.content(state.schema, state.content, settings())
+    except (ValueError, TypeError, RecursionError, DBAPIError) as error:
         if isinstance(error, DBAPIError) and not is_of_reading(error):
             raise
         raise kind.errors.refused("what is stored of it is damaged") from error

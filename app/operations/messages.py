@@ -84,6 +84,11 @@ class MessageSpec:
         target: dict[str, Field] = {self.target: (Identifier, msgspec.NODEFAULT)} if self.target else {}
         return target | fields_of(self.operations, _keys)
 
+    @functools.cached_property
+    def names(self) -> frozenset[str]:
+        """The fields that are names, which a hand types: blanks around them are taken off."""
+        return frozenset(key for key, (kind, _) in self.fields().items() if _is_name(kind))
+
     def schema(self) -> dict[str, Any]:
         """Its JSON schema."""
         every: dict[str, Field] = {"type": (Literal[self.kind], msgspec.NODEFAULT)}
@@ -97,7 +102,8 @@ class MessageSpec:
         del said["type"]
         envelope = read(_Envelope, {key: said.pop(key) for key in ("id", "revision") if key in said})
         target = read(Identifier, said.pop(self.target, None), (self.target,)) if self.target else ""
-        operations = read_operations(self.operations, _stripped(self, said), keys=_keys)
+        said |= {key: said[key].strip() for key in self.names & said.keys() if isinstance(said[key], str)}
+        operations = read_operations(self.operations, said, keys=_keys)
         return OperationMessage(self.kind, self.spec, tuple(operations), target, envelope.revision, envelope.id)
 
 
@@ -124,22 +130,14 @@ def read_message(message: Mapping[str, Any]) -> OperationMessage | None:
     return None if found is None else found.read(message)
 
 
-def _keys(operation: type[Operation]) -> dict[str, str]:
+@functools.cache
+def _keys(operation: type[Operation]) -> Mapping[str, str]:
     """A field has its alias, or what is within it has one, such as 'fle.mm'; one with an empty alias is not said."""
     aliases, found = operation.aliases, dict[str, str]()
     for name in keys_of(operation):
         inner = [other for other in aliases if other.startswith(f"{name}.")]
         found |= {key: other for other in inner or [name] if (key := aliases.get(other, other))}
     return found
-
-
-def _stripped(spec: MessageSpec, said: Mapping[str, Any]) -> dict[str, Any]:
-    """Without the blanks around names, which a hand types."""
-    kinds = spec.fields()
-    return {
-        key: value.strip() if isinstance(value, str) and key in kinds and _is_name(kinds[key][0]) else value
-        for key, value in said.items()
-    }
 
 
 def _is_name(kind: Any) -> bool:

@@ -32,8 +32,8 @@ class TargetReport:
 class PathEvaluation:
     """The verdict on one path; lengths in mm. Unknown values are None.
 
-    verdict, reason: the level and what decided it. short: both in a few words. words: the full verdict, which starts
-    with short.
+    verdict, reason: the level and what decided it. word: of the level; short: both in a few words, words: the full
+    verdict; each starts with the one before.
     nearest: bone or the protected structure with the least clearance above its margin. least_clearance_mm: from the
     whole tool to it. margin_mm: its margin. part: the nearest part of the tool. s_mm: arc length of the tip there.
     tissue_mm: largest length of the tool in soft tissue; nostril_mm: the part of it within 20 mm of the entry.
@@ -47,6 +47,7 @@ class PathEvaluation:
     name: str
     verdict: Level
     reason: Reason
+    word: str
     short: str
     words: str
     least_clearance_mm: float | None = None
@@ -139,6 +140,7 @@ def _report(
         name=plan.content.path.name,
         verdict=verdict.level,
         reason=verdict.reason,
+        word=verdict.word,
         short=verdict.short,
         words=verdict.words,
         least_clearance_mm=verdict.least_clearance_mm,

@@ -185,8 +185,8 @@ class Suggestions:
             one, verdict, _ = evaluated[0]
             end = one.run.tip[-1]
             gap = float(np.linalg.norm(end - target))
-            reason = f"every way that was found is blocked or pierces a wall. {verdict.words}".rstrip(".")
-            short = "every way is blocked or pierces a wall"
+            reason = f"every way that was found is blocked. {verdict.words}".rstrip(".")
+            short = "every way is blocked"
             return Suggestion((), NoWay(end, gap, reason, short, f"{len(evaluated)} ways")), (), ()
         alternatives, verdicts, figures = zip(*passing, strict=True) if passing else ((), (), ())
         return Suggestion(alternatives, found.none), verdicts, figures
@@ -305,6 +305,7 @@ def _described(
     return {
         "figures": [asdict(figure) for figure in figures],
         "verdict": verdict.level,
+        "word": verdict.word,
         "short": verdict.short,
         "words": verdict.words,
         "nearest": verdict.nearest,

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from app.kit.errors import NotFound, PlanConflict
 from app.planning.plan_evaluation import PlanEvaluation
-from app.planning.verdict import Level
+from app.planning.verdict import WORDS, Level
 from app.plans.model import Plan, PlanPoint, new_point_id
 from app.plans.operations.instruments import TakeTool
 from vfix_engine.errors import StartRefused
@@ -33,9 +33,10 @@ class ToolRow:
     """One tool along the path of a plan; lengths in mm.
 
     as_planned: with the shaft directions of the plan, otherwise with the best ones found. verdict: the level of a plan
-    with this tool and these directions, from which all figures are. reaches: the tool gets to the end and pierces
-    nothing. reason: what stops it if it does not. least_clearance_mm (to bone), reached_mm: None if the tool does not
-    fit at the entry. tissue_mm, tissue_depth_mm: None without a CT. pierces: the tool goes through skin or a wall.
+    with this tool and these directions, from which all figures are; word: of the level. reaches: the tool gets to the
+    end and pierces nothing. reason: what stops it if it does not. least_clearance_mm (to bone), reached_mm: None if the
+    tool does not fit at the entry. tissue_mm, tissue_depth_mm: None without a CT. pierces: the tool goes through skin
+    or a wall.
     """
 
     tool: str
@@ -51,6 +52,7 @@ class ToolRow:
     reason: str
     pierces: bool
     verdict: Level
+    word: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,13 +112,13 @@ def _row(run: ToolRun, chosen: bool, length_mm: float) -> ToolRow:
     tool, found = run.tool, run.evaluation
     if not isinstance(found, PlanEvaluation):
         reason = "it does not fit at the entry" if found is None else str(found)
-        blank = (False, None, length_mm, None, None, None, reason, False, "blocked")
-        return ToolRow(tool.name, tool.title, chosen, chosen, *blank)
+        blank = (False, None, length_mm, None, None, None, reason, False)
+        return ToolRow(tool.name, tool.title, chosen, chosen, *blank, verdict="blocked", word=WORDS["blocked"])
     verdict, pierces = found.verdict, found.verdict.pierced.state in ("room", "wall")
     reaches, reason = verdict.level not in _STOPPED, found.reason
     if pierces and found.completed:
         reason = "it pierces skin or a wall between two airs"
     return ToolRow(
         tool.name, tool.title, chosen, chosen, reaches, found.reached_mm, length_mm, verdict.obstacles[0].least_mm,
-        verdict.tissue_mm, verdict.tissue_depth_mm, reason, pierces, verdict.level,
+        verdict.tissue_mm, verdict.tissue_depth_mm, reason, pierces, verdict.level, verdict.word,
     )  # fmt: skip

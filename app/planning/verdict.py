@@ -54,21 +54,27 @@ NOSTRIL_MM = 20.0  # from the entry: vestibule and rim of the nose, which yield 
 DEEP_MM = 3.0  # in soft tissue, assumed: a greater depth is reported as deep
 _NONE_PROTECTED = ZoneSet()
 
-IN_SHORT: dict[Reason, str] = {
-    "clear": "Fits",
-    "spent": "Fits, but the registration may use up the margin",
-    "margin": "Tight",
-    "surface": "Tight: bone may be nearer than the scan shows",
-    "registration": "Tight: the registration may be off by more than the clearance",
-    "registration_unknown": "Not known: nothing tells how far the registration may be off",
-    "scan_ends": "Not known: the scan ends beside the tool",
-    "side": "Not known: the entry is not on the side that the path says",
-    "held": "Blocked",
-    "refused": "Blocked at the entry",
-    "pierced": "Blocked: the tool pierces skin",
-    "wall": "Pierces a wall between two airs of the body",
-}  # the head of the verdict by the reason that decided its level; every text of a verdict starts with it
+WORDS: dict[Level, str] = {
+    "fits": "Fits", "tight": "Tight", "unknown": "Unknown", "blocked": "Blocked", "pierces": "Blocked",
+}  # fmt: skip
 
+_REASONS: dict[Reason, tuple[Level, str]] = {
+    "clear": ("fits", ""),
+    "spent": ("fits", ", but registration may use up the margin"),
+    "margin": ("tight", ""),
+    "surface": ("tight", ": bone may be nearer than the scan shows"),
+    "registration": ("tight", ": the registration error exceeds the clearance"),
+    "registration_unknown": ("unknown", ": the registration error is not known"),
+    "scan_ends": ("unknown", ": the scan ends beside the tool"),
+    "side": ("unknown", ": the entry is on the other side"),
+    "held": ("blocked", ""),
+    "refused": ("blocked", " at the entry"),
+    "pierced": ("blocked", ": the tool pierces skin"),
+    "wall": ("pierces", ": the tool pierces a wall"),
+}  # the level that a reason decides, and what follows its word
+_LEVELS: dict[Reason, Level] = {reason: level for reason, (level, _) in _REASONS.items()}
+IN_SHORT: dict[Reason, str] = {reason: f"{WORDS[level]}{why}" for reason, (level, why) in _REASONS.items()}
+"""The head of the verdict by the reason that decided its level; every text of a verdict starts with it."""
 
 _NOTHING_STATED = Stated()
 
@@ -139,6 +145,11 @@ class Verdict:
     side_caution: str = ""
     margin_mm: float | None = None
     obstacles: tuple[Obstacle, ...] = ()
+
+    @property
+    def word(self) -> str:
+        """The level as the first word of every text of the verdict: 'Fits', 'Tight', 'Unknown' or 'Blocked'."""
+        return WORDS[self.level]
 
     @property
     def short(self) -> str:
@@ -259,13 +270,6 @@ def refused(error: StartRefused) -> Verdict:
         "blocked", "unknown", None, "", "", None, None, None, None, None,
         (VerdictPhrase(f" {words[:1].upper()}{words[1:].rstrip('.')}."),), reason="refused",
     )  # fmt: skip
-
-
-_LEVELS: dict[Reason, Level] = {
-    "clear": "fits", "spent": "fits", "margin": "tight", "surface": "tight", "registration": "tight",
-    "registration_unknown": "unknown", "scan_ends": "unknown", "side": "unknown",
-    "held": "blocked", "refused": "blocked", "pierced": "blocked", "wall": "pierces",
-}  # fmt: skip
 
 
 def _reason(

@@ -20,6 +20,7 @@ class VerdictFigure:
 
     name: what it is of, such as 'bone'. value: in mm, None if it is not known or has none. whole_mm: of which it is a
     part, such as the length of the path. digits: of the value. s_mm: arc length of the tip at its place, None without.
+    margin_mm: of an obstacle.
     """
 
     name: str
@@ -28,6 +29,7 @@ class VerdictFigure:
     s_mm: float | None = None
     whole_mm: float | None = None
     digits: int = 2
+    margin_mm: float | None = None
 
 
 def verdict_figures(evaluation: PlanEvaluation) -> tuple[VerdictFigure, ...]:
@@ -37,29 +39,43 @@ def verdict_figures(evaluation: PlanEvaluation) -> tuple[VerdictFigure, ...]:
 
 
 def _figures(evaluation: PlanEvaluation) -> Iterator[VerdictFigure]:
-    verdict, profile, run = evaluation.verdict, evaluation.profile, evaluation.run
+    """Yield the figures, of one level in the order in which they decide the verdict."""
+    verdict, profile = evaluation.verdict, evaluation.profile
     if verdict.pierced.state in ("room", "wall"):
         skin = verdict.pierced.state == "room"
         yield VerdictFigure(
             "skin pierced" if skin else "wall pierced", None, "blocked" if skin else "pierces", verdict.pierced.s_mm
         )
-    for index, one in enumerate(verdict.obstacles):
-        hidden = verdict.reason == "surface" and index == 0
-        tight = hidden or one.left_mm < TIGHT_MM
-        yield VerdictFigure(one.name, one.least_mm, "tight" if tight else "fits", float(run.s[one.row]))
-    cut = verdict.reason == "scan_ends"
-    if cut or verdict.tissue_mm is not None:
-        level: Level = "unknown" if cut else "fits"
-        yield VerdictFigure("soft tissue", verdict.tissue_mm, level, verdict.tissue_s_mm, digits=0)
-    if profile.off_unknown:
-        yield VerdictFigure("registration error", None, "unknown")
-    elif profile.off_mm is not None:
-        doubt = verdict.doubt
-        at = float(profile.s[int(np.argmax(profile.off_mm))]) if doubt is None else doubt.s_mm
-        worst = float(profile.off_mm.max()) if doubt is None else doubt.off_mm
-        yield VerdictFigure("registration error", worst, "fits" if doubt is None else "tight", at)
     if verdict.side_caution:
         yield VerdictFigure("side of the entry", None, "unknown", 0.0)
-    reach: Level = "fits" if evaluation.completed else "blocked"
+    registration, obstacles = _registration(evaluation), _obstacles(evaluation)
+    doubtful = verdict.doubt is not None and verdict.reason != "surface"
+    yield from (*registration, *obstacles) if doubtful else (*obstacles, *registration)
+    cut, tissue = verdict.reason == "scan_ends", profile.tissue
+    if cut or tissue is not None:
+        longest = None if tissue is None else float(profile.s[int(tissue.length.argmax())])
+        yield VerdictFigure("soft tissue", verdict.tissue_mm, "unknown" if cut else "fits", longest, digits=0)
     reached = evaluation.reached_mm
+    reach: Level = "fits" if evaluation.completed else "blocked"
     yield VerdictFigure("reach", reached, reach, reached, evaluation.length_mm, digits=0)
+
+
+def _obstacles(evaluation: PlanEvaluation) -> Iterator[VerdictFigure]:
+    """Yield bone and each hard structure, the least above its margin first; bone that the scan may hide before all."""
+    hidden = evaluation.verdict.obstacles[0] if evaluation.verdict.reason == "surface" else None
+    for one in sorted(evaluation.verdict.obstacles, key=lambda one: (one is not hidden, one.left_mm)):
+        level: Level = "tight" if one is hidden or one.left_mm < TIGHT_MM else "fits"
+        at = float(evaluation.run.s[one.row])
+        yield VerdictFigure(one.name, one.least_mm, level, at, margin_mm=one.margin_mm)
+
+
+def _registration(evaluation: PlanEvaluation) -> Iterator[VerdictFigure]:
+    """Yield the registration error (95 %) where it leaves least, else where it is greatest; none without one."""
+    profile, doubt = evaluation.profile, evaluation.verdict.doubt
+    if profile.off_unknown:
+        yield VerdictFigure("registration error", None, "unknown")
+    elif doubt is not None:
+        yield VerdictFigure("registration error", doubt.off_mm, "tight", doubt.s_mm)
+    elif profile.off_mm is not None:
+        at = int(np.argmax(profile.off_mm))
+        yield VerdictFigure("registration error", float(profile.off_mm[at]), "fits", float(profile.s[at]))

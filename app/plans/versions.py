@@ -207,10 +207,12 @@ class PlanVersions:
         if sum(not one.proposed for one in others) >= MAX_VERSIONS:
             raise PlanError(f"the plan has {MAX_VERSIONS} versions; delete one of them first.")
 
-    @staticmethod
-    def _check_name(name: str, others: Iterable[PlanVersion]) -> None:
+    def _check_name(self, name: str, others: Iterable[PlanVersion]) -> None:
+        """Versions are asked for by id or name: neither is another one's."""
         if name in [one.name for one in others]:
             raise PlanError(f"the plan has a version {name!r:.80} already; take another name.")
+        if self.documents.has(name):
+            raise PlanError(f"{name!r:.80} is the identifier of a version; take another name.")
 
     def differences(self, plan_id: str, version: str, other: str | None = None) -> tuple[str, ...]:
         """What changed from a version to another one, or to the plan as it is now, in sentences."""

@@ -11,6 +11,7 @@ ENTRY, TARGET = "L 7.5 A 14 I 6", "L 3 P 65 I 3.5"
 ORBIT_CORNERS = ("L 20 P 9 S 24", "L 46 P 56 S 50")
 ORBIT_AT = "L 33 P 32 S 37"
 DOWNLOADS = ("vfix plan (JSON)", "3D Slicer markups (.mrk.json)", "Table (.csv)")
+REPORT = "Report to print (.html)"
 
 
 def import_the_folder(page: NamedPage, folder: Path) -> None:
@@ -158,9 +159,15 @@ def compare_and_export(page: NamedPage, folder: Path) -> None:
     page.take("planning_version")
     page.scroll_to("Export and import")
     for name in DOWNLOADS:
-        with page.page.expect_download() as waiting:
-            page.press(name)
-        waiting.value.save_as(folder / waiting.value.suggested_filename)
+        download(page, name, folder)
+    page.press(REPORT)
+    download(page, "Save", folder)  # the answer to whether the scan is shown
+
+
+def download(page: NamedPage, name: str, folder: Path) -> None:
+    with page.page.expect_download() as waiting:
+        page.press(name)
+    waiting.value.save_as(folder / waiting.value.suggested_filename)
 
 
 def go(page: NamedPage, place: str) -> None:

@@ -25,6 +25,7 @@ LOGGED = {"error_places": error_places, "error_kind": error_kind, "_LOG": loggin
 # What else than errors is logged, and why it holds no name that a person gave.
 SAFE = {
     "case_id": "case-1",  # made by the planner
+    "document_id": "plan-1",  # made by the planner
     "left": [],  # keys of files, of which the number is logged
     "going_on": 1,  # a number
     "path": "/home/someone/vfix",  # the data folder

@@ -48,6 +48,7 @@ def test_no_state_of_the_page_has_a_violation(open_page: Open, rest: Rest, width
     page.click("[data-step=plan]")
     station.open_plan(rest.empty_plan("Nothing yet"))
     check(station, "an empty plan")
+    page.click("#plans")
     page.click("#new-plan")
     expect(page.locator("#dialog[open]")).to_be_visible()
     check(station, "a question")
@@ -56,6 +57,9 @@ def test_no_state_of_the_page_has_a_violation(open_page: Open, rest: Rest, width
     station.open_plan(plan_id)
     station.wait_for("the verdict", lambda: (station.state("corridor") or {}).get("state") == "current", DRIVEN_S)
     check(station, "a plan")
+    for step in ("entry", "targets", "protect", "tool", "check", "export", "bone", "versions", "notes"):
+        station.open_step(step)
+        check(station, step)
     show("slices")
     check(station, "slices")
     show("scene")

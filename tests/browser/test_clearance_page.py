@@ -27,6 +27,7 @@ def test_the_verdict_and_the_plot_show_the_tool_at_its_places(
     expect(page.locator(f"text={words[:40]}")).to_have_count(1)
     expect(page.locator("#verdict")).to_have_attribute("data-level", "fits")
 
+    station.open_step("check")
     page.locator("#verdict-words .place").first.click()
     shown = station.wait_for("the tool", lambda: station.state("corridor")["shown_mm"])
     assert abs(shown - next(part["s_mm"] for part in verdict["parts"] if part["s_mm"] is not None)) < 0.3
@@ -60,6 +61,7 @@ def test_the_verdict_and_the_plot_show_the_tool_at_its_places(
     page.locator("[data-kind=target]").click()
     station.wait_for("a blocked path", lambda: (station.state("corridor") or {}).get("level") == "blocked", DRIVEN_S)
     say_the_same(station, rest, blocked, "blocked")
+    station.open_step("check")
     curves = [
         (curve["name"], curve["margin_mm"]) for curve in station.state("corridor")["verdict"]["profile"]["curves"]
     ]

@@ -60,6 +60,7 @@ def test_every_export_says_what_the_plan_says_and_comes_back(open_page: Open, re
     station = open_page().ready()
     plan_id = rest.copy_of_sample("Exported")
     station.open_plan(plan_id)
+    station.page.click("#export")
     plan = rest.plan(plan_id)
     labels = [point["label"] for point in plan["points"]]
     positions = [point["position"] for point in plan["points"]]
@@ -167,7 +168,7 @@ def test_hostile_names_are_text_and_nothing_else(open_page: Open, rest: Rest) ->
             station.open_plan(plan_id)
             station.page.evaluate("(id) => vfix.request('item.select', { item_id: id })", item)
             expect(station.page.locator("#where")).to_contain_text(payload, use_inner_text=True)
-            expect(station.page.locator("table.points").first).to_contain_text(payload, use_inner_text=True)
+            expect(station.page.locator("#points-table")).to_contain_text(payload, use_inner_text=True)
             for step in ("patient", "plan"):
                 station.page.click(f"[data-step={step}]")
                 station.wait_for(step, lambda step=step: station.state("step")["name"] == step)
@@ -248,7 +249,7 @@ def test_a_window_that_is_locked_out_says_what_to_do(open_page: Open, rest: Rest
     rest.short_plan("Locked out", 2)
     station = open_page(sample=False).ready()
     banner = station.page.locator("#banner")
-    row = station.page.locator("table.points tbody tr").first
+    row = station.page.locator("#points-table tbody tr").first
     row.click()
     station.wait_for("the selection", lambda: station.state("plan")["selected"])
     asked: list[str] = []

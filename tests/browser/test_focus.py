@@ -19,6 +19,7 @@ def test_a_key_that_is_down_outlives_every_redraw_of_the_plan(open_page: Open, r
     plan_id = rest.copy_of_sample("Pressed")
     station.open_plan(plan_id)
     page = station.page
+    station.open_step("tool")
     page.focus("#upload-robot")
     opened = station.watch_chooser("#urdf-file")
     page.keyboard.down("Space")
@@ -41,6 +42,7 @@ def test_a_list_keeps_its_choices_through_a_redraw(open_page: Open, rest: Rest) 
     station.open_plan(rest.copy_of_sample("Lists"))
     page = station.page
     lists = ("#plan-robot", "#plan-tool")
+    station.open_step("tool")
     expect(page.locator("#plan-tool option").nth(1)).to_be_attached()
     before = [page.evaluate_handle(f"document.querySelector('{name} option')") for name in lists]
     page.focus("#plan-tool")

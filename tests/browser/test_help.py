@@ -1,4 +1,4 @@
-"""What a newcomer is told: the keys, the first steps, and what to do with an empty plan."""
+"""What a newcomer is told: the keys, the first steps, and which step of a plan is next."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def test_the_first_task_ticks_itself_off_once_and_is_called_back(open_page: Open
     page.mouse.move(box["x"] + 240, box["y"] + 300)
     page.mouse.up()
     expect(current).to_contain_text("Choose a point")
-    page.locator("table.points tbody tr").nth(3).click()
+    page.locator("#points-table tbody tr").nth(3).click()
     expect(current).to_contain_text("Rehearse")
     page.click("#first-task-hide")
     page.reload()
@@ -45,16 +45,58 @@ def test_the_first_task_ticks_itself_off_once_and_is_called_back(open_page: Open
     assert station.errors == []
 
 
-def test_an_empty_plan_shows_three_steps(open_page: Open, rest: Rest) -> None:
-    station = open_page().ready()
-    station.open_plan(rest.empty_plan("Three steps"))
-    page, steps = station.page, station.page.locator("#empty-plan")
-    expect(steps).to_be_visible()
-    expect(steps.locator("li")).to_have_count(3)
-    expect(steps.locator("li[aria-current]")).to_contain_text("goes in")
-    in_air = rest.sample()["points"][3]["position"]
-    page.evaluate("(position) => vfix.request('pick.slice', { position })", in_air)
-    expect(steps.locator("li[aria-current]")).to_contain_text("further in")
+def test_an_empty_plan_is_led_from_its_entry_to_its_path(open_page: Open, rest: Rest) -> None:
+    """One step is open, the next one as soon as there is what it needs; what somebody opens stays, also in another
+    window."""
+    station, other = open_page().ready(), open_page().ready()
+    plan_id = rest.empty_plan("Led")
+    page, is_open = station.page, station.page.locator(".steps-numbered .step[open]")
+
+    def opened(name: str) -> None:
+        expect(is_open).to_have_count(1)
+        expect(is_open).to_have_attribute("data-step-name", name)
+
+    for one in (station, other):
+        one.open_plan(plan_id)
+    opened("entry")
+    places = [point["position"] for point in rest.sample()["points"]]
+    page.evaluate("(position) => vfix.request('pick.slice', { position })", places[3])
+    station.wait_for("the entry", lambda: len(station.state("plan")["points"]) == 1)
+    opened("targets")
+    expect(page.locator("[data-kind=target]")).to_have_attribute("aria-pressed", "true")
+    expect(page.locator("[data-step-name=entry] .step-line")).to_have_text("P1, side not set", use_inner_text=True)
+    expect(other.page.locator("[data-step-name=entry] .step-line")).to_have_text("P1, side not set")
+    expect(other.page.locator("[data-step-name=entry]")).to_have_attribute("open", "")
+    expect(other.page.locator("[data-step-name=targets] .step-next")).to_have_count(1)
+    station.open_step("tool")
+    page.evaluate("(position) => vfix.request('pick.slice', { position })", places[-1])
+    station.wait_for("the target", lambda: station.state("plan")["targets"])
+    expect(page.locator("[data-step-name=path] .step-next")).to_have_count(1)
+    opened("tool")
+    page.evaluate("document.getElementById('panel').scrollTop = 400")
     station.open_plan(rest.short_plan("Two points", 2))
-    expect(steps).to_be_hidden()
+    opened("path")
+    station.wait_for("the panel from its top", lambda: page.evaluate("document.getElementById('panel').scrollTop") == 0)
+    assert [*station.errors, *other.errors] == []
+
+
+def test_suggest_is_five_tab_stops_from_the_panel(open_page: Open) -> None:
+    """And every step is reached by arrow keys from the one that is open."""
+    station = open_page().ready()
+    page = station.page
+    station.wait_for("a plan", lambda: station.state("plan"))
+    station.drawn()
+    page.focus("#panel")
+    stops = []
+    while "suggest" not in stops:
+        assert len(stops) < 5, stops
+        page.keyboard.press("Tab")
+        stops.append(page.evaluate("document.activeElement.id || document.activeElement.tagName"))
+    page.locator("[data-step-name=path] > summary").focus()
+    page.keyboard.press("End")
+    page.keyboard.press("ArrowUp")
+    page.keyboard.press("Enter")
+    expect(page.locator("[data-step-name=check]")).to_have_attribute("open", "")
+    expect(page.locator("[data-step-name=check] > summary")).to_be_focused()
+    expect(page.locator(".steps-numbered .step[open]")).to_have_count(1)
     assert station.errors == []

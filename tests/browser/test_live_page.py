@@ -32,9 +32,9 @@ def test_a_dragged_point_is_judged_live_and_placed_again_on_release(open_page: O
     stored = station.state("corridor")["verdict"]
     # The verdict is in sight above the list of points, however long that is.
     expect(page.locator("#verdict")).to_be_visible()
-    expect(page.locator("table.points").first).to_be_visible()
+    expect(page.locator("#points-table")).to_be_visible()
     assert page.evaluate("""() => {
-      const [verdict, table] = ["#card", "table.points"].map((part) => document.querySelector(part));
+      const [verdict, table] = ["#card", "#points-table"].map((part) => document.querySelector(part));
       return verdict.getBoundingClientRect().y < table.getBoundingClientRect().y;
     }""")
     station.drag_by(before["points"][4]["position"], (4, -18))
@@ -69,6 +69,7 @@ def test_the_selected_target_tells_from_where_it_is_seen(open_page: OpenPage, re
         "the cones", lambda: (now := station.state("cones"))["state"] == "current" and now, DRIVEN_S
     )
     target = cones["items"][0]
+    station.open_step("targets")
     page.locator(f"tr[data-item='{target['target']}']").click()
     expect(page.locator("#cone-words")).to_be_visible()
     expect(page.locator("#cone-words")).to_have_text(target["words"])
@@ -76,7 +77,8 @@ def test_the_selected_target_tells_from_where_it_is_seen(open_page: OpenPage, re
     page.locator("#cone-words").scroll_into_view_if_needed()
     station.settle()
     station.picture("live-cone")
-    page.locator("table.points").first.locator("tbody tr").nth(1).click()
+    station.open_step("path")
+    page.locator("#points-table tbody tr").nth(1).click()
     expect(page.locator("#cone-words")).to_be_hidden()
     assert station.errors == []
 

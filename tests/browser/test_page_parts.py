@@ -212,12 +212,12 @@ def test_rows_keep_the_focus_and_keys_mean_what_is_in_sight(open_page: Open, res
     plan_id = rest.copy_of_sample("By keys")
     station.open_plan(plan_id)
     points = station.state("plan")["points"]
-    row = page.locator("table.points tbody tr").nth(2)
+    row = page.locator("#points-table tbody tr").nth(2)
     row.click()
     station.wait_for("the selection", lambda: station.state("plan")["selected"] == points[2]["id"])
     focused = "() => document.activeElement.dataset.item"
     page.evaluate("(id) => vfix.request('item.rename', { item_id: id, label: 'renamed' })", points[3]["id"])
-    expect(page.locator("table.points").first).to_contain_text("renamed", use_inner_text=True)
+    expect(page.locator("#points-table")).to_contain_text("renamed", use_inner_text=True)
     assert page.evaluate(focused) == points[2]["id"]
     page.keyboard.press("F2")
     expect(page.locator("#dialog[open]")).to_be_visible()

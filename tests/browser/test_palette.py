@@ -35,6 +35,8 @@ def test_everything_is_found_by_its_name(open_page: Open, rest: Rest) -> None:
     station.wait_for("the other plan", lambda: (station.state("plan") or {}).get("id") == other)
     choose(page, "lock plan")  # of a tab that is not shown: it comes, and the plan is locked
     station.wait_for("the lock", lambda: station.state("step")["name"] == "plan" and station.state("plan")["locked"])
+    choose(page, "lock plan")
+    station.wait_for("it is open again", lambda: not station.state("plan")["locked"])
     choose(page, "R 5 A 10 S 3")
     station.wait_for("the place", lambda: station.state("slices")["cross"] == pytest.approx([-5.0, -10.0, 3.0]))
     assert station.errors == []
@@ -62,4 +64,34 @@ def test_keys_choose_and_escape_leaves(open_page: Open) -> None:
     page.keyboard.press("Control+k")
     page.keyboard.type("lay")
     station.picture("palette-layouts")
+    assert station.errors == []
+
+
+def offered(page: Page, typed: str, why: str) -> None:
+    """The palette has an entry of that name that says why it cannot be used now, and Enter does nothing."""
+    page.keyboard.press("Control+k")
+    page.keyboard.type(typed)
+    first = page.locator("#palette-list li").first
+    expect(first).to_contain_text(why)
+    expect(first).to_have_attribute("aria-disabled", "true")
+    page.keyboard.press("Enter")
+    expect(page.locator("#dialog[open]")).to_be_visible()
+    page.keyboard.press("Escape")
+    expect(page.locator("#dialog[open]")).to_have_count(0)
+
+
+def test_what_cannot_be_used_says_why_and_does_nothing(open_page: Open, rest: Rest) -> None:
+    plan = rest.copy_of_sample("Untouched rows")
+    rest.client.post(f"/api/v1/plans/{plan}/versions", json={"name": "As it was"}).raise_for_status()
+    station = open_page().ready()
+    station.open_plan(plan)
+    page = station.page
+    station.wait_for("the version", lambda: station.state("versions")["items"])
+    before = rest.plan(plan)["revision"]
+    offered(page, "delete version", "choose one first")
+    offered(page, "R 5 A", "R or L, A or P, S or I, in mm")
+    offered(page, "R 900 A 10 S 3", "outside the scan")
+    offered(page, "untouched rows", "open now")
+    assert rest.plan(plan)["revision"] == before
+    assert [version["name"] for version in station.state("versions")["items"]] == ["As it was"]
     assert station.errors == []

@@ -64,6 +64,9 @@ def test_clicks_on_the_skull_and_on_a_slice_make_a_path(open_page: Open, rest: R
     click_head([4.0, -5.0, 4.0])
     station.page.keyboard.press("Enter")
     station.wait_for("one point", lambda: len(_points(station)) == 1)
+    expect(station.page.locator("[data-kind=target]")).to_have_attribute("aria-pressed", "true")
+    station.open_step("path")  # where the next click adds a point
+    station.wait_for("points", lambda: station.state("plan")["add_mode"] == "point")
     click_head([-30.0, 0.0, 60.0])
     station.page.click("#ghost-add")
     station.wait_for("two points", lambda: len(_points(station)) == 2)
@@ -120,7 +123,7 @@ def test_points_are_dragged_inserted_deleted_undone_and_locked(open_page: Open, 
     station.page.click("#undo")
     station.wait_for("undo", lambda: _points(station) == before)
 
-    station.page.locator("table.points tbody tr").nth(2).click()
+    station.page.locator("#points-table tbody tr").nth(2).click()
     third = rest.plan(plan_id)["points"][2]["id"]
     station.wait_for("the selection", lambda: station.state("plan")["selected"] == third)
     station.page.click("#insert")

@@ -18,6 +18,7 @@ def station(open_page: OpenPage, rest: Rest) -> Workstation:
     """A plan of two points, so that nothing long is driven."""
     page = open_page().ready()
     page.open_plan(rest.short_plan("Regions", 2))
+    page.open_step("protect")
     page.slices_stand()
     return page
 
@@ -107,7 +108,7 @@ def test_a_chain_ends_with_enter_and_escape_takes_it_back(station: Workstation) 
         station.wait_for("the end", lambda: station.state("regions")["drawing"] is None)
         station.wait_for(key, lambda found=found: len(items(station)) == found)  # type: ignore[misc]
     assert len(items(station)[0]["shape"]["points"]) == 2
-    page.click("summary:has-text('Bone to be removed')")
+    station.open_step("bone")
     page.select_option("#remove-kind", "sphere")
     page.click("#remove-draw")
     station.wait_for("drawing", lambda: station.state("regions")["drawing"])
@@ -126,29 +127,34 @@ def test_a_chain_ends_with_enter_and_escape_takes_it_back(station: Workstation) 
 
 def test_paths_and_notes(station: Workstation) -> None:
     page = station.page
+    station.open_step("path")
     page.click("#new-path")
     station.wait_for("a path", lambda: len(station.state("paths")["items"]) == 2)
     assert station.state("plan")["points"] == []
+    page.click("#plans")
     for current, offered in (("true", 0), ("false", 1)):  # a plan has its own targets already
         row = page.locator(f"#plan-list .row[aria-current={current}]").first
         expect(row.locator("[data-tool=take-targets]:visible")).to_have_count(offered)
     page.click("#paths .row-main >> nth=0")
     station.wait_for("the first path", lambda: len(station.state("plan")["points"]) == 2)
+    station.open_step("entry")
     page.select_option("#entry-side", "left")
     station.wait_for("its side", lambda: station.state("paths")["items"][0]["entry_side"] == "left")
-    page.click("summary:has-text('Notes')")
+    station.open_step("notes")
     page.fill("#plan-notes", "Septum deviates to the right.")
     page.keyboard.press("Tab")
     station.wait_for("the notes", lambda: station.state("paths")["notes"] == "Septum deviates to the right.")
     assert station.errors == []
 
 
-def test_a_version_is_saved_compared_and_gone_back_to_and_what_is_folded_stays_so(station: Workstation) -> None:
+def test_a_version_is_saved_compared_and_gone_back_to_and_what_is_unfolded_stays_so(station: Workstation) -> None:
     page = station.page
+    station.open_step("versions")
     page.click("#save-version")
     page.fill("dialog[open] input", "Before")
     page.keyboard.press("Enter")
     station.wait_for("the version", lambda: [one["name"] for one in station.state("versions")["items"]] == ["Before"])
+    station.open_step("path")
     page.click("#new-path")
     station.wait_for("a path", lambda: len(station.state("paths")["items"]) == 2)
     page.click("#versions .row-main")
@@ -157,12 +163,11 @@ def test_a_version_is_saved_compared_and_gone_back_to_and_what_is_folded_stays_s
     station.wait_for("the plan as it was", lambda: len(station.state("paths")["items"]) == 1)
     page.click("#undo")
     station.wait_for("what was undone", lambda: len(station.state("paths")["items"]) == 2)
-    page.click("summary:has-text('Paths')")
-    page.wait_for_selector("#paths", state="hidden")
-    kept = "localStorage.getItem('vfix-fold-paths')"
-    station.wait_for("the browser's memory", lambda: page.evaluate(kept) == "shut")
+    kept = "localStorage.getItem('vfix-fold-versions')"
+    station.wait_for("the browser's memory", lambda: page.evaluate(kept) == "open")
+    station.open_step("tool")
     page.reload()
     station.ready()
     page.wait_for_selector("#versions:visible")
-    expect(page.locator("#paths")).to_be_hidden()
+    expect(page.locator("[data-step-name=tool]"), "a step is not remembered").not_to_have_attribute("open", "")
     assert station.errors == []

@@ -231,7 +231,7 @@ def test_from_beads_to_a_plan_that_uses_them(open_page: Open, rest: Rest, artefa
     traced = got(rest, f"/api/v1/plans/{plan_id}")
     assert [path["name"] for path in traced["paths"]] == ["Path 1", "Traced path 1"]
     page.click("[data-step=plan]")
-    expect(page.locator("table.points").first).to_contain_text(f"P{len(traced['points'])}")
+    expect(page.locator("#points-table")).to_contain_text(f"P{len(traced['points'])}")
     assert station.errors == []
 
 

@@ -76,7 +76,7 @@ def test_a_path_is_suggested_previewed_used_and_undone(open_page: OpenPage, rest
     expect(standing).to_have_text(re.compile("^Choose a way"), use_inner_text=True)
     expect(page.locator("#alternatives li[aria-current=true]")).to_have_count(0)
     rest.client.post(f"/api/v1/plans/{plan_id}/points", json={"position": INNER}).raise_for_status()
-    expect(standing).to_have_text(re.compile("^Points changed since"), use_inner_text=True)
+    expect(standing).to_have_text(re.compile("^Plan changed since"), use_inner_text=True)
     assert station.errors == []
 
 
@@ -99,6 +99,7 @@ def test_where_no_way_is_found_the_path_ends_there_or_bone_is_removed(open_page:
     [region] = station.state("regions")["items"]
     assert region["purpose"] == "remove"
     assert station.state("regions")["selected"] == region["id"]
+    expect(words).to_contain_text("plan changed since")
     page.locator("#undo").click()
     station.wait_for("no region", lambda: not station.state("regions")["items"])
     page.click("#end-there")
@@ -115,6 +116,7 @@ def test_tools_are_compared_and_one_is_chosen(open_page: OpenPage, rest: Rest) -
     station = open_page(viewport=WIDE).ready()
     station.open_plan(rest.copy_of_sample("Tools"))
     page = station.page
+    station.open_step("tool")
     page.locator("#which-tool").scroll_into_view_if_needed()
     page.click("#which-tool")
     station.wait_for("the table", lambda: page.locator("#tool-table tbody tr").count() > 5, DRIVEN_S)
@@ -141,7 +143,7 @@ def test_tools_are_compared_and_one_is_chosen(open_page: OpenPage, rest: Rest) -
     station.wait_for("the undone tool", lambda: station.state("plan")["tool"]["name"] != "straight_pointer")
     point = station.state("plan")["points"][-1]["id"]
     page.evaluate("(id) => vfix.request('item.delete', { item_id: id })", point)
-    expect(words).to_have_text(re.compile("^Path changed since"), use_inner_text=True)
+    expect(words).to_have_text(re.compile("^Plan changed since"), use_inner_text=True)
     assert station.errors == []
 
 

@@ -200,6 +200,13 @@ class Workstation:
             self.page.mouse.move(*self._pointer)
             self.page.wait_for_timeout(pause_ms)
 
+    def open_step(self, name: str) -> None:
+        """Open a step of the Plan panel, or a part below the steps, by its `data-step-name`."""
+        step = self.page.locator(f"[data-step-name={name}]")
+        if not step.evaluate("(step) => step.open"):
+            step.locator("> summary").click()
+        expect(step).to_have_attribute("open", "")
+
     def open_plan(self, plan_id: str) -> None:
         self.page.evaluate("(id) => vfix.request('plan.open', { plan_id: id })", plan_id)
         self.wait_for("the plan", lambda: (self.state("plan") or {}).get("id") == plan_id)

@@ -13,18 +13,16 @@ from app.planning.verdict import Level
 from app.plans.model import NOTICE
 
 _ICONS: dict[Level, str] = {"fits": "✓", "tight": "!", "unknown": "?", "blocked": "✕", "pierces": "✕"}
-_WORDS: dict[Level, str] = {
-    "fits": "Fits", "tight": "Tight", "unknown": "Not known", "blocked": "Blocked", "pierces": "Blocked",
-}  # fmt: skip
 
 
 @dataclass(frozen=True)
 class Figure:
-    """A figure with its unit, and what it refers to."""
+    """A figure with its unit, its level, and where it is."""
 
     name: str
     value: str
     words: str
+    level: Level | None = None
 
 
 @dataclass(frozen=True)
@@ -54,7 +52,7 @@ class ReportPage:
     modified: str
     case_hash: str
     level: Level
-    short: str
+    word: str
     words: str
     figures: tuple[Figure, ...]
     pictures: tuple[Picture, ...]
@@ -92,10 +90,10 @@ class ReportPage:
         )
 
     def _verdict(self) -> str:
-        words = self.words.removeprefix(f"{_WORDS[self.level]}.").strip()
+        words = self.words.removeprefix(self.word).lstrip(".:, ")
         return (
             f'<section class="verdict {self.level}"><span class="icon" aria-hidden="true">{_ICONS[self.level]}</span>'
-            f"<strong>{_WORDS[self.level]}</strong><p>{escape(words)}</p></section>"
+            f"<strong>{escape(self.word)}</strong><p>{escape(words[:1].upper() + words[1:])}</p></section>"
         )
 
     def _plot(self) -> str:
@@ -117,7 +115,7 @@ def _when(time: str) -> str:
 
 def _figure(figure: Figure) -> str:
     return (
-        f"<div><dt>{escape(figure.name)}</dt><dd><b>{escape(figure.value)}</b>"
+        f'<div class="{figure.level or ""}"><dt>{escape(figure.name)}</dt><dd><b>{escape(figure.value)}</b>'
         f"<span>{escape(figure.words)}</span></dd></div>"
     )
 

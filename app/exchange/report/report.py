@@ -17,13 +17,13 @@ from app.planning.path_evaluations import PathEvaluation, PathEvaluations
 from app.planning.plan_evaluation import PlanEvaluation
 from app.planning.rehearsal_options import OptionsByPlan
 from app.planning.shape_meshes import shape_surface
+from app.planning.verdict_figures import VerdictFigure, verdict_figures
 from app.plans.instruments import Instruments, plan_robot, plan_tool
 from app.plans.model import Plan
 from app.registration.service import Registering
 from vfix_engine.errors import StartRefused
 
 BONE = "#8a6d3b"  # colour of bone's outline and curve
-_UNCERTAIN = "95 % bound"
 _SIDES = ("LR", "PA", "SI")  # letters of the positive and of the negative side of each LPS axis
 
 
@@ -62,9 +62,9 @@ class PlanReports:
             modified=plan.modified,
             case_hash=case.content_hash,
             level=chosen.verdict,
-            short=chosen.short,
+            word=chosen.word,
             words=chosen.words,
-            figures=tuple(self._figures(plan, chosen, evaluation)),
+            figures=tuple(self._figures(plan, evaluation)),
             pictures=() if evaluation is None else self._pictures(plan, case, evaluation, with_images),
             plot="" if evaluation is None else _plot(plan, evaluation),
             curves=()
@@ -78,16 +78,9 @@ class PlanReports:
             cautions=case.notes,
         ).html()
 
-    def _figures(self, plan: Plan, chosen: PathEvaluation, evaluation: PlanEvaluation | None) -> Iterator[Figure]:
-        for one in () if evaluation is None else evaluation.verdict.obstacles:
-            at = float(evaluation.run.s[one.row]) if evaluation is not None else 0.0
-            yield Figure(one.name.capitalize(), f"{one.least_mm:.2f} mm", f"margin {one.margin_mm:.2f}, at {at:.0f} mm")
-        if chosen.tissue_mm is not None and chosen.tissue_depth_mm is not None:
-            yield Figure("Soft tissue", f"{chosen.tissue_mm:.0f} mm", f"{chosen.tissue_depth_mm:.1f} mm deep at most")
-        if evaluation is not None and evaluation.profile.off_mm is not None:
-            yield Figure("Registration", f"{evaluation.profile.off_mm.max():.2f} mm", f"{_UNCERTAIN} at the tip")
-        if chosen.length_mm is not None:
-            yield Figure("Reached", f"{chosen.reached_mm:.0f} of {chosen.length_mm:.0f} mm", "along the path")
+    def _figures(self, plan: Plan, evaluation: PlanEvaluation | None) -> Iterator[Figure]:
+        for figure in () if evaluation is None else verdict_figures(evaluation):
+            yield _figure(figure)
         yield Figure("Tool", plan_tool(plan.content).title, plan_robot(plan.content, self._instruments).title)
 
     def _pictures(self, plan: Plan, case: Case, evaluation: PlanEvaluation, with_images: bool) -> tuple[Picture, ...]:
@@ -117,6 +110,18 @@ class PlanReports:
                     cut_picture(plane, shown))
             for plane in PLANES
         )  # fmt: skip
+
+
+def _figure(figure: VerdictFigure) -> Figure:
+    """A figure as the card of the verdict has it, with its margin and place."""
+    if figure.value is None:
+        value = "?" if figure.level == "unknown" else "✕"
+    else:
+        whole = "" if figure.whole_mm is None else f" of {figure.whole_mm:.{figure.digits}f}"
+        value = f"{figure.value:.{figure.digits}f}{whole} mm"
+    margin = "" if figure.margin_mm is None else f"margin {figure.margin_mm:.2f}, "
+    where = "" if figure.s_mm is None else f"at {figure.s_mm:.0f} mm"
+    return Figure(figure.name[:1].upper() + figure.name[1:], value, f"{margin}{where}".removesuffix(", "), figure.level)
 
 
 def _plot(plan: Plan, evaluation: PlanEvaluation) -> str:

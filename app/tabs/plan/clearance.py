@@ -38,25 +38,15 @@ def verdict_view(evaluation: PlanEvaluation) -> VerdictView:
         "registration_mm": None if profile.off_mm is None else np.round(profile.off_mm, 3).tolist(),
         "sideways_mm": verdict.pierced.at(profile.s),
     }
-    deep = verdict.level == "fits" and verdict.tissue_level == "deep" and verdict.tissue_s_mm is not None
-    pierced = verdict.reason in ("pierced", "wall") and verdict.pierced.s_mm is not None
-    show = (
-        verdict.pierced.s_mm
-        if pierced
-        else evaluation.reached_mm
-        if verdict.level == "blocked"
-        else verdict.tissue_s_mm
-        if deep
-        else verdict.s_mm
-    )
+    figures = verdict_figures(evaluation)
     return {
         "level": verdict.level,
         "short": verdict.short,
         "tissue_level": verdict.tissue_level,
         "parts": [{"words": part.words, "s_mm": part.s_mm, "detail": part.detail} for part in verdict.parts],
-        "figures": [_figure(figure) for figure in verdict_figures(evaluation)],
+        "figures": [_figure(figure) for figure in figures],
         "pierced": _pierced(verdict.pierced),
-        "show_mm": float(show or 0.0),
+        "show_mm": next(figure.s_mm for figure in figures if figure.s_mm is not None),  # bone has a place
         "nearest": verdict.nearest,
         "nearest_curve": int(np.argmin([one.left_mm for one in verdict.obstacles])),
         "nearest_mm": float(verdict.s_mm or 0.0),

@@ -13,7 +13,7 @@ from app.cases.structures import within_a_sentence
 from app.kit.errors import JobCancelled
 from app.planning.plan_evaluation import PlanEvaluation
 from app.planning.rehearsal_options import NO_OPTIONS, RehearsalOptions
-from app.planning.verdict import Level, Verdict, refused
+from app.planning.verdict import WORDS, Level, Verdict, refused
 from app.plans.model import Plan
 from app.scene import palette
 from app.services import Services
@@ -83,10 +83,17 @@ class ShownEvaluation:
         return "unknown" if self.status == "failed" else None
 
     @property
+    def word(self) -> str:
+        """The word of the level, of the pictured answer while there is no other; '' without either."""
+        pictured = self.pictured
+        level = self.level or (None if pictured is None or pictured.evaluation is None else pictured.level)
+        return "" if level is None else WORDS[level]
+
+    @property
     def short(self) -> str:
         """The verdict in a few words, the same in banner, panel and bar; '' while the path is judged."""
         if self.verdict is None:
-            return f"Not known: {within_a_sentence(self.words).rstrip('.')}" if self.status == "failed" else ""
+            return f"{WORDS['unknown']}: {within_a_sentence(self.words).rstrip('.')}" if self.status == "failed" else ""
         return f"{self.verdict.short} (provisional)" if self.provisional else self.verdict.short
 
     @property
@@ -124,6 +131,7 @@ class ShownEvaluation:
             "status": self.status,
             "words": self.words,
             "level": self.level,
+            "word": self.word,
             "short": self.short,
             "caution": self.caution,
             "completed": self.completed,

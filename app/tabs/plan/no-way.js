@@ -24,7 +24,7 @@ export function noWay(suggestion, none, plan, earlier, { end, remove, show }) {
   const shortens = none.gap_mm > ARRIVED_MM && Math.hypot(...none.ends_at.map((value, axis) => value - suggestion.entry[axis])) >= SEARCHED_MM;
   const help = html`The search ends ${placeWords(none.ends_at)}: ${none.reason}. It looked through ${none.searched}. A thinner tool or another entry may make a way too.`;
   return html`<div id="no-way">
-    ${hintLine("suggest-words", earlier ? "No way found for an earlier path. Suggest again." : `No way found: ${none.short}.`, help, true)}
+    ${hintLine("suggest-words", earlier ? "No way found before; plan changed since. Suggest again." : `No way found: ${none.short}.`, help, true)}
     <div class="buttons even">
       ${shortens ? html`<button type="button" id="end-there" title="Move the target to where the way ends" ?disabled=${plan.locked} @click=${end}>End there</button>` : nothing}
       <button type="button" id="remove-there" title="Mark bone to be removed where the way ends" ?disabled=${plan.locked} @click=${remove}>Remove bone there</button>

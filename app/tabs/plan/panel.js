@@ -1,14 +1,17 @@
-// Plan: the points of the path and the targets, and what the tool makes of them.
-import { fillListRow, group, h, iconButton, keyed, listRow, whenChanged } from "/static/js/dom.js";
-import { mm, when } from "/static/js/format.js";
+// Plan: a bar, the steps of a plan of which one is open, and what is rare below them.
+import { fillListRow, h, iconButton, keyed, listRow, whenChanged } from "/static/js/dom.js";
+import { when } from "/static/js/format.js";
 import { placeWords, sideWords } from "/static/js/slices/place-words.js";
 import { FRAME_QUESTION, askChoices, askForImages, askName, clearErrors, confirm, note, noteDone, noteEdit } from "/static/js/dialogs.js";
+import { keep, recall } from "/static/js/remember.js";
+import { StepList } from "/static/js/step-list.js";
 import { UsedRegistration } from "/static/js/used-registration.js";
+import { verdictLine } from "/static/js/verdict-line.js";
 import { ClearanceGroup } from "./clearance.js";
 import { ConeGroup } from "./cones.js";
-import { EmptyPlan } from "./empty-plan.js";
-import { folding } from "/static/js/folding.js";
+import { Guide, STEPS, adds, stepLine } from "./guide.js";
 import { InstrumentsGroup } from "./instruments.js";
+import { PlanBar } from "./plan-bar.js";
 import { ShaftGroup } from "./shaft.js";
 import { SuggestGroup } from "./suggest.js";
 import { ToolTableGroup } from "./tool-table.js";
@@ -19,9 +22,8 @@ import { PlannerError, download, missing, read, upload } from "/static/js/rest.j
 
 /** @import { Parts } from "/static/js/panel.js" */
 /** @import { Row } from "/static/js/dom.js" */
-/** @import { Commands, EvaluationSection, GhostView, ItemEntry, PlanEntry, PlanPublic, PlanRegistrationPublic, PlanSection, ViewModel } from "/static/js/types.js" */
-
-/** @typedef {Commands["add.mode"]["kind"]} Kind */
+/** @import { StepName } from "./guide.js" */
+/** @import { GhostView, ItemEntry, PlanEntry, PlanPublic, PlanRegistrationPublic, PlanSection, ViewModel } from "/static/js/types.js" */
 
 const POINTS_QUESTION = {
   name: "points_as",
@@ -32,8 +34,7 @@ const SCAN_WORDS = "A scan can identify its patient.";
 const SCAN_QUESTION = { name: "scan", label: "The pictures show", options: [["without", "outlines of bone only"], ["with", "the scan as well"]] };
 const QUESTIONS = [FRAME_QUESTION, POINTS_QUESTION];
 const AXES = [["R/L", "Right or left of the middle of the scan's frame, in mm"], ["A/P", "Front or back, in mm"], ["S/I", "Up or down, in mm"]];
-/** @type {[Kind, string][]} */
-const MODES = [["point", "Path point"], ["target", "Target"], ["none", "Nothing"]];
+const MORE = [{ name: "bone", title: "Bone removal" }, { name: "versions", title: "Versions" }, { name: "notes", title: "Notes" }, { name: "plans", title: "Plans" }];
 const EXPORTS = [
   ["json", "vfix plan (JSON)", "Everything, comes back as it was"],
   ["mrk.json", "3D Slicer markups (.mrk.json)", "Control points, dense curve with bone clearance, targets"],
@@ -52,25 +53,20 @@ export default class PlanPanel {
     /** @type {HTMLElement | undefined} what had the focus before the ghost's card */
     this.before = undefined;
     this.overlay = h("div", { class: "overlay overlay-ghost", id: "ghost-card", hidden: true });
-    this.undoButton = iconButton("undo", "Undo (Ctrl+Z)", () => connection.send("undo"), { id: "undo", "data-operation": "undo" });
-    this.redoButton = iconButton("redo", "Redo (Ctrl+Shift+Z)", () => connection.send("redo"), { id: "redo", "data-operation": "redo" });
-    this.lockButton = h("button", { type: "button", class: "plain", id: "lock", "data-operation": "lock", title: "Locked points cannot be moved, added or deleted", onclick: () => connection.send("lock", { locked: !connection.state.plan?.locked }) });
-    this.lockWords = h("p", { class: "words" });
-    this.modeButtons = MODES.map(([kind, label]) => h("button", { type: "button", "data-kind": kind, onclick: () => connection.send("add.mode", { kind }) }, label));
-    this.modes = h("div", { class: "segmented", role: "group", "aria-label": "What a click adds" }, this.modeButtons);
+    this.bar = new PlanBar(connection, { plans: () => this.unfold("plans", true), exports: () => this.goTo("export") });
+    this.guide = new Guide();
+    /** @type {string | null | undefined} the region that was selected last */
+    this.region = undefined;
     this.planList = h("ul", { class: "list", id: "plan-list" });
     this.showDeleted = h("input", { type: "checkbox", onchange: () => this.update(connection.state) });
     this.chooser = h("input", { type: "file", hidden: true, accept: ".json,.csv,.fcsv", onchange: () => this.importPlan() });
     this.points = h("tbody");
     this.targets = h("tbody");
-    this.selectedWords = h("p", { class: "words" });
-    this.insertButton = h("button", { type: "button", id: "insert", "data-operation": "point.insert_after", onclick: () => this.act("point.insert_after"), title: "Add a point half way to the next one" }, "Insert after");
+    this.insertButton = h("button", { type: "button", id: "insert", "data-command": "point.insert_after", onclick: () => this.act("point.insert_after"), title: "Add a point half way to the next one" }, "Insert after");
     this.renameButton = h("button", { type: "button", id: "rename-item", "data-operation": "item.rename", onclick: () => this.renameSelected(), title: "F2" }, "Rename");
     this.deleteButton = h("button", { type: "button", id: "delete-item", "data-operation": "item.delete", onclick: () => this.act("item.delete"), title: "Del" }, "Delete");
     this.selectedTools = h("div", { class: "buttons even" }, this.insertButton, this.renameButton, this.deleteButton);
-    this.pathWords = h("p", { class: "words" });
     this.targetWords = h("p", { class: "empty" });
-    this.emptyPlan = new EmptyPlan();
     this.registration = new UsedRegistration("plan-registration", false);
     this.clearance = new ClearanceGroup(connection);
     this.exports = EXPORTS.map(([format, label, words]) =>
@@ -78,28 +74,37 @@ export default class PlanPanel {
     this.instruments = new InstrumentsGroup(connection);
     this.suggest = new SuggestGroup(connection);
     this.tools = new ToolTableGroup(connection);
-    this.instruments.element.append(this.tools.element);
     this.shaft = new ShaftGroup(connection);
     this.cone = new ConeGroup();
     this.paths = new PathsGroup(connection);
     this.spare = new RegionsGroup(connection, "spare");
     this.versions = new VersionsGroup(connection);
     this.opened = new RegionsGroup(connection, "remove");
-    this.element = h("div", {},
-      group("A click adds", [this.undoButton, this.redoButton, this.lockButton], this.modes, this.lockWords),
-      group("Path", null, this.emptyPlan.element, this.registration.element, this.clearance.element, this.table("point", this.points), this.pathWords),
-      folding("paths", this.paths.element, true),
-      folding("suggest", this.suggest.element, true),
-      folding("instruments", this.instruments.element, true),
-      group("Targets", null, this.table("target", this.targets), this.targetWords),
-      group("Selected", null, this.selectedWords, this.selectedTools, this.cone.element, this.shaft.element),
-      folding("spare", this.spare.element, true), folding("opened", this.opened.element, false),
-      folding("versions", this.versions.element, false), folding("notes", this.paths.notesElement, false),
-      group("Plans of this head", [h("button", { type: "button", class: "plain", id: "new-plan", "data-operation": "plan.new", onclick: () => this.newPlan() }, "New")], this.planList,
-        h("label", { class: "check" }, this.showDeleted, "Show deleted plans")),
-      group("Export and import", null, h("div", { class: "fields" }, this.exports),
-        h("button", { type: "button", class: "wide", onclick: () => this.chooser.click() }, "Import a plan …"), this.chooser,
-        h("p", { class: "words" }, "The whole case as one file, with plans and registrations: Patient, ‘Save everything as one file …’. The folder for 3D Slicer: unpack it, and open its scene.mrml there.")));
+    this.newPlanButton = h("button", { type: "button", id: "new-plan", "data-operation": "plan.new", onclick: () => this.newPlan() }, "New plan");
+    const contents = this.contents();
+    this.steps = new StepList({ label: "Steps of the plan", steps: STEPS.map((step) => ({ ...step, content: contents[step.name] })), chosen: (name, open) => this.choose(/** @type {StepName} */ (name), open) });
+    /** @type {Record<string, HTMLElement[]>} */
+    const more = {
+      bone: [this.opened.element], versions: [this.versions.element], notes: [this.paths.notesElement],
+      plans: [this.newPlanButton, this.planList, h("label", { class: "check" }, this.showDeleted, "Show deleted plans")],
+    };
+    this.more = new StepList({ label: "More", numbered: false, steps: MORE.map((part) => ({ ...part, content: more[part.name] })), chosen: (name, open) => this.unfold(name, open) });
+    /** @type {Set<string>} */
+    this.unfolded = new Set(MORE.map(({ name }) => name).filter((name) => recall(`fold-${name}`, ["open", "shut"], "shut") === "open"));
+    this.element = h("div", { class: "plan" }, this.bar.element, this.steps.element, this.more.element);
+  }
+
+  /** @returns {Record<StepName, HTMLElement[]>} */
+  contents() {
+    return {
+      entry: [this.paths.sideElement],
+      targets: [this.table("target", this.targets), this.targetWords, this.cone.element],
+      protect: [this.spare.element],
+      path: [this.suggest.element, this.table("point", this.points), this.selectedTools, this.shaft.element, this.paths.element],
+      tool: [this.instruments.element, this.tools.element, this.registration.element],
+      check: [this.clearance.element],
+      export: [h("div", { class: "fields" }, this.exports), h("button", { type: "button", class: "wide", id: "import-plan", onclick: () => this.chooser.click() }, "Import plan …"), this.chooser],
+    };
   }
 
   /** @param {"point.insert_after" | "item.delete"} type */
@@ -115,7 +120,7 @@ export default class PlanPanel {
   table(kind, body) {
     const head = h("tr", {}, h("th", { scope: "col" }, kind === "point" ? "Point" : "Target"),
       AXES.map(([axis, title]) => h("th", { scope: "col", title }, axis)));
-    return h("table", { class: "points", "aria-label": kind === "point" ? "Points of the path, in mm" : "Targets, in mm" }, h("thead", {}, head), body);
+    return h("table", { class: "points", id: kind === "point" ? "points-table" : "targets-table", "aria-label": kind === "point" ? "Points of the path, in mm" : "Targets, in mm" }, h("thead", {}, head), body);
   }
 
   /** @param {ViewModel} state */
@@ -123,7 +128,11 @@ export default class PlanPanel {
     for (const part of [this.suggest, this.tools, this.cone, this.shaft, this.instruments, this.paths, this.spare, this.opened, this.versions]) part.update(state);
     this.registration.update(state);
     this.changedGhost([state.plan?.ghost], () => this.renderGhost(state.plan?.ghost));
-    this.changedPlan([state.plan, state.corridor], () => this.renderPlan(state.plan, state.corridor));
+    this.changedPlan([state.plan, state.corridor], () => this.renderPlan(state.plan));
+    this.clearance.update(state.corridor);
+    this.bar.update(state.plan);
+    this.follow(state);
+    this.renderSteps(state);
     this.changedPlans([state.plans, state.plan?.id, this.showDeleted.checked], () => this.renderPlans(state));
   }
 
@@ -145,27 +154,77 @@ export default class PlanPanel {
   }
 
   /**
-   * @param {PlanSection | null | undefined} plan
-   * @param {EvaluationSection | undefined} corridor
+   * Open what the plan asks for next.
+   * @param {ViewModel} state
    */
-  renderPlan(plan, corridor) {
-    this.undoButton.disabled = !plan?.can_undo;
-    this.redoButton.disabled = !plan?.can_redo;
-    this.lockButton.textContent = plan?.locked ? "Unlock" : "Lock";
-    this.lockButton.setAttribute("aria-pressed", String(Boolean(plan?.locked)));
-    this.lockWords.textContent = plan?.locked ? "Points are locked: turning the view cannot move one." : "";
-    this.lockWords.hidden = !plan?.locked;
-    for (const button of this.modeButtons) {
-      button.setAttribute("aria-pressed", String(button.dataset.kind === plan?.add_mode));
-      button.disabled = !plan || plan.locked;
-    }
+  follow({ plan, regions }) {
+    const other = plan?.id !== this.guide.plan;
+    const opened = this.guide.follow(plan, this.isBusy());
+    if (opened) this.addFor(opened);
+    if (other) this.element.closest("#panel")?.scrollTo({ top: 0 });
+    const region = regions?.items.find(({ id }) => id === regions.selected);
+    if (region && !other && region.id !== this.region && region.purpose === "spare") this.guide.choose("protect", true);
+    else if (region && !other && region.id !== this.region) this.unfold("bone", true);
+    this.region = region?.id;
+  }
+
+  /** Whether somebody works in the open step, or holds something: nothing moves under the hand. */
+  isBusy() {
+    return Boolean(this.steps.find(this.guide.open)?.querySelector(".step-body")?.contains(document.activeElement)) || Boolean(this.element.querySelector("button:active"));
+  }
+
+  /**
+   * @param {StepName} name
+   * @param {boolean} open
+   */
+  choose(name, open) {
+    this.guide.choose(name, open);
+    if (open) this.addFor(name);
+    this.renderSteps(this.connection.state);
+  }
+
+  /** @param {StepName} name */
+  goTo(name) {
+    if (this.guide.open !== name) this.choose(name, true);
+    this.steps.bringIntoSight(name);
+  }
+
+  /**
+   * What a click adds is what the open step is about.
+   * @param {StepName} name
+   */
+  addFor(name) {
+    const { plan } = this.connection.state;
+    const kind = adds(name);
+    if (plan && kind && !plan.locked && plan.add_mode !== kind) this.connection.send("add.mode", { kind });
+  }
+
+  /**
+   * @param {string} name of what is rare
+   * @param {boolean} open
+   */
+  unfold(name, open) {
+    if (open) this.unfolded.add(name);
+    else this.unfolded.delete(name);
+    keep(`fold-${name}`, open ? "open" : "shut");
+    this.renderSteps(this.connection.state);
+    if (open) this.more.bringIntoSight(name);
+  }
+
+  /** @param {ViewModel} state */
+  renderSteps(state) {
+    const search = state.jobs?.items.find(({ kind, subject }) => kind === "suggestion" && subject === state.plan?.name);
+    const known = { suggestion: this.suggest.suggestion, searching: search?.fraction ?? null, verdict: verdictLine(state.corridor) };
+    this.steps.update({ open: [this.guide.open], marked: this.guide.marked, lines: Object.fromEntries(STEPS.map(({ name }) => [name, stepLine(name, state, known)])) });
+    this.more.update({ open: [...this.unfolded] });
+  }
+
+  /** @param {PlanSection | null | undefined} plan */
+  renderPlan(plan) {
     this.renderItems(this.points, plan?.points ?? [], "point", plan?.selected);
     this.renderItems(this.targets, plan?.targets ?? [], "target", plan?.selected);
-    this.emptyPlan.update(plan);
-    this.targetWords.textContent = plan && !plan.targets.length ? "No targets yet. Choose ‘Target’ above and click what is to be inspected." : "";
+    this.targetWords.textContent = plan && !plan.targets.length ? "None yet. Click what is to be inspected." : "";
     this.targetWords.hidden = this.targetWords.textContent === "";
-    this.pathWords.textContent = plan && plan.points.length > 1 ? `Spline of degree ${plan.degree}, ${mm(plan.length_mm)} long.` : "";
-    this.clearance.update(corridor);
     for (const button of this.exports) button.disabled = !plan;
     this.renderSelected(plan);
   }
@@ -205,7 +264,6 @@ export default class PlanPanel {
     const item = selectedItem(plan);
     const points = plan?.points ?? [];
     const index = item ? points.indexOf(item) : -1;
-    this.selectedWords.textContent = item ? `${item.label}. Drag it in the head or in a slice to move it.` : "Nothing selected. Click a point, a target or a row above.";
     const frozen = !item || Boolean(plan?.locked);
     this.insertButton.disabled = frozen || index < 0 || index === points.length - 1;
     this.renameButton.disabled = this.deleteButton.disabled = frozen;
@@ -269,7 +327,6 @@ export default class PlanPanel {
     const name = await askName("Name the new plan", "Plan", "Create");
     if (!name) return;
     this.connection.send("plan.new", { name });
-    this.element.parentElement?.scrollTo({ top: 0 }); // to its path, which is empty
   }
 
   /** @param {string} format */

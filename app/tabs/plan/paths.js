@@ -9,7 +9,7 @@ import { field } from "/static/js/fields.js";
 /** @import { Commands, PathView, PathsSection, ViewModel } from "/static/js/types.js" */
 
 /** @type {[Commands["path.side"]["side"], string][]} */
-const SIDES = [["", "Not said"], ["left", "Left nostril"], ["right", "Right nostril"], ["midline", "Midline"]];
+const SIDES = [["", "Not set"], ["left", "Left nostril"], ["right", "Right nostril"], ["midline", "Midline"]];
 
 export class PathsGroup {
   /** @param {Connection} connection */
@@ -23,7 +23,8 @@ export class PathsGroup {
     /** @type {HTMLTextAreaElement} */
     this.notes = h("textarea", { id: "plan-notes", "data-operation": "plan.notes", rows: 3, maxLength: 10_000, placeholder: "What others should know of this plan", onchange: () => connection.send("plan.notes", { notes: this.notes.value }) });
     this.sideCaution = h("p", { class: "words caution", id: "side-caution" });
-    this.element = group("Paths", [this.newButton], this.list, field("The chosen path enters", "", this.side), this.sideCaution);
+    this.element = group("Paths", [this.newButton], this.list);
+    this.sideElement = h("div", { class: "fields" }, field("Side", "", this.side), this.sideCaution);
     this.notesElement = group("Notes", null, h("label", { class: "field" }, h("span", { class: "visually-hidden" }, "Notes of the plan"), this.notes));
   }
 

@@ -180,10 +180,10 @@ class VerdictView(TypedDict):
     """The verdict on the path: level from bone and reach, tissue_level from soft tissue; short: in a few words.
 
     figures: the one that decides first.
-
     pierced: what is drawn in red; None where the tool pierces nothing.
-    show_mm: arc length of the place to look at first. nearest: name of what leaves least above its margin, bone or a
-    structure to spare, nearest_curve: its curve, and nearest_mm: arc length of that place.
+    show_mm: arc length of the place to look at first, of the first figure that has one.
+    nearest: name of what leaves least above its margin, bone or a structure to spare, nearest_curve: its curve, and
+    nearest_mm: arc length of that place.
     """
 
     level: Level
@@ -219,7 +219,7 @@ class EvaluationSection(TypedDict):
     """The dry run of the plan; completed is None until it has ended.
 
     level, short: of the verdict, also where the tool does not fit at the entry or the run has failed; None and '' while
-    the path is judged.
+    the path is judged. word: of the level, of the verdict that is shown where there is none, '' without either.
     min_clearance_mm: the least clearance to what is nearest to its margin, which nearest names.
     job: id of the one that computes it, None where none does. cancelled: somebody ended it.
     verdict: of a run that has ended, or of an earlier one while another is computed; shown_mm: arc length at which the
@@ -232,6 +232,7 @@ class EvaluationSection(TypedDict):
     status: EvaluationStatus
     words: str
     level: Level | None
+    word: str
     short: str
     caution: bool
     completed: bool | None

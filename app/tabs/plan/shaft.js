@@ -11,7 +11,7 @@ export class ShaftGroup {
     this.connection = connection;
     this.changed = whenChanged();
     this.words = h("p", { class: "words", id: "shaft-words" });
-    this.aimButton = h("button", { type: "button", id: "aim-shaft", "data-operation": "shaft.aim", onclick: () => this.aim() }, "Aim the shaft here");
+    this.aimButton = h("button", { type: "button", id: "aim-shaft", "data-command": "shaft.aim", onclick: () => this.aim() }, "Aim the shaft here");
     this.clearButton = h("button", { type: "button", id: "clear-shaft", "data-operation": "shaft.clear", onclick: () => this.act("shaft.clear") }, "Leave it open");
     /** @type {string | null} whose roll the field shows */
     this.point = null;

@@ -2,9 +2,10 @@
 import { noteEdit } from "/static/js/dialogs.js";
 import { group, h, whenChanged } from "/static/js/dom.js";
 import { hintLine } from "/static/js/hint-line.js";
-import { moveFocus } from "/static/js/roving.js";
+import { Roving } from "/static/js/roving.js";
 import { draw, html, nothing, repeat } from "/static/js/template.js";
 import { endThere, noWay, removeThere } from "./no-way.js";
+import { surroundingsKey } from "./same-path.js";
 import { entryOf, PathSearch, targetOf } from "./suggestion.js";
 import { wayCard } from "./way-card.js";
 import { rowsOf } from "./way-figures.js";
@@ -31,15 +32,26 @@ export class SuggestGroup {
     this.seen = undefined;
     this.search = new PathSearch(connection, () => this.searched());
     this.body = h("div", { class: "fields" });
+    this.roving = new Roving(this.body, "button.alternative", { axis: "both", first: '[aria-pressed="true"]' });
+    this.body.addEventListener("keydown", (event) => this.moved(event)); // after the keys have moved the focus
     this.element = group("Suggest a path", null, this.body);
   }
 
   /** @param {ViewModel} state */
-  update({ plan, shaft }) {
+  update(state) {
+    const { plan, shaft } = state;
     const { search } = this;
     if (search.suggestion && search.suggestion.plan_id !== plan?.id) search.forget();
-    const of = [plan?.id, plan?.points, plan?.ghost, plan?.targets, plan?.locked, shaft?.shown, this.target, search.suggestion?.id, search.busy, search.problem, search.drawing];
-    this.changed(of, () => draw(this.body, this.template(plan, shaft)));
+    const of = [plan?.id, plan?.points, plan?.ghost, plan?.targets, plan?.locked, shaft?.shown, this.target, search.suggestion?.id, plan?.tool.name, surroundingsKey(state), search.busy, search.problem, search.drawing];
+    this.changed(of, () => {
+      draw(this.body, this.template(plan, shaft));
+      this.roving.update();
+    });
+  }
+
+  /** What was found last; null where nothing was asked for yet. */
+  get suggestion() {
+    return this.search.suggestion;
   }
 
   /** The search has gone on: what it found is brought into sight once, the focus stays. */
@@ -48,7 +60,7 @@ export class SuggestGroup {
     this.update(this.connection.state);
     if (busy || this.seen === suggestion?.id) return;
     this.seen = suggestion?.id;
-    this.body.querySelector(".way, #no-way")?.scrollIntoView({ block: "nearest" });
+    for (const part of ["#alternatives, #no-way", ".way"]) this.body.querySelector(part)?.scrollIntoView({ block: "nearest" });
   }
 
   /**
@@ -62,7 +74,7 @@ export class SuggestGroup {
     const wanted = (plan?.points.length ?? 0) < 2 && !search.suggestion && !search.busy;
     return html`
       ${targets.length > 1 ? this.targets(plan, targets) : nothing}
-      <button type="button" class=${wanted ? "wide primary" : "wide"} id="suggest" ?disabled=${!ready} aria-disabled=${String(search.busy)}
+      <button type="button" class=${wanted ? "wide primary" : "wide"} id="suggest" data-command="suggest" ?disabled=${!ready} aria-disabled=${String(search.busy)}
         @click=${() => search.look(this.connection.state.plan, this.target)}>Suggest a path</button>
       ${search.work.element}
       ${plan && search.suggestion ? this.answer(plan, search.suggestion, shaft?.shown ?? null) : this.hint(plan, ready)}`;
@@ -105,25 +117,24 @@ export class SuggestGroup {
         show: () => connection.send("slice.cross", { position: place }),
       });
     }
-    const words = earlier ? "Points changed since. Use a way, or suggest again." : followed < 0 ? "Choose a way to see it." : `The path follows way ${followed + 1}.`;
+    const words = earlier ? "Plan changed since. Suggest again." : followed < 0 ? "Choose a way to see it." : `The path follows way ${followed + 1}.`;
     const rows = rowsOf(suggestion.alternatives);
     const ofShown = search.numberOf(shown);
-    const tabbed = Math.max(ofShown < 0 ? followed : ofShown, 0);
     return html`${hintLine("suggest-words", words, ORDER, earlier)}
       <ul class=${earlier ? "ways earlier" : "ways"} id="alternatives" aria-label="Suggested ways" style=${`--rows: ${rows.length}; --columns: ${columnsOf(suggestion.alternatives.length)}`}>
         ${suggestion.alternatives.map((way, number) => wayCard(way, rows, {
-          key: search.keyOf(number), number, shown: number === ofShown, followed: number === followed, tabbed: number === tabbed, locked: plan.locked, picture: search.pictures[number] ?? search.drawing,
-        }, { show: () => search.preview(number), use: () => this.use(number), moved: (event) => this.move(event) }))}
+          key: search.keyOf(number), number, shown: number === ofShown, followed: number === followed, locked: plan.locked, picture: search.pictures[number] ?? search.drawing,
+        }, { show: () => search.preview(number), use: () => this.use(number) }))}
       </ul>`;
   }
 
   /**
-   * The focus moves among the ways, and each is shown that gets it.
+   * A way is shown that an arrow key has led to.
    * @param {KeyboardEvent} event
    */
-  move(event) {
-    const number = moveFocus(event, [.../** @type {NodeListOf<HTMLElement>} */ (this.body.querySelectorAll("button.alternative"))]);
-    if (number !== null) this.search.preview(number);
+  moved({ defaultPrevented }) {
+    const number = this.roving.all().findIndex((card) => card === document.activeElement);
+    if (defaultPrevented && number >= 0) this.search.preview(number);
   }
 
   /** @param {number} number */
@@ -133,6 +144,6 @@ export class SuggestGroup {
     const done = this.connection.request("suggestion.use", { suggestion_id: suggestion.id, alternative: number });
     noteEdit(this.connection, "plan", done, "The path follows the suggestion.");
     // the button leaves, its card stays
-    /** @type {HTMLElement | undefined} */ (this.body.querySelectorAll("button.alternative")[number])?.focus({ preventScroll: true });
+    this.roving.all()[number]?.focus({ preventScroll: true });
   }
 }

@@ -4,7 +4,7 @@ import { sentence } from "/static/js/format.js";
 import { JobLine } from "/static/js/job-line.js";
 import { finished } from "/static/js/jobs.js";
 import { read, readPicture, send } from "/static/js/rest.js";
-import { pathKey, samePath } from "./same-path.js";
+import { pathKey, samePath, surroundingsKey } from "./same-path.js";
 
 /** @import { Connection } from "/static/js/connection.js" */
 /** @import { PlanSection, SuggestionPublic } from "/static/js/types.js" */
@@ -21,6 +21,7 @@ export class PathSearch {
     /** @type {SuggestionPublic | null} */
     this.suggestion = null;
     this.askedOf = ""; // the path when the ways were asked for
+    this.askedAmong = ""; // and its surroundings
     this.busy = false;
     this.problem = ""; // why there is no answer
     /** @type {Element[]} of the ways, once they are drawn */
@@ -40,6 +41,7 @@ export class PathSearch {
     clearErrors();
     this.forget();
     this.askedOf = pathKey(plan.points);
+    this.askedAmong = surroundingsKey(this.connection.state);
     this.busy = true;
     this.changed();
     try {
@@ -100,14 +102,15 @@ export class PathSearch {
   }
 
   /**
-   * The number of the way that the path follows, or −1; earlier: it follows none, and is not the one that they were
-   * asked for either.
-   * @param {PlanSection | null | undefined} plan
+   * The number of the way that the path follows, or −1; earlier: what was found is of another tool or of other
+   * surroundings, or the path follows no way and is not the one either that they were asked for.
+   * @param {PlanSection} plan
    */
   standing(plan) {
-    if (!this.suggestion || !plan) return { followed: -1, earlier: false };
-    const followed = this.suggestion.alternatives.findIndex((one) => samePath(plan.points, one.points));
-    return { followed, earlier: followed < 0 && pathKey(plan.points) !== this.askedOf };
+    const { suggestion } = this;
+    const followed = suggestion?.alternatives.findIndex((one) => samePath(plan.points, one.points)) ?? -1;
+    const other = suggestion?.tool !== plan.tool.name || surroundingsKey(this.connection.state) !== this.askedAmong;
+    return { followed, earlier: other || (followed < 0 && pathKey(plan.points) !== this.askedOf) };
   }
 
   /**

@@ -3,14 +3,14 @@ import { html, nothing, svg } from "/static/js/template.js";
 
 /** @import { ToolPublic } from "/static/js/types.js" */
 
-const [LEFT, TOP, WIDTH, HEIGHT] = [-44, -9, 54, 18]; // mm about the tip
+const [LEFT, TOP, WIDTH, HEIGHT] = [-40, -8, 50, 16]; // mm about the tip
 const [REACH, HALF_ANGLE] = [8, Math.PI / 6]; // of the drawn view
 
 /** @param {Pick<ToolPublic, "parts" | "view">} tool */
 export function toolPicture({ parts, view }) {
   const lines = parts.map(({ start, end, radius }) => svg`<line class="tool" x1=${start[0]} y1=${-start[1]} x2=${end[0]} y2=${-end[1]} stroke-width=${2 * radius} stroke-linecap="round"></line>`);
   const middle = (Math.min(...parts.map(lowest)) + Math.max(...parts.map(highest))) / 2;
-  return html`<svg class="tool-picture" viewBox="${LEFT} ${TOP - middle} ${WIDTH} ${HEIGHT}" aria-hidden="true">${view ? svg`<path class="tool-view" d=${sector(view)}></path>` : nothing}${lines}</svg>`;
+  return html`<svg class="tool-picture" viewBox="${LEFT} ${TOP + middle} ${WIDTH} ${HEIGHT}" aria-hidden="true">${view ? svg`<path class="tool-view" d=${sector(view)}></path>` : nothing}${lines}</svg>`;
 }
 
 /** @param {ToolPublic["parts"][number]} part */

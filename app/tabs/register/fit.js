@@ -30,7 +30,7 @@ export class FitGroup {
       <dl class="facts" id="fit-figures">${figures(fit)}</dl>
       ${this.wrong(fit, locked)}
       <div class="fields" id="fit-cautions">${fit.cautions.map((text) => html`<p class="words caution">${text}</p>`)}</div>
-      <button type="button" class=${good ? "wide plain" : "wide"} id="match-order" data-operation="order.find" title="Find which measured point belongs to which bead, where nobody wrote it down"
+      <button type="button" class=${good ? "wide plain" : "wide"} id="match-order" data-command="order.find" title="Find which measured point belongs to which bead, where nobody wrote it down"
         ?hidden=${fit.used < 3} ?disabled=${locked} @click=${() => this.connection.send("order.find")}>Match order</button>
       <div class="fields" id="orders" ?hidden=${!orders}>${orders ? this.orders(orders, locked) : nothing}</div>
       <button type="button" class="wide" id="fit-pairs" data-operation="registration.fit_pairs" ?hidden=${!given || fit.used < 3} ?disabled=${locked}

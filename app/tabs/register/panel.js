@@ -43,7 +43,7 @@ export default class RegisterPanel {
     this.trace = new TraceGroup(connection);
     this.calibration = new CalibrationGroup(connection);
     this.useWords = h("p", { class: "words", id: "plan-use-words" });
-    this.useButton = h("button", { type: "button", class: "primary wide", id: "use-registration", "data-operation": "registration.use", onclick: () => connection.send("registration.use", { used: true }) }, "Use for this plan");
+    this.useButton = h("button", { type: "button", class: "primary wide", id: "use-registration", "data-command": "registration.use", onclick: () => connection.send("registration.use", { used: true }) }, "Use for this plan");
     this.dropButton = h("button", { type: "button", class: "wide", id: "drop-registration", onclick: () => connection.send("registration.use", { used: false }) }, "Use none for this plan");
     this.exports = EXPORTS.map(([format, label, words]) => h("button", { type: "button", class: "export", title: words, "data-format": format, onclick: () => this.export(format) }, label));
     this.exportWords = h("p", { class: "words", id: "export-words" });

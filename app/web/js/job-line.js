@@ -1,7 +1,7 @@
 // A job that is followed in place, beside the button that began it.
 import { h } from "./dom.js";
 import { sentence } from "./format.js";
-import { finished } from "./jobs.js";
+import { finished, stageWords } from "./jobs.js";
 import { remove, send, wasCancelled } from "./rest.js";
 
 /** @import { JobEntry, JobPublic } from "./types.js" */
@@ -47,10 +47,9 @@ export class JobLine {
 
   /** @param {JobEntry} now */
   show(now) {
-    const percent = `${Math.round(now.fraction * 100)} %`;
     this.element.hidden = false;
-    this.stage.textContent = now.state === "queued" ? "Waiting for its turn" : `${sentence(now.stage).replace(/\.$/, "")}, ${percent}`;
-    this.bar.style.width = percent.replace(" ", "");
+    this.stage.textContent = sentence(stageWords(now));
+    this.bar.style.width = `${Math.round(now.fraction * 100)}%`;
   }
 
   async cancel() {

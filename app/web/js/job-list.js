@@ -1,6 +1,6 @@
 // What the planner works at: its jobs with stage, fraction and a button that cancels.
 import { h, keyed } from "./dom.js";
-import { finished, jobWatch } from "./jobs.js";
+import { finished, jobWatch, stageWords } from "./jobs.js";
 import { remove } from "./rest.js";
 
 /** @import { Row } from "./dom.js" */
@@ -10,12 +10,11 @@ import { remove } from "./rest.js";
  * Displayed jobs: those that a user waits for.
  * @type {Partial<Record<JobEntry["kind"], string>>}
  */
-const KINDS = { import: "Import", structures: "Import", overlay: "Import", dry_run: "Dry run", segmentation: "Segmentation" };
+const KINDS = { import: "Import", structures: "Import", overlay: "Import", dry_run: "Simulation", segmentation: "Segmentation" };
 
 /** @param {JobEntry} job */
-export function jobWords({ kind, subject, state, stage, fraction }) {
-  const now = state === "queued" ? "waiting for another one" : `${stage}, ${Math.round(fraction * 100)} %`;
-  return `${[KINDS[kind], subject && `‘${subject}’`].filter(Boolean).join(" ")}: ${now}`;
+export function jobWords(job) {
+  return `${[KINDS[job.kind], job.subject && `‘${job.subject}’`].filter(Boolean).join(" ")}: ${stageWords(job)}`;
 }
 
 /**

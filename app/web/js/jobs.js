@@ -39,6 +39,14 @@ class JobWatch extends EventTarget {
 export const jobWatch = new JobWatch();
 
 /**
+ * How far a job is.
+ * @param {JobEntry} job
+ */
+export function stageWords({ state, stage, fraction }) {
+  return state === "queued" ? "waiting for its turn" : `${stage}, ${Math.round(fraction * 100)} %`;
+}
+
+/**
  * Wait until a job is done; throws what it failed with, and for a cancelled one what `wasCancelled` tells.
  * @param {JobEntry & Partial<JobPublic>} job
  * @param {(job: JobEntry) => void} onProgress

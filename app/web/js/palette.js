@@ -1,5 +1,5 @@
 // The command palette, on Ctrl K: every operation, tab, view, head, plan and place by its name.
-import { show } from "./dialogs.js";
+import { note, show } from "./dialogs.js";
 import { byId, h, iconButton } from "./dom.js";
 import { rank } from "./fuzzy.js";
 import { isFindKey } from "./keys.js";
@@ -9,6 +9,7 @@ import { placeOf, placeWords } from "./slices/place-words.js";
 /** @import { Connection } from "./connection.js" */
 /** @import { Panel } from "./panel.js" */
 /** @import { Slices } from "./slices.js" */
+/** @import { Triple } from "./slices/grid.js" */
 /** @import { OperationEntry, TabEntry, ViewModel } from "./types.js" */
 
 /**
@@ -22,6 +23,7 @@ import { placeOf, placeWords } from "./slices/place-words.js";
  */
 
 const MOST = 60; // entries that are listed
+const PLACE = /^\s*(?:[LRPASI]\s*[-−]?\d+(?:[.,]\d*)?[\s,;]*)+(?:[LRPASI]\s*[-−]?|mm)?\s*$/iu; // as far as it is typed
 const NOTHING = "Nothing has that name.";
 
 export class Palette {
@@ -76,52 +78,75 @@ export class Palette {
     const tabs = this.tabs.filter(({ name }) => state.step?.offered.includes(name) && name !== here).map(({ name, label }) => ({
       group: "Go to", name: label, off: state.step?.available.includes(name) ? undefined : "not yet", run: () => connection.send("step.set", { name }),
     }));
-    const heads = (state.cases?.items ?? []).filter(({ id, deleted }) => !deleted && id !== state.case?.id).map(({ id, name }) => ({
-      group: "Head", name, run: () => connection.send("case.open", { case_id: id }),
+    const heads = (state.cases?.items ?? []).filter(({ deleted }) => !deleted).map(({ id, name }) => ({
+      group: "Head", name, off: id === state.case?.id ? "open now" : undefined, run: () => connection.send("case.open", { case_id: id }),
     }));
-    const plans = (state.plans?.items ?? []).filter(({ id, deleted }) => !deleted && id !== state.plan?.id).map(({ id, name }) => ({
-      group: "Plan", name, run: () => connection.send("plan.open", { plan_id: id }),
+    const plans = (state.plans?.items ?? []).filter(({ deleted }) => !deleted).map(({ id, name }) => ({
+      group: "Plan", name, off: id === state.plan?.id ? "open now" : undefined, run: () => connection.send("plan.open", { plan_id: id }),
     }));
-    const paths = (state.paths?.items ?? []).filter(({ id }) => id !== state.paths?.chosen).map(({ id, name }) => ({
-      group: "Path", name, run: () => connection.send("path.choose", { path_id: id }),
+    const paths = (state.paths?.items ?? []).map(({ id, name }) => ({
+      group: "Path", name, off: id === state.paths?.chosen ? "chosen now" : undefined, run: () => connection.send("path.choose", { path_id: id }),
     }));
     const places = [...(state.plan?.points ?? []), ...(state.plan?.targets ?? [])].map((item) => ({
       group: placeWords(item.position), name: item.label, run: () => connection.send("item.select", { item_id: item.id }),
     }));
-    const operations = this.operations.flatMap((operation) => this.operation(operation) ?? []);
+    const shown = this.tabs.filter(({ name }) => state.step?.offered.includes(name) && state.step.available.includes(name));
+    shown.sort((a, b) => Number(b.name === here) - Number(a.name === here)); // what the tab at hand can do comes first
+    const operations = [...shown.flatMap(({ name }) => this.ofPanel(name)), ...this.ofSlices()];
     return [...tabs, ...operations, ...actions(), ...paths, ...plans, ...heads, ...places];
   }
 
   /**
-   * An operation of the planner: its control on the page, which is pressed, or gets the focus where it needs more words.
-   * @param {OperationEntry} operation
-   * @returns {Entry | null}
+   * What a tab can do: the controls of the planner's operations by their names, and those marked as commands by their own.
+   * They are pressed, or get the focus where they need more words.
+   * @param {string} tab
+   * @returns {Entry[]}
    */
-  operation({ type, name }) {
-    for (const [tab, panel] of this.sources.panels) {
-      const control = controlOf(panel, type);
-      if (control) return { group: this.labelOf(tab), name, does: type, off: isOff(control) ? "not now" : undefined, run: () => this.use(tab, type) };
-    }
-    const control = controlIn(byId("slices"), type);
-    return control && { group: "Slices", name, does: type, off: isOff(control) ? "not now" : undefined, run: () => press(control) };
+  ofPanel(tab) {
+    const panel = this.sources.panels.get(tab);
+    if (!panel) return [];
+    const group = this.tabs.find(({ name }) => name === tab)?.label ?? tab;
+    return partsOf(panel).flatMap((part) => this.controls(part, group, (named) => this.use(tab, named)));
   }
 
-  /** @param {string} tab */
-  labelOf(tab) {
-    return this.tabs.find(({ name }) => name === tab)?.label ?? tab;
+  /** @returns {Entry[]} */
+  ofSlices() {
+    const slices = byId("slices");
+    return this.controls(slices, "Slices", (named) => {
+      const control = controlIn(slices, named);
+      if (control) press(control);
+    });
   }
 
   /**
-   * Show the tab with the control of an operation, and use that.
-   * @param {string} tab
-   * @param {string} type of the operation's message
+   * @param {HTMLElement} part
+   * @param {string} group
+   * @param {(named: string) => void} use of the control of a selector
+   * @returns {Entry[]}
    */
-  use(tab, type) {
+  controls(part, group, use) {
+    const operations = this.operations.flatMap(({ type, name }) => {
+      const named = `[data-operation~="${type}"]`;
+      const control = controlIn(part, named);
+      return control ? [{ group, name, does: type, off: whyOff(control), run: () => use(named) }] : [];
+    });
+    const commands = [...part.querySelectorAll("[data-command]")].map((control) => {
+      const named = `[data-command="${/** @type {HTMLElement} */ (control).dataset.command}"]`;
+      return { group, name: control.textContent?.trim() ?? "", off: whyOff(/** @type {HTMLElement} */ (control)), run: () => use(named) };
+    });
+    return [...operations, ...commands.filter(({ name }) => name)];
+  }
+
+  /**
+   * Show a tab, and use a control of its panel.
+   * @param {string} tab
+   * @param {string} named selector of the control
+   */
+  async use(tab, named) {
     const { connection, panels } = this.sources;
     const go = () => {
       if (connection.state.step?.name !== tab) return; // another one was chosen meanwhile
-      const panel = panels.get(tab);
-      const control = panel && controlOf(panel, type);
+      const control = partsOf(panels.get(tab)).map((part) => controlIn(part, named)).find(Boolean);
       if (control?.isConnected) press(control);
       else if (control) requestAnimationFrame(go); // its panel is not drawn yet
     };
@@ -129,13 +154,12 @@ export class Palette {
       go();
       return;
     }
-    const shown = () => {
-      if (connection.state.step?.name !== tab) return;
-      connection.removeEventListener("state", shown);
+    try {
+      await connection.request("step.set", { name: tab });
       requestAnimationFrame(() => requestAnimationFrame(go)); // once the panel shows the planner's values
-    };
-    connection.addEventListener("state", shown);
-    connection.send("step.set", { name: tab });
+    } catch (error) {
+      note(/** @type {Error} */ (error).message, { error: true });
+    }
   }
 
   search() {
@@ -152,23 +176,26 @@ export class Palette {
   }
 
   /**
-   * The place that is typed, where it is one.
+   * The place that is typed, where it is one, or begins as one.
    * @param {string} typed
    * @returns {Entry[]}
    */
   place(typed) {
     const { slices, connection } = this.sources;
-    if (!/[\d]/u.test(typed) || !connection.state.slices) return [];
+    if (!/\d/u.test(typed) || !connection.state.slices) return [];
+    /** @type {Triple} */
+    let place;
     try {
-      const place = placeOf(typed);
-      const run = () => {
-        slices.crosshair.move(place);
-        slices.centreAll();
-      };
-      return [{ group: "Place", name: placeWords(place), run }];
+      place = placeOf(typed);
     } catch {
-      return [];
+      const off = "R or L, A or P, S or I, in mm";
+      return PLACE.test(typed) ? [{ group: "Place", name: typed, off, run: () => {} }] : [];
     }
+    const run = () => {
+      slices.crosshair.move(place);
+      slices.centreAll();
+    };
+    return [{ group: "Place", name: placeWords(place), off: slices.holds(place) ? undefined : "outside the scan", run }];
   }
 
   /**
@@ -210,22 +237,31 @@ export class Palette {
 }
 
 /**
- * @param {Panel} panel
- * @param {string} type
+ * @param {Panel | undefined} panel
+ * @returns {HTMLElement[]}
  */
-function controlOf({ element, overlay }, type) {
-  return controlIn(element, type) ?? (overlay ? controlIn(overlay, type) : null);
+function partsOf(panel) {
+  return [panel?.element, panel?.overlay].flatMap((part) => part ?? []);
 }
 
 /**
- * The control of an operation: of a list that of the row which is open, else the first.
+ * The control of a selector: in a list that of the row which is open or selected, else the first.
  * @param {HTMLElement} part
- * @param {string} type
+ * @param {string} named
  * @returns {HTMLElement | null}
  */
-function controlIn(part, type) {
-  const named = `[data-operation~="${type}"]`;
+function controlIn(part, named) {
   return part.querySelector(`[aria-current="true"] ${named}, [aria-selected="true"] ${named}`) ?? part.querySelector(named);
+}
+
+/**
+ * Why a control cannot be used; undefined where it can. Of a list's rows none is meant unless one is open or selected.
+ * @param {HTMLElement} control
+ */
+function whyOff(control) {
+  if (control.closest("[hidden]") || /** @type {Partial<HTMLButtonElement>} */ (control).disabled === true) return "not now";
+  const row = control.closest("li, tbody tr");
+  return row && !control.closest('[aria-current="true"], [aria-selected="true"]') ? "choose one first" : undefined;
 }
 
 /**
@@ -234,13 +270,8 @@ function controlIn(part, type) {
  */
 function press(control) {
   for (let folded = control.closest("details"); folded; folded = folded.parentElement?.closest("details") ?? null) folded.open = true;
+  /** @type {HTMLElement | null} */ (control.closest("[popover]:not(:popover-open)"))?.showPopover();
   control.scrollIntoView({ block: "center" });
   control.focus();
   if (control instanceof HTMLButtonElement) control.click();
-}
-
-/** @param {HTMLElement} control */
-function isOff(control) {
-  if (control.closest("[hidden]")) return true;
-  return /** @type {Partial<HTMLButtonElement>} */ (control).disabled === true;
 }

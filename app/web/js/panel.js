@@ -10,7 +10,7 @@
  */
 
 /**
- * What the status bar shows of a tab that drives, before the verdict of the plan.
+ * What the status bar shows of a tab that drives.
  * @typedef {{ elements: HTMLElement[], update: (state: ViewModel) => void }} TabStatus
  */
 

@@ -1,21 +1,47 @@
-// Rows that are one stop of the Tab key: arrow keys, Home and End move the focus among them.
+// Roving focus: controls of one kind are one tab stop, arrow keys go from one to the other.
 
-/** @type {Record<string, number>} */
-const STEPS = { ArrowDown: 1, ArrowRight: 1, ArrowUp: -1, ArrowLeft: -1, Home: -Infinity, End: Infinity };
+const KEYS = {
+  vertical: { ArrowUp: -1, ArrowDown: 1, Home: -Infinity, End: Infinity },
+  horizontal: { ArrowLeft: -1, ArrowRight: 1, Home: -Infinity, End: Infinity },
+  both: { ArrowUp: -1, ArrowLeft: -1, ArrowDown: 1, ArrowRight: 1, Home: -Infinity, End: Infinity },
+};
 
-/**
- * Move the focus as a key says, from the row that has it; returns the number of the row that gets it, null where the
- * key means nothing here.
- * @param {KeyboardEvent} event
- * @param {HTMLElement[]} rows in order
- */
-export function moveFocus(event, rows) {
-  const at = rows.findIndex((row) => row === event.target);
-  const step = event.ctrlKey || event.metaKey || event.altKey || event.shiftKey ? undefined : STEPS[event.key];
-  if (at < 0 || !step) return null;
-  event.preventDefault();
-  event.stopPropagation();
-  const next = Math.min(Math.max(at + step, 0), rows.length - 1);
-  rows[next].focus();
-  return next;
+export class Roving {
+  /**
+   * @param {HTMLElement} element that holds the controls
+   * @param {string} controls their selector
+   * @param {{ axis?: keyof typeof KEYS, first?: string }} [options] first: selector of the one that Tab leads to; else it is the first one
+   */
+  constructor(element, controls, { axis = "vertical", first } = {}) {
+    this.element = element;
+    this.controls = controls;
+    this.keys = /** @type {Record<string, number>} */ (KEYS[axis]);
+    this.first = first;
+    element.addEventListener("focusin", () => this.update());
+    element.addEventListener("focusout", () => this.update());
+    element.addEventListener("keydown", (event) => this.key(event));
+  }
+
+  /** Those that can have the focus; what is folded away has none. */
+  all() {
+    return [.../** @type {NodeListOf<HTMLElement>} */ (this.element.querySelectorAll(this.controls))].filter((one) => !one.matches(":disabled"));
+  }
+
+  /** Make one of them the tab stop; call it once they are drawn. */
+  update() {
+    const all = this.all();
+    const stop = all.find((one) => one === document.activeElement) ?? (this.first ? all.find((one) => one.matches(/** @type {string} */ (this.first))) : undefined) ?? all[0];
+    for (const one of all) one.tabIndex = one === stop ? 0 : -1;
+  }
+
+  /** @param {KeyboardEvent} event */
+  key(event) {
+    const by = this.keys[event.key];
+    const all = this.all();
+    const at = all.findIndex((one) => one === event.target);
+    if (by === undefined || at < 0 || event.ctrlKey || event.metaKey || event.altKey) return;
+    all[Math.min(Math.max(at + by, 0), all.length - 1)].focus();
+    event.preventDefault();
+    event.stopPropagation();
+  }
 }

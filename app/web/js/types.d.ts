@@ -473,7 +473,7 @@ export interface CurveSection {
  * The dry run of the plan; completed is None until it has ended.
  *
  * level, short: of the verdict, also where the tool does not fit at the entry or the run has failed; None and '' while
- * the path is judged.
+ * the path is judged. word: of the level, of the verdict that is shown where there is none, '' without either.
  * min_clearance_mm: the least clearance to what is nearest to its margin, which nearest names.
  * job: id of the one that computes it, None where none does. cancelled: somebody ended it.
  * verdict: of a run that has ended, or of an earlier one while another is computed; shown_mm: arc length at which the
@@ -486,6 +486,7 @@ export interface EvaluationSection {
   status: "none" | "computing" | "done" | "failed";
   words: string;
   level: "fits" | "tight" | "pierces" | "blocked" | "unknown" | null;
+  word: string;
   short: string;
   caution: boolean;
   completed: boolean | null;
@@ -528,10 +529,10 @@ export interface ScaleView {
  * The verdict on the path: level from bone and reach, tissue_level from soft tissue; short: in a few words.
  *
  * figures: the one that decides first.
- *
  * pierced: what is drawn in red; None where the tool pierces nothing.
- * show_mm: arc length of the place to look at first. nearest: name of what leaves least above its margin, bone or a
- * structure to spare, nearest_curve: its curve, and nearest_mm: arc length of that place.
+ * show_mm: arc length of the place to look at first, of the first figure that has one.
+ * nearest: name of what leaves least above its margin, bone or a structure to spare, nearest_curve: its curve, and
+ * nearest_mm: arc length of that place.
  */
 export interface VerdictView {
   level: "fits" | "tight" | "pierces" | "blocked" | "unknown";
@@ -1208,7 +1209,7 @@ export interface SuggestionPublic {
 /**
  * A path with directions of the shaft, and how the tool was driven along it; lengths in mm.
  *
- * verdict: the level that the plan has when it is led along it, short: in a few words, words: the whole of it,
+ * verdict: the level that the plan has when it is led along it, word: of it, short: in a few words, words: the whole,
  * figures: those of the verdict, the one that decides first.
  * nearest: bone or the structure to spare that leaves least above its margin, margin_mm; nearest_clearance_mm: to it.
  * least_clearance_mm: to bone. short_of_target_mm: from the path's end to the target. tight: the verdict is;
@@ -1218,6 +1219,7 @@ export interface SuggestionPublic {
  */
 export interface AlternativePublic {
   verdict: "fits" | "tight" | "pierces" | "blocked" | "unknown";
+  word: string;
   short: string;
   words: string;
   figures: VerdictFigure[];
@@ -1241,6 +1243,7 @@ export interface AlternativePublic {
  *
  * name: what it is of, such as 'bone'. value: in mm, None if it is not known or has none. whole_mm: of which it is a
  * part, such as the length of the path. digits: of the value. s_mm: arc length of the tip at its place, None without.
+ * margin_mm: of an obstacle.
  */
 export interface VerdictFigure {
   name: string;
@@ -1249,6 +1252,7 @@ export interface VerdictFigure {
   s_mm: number | null;
   whole_mm: number | null;
   digits: number;
+  margin_mm: number | null;
 }
 
 export interface SuggestedPoint {
@@ -1281,7 +1285,7 @@ export interface ToolTablePublic {
 /**
  * How a tool does along the plan's path; lengths in mm, null where it does not fit at the entry or is not known.
  *
- * verdict: the level of the plan with this tool. parts: its shape, from the tip on; view: where an endoscope looks, a
+ * verdict: the level of the plan with this tool, word: of it. parts: its shape, from the tip on; view: where an endoscope looks, a
  * direction in the same plane.
  */
 export interface ToolPublic {
@@ -1298,6 +1302,7 @@ export interface ToolPublic {
   reason: string;
   pierces: boolean;
   verdict: "fits" | "tight" | "pierces" | "blocked" | "unknown";
+  word: string;
   parts: ToolPartPublic[];
   view: [number, number] | null;
 }

@@ -1,24 +1,16 @@
 // The verdict on the plan's path, above the panel: one word, and the figures that decide it, the worst first.
 import { byId, whenChanged } from "./dom.js";
 import { fixed, sentence } from "./format.js";
+import { stageWords } from "./jobs.js";
 import { remove } from "./rest.js";
 import { draw, html, iconTemplate, nothing } from "./template.js";
+import { LEVEL_ICONS } from "./verdict-line.js";
 
-/** @import { ICONS } from "./dom.js" */
 /** @import { Connection } from "./connection.js" */
-/** @import { EvaluationSection, FigureView, VerdictPart, VerdictView, ViewModel } from "./types.js" */
+/** @import { EvaluationSection, FigureView, JobEntry, VerdictPart, VerdictView, ViewModel } from "./types.js" */
 
 const QUIET_MS = 400; // a run that ends sooner shows no bar
 const TABS = ["plan", "register", "rehearse"]; // that show it
-
-/** @type {Record<NonNullable<EvaluationSection["level"]>, { word: string, icon: keyof typeof ICONS }>} */
-export const LEVELS = {
-  fits: { word: "Fits", icon: "fits" },
-  tight: { word: "Tight", icon: "tight" },
-  unknown: { word: "Unknown", icon: "unknown" },
-  blocked: { word: "Blocked", icon: "blocked" },
-  pierces: { word: "Blocked", icon: "blocked" },
-};
 
 /**
  * Whether the verdict and plot are of an earlier path, or of an earlier place of the hand that drags a point.
@@ -47,7 +39,11 @@ export class VerdictCard {
     const { corridor, plan, step } = state;
     const shown = TABS.includes(step?.name ?? "") && (plan?.points.length ?? 0) > 1 && corridor !== undefined && corridor.status !== "none";
     this.element.hidden = !shown;
-    if (!shown) return;
+    if (!shown) {
+      draw(this.element, html``); // nothing of an earlier plan is there to be read or spoken
+      this.changed([], () => {});
+      return;
+    }
     this.follow(corridor.job);
     const job = this.quiet === undefined ? state.jobs?.items.find(({ id }) => id === this.job) : undefined;
     this.changed([corridor, job, this.open, this.cancelling], () => draw(this.element, this.card(corridor, job)));
@@ -55,24 +51,24 @@ export class VerdictCard {
 
   /**
    * @param {EvaluationSection} corridor
-   * @param {{ fraction: number, stage: string, state: string } | undefined} job
+   * @param {JobEntry | undefined} job
    */
   card(corridor, job) {
     const { verdict } = corridor;
     const old = isOld(corridor);
     const level = verdict && old ? verdict.level : corridor.level;
-    const { word, icon } = level ? LEVELS[level] : { word: "Simulating", icon: /** @type {const} */ ("waiting") };
     return html`
       <div class=${old ? "card-body stale" : "card-body"} id="verdict" data-level=${level ?? ""}>
         <div class="card-head">
-          <span class="card-icon">${iconTemplate(icon)}</span>
-          <strong class="card-word" role="status">${word}<span class="visually-hidden">${spoken(corridor)}</span></strong>
+          <span class="card-icon">${iconTemplate(level ? LEVEL_ICONS[level] : "waiting")}</span>
+          <strong class="card-word" role="status">${corridor.word || "Simulating"}<span class="visually-hidden">${spoken(corridor)}</span></strong>
           <span class="card-state" id="verdict-state" title=${corridor.state_words}>${stateWords(corridor)}</span>
           <button type="button" class="plain" data-tool="show-me" ?hidden=${!verdict} ?disabled=${old} title="Show the tool where the path decides"
             @click=${() => this.show(verdict?.show_mm ?? 0)}>Show me</button>
           <button type="button" class="icon plain" id="verdict-why" title="Why: the verdict in sentences" aria-label="Why" aria-expanded=${this.open} aria-controls="verdict-words"
             @click=${() => this.toggle()}>?</button>
         </div>
+        ${verdict && corridor.warning ? html`<p class="words caution" id="verdict-warning">${sentence(corridor.warning)}.</p>` : nothing}
         <ul class="chips" aria-label="Figures of the verdict" ?hidden=${!verdict}>${(verdict?.figures ?? []).map((figure) => this.chip(figure, old))}</ul>
         <p class="words verdict-words" id="verdict-words" ?hidden=${!this.open && Boolean(verdict)}>${this.sentences(corridor, old)}</p>
         ${job ? this.progress(job) : nothing}
@@ -99,7 +95,7 @@ export class VerdictCard {
     const { verdict } = corridor;
     if (!verdict) return sentence(corridor.words);
     const head = `${old || !corridor.short ? verdict.short : corridor.short}.`;
-    return html`<strong class="verdict-head">${head}</strong>${verdict.parts.slice(1).map((part) => this.part(part, old))}${corridor.warning ? ` ${sentence(corridor.warning)}.` : nothing}`;
+    return html`<strong class="verdict-head">${head}</strong>${verdict.parts.slice(1).map((part) => this.part(part, old))}`;
   }
 
   /**
@@ -111,12 +107,10 @@ export class VerdictCard {
     return html`<button type="button" class="place" title="Show the tool and the slices there" @click=${() => this.show(s)}>${words}</button>`;
   }
 
-  /** @param {{ fraction: number, stage: string, state: string }} job */
-  progress({ fraction, stage, state }) {
-    const percent = Math.round(fraction * 100);
-    const words = state === "queued" ? "Waiting for another one" : `${sentence(stage).replace(/\.$/, "")}, ${percent} %`;
-    return html`<div class="job" data-job="dry_run"><span class="words">${words}</span>
-      <div class="progress"><div style=${`width: ${percent}%`}></div></div>
+  /** @param {JobEntry} job */
+  progress(job) {
+    return html`<div class="job" data-job="dry_run"><span class="words">${sentence(stageWords(job))}</span>
+      <div class="progress"><div style=${`width: ${Math.round(job.fraction * 100)}%`}></div></div>
       <button type="button" data-tool="cancel" ?disabled=${this.cancelling} @click=${() => this.cancel()}>Cancel</button></div>`;
   }
 

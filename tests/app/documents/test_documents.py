@@ -60,6 +60,8 @@ def test_the_fre_of_a_registration_is_that_of_its_pairs(
         {"transform": (*(2.0 * value for value in QUARTER[:15]), 1.0)},
         {"to": "moon"},
         {"pairs": (FiducialPair("A", (float("nan"), 0.0, 0.0), (0.0, 0.0, 0.0)),)},
+        {"fle_mm": float("nan")},
+        {"pairs": (FiducialPair("A", (float("inf"), 0.0, 0.0), None),)},
         {"pairs": (FiducialPair("A\n", (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)),)},
         {"pairs": (FiducialPair("A", (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)),) * 101},
     ],

@@ -38,7 +38,7 @@ from vfix_engine.worlds.rigid.dry_run import TIGHT_MM, DryRun
 from vfix_engine.worlds.rigid.placing import Placing
 
 Floats = NDArray[np.float64]
-WORD = {"fits": "Fits", "tight": "Tight", "blocked": "Blocked", "pierces": "Pierces", "unknown": "Not known"}
+WORD = {"fits": "Fits", "tight": "Tight", "blocked": "Blocked", "pierces": "Blocked", "unknown": "Unknown"}
 TRIALS = 500
 
 
@@ -156,6 +156,7 @@ def told(world: World, plan: Plan, step: Any) -> dict[str, str]:
     public = PathReportPublic.model_validate(report.chosen, from_attributes=True)
     line = plan_evaluate._lines(report)[0]
     assert public.verdict == view["level"] == plan_evaluate.as_json(report)["verdict"]
+    assert public.word == view["word"] == plan_evaluate.as_json(report)["word"]
     assert public.reason == plan_evaluate.as_json(report)["reason"]
     assert panel == view["words"] == public.words == line.removeprefix(f"* {plan.content.path.name}: ")
     assert view["short"] == public.short == plan_evaluate.as_json(report)["short"]
@@ -178,6 +179,7 @@ def test_every_place_tells_one_verdict(phantom_services: Services, monkeypatch: 
             text = text.removeprefix(f"* {plan.content.path.name}: ")
             assert text.startswith(f"{report.short}."), (place, text)
             assert text.startswith(WORD[report.verdict]), (place, text)
+        assert report.word == WORD[report.verdict]
         if not world.on_the_border(plan):
             assert report.verdict == world.expected(plan), report.words
         if report.verdict == "blocked":

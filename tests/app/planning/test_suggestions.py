@@ -174,7 +174,7 @@ def test_what_the_plan_s_verdict_calls_blocked_or_pierced_is_not_suggested(
     told = suggestions.look(plan, ENTRY, TARGET, lambda stage, share: None)
     assert told.found.alternatives == ()
     assert told.found.none is not None
-    assert "every way that was found is blocked or pierces a wall. Pierces" in told.found.none.reason
+    assert "every way that was found is blocked. Blocked: the tool pierces a wall" in told.found.none.reason
 
 
 def a_verdict(level: Level) -> Verdict:

@@ -296,6 +296,22 @@ def test_a_wrong_zone_is_refused_and_nothing_changes(editor: PlanEditor, fields:
     assert editor.plan == plan
 
 
+def test_a_number_that_is_none_is_never_stored_as_left_open(plans: PlanService, case: Case) -> None:
+    """A greatest depth or a roll that is NaN would be a guard that is not there (HAZ-05)."""
+    soft = PlanZone("z", "eye", SPHERE, kind="soft", max_depth_mm=1.0)
+    point = PlanPoint("p", "P1", (1.0, 2.0, 3.0), (0.0, 0.0, 1.0), 5.0)
+    for bad in (math.nan, math.inf, -math.inf):
+        for content in (
+            PlanContent(zones=(replace(soft, max_depth_mm=bad),)),
+            PlanContent(zones=(replace(soft, stiffness_n_per_mm=bad),)),
+            PlanContent(settings={"margin_mm": bad}),
+            PlanContent().with_points([replace(point, roll_deg=bad)]),
+        ):
+            with pytest.raises(InputError, match=r"finite|margin_mm"):
+                plans.create(case.id, "Bad", content)
+    assert plans.list(case.id) == ()
+
+
 def test_a_region_of_bone_is_a_solid(editor: PlanEditor) -> None:
     for shape in (*SHAPES[4:], SHAPES[2]):
         with pytest.raises(PlanError, match="known are sphere, capsule, box"):

@@ -77,6 +77,9 @@ def test_versions_are_listed_renamed_deleted_and_restored(
     }.items():
         with pytest.raises(PlanError, match=f"version '{name}' already"):
             call()
+    for call in (lambda: versions.save(plan.id, first.id), lambda: versions.rename(plan.id, second.id, first.id)):
+        with pytest.raises(PlanError, match="identifier of a version"):  # asked for by it, the other one would answer
+            call()
     assert versions.rename(plan.id, "First", "1st").name == "1st"
     versions.delete(plan.id, "Second")
     assert [one.name for one in versions.list(plan.id)] == ["1st"]

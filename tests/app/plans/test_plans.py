@@ -9,6 +9,7 @@ from hypothesis import settings as hypothesis_settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, rule, run_state_machine_as_test
 from plan_editor import PlanEditor
+from sqlalchemy import text
 from sqlalchemy.exc import OperationalError
 
 from app.cases.service import Case, CaseFrame, CaseService
@@ -289,6 +290,40 @@ def test_a_state_that_no_longer_validates_leaves_the_other_plans_alone(
     again.do(LockPlan(locked=False))
     again.do(UndoPlan())
     assert plans.get(plan.id).content.points == sound
+
+
+@pytest.mark.parametrize("column", ["content", "settings"])
+def test_what_is_nested_without_end_leaves_the_other_plans_alone(
+    store: Store, plans: PlanService, plan: Plan, case: Case, column: str
+) -> None:
+    other = plans.create(case.id, "Sound")
+    table, key = ("document_states", "document_id") if column == "content" else ("documents", "id")
+    with store.writing() as session:
+        deep = f"UPDATE {table} SET {column} = :deep WHERE {key} = :id"
+        session.execute(text(deep), {"deep": "[" * 100_000 + "]" * 100_000, "id": plan.id})
+    listed = {one.id: one for one in plans.list(case.id)}
+    assert listed[other.id] == other
+    assert "damaged" in listed[plan.id].unreadable
+
+
+@pytest.mark.parametrize("stored", ["{", "[1]", '{"margin_mm": "wide"}', '{"no_setting": 1, "margin_mm": 2}'])
+def test_a_plan_whose_settings_cannot_be_read_opens_once_it_is_given_new_ones(
+    store: Store, editor: PlanEditor, plan: Plan, stored: str, caplog: pytest.LogCaptureFixture
+) -> None:
+    """As the refusal says; until then it does not open with a margin that nobody chose."""
+    with store.writing() as session:
+        session.execute(text("UPDATE documents SET settings = :stored"), {"stored": stored})
+    with pytest.raises(PlanError, match=r"cannot be read.*set its settings anew with PATCH"):
+        _ = editor.plan
+    with pytest.raises(InputError, match=r"damaged|float|no_setting"):
+        editor.do(SetPlanSettings(settings={}))
+    assert not caplog.records
+    assert editor.do(SetPlanSettings(settings={"view_distance_mm": 9.0})).content.settings == {"view_distance_mm": 9.0}
+    assert plan.id in caplog.text
+    assert editor.plan.content.settings == {"view_distance_mm": 9.0}
+    with pytest.raises(InputError, match="margin_mm"):
+        editor.do(SetPlanSettings(settings={"margin_mm": -1.0}))
+    assert editor.plan.content.settings == {"view_distance_mm": 9.0}
 
 
 def test_a_plan_that_was_locked_meanwhile_is_not_deleted(store: Store, plans: PlanService, plan: Plan) -> None:

@@ -279,8 +279,9 @@ def test_the_hint_says_whether_the_tool_was_stopped_or_not_driven_at_all() -> No
         hint = plan_hint(3, 0, mode, False, False, held)  # type: ignore[arg-type]
         assert hint == "Move points where the path turns grey, or choose another tool or robot."
     failed = failed_run("The dry run failed: the disk is broken.", 0.3)
-    said = "Not known: the dry run failed: the disk is broken"
-    assert (failed.short, failed.view()["short"], failed.view()["level"]) == (said, said, "unknown")
+    said = "Unknown: the dry run failed: the disk is broken"
+    view = failed.view()
+    assert (failed.short, view["short"], view["level"], view["word"]) == (said, said, "unknown", "Unknown")
     assert plan_hint(3, 1, "point", False, False, None).startswith("Drag a point")
     assert (ShownEvaluation("computing").short, ShownEvaluation("computing").level) == ("", None)
     hint = plan_hint(3, 0, "target", False, False, clear)  # type: ignore[arg-type]

@@ -1,0 +1,47 @@
+// The bar above the steps of a plan: undo, redo, the lock, what a click adds, the plans of this head, and export.
+import { h } from "/static/js/dom.js";
+import { Roving } from "/static/js/roving.js";
+import { draw, html, iconTemplate, nothing } from "/static/js/template.js";
+
+/** @import { Connection } from "/static/js/connection.js" */
+/** @import { Commands, PlanSection } from "/static/js/types.js" */
+
+/** @typedef {Commands["add.mode"]["kind"]} Kind */
+
+/** @type {[Kind, string, string][]} */
+const KINDS = [["point", "Point", "A click adds a point of the path"], ["target", "Target", "A click adds a target"], ["none", "Nothing", "A click adds nothing"]];
+
+export class PlanBar {
+  /**
+   * @param {Connection} connection
+   * @param {{ plans: () => void, exports: () => void }} opens the plan list, and the step Export
+   */
+  constructor(connection, opens) {
+    this.connection = connection;
+    this.opens = opens;
+    this.element = h("div", { class: "plan-bar", role: "toolbar", "aria-label": "Plan" });
+    this.roving = new Roving(this.element, "button", { axis: "horizontal" });
+  }
+
+  /** @param {PlanSection | null | undefined} plan */
+  update(plan) {
+    const { connection, opens } = this;
+    const locked = Boolean(plan?.locked);
+    draw(this.element, html`<div class="plan-bar-line">
+        <button type="button" class="icon plain" id="undo" data-operation="undo" title="Undo (Ctrl+Z)" aria-label="Undo (Ctrl+Z)" ?disabled=${!plan?.can_undo}
+          @click=${() => connection.send("undo")}>${iconTemplate("undo")}</button>
+        <button type="button" class="icon plain" id="redo" data-operation="redo" title="Redo (Ctrl+Shift+Z)" aria-label="Redo (Ctrl+Shift+Z)" ?disabled=${!plan?.can_redo}
+          @click=${() => connection.send("redo")}>${iconTemplate("redo")}</button>
+        <button type="button" class="plain plan-lock" id="lock" data-operation="lock" aria-pressed=${String(locked)} ?disabled=${!plan} title="Locked points cannot be moved, added or deleted"
+          @click=${() => connection.send("lock", { locked: !connection.state.plan?.locked })}>${iconTemplate(locked ? "lock" : "unlock")}${locked ? "Unlock" : "Lock"}</button>
+        <span class="plan-bar-space"></span>
+        <button type="button" class="plain" id="plans" title="Plans of this head" @click=${opens.plans}>Plans</button>
+        <button type="button" class="plain" id="export" title="Save the plan as a file" ?disabled=${!plan} @click=${opens.exports}>Export</button>
+      </div>
+      <div class="plan-bar-line"><span class="plan-bar-label" id="adds-label">Click adds</span>
+        <div class="segmented" role="group" aria-labelledby="adds-label">${KINDS.map(([kind, label, title]) => html`<button type="button" data-kind=${kind} title=${title}
+          aria-pressed=${String(kind === plan?.add_mode)} ?disabled=${!plan || locked} @click=${() => connection.send("add.mode", { kind })}>${label}</button>`)}</div>
+      </div>${locked ? html`<p class="words">Locked: points cannot be moved.</p>` : nothing}`);
+    this.roving.update();
+  }
+}

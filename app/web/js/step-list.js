@@ -1,0 +1,90 @@
+// Parts of a panel one below the other, each folded to one line with its name and result: numbered steps, or what is rare.
+// Their names are one tab stop: ↑ ↓ Home End go from one to the other, Enter opens.
+import { h } from "./dom.js";
+import { Roving } from "./roving.js";
+import { draw, html, nothing } from "./template.js";
+
+/** @typedef {{ words: string, mark: "done" | "caution" | "" }} Line the result of a step, see `guide.js` of Plan */
+/** @typedef {{ name: string, title: string, content: HTMLElement | HTMLElement[] }} Step */
+/** @typedef {{ open: readonly string[], marked?: string, lines?: Record<string, Line> }} Shown marked: the step that comes next */
+
+export class StepList {
+  /**
+   * Contents stay in the document while they are folded: what is folded is found and pressed by its name all the same.
+   * @param {{ label: string, steps: Step[], numbered?: boolean, chosen: (name: string, open: boolean) => void }} options
+   *   chosen: somebody opened or closed a step, which `update` shows
+   */
+  constructor({ label, steps, numbered = true, chosen }) {
+    this.label = label;
+    this.steps = steps;
+    this.numbered = numbered;
+    this.chosen = chosen;
+    /** @type {Shown} */
+    this.shown = { open: [] };
+    this.element = h("div", { class: "step-list" });
+    this.roving = new Roving(this.element, ".step > summary", { first: ".step[open] > summary" });
+  }
+
+  /** @param {Shown} shown */
+  update(shown) {
+    this.shown = shown;
+    draw(this.element, html`<ol class=${this.numbered ? "steps-numbered" : "steps-plain"} aria-label=${this.label}>${this.steps.map((step, index) => this.step(step, index))}</ol>`);
+    this.roving.update();
+  }
+
+  /**
+   * @param {Step} step
+   * @param {number} index
+   */
+  step({ name, title, content }, index) {
+    const open = this.shown.open.includes(name);
+    const line = this.shown.lines?.[name];
+    const next = this.shown.marked === name;
+    return html`<li><details class="step" data-step-name=${name} data-mark=${line?.mark || nothing} ?open=${open} @toggle=${this.toggled}>
+      <summary @click=${this.pressed}>
+        ${this.numbered ? html`<span class="step-number" aria-hidden="true">${index + 1}</span>` : nothing}
+        <h2>${title}${next ? html`<span class="step-next"><span class="visually-hidden">, next</span></span>` : nothing}</h2>
+        <span class="step-line" title=${line?.words || nothing}>${line?.words ?? ""}</span>
+      </summary>
+      <div class="step-body">${content}</div>
+    </details></li>`;
+  }
+
+  pressed = (/** @type {MouseEvent} */ event) => {
+    event.preventDefault(); // it is open once `update` says so
+    const name = nameOf(/** @type {HTMLElement} */ (event.currentTarget));
+    const open = !this.shown.open.includes(name);
+    this.chosen(name, open);
+    if (open) this.bringIntoSight(name);
+  };
+
+  /** Opened from elsewhere, such as by the palette or by a search of the browser for what is within. */
+  toggled = (/** @type {Event} */ { currentTarget }) => {
+    const details = /** @type {HTMLDetailsElement} */ (currentTarget);
+    const name = details.dataset.stepName ?? "";
+    if (details.open !== this.shown.open.includes(name)) this.chosen(name, details.open);
+  };
+
+  /**
+   * Scroll until a step is in sight from its name on, as much of it as there is room for.
+   * @param {string} name
+   */
+  bringIntoSight(name) {
+    const step = this.find(name);
+    step?.scrollIntoView({ block: "nearest" });
+    step?.querySelector("summary")?.scrollIntoView({ block: "nearest" });
+  }
+
+  /**
+   * @param {string} name
+   * @returns {HTMLElement | null}
+   */
+  find(name) {
+    return this.element.querySelector(`[data-step-name="${name}"]`);
+  }
+}
+
+/** @param {HTMLElement} summary */
+function nameOf(summary) {
+  return summary.parentElement?.dataset.stepName ?? "";
+}

@@ -1,0 +1,30 @@
+// The verdict on a path in a few words: its word, and the figure that decides it.
+import { fixed } from "./format.js";
+
+/** @import { ICONS } from "./dom.js" */
+/** @import { EvaluationSection, FigureView } from "./types.js" */
+
+/** @type {Record<NonNullable<EvaluationSection["level"]>, keyof typeof ICONS>} */
+export const LEVEL_ICONS = { fits: "fits", tight: "tight", unknown: "unknown", blocked: "blocked", pierces: "blocked" };
+
+/**
+ * A figure of the verdict with its unit; '?' where it is unknown.
+ * @param {FigureView} figure
+ */
+export function figureWords({ name, value, digits, whole_mm: whole, level }) {
+  if (value === null) return level === "unknown" ? `${name} ?` : name;
+  return `${name} ${fixed(value, digits)}${whole === null ? "" : ` of ${fixed(whole, digits)}`} mm`;
+}
+
+/**
+ * The verdict in one line, the worst figure behind its word. mark: 'caution' where somebody should look.
+ * @param {EvaluationSection | undefined} corridor
+ * @returns {{ words: string, mark: "done" | "caution" | "" }}
+ */
+export function verdictLine(corridor) {
+  if (!corridor || corridor.status === "none") return { words: "", mark: "" };
+  const { level, word, verdict, state } = corridor;
+  if (!level || state === "waits") return { words: "Simulating …", mark: "" };
+  const [worst] = verdict?.figures ?? [];
+  return { words: [word, ...(worst ? [figureWords(worst)] : [])].join(", "), mark: level === "fits" ? "done" : "caution" };
+}

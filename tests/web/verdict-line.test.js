@@ -1,0 +1,20 @@
+// The verdict in one line.
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { figureWords, verdictLine } from "../../app/web/js/verdict-line.js";
+
+const bone = { name: "bone", value: 0.553, digits: 2, whole_mm: null, level: "fits", s_mm: 3 };
+
+test("a line is the word and the worst figure", () => {
+  const corridor = (/** @type {any} */ fields) => /** @type {any} */ ({ status: "done", state: "current", level: "fits", word: "Fits", verdict: { figures: [bone] }, ...fields });
+  assert.deepEqual(verdictLine(corridor({})), { words: "Fits, bone 0.55 mm", mark: "done" });
+  assert.deepEqual(verdictLine(corridor({ level: "pierces", word: "Blocked", verdict: null })), { words: "Blocked", mark: "caution" });
+  assert.equal(verdictLine(corridor({ state: "waits" })).words, "Simulating …");
+  assert.equal(verdictLine(corridor({ status: "none" })).words, "");
+});
+
+test("a figure has its unit, and a part its whole", () => {
+  const words = (/** @type {any} */ fields) => figureWords({ ...bone, ...fields });
+  assert.deepEqual([words({}), words({ whole_mm: 81, value: 40, digits: 0 })], ["bone 0.55 mm", "bone 40 of 81 mm"]);
+  assert.deepEqual([words({ value: null }), words({ value: null, level: "unknown" })], ["bone", "bone ?"]);
+});
