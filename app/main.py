@@ -49,7 +49,7 @@ def _load_scene() -> None:
 
 def _preparing() -> str:
     share = f"{100 * preparation.progress():.0f} %"
-    return f"Preparing the geometry engine, on the first start only, for up to a minute: {share}"
+    return f"Preparing the geometry engine, first start only: {share}"
 
 
 def _read_head(services: Services) -> None:

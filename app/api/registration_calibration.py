@@ -15,8 +15,8 @@ router = APIRouter(tags=["registrations"], responses=ERRORS)
 _POINTER = form_of({"file": ".csv of the pointer's poses: x, y, z, qx, qy, qz, qw, unit and kind"}, {}, frame=False)
 _ROBOT = form_of(
     {
-        "file": ".csv of the marker's poses as the tracker measured them, of the kind marker_to_tracker",
-        "robot": ".csv of the flange's poses at the same moments, of the kind flange_to_base; needed as well",
+        "file": ".csv of the marker's poses from the tracker, of the kind marker_to_tracker",
+        "robot": ".csv of the flange's poses at the same moments, kind flange_to_base",
     },
     {},
     frame=False,

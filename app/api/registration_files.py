@@ -29,7 +29,7 @@ router = APIRouter(tags=["registrations"], responses=ERRORS)
 
 MAX_BYTES = 1 << 20
 
-_TABLE = form_of({"file": ".csv with the columns label, x, y, z, its unit and its frame"}, {}, frame=False)
+_TABLE = form_of({"file": ".csv with columns label, x, y, z, its unit and frame"}, {}, frame=False)
 _FIELDS: dict[str, str | dict[str, Any]] = {
     "name": "of the registration; else the file's",
     "to": {"type": "string", "enum": list(get_args(RegisteredTo)), "description": "where the file leaves it open"},

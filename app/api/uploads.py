@@ -25,7 +25,7 @@ MAX_FILES = 5000  # of one upload; a series has one for each slice
 USE_DESCRIPTION = {
     "type": "string",
     "enum": ["yes"],
-    "description": "name it by the series description of the DICOM files, which may tell of the patient",
+    "description": "name it by the series description, which may identify the patient",
 }
 _OVERHEAD = 64 << 10  # [byte] boundaries and fields around the file
 _MAX_FIELD, _MAX_FIELDS = 4 << 10, 8  # [byte] of a field, and how many there may be
@@ -250,7 +250,7 @@ async def _form(
     beside: tuple[str, ...],
 ) -> _Form:
     request.state.max_body_bytes = max_bytes + _OVERHEAD  # more than the gateway, which counts, takes of others
-    request.state.too_large = f"the file is larger than {max_bytes >> 20} MiB, which is the most that is taken."
+    request.state.too_large = f"the file is larger than {max_bytes >> 20} MiB, the most that is taken."
     if not request.headers.get("content-type", "").startswith("multipart/form-data"):
         raise InputError("send the file as multipart/form-data.")
     form = _Form(folder, max_files + len(beside))

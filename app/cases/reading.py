@@ -89,7 +89,7 @@ def _check_references(content: CaseContent) -> None:
     if [one.id for one in content.structures if one.role != "spare"] != [driven]:
         raise InputError(f"a {content.kind} has one structure that it is driven in, its {driven}.")
     if any(one.surface not in surfaces for one in content.structures):
-        raise InputError("a structure of the case names a surface that the case does not have.")
+        raise InputError("a structure names a surface that the case does not have.")
 
 
 def _frame(item: Any) -> CaseFrame:

@@ -54,9 +54,9 @@ def check_second(second: SecondVolume | None) -> SecondVolume | None:
         raise PlanError(f"the transform of a second volume shifts it beyond {_FARTHEST_MM:g} mm; check the unit.")
     opacity, window, level = (number(getattr(second, name), f"the {name}") for name in ("opacity", "window", "level"))
     if not 0.0 <= opacity <= 1.0:
-        raise PlanError(f"the opacity of a second volume is from 0 to 1, not {opacity:g}.")
+        raise PlanError(f"a second volume's opacity is from 0 to 1, not {opacity:g}.")
     if not 0.0 < window <= _WIDEST or abs(level) > _WIDEST:
-        raise PlanError("the grey values of a second volume need a positive window and a level within a million.")
+        raise PlanError("a second volume needs a positive window and a sensible level.")
     if not isinstance(second.other_head, bool):
         raise PlanError("other_head of a second volume is true or false.")
     return SecondVolume(second.case, second.volume, transform, opacity, window, level, second.other_head)

@@ -1,4 +1,4 @@
-"""`vfix plan`: list, show, export, import, rename, delete and restore plans."""
+"""`vfix plan`: list, show, export, import, evaluate, report, rename, delete and restore plans, and their versions."""
 
 from __future__ import annotations
 

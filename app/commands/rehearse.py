@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from app.cases.settings import settings_in_case
+from app.commands.counts import natural, positive
 from app.commands.head_options import add_file_options, say_notes, told_of_file
 from app.exchange.resolve import (
     ResolvedCase,
@@ -100,22 +101,6 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     parser.add_argument("--record", type=Path, metavar="FILE.csv", help="keep every step")
     parser.add_argument("--json", action="store_true", help="one JSON object on stdout")
     return parser
-
-
-def natural(text: str) -> int:
-    """An integer of at least 0."""
-    number = int(text)
-    if number < 0:
-        raise argparse.ArgumentTypeError(f"{number} is negative")
-    return number
-
-
-def positive(text: str) -> int:
-    """An integer of at least 1."""
-    number = natural(text)
-    if number == 0:
-        raise argparse.ArgumentTypeError("0 steps are none")
-    return number
 
 
 def run(args: argparse.Namespace) -> int:

@@ -125,7 +125,7 @@ class Documents(Generic[Content]):
         return self.create(document.case_id, name, document.content)
 
     def rename(self, document_id: str, name: str, *, expected_revision: int | None = None) -> Document[Content]:
-        """Give a document another name."""
+        """Give a document another name, a locked one too: the lock keeps its content, and that it is there."""
         check_name(name, f"{self.kind.noun}'s name")
         return self._change(document_id, expected_revision, name=name)
 

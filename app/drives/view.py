@@ -11,7 +11,7 @@ from app.drives.drive_record import DriveRecord
 from app.drives.sections import DetailsSection, DriveMotion, DriveSection
 from vfix_engine.runtime.snapshot import Snapshot, Timing
 
-HAND_LOST = "The window was late, so the hand let go: press or drag again"
+HAND_LOST = "Connection too slow: drive stopped. Press again."
 FREE = "Nothing, the robot is free to move"
 
 

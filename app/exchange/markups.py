@@ -145,7 +145,7 @@ def from_fcsv(
         raise PlanError("the file does not name the version of its point list.")
     columns = [column.strip() for column in header.get("columns", "").split(",")]
     if not {"x", "y", "z", "label"} <= set(columns):
-        raise PlanError("the point list does not name its columns x, y, z and label.")
+        raise PlanError("the point list does not name columns x, y, z and label.")
     system = known_frame(header.get("CoordinateSystem"), frame)
     points = tuple(_fcsv_points(columns, rows, system))
     return _listed(points, default_name, points_as)

@@ -81,7 +81,7 @@ def from_native_json(text: str, default_name: str = "Imported plan") -> PlanFile
     if data.get("schema") != SCHEMA:
         raise PlanError(f"the file's schema is {str(data.get('schema'))!r:.60}; {SCHEMA!r} can be read.")
     if data.get("frame") != "LPS" or data.get("unit") != "mm":
-        raise FrameError("a plan of this schema is in LPS and mm, and says so.")
+        raise FrameError("a plan of this schema states frame LPS and unit mm.")
     case_hash = data.get("case_hash")
     if not isinstance(case_hash, (str, type(None))):
         raise PlanError("the case's hash must be text.")
@@ -97,10 +97,10 @@ def _carried_urdf(text: Any, key: str | None) -> bytes | None:
     if text is None:
         return None
     if not isinstance(text, str) or key is None:
-        raise PlanError("a plan's urdf is the text of the URDF that its robot names by its hash.")
+        raise PlanError("a plan's urdf is the text of its robot's URDF.")
     data = text.encode("utf-8", "replace")
     if hashlib.sha256(data).hexdigest() != key:
-        raise PlanError("the URDF in the plan's file is not the one that its robot names; export the plan again.")
+        raise PlanError("the plan's URDF is not the one that its robot names; export it again.")
     return data
 
 

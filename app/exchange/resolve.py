@@ -161,7 +161,7 @@ def _is_path(stored: Sequence[_Named], text: str, what: str, exists: bool) -> bo
     ids = [item.id for item in stored if item.name == text]
     if ids:
         raise InputError(
-            f"{text!r:.80} is the name of a {what} and of a file or folder here; "
+            f"{text!r:.80} is a {what} and also a file or folder here; "
             f"say {ids[0]} for the {what}, or ./{text:.80} for the file."
         )
     return True

@@ -67,7 +67,7 @@ class BaseExport:
         NotFound for an unknown registration.
         """
         if form not in ("json", "csv"):
-            raise PlanError(f"a plan in the robot's frame is written as json or csv, not as {form:.20}.")
+            raise PlanError(f"in the robot's frame a plan is json or csv, not {form:.20}.")
         if registration is not None:
             plan = replace(plan, content=replace(plan.content, registration=self._registration(plan, registration).id))
         used = self._planning.registration(plan)
@@ -122,7 +122,7 @@ def _transform(plan: Plan, registration: ImageRegistration | None) -> Array:
     placed = plan.content.robot.get("base")
     if placed is None and (registration is None or registration.to != "base"):
         raise PlanError(
-            "the plan's robot is not placed, so nothing can be told in its frame; keep the placing of the dry run "
+            "the plan's robot is not placed; keep the placing of the dry run "
             "(vfix plan place), or name a registration to the base."
         )
     base = np.eye(4) if placed is None else np.reshape(np.array(placed, dtype=np.float64), (4, 4))

@@ -12,7 +12,7 @@ MAX_BODY_BYTES = 64 << 10
 # Many clients send the whole body before they read, and get a reset instead of the response if it is not read.
 DRAIN_BYTES = 64 << 20
 DRAIN_S = 5.0
-_WORDS = f"the request's body is larger than {MAX_BODY_BYTES >> 10} KiB, which is the most that is taken."
+_WORDS = f"the body is larger than {MAX_BODY_BYTES >> 10} KiB, the most that is taken."
 _CLOSE = (b"connection", b"close")
 
 

@@ -39,13 +39,11 @@ class AccessRefusal:
 
 _HOST_REFUSED = AccessRefusal(403, "host_refused", "This address is not one the planner answers to.")
 _ORIGIN_REFUSED = AccessRefusal(403, "origin_refused", "Requests from other pages are refused.")
-_SITE_REFUSED = AccessRefusal(
-    403, "site_refused", "Pages of other sites and ports may open the planner's first page only."
-)
+_SITE_REFUSED = AccessRefusal(403, "site_refused", "Other sites and ports may open the planner's first page only.")
 _TOKEN_MISSING = AccessRefusal(
     401,
     "token_required",
-    "Paste the address that the planner printed when it started into the address bar; it carries the token.",
+    "Open the address that the planner printed; it carries the token.",
 )
 _TOKEN_WRONG = AccessRefusal(
     401,

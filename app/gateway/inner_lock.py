@@ -47,4 +47,4 @@ def locked_servers(admit: Admit) -> Iterator[None]:
     finally:
         websockets_server.serve = original  # type: ignore[misc]
     if not started:
-        raise RuntimeError("the scene's server was started in a way that its lock does not know.")
+        raise RuntimeError("the scene's server was started in an unknown way.")

@@ -121,7 +121,7 @@ class ImportJobs:
                 raise InputError("a series is chosen of a head, and this is a segmentation.")
             answered = replace(answered, series=answer.series)
         if answer.into is not None and isinstance(answered, OverlayRequest):
-            raise InputError("a second volume is laid over the head that it was sent to.")
+            raise InputError("a second volume belongs to the head that it was sent to.")
         if answer.into is not None:
             self._importing.check_case(answer.into)
             answered, case_id = _as_segmentation(answered), answer.into

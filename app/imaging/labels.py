@@ -68,7 +68,7 @@ class PaintedLabels:
             structure = case.structure(structure_id)
             if structure.has_inside is False:
                 raise InputError(
-                    f"the surface of {structure.name!r} is open, so it has no inside to begin with; make a structure "
+                    f"the surface of {structure.name!r} is open and has no inside; make a structure "
                     "of the CT by a threshold, and begin with that."
                 )
             mesh, grid = self._cases.structure_mesh(case_id, structure_id), self._volume(case, info.name)

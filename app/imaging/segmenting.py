@@ -141,5 +141,5 @@ def _notes(request: SegmentRequest, found: Segmented) -> tuple[str, ...]:
     if found.smoothed_mm:
         notes.append(f"Smoothing moved its border by up to {found.smoothed_mm:.2f} mm: give its margin that much more.")
     if found.resampled_mm:
-        notes.append(f"The CT's slices were resampled, which may have moved its border by {found.resampled_mm:.2f} mm.")
+        notes.append(f"Slices were resampled; the border may have moved by {found.resampled_mm:.2f} mm.")
     return tuple(note.replace("-", "\N{MINUS SIGN}") if note.startswith("Voxels") else note for note in notes)

@@ -75,7 +75,7 @@ def _checked(packed: zipfile.ZipFile, path: Path) -> Mapping[str, zipfile.ZipInf
         if named is None or info.filename != info.orig_filename or named[1] in infos or len(infos) == MAX_ARRAYS:
             raise ArraysUnusable("a file of arrays has entries that NumPy does not write.")
         if info.flag_bits & 0x1 or info.compress_type not in _PLAIN:
-            raise ArraysUnusable("an array is encrypted, or packed in a way that is not read.")
+            raise ArraysUnusable("an array is encrypted or packed in an unknown way.")
         most = 1 if info.compress_type == zipfile.ZIP_STORED else _MOST_PACKED
         if info.file_size > most * info.compress_size:
             raise ArraysUnusable("an array says that it is larger than it can be.")

@@ -167,7 +167,7 @@ def check_last_line(text: str) -> None:
     """Raise PlanError for a text cut off within a line, which may still be valid with a number that lost digits."""
     if text and not text.endswith(("\n", "\r")):
         raise PlanError(
-            "the last line of the file does not end in a line break, so that its last value may be incomplete. "
+            "the last line may be incomplete: it has no line break. "
             "If you know that the file is whole, add a line break at its end."
         )
 

@@ -107,7 +107,7 @@ def pack(message: LinkMessage) -> bytes:
     try:
         kind, body = _packed(message)
     except OverflowError:
-        raise LinkFault(f"the message {message.name!r:.60} holds a number that is too large to be sent.") from None
+        raise LinkFault(f"the message {message.name!r:.60} holds a number too large to send.") from None
     if not message.name.isascii() or not 0 < len(message.name) <= MAX_DEVICE_NAME:
         raise LinkFault(f"a message's name has 1 to {MAX_DEVICE_NAME} ASCII characters, not {message.name!r:.60}.")
     seconds = message.time_s or time.time()
@@ -192,7 +192,7 @@ def _posed(content: bytes) -> Array:
     *place, x, y, z, w = _POSITION.unpack(content)
     length = math.sqrt(x * x + y * y + z * z + w * w)
     if not (np.isfinite(place).all() and abs(length - 1.0) <= _UNIT):
-        raise LinkFault("a pose has a number that is not finite, or a quaternion that is not of length 1.")
+        raise LinkFault("a pose is not finite, or its quaternion not of length 1.")
     matrix = np.eye(4)
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]]) / length
     matrix[:3, :3] += 2.0 * (w / length) * cross + 2.0 * (cross @ cross)

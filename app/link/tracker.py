@@ -220,7 +220,7 @@ class TrackerClient:
             jump_mm = float(np.linalg.norm((other.transform - one.transform)[:3] @ [*of_tool, 1.0]))
             if gap_s > STALE_S and jump_mm > _UNSEEN_MM:
                 raise LinkFault(
-                    f"{self.name} was out of sight for {gap_s:.1f} s and moved by {jump_mm:.0f} mm meanwhile; record "
+                    f"{self.name} moved by {jump_mm:.0f} mm while out of sight for {gap_s:.1f} s; record "
                     "again where the tracker sees it."
                 )
         return found
@@ -288,7 +288,7 @@ class TrackerClient:
     def _take(self, message: Transform) -> None:
         """Keep a valid pose; some servers send the last pose of a tool that is out of sight, marked by its status."""
         if np.array_equal(message.matrix, np.eye(4)):  # servers without a status send the identity for an unseen tool
-            self._unread = "it arrives as the identity, as of a tool that is out of sight"
+            self._unread = "its pose is the identity: the tool is out of sight"
             return
         status = [text for key, text in message.metadata.items() if key.endswith("Status")]
         rotation = message.matrix[:3, :3]

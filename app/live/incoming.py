@@ -125,8 +125,8 @@ class Intake:
         for one in made:
             if same_transform(as_in_a_file(one.content.registration.transform), image.transform):
                 raise PlanError(
-                    f"{one.name!r} was sent as 3D Slicer shows its .tfm file, with the patient's frame turned by half "
-                    "a turn; send back the transform that came by this link instead. Nothing was stored."
+                    f"{one.name!r} has the patient's frame turned by half a turn. So 3D Slicer "
+                    "shows its .tfm file. Send back the transform that came by this link instead. Nothing was stored."
                 )
         taken = {one.name for one in known}
         if sum(name.startswith(FROM) for name in taken) >= MAX_REGISTRATIONS:

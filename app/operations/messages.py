@@ -14,7 +14,7 @@ from app.documents import Document
 from app.operations import registry, standard
 from app.operations.bodies import Field, fields_of, keys_of, read_operations
 from app.operations.fields import STRIPPED, Identifier, Revision
-from app.operations.operation import Change, Context, Creation, Operation
+from app.operations.operation import Change, Context, Operation
 from app.operations.reading import read
 from app.operations.schema import object_schema
 from app.operations.spec import DocumentSpec
@@ -49,11 +49,7 @@ class OperationMessage:
         """Do it in the open case, to the open document where it names none; returns that. Raises VfixError."""
         document = None
         for operation in self.operations:
-            if isinstance(operation, Creation):
-                document = operation.create(context, case_id)
-            else:
-                assert isinstance(operation, Change)
-                document = operation.run(context, self.target or open_id)
+            document = operation.perform(context, case_id, self.target or open_id)
         return document
 
 

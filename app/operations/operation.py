@@ -58,6 +58,10 @@ class Operation(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     verb: ClassVar[str | tuple[Verb, ...]] = ""
     answers: ClassVar[type[Any] | None] = None
 
+    def perform(self, context: Context[Any, Any], case_id: str, document_id: str) -> Document[Any]:
+        """Do it: in a case where it makes a document, else to the document. Raises VfixError."""
+        raise NotImplementedError
+
     def answer(self, context: Context[Any, Any], document: Document[Any]) -> Any:
         """What REST answers where that is not the document, of the type `answers`."""
         raise NotImplementedError
@@ -95,6 +99,9 @@ class Creation(Operation, frozen=True):
 
     status: ClassVar[int] = 201
 
+    def perform(self, context: Context[Any, Any], case_id: str, document_id: str) -> Document[Any]:
+        return self.create(context, case_id)
+
     def create(self, context: Context[Any, Any], case_id: str) -> Document[Any]:
         """The document that was made. Raises VfixError."""
         raise NotImplementedError
@@ -102,6 +109,9 @@ class Creation(Operation, frozen=True):
 
 class Change(Operation, frozen=True):
     """Changes a document."""
+
+    def perform(self, context: Context[Any, Any], case_id: str, document_id: str) -> Document[Any]:
+        return self.run(context, document_id)
 
     def run(self, context: Context[Any, Any], document_id: str) -> Document[Any]:
         """The document as it is afterwards; stored before this returns. Raises VfixError."""

@@ -16,7 +16,7 @@ from starlette.concurrency import run_in_threadpool
 from app.documents import Document
 from app.operations.bodies import fields_of, read_operations
 from app.operations.fields import Identifier, Revision
-from app.operations.operation import Change, Context, Creation, Operation
+from app.operations.operation import Context, Operation
 from app.operations.reading import Place, Unreadable, read
 from app.operations.registry import specs
 from app.operations.schema import object_schema, schemas_of
@@ -53,10 +53,14 @@ def expected_revision(if_match: str | None, said: int | None) -> int | None:
     match = _ETAG.fullmatch(if_match or "")
     if match is None and if_match not in (None, "*"):
         raise InputError('If-Match must be * or one ETag: a revision in quotes, such as "7".')
-    wanted = int(match[1]) if match else None
-    if None not in (said, wanted) and said != wanted:
-        raise InputError(f"If-Match says revision {wanted} and the request {said}; say one.")
-    return wanted if said is None else said
+    return _agreed(int(match[1]) if match else None, said, "If-Match")
+
+
+def _agreed(one: int | None, other: int | None, where: str = "the address") -> int | None:
+    """The revision that is said in two places, if any. Raises InputError where they differ."""
+    if None not in (one, other) and one != other:
+        raise InputError(f"{where} says revision {one} and the request {other}; say one.")
+    return one if other is None else other
 
 
 def addresses(spec: DocumentSpec) -> dict[tuple[str, str], list[type[Operation]]]:
@@ -175,12 +179,11 @@ class OperationRoutes:
 
     def _perform(self, spec: DocumentSpec, operations: Sequence[type[Operation]], has_body: bool) -> Endpoint:
         def performed(request: Request, in_path: Mapping[str, str], body: Any) -> Response:
-            said = dict(body) if has_body else {}
-            revision = said.pop("revision", None)
-            if not has_body and (text := request.query_params.get("revision")) is not None:
-                revision = _or_refused(Revision, text, ("query", "revision"), strict=False)
-            seen = _or_refused(Revision | None, revision, ("body", "revision"))
             own = {name: value for name, value in in_path.items() if name not in ("case_id", spec.id)}
+            said = _without(body, own)
+            seen = _or_refused(Revision | None, said.pop("revision", None), ("body", "revision"))
+            if not has_body and (text := request.query_params.get("revision")) is not None:
+                seen = _agreed(_or_refused(Revision, text, ("query", "revision"), strict=False), seen)
             try:
                 found = read_operations(operations, said, ("body",), of_all=own)
             except Unreadable as error:
@@ -191,6 +194,13 @@ class OperationRoutes:
             return _done(spec, context, found[0], in_path)
 
         return performed
+
+
+def _without(body: Mapping[str, Any], in_path: Mapping[str, str]) -> dict[str, Any]:
+    """A body without what the address says. Raises RequestValidationError where the two differ."""
+    if other := [name for name, value in in_path.items() if body.get(name, value) != value]:
+        raise _refused(Unreadable([(("body", name), "The address says another one") for name in other]))
+    return {name: value for name, value in body.items() if name not in in_path}
 
 
 def parsed(request: Request, data: bytes) -> dict[str, Any]:
@@ -210,11 +220,7 @@ def parsed(request: Request, data: bytes) -> dict[str, Any]:
 
 
 def _done(spec: DocumentSpec, context: Context[Any, Any], operation: Operation, in_path: Mapping[str, str]) -> Response:
-    if isinstance(operation, Creation):
-        document = operation.create(context, in_path["case_id"])
-    else:
-        assert isinstance(operation, Change)
-        document = operation.run(context, in_path[spec.id])
+    document = operation.perform(context, in_path.get("case_id", ""), in_path.get(spec.id, ""))
     if operation.answers is None:
         return _told(spec, context, document, operation.status)
     return _json(operation.answer(context, document), operation.status, document)

@@ -11,7 +11,7 @@ from typing import Annotated, Any, Literal, TypeAlias, TypeVar, get_args, get_or
 import msgspec
 
 from app.documents import Document
-from app.operations.operation import Change, Creation, Operation, Option, Verb
+from app.operations.operation import Change, Operation, Option, Verb
 from app.operations.reading import Unreadable, read
 from app.operations.registry import specs
 from app.operations.spec import DocumentSpec
@@ -34,11 +34,8 @@ class Called:
 
     def perform(self, services: Any, case_id: str, find: Callable[[str], str]) -> Document[Any]:
         """Do it. find: the id of a document by its id or name. Raises VfixError."""
-        context = self.spec.context(services)
-        if isinstance(self.operation, Creation):
-            return self.operation.create(context, case_id)
-        assert isinstance(self.operation, Change)
-        return self.operation.run(context, find(self.target))
+        document_id = find(self.target) if isinstance(self.operation, Change) else ""
+        return self.operation.perform(self.spec.context(services), case_id, document_id)
 
 
 @dataclass(frozen=True)
@@ -89,7 +86,8 @@ class _Offer:
             target = getattr(args, self.spec.title.lower()) or ""
         values = dict(self.verb.preset)
         for index, field in enumerate(self.needed):
-            values[field.name] = [_place(word) for word in rest[index:]] if _is_list(field.type) else rest[index]
+            read_word = _place if _is_place(_item(field.type) or field.type) else str
+            values[field.name] = [*map(read_word, rest[index:])] if _item(field.type) else read_word(rest[index])
         for option in self.verb.options:
             if (value := getattr(args, option.field)) is not None:
                 values[option.field] = value
@@ -117,7 +115,7 @@ def add_actions(line: str, actions: Actions) -> dict[str, argparse.ArgumentParse
             noun = offer.spec.title.lower()
             parser.add_argument(f"--{noun}", metavar="NAME", help="id or name; else the newest of the case")
         for field in offer.needed:
-            many = "+" if _is_list(field.type) else None
+            many = "+" if _item(field.type) else None
             parser.add_argument(field.name, metavar=_metavar(field), nargs=many, help=_description(field.type))
         for option in offer.verb.options:
             add_option(parser, option, _words_of(offer.operation, option))
@@ -140,7 +138,7 @@ def add_options(line: str, parser: argparse.ArgumentParser, group: argparse._Mut
     """The operations whose verbs are options of a line, such as 'case labels', and what may be said with them."""
     options: dict[str, Option] = {}
     for offer in _offers(line, options=True):
-        many = any(_is_list(field.type) for field in offer.needed)
+        many = any(_item(field.type) for field in offer.needed)
         words, count = offer.words, len(offer.words)
         nargs: int | str | None = "+" if many else None if count == 1 else count
         group.add_argument(
@@ -212,7 +210,7 @@ def _words_of(operation: type[Operation], option: Option) -> tuple[str, ...]:
 
 
 def _metavar(field: msgspec.structs.FieldInfo) -> str:
-    return "X,Y,Z" if _is_list(field.type) else field.name.upper()
+    return "X,Y,Z" if _is_place(_item(field.type) or field.type) else field.name.upper()
 
 
 def _description(kind: Any) -> str:
@@ -221,11 +219,23 @@ def _description(kind: Any) -> str:
     return next((note.description for note in notes if isinstance(note, msgspec.Meta) and note.description), "")
 
 
-def _is_list(kind: Any) -> bool:
-    """Whether it is a list of places."""
-    if get_origin(kind) is Annotated:
-        return _is_list(get_args(kind)[0])
-    return get_origin(kind) in (list, tuple) and Ellipsis in (*get_args(kind), ...)
+def _item(kind: Any) -> Any:
+    """The type of each of a list, however long it is; None of anything else."""
+    kind = _bare(kind)
+    several = get_origin(kind) is list or (get_origin(kind) is tuple and get_args(kind)[1:] == (...,))
+    return get_args(kind)[0] if several else None
+
+
+def _is_place(kind: Any) -> bool:
+    """Whether it is three numbers."""
+    kind = _bare(kind)
+    numbers = get_args(kind) if get_origin(kind) is tuple else ()
+    return len(numbers) == 3 and all(_bare(number) is float for number in numbers)
+
+
+def _bare(kind: Any) -> Any:
+    """A type without its notes."""
+    return get_args(kind)[0] if get_origin(kind) is Annotated else kind
 
 
 def _place(text: str) -> list[float]:

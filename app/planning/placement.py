@@ -48,7 +48,7 @@ def placed_robot(
     Raises PlanError for a registration to the base, which already defines where the robot stands.
     """
     if registration is not None and registration.to == "base":
-        raise PlanError("the plan's registration is to the robot's base and says where it stands; no placing is kept.")
+        raise PlanError("no placing is kept; the plan's registration to the robot's base says where it stands.")
     # The inverse registration continues the transform from the image to the patient.
     onward = None if registration is None else ImageRegistration(inverse(registration.transform))
     placement = transform_base_to_image(base, onward)

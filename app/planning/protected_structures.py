@@ -125,7 +125,7 @@ def _named(name: str, bodies: Sequence[Shape | Proximity | None]) -> list[tuple[
 
 def _hard(zone: PlanZone, name: str, solid: Shape | Proximity | None) -> Zone:
     if solid is None:
-        raise PlanError("the tool keeps away from all of the bone by the safety margin; choose a part, as a patch.")
+        raise PlanError("all of the bone is protected already; choose a part, as a patch.")
     return Zone(name, solid, zone.margin_mm)
 
 

@@ -89,7 +89,7 @@ class SuggestedPaths:
         """Raise PlanConflict if the plan has another tool or shape now, which may not fit along these paths."""
         if self.tool != plan_tool(plan.content).name:
             raise PlanConflict(
-                f"that suggestion was made for the tool {self.tool!r}, and the plan has {plan.content.tool!r} now; "
+                f"that suggestion was made for {self.tool!r}, not {plan.content.tool!r}; "
                 "look for a path anew, or choose that tool again."
             )
         if dict(self.tool_shape) != dict(plan.content.tool_shape):

@@ -171,7 +171,7 @@ class Verdict:
             return self
         reason: Reason = "side" if caution and self.level not in ("blocked", "pierces") else self.reason
         added = (
-            *((VerdictPhrase(f" {ends}", detail=True),) if ends else ()),
+            *((VerdictPhrase(f" {ends}"),) if ends else ()),
             *((VerdictPhrase(f" {caution}"),) if caution else ()),
         )
         return replace(self, level=_LEVELS[reason], reason=reason, body=(*self.body, *added), side_caution=caution)
@@ -248,7 +248,9 @@ def verdict_of(
     body = (
         *pierced_parts(pierced, before=True),
         *held_parts(run),
-        *nearest_parts(nearest, s_mm, part, case.uncertainty.added_mm if nearest is bone else 0.0),
+        *nearest_parts(
+            nearest, s_mm, part if run.completed else "", case.uncertainty.added_mm if nearest is bone else 0.0
+        ),
         *surface_parts(bone, run, off, nearest is bone),
         *doubt_parts(worst, profile.off_unknown),
         *soft_parts(profile.soft),

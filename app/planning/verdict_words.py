@@ -16,14 +16,10 @@ _REPORTED_MARGIN_MM = 0.005  # a smaller addition to a margin is not reported, s
 
 
 class VerdictPhrase(NamedTuple):
-    """A part of a sentence, and the arc length of the tip that it refers to, None if it refers to no place.
-
-    detail: the page shows it on request only.
-    """
+    """A part of a sentence, and the arc length of the tip that it refers to, None if it refers to no place."""
 
     words: str
     s_mm: float | None = None
-    detail: bool = False
 
 
 class Stated(NamedTuple):
@@ -63,15 +59,17 @@ def held_parts(run: DryRun) -> tuple[VerdictPhrase, ...]:
 def nearest_parts(nearest: Obstacle, s_mm: float, part: str, added_mm: float) -> tuple[VerdictPhrase, ...]:
     """Describe the obstacle with the least clearance above its margin.
 
+    part: of the tool; '' where the sentence before names what stops the tool, which may be another part.
     added_mm: the part of the margin that covers the error of the thinned surface.
     """
-    scan = f", and {added_mm:.2f} mm of the margin are there since the scan’s surface may be that far off"
+    who = f" The {part} is nearest." if part else ""
+    scan = f" The margin includes {added_mm:.2f} mm for the error of the scan’s surface."
     more = scan if added_mm >= _REPORTED_MARGIN_MM else ""
     return (
         VerdictPhrase(f" {nearest.least_mm:.2f} mm to {nearest.name} "),
         VerdictPhrase(f"at {s_mm:.0f} mm", s_mm),
         VerdictPhrase(f" (margin {nearest.margin_mm:.2f})."),
-        VerdictPhrase(f" The {part} is nearest{more}.", detail=True),
+        VerdictPhrase(f"{who}{more}"),
     )
 
 

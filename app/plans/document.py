@@ -48,7 +48,7 @@ PLAN = DocumentKind(
     errors=DocumentErrors(refused=PlanError, conflict=PlanConflict, locked=PlanLocked),
     changes=changes,
     undo_hint=(
-        "Take its newest edit back with POST /api/v1/plans/{id}/undo, set its settings anew with "
+        "Undo its newest edit with POST /api/v1/plans/{id}/undo. Or set its settings anew with "
         "PATCH /api/v1/plans/{id}, or delete it."
     ),
 )

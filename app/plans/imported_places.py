@@ -64,6 +64,6 @@ def _outside(places: Array, bounds: npt.ArrayLike) -> tuple[str, ...]:
         return ()
     box = ", ".join(f"{axis} {a:.0f} to {b:.0f}" for axis, a, b in zip("xyz", low, high, strict=True))
     return (
-        f"The path lies wholly outside the head, at least {away.min():.0f} mm from the box around its bone ({box} mm, "
-        "LPS). Check the frame and the unit of both.",
+        f"The path lies outside the head, {away.min():.0f} mm or more away. Check the frame and the unit of both; "
+        f"the box around the bone is {box} mm (LPS).",
     )

@@ -23,6 +23,7 @@ from app.plans.paths import (
 )
 from app.plans.points import PlanPoint, check_point, new_point_id
 from app.plans.robot import DEFAULT_ROBOT, check_robot, unplaced_robot, without_placement
+from app.plans.shapes import check_least
 from app.plans.zones import PlanZone, RemovedBone, check_removed, check_zones
 from vfix_engine.control import ControlSettings
 from vfix_engine.control.settings import RETIRED
@@ -200,11 +201,15 @@ def drive_parts(content: PlanContent) -> list[Any]:
 
 
 def check_content(content: PlanContent) -> PlanContent:
-    """The content of a new plan: checked like a stored one, and for the number of its points as well.
+    """The content of a new plan: checked like a stored one, and for the number of its points and least sizes as well.
 
     Raises InputError or one of its kinds.
     """
-    return check_stored(check_size(content))
+    checked = check_stored(check_size(content))
+    regions: tuple[PlanZone | RemovedBone, ...] = (*checked.zones, *checked.removed_bone)
+    for region in regions:
+        check_least(region.shape, repr(region.name))
+    return checked
 
 
 def check_size(content: PlanContent) -> PlanContent:

@@ -46,8 +46,8 @@ def side_caution(path: PlanPath) -> str:
     if (x if other == "left" else -x) <= _BESIDE_MM:
         return ""
     return (
-        f"The path is said to enter at the {path.entry_side} nostril, but its entry lies at {other[0].upper()} "
-        f"{abs(x):.1f}, {other} of the scan's origin: check the side, unless the head lies aside in the scan."
+        f"Entry is at {other[0].upper()} {abs(x):.1f}, not on the {path.entry_side}. Check the side: that is {other} "
+        "of the scan's origin; where the head lies aside in the scan it may be right."
     )
 
 

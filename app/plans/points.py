@@ -44,7 +44,7 @@ def check_direction(direction: Any) -> Position | None:
     if direction is None:
         return None
     if not isinstance(direction, (list, tuple)) or len(direction) != 3:
-        raise PlanError("a shaft's direction needs three numbers, LPS, from the tip towards the tail.")
+        raise PlanError("a shaft's direction is three numbers, LPS, from tip to tail.")
     x, y, z = (number(value, "a direction's component") for value in direction)
     length = math.hypot(x, y, z)
     if not _SHORTEST < length < 1.0 / _SHORTEST:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields, make_dataclass
-from typing import TYPE_CHECKING, Any, get_type_hints
+from dataclasses import dataclass, fields
+from typing import Any
 
-from app.operations.public import DocumentPublic
+from app.operations.public import DocumentPublic, with_content
 from app.plans.model import FRAME, NOTICE, SCHEMA, UNIT, Plan, PlanContent
 from app.plans.points import PlanPoint
 
@@ -33,12 +33,8 @@ class EditedPoint(PlanPoint):
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Common(DocumentPublic):
-    """A plan; positions in LPS mm. points, tool and tool_shape are those of the chosen path, `path_id`.
-
-    tool_shape: bend_deg, shaft_radius_mm where not the shipped ones. told: of undo and redo: what it took back or did
-    again; of a file: its doubts; else ''. entry_side: of the chosen path. registration: id of the one that it uses.
-    """
+class _Beside(DocumentPublic):
+    """What is answered beside the fields of a plan's content."""
 
     schema: str
     case_hash: str
@@ -50,6 +46,18 @@ class _Common(DocumentPublic):
     tool: str
     tool_shape: Mapping[str, float]
     entry_side: str
+
+
+@dataclass(frozen=True, kw_only=True)
+@with_content(PlanContent)
+class PlanPublic(_Beside):
+    """A plan; positions in LPS mm. points, tool and tool_shape are those of the chosen path, `path_id`.
+
+    tool_shape: bend_deg, shaft_radius_mm where not the shipped ones. told: of undo and redo: what it took back or did
+    again; of a file: its doubts; else ''. entry_side: of the chosen path. registration: id of the one that it uses.
+    """
+
+    robot: RobotPublic
 
     @classmethod
     def of(cls, plan: Plan) -> PlanPublic:
@@ -65,18 +73,3 @@ class _Common(DocumentPublic):
         names = [field.name for field in fields(cls) if field.name not in said]
         values: dict[str, Any] = {name: getattr(content if hasattr(content, name) else plan, name) for name in names}
         return cls(**values, **said)
-
-
-if TYPE_CHECKING:
-    PlanPublic = _Common
-else:  # with the fields of the content, whatever they are
-    _SHOWN: Mapping[str, Any] = {"robot": RobotPublic}
-    _OWN = {**get_type_hints(PlanContent, include_extras=True), **_SHOWN}
-    PlanPublic = make_dataclass(
-        "PlanPublic",
-        [(field.name, _OWN[field.name]) for field in fields(PlanContent)],
-        bases=(_Common,),
-        frozen=True,
-        kw_only=True,
-        namespace={"__doc__": _Common.__doc__, "__module__": __name__},
-    )

@@ -34,7 +34,7 @@ def check_robot(robot: Mapping[str, Any]) -> dict[str, Any]:
     if base is None and q_start is None:
         return unplaced_robot(name) | own
     if not _is_list(base, 16) or not _is_list(q_start):
-        raise PlanError("a robot's placing needs a base of 16 numbers together with a q_start.")
+        raise PlanError("a robot's placing needs a base of 16 numbers and a q_start.")
     assert base is not None
     assert q_start is not None
     return {
@@ -50,9 +50,9 @@ def _check_own_robot(robot: Mapping[str, Any]) -> dict[str, str]:
     if urdf is None and frame is None:
         return {}
     if not isinstance(urdf, str) or len(urdf) != 64 or set(urdf) - set("0123456789abcdef"):
-        raise PlanError("a robot of one's own names its URDF by a SHA-256 of 64 hexadecimal digits.")
+        raise PlanError("a robot names its URDF by a SHA-256 of 64 hexadecimal digits.")
     if frame is None:
-        raise PlanError("a robot of one's own needs a tool_frame, the link of its URDF that holds the tool.")
+        raise PlanError("a robot needs a tool_frame, the link that holds the tool.")
     return {"urdf": urdf, "tool_frame": check_stored_name(frame, "tool frame's name")}
 
 

@@ -15,7 +15,7 @@ from app.kit.errors import OtherCase
 from app.operations.operation import Change, Context
 from app.plans.document import PLAN
 from app.plans.instruments import Instruments, shaped_tool
-from app.plans.model import Plan, PlanContent, PlanFile, PlanPoint, check_content, without_placement
+from app.plans.model import Plan, PlanContent, PlanFile, PlanPoint, without_placement
 from app.plans.versions import PlanVersions
 from app.plans.zones import PlanZone
 from app.store import Store
@@ -94,8 +94,7 @@ class PlanService:
         numbered: bool = False,
     ) -> Plan:
         """Make a plan of a case; empty unless a content is given. numbered: as of `Documents.create`."""
-        checked = None if content is None else check_content(content)
-        return self.documents.create(case_id, name, checked, document_id=plan_id, numbered=numbered)
+        return self.documents.create(case_id, name, content, document_id=plan_id, numbered=numbered)
 
     def add_file(self, case_id: str, file: PlanFile, *, name: str | None = None, other_case: bool = False) -> Plan:
         """Make a plan out of an imported file. `name` wins over the file's; a name of another plan gets a number.

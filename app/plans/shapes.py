@@ -15,7 +15,7 @@ from vfix_engine.geometry.shapes import Box, CapsuleShape, HalfSpace, Shape, Sph
 ShapeDict = Mapping[str, Any]
 
 MAX_CHAIN = 32  # points of a chain of capsules
-LARGEST_MM = 200.0  # radius or half size: more is no part of a head
+LEAST_MM, LARGEST_MM = 0.01, 200.0  # radius or half size: less is no thing that a tool can meet, more no part of a head
 _FIELDS: dict[str, tuple[str, ...]] = {
     "sphere": ("centre", "radius"),
     "capsule": ("start", "end", "radius"),
@@ -37,9 +37,7 @@ def check_shape(shape: Any, kinds: tuple[str, ...] = SHAPE_KINDS) -> dict[str, A
     """
     kind = shape.get("kind") if isinstance(shape, Mapping) else None
     if kind is None:
-        raise PlanError(
-            f"a shape is an object with a 'kind', one of {', '.join(kinds)}, and its places and sizes in mm."
-        )
+        raise PlanError(f"a shape has a 'kind', places and sizes in mm; known are {', '.join(kinds)}.")
     if kind not in kinds:
         raise PlanError(f"the kind of a shape is {str(kind)!r:.40}; known are {', '.join(kinds)}.")
     optional = {"structure"} if kind == "patch" else set()
@@ -54,6 +52,12 @@ def check_shape(shape: Any, kinds: tuple[str, ...] = SHAPE_KINDS) -> dict[str, A
     checked = {"kind": kind, **values}
     solids(checked)
     return checked
+
+
+def check_least(shape: ShapeDict, named: str) -> None:
+    """Raises PlanError for a shape smaller than a new one may be; what is stored is read whatever its size."""
+    if (least := min(size_of(shape), default=LEAST_MM)) < LEAST_MM:
+        raise PlanError(f"{named} is too small: {least:g} mm; a radius or half size is {LEAST_MM:g} mm at least.")
 
 
 def check_solid(shape: Any) -> dict[str, Any]:

@@ -70,7 +70,7 @@ def _write(kept: VersionContent) -> dict[str, Any]:
 def _read(data: Mapping[str, Any]) -> VersionContent:
     plan, plan_id, revision = data.get("plan"), data.get("plan_id"), data.get("revision")
     if not isinstance(plan, dict) or not isinstance(plan_id, str) or not isinstance(revision, int):
-        raise PlanError("a version needs the plan that it is of, its revision and its content.")
+        raise PlanError("a version needs its plan, its revision and its content.")
     proposed_as = data.get("proposed_as", "")
     if not isinstance(proposed_as, str):
         raise PlanError("the name that a version was proposed under is a text.")

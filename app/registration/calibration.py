@@ -50,7 +50,7 @@ def robot_of(robot_poses: npt.ArrayLike, tracker_poses: npt.ArrayLike, measured_
     found = register_robot_to_tracker(robot_poses, tracker_poses)
     if found.translation_residual_mm > NO_MOTION_MM or found.rotation_residual_deg > NO_MOTION_DEG:
         raise InputError(
-            "the poses of the robot and of the tracker do not tell of the same motion: they differ by "
+            "robot and tracker moved differently; they differ by "
             f"{found.translation_residual_mm:.1f} mm and {found.rotation_residual_deg:.1f}°, rms. Rows of the tables "
             "belong to different moments, the quaternions are not in the order qx, qy, qz, qw, or the marker is loose."
         )
@@ -138,8 +138,8 @@ def tracked_through(content: RegistrationContent) -> tuple[Array, Array]:
         return tip, np.eye(4)
     if robot is None:
         raise InputError(
-            "this registration is to the robot's base, and nobody has said where the tracker stands beside the robot: "
-            "calibrate robot and tracker first, or let the robot itself touch the points and type where it was."
+            "robot and tracker are not calibrated; calibrate them first for a registration to the base, "
+            "or let the robot itself touch the points and type where it was."
         )
     return tip, real_tracker_to_base(robot)
 
@@ -174,7 +174,7 @@ def with_robot(content: RegistrationContent, robot: RobotToTracker | None) -> Re
     """The content with a robot's calibration, or without one. Raises InputError where points went through another."""
     if content.to == "base" and _is_measured(content):
         raise InputError(
-            "the points of this registration were taken to the robot's base as it was calibrated; forget what was "
+            "the measured points depend on the present calibration; forget what was "
             "measured first, or calibrate in a registration to the patient and make one to the base from it."
         )
     return replace(content, robot=robot)

@@ -33,15 +33,18 @@ class TrackPointer(Change, frozen=True):
         return act(document_id, self.seconds, expected_revision=context.expected)
 
 
-class SimulatePointer(RegistrationEdit, frozen=True):
+class _Simulation(RegistrationEdit, frozen=True):
+    noise_mm: Noise = DEFAULT_NOISE_MM
+    seed: Seed | None = None
+
+
+class SimulatePointer(_Simulation, frozen=True):
     """Find the tip of a simulated pointer, for practice.
 
     `noise_mm`: rms length of the error of each tracked point; `seed`: null for a new one.
     """
 
     rest = "POST /registrations/{id}/pointer/simulate"
-    noise_mm: Noise = DEFAULT_NOISE_MM
-    seed: Seed | None = None
 
     def changed(self, content: RegistrationContent, context: Registrations) -> RegistrationContent:
         return with_pointer(content, simulated_pointer(self.noise_mm, self.seed))
@@ -56,7 +59,7 @@ class ClearPointer(RegistrationEdit, frozen=True):
         return with_pointer(content, None)
 
 
-class SimulateRobot(SimulatePointer, frozen=True):
+class SimulateRobot(_Simulation, frozen=True):
     """Find where a simulated tracker stands beside a simulated robot, for practice; fields as of the pointer."""
 
     rest = "POST /registrations/{id}/robot/simulate"

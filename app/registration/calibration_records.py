@@ -96,7 +96,7 @@ def robot_cautions(robot: RobotToTracker) -> tuple[str, ...]:
     found = []
     if robot.translation_residual_mm > _UNLIKE_MM or robot.rotation_residual_deg > _UNLIKE_DEG:
         found.append(
-            "The poses of the robot and of the tracker do not tell of the same motion: rows of both tables belong to "
+            "Robot and tracker moved differently. Rows of both tables belong to "
             "different moments, the marker is loose, or the robot moved while it was measured."
         )
     if robot.poses < FEW_POSES:

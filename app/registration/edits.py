@@ -155,7 +155,7 @@ def reordered(content: RegistrationContent, measured_of: Mapping[str, str]) -> R
     gets = {key: found_pair(content, source) for key, source in measured_of.items()}
     for key, source in gets.items():
         if found_pair(content, key).in_image is None or source.measured is None:
-            raise InputError("an order gives measured points to pairs that are seen in the image.")
+            raise InputError("an order gives measured points to pairs in the image.")
     given, pairs, left = set(measured_of.values()), list[FiducialPair](), list[FiducialPair]()
     for pair in content.pairs:
         if pair.id in gets:

@@ -59,7 +59,7 @@ def said_of(lines: Sequence[tuple[str, Any]], to: RegisteredTo | None = None) ->
     frames = {known[str(value)] for key, value in lines if key in _WAYS and str(value) in known}
     frames |= set() if to is None else {to}
     if len(frames) > 1:
-        raise InputError("the file says of its transform that it leads to the patient and to the robot's base.")
+        raise InputError("the file's transform leads to both the patient and the robot's base.")
     values = dict(lines)
     simulated = any(_says_yes(value) for key, value in lines if key == "simulated")
     figures = {name: _figure(values.get(key)) for name, key in _FIGURES.items() if name != "points"}

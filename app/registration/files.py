@@ -60,10 +60,7 @@ def read_measured(data: bytes, content: RegistrationContent) -> tuple[MeasuredPo
     points = _points_of(data, content, MAX_PAIRS, "a registration has {most} pairs at most.")
     for label, count in Counter(as_seen(point.label) for point in points).items():
         if label and count > 1:
-            raise InputError(
-                f"two rows of the table are called {label!r:.80}, as far as can be seen; give each point a name of its "
-                "own."
-            )
+            raise InputError(f"two rows of the table are called {label!r:.80}; give each point its own name.")
     return points
 
 
@@ -113,14 +110,14 @@ def _check_frame(named: str | None, to: RegisteredTo) -> None:
     if frame is None:
         raise FrameError(f"the frame {named!r:.20} is not known; say {', '.join(_FRAMES)}.")
     if frame != to:
-        raise FrameError(f"the points are in the frame {named!r:.20}, and this registration is to the {to}.")
+        raise FrameError(f"the points are in {named!r:.20}; this registration is to the {to}.")
 
 
 def _point(row: Mapping[str, str], scale: float, matrix: Array | None) -> MeasuredPoint:
     try:
         values = [cell_number(row[axis]) * scale for axis in "xyz"]
     except ValueError:
-        raise InputError("x, y and z must be numbers, with a point and not a comma.") from None
+        raise InputError("x, y and z must be numbers with a decimal point.") from None
     if matrix is not None:
         values = (matrix[:3, :3] @ values + matrix[:3, 3]).tolist()
     return MeasuredPoint(check_label((row.get("label") or "").strip(), "label"), check_position(values))
@@ -145,7 +142,7 @@ def export_text(document: StoredRegistration, form: TransformFormat) -> str:
         origin |= {"direction": direction(content.to)}
         return json_text(transform, moving="image", fixed=content.to, origin=origin)
     there = FULL[content.to]
-    parameters = f"the way back, from {there} to the image, as in every ITK file; 3D Slicer moves the image to {there}"
+    parameters = f"from {there} to the image, as in every ITK file; 3D Slicer moves the image to {there}"
     said = {"registration": direction(content.to), "parameters": parameters}
     return tfm_text(transform, [f"{key}: {value}" for key, value in (origin | said).items() if value is not None])
 

@@ -130,12 +130,11 @@ def inconsistency(content: RegistrationContent) -> str:
 
 
 _NO_SURFACE = (
-    "This transform is said to be refined on a surface, and no points were touched there. Fit the points, or touch the "
-    "surface and refine it anew."
+    "Refined on a surface, but no points were touched there. Fit the points, or touch the surface and refine it anew."
 )
-_NO_FIT = "This transform is said to be fitted to points that cannot be fitted. Measure them again."
+_NO_FIT = "The transform's points cannot be fitted. Measure them again."
 _NOT_FITTED = "These points can be fitted, and no transform is stored. Change one to fit anew."
-_OTHER_FIT = "The stored transform is not that of its points, and nothing goes by it. Change one to fit anew."
+_OTHER_FIT = "The stored transform is not that of its points. Nothing goes by it; change a point to fit anew."
 
 
 def report_of(content: RegistrationContent) -> FitReport:
@@ -206,7 +205,7 @@ def _misfit(pairs: Sequence[FiducialPair], fit: Registration) -> str:
     """Why a fit means nothing, whatever its figures; '' where it may mean something."""
     if _mixed(pairs):
         return (
-            "Some points were measured by the simulated pointer and some at a patient: they lie in different frames, "
+            "Simulated and real points are mixed. They lie in different frames, "
             "and their fit means nothing. Measure all of them in one way."
         )
     if fit.fre_mm > NO_FIT_MM:
@@ -222,10 +221,7 @@ def _refined_words(content: RegistrationContent) -> str:
     surface = content.surface
     done = None if surface is None else surface.refinement
     if surface is None or done is None:
-        words = (
-            "This transform was refined on points of a surface that are not there any more: others were touched since. "
-            "Refine it anew."
-        )
+        words = "Refine anew: other surface points were touched since."
     else:
         words = (
             f"Refined on a surface: {done.kept} of the {len(surface.points)} touched points lie within "
@@ -277,8 +273,7 @@ def _wrong(pairs: Sequence[FiducialPair]) -> WrongPair | None:
         )
     else:
         words = (
-            f"‘{name}’ is {found.off_mm:.1f} mm from where the others put it, which may be chance. Measure it again to "
-            "be sure."
+            f"‘{name}’ is {found.off_mm:.1f} mm off: measure it again. It may be chance; the others put it elsewhere."
         )
     return WrongPair(pair.id, name, found.certainty, words)
 
@@ -349,7 +344,7 @@ def _slid(pairs: Sequence[FiducialPair], residuals: Sequence[float]) -> list[str
     if rms <= max(SLID_MM, SLID_TIMES * own):
         return []
     return [
-        f"The points are {rms:.1f} mm rms off under the refined transform"
-        + (f", and {own:.1f} mm under their own fit" if own else "")
-        + ": the touched points may have slid along the surface. Fit the points instead, or touch more of the surface."
+        f"The points are {rms:.1f} mm off (rms) under the refined transform."
+        + (f" Under their own fit it is {own:.1f} mm." if own else "")
+        + " The touched points may have slid along the surface. Fit the points instead, or touch more of the surface."
     ]

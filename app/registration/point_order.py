@@ -43,7 +43,7 @@ def order_of(content: RegistrationContent) -> OrderAnswer:
     seen = [pair for pair in content.pairs if pair.enabled and pair.in_image is not None]
     measured = [pair for pair in content.pairs if pair.enabled and pair.measured is not None]
     if min(len(seen), len(measured)) < FEWEST:
-        raise InputError("an order is found once three points at least are seen in the image, and three are measured.")
+        raise InputError("an order needs three points in the image and three measured ones.")
     points, places = (np.array(rows, float) for rows in ([p.measured for p in measured], [p.in_image for p in seen]))
     try:
         found = match_points(points, places)
@@ -63,7 +63,7 @@ def order_of(content: RegistrationContent) -> OrderAnswer:
 def _words(ambiguous: bool, unchanged: bool) -> str:
     if ambiguous:
         return (
-            "The points are laid out so evenly that several orders fit about as well. Only somebody who knows which "
-            "point was touched can say: choose the right one, or measure again in a known order."
+            "Several orders fit about as well. Choose the right one, or measure again in a known order. The points are "
+            "laid out so evenly that only somebody who knows which one was touched can say."
         )
     return "The points are in the right order." if unchanged else "Another order fits far better."

@@ -72,12 +72,12 @@ def read_poses(data: bytes, kind: PoseKind) -> PoseTable:
     if unseen:
         rows = "row has" if len(unseen) == 1 else "rows have"
         raise InputError(
-            f"{len(unseen)} {rows} the identity as pose, the first in line {unseen[0]}, which trackers write of a tool "
-            f"that is out of sight; delete {'it' if len(unseen) == 1 else 'them'}."
+            f"{len(unseen)} {rows} the identity as pose, first line {unseen[0]}; so trackers write a tool "
+            f"that is out of sight. Delete {'it' if len(unseen) == 1 else 'them'}."
         )
     known = [number for number in numbers if number is not None]
     if known and len(set(known)) < len(numbers):
-        raise InputError("the column number gives each row a number of its own, or is left out.")
+        raise InputError("the column number is different in each row, or left out.")
     return PoseTable(np.array(poses), tuple(known) if known else None)
 
 
@@ -91,7 +91,7 @@ def paired(robot: PoseTable, tracker: PoseTable) -> tuple[Array, Array]:
     if robot.numbers is None or tracker.numbers is None:
         if len(robot.poses) != len(tracker.poses):
             raise InputError(
-                f"{len(robot.poses)} poses of the robot and {len(tracker.poses)} of the tracker are no pairs; "
+                f"{len(robot.poses)} robot poses and {len(tracker.poses)} tracker poses are no pairs; "
                 "give one row for each moment in both, or pair the rows by a column 'number'."
             )
         return robot.poses, tracker.poses
@@ -122,7 +122,7 @@ def _pose(row: Mapping[str, str], scale: float) -> Array:
     place, (x, y, z, w) = check_position([scale * value for value in values[:3]]), values[3:]
     length = math.sqrt(x * x + y * y + z * z + w * w)
     if length == 0.0:
-        raise InputError("qx, qy, qz, qw are all 0, as of a tool that is out of sight; delete the row.")
+        raise InputError("qx, qy, qz, qw are all 0; delete the row, as of an unseen tool.")
     if not abs(length - 1.0) <= _UNIT:
         raise InputError(f"qx, qy, qz, qw are a unit quaternion; this one has the length {length:.4g}.")
     x, y, z, w = x / length, y / length, z / length, w / length

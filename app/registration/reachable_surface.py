@@ -38,9 +38,7 @@ def reachable_places(
     begin = middle + directions * (np.linalg.norm(high - low) / 2.0 + 1.0)
     places = _met(tree, begin, -directions, float(np.linalg.norm(high - low)))
     if len(places) < count:
-        raise InputError(
-            f"the simulated pointer meets the surface at {len(places)} places only, not at {count}; ask for fewer."
-        )
+        raise InputError(f"the simulated pointer reaches {len(places)} places only, not {count}; ask for fewer.")
     return places[:count]
 
 

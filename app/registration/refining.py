@@ -205,7 +205,7 @@ def _touched(content: RegistrationContent) -> TouchedSurface:
 def begin_of(content: RegistrationContent) -> Array:
     """What a refinement starts from (4, 4). Raises InputError where there is nothing, or what does not fit."""
     if content.made_from == "pairs" and report_of(content).state == "misfit":
-        raise InputError("a refinement starts from a registration that is nearly right, and these points do not fit.")
+        raise InputError("these points do not fit; a refinement starts from a registration that is nearly right.")
     if content.made_from in ("pairs", "surface") and len(content.used_pairs) >= FEWEST:
         with contextlib.suppress(VfixError):  # of points that cannot be fitted the refined transform is left
             return np.asarray(fitted(content.used_pairs).transform)

@@ -279,15 +279,14 @@ _UNUSABLE: dict[UseState, str] = {
     "other_case": "The registration ‘{name}’ of this plan belongs to another head. Choose one of this head, or none.",
     "deleted": "The registration ‘{name}’ of this plan was deleted. Restore it, or choose another one.",
     "unfinished": "The registration ‘{name}’ of this plan has no transform yet: its points are not fitted.",
-    "misfit": "The registration ‘{name}’ of this plan does not fit, and nothing is driven by it.",
-    "inconsistent": "The registration ‘{name}’ of this plan contradicts itself, and nothing is driven by it.",
+    "misfit": "Registration ‘{name}’ does not fit. Nothing is driven by it.",
+    "inconsistent": "Registration ‘{name}’ contradicts itself. Nothing is driven by it.",
 }
 _REFUSED: dict[UseState, str] = {
     "other_case": "the registration ‘{name}’ belongs to another head; a plan uses one of its own.",
     "deleted": "the registration ‘{name}’ is deleted; restore it first.",
     "unfinished": "the registration ‘{name}’ has no transform yet; measure its points first.",
     "misfit": "the points of the registration ‘{name}’ do not fit; match their order or measure them again first.",
-    "inconsistent": "the transform of the registration ‘{name}’ is not that of what it says it is made of; fit its "
-    "points anew first.",
+    "inconsistent": "the registration ‘{name}’ contradicts itself; fit its points anew first.",
     "unreadable": "the registration cannot be read.",
 }

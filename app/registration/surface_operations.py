@@ -44,8 +44,7 @@ class ForgetSurface(Edit, frozen=True):
         back = refitted(replace(bare, made_from="none"))
         if back.made_from == "none":
             raise InputError(
-                "the transform is refined on the touched points, and the registration has no others to go back to; "
-                "take the refinement back with undo, or touch others."
+                "the registration has only these touched points; take the refinement back with undo, or touch others."
             )
         return back
 

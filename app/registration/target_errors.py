@@ -90,7 +90,7 @@ def error_table(content: RegistrationContent, plan: Plan | None) -> ErrorTable:
     if content.to == "base" and content.robot is not None:
         short += " The error of the robot's calibration is in it."
     fre = report.fre_mm
-    fit = "" if fre is None else f"{fre:.2f} mm FRE says how well the points fit, not how exact the tool is. "
+    fit = "" if fre is None else f"{fre:.2f} mm FRE is how well the points fit, not the error. "
     return ErrorTable(report.fle_mm, report.fle_source, targets, path, f"{fit}{short}", short)
 
 
@@ -100,10 +100,10 @@ def _why_not(content: RegistrationContent, report: FitReport) -> str:
     if report.state == "inconsistent":
         return f"No error is told. {report.words}"
     if content.made_from == "given":
-        return "Nothing is known of the error of a transform that was read from a file."
+        return "The error of a transform from a file is not known."
     if content.made_from == "surface":
         return (
-            "No error is known of a transform that was refined on a surface: its residual does not tell it. Known is "
+            "The error of a refined transform is not known. Its residual does not tell it; known is "
             "only how far off the measured points are, which took no part, and that only near them."
         )
     if content.made_from == "none":

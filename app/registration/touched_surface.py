@@ -45,7 +45,7 @@ class TouchedSurface:
 def check_surface(surface: TouchedSurface | None) -> None:
     """Raises InputError for a refinement that kept more points than were touched."""
     if surface is not None and surface.refinement is not None and surface.refinement.kept > len(surface.points):
-        raise InputError("how many points a refinement kept is a count, of the touched points at most.")
+        raise InputError("a refinement keeps a number of the touched points, at most all.")
 
 
 def unrefined(surface: TouchedSurface | None) -> TouchedSurface | None:

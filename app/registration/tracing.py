@@ -161,7 +161,7 @@ class Tracing:
         off = np.linalg.norm(np.maximum(np.maximum(low - points, points - high), 0.0), axis=1).max()
         if off > _FARTHEST_MM:
             raise InputError(
-                f"the traced path would lie up to {off:.0f} mm away from the head: were its samples measured in the "
+                f"the traced path would lie {off:.0f} mm away from the head; were its samples measured in the "
                 "frame of this registration?"
             )
 
@@ -169,8 +169,8 @@ class Tracing:
 def _why_not(used: PlanRegistration, named: bool) -> str:
     if used.state == "none":
         return (
-            "this plan uses no registration, so nobody knows where the traced path lies in the image; name one, or "
-            "let the plan use one."
+            "this plan uses no registration; name one, or let the plan use one. Without it "
+            "nobody knows where the traced path lies in the image."
         )
     if used.state == "unfinished" and named and used.document is not None:
         return f"the registration ‘{used.document.name}’ has no transform yet; measure its points first."

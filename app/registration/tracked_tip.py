@@ -29,7 +29,7 @@ def recorded_tips(tracker: TrackerClient | None, content: RegistrationContent, s
         raise InputError(NO_TRACKER)
     span = number(seconds, "the time")
     if not 0.0 < span <= LONGEST_S:
-        raise InputError(f"the pointer is recorded for up to {LONGEST_S:g} s, not for {span:g} s.")
+        raise InputError(f"the pointer is recorded for at most {LONGEST_S:g} s, not {span:g} s.")
     tip, matrix = tracked_through(content)
     poses = np.array([pose.transform for pose in tracker.recorded(span, tip)])
     tips = poses[:, :3, :3] @ tip + poses[:, :3, 3]

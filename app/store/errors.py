@@ -17,7 +17,7 @@ from sqlalchemy.exc import DBAPIError
 from vfix_engine.errors import VfixError
 
 _ROOM = 1 << 20  # [byte] without which SQLite cannot even open a database
-COPY = "put back a copy of the data folder, or name another one in VFIX_HOME"
+COPY = "restore a copy of the data folder, or name another in VFIX_HOME"
 
 
 class StorageError(VfixError):

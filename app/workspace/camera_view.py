@@ -15,7 +15,6 @@ from vfix_engine.arrays import Array
 
 NEAR_MARGIN_MM = 12.0  # margin around the positions of a near view
 LEAST_RADIUS_MM = 45.0
-NOSE_SHARE = 0.45  # of the case's radius, if no tab has a position to show
 
 
 class CameraView:
@@ -44,19 +43,17 @@ class CameraView:
             self._lens = lens
 
     def look_from(self, name: str) -> None:
-        """Turn to a standard view: 'nose' is near, at what the tabs show; the others show the whole case."""
+        """Turn to a standard view: of the whole case, or with 'nose' near, of what the tabs show."""
         if self._scene is None:
             return
         self._pivot, self._turned = None, True
         centre, radius = self._case.extent()
         if name == "nose":
             places = np.array(self.places())
-            if len(places):
+            if len(places):  # without a position a near view would be of the inside of the head: the whole case then
                 centre = (places.min(axis=0) + places.max(axis=0)) / 2.0
                 around = 0.5 * float(np.linalg.norm(np.ptp(places, axis=0))) + NEAR_MARGIN_MM
                 radius = max(LEAST_RADIUS_MM, around)
-            else:
-                radius *= NOSE_SHARE
         self._scene.look_from(standard_view(name, centre, radius))
 
     def turn_about(self, position: Array) -> None:

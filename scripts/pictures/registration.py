@@ -26,7 +26,7 @@ def _certainty(page: NamedPage) -> str:
 
 def find_the_beads(page: NamedPage) -> None:
     page.go_to("Register")
-    page.press("Begin a registration")
+    page.press("Begin registration")
     page.press("Find beads")
     page.wait("five beads", lambda: len(_registration(page).get("beads", ())) == 5)
     page.heading("1 Beads in the CT")
@@ -38,11 +38,11 @@ def find_the_beads(page: NamedPage) -> None:
 
 
 def touch_them(page: NamedPage) -> None:
-    page.press("Touch all points (simulated)")
+    page.press("Simulate all")
     page.wait("the fit", lambda: _registration(page)["fit"]["state"] == "fitted")
     page.scroll_to("3 Fit")
     page.says("How well the points fit")
-    page.heading("4 Error where the tool works")
+    page.heading("4 Error")
     page.take("registration_fit")
 
 
@@ -61,20 +61,22 @@ def measure_one_wrongly(page: NamedPage) -> None:
 
 def use_it(page: NamedPage) -> None:
     page.heading("5 Use")
-    page.press("Use for this plan")
+    page.press("Use for plan")
     page.wait("the use", lambda: page.station.state("plan_use")["here"])
     page.button("ITK transform (.tfm)")
     page.go_to("Plan")
     page.judged()
+    page.unfold("Check")
     page.page.locator("#profile").scroll_into_view_if_needed()
     page.take("registration_band")
 
 
 def take_it_to_slicer(page: NamedPage, work: Path) -> None:
     """Export the folder by the page's button, and draw it by the libraries of 3D Slicer."""
-    page.scroll_to("Export and import")
+    page.unfold("Export")
+    page.scroll_to("Export")
     with page.page.expect_download(timeout=120_000) as waiting:
-        page.press("Folder for 3D Slicer (.zip)")
+        page.press("Slicer folder")
     waiting.value.save_as(work / "slicer.zip")
     with zipfile.ZipFile(work / "slicer.zip") as packed:
         packed.extractall(work / "slicer")

@@ -10,20 +10,19 @@ from .sample_plan import drive
 ENTRY, TARGET = "L 7.5 A 14 I 6", "L 3 P 65 I 3.5"
 ORBIT_CORNERS = ("L 20 P 9 S 24", "L 46 P 56 S 50")
 ORBIT_AT = "L 33 P 32 S 37"
-DOWNLOADS = ("vfix plan (JSON)", "3D Slicer markups (.mrk.json)", "Table (.csv)")
-REPORT = "Report to print (.html)"
+DOWNLOADS = ("Plan (JSON)", "Slicer markups", "Table (CSV)")
+REPORT = "Printable report"
 
 
 def import_the_folder(page: NamedPage, folder: Path) -> None:
     page.go_to("Patient")
     page.button("Folder …")  # it opens a dialog of the system, so the files are set directly
     page.page.set_input_files("#folder", folder)
-    page.says("The head was imported. It is in the list of heads.")
+    page.says("Head imported.")
     page.press("Open it")
     page.wait("the new head", lambda: page.station.state("case")["name"].startswith("CT 1, "))
     page.station.ready()
     page.wait("its voxels", lambda: page.page.evaluate("vfix.slices.link.ready"))
-    page.heading("This head")
     page.says("0.80 × 0.80 × 0.80")
     page.heading("Heads")
     page.press("Oblique")
@@ -32,32 +31,34 @@ def import_the_folder(page: NamedPage, folder: Path) -> None:
 
 def look_at_slices(page: NamedPage) -> None:
     page.press("Four views of one size")
-    page.choose("Grey values", "As the scanner suggests")
+    page.page.locator(".slice-window").click()
+    page.page.get_by_role("menuitemradio", name="Scanner").click()
     go(page, ORBIT_AT)
     page.take("planning_slices")
 
 
 def mark_the_orbit(page: NamedPage) -> None:
     page.press("Scene and three slices")
-    page.scroll_to("Segment")
+    page.unfold("Threshold")
+    page.scroll_to("Threshold")
     page.choose("Tissue", "Soft tissue")
-    page.check("Crop to a box between two corners")
+    page.check("Crop to box")
     for label, place in zip(("One corner", "The opposite corner"), ORBIT_CORNERS, strict=True):
         page.fill(label, place)
         page.page.keyboard.press("Tab")
     page.choose("Islands", "The largest only")
     page.fill("Name", "Left orbit")
-    page.wait("the islands", lambda: "are kept" in page.page.locator("#segment-kept").inner_text())
-    page.scroll_to("Segment")
+    page.wait("the islands", lambda: "kept" in page.page.locator("#segment-kept").inner_text())
+    page.scroll_to("Threshold")
     page.take("planning_structure")
     page.button("New label …")
-    page.press("Make surface")
-    page.says("is a structure of this head now. A plan can spare it.")
+    page.press("Make structure")
+    page.says("is a structure now. Protect it in Plan.")
 
 
 def spare_the_orbit(page: NamedPage) -> None:
     page.go_to("Plan")
-    page.unfold("Structures to spare")
+    page.unfold("Protect")
     choice = page.field("Structure of this head")
     page.wait("the structure", lambda: "Left orbit" in choice.locator("option").all_inner_texts())
     assert "Spare a structure of this head …" in choice.locator("option").all_inner_texts()
@@ -69,15 +70,18 @@ def spare_the_orbit(page: NamedPage) -> None:
 
 def suggest_a_path(page: NamedPage) -> None:
     page.page.locator("#panel").evaluate("(panel) => { panel.scrollTop = 0; }")
-    add(page, "Path point", ENTRY, "points")
-    add(page, "Target", TARGET, "targets")
+    page.unfold("Entry")
+    add(page, ENTRY, "points")
+    page.unfold("Targets")
+    add(page, TARGET, "targets")
+    page.unfold("Path")
     page.press("Suggest a path")
     page.wait("the ways", lambda: page.page.locator("#alternatives button").count())
     page.says("Way 1")
     page.wait("the preview", lambda: page.station.state("shaft")["shown"])
     page.choose("Cut-away", "Left half cut away")
     page.press("Left")
-    page.scroll_to("Suggest a path")
+    page.scroll_to("Path")
     page.take("planning_suggest")
     page.press("Use path")
     page.wait("the path", lambda: len(page.station.state("plan")["points"]) > 2)
@@ -88,7 +92,8 @@ def read_the_verdict(page: NamedPage) -> None:
     page.says("Fits")
     page.press("Show me")
     page.wait("the tool", lambda: page.station.state("corridor")["shown_mm"] is not None)
-    page.scroll_to("Path")
+    page.unfold("Check")
+    page.scroll_to("Check")
     page.take("planning_verdict")
     page.press("Hide the tool")
 
@@ -117,10 +122,10 @@ def drag_a_point(page: NamedPage) -> None:
 
 
 def compare_tools(page: NamedPage) -> None:
-    page.unfold("Robot and tool")
+    page.unfold("Tool and robot")
     page.press("Which tool?")
     page.wait("the table", lambda: page.page.locator("#tool-table tbody tr").count())
-    page.scroll_to("Robot and tool")
+    page.scroll_to("Tool and robot")
     page.page.locator("#which-tool").evaluate(
         "(button) => { const panel = document.getElementById('panel');"
         " panel.scrollTop += button.getBoundingClientRect().top - panel.getBoundingClientRect().top - 12; }"
@@ -157,7 +162,8 @@ def compare_and_export(page: NamedPage, folder: Path) -> None:
     page.button("Go back to this version")
     page.scroll_to("Versions")
     page.take("planning_version")
-    page.scroll_to("Export and import")
+    page.unfold("Export")
+    page.scroll_to("Export")
     for name in DOWNLOADS:
         download(page, name, folder)
     page.press(REPORT)
@@ -172,14 +178,14 @@ def download(page: NamedPage, name: str, folder: Path) -> None:
 
 def go(page: NamedPage, place: str) -> None:
     """Move the crosshair to a typed place."""
+    page.page.locator("[data-view=axial] .slice-where").click()
     page.fill("Go to a place", place)
-    page.press("Go")
+    page.page.keyboard.press("Enter")
 
 
-def add(page: NamedPage, kind: str, place: str, where: str) -> None:
-    """Add a point or target at a typed place: Enter adds it at the crosshair."""
+def add(page: NamedPage, place: str, where: str) -> None:
+    """Add a point or target, as the open step says, at a typed place: Enter adds it at the crosshair."""
     station = page.station
-    page.press(kind)
     go(page, place)
     page.page.wait_for_timeout(500)
     page.page.locator(".slice-stage[data-axis=axial]").focus()

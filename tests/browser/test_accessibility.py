@@ -49,6 +49,8 @@ def test_no_state_of_the_page_has_a_violation(open_page: Open, rest: Rest, width
     station.open_plan(rest.empty_plan("Nothing yet"))
     check(station, "an empty plan")
     page.click("#plans")
+    expect(page.locator("#new-plan")).to_be_visible()
+    check(station, "the list of plans")
     page.click("#new-plan")
     expect(page.locator("#dialog[open]")).to_be_visible()
     check(station, "a question")

@@ -257,7 +257,7 @@ def test_a_window_that_is_locked_out_says_what_to_do(open_page: Open, rest: Rest
     planner.start("another-token-" + "1" * 20)
     try:
         expect(banner).to_contain_text("another token")
-        expect(banner).to_contain_text("Paste the address that the planner printed")
+        expect(banner).to_contain_text("paste the address that it printed")
         station.page.on("request", lambda request: asked.append(request.url))
         station.page.wait_for_timeout(3000)
         assert asked == []
@@ -311,7 +311,7 @@ def test_a_head_is_saved_as_one_zip_and_such_a_zip_is_imported(open_page: Open, 
     row = page.locator("#cases li", has_text="Head phantom").first
     row.hover()
     with page.expect_download(timeout=60_000) as waiting:
-        row.get_by_role("button", name="Save everything as one file (zip)").click()
+        row.get_by_role("button", name="Save head (zip)").click()
     path = tmp_path / "Head.zip"
     waiting.value.save_as(path)
     with zipfile.ZipFile(path) as packed:

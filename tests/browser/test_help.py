@@ -19,7 +19,7 @@ def test_the_first_task_ticks_itself_off_once_and_is_called_back(open_page: Open
     current = page.locator("#first-task li[aria-current]")
     expect(page.locator("#first-task")).to_be_visible()
     expect(steps).to_have_count(3)
-    expect(current).to_contain_text("Turn the head")
+    expect(current).to_contain_text("turn the head")
     station.wait_for("a plan", lambda: station.state("plan"))
     station.settle()
     box = page.locator("#scene").bounding_box()
@@ -58,7 +58,7 @@ def test_an_empty_plan_is_led_from_its_entry_to_its_path(open_page: Open, rest: 
 
     for one in (station, other):
         one.open_plan(plan_id)
-    opened("entry")
+        expect(one.page.locator("[data-step-name=entry]")).to_have_attribute("open", "")
     places = [point["position"] for point in rest.sample()["points"]]
     page.evaluate("(position) => vfix.request('pick.slice', { position })", places[3])
     station.wait_for("the entry", lambda: len(station.state("plan")["points"]) == 1)
@@ -84,8 +84,7 @@ def test_suggest_is_five_tab_stops_from_the_panel(open_page: Open) -> None:
     """And every step is reached by arrow keys from the one that is open."""
     station = open_page().ready()
     page = station.page
-    station.wait_for("a plan", lambda: station.state("plan"))
-    station.drawn()
+    expect(page.locator("#suggest")).to_be_enabled()
     page.focus("#panel")
     stops = []
     while "suggest" not in stops:

@@ -77,7 +77,7 @@ def test_a_segmentation_becomes_structures(station: Workstation, rest: Rest, tmp
     station.wait_for("all hidden", lambda: not any(item["shown"] for item in station.state("structures")["items"]))
     row.hover()
     row.get_by_role("button", name="Delete").click()
-    expect(page.locator("dialog .words")).to_contain_text("came out of a file")
+    expect(page.locator("dialog .words")).to_contain_text("file can be imported again")
     page.locator("dialog button.primary").click()
     station.wait_for("one left", lambda: names(station) == ["<b>Optic</b> nerve"])
     assert station.errors == []
@@ -166,7 +166,7 @@ def test_one_of_several_series_is_chosen(station: Workstation, rest: Rest, tmp_p
     assert made["name"].startswith("CT ")
     assert made["volumes"][0]["shape"] == [40, 40, 30]
     assert "Canary" not in station.page.locator("body").inner_text()
-    agreed = station.page.get_by_label("Name it by its series description").last
+    agreed = station.page.locator("[data-step-name=import]").get_by_label("Use series name")
     agreed.check()
     assert chosen()["name"] == "CanarySinus"
     agreed.uncheck()

@@ -13,6 +13,7 @@ pytestmark = pytest.mark.browser
 Open = Callable[..., Workstation]
 SIZES = [(1440, 900), (1024, 768), (800, 700), (720, 450), (480, 800), (390, 780)]  # 1440 × 900 at 200 % is 720 × 450
 PARTS = ("panel", "scene", "slices")
+PLAN_STEPS = ("entry", "targets", "protect", "tool", "check", "export", "bone", "versions", "notes", "path")
 # Controls that are cut off, lie under something else or cannot be brought into sight by scrolling.
 CUT_OFF = """() => [...document.querySelectorAll('button, select, input, tr[tabindex], .slice-stage, [role=separator]')]
   .filter((control) => control.checkVisibility({ visibilityProperty: true }))
@@ -26,7 +27,7 @@ CUT_OFF = """() => [...document.querySelectorAll('button, select, input, tr[tabi
   .map((control) => control.outerHTML.slice(0, 160))"""
 NOTICE = """() => { const box = document.getElementById('notice').getBoundingClientRect();
   return box.width > 60 && box.left >= 0 && box.right <= innerWidth && box.top >= 0 && box.bottom <= innerHeight; }"""
-# Messages of each kind, and the controls that one of them lies upon.
+# Messages of each kind, and the controls and views that one of them lies upon.
 SAY = """async () => {
   const { note } = await import('/static/js/dialogs.js');
   note('The file was cut off after 12 of 40 slices; copy it anew, then import it again.', { error: true });
@@ -35,10 +36,16 @@ SAY = """async () => {
 COVERED = """() => {
   const boxes = [...document.querySelectorAll('.toast')].map((toast) => toast.getBoundingClientRect());
   const hit = (a, b) => a.left < b.right - 1 && a.right > b.left + 1 && a.top < b.bottom - 1 && a.bottom > b.top + 1;
-  const all = [...document.querySelectorAll('button, select, input, summary, tr[tabindex], #hint, #statusbar, #panel')];
+  const what = 'button, select, input, summary, tr[tabindex], #hint, #statusbar, #panel, .viewer, .slice';
+  const all = [...document.querySelectorAll(what)];
   const seen = all.filter((control) => control.checkVisibility({ visibilityProperty: true }))
     .filter((control) => !control.closest('.toast'));
-  const covered = seen.filter((control) => boxes.some((box) => hit(box, control.getBoundingClientRect())));
+  const shown = (control) => { // what of it is not scrolled out of sight
+    const { left, right, top, bottom } = control.getBoundingClientRect();
+    const around = (control.closest('.panel, .slices') ?? document.body).getBoundingClientRect();
+    return { left, right, top: Math.max(top, around.top), bottom: Math.min(bottom, around.bottom) };
+  };
+  const covered = seen.filter((control) => boxes.some((box) => hit(box, shown(control))));
   const fits = (box) => box.left >= 0 && box.top >= 0 && box.right <= innerWidth && box.bottom <= innerHeight;
   const whole = boxes.filter(fits);
   return { said: whole.length, covered: covered.map((control) => control.outerHTML.slice(0, 120)) };
@@ -99,15 +106,18 @@ def test_no_control_is_cut_off_in_any_step(resized: Workstation, rest: Rest, wid
         for part in PARTS if width <= 600 else ("all",):
             if part != "all":
                 page.click(f"[data-part-button={part}]")
-            # what has just come may still find its place
-            station.wait_for(f"{step}, {part}: every control", lambda: page.evaluate(CUT_OFF) == [])
+            for folded in PLAN_STEPS if step == "plan" and part in ("all", "panel") else (None,):
+                if folded:
+                    station.open_step(folded)
+                # what has just come may still find its place
+                station.wait_for(f"{step}, {part}, {folded}: every control", lambda: page.evaluate(CUT_OFF) == [])
             station.wait_for("nothing beside the page", lambda: page.evaluate(BESIDE) <= 0)
             page.evaluate("scrollTo(0, 0)")
             station.wait_for(f"{step}, {part}: the notice", lambda: page.evaluate(NOTICE))
         station.wait_for("all words of what holds the tool", lambda: held.evaluate_all(WHOLE))
         # a button that was just pressed or enabled still changes its colours
         station.wait_for("borders", lambda: (now := borders())["checked"] > 0 and now["faint"] == [])
-        if width >= 1000:
+        if height > 560:
             page.evaluate(SAY)
             for layout in ("one-three", "two-by-two", "scene", "axial"):
                 page.evaluate(ENLARGE, layout)

@@ -219,6 +219,10 @@ def test_rows_keep_the_focus_and_keys_mean_what_is_in_sight(open_page: Open, res
     page.evaluate("(id) => vfix.request('item.rename', { item_id: id, label: 'renamed' })", points[3]["id"])
     expect(page.locator("#points-table")).to_contain_text("renamed", use_inner_text=True)
     assert page.evaluate(focused) == points[2]["id"]
+    expect(page.locator("#points-table tr[tabindex='0']")).to_have_count(1)
+    page.keyboard.press("ArrowDown")
+    assert page.evaluate(focused) == points[3]["id"]
+    page.keyboard.press("ArrowUp")
     page.keyboard.press("F2")
     expect(page.locator("#dialog[open]")).to_be_visible()
     page.keyboard.press("Escape")
@@ -252,7 +256,7 @@ def test_a_slice_never_shows_another_one_under_its_label(open_page: Open, rest: 
     station.ready()
     station.open_plan(rest.copy_of_sample("Slices"))
     page, stage = station.page, station.page.locator("[data-axis=axial]")
-    label, shown = page.locator(".slice-head .number").first, stage.locator("g:not([visibility]) > image[href]")
+    label, shown = page.locator(".slice-where").first, stage.locator("g:not([visibility]) > image[href]")
     axial = station.state("slices")["planes"]["axial"]
     expect(label).to_have_text(f"S {axial['position']:.1f} mm")
     station.wait_for("both of them", lambda: shown.count() == 2 and stage.locator("image").count() == 2)
@@ -291,7 +295,7 @@ def test_what_a_file_does_not_say_is_asked_once(open_page: Open, rest: Rest, tmp
     uploads: list[str] = []
     page.on("request", lambda request: uploads.append(request.url) if request.method == "POST" else None)
     alerts = page.locator("[role=alert] .toast")
-    for name, words in (("a.nhdr", "Choose both files together"), ("a.mhd", "Choose both files together")):
+    for name, words in (("a.nhdr", "header and voxel file"), ("a.mhd", "header and voxel file")):
         (tmp_path / name).write_bytes(b"x")
         _choose(page, tmp_path / name)
         expect(alerts.last).to_contain_text(name)

@@ -67,7 +67,7 @@ def typed_by_halves(station: Workstation) -> None:
     expect(x).to_have_attribute("aria-invalid", "true")
     x.fill("12")
     x.press("Tab")
-    expect(words).to_contain_text("y and z are missing.")
+    expect(words).to_contain_text("Y and z are missing.")
     choose(1)
     expect(x).to_have_value("")
     expect(page.locator("#pairs .row").first).to_contain_text("y and z are missing.")
@@ -80,7 +80,7 @@ def typed_by_halves(station: Workstation) -> None:
     undone_as_shown(station)
     page.click("#forget-measured")
     station.wait_for("no place", lambda: registration(station)["pairs"][0]["measured"] is None)
-    undo = page.locator(".toast", has_text="was taken away").get_by_text("Undo")
+    undo = page.locator(".toast", has_text="removed").get_by_text("Undo")
     expect(undo).to_be_visible()
     page.fill("#pair-weight", "0,5")  # another edit: the button would take this one back
     page.press("#pair-weight", "Enter")
@@ -178,9 +178,9 @@ def test_from_beads_to_a_plan_that_uses_them(open_page: Open, rest: Rest, artefa
     assert math.dist(mark["position"], mark["measured"]) == pytest.approx(residual, abs=0.01)
     page.locator("#beads [data-judge=no]").nth(2).click()
     station.wait_for("four pairs", lambda: len(registration(station)["pairs"]) == 4)
-    page.locator(".toast", has_text="and its measured point were taken away").get_by_text("Undo").click()
+    page.locator(".toast", has_text="and its measured point removed").get_by_text("Undo").click()
     station.wait_for("the pair with its point", lambda: [p["label"] for p in registration(station)["pairs"]][2] == name)
-    page.get_by_text("How exactly one point is measured").click()
+    page.get_by_text("Point error").click()
     page.fill("#fle", "0")
     page.press("#fle", "Enter")
     expect(page.locator("#fle-problem")).to_contain_text("0.01 to 50 can be used.")
@@ -206,7 +206,7 @@ def test_from_beads_to_a_plan_that_uses_them(open_page: Open, rest: Rest, artefa
     expect(page.locator("#surface-figures dd")).to_have_count(4)
     expect(page.locator("#surface-warning")).to_contain_text("not the accuracy")
     expect(page.locator("#fit-state")).to_contain_text("took no part")
-    expect(page.locator("#error-words")).to_contain_text("No error is known")
+    expect(page.locator("#error-words")).to_contain_text("is not known")
     refined = got(rest, f"/api/v1/registrations/{key}")
     assert (refined["made_from"], refined["surface"]["refinement"]["kept"]) == ("surface", 45)
     assert got(rest, f"/api/v1/plans/{plan_id}/registration")["state"] == "ready"
@@ -271,7 +271,7 @@ def test_measured_points_of_a_table_are_brought_into_order(open_page: Open, rest
     assert came["name"] == "out"
     expect(page.locator("#fit-state")).to_contain_text("Said by the file, and not checked here: 5 points, FRE 0.00 mm")
     expect(page.locator("#export-words")).to_contain_text("onto the patient")
-    station.wait_for("its words", lambda: "Nothing is known" in page.locator("#error-words").inner_text())
+    station.wait_for("its words", lambda: "is not known" in page.locator("#error-words").inner_text())
     assert station.errors == []
 
 
@@ -290,7 +290,7 @@ def test_pointer_and_robot_are_practised_and_a_registration_goes_to_the_base(
     expect(page.locator("#tip-figures")).to_contain_text("60 poses, simulated")
     expect(page.locator("#swing-pointer")).to_be_hidden()  # the planner listens to no tracker
     page.click("#clear-tip")
-    expect(page.locator("#tip-words")).to_contain_text("Not calibrated")
+    expect(page.locator("#tip-words")).to_contain_text("not calibrated")
     page.evaluate("document.activeElement?.blur()")
     page.keyboard.press("Control+z")
     expect(page.locator("#tip-figures")).to_contain_text("60 poses, simulated")
@@ -332,6 +332,6 @@ def test_pointer_and_robot_are_practised_and_a_registration_goes_to_the_base(
     station.wait_for("an empty one", lambda: not registration(station)["pairs"])
     page.select_option("#registered-to", "base")
     station.wait_for("its frame", lambda: registration(station)["calibration"]["to"] == "base")
-    expect(page.locator("#registered-to-words")).to_contain_text("The robot itself touches the points")
+    expect(page.locator("#registered-to-words")).to_contain_text("The robot touches the points itself")
     assert got(rest, f"/api/v1/registrations/{registration(station)['id']}")["to"] == "base"
     assert station.errors == []

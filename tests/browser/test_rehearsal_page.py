@@ -32,7 +32,7 @@ def test_the_soft_tissue_told_is_that_of_the_verdict(open_page: Open, rest: Rest
     station.wait_for("the verdict", lambda: station.state("corridor")["state"] == "current", DRIVEN_S)
     verdict = "".join(part["words"] for part in station.state("corridor")["verdict"]["parts"])
     (along,) = re.findall(r"soft tissue along (\d+) mm", verdict)
-    told = station.page.get_by_text("On this path the tool presses soft tissue")
+    told = station.page.get_by_text("Presses soft tissue")
     expect(told).to_be_visible()
     expect(told).to_contain_text(f"along {along} mm")
 
@@ -69,9 +69,13 @@ def test_the_handle_is_dragged_and_the_tip_stays_on_the_path(open_page: Open, re
     station.drive_until("ArrowUp", "the key to drive", lambda: station.rehearsal()["progress_mm"] > driven + 3.0)
     assert station.rehearsal()["tip_error_mm"] < TIP_ERROR_MM
     station.page.keyboard.up("ArrowUp")
-    station.page.click(".details > button")
-    expect(station.page.locator("#details-sheet")).to_be_visible()
+    station.page.keyboard.press("Control+k")
+    station.page.keyboard.type("Figures of the control loop")
+    station.page.keyboard.press("Enter")
+    expect(station.page.locator("#details-sheet dd").last).to_have_text("5")
     assert station.state("details")["steps"] > 100
+    station.page.keyboard.press("Escape")
+    expect(station.page.locator("#details-sheet")).to_be_hidden()
     station.page.click("#reset")
     station.wait_for("the entry", lambda: station.rehearsal()["progress_mm"] < 0.1)
     assert station.errors == []
@@ -228,6 +232,7 @@ def test_a_target_is_inspected_at_the_end_of_the_path(open_page: Open, rest: Res
     expect(twist, "along the path the controller heeds no twist").to_be_disabled()
     station.drive_until("ArrowUp", "the end of the path", lambda: station.rehearsal()["path_done"], DRIVEN_S)
     station.page.keyboard.up("ArrowUp")
+    station.slice_menu()
     expect(station.page.locator("#follow-tip")).to_be_checked()
     off = "Math.max(...vfix.state.slices.cross.map((at, axis) => Math.abs(at - vfix.state.rehearsal.tip[axis])))"
     station.wait_for("the slices at the tip", lambda: station.page.evaluate(off) < 1.0)
@@ -270,6 +275,9 @@ def test_robot_tool_and_remote_centre_are_chosen_with_keys_on_a_small_screen(
     station.open_plan(plan_id)
     page, own = station.page, tmp_path / "short.urdf"
     own.write_text(short_arm(), encoding="utf-8")
+    station.tab_to("[data-step-name=path] > summary")
+    page.keyboard.press("ArrowDown")
+    page.keyboard.press("Enter")
     station.tab_to("#plan-tool")
     page.keyboard.press("S")  # the one whose name begins so
     station.wait_for("the tool", lambda: station.state("plan")["tool"]["name"] == "straight_pointer")
@@ -340,7 +348,7 @@ def test_a_control_process_that_hangs_is_told_and_ended(open_page: Open, planner
     expect(station.page.locator("#panel")).to_contain_text("has not answered for", use_inner_text=True)
     assert "force_n" not in station.rehearsal()
     expect(station.page.locator("#start")).to_be_disabled()
-    expect(station.page.locator("#reset")).to_have_text("End the process")
+    expect(station.page.locator("#reset")).to_have_text("End process")
     station.page.click("#reset")
     station.wait_for("the end", lambda: station.rehearsal()["state"] == "absent")
     station.wait_for("no process", lambda: pid not in _control_processes(planner))

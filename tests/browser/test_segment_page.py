@@ -26,6 +26,7 @@ def test_a_threshold_is_shown_and_becomes_a_structure(open_page: Callable[..., W
     station = open_page().ready()
     page = station.page
     page.click("[data-step=patient]")
+    station.open_step("threshold")
     page.wait_for_selector("#segment:visible")
     assert page.evaluate(TINTED) is None
     page.select_option("#segment-preset", "air")
@@ -57,6 +58,7 @@ def test_a_stroke_is_painted_at_once_kept_and_taken_back(open_page: Callable[...
     station = open_page().ready()
     page = station.page
     page.click("[data-step=patient]")
+    station.open_step("paint")
     page.click("#paint-new")
     page.fill("dialog input", "Wall")
     page.keyboard.press("Enter")

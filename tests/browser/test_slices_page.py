@@ -62,11 +62,17 @@ NO_SLICES_YET = """() => {
   for (const pane of vfix.slices.panes) { pane.goBy(1); pane.refresh(); pane.mark(); }
   vfix.state.slices = slices;
 }"""
+PRESETS = ("Bone", "Sinus and air", "Soft tissue")
 DOUBLE_MS = 250.0  # two clicks that are further apart are no double click, and each adds
 
 
 def told(station: Workstation, axis: str) -> Callable[[], str]:
-    return lambda: station.page.locator(f"[data-view={axis}] .slice-head .number").inner_text()
+    return lambda: station.page.locator(f"[data-view={axis}] .slice-where").inner_text()
+
+
+def read(station: Workstation, axis: str) -> list[str]:
+    """Place and HU under the pointer."""
+    return station.page.locator(f"[data-view={axis}] .slice-reading").all_inner_texts()
 
 
 def test_the_window_samples_the_ct_as_the_engine_does(open_page: Open) -> None:
@@ -98,9 +104,10 @@ def test_scrolling_and_grey_values_need_no_picture_from_the_planner(open_page: O
     page.mouse.move(*middle(station, "axial"))
     page.mouse.wheel(0, 120)
     station.wait_for("the next slice", lambda: cross(station)[2] == pytest.approx(3.5 + step))
-    reading = station.wait_for("the reading", lambda: (now := label()).endswith(" HU") and now)
-    assert reading.split()[0] in "LR"
-    assert reading.split()[2] in "PA"
+    reading = station.wait_for("the reading", lambda: (now := read(station, "axial"))[0].endswith(label()) and now)
+    assert reading[0].split()[0] in "LR"
+    assert reading[0].split()[2] in "PA"
+    assert reading[1].endswith(" HU")
     station.wait_for("the planner's cross", lambda: station.state("slices")["cross"] == pytest.approx(cross(station)))
 
     station.slices_stand()
@@ -113,7 +120,13 @@ def test_scrolling_and_grey_values_need_no_picture_from_the_planner(open_page: O
     station.wait_for("brighter", lambda: page.evaluate(GREY, "axial") > before + 10)
     station.wait_for("the planner's window", lambda: station.state("slices")["window_name"] == "own")
     station.wait_for("the planner's level", lambda: station.state("slices")["level"] < -200)
-    expect(page.locator("[aria-label='Grey values']")).to_have_value("own")
+    greys = page.locator(".slice-window")
+
+    def words() -> str:
+        own = station.state("slices")
+        return f"W {own['window']:.0f} L −{-own['level']:.0f}"
+
+    station.wait_for("its words", lambda: greys.inner_text() == words())
     page.keyboard.down("Shift")
     page.mouse.move(x, y)
     page.mouse.down()
@@ -121,7 +134,11 @@ def test_scrolling_and_grey_values_need_no_picture_from_the_planner(open_page: O
     page.mouse.up()
     page.keyboard.up("Shift")
     station.wait_for("a wider window", lambda: station.state("slices")["window"] > 2000)
-    page.select_option("[aria-label='Grey values']", "bone")
+    greys.click()
+    expect(page.locator("[role=menuitemradio]")).to_contain_text([*PRESETS, "Dragged"])
+    expect(page.locator("[data-greys=own]")).to_have_attribute("aria-checked", "true")
+    page.click("[data-greys=bone]")
+    expect(greys).to_be_focused()
     station.wait_for("the preset", lambda: station.state("slices")["window"] == 2500)
     assert not [url for url in asked if "/slices/" in url or "/volume" in url], asked
     assert len(station.state("plan")["points"]) == len(rest.sample()["points"]), "no drag added a point"
@@ -178,8 +195,11 @@ def test_distance_and_angle_are_measured_and_escape_ends(open_page: Open) -> Non
     page.keyboard.press("Escape")
     expect(page.locator("[data-tool=cross]")).to_have_attribute("aria-pressed", "true")
     expect(words).to_have_count(2)
-    page.get_by_role("button", name="Clear measures").click()
+    page.click("[data-tool=clear]")
     expect(words).to_have_count(0)
+    expect(page.locator("[data-tool=clear]")).to_be_hidden()
+    page.keyboard.press("ArrowUp")
+    expect(page.locator("[data-tool=angle]"), "the strip keeps the focus").to_be_focused()
     page.evaluate(NO_SLICES_YET)  # another head is on its way, and nothing was drawn since
     assert station.state("plan")["ghost"] is None, "measuring adds nothing"
     assert station.errors == []
@@ -189,16 +209,16 @@ def test_a_place_is_typed_and_points_are_added_and_moved_by_keys_alone(open_page
     station = opened(open_page)
     page = station.page
     station.open_plan(rest.empty_plan("By keys in slices"))
-    station.tab_to("#slice-place")
-    page.keyboard.type("L 4.5 P 17.5 S 3.5")
+    station.tab_to("[data-view=axial] .slice-where")
+    page.keyboard.press("Enter")
+    page.keyboard.type("somewhere")
+    page.keyboard.press("Enter")
+    expect(page.locator("#slice-place-problem")).to_contain_text("R 24.5 A 10 S 3")
+    page.locator("#slice-place").fill("L 4.5 P 17.5 S 3.5")
     page.keyboard.press("Enter")
     station.wait_for("the place", lambda: cross(station) == pytest.approx([4.5, 17.5, 3.5]))
-    expect(page.locator("#slice-place")).to_have_value("L 4.5 P 17.5 S 3.5 mm")
-    page.locator("#slice-place").fill("somewhere")
-    page.keyboard.press("Enter")
-    expect(page.locator("[role=alert]").last).to_contain_text("R 24.5 A 10 S 3")
-
-    station.tab_to("[data-axis=axial]", back=True)
+    expect(page.locator("#slice-place")).to_have_count(0)
+    expect(page.locator("[data-axis=axial]"), "where Enter adds").to_be_focused()
     for key, place in (
         ("ArrowRight", [5.5, 17.5, 3.5]),
         ("Shift+ArrowLeft", [0.5, 17.5, 3.5]),
@@ -325,6 +345,7 @@ def test_a_threshold_tints_the_slices_at_once(open_page: Open) -> None:
       return found / (data.length / 4);
     }"""
     choose = "async (range) => (await import('/static/js/threshold-preview.js')).thresholdPreview.set(range)"
+    station.slice_menu()
     page.locator("#slice-outlines").uncheck()
     station.wait_for("a picture", lambda: page.evaluate(GREY, "axial") > 1 and page.evaluate(green) == 0)
     for low, high in ((300, 3000), (-1024, -500)):
@@ -356,7 +377,10 @@ def test_a_second_volume_is_laid_over_by_a_transform(open_page: Open, rest: Rest
 
     station.wait_for("the second head", imported, DRIVEN_S)
     expect(page.locator("#overlay-case option", has_text="Second")).to_have_count(1)
+    station.slice_menu()
     page.locator("#slice-outlines").uncheck()
+    page.click("#second-volume")
+    page.locator("#overlay-placing summary").wait_for(state="hidden")
     grey = lambda: page.evaluate(GREY, "axial")  # noqa: E731
     station.wait_for("a picture", lambda: grey() > 1)
     second = page.locator("optgroup[label='Other heads'] option", has_text="Second · imported").get_attribute("value")
@@ -376,7 +400,7 @@ def test_a_second_volume_is_laid_over_by_a_transform(open_page: Open, rest: Rest
         return bool(grey() == before)
 
     station.slices_stand()
-    station.wait_for("its controls have taken their room from the slices", settled)
+    station.wait_for("its picture stands", settled)
     alone = grey()
     page.locator("#overlay-opacity").fill("100")
     page.wait_for_timeout(500)
@@ -387,6 +411,7 @@ def test_a_second_volume_is_laid_over_by_a_transform(open_page: Open, rest: Rest
     page.locator("#overlay-opacity").fill("0")
     station.wait_for("the first alone", lambda: grey() == pytest.approx(alone, abs=0.5))
     page.locator("#overlay-opacity").fill("100")
+    page.locator("#overlay-placing summary").click()
     page.locator("#overlay-transform").fill("1 2 3")
     page.keyboard.press("Tab")
     expect(page.locator("[role=alert]").last).to_contain_text("16 numbers")
@@ -404,6 +429,7 @@ def test_a_second_volume_is_laid_over_by_a_transform(open_page: Open, rest: Rest
     look = page.evaluate("vfix.slices.second.look")
     assert (look["opacity"], look["greys"]["window"], look["greys"]["level"]) == (1, 2500, 600)
     expect(page.locator("#overlay-transform")).to_have_value("1 0 0 0 0 1 0 0 0 0 1 80 0 0 0 1")
+    station.slice_menu("second-volume")
     page.locator("#overlay-case").select_option(label="None")
     station.wait_for("nothing over it", lambda: station.state("second_volume")["laid"] is None)
     rest.client.delete(f"/api/v1/cases/{rest.client.get(f'/api/v1/jobs/{job}').json()['result']}").raise_for_status()

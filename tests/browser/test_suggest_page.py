@@ -63,7 +63,7 @@ def test_a_path_is_suggested_previewed_used_and_undone(open_page: OpenPage, rest
     station.wait_for("the path", lambda: len(station.state("plan")["points"]) > 5)
     station.wait_for("no preview", lambda: shaft(station)["shown"] is None)
     station.wait_for("the dry run", lambda: station.state("corridor")["status"] == "done", DRIVEN_S)
-    assert station.state("corridor")["completed"] is True
+    assert station.state("corridor")["level"] != "blocked"
     chips = [" ".join(words.split()) for words in page.locator("#card .chip").all_inner_texts()]
     assert page.locator("#card .card-word").inner_text().split("\n")[0].startswith(shown[0])
     assert {f"bone {shown[1]}", f"soft tissue {shown[2]}"} <= set(chips)  # the card says what the way has said
@@ -158,7 +158,7 @@ def test_the_shaft_is_aimed_by_a_click_and_left_open_again(open_page: OpenPage, 
     page.locator("#aim-shaft").scroll_into_view_if_needed()
     page.click("#aim-shaft")
     station.wait_for("aiming", lambda: shaft(station)["aiming"])
-    expect(page.locator(".hint")).to_contain_text("pass behind the tip")
+    expect(page.locator(".hint")).to_contain_text("passes behind the tip")
     page.keyboard.press("Escape")
     station.wait_for("no aiming", lambda: not shaft(station)["aiming"])
     page.click("#aim-shaft")

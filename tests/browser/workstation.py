@@ -157,6 +157,13 @@ class Workstation:
 
         self.wait_for("the camera to come to rest", rests)
 
+    def slice_menu(self, *also: str) -> None:
+        """Open the menu of the slices, and what opens from it: `second-volume` or `slice-keys`."""
+        self.page.click("[data-tool=more]")
+        expect(self.page.locator("#slice-outlines")).to_be_visible()
+        for name in also:
+            self.page.click(f"#{name}")
+
     def slices_stand(self) -> None:
         """Wait until every slice in sight is drawn as it is to be, and none gets another size or place."""
         last: Any = None

@@ -31,7 +31,7 @@ test("what lies beside the slices on a disc is left out, not a slice of whatever
 });
 
 test("a file that cannot be a head says why, one without an ending may be DICOM", () => {
-  assert.match(refusal(found("v.nhdr")), /Choose both files together/);
+  assert.match(refusal(found("v.nhdr")), /header and voxel file together/);
   assert.match(refusal(found("notes.docx")), /DICOM folder/);
   assert.match(refusal([]), /no file/);
   for (const path of ["IM0001", "v.nii.gz", "v.NRRD", "s.vtp", "1.2.840.113619.2"]) assert.equal(refusal(found(path)), "", path);

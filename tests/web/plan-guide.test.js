@@ -1,7 +1,7 @@
 // Which step of a plan is open, and the result of each in one line.
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { Guide, adds, nextStep, stepLine } from "../../app/tabs/plan/guide.js";
+import { Guide, adds, moreLine, nextStep, stepLine } from "../../app/tabs/plan/guide.js";
 
 const items = (/** @type {string} */ letter, /** @type {number} */ count) => [...Array(count).keys()].map((n) => ({ id: `${letter}${n + 1}`, label: `${letter}${n + 1}`, position: [n, 0, 0] }));
 const plan = (/** @type {number} */ points, /** @type {number} */ targets, fields = {}) => /** @type {any} */ ({
@@ -53,6 +53,12 @@ test("a closed step is one line with its result", () => {
   assert.deepEqual(stepLine("entry", { plan: plan(1, 0) }, known()), { words: "P1, side not set", mark: "done" });
   assert.equal(stepLine("entry", { plan: plan(1, 0), paths: { ...paths, side_caution: "Left of the septum." } }, known()).mark, "caution");
   assert.deepEqual(stepLine("tool", { plan: plan(2, 0, { tool: { trouble: "gone" } }) }, known()), { words: "Tool cannot be read", mark: "caution" });
+});
+
+test("what is rare says what it holds", () => {
+  const state = /** @type {any} */ ({ regions: { items: [{ purpose: "spare", name: "Orbit" }, { purpose: "remove", name: "Septum" }] }, versions: { items: [{ name: "a" }, { name: "b" }] }, paths: { notes: "Deviates.\nMore" } });
+  assert.deepEqual(["bone", "versions", "notes"].map((name) => moreLine(name, state).words), ["Septum", "2 versions", "Deviates."]);
+  assert.deepEqual(["bone", "versions", "notes"].map((name) => moreLine(name, {}).words), ["", "", ""]);
 });
 
 test("the line of the path tells of the ways that were found", () => {

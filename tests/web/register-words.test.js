@@ -32,9 +32,9 @@ test("a simulated pointer is offered where nothing was really measured", () => {
 
 test("an error says where it is expected, and what it was computed from", () => {
   assert.equal(rowWords(/** @type {any} */ ({ label: "ostium", s_mm: null })), "ostium");
-  assert.equal(rowWords(/** @type {any} */ ({ label: "", s_mm: 41.6 })), "Worst along the path, at 42 mm");
+  assert.equal(rowWords(/** @type {any} */ ({ label: "", s_mm: 41.6 })), "Worst on the path, at 42 mm");
   assert.equal(fleWords(/** @type {any} */ ({ fle_mm: 0.5, fle_source: "stated", used: 5 })), "0.50 mm, as stated");
-  assert.equal(fleWords(/** @type {any} */ ({ fle_mm: 0.312, fle_source: "estimated", used: 5 })), "0.31 mm, estimated from the fit of 5 points");
+  assert.equal(fleWords(/** @type {any} */ ({ fle_mm: 0.312, fle_source: "estimated", used: 5 })), "0.31 mm, estimated (5 points)");
   assert.equal(fleWords(/** @type {any} */ ({ fle_mm: null, fle_source: "none", used: 0 })), "not known yet");
 });
 
@@ -47,9 +47,9 @@ test("an order tells how many points it changes", () => {
 
 test("a refinement tells first what judges it, and its residual last", () => {
   const touched = /** @type {any} */ ({ count: 60, measured_from: "simulated", structure: "bone", refinement: null });
-  assert.equal(touchedWords(null, "Bone", true), "Nothing is touched yet.");
-  assert.equal(touchedWords(touched, "Bone", false), "60 points touched on Bone, by the simulated pointer. Fit the points above first.");
-  assert.match(touchedWords(touched, "Bone", true), /not refined on them yet/);
+  assert.equal(touchedWords(null, "Bone", true), "Nothing touched yet.");
+  assert.equal(touchedWords(touched, "Bone", false), "60 points touched on Bone, by the simulated pointer. Fit the points first.");
+  assert.match(touchedWords(touched, "Bone", true), /Not refined yet/);
   assert.deepEqual(refinementRows(touched, /** @type {any} */ ({ fre_mm: 0.5 })), []);
   touched.refinement = { residual_mm: 0.071, kept: 45, moved_mm: 0.91, stability: 0.233 };
   const rows = refinementRows(touched, /** @type {any} */ ({ fre_mm: 1.073 }));
@@ -62,25 +62,25 @@ test("a bound is rounded up at the digits that are shown", () => {
 });
 
 test("what goes out says where it leads, and what came in where its file says it does", () => {
-  assert.match(exportWords("patient"), /points onto the patient:/);
-  assert.match(exportWords("base"), /points into the frame of the robot's base:/);
+  assert.match(exportWords("patient"), /points onto the patient\./);
+  assert.match(exportWords("base"), /points to the robot's base\./);
   const came = (/** @type {object} */ fields) => importedWords(/** @type {any} */ ({ name: "A 2", to: "patient", fit: { simulated: false }, said: { to: "patient" }, ...fields }));
-  assert.equal(came({}), "The transform was read as ‘A 2’, to the patient. Points that you add show how far each is off.");
-  assert.match(came({ said: { to: null } }), /does not say what it is to and counts as to the patient; choose otherwise/);
-  assert.match(came({ to: "base", said: { to: "base" }, fit: { simulated: true } }), /to the robot's base\. Its file says that it is simulated/);
+  assert.equal(came({}), "Read as ‘A 2’, to the patient. Add points to see how far each is off.");
+  assert.match(came({ said: { to: null } }), /to the patient\. The file does not say so; choose otherwise/);
+  assert.match(came({ to: "base", said: { to: "base" }, fit: { simulated: true } }), /to the robot's base\. It is simulated/);
 });
 
 test("bars are told of only where there are some", () => {
-  assert.doesNotMatch(listWords([pair({ residual_mm: null })]), /bar/u);
+  assert.doesNotMatch(listWords([pair({ residual_mm: null })]), /bar/iu);
   assert.match(listWords([pair({ residual_mm: 4.1 })]), /full at 4\.1 mm\. Press/u);
-  assert.match(listWords([]), /Confirm beads above/u);
+  assert.match(listWords([]), /Confirm beads/u);
 });
 
 test("where simulating went is told with what brings it back", () => {
   const simulated = pair({ measured_from: "simulated" });
   assert.equal(practiceWords([simulated]), "");
   assert.equal(practiceWords([pair({})]), "", "who measures has not practised");
-  assert.match(practiceWords([simulated, pair({ label: "chin" })]), /^‘chin’ was not measured .* ‘Forget measurement’/u);
+  assert.match(practiceWords([simulated, pair({ label: "chin" })]), /^‘chin’ was really measured\. .* ‘Forget’/u);
 });
 
 test("how far a surface holds against sliding is judged", () => {

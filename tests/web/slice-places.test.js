@@ -4,8 +4,8 @@ import { letterOf, placeOf, placeWords, readingWords, sideWords } from "../../ap
 import { AXES, Port } from "../../app/web/js/slices/port.js";
 
 test("a place is told by its sides, with a true minus for HU alone", () => {
-  assert.equal(readingWords([-24.5, -10, 3.2], -310), "R 24.5 A 10.0 S 3.2 mm, −310 HU");
-  assert.equal(readingWords([24.5, 10, -3.2], null), "L 24.5 P 10.0 I 3.2 mm, outside the scan");
+  assert.deepEqual(readingWords([-24.5, -10, 3.2], -310), ["R 24.5 A 10.0 S 3.2 mm", "−310 HU"]);
+  assert.deepEqual(readingWords([24.5, 10, -3.2], null), ["L 24.5 P 10.0 I 3.2 mm", "outside the scan"]);
   assert.equal(sideWords(-0.01, 0), "L 0.0", "no side is invented by rounding");
   assert.equal(sideWords(-7.25, 2, 2), "I 7.25");
   assert.equal(placeWords([-24.5, -3, 12.14]), "R 24.5 A 3.0 S 12.1 mm");

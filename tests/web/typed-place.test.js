@@ -30,7 +30,7 @@ test("one or two numbers are told as incomplete, and nonsense by its axis", () =
   const bad = readPlace(["1", "abc", ""]);
   assert.deepEqual([bad.place, bad.wrong, bad.words], [null, [false, true, false], "y: ‘abc’ is no number."]);
   assert.equal(readPlace(["205.239mm", "2", "3"]).words, "x: ‘205.239mm’ is no number; leave the unit out.");
-  assert.equal(readPlace(["1", "2", "1e9"]).words, "z: ‘1e9’ is too far away; places are in millimetres, 10000 at most.");
+  assert.equal(readPlace(["1", "2", "1e9"]).words, "z: ‘1e9’ is too far away; 10000 mm at most.");
 });
 
 test("three numbers in one text are parted however they were copied", () => {

@@ -29,6 +29,4 @@ def checked_hash(stated: str, content: CaseContent, files: CaseFiles) -> str:
 
 
 def _other() -> InputError:
-    return InputError(
-        "the surfaces and volumes of the archive are not those that its content_hash names; the archive was changed."
-    )
+    return InputError("the archive was changed; its surfaces and volumes are not those that its content_hash names.")

@@ -187,7 +187,7 @@ def _compare(stated: SurfaceInfo | VolumeInfo, found: SurfaceInfo | VolumeInfo) 
     """Raise InputError for a surface or volume that does not match the metadata of the case."""
     near = np.allclose(stated.bounds_lps_mm, found.bounds_lps_mm, 0.0, _SAME_MM)
     if _measures(stated) != _measures(found) or not near:
-        raise InputError(f"the file of {stated.name!r:.40} in the archive has another size or place than is said.")
+        raise InputError(f"the file of {stated.name!r:.40} has another size or place than stated.")
 
 
 def _measures(info: SurfaceInfo | VolumeInfo) -> tuple[Any, ...]:
@@ -215,7 +215,7 @@ def _check_document(document: dict[str, Any], name: str) -> None:
     _check_time(document["created"])
     _check_time(document["modified"])
     if not FILE.fullmatch(document["case_hash"]) or not 0 < document["revision"] <= MAX_REVISION:
-        raise InputError(f"{name} of the archive has no sound revision or hash of its case; the archive was changed.")
+        raise InputError(f"the archive was changed; {name} has no sound revision or hash of its case.")
     try:
         content = kind.content(document["schema"], document["content"], document["settings"])
     except InputError as error:

@@ -62,7 +62,7 @@ def named(plan: Plan, one: StoredRegistration, report: FitReport) -> str:
 def _words(plan: Plan, one: StoredRegistration, report: FitReport) -> str:
     """Describe a registration in sentences."""
     fre = (
-        f" FRE {report.fre_mm:.2f} mm says how well they fit, not how exact the tool is."
+        f" FRE {report.fre_mm:.2f} mm is how well they fit, not the target error."
         if report.usable and report.fre_mm is not None
         else ""
     )

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 from app.operations.fields import Identifier, Name
 from app.operations.operation import Change
-from app.plans.model import PlanContent, check_content
+from app.plans.model import PlanContent
 from app.plans.operations.base import PlanEdit, Plans, StoredPlan
 from app.plans.versions import PlanVersion, PlanVersions
 
@@ -118,7 +118,7 @@ class GoBack(PlanEdit, frozen=True):
 
     def run(self, context: Plans, document_id: str) -> StoredPlan:
         content = context.service.versions.get(document_id, self.version_id).content
-        return TakeOver(content=check_content(content)).run(context, document_id)
+        return TakeOver(content=content).run(context, document_id)
 
 
 class TakeOver(PlanEdit, frozen=True):

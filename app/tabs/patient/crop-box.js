@@ -21,7 +21,7 @@ export class CropBox {
       onchange: () => this.typed(index),
     }));
     this.fields = h("div", { class: "segment-corners", hidden: true }, this.inputs);
-    this.label = h("label", { class: "check" }, this.check, "Crop to a box between two corners");
+    this.label = h("label", { class: "check" }, this.check, "Crop to box");
   }
 
   /** Lower and upper corner in LPS mm; null while nothing is cropped. */

@@ -101,12 +101,12 @@ export function leftOutWords(leftOut) {
  * @param {Found[]} files
  */
 export function refusal(files) {
-  if (!files.length) return "there is no file in it that can be a head.";
+  if (!files.length) return "no file in it can be a head.";
   if (files.length > 1) return "";
   const [{ path }] = files;
-  if (HEADER.test(path)) return "the voxels lie in a second file, which this one only names. Choose both files together.";
+  if (HEADER.test(path)) return "choose header and voxel file together.";
   if (READABLE.test(path) || !/\.[a-z][a-z0-9]{0,4}$/i.test(path)) return "";
-  return "a head is imported from a DICOM folder or .zip, .nrrd, .nii, .nii.gz, .mha, .ply, .stl, .obj, .glb, .vtk or .vtp.";
+  return "not a file of a head. Such are a DICOM folder or .zip, .nrrd, .nii, .nii.gz, .mha, .ply, .stl, .obj, .glb, .vtk or .vtp.";
 }
 
 /**

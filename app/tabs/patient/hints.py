@@ -8,4 +8,4 @@ def patient_hint(case_open: bool, loading: bool) -> str:
         return "The head is being prepared."
     if not case_open:
         return "Choose a head, or import a CT volume or a bone surface."
-    return "Turn the head with the left mouse button, zoom with the wheel. Then go to Plan."
+    return "Drag to turn the head. Then go to Plan."

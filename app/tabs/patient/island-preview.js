@@ -55,7 +55,7 @@ export class IslandPreview {
       try {
         await this.show(await fetch(`${addressOf(caseId)}`, {
           method: "POST", credentials: "same-origin", headers: { "Content-Type": "application/json" }, body: JSON.stringify(request),
-        }), key, " (looked at in half resolution)");
+        }), key, " (half resolution)");
       } catch (error) {
         if (key === this.key) this.fail(error);
       }
@@ -106,7 +106,7 @@ export class IslandPreview {
     if (key !== this.key || (how && thresholdPreview.kept?.key === key)) return; // every voxel was looked at already
     clearTimeout(this.waiting);
     thresholdPreview.keep({ key, runs, step: told("X-Step") });
-    this.say(`${told("X-Islands").toLocaleString("en")} islands, ${told("X-Left-Out").toLocaleString("en")} left out: ${(told("X-Volume-Mm3") / 1000).toFixed(1)} ml are kept${how}.`);
+    this.say(`${told("X-Islands").toLocaleString("en")} islands, ${told("X-Left-Out").toLocaleString("en")} left out, ${(told("X-Volume-Mm3") / 1000).toFixed(1)} ml kept${how}.`);
   }
 
   /** @param {unknown} error */

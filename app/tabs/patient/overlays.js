@@ -2,19 +2,19 @@
 import { askName, confirm, note } from "/static/js/dialogs.js";
 import { h } from "/static/js/dom.js";
 import { change, remove } from "/static/js/rest.js";
-import { draw, filesButton, html, iconTool, nameRow, repeat, titled } from "/static/js/template.js";
+import { draw, filesButton, html, iconTool, nameRow, repeat, said, titled } from "/static/js/template.js";
 
 /** @import { CaseSection, ViewModel } from "/static/js/types.js" */
 /** @typedef {CaseSection["overlays"][number]} Overlay */
 
-const NONE_YET = "An MR or another CT of this patient (DICOM, NRRD, NIfTI, MetaImage), to be laid over the slices by a transform.";
+const NONE_YET = "None yet. Add an MR or another CT of this patient. DICOM, NRRD, NIfTI or MetaImage; it is laid over the slices by a transform.";
 
 /** The user's word that the description of a DICOM series, which may tell of the patient, becomes the name. */
 export function descriptionCheck() {
   /** @type {HTMLInputElement} */
   const input = h("input", { type: "checkbox" });
-  const title = "Off: named by kind, number and time. A series description is text of the file, and may tell of the patient";
-  return { input, element: h("label", { class: "check", title }, input, "Name it by its series description") };
+  const title = "A series name may identify the patient";
+  return { input, element: h("label", { class: "check", title }, input, "Use series name") };
 }
 
 export class OverlaysGroup {
@@ -35,9 +35,9 @@ export class OverlaysGroup {
     const doubts = items.flatMap((item) => (item.notes.length ? [`${item.name}: ${item.notes.join(" ")}`] : []));
     draw(this.element, titled("Second volumes", null, html`
       <ul class="list" id="overlays" aria-label="Second volumes" ?hidden=${!items.length}>${repeat(items, (item) => item.id, (item) => this.row(item))}</ul>
-      <p class=${doubts.length ? "words caution" : "words"}>${items.length ? ["Lay one over the slices with ‘Second volume’ below them.", ...doubts].join(" ") : NONE_YET}</p>
+      <p class=${doubts.length ? "words caution" : "words"}>${said(items.length ? ["Choose it under ‘Second volume’ at the slices.", ...doubts].join(" ") : NONE_YET)}</p>
       <div class="buttons even">
-        ${filesButton({ id: "import-overlay", input: "overlay-file", words: "Add a volume …", disabled }, this.send)}
+        ${filesButton({ id: "import-overlay", input: "overlay-file", words: "Add volume …", disabled }, this.send)}
         ${filesButton({ id: "import-overlay-folder", input: "overlay-folder", words: "Folder …", folder: true, disabled }, this.send)}
       </div>
       ${this.describe.element}`));
@@ -51,7 +51,7 @@ export class OverlaysGroup {
 
   /** @param {Overlay} item */
   async rename(item) {
-    const name = await askName("Name this volume", item.name);
+    const name = await askName("Rename volume", item.name);
     if (name) this.ask(change(this.address(item), { name }));
   }
 

@@ -4,15 +4,16 @@ import { fillOptions, group, h, iconButton, whenChanged } from "/static/js/dom.j
 import { letterOf } from "/static/js/letters.js";
 import { paintBrush } from "/static/js/paint-brush.js";
 import { post } from "/static/js/rest.js";
+import { say } from "/static/js/said.js";
 
 /** @import { Connection } from "/static/js/connection.js" */
 /** @import { JobList } from "/static/js/job-list.js" */
 /** @import { JobPublic, LabelEntry, ViewModel } from "/static/js/types.js" */
 
 const STATES = {
-  none: "It becomes a structure that a plan can spare when its surface is made.",
-  made: "Its structure is what is painted.",
-  changed: "It was painted since its structure was made: make the surface again.",
+  none: "Make a structure to protect it.",
+  made: "Structure is up to date.",
+  changed: "Painted since: make the structure again.",
 };
 
 export class PaintGroup {
@@ -34,9 +35,9 @@ export class PaintGroup {
     this.colour = h("input", { type: "color", class: "swatch", id: "paint-colour", "aria-label": "Colour of the label", title: "Colour", onchange: () => this.change({ colour: this.colour.value }) });
     this.start = h("select", { id: "paint-start" });
     this.make = h("button", { type: "button", id: "paint-new", "data-operation": "label.new", onclick: () => this.create() }, "New label …");
-    this.hold = h("button", { type: "button", class: "wide", id: "paint-hold", "data-operation": "label.stroke", onclick: () => paintBrush.set({ held: !paintBrush.held }) }, "Paint on the slices");
+    this.hold = h("button", { type: "button", class: "wide", id: "paint-hold", "data-operation": "label.stroke", onclick: () => paintBrush.set({ held: !paintBrush.held }) }, "Paint");
     this.modes = this.segments("mode", [["paint", "Paint"], ["erase", "Erase"]], "What the brush does");
-    this.brushes = this.segments("brush", [["disc", "Disc in the slice"], ["ball", "Ball"]], "Shape of the brush");
+    this.brushes = this.segments("brush", [["disc", "Disc"], ["ball", "Ball"]], "Shape of the brush");
     this.radiusWords = h("span", { class: "number" });
     /** @type {HTMLInputElement} */
     this.radius = h("input", { type: "range", id: "paint-radius", min: 0.5, max: 15, step: 0.1, value: "2", oninput: () => paintBrush.set({ radius: Number(this.radius.value) }) });
@@ -45,7 +46,7 @@ export class PaintGroup {
     this.lock = iconButton("lock", "Lock", () => this.change({ locked: !this.item?.locked }));
     this.rename = iconButton("pencil", "Rename", () => this.askName(), { "data-operation": "label.change" });
     this.trash = iconButton("trash", "Delete", () => this.remove(), { "data-operation": "label.delete" });
-    this.surface = h("button", { type: "button", class: "wide", id: "paint-surface", onclick: () => this.makeSurface() }, "Make surface");
+    this.surface = h("button", { type: "button", class: "wide", id: "paint-surface", onclick: () => this.makeSurface() }, "Make structure");
     /** @type {Set<string>} jobs that make a surface of a label, begun here */
     this.begun = new Set();
     this.working = jobs.beside((job) => this.begun.has(job.id));
@@ -58,7 +59,7 @@ export class PaintGroup {
       h("div", { class: "field" }, h("span", { class: "field-label" }, "Save the label"), h("div", { class: "buttons even" }, this.files)));
     this.element = group("Paint", [this.undo, this.redo, this.lock, this.rename, this.trash], this.words, h("div", { class: "fields" },
       h("div", { class: "field" }, h("label", { class: "field-label", for: "paint-label" }, "Label"), h("div", { class: "structure-end" }, this.label, this.colour)),
-      h("div", { class: "field" }, h("label", { class: "field-label", for: "paint-start" }, "A new label begins with"), this.start), this.make, this.tools));
+      h("div", { class: "field" }, h("label", { class: "field-label", for: "paint-start" }, "Begin with"), this.start), this.make, this.tools));
     this.element.id = "paint";
     paintBrush.addEventListener("change", () => this.showBrush());
     // The brush could not be deactivated while another tab is shown.
@@ -115,9 +116,9 @@ export class PaintGroup {
     this.hold.disabled = this.colour.disabled = Boolean(item?.locked);
     if (item && document.activeElement !== this.colour) this.colour.value = item.colour;
     for (const link of this.files) link.setAttribute("href", `/api/v1/labels/${encodeURIComponent(this.chosen)}/file?form=${link.dataset.form}`);
-    if (!hasVolume) this.words.textContent = "This head came without a CT, so there is nothing to paint on.";
-    else if (!item) this.words.textContent = "Paint what a threshold misses, or take away what it takes too much of, voxel by voxel.";
-    else this.words.textContent = item.unreadable || (item.locked ? `${item.name} is locked: unlock it to paint.` : STATES[item.surface]);
+    if (!hasVolume) say(this.words, "No CT to paint on.");
+    else if (!item) say(this.words, "Paint what a threshold misses, or erase what it took too much.");
+    else say(this.words, item.unreadable || (item.locked ? `‘${item.name}’ is locked.` : STATES[item.surface]));
     this.words.classList.toggle("caution", Boolean(item && (item.unreadable || item.surface === "changed")));
     this.offer();
   }
@@ -133,7 +134,7 @@ export class PaintGroup {
   showBrush() {
     const { held, mode, brush, radius } = paintBrush;
     this.hold.setAttribute("aria-pressed", String(held));
-    this.hold.textContent = held ? "Put the brush down" : "Paint on the slices";
+    this.hold.textContent = held ? "Stop painting" : "Paint";
     for (const [segments, value] of /** @type {[HTMLElement, string][]} */ ([[this.modes, mode], [this.brushes, brush]])) {
       for (const button of segments.querySelectorAll("button")) button.setAttribute("aria-pressed", String(button.dataset.value === value));
     }
@@ -149,7 +150,7 @@ export class PaintGroup {
 
   async create() {
     const from = this.start.value ? this.start.selectedOptions[0].textContent ?? "" : "";
-    const name = await askName("Name of the new label", from ? `${from}, painted` : "Label");
+    const name = await askName("New label", from ? `${from}, painted` : "Label");
     if (!name) return;
     this.naming = name;
     this.ask("label.new", { name, structure_id: this.start.value || null });
@@ -166,7 +167,7 @@ export class PaintGroup {
   }
 
   async askName() {
-    const name = this.item && await askName("Rename this label", this.item.name);
+    const name = this.item && await askName("Rename label", this.item.name);
     if (name) this.change({ name });
   }
 
@@ -174,7 +175,7 @@ export class PaintGroup {
     const { item } = this;
     if (!item || !await confirm(`Delete ‘${item.name}’?`, "The structure that was made of it stays.", "Delete")) return;
     const fields = { label_id: item.id };
-    noteDone(this.connection.request("label.delete", fields), "The label was deleted.",
+    noteDone(this.connection.request("label.delete", fields), "Label deleted.",
       { label: "Restore", run: () => this.connection.send("label.restore", fields) });
   }
 

@@ -4,6 +4,7 @@ import { note } from "/static/js/dialogs.js";
 import { heldNumber, ownNumber, showNumber } from "/static/js/fields.js";
 import { fixed } from "/static/js/format.js";
 import { post } from "/static/js/rest.js";
+import { say } from "/static/js/said.js";
 import { thresholdPreview } from "/static/js/threshold-preview.js";
 import { CropBox } from "./crop-box.js";
 import { IslandPreview } from "./island-preview.js";
@@ -45,7 +46,7 @@ export class SegmentGroup {
     this.crop = new CropBox(() => this.publish());
     this.smooth = ownNumber("segment-smooth", 0, 3, 0.1, 0);
     this.name = h("input", { type: "text", id: "segment-name", maxLength: 80, value: PRESETS.bone.name });
-    this.button = h("button", { type: "button", class: "wide", id: "segment-make", onclick: () => this.make() }, "Make surface");
+    this.button = h("button", { type: "button", class: "wide", id: "segment-make", onclick: () => this.make() }, "Make structure");
     this.working = jobs.beside((job) => job.kind === "segmentation");
     jobs.addEventListener("change", () => this.showBusy());
     this.words = h("p", { class: "words" });
@@ -53,7 +54,7 @@ export class SegmentGroup {
     this.kept = new IslandPreview((words) => { this.keptWords.textContent = words; });
     this.element = group("Segment", null, this.words, h("div", { class: "fields" },
       this.field("Tissue", this.preset), this.low.field, this.high.field,
-      h("label", { class: "check" }, this.tint, "Show the threshold on the slices"),
+      h("label", { class: "check" }, this.tint, "Show in slices"),
       this.field("Islands", this.islands), this.leastField, this.keptWords,
       this.crop.label, this.crop.fields,
       this.field("Smoothing, mm", this.smooth), this.field("Name", this.name), this.button, this.working));
@@ -93,9 +94,9 @@ export class SegmentGroup {
     if (open?.id !== this.case?.id) this.tint.checked = false;
     this.case = open ?? null;
     this.showBusy();
-    this.words.textContent = open && !open.has_volume
-      ? "This head came without a CT, so there is nothing to segment."
-      : "Makes a structure that a plan can spare, hard or soft. Bone between two airs may be missing from every threshold; ‘Bone expected but not seen’ takes the sheets between them, whose border of air stands in for it.";
+    say(this.words, open && !open.has_volume
+      ? "No CT to segment."
+      : "Makes a structure from a threshold. A plan can protect it. Thin bone between air spaces may be invisible at every threshold; ‘Bone expected but not seen’ fills it in.");
     this.publish();
   }
 

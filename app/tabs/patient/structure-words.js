@@ -8,9 +8,9 @@
  * @param {boolean} labelled whether the label that it was painted as is still there
  */
 export function wayBack(origin, labelled) {
-  if (origin === "ct") return "It was made of this head’s CT by a threshold, and can be made again under ‘Segment’.";
-  if (origin !== "painted") return "It came out of a file, which can be imported again.";
-  return labelled ? "The label that it was painted as stays, and the surface can be made of it again." : "The label that it was painted as is deleted; restore that first if the structure may be needed again.";
+  if (origin === "ct") return "It can be made again under ‘Threshold’.";
+  if (origin !== "painted") return "Its file can be imported again.";
+  return labelled ? "Its painted label stays, and can make it again." : "Its painted label is deleted too; restore that first.";
 }
 
 /**

@@ -2,15 +2,15 @@
 import { h } from "/static/js/dom.js";
 import { count } from "/static/js/format.js";
 import { askName, confirm, note } from "/static/js/dialogs.js";
-import { draw, filesButton, html, iconTool, live, repeat, titled, unlessFocused } from "/static/js/template.js";
+import { draw, filesButton, html, iconTool, live, repeat, said, titled, unlessFocused } from "/static/js/template.js";
 import { madeOf, wayBack } from "./structure-words.js";
 
 /** @import { Connection } from "/static/js/connection.js" */
 /** @import { StructureEntry, ViewModel } from "/static/js/types.js" */
 
-const NONE_YET = "Labels of a segmentation become structures of this head, each with a name and a colour: .seg.nrrd, a NIfTI label map (with a table of names, if there is one) or a DICOM SEG. A folder of masks names them after its files.";
+const NONE_YET = "None yet. Import a segmentation. Its labels become structures, each with a name and a colour: .seg.nrrd, a NIfTI label map (with a table of names, if there is one) or a DICOM SEG. A folder of masks names them after its files.";
 const SEGMENTATION = { id: "import-segmentation", input: "segmentation-file", words: "Segmentation …", accept: ".nrrd,.nii,.gz,.mha,.dcm,.zip,.json,.csv,.tsv" };
-const MASKS = { id: "import-masks", input: "segmentation-folder", words: "Folder of masks …", folder: true, title: "A folder of NIfTI masks, one of each structure, as TotalSegmentator writes it; structures are named after the files" };
+const MASKS = { id: "import-masks", input: "segmentation-folder", words: "Masks …", folder: true, title: "Folder of NIfTI masks, one a structure, as of TotalSegmentator" };
 
 export class StructuresGroup {
   /**
@@ -31,7 +31,7 @@ export class StructuresGroup {
       @click=${() => this.connection.send("structure.show", { shown: !shown })}>${shown ? "Hide all" : "Show all"}</button>`;
     draw(this.element, titled("Structures", all, html`
       <ul class="list structures">${repeat(items, (item) => item.id, (item) => this.row(item))}</ul>
-      <p class="words" ?hidden=${items.length > 0}>${NONE_YET}</p>
+      <p class="words" ?hidden=${items.length > 0}>${said(NONE_YET)}</p>
       <div class="buttons even">
         ${filesButton({ ...SEGMENTATION, disabled: !open }, this.send)}${filesButton({ ...MASKS, disabled: !open }, this.send)}
       </div>`));
@@ -56,14 +56,14 @@ export class StructuresGroup {
       </div>
       <details class="structure-notes" ?hidden=${!notes.length}>
         <summary aria-label=${`Notes of ${name}`}>${count(notes.length, "note", "notes")}</summary>
-        <p class="words">${notes.join(" ")}</p>
+        <p class="words help">${notes.join(" ")}</p>
       </details>
     </li>`;
   }
 
   /** @param {StructureEntry} item */
   async rename({ id, name: before }) {
-    const name = await askName("Rename this structure", before);
+    const name = await askName("Rename structure", before);
     if (name) this.ask("structure.change", { structure_id: id, name });
   }
 

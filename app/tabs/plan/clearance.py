@@ -42,8 +42,7 @@ def verdict_view(evaluation: PlanEvaluation) -> VerdictView:
     return {
         "level": verdict.level,
         "short": verdict.short,
-        "tissue_level": verdict.tissue_level,
-        "parts": [{"words": part.words, "s_mm": part.s_mm, "detail": part.detail} for part in verdict.parts],
+        "parts": [{"words": part.words, "s_mm": part.s_mm} for part in verdict.parts],
         "figures": [_figure(figure) for figure in figures],
         "pierced": _pierced(verdict.pierced),
         "show_mm": next(figure.s_mm for figure in figures if figure.s_mm is not None),  # bone has a place

@@ -23,14 +23,13 @@ from app.tabs.plan.sections import (
     EvaluationState,
     EvaluationStatus,
     ScaleView,
-    SoftTissueView,
     VerdictView,
 )
 from app.workspace.latest import Act, BackgroundTask, Latest
 from vfix_engine.arrays import Array
 from vfix_engine.errors import StartRefused, VfixError
 
-FAILED = "The dry run failed"
+FAILED = "The simulation failed"
 _UNKNOWN, _BLOCKED = palette.hex_colour(palette.UNKNOWN), palette.hex_colour(palette.PIERCED)
 
 STATE_WORDS: dict[EvaluationState, str] = {
@@ -58,7 +57,6 @@ class ShownEvaluation:
 
     status: EvaluationStatus = "none"
     words: str = ""
-    caution: bool = False
     completed: bool | None = None
     evaluation: PlanEvaluation | None = None
     margin_mm: float = 0.3
@@ -91,7 +89,7 @@ class ShownEvaluation:
 
     @property
     def short(self) -> str:
-        """The verdict in a few words, the same in banner, panel and bar; '' while the path is judged."""
+        """The verdict in a few words, as the card has it behind '?'; '' while the path is judged."""
         if self.verdict is None:
             return f"{WORDS['unknown']}: {within_a_sentence(self.words).rstrip('.')}" if self.status == "failed" else ""
         return f"{self.verdict.short} (provisional)" if self.provisional else self.verdict.short
@@ -112,11 +110,6 @@ class ShownEvaluation:
 
     def view(self) -> EvaluationSection:
         """The page's section."""
-        verdict, tissue = self.verdict, None
-        least = None if verdict is None else verdict.least_clearance_mm
-        if self.evaluation is not None:
-            passed = self.evaluation.soft_tissue
-            tissue = SoftTissueView(length_mm=passed.length_mm, at_mm=passed.at_mm, complete=passed.complete)
         scale: ScaleView | None = None
         if self.status in ("computing", "done"):
             scale = {
@@ -133,11 +126,6 @@ class ShownEvaluation:
             "level": self.level,
             "word": self.word,
             "short": self.short,
-            "caution": self.caution,
-            "completed": self.completed,
-            "min_clearance_mm": None if least is None else round(least, 3),
-            "nearest": "" if verdict is None else verdict.nearest,
-            "soft_tissue": tissue,
             "warning": self.warning,
             "scale": scale,
             "job": self.job or None,
@@ -185,7 +173,7 @@ class DryRuns:
         kept_mm: from bone, in this case. options: of the rehearsal, which hold the tool as they do in it.
         before: what is shown greyed until the answer is there.
         """
-        waiting = ShownEvaluation("computing", "The tool is driven along the path …", margin_mm=kept_mm, before=before)
+        waiting = ShownEvaluation("computing", "Simulating the tool along the path …", margin_mm=kept_mm, before=before)
         self.current = waiting
 
         def find(run: BackgroundTask) -> ShownEvaluation:
@@ -205,13 +193,13 @@ class DryRuns:
                 self._services, plan, kept_mm, lambda: self._services.dry_runs.evaluate(plan, options, began)
             )
         except JobCancelled:
-            words = "The dry run was cancelled: whether the tool fits is not known."
-            return ShownEvaluation("failed", words, caution=True, completed=False, margin_mm=kept_mm, cancelled=True)
+            words = "Simulation cancelled: whether the tool fits is not known."
+            return ShownEvaluation("failed", words, completed=False, margin_mm=kept_mm, cancelled=True)
 
 
 def failed_run(words: str, kept_mm: float, provisional: bool = False) -> ShownEvaluation:
     """No answer, and why."""
-    return ShownEvaluation("failed", words, True, completed=False, margin_mm=kept_mm, provisional=provisional)
+    return ShownEvaluation("failed", words, completed=False, margin_mm=kept_mm, provisional=provisional)
 
 
 def answered(services: Services, plan: Plan, kept_mm: float, evaluate: Callable[[], PlanEvaluation]) -> ShownEvaluation:
@@ -227,11 +215,8 @@ def answered(services: Services, plan: Plan, kept_mm: float, evaluate: Callable[
         raise
     except StartRefused as error:
         verdict = refused(error).with_remarks(plan)
-        return ShownEvaluation(
-            "failed", verdict.words, caution=True, completed=False, margin_mm=kept_mm, refusal=verdict
-        )
+        return ShownEvaluation("failed", verdict.words, completed=False, margin_mm=kept_mm, refusal=verdict)
     except VfixError as error:
         return failed_run(str(error), kept_mm)
-    words = evaluation.verdict.words
-    caution, warning = evaluation.verdict.level != "fits", uncertainty.warning(settings.margin_mm)
-    return ShownEvaluation("done", words, caution, evaluation.completed, evaluation, settings.kept_mm, warning)
+    words, warning = evaluation.verdict.words, uncertainty.warning(settings.margin_mm)
+    return ShownEvaluation("done", words, evaluation.completed, evaluation, settings.kept_mm, warning)

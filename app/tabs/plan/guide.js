@@ -125,6 +125,18 @@ export function stepLine(name, state, known) {
 }
 
 /**
+ * What a part below the steps holds, for when it is closed.
+ * @param {string} name
+ * @param {ViewModel} state
+ * @returns {Line}
+ */
+export function moreLine(name, { regions, versions, paths }) {
+  if (name === "notes") return { words: (paths?.notes ?? "").trim().split("\n")[0], mark: "" };
+  const items = name === "versions" ? versions?.items : regions?.items.filter(({ purpose }) => purpose === "remove");
+  return items?.length ? listLine(items.map((item) => item.name), name === "versions" ? "versions" : "places") : { words: "", mark: "" };
+}
+
+/**
  * @param {PlanSection} plan
  * @param {ViewModel} state
  * @returns {Line}

@@ -14,18 +14,18 @@ const KINDS = [["point", "Point", "A click adds a point of the path"], ["target"
 export class PlanBar {
   /**
    * @param {Connection} connection
-   * @param {{ plans: () => void, exports: () => void }} opens the plan list, and the step Export
+   * @param {() => void} goToExport
    */
-  constructor(connection, opens) {
+  constructor(connection, goToExport) {
     this.connection = connection;
-    this.opens = opens;
+    this.goToExport = goToExport;
     this.element = h("div", { class: "plan-bar", role: "toolbar", "aria-label": "Plan" });
     this.roving = new Roving(this.element, "button", { axis: "horizontal" });
   }
 
   /** @param {PlanSection | null | undefined} plan */
   update(plan) {
-    const { connection, opens } = this;
+    const { connection } = this;
     const locked = Boolean(plan?.locked);
     draw(this.element, html`<div class="plan-bar-line">
         <button type="button" class="icon plain" id="undo" data-operation="undo" title="Undo (Ctrl+Z)" aria-label="Undo (Ctrl+Z)" ?disabled=${!plan?.can_undo}
@@ -35,8 +35,8 @@ export class PlanBar {
         <button type="button" class="plain plan-lock" id="lock" data-operation="lock" aria-pressed=${String(locked)} ?disabled=${!plan} title="Locked points cannot be moved, added or deleted"
           @click=${() => connection.send("lock", { locked: !connection.state.plan?.locked })}>${iconTemplate(locked ? "lock" : "unlock")}${locked ? "Unlock" : "Lock"}</button>
         <span class="plan-bar-space"></span>
-        <button type="button" class="plain" id="plans" title="Plans of this head" @click=${opens.plans}>Plans</button>
-        <button type="button" class="plain" id="export" title="Save the plan as a file" ?disabled=${!plan} @click=${opens.exports}>Export</button>
+        <button type="button" class="plain" id="plans" title="Plans of this head">Plans</button>
+        <button type="button" class="plain" id="export" title="Save the plan as a file" ?disabled=${!plan} @click=${this.goToExport}>Export</button>
       </div>
       <div class="plan-bar-line"><span class="plan-bar-label" id="adds-label">Click adds</span>
         <div class="segmented" role="group" aria-labelledby="adds-label">${KINDS.map(([kind, label, title]) => html`<button type="button" data-kind=${kind} title=${title}

@@ -1,4 +1,4 @@
-"""Commands of the structures to spare, of the bone to be removed, and of a plan's paths."""
+"""Commands that draw and select regions: protected structures, and bone to be removed."""
 
 from __future__ import annotations
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Literal, TypedDict
 
 from app.messages.sections import Position
-from app.planning.verdict import Level, TissueLevel
+from app.planning.verdict import Level
 from app.tabs.plan.cone_section import ConeSection
 from app.tabs.plan.paths import PathSections
 from app.tabs.plan.region_sections import RegionSections
@@ -114,23 +114,11 @@ class PlanSection(ItemsSection):
     tool: PlanToolView
 
 
-class SoftTissueView(TypedDict):
-    """Soft tissue that the tool passes at most, and where its tip is then; complete: the scan holds all of it."""
-
-    length_mm: float | None
-    at_mm: float | None
-    complete: bool
-
-
 class VerdictPart(TypedDict):
-    """A piece of the verdict's sentence; s_mm: arc length of the tip that it is about, None where it is about none.
-
-    detail: shown on request only.
-    """
+    """A piece of the verdict's sentence; s_mm: arc length of the tip that it is about, None where it is about none."""
 
     words: str
     s_mm: float | None
-    detail: bool
 
 
 class ObstacleCurve(TypedDict):
@@ -177,7 +165,7 @@ class FigureView(TypedDict):
 
 
 class VerdictView(TypedDict):
-    """The verdict on the path: level from bone and reach, tissue_level from soft tissue; short: in a few words.
+    """The verdict on the path: level from bone and reach; short: in a few words.
 
     figures: the one that decides first.
     pierced: what is drawn in red; None where the tool pierces nothing.
@@ -188,7 +176,6 @@ class VerdictView(TypedDict):
 
     level: Level
     short: str
-    tissue_level: TissueLevel
     parts: list[VerdictPart]
     figures: list[FigureView]
     pierced: PiercedView | None
@@ -216,11 +203,10 @@ class ScaleView(TypedDict):
 
 
 class EvaluationSection(TypedDict):
-    """The dry run of the plan; completed is None until it has ended.
+    """The dry run of the plan.
 
     level, short: of the verdict, also where the tool does not fit at the entry or the run has failed; None and '' while
     the path is judged. word: of the level, of the verdict that is shown where there is none, '' without either.
-    min_clearance_mm: the least clearance to what is nearest to its margin, which nearest names.
     job: id of the one that computes it, None where none does. cancelled: somebody ended it.
     verdict: of a run that has ended, or of an earlier one while another is computed; shown_mm: arc length at which the
     tool is shown, None where it is not.
@@ -234,11 +220,6 @@ class EvaluationSection(TypedDict):
     level: Level | None
     word: str
     short: str
-    caution: bool
-    completed: bool | None
-    min_clearance_mm: float | None
-    nearest: str
-    soft_tissue: SoftTissueView | None
     warning: str
     scale: ScaleView | None
     job: str | None

@@ -23,7 +23,7 @@ from vfix_engine.arrays import Array
 from vfix_engine.errors import PlanError
 from vfix_engine.geometry.path import SplinePath
 
-AIM_WORDS = "Click where the shaft is to pass behind the tip, in the head or in a slice. Esc cancels."
+AIM_WORDS = "Click where the shaft passes behind the tip. Esc cancels."
 _NEAREST_MM = 1.0  # to the point: a click nearer than that has no direction
 
 

@@ -179,7 +179,7 @@ class PlanTab(Tab):
         if isinstance(command, HideTool):
             self._evaluations.tool.clear()
         elif evaluation is None:
-            raise PlanError("the tool is shown once the dry run has ended.")
+            raise PlanError("the tool is shown once the simulation has ended.")
         else:
             self.workspace.case.go_to(self._evaluations.tool.at(evaluation, command.s_mm))
 
@@ -305,7 +305,7 @@ class PlanTab(Tab):
     def hint(self) -> str:
         edited = self._edited
         if edited is None:
-            return "Open a head first." if self._case_id is None else "Choose a plan below, or make a new one."
+            return "Open a head first." if self._case_id is None else "Open a plan under Plans, or make one."
         plan, drawing = edited.plan, edited.regions.drawing
         if drawing is not None:
             return DRAW_WORDS[drawing.request.kind]

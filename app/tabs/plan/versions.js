@@ -1,54 +1,56 @@
 // Named versions of a plan: saved, compared with the plan as it is, and gone back to.
-import { fillListRow, group, h, iconButton, keyed, listRow, whenChanged } from "/static/js/dom.js";
-import { whenExactly } from "/static/js/format.js";
 import { askName, noteDone, noteEdit } from "/static/js/dialogs.js";
+import { h, whenChanged } from "/static/js/dom.js";
+import { whenExactly } from "/static/js/format.js";
+import { draw, html, iconTemplate, nameRow, nothing, repeat } from "/static/js/template.js";
 
-/** @import { Row } from "/static/js/dom.js" */
 /** @import { Connection } from "/static/js/connection.js" */
 /** @import { VersionView, VersionsSection, ViewModel } from "/static/js/types.js" */
 
-export class VersionsGroup {
+export class Versions {
   /** @param {Connection} connection */
   constructor(connection) {
     this.connection = connection;
     this.changed = whenChanged();
-    this.saveButton = h("button", { type: "button", class: "plain", id: "save-version", "data-operation": "version.save", onclick: () => this.save() }, "Save");
-    this.list = h("ul", { class: "list two-lines plain-rows", id: "versions" });
-    this.empty = h("p", { class: "empty" }, "None yet. A version keeps the plan as it is now, to compare it and to come back to it.");
-    this.words = h("ul", { class: "changes", id: "version-changes" });
-    this.backButton = h("button", { type: "button", class: "wide", id: "go-back", "data-operation": "version.go_back", onclick: () => this.goBack() }, "Go back to this version");
-    this.element = group("Versions", [this.saveButton], this.list, this.empty, this.words, this.backButton);
+    this.element = h("div", { class: "fields" });
   }
 
   /** @param {ViewModel} state */
   update({ versions }) {
-    this.changed([versions, Boolean(versions)], () => this.render(versions));
+    this.changed([versions, Boolean(versions)], () => draw(this.element, this.list(versions)));
   }
 
   /** @param {VersionsSection | null | undefined} versions */
-  render(versions) {
+  list(versions) {
     const items = versions?.items ?? [];
-    keyed(this.list, items, (item) => item.id, () => this.row(),
-      (row, item) => fillListRow(row, item, whenExactly(item.created), item.id === versions?.compared));
-    this.empty.hidden = items.length > 0;
-    this.saveButton.disabled = !versions;
-    this.words.hidden = this.backButton.hidden = !versions?.compared;
-    const changes = versions?.changes.length ? versions.changes : ["The plan is as it was in this version."];
-    this.words.replaceChildren(...changes.map((text) => h("li", {}, text)));
-    this.backButton.disabled = Boolean(versions?.locked) || !versions?.differs;
-    this.backButton.title = versions?.changes.length && !versions.differs ? "Settings of the rehearsal stay as they are now" : "";
+    return html`<button type="button" class="wide" id="save-version" data-operation="version.save" ?disabled=${!versions} @click=${() => this.save()}>Save version</button>
+      <ul class="list two-lines plain-rows" id="versions" ?hidden=${!items.length}>${repeat(items, ({ id }) => id, (version) => this.row(version, versions))}</ul>
+      ${items.length ? nothing : html`<p class="empty">None yet. A version keeps the plan as it is.</p>`}
+      ${this.changes(versions)}`;
   }
 
-  /** @returns {Row<VersionView>} */
-  row() {
-    /** @type {Row<VersionView>} */
-    const row = listRow(false, () => this.connection.send("version.compare", { version_id: row.item.id }), [
-      iconButton("pencil", "Rename", () => this.rename(row.item), { "data-operation": "version.rename" }),
-      iconButton("trash", "Delete", () => this.remove(row.item), { "data-operation": "version.delete" }),
-    ]);
-    const main = /** @type {HTMLElement | null} */ (row.querySelector(".row-main"));
-    if (main) main.title = "Show what changed since then";
-    return row;
+  /**
+   * What changed since the version that is compared, and the way back to it.
+   * @param {VersionsSection | null | undefined} versions
+   */
+  changes(versions) {
+    const { compared = null, changes = [], differs = false, locked = false } = versions ?? {};
+    const words = changes.length ? changes : ["No changes since then."];
+    return html`<ul class="changes" id="version-changes" ?hidden=${!compared}>${words.map((text) => html`<li>${text}</li>`)}</ul>
+      <button type="button" class="wide" id="go-back" data-operation="version.go_back" ?hidden=${!compared} ?disabled=${locked || !differs}
+        title=${changes.length && !differs ? "Only rehearsal settings differ" : nothing} @click=${() => this.goBack()}>Go back</button>`;
+  }
+
+  /**
+   * @param {VersionView} version
+   * @param {VersionsSection | null | undefined} versions
+   */
+  row(version, versions) {
+    const tools = html`
+      <button type="button" class="icon plain" data-operation="version.rename" title="Rename" aria-label="Rename" @click=${() => this.rename(version)}>${iconTemplate("pencil")}</button>
+      <button type="button" class="icon plain" data-operation="version.delete" title="Delete" aria-label="Delete" @click=${() => this.remove(version)}>${iconTemplate("trash")}</button>`;
+    const compare = () => this.connection.send("version.compare", { version_id: version.id });
+    return nameRow(version, whenExactly(version.created), compare, tools, version.id === versions?.compared);
   }
 
   async save() {

@@ -4,6 +4,7 @@ import { count, mm } from "/static/js/format.js";
 import { note, noteEdit } from "/static/js/dialogs.js";
 import { heldNumber, ownNumber } from "/static/js/fields.js";
 import { JobLine } from "/static/js/job-line.js";
+import { line, say } from "/static/js/said.js";
 import { placeWords } from "/static/js/slices/place-words.js";
 
 /** @import { Row } from "/static/js/dom.js" */
@@ -21,10 +22,10 @@ export class BeadsGroup {
     this.allButton = h("button", { type: "button", id: "confirm-beads", "data-operation": "bead.confirm_all", onclick: () => connection.send("bead.confirm_all") }, "Confirm all");
     this.work = new JobLine();
     this.diameter = ownNumber("bead-diameter", 0.5, 20, 0.5, null);
-    this.diameter.placeholder = "1 to 6";
+    this.diameter.placeholder = "any";
     this.threshold = ownNumber("bead-threshold", 300, 3000, 50, 800);
     this.options = h("details", { class: "folded" }, h("summary", {}, "Size and threshold"), h("div", { class: "fields" },
-      field("Diameter, mm (empty: every size)", this.diameter), field("Brighter than, HU", this.threshold)));
+      field("Diameter, mm", this.diameter), field("Brighter than, HU", this.threshold)));
     this.list = h("ul", { class: "list fiducials", id: "beads", "aria-label": "Beads that were found" });
     this.said = h("p", { class: "words", id: "beads-said", role: "status" });
     this.cautions = h("div", { class: "fields" });
@@ -41,9 +42,9 @@ export class BeadsGroup {
 
   /** @param {RegistrationSection} registration */
   render({ beads, search, locked, selected, has_volume: hasVolume }) {
-    this.words.textContent = hasVolume
-      ? "Small dense balls that were glued to the skin before the scan. Look at each one in the slices and say whether it is one."
-      : "This head came without a CT. Put the crosshair on each point and add it below.";
+    say(this.words, hasVolume
+      ? "Confirm each bead that is real. Beads are small dense balls that were glued to the skin before the scan; look at each one in the slices."
+      : "No CT: add points at the crosshair.");
     const open = beads.filter((bead) => bead.state === "found").length;
     this.findButton.hidden = this.options.hidden = !hasVolume;
     this.findButton.disabled = locked || this.looking;
@@ -52,8 +53,8 @@ export class BeadsGroup {
     this.allButton.hidden = open === 0;
     this.allButton.classList.toggle("primary", open > 0);
     this.allButton.disabled = locked;
-    this.said.textContent = search ? saidOf(beads.length, search.left_out) : "";
-    this.cautions.replaceChildren(...(search?.cautions ?? []).map((text) => h("p", { class: "words caution" }, text)));
+    say(this.said, search ? saidOf(beads.length, search.left_out) : "");
+    this.cautions.replaceChildren(...(search?.cautions ?? []).map((text) => line(text, { class: "words caution" })));
     keyed(this.list, beads, (bead) => bead.id, () => this.row(), (row, bead) => fillBead(row, bead, locked, bead.id === selected));
   }
 
@@ -77,7 +78,7 @@ export class BeadsGroup {
     const judged = this.connection.request("bead.judge", { bead_id: bead.id, confirmed });
     const pair = this.registration?.pairs.find((one) => one.bead === bead.id);
     if (!confirmed && pair?.measured) {
-      noteEdit(this.connection, "registration", judged, `‘${pair.label}’ and its measured point were taken away.`);
+      noteEdit(this.connection, "registration", judged, `‘${pair.label}’ and its measured point removed.`);
     } else judged.catch((error) => note(error.message, { error: true }));
   }
 
@@ -89,7 +90,7 @@ export class BeadsGroup {
     try {
       const wish = { diameter_mm: heldNumber(this.diameter), threshold_hu: heldNumber(this.threshold) };
       const found = await this.work.run(`/api/v1/registrations/${encodeURIComponent(registration.id)}/beads`, wish);
-      if (found === null) note("The search for beads was cancelled; what was found before stays.");
+      if (found === null) note("Search cancelled; beads found before stay.");
     } catch (error) {
       note(/** @type {Error} */ (error).message, { error: true });
     } finally {
@@ -112,8 +113,8 @@ export function field(words, input) {
  * @param {number} leftOut
  */
 function saidOf(found, leftOut) {
-  const beads = found ? `${count(found, "bead was", "beads were")} found.` : "No bead was found. Another size or threshold may help; points can be added at the crosshair too.";
-  return leftOut ? `${beads} ${count(leftOut, "dense place of that size was", "dense places of that size were")} left out, such as teeth and edges of bone.` : beads;
+  const words = found ? `${count(found, "bead", "beads")} found.` : "No bead found. Try another size or threshold, or add points at the crosshair.";
+  return leftOut ? `${words} ${count(leftOut, "similar place", "similar places")} left out, such as teeth and edges of bone.` : words;
 }
 
 /**

@@ -23,9 +23,9 @@ export function briefWords({ to, pointer, robot }) {
  */
 export function pointerRows(pointer) {
   return [
-    ["Error of the tip", `${mm(pointer.tip_error_mm)} rms`, "What has to be expected of the tip's place in the pointer, from the residual and the poses"],
-    ["Residual", `${mm(pointer.residual_mm)} rms`, "How far the tip was from its place over the poses. Noise of the tracker, a tip that slips and a pointer that bends make it large."],
-    ["Swung by", `${pointer.swing_deg.toFixed(0)}°`, "In the direction in which it was swung least; 30° to all sides tell the tip well"],
+    ["Error of the tip", `${mm(pointer.tip_error_mm)} rms`, "Expected error of the tip in the pointer"],
+    ["Residual", `${mm(pointer.residual_mm)} rms`, "Distance of the tip from its place; noise, slips and bending add"],
+    ["Swung by", `${pointer.swing_deg.toFixed(0)}°`, "In the least swung direction; 30° to all sides is good"],
     ["Poses", sourceWords(pointer), "How many were used, and where they are from"],
   ];
 }
@@ -37,7 +37,7 @@ export function pointerRows(pointer) {
  */
 export function robotRows(robot) {
   return [
-    ["Residual, distance", `${mm(robot.translation_residual_mm)} rms`, "What remains between the marker as the robot carries it and as the tracker sees it"],
+    ["Residual, distance", `${mm(robot.translation_residual_mm)} rms`, "Between the marker as carried and as the tracker sees it"],
     ["Residual, rotation", `${robot.rotation_residual_deg.toFixed(2)}° rms`, "The angle between the two"],
     ["Poses", sourceWords(robot), "How many pairs were used, and where they are from"],
   ];

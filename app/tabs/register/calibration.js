@@ -3,7 +3,9 @@ import { fillOptions, group, h, whenChanged } from "/static/js/dom.js";
 import { folding } from "/static/js/folding.js";
 import { note } from "/static/js/dialogs.js";
 import { heldNumber, ownNumber } from "/static/js/fields.js";
+import { brief } from "/static/js/brief.js";
 import { change, remove, send, upload } from "/static/js/rest.js";
+import { line, say } from "/static/js/said.js";
 import { field } from "./beads.js";
 import { briefWords, pointerRows, robotRows, robotsTable, sentence } from "./calibration-words.js";
 
@@ -11,9 +13,9 @@ import { briefWords, pointerRows, robotRows, robotsTable, sentence } from "./cal
 /** @import { RegistrationPublic, RegistrationSection, TrackerView } from "/static/js/types.js" */
 
 const SWUNG_S = 15;
-const WHAT = "A tracker tells how a pointer and a marker on the robot lie. Where the tip is in the pointer, and where the tracker stands beside the robot, is found once and kept here. Points that are typed need neither.";
-const NO_TIP = "Not calibrated: the tracker has to tell the place of the tip itself. To find it, stand the tip in a dimple and swing the pointer by 30° to all sides.";
-const NO_ROBOT = "Not calibrated. To find where the tracker stands, the robot turns its flange with a marker on it about two axes or more, by 20° or more; its poses and those of the marker are read from two tables.";
+const WHAT = "Only needed with a tracker. It reports how a pointer and a marker on the robot lie; where the tip is in the pointer, and where the tracker stands beside the robot, is found once and kept here.";
+const NO_TIP = "Pointer tip is not calibrated. Stand the tip in a dimple and swing the pointer by 30° to all sides. Until then the tracker has to report the tip itself.";
+const NO_ROBOT = "Robot and tracker are not calibrated. The robot turns its flange with a marker on it about two axes or more, by 20° or more; its poses and those of the marker are read from two tables.";
 
 export class CalibrationGroup {
   /** @param {Connection} connection */
@@ -31,15 +33,15 @@ export class CalibrationGroup {
     this.stays = h("p", { class: "words", id: "registered-to-words" });
     this.tip = new Tool("tip", "Pointer's tip", NO_TIP);
     this.robot = new Tool("tracker", "Robot and tracker", NO_ROBOT);
-    this.swingButton = h("button", { type: "button", class: "wide", id: "swing-pointer", onclick: () => this.swing() }, "Swing the tracked pointer");
+    this.swingButton = h("button", { type: "button", class: "wide", id: "swing-pointer", onclick: () => this.swing() }, "Swing pointer");
     this.tipFile = h("input", { type: "file", hidden: true, accept: ".csv", id: "pointer-file", onchange: () => this.readPointer() });
     this.robotFiles = h("input", { type: "file", hidden: true, multiple: true, accept: ".csv", id: "robot-files", onchange: () => this.readRobot() });
     this.noise = ownNumber("calibration-noise", 0, 20, 0.1, 0.3);
     this.baseWords = h("p", { class: "words", id: "to-base-words" });
-    this.baseButton = h("button", { type: "button", class: "wide", id: "to-base", onclick: () => this.toBase() }, "Make one to the robot's base");
+    this.baseButton = h("button", { type: "button", class: "wide", id: "to-base", onclick: () => this.toBase() }, "Make base registration");
     this.status = h("p", { class: "words", id: "calibration-status", role: "status" });
     this.listen();
-    this.element = folding("calibration", group("Pointer and robot", null, h("p", { class: "words" }, WHAT),
+    this.element = folding("calibration", group("Pointer and robot", null, line(WHAT),
       h("div", { class: "field" }, h("label", { class: "field-label", for: "registered-to" }, "This registration is to"), this.to), this.stays, this.status, this.tip.head, this.swingButton, this.tip.buttons,
       this.robot.head, this.robot.buttons,
       h("details", { class: "folded" }, h("summary", {}, "Noise of the simulated tracker"), h("div", { class: "fields" }, field("Error of one tracked point, mm rms", this.noise))),
@@ -77,20 +79,20 @@ export class CalibrationGroup {
     this.brief.textContent = briefWords(calibration);
     this.to.value = calibration.to;
     this.to.disabled = !free || calibration.stays !== "";
-    this.to.title = sentence(calibration.stays);
+    this.to.title = brief(sentence(calibration.stays));
     this.stays.hidden = calibration.to !== "base";
-    this.stays.textContent = calibration.robot
-      ? "Points of the tracker are taken to the base through the calibration below, whose error is counted."
-      : "The robot itself touches the points, and they are typed or read from a table of the frame base; points of the tracker need the calibration below.";
+    say(this.stays, calibration.robot
+      ? "Tracker points go through the calibration. Its error is counted."
+      : "The robot touches the points itself. They are typed, or read from a table of the frame base; points of the tracker need the calibration below.");
     this.status.hidden = !this.busy;
     this.status.textContent = this.busy;
     this.tip.render(calibration.pointer, calibration.pointer ? pointerRows(calibration.pointer) : [], free);
     this.robot.render(calibration.robot, calibration.robot ? robotRows(calibration.robot) : [], free);
     this.swingButton.hidden = !this.pointer;
     this.swingButton.disabled = !free || this.pointer?.state !== "fresh";
-    this.swingButton.title = this.pointer?.state === "fresh" ? "" : sentence(this.pointer?.words ?? "");
+    this.swingButton.title = this.pointer?.state === "fresh" ? "" : brief(sentence(this.pointer?.words ?? ""));
     this.baseButton.disabled = Boolean(this.busy) || deleted || calibration.no_base !== "";
-    this.baseWords.textContent = sentence(calibration.no_base) || "The points go there through the calibration, as a new registration. A plan that uses it is driven from where the robot stands.";
+    say(this.baseWords, sentence(calibration.no_base) || "Points go to the base as a new registration. A plan that uses it is driven from where the robot stands.");
   }
 
   /**
@@ -121,7 +123,7 @@ export class CalibrationGroup {
 
   /** @param {number} left */
   swung(left) {
-    return `Swing the pointer about its tip, which stays in its place … ${left} s`;
+    return `Swing the pointer about its tip … ${left} s`;
   }
 
   choose() {
@@ -154,7 +156,7 @@ export class CalibrationGroup {
     if (!files.length) return;
     const robot = robotsTable(await Promise.all(files.map((file) => file.text())));
     if (robot === null) {
-      note("Choose both tables together: one says ‘# pose=flange_to_base’, the other ‘# pose=marker_to_tracker’.", { error: true });
+      note("Choose both tables together. One says ‘# pose=flange_to_base’, the other ‘# pose=marker_to_tracker’.", { error: true });
       return;
     }
     const form = new FormData();
@@ -169,7 +171,7 @@ export class CalibrationGroup {
     if (!made) return;
     try {
       await this.connection.request("registration.open", { registration_id: made.id });
-      note(`‘${made.name}’ was made and is open; the other one stays as it is.`);
+      note(`‘${made.name}’ was made and opened.`);
     } catch (error) {
       note(/** @type {Error} */ (error).message, { error: true });
     }
@@ -188,9 +190,9 @@ class Tool {
     this.words = h("p", { class: "words", id: `${name}-words` });
     this.figures = h("dl", { class: "facts calibration", id: `${name}-figures` });
     this.cautions = h("div", { class: "fields", hidden: true });
-    this.fileButton = h("button", { type: "button", id: `read-${name}` }, name === "tracker" ? "From two tables …" : "From a table …");
-    this.simulateButton = h("button", { type: "button", id: `simulate-${name}`, title: "For practice: what a simulated one with the noise below gives" }, "Simulate");
-    this.clearButton = h("button", { type: "button", class: "plain", id: `clear-${name}` }, "Forget it");
+    this.fileButton = h("button", { type: "button", id: `read-${name}` }, name === "tracker" ? "Read tables …" : "Read table …");
+    this.simulateButton = h("button", { type: "button", id: `simulate-${name}`, title: "Practice: simulated, with the noise below" }, "Simulate");
+    this.clearButton = h("button", { type: "button", class: "plain", id: `clear-${name}` }, "Forget");
     this.head = h("div", { class: "calibration-head" }, h("h3", {}, title), this.words, this.figures, this.cautions);
     this.buttons = h("div", { class: "buttons even" }, this.fileButton, this.simulateButton, this.clearButton);
   }
@@ -203,11 +205,11 @@ class Tool {
   render(tool, rows, free) {
     const simulated = tool?.measured_from === "simulated";
     this.words.hidden = Boolean(tool) && !simulated;
-    this.words.textContent = simulated ? "Simulated, for practice: nothing here is of a real one." : this.missing;
+    say(this.words, simulated ? "Simulated, for practice." : this.missing);
     this.words.classList.toggle("caution", simulated);
     this.figures.hidden = !rows.length;
     this.figures.replaceChildren(...rows.flatMap(([term, words, title]) => [h("dt", { title }, term), h("dd", { class: "number" }, words)]));
-    this.cautions.replaceChildren(...(tool?.cautions ?? []).map((text) => h("p", { class: "words caution" }, text)));
+    this.cautions.replaceChildren(...(tool?.cautions ?? []).map((text) => line(text, { class: "words caution" })));
     this.cautions.hidden = !tool?.cautions.length;
     this.clearButton.hidden = !tool;
     for (const button of [this.fileButton, this.simulateButton, this.clearButton]) button.disabled = !free;

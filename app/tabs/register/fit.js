@@ -2,7 +2,7 @@
 import { h } from "/static/js/dom.js";
 import { numberInput, showNumber } from "/static/js/fields.js";
 import { mm } from "/static/js/format.js";
-import { draw, html, nothing, titled } from "/static/js/template.js";
+import { draw, html, nothing, said, titled } from "/static/js/template.js";
 import { fleWords, orderWords, roundedUp, rowWords } from "./words.js";
 import { field } from "./beads.js";
 
@@ -26,15 +26,15 @@ export class FitGroup {
     const good = fit.state === "fitted" && !fit.wrong; // quiet: nothing speaks for another order
     const given = madeFrom === "given" || madeFrom === "surface";
     draw(this.element, titled("3  Fit", null, html`
-      <p class=${bad ? "words caution" : "words"} id="fit-state" role="status">${fit.words}</p>
+      <p class=${bad ? "words caution" : "words"} id="fit-state" role="status">${said(fit.words)}</p>
       <dl class="facts" id="fit-figures">${figures(fit)}</dl>
       ${this.wrong(fit, locked)}
-      <div class="fields" id="fit-cautions">${fit.cautions.map((text) => html`<p class="words caution">${text}</p>`)}</div>
-      <button type="button" class=${good ? "wide plain" : "wide"} id="match-order" data-command="order.find" title="Find which measured point belongs to which bead, where nobody wrote it down"
+      <div class="fields" id="fit-cautions">${fit.cautions.map((text) => html`<p class="words caution">${said(text)}</p>`)}</div>
+      <button type="button" class=${good ? "wide plain" : "wide"} id="match-order" data-command="order.find" title="Find which measured point belongs to which bead"
         ?hidden=${fit.used < 3} ?disabled=${locked} @click=${() => this.connection.send("order.find")}>Match order</button>
       <div class="fields" id="orders" ?hidden=${!orders}>${orders ? this.orders(orders, locked) : nothing}</div>
       <button type="button" class="wide" id="fit-pairs" data-operation="registration.fit_pairs" ?hidden=${!given || fit.used < 3} ?disabled=${locked}
-        @click=${() => this.connection.send("registration.fit_pairs")}>Fit the points instead</button>`));
+        @click=${() => this.connection.send("registration.fit_pairs")}>Fit points</button>`));
     if (orders && !this.found) (this.element.querySelector(".order-card") ?? this.element.querySelector("#orders"))?.scrollIntoView({ block: "nearest" });
     this.found = Boolean(orders);
   }
@@ -46,9 +46,9 @@ export class FitGroup {
   wrong({ wrong }, locked) {
     if (!wrong) return nothing;
     return html`<div class="wrong-pair" id="wrong-pair" data-certainty=${wrong.certainty}>
-      <p class="words">${wrong.words}</p>
+      <p class="words">${said(wrong.words)}</p>
       <button type="button" id="leave-out" ?disabled=${locked}
-        @click=${() => this.connection.send("pair.change", { pair_id: wrong.pair, enabled: false })}>Leave ‘${wrong.label}’ out</button>
+        @click=${() => this.connection.send("pair.change", { pair_id: wrong.pair, enabled: false })}>Leave out ‘${wrong.label}’</button>
     </div>`;
   }
 
@@ -59,9 +59,9 @@ export class FitGroup {
   orders({ candidates, ambiguous, unchanged, words }, locked) {
     const offered = ambiguous ? candidates : unchanged ? [] : candidates.slice(0, 1);
     const take = (/** @type {number} */ candidate) => this.connection.send("order.take", { candidate });
-    return html`<p class=${ambiguous ? "words caution" : "words"}>${words}</p>
+    return html`<p class=${ambiguous ? "words caution" : "words"}>${said(words)}</p>
       ${offered.map((order, index) => orderCard(order, index, offered.length, locked, () => take(index)))}
-      <button type="button" class="plain" @click=${() => this.connection.send("order.forget")}>${offered.length ? "Leave the order as it is" : "Close"}</button>`;
+      <button type="button" class="plain" @click=${() => this.connection.send("order.forget")}>${offered.length ? "Leave order" : "Close"}</button>`;
   }
 }
 
@@ -79,10 +79,10 @@ function orderCard(order, index, count, locked, take) {
     class="row-sub">at ${measured.map((value) => value.toFixed(1).replace("-", "−")).join(", ")} mm</span></li>`);
   return html`<div class="order-card" data-candidate=${index}>
     <p class="order-head"><span>${count > 1 ? `Order ${index + 1} of ${count}` : "Another order"}</span><span
-      class="number" title="How well the points fit in this order; not the error at the target">FRE ${mm(order.fre_mm, 2)}</span></p>
+      class="number" title="Fit of the points; not the error at the target">FRE ${mm(order.fre_mm, 2)}</span></p>
     <p class="words">${orderWords(order)}.</p>
     ${moved.length ? html`<ul class="order-moves">${rows}</ul>` : nothing}
-    <button type="button" class="order wide" ?disabled=${locked} @click=${take}>${moved.length ? "Take this order" : "Keep this order"}</button>
+    <button type="button" class="order wide" ?disabled=${locked} @click=${take}>${moved.length ? "Take order" : "Keep order"}</button>
   </div>`;
 }
 
@@ -91,9 +91,9 @@ function figures(fit) {
   if (fit.fre_mm === null) return nothing;
   /** @type {[string, string, string][]} */
   const rows = [
-    [FRE_WORDS[fit.state] ?? "How well the points fit (FRE)", `${mm(fit.fre_mm, 2)} rms`, "Root mean square of the residuals. It is not the error at the target."],
+    [FRE_WORDS[fit.state] ?? "How well the points fit (FRE)", `${mm(fit.fre_mm, 2)} rms`, "RMS of the residuals; not the error at the target"],
     ["Mean residual", mm(fit.mean_residual_mm, 2), "Mean distance of the points under the fit"],
-    ["Error of one measured point (FLE)", fleWords(fit), "Localisation error of one point, rms: what the error at the targets is computed from"],
+    ["Error of one measured point (FLE)", fleWords(fit), "Localisation error of a point, rms; gives the target error"],
   ];
   return rows.map(([term, words, title]) => html`<dt title=${title}>${term}</dt><dd class="number">${words}</dd>`);
 }
@@ -111,18 +111,18 @@ export class ErrorsGroup {
 
   /** @param {RegistrationSection} registration */
   update({ errors, fle_stated_mm: stated, locked }) {
-    draw(this.element, titled("4  Error where the tool works", null, html`
-      <p class="words strong" id="error-words">${errors.words}</p>
+    draw(this.element, titled("4  Error", null, html`
+      <p class="words strong" id="error-words">${said(errors.words)}</p>
       <table class="points" id="error-table" aria-label="Expected error of the registration, in mm" ?hidden=${!errors.rows.length}>
         <thead><tr>
           <th scope="col">Where</th><th scope="col" title="Root mean square of the error">rms</th>
-          <th scope="col" title="The registration error is below this in 95 % of cases">95 %</th>
+          <th scope="col" title="Registration error is below this in 95 % of cases">95 %</th>
         </tr></thead>
         <tbody>${errors.rows.map((row) => this.row(row))}</tbody>
       </table>
-      <p class="words" id="ball-words" ?hidden=${!errors.rows.some((row) => row.s_mm === null)}><span class="ball-swatch"></span>Balls about the targets, in the scene here and in Plan, whose rings are seen through bone. Registration error stays inside these balls in 95 % of cases; tool and tracking errors come on top.</p>
-      <details class="folded"><summary>How exactly one point is measured</summary><div class="fields">
-        <p class="words">Estimated from the fit, which is rough with few points. State it where the tracker's error is known; skin that moves adds to it.</p>${this.fleField}
+      <p class="words" id="ball-words" ?hidden=${!errors.rows.some((row) => row.s_mm === null)}><span class="ball-swatch"></span>${said("Registration error stays inside these balls in 95 % of cases. Tool and tracking errors come on top. The balls lie about the targets, in the scene here and in Plan; their rings are seen through bone.")}</p>
+      <details class="folded"><summary>Point error</summary><div class="fields">
+        <p class="words">${said("State it where the tracker's error is known. Else it is estimated from the fit, which is rough with few points. Skin that moves adds to it.")}</p>${this.fleField}
       </div></details>`));
     showNumber(this.fle, stated);
     this.fle.disabled = locked;

@@ -3,6 +3,7 @@ import { noteEdit } from "/static/js/dialogs.js";
 import { h } from "/static/js/dom.js";
 import { complain, escapePutsBack, isTyped, isWrong, numberInput, putBack, showNumber, watchTyping } from "/static/js/fields.js";
 import { placeOf, placeWords } from "/static/js/slices/place-words.js";
+import { say } from "/static/js/said.js";
 import { readPlace, threeIn } from "/static/js/typed-place.js";
 import { field } from "./beads.js";
 import { isReal } from "./words.js";
@@ -33,16 +34,16 @@ export class PairFields {
     this.measured = ["x", "y", "z"].map((axis) => this.coordinate(axis));
     this.measuredWords = h("p", { class: "words", id: "pair-measured-words", role: "status" });
     this.weight = numberInput("pair-weight", 0.01, 1000, 0.05, (weight) => this.send({ weight }));
-    this.touchButton = h("button", { type: "button", id: "touch-selected", "data-operation": "pair.touch", title: "For practice: no patient is measured", onclick: () => { if (this.pair) touch(this.pair.id); } }, "Simulate touch");
+    this.touchButton = h("button", { type: "button", id: "touch-selected", "data-operation": "pair.touch", title: "For practice: no patient is measured", onclick: () => { if (this.pair) touch(this.pair.id); } }, "Simulate");
     this.measureButton = h("button", { type: "button", class: "primary wide", id: "measure-selected", onclick: () => { if (this.pair) measure(this.pair.id); } }, "Measure");
-    this.forgetButton = h("button", { type: "button", id: "forget-measured", title: "This point only; its place in the image stays", onclick: () => this.forget() }, "Forget measurement");
+    this.forgetButton = h("button", { type: "button", id: "forget-measured", title: "This point only; its place in the image stays", onclick: () => this.forget() }, "Forget");
     this.deleteButton = h("button", { type: "button", id: "delete-pair", "data-operation": "pair.delete", onclick: () => this.delete() }, "Delete");
     for (const input of [this.label, this.image]) watchTyping(input);
     escapePutsBack(this.image);
     escapePutsBack(this.label);
     this.element = h("div", { class: "fields pair-fields", hidden: true }, field("Name", this.label), field("In the image, mm", this.image),
       h("div", { class: "field" }, h("span", { class: "field-label" }, "Measured at the patient, mm"), h("div", { class: "three" }, this.measured)), this.measuredWords,
-      h("div", { class: "field inline", title: "How much the fit trusts this point beside the others; 1 is as much" }, h("label", { class: "field-label", for: "pair-weight" }, "Weight in the fit"), this.weight),
+      h("div", { class: "field inline", title: "Weight beside the others; 1 is equal" }, h("label", { class: "field-label", for: "pair-weight" }, "Weight in the fit"), this.weight),
       this.measureButton, h("div", { class: "buttons even" }, this.touchButton, this.forgetButton, this.deleteButton));
   }
 
@@ -78,12 +79,12 @@ export class PairFields {
     this.showMeasured(other);
     for (const control of [this.label, this.image, this.weight, ...this.measured, this.deleteButton, this.forgetButton]) control.disabled = locked;
     this.touchButton.hidden = isReal(pair) || !image;
-    this.touchButton.textContent = measured ? "Simulate again" : "Simulate touch";
+    this.touchButton.textContent = measured ? "Simulate again" : "Simulate";
     this.touchButton.disabled = locked;
     this.forgetButton.hidden = !measured || !image;
     this.measureButton.hidden = !pointer;
     this.measureButton.disabled = locked || measuring || pointer?.state !== "fresh";
-    this.measureButton.textContent = measuring ? "Hold still …" : "Measure with the pointer";
+    this.measureButton.textContent = measuring ? "Hold still …" : "Measure";
   }
 
   /**
@@ -108,8 +109,8 @@ export class PairFields {
       if (draft && (wrong[axis] || (missing[axis] && pair.measured))) input.setAttribute("aria-invalid", "true");
       else input.removeAttribute("aria-invalid");
     });
-    this.measuredWords.textContent = draft && words ? `${words}${kept}` : "";
-    this.measuredWords.hidden = !this.measuredWords.textContent;
+    say(this.measuredWords, draft && words ? `${words}${kept}` : "");
+    this.measuredWords.hidden = !(draft && words);
     this.measuredWords.classList.toggle("field-problem", Boolean(draft) && this.measured.some(isWrong));
   }
 
@@ -164,11 +165,11 @@ export class PairFields {
   }
 
   forget() {
-    if (this.pair) this.undoable("pair.change", { pair_id: this.pair.id, measured: null }, `The measured point of ‘${this.pair.label}’ was taken away.`);
+    if (this.pair) this.undoable("pair.change", { pair_id: this.pair.id, measured: null }, `Measured point of ‘${this.pair.label}’ removed.`);
   }
 
   delete() {
-    if (this.pair) this.undoable("pair.delete", { pair_id: this.pair.id }, `‘${this.pair.label}’ was deleted.`);
+    if (this.pair) this.undoable("pair.delete", { pair_id: this.pair.id }, `‘${this.pair.label}’ deleted.`);
   }
 
   /**

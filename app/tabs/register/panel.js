@@ -1,9 +1,11 @@
 // Register: registration of the CT to the patient, from beads in the CT to the error at the targets.
+import { brief } from "/static/js/brief.js";
 import { fillListRow, group, h, iconButton, keyed, listRow, whenChanged } from "/static/js/dom.js";
 import { when } from "/static/js/format.js";
 import { askName, clearErrors, note, noteDone } from "/static/js/dialogs.js";
 import { letterOf } from "/static/js/letters.js";
 import { download, upload } from "/static/js/rest.js";
+import { say } from "/static/js/said.js";
 import { BeadsGroup } from "./beads.js";
 import { CalibrationGroup } from "./calibration.js";
 import { ErrorsGroup, FitGroup } from "./fit.js";
@@ -16,7 +18,7 @@ import { exportWords, importedWords } from "./words.js";
 /** @import { Row } from "/static/js/dom.js" */
 /** @import { PlanUseSection, RegistrationEntry, RegistrationPublic, RegistrationSection, ViewModel } from "/static/js/types.js" */
 
-const WHAT = "A registration says how the CT lies on the patient: the same points are found in the CT and measured at the patient. A rehearsal in the CT alone needs none.";
+const WHAT = "Says how the CT lies on the patient. The same points are found in the CT and measured at the patient. A rehearsal in the CT alone needs none.";
 const EXPORTS = [["tfm", "ITK transform (.tfm)", "Opens in 3D Slicer and ITK"], ["json", "Transform (.json)", "The matrix with its frames and unit"]];
 
 export default class RegisterPanel {
@@ -33,8 +35,8 @@ export default class RegisterPanel {
     this.head = h("p", { class: "words", id: "registration-words" });
     this.restoreButton = h("button", { type: "button", class: "primary wide", id: "restore-registration", hidden: true, onclick: () => this.restore() }, "Restore");
     this.blockedWords = h("p", { class: "words caution", id: "blocked-words", hidden: true });
-    this.dropHere = h("button", { type: "button", class: "wide", id: "drop-blocked", hidden: true, onclick: () => connection.send("registration.use", { used: false }) }, "Use none for this plan");
-    this.beginButton = h("button", { type: "button", class: "primary wide", id: "begin-registration", onclick: () => connection.send("registration.new") }, "Begin a registration");
+    this.dropHere = h("button", { type: "button", class: "wide", id: "drop-blocked", hidden: true, onclick: () => connection.send("registration.use", { used: false }) }, "Use none");
+    this.beginButton = h("button", { type: "button", class: "primary wide", id: "begin-registration", onclick: () => connection.send("registration.new") }, "Begin registration");
     this.beads = new BeadsGroup(connection);
     this.points = new PointsGroup(connection);
     this.fit = new FitGroup(connection);
@@ -43,8 +45,8 @@ export default class RegisterPanel {
     this.trace = new TraceGroup(connection);
     this.calibration = new CalibrationGroup(connection);
     this.useWords = h("p", { class: "words", id: "plan-use-words" });
-    this.useButton = h("button", { type: "button", class: "primary wide", id: "use-registration", "data-command": "registration.use", onclick: () => connection.send("registration.use", { used: true }) }, "Use for this plan");
-    this.dropButton = h("button", { type: "button", class: "wide", id: "drop-registration", onclick: () => connection.send("registration.use", { used: false }) }, "Use none for this plan");
+    this.useButton = h("button", { type: "button", class: "primary wide", id: "use-registration", "data-command": "registration.use", onclick: () => connection.send("registration.use", { used: true }) }, "Use for plan");
+    this.dropButton = h("button", { type: "button", class: "wide", id: "drop-registration", onclick: () => connection.send("registration.use", { used: false }) }, "Use none");
     this.exports = EXPORTS.map(([format, label, words]) => h("button", { type: "button", class: "export", title: words, "data-format": format, onclick: () => this.export(format) }, label));
     this.exportWords = h("p", { class: "words", id: "export-words" });
     this.chooser = h("input", { type: "file", hidden: true, accept: ".tfm,.txt,.json", id: "transform-file", onchange: () => this.import() });
@@ -55,9 +57,9 @@ export default class RegisterPanel {
     this.showDeleted = h("input", { type: "checkbox", onchange: () => this.update(connection.state) });
     this.element = h("div", { class: "register" },
       group("Registration", [this.undoButton, this.redoButton, this.lockButton], this.head, this.blockedWords, this.restoreButton, this.dropHere, this.beginButton), this.parts,
-      group("Registrations of this head", [h("button", { type: "button", class: "plain", id: "new-registration", "data-operation": "registration.new", onclick: () => this.add() }, "New")], this.list,
-        h("label", { class: "check" }, this.showDeleted, "Show deleted registrations"),
-        h("button", { type: "button", class: "wide", id: "import-transform", onclick: () => this.chooser.click() }, "Import a transform …"), this.chooser));
+      group("Registrations", [h("button", { type: "button", class: "plain", id: "new-registration", "data-operation": "registration.new", onclick: () => this.add() }, "New")], this.list,
+        h("label", { class: "check" }, this.showDeleted, "Show deleted"),
+        h("button", { type: "button", class: "wide", id: "import-transform", onclick: () => this.chooser.click() }, "Import transform …"), this.chooser));
   }
 
   /**
@@ -101,13 +103,13 @@ export default class RegisterPanel {
     this.beginButton.hidden = Boolean(registration);
     const blocked = use && !use.here && isBlocked(use); // what it refers to is not what is open here
     this.blockedWords.hidden = this.dropHere.hidden = !blocked;
-    this.blockedWords.textContent = blocked ? `${use.words} Until then the plan is not driven.` : "";
+    say(this.blockedWords, blocked ? `${use.words} Until then the plan is not driven.` : "");
     this.dropHere.disabled = Boolean(use?.locked);
     this.restoreButton.hidden = !registration?.deleted && !(blocked && use.state === "deleted");
     this.restoreButton.textContent = `Restore ‘${registration?.deleted ? registration.name : use?.name ?? ""}’`;
-    if (!registration) this.head.textContent = WHAT;
-    else if (registration.deleted) this.head.textContent = `‘${registration.name}’ is deleted: nothing in it can be changed. Restore it, or open another one below.`;
-    else this.head.textContent = `‘${registration.name}’${registration.calibration.to === "base" ? ", to the robot's base" : ""}${registration.locked ? " is locked: nothing in it can be changed." : ""}`;
+    if (!registration) say(this.head, WHAT);
+    else if (registration.deleted) say(this.head, `‘${registration.name}’ is deleted. Restore it, or open another one.`);
+    else say(this.head, `‘${registration.name}’${registration.calibration.to === "base" ? ", to the robot's base" : ""}${registration.locked ? ": locked." : ""}`);
   }
 
   /**
@@ -117,12 +119,12 @@ export default class RegisterPanel {
   renderUse(registration, use) {
     const usable = ["fitted", "given", "refined"].includes(registration.fit.state) && !registration.deleted;
     const words = use?.words ?? "Open a plan to use a registration for it.";
-    this.useWords.textContent = use?.here ? words.replace(registration.fit.words, "").trim() : words; // 3 Fit says it
+    say(this.useWords, use?.here ? words.replace(registration.fit.words, "").trim() : words); // 3 Fit says it
     this.useWords.classList.toggle("caution", isBlocked(use));
     this.useButton.hidden = !use || (use.here && use.state === "ready");
     this.useButton.disabled = !usable || Boolean(use?.locked);
-    this.useButton.title = use?.locked ? "The plan is locked; unlock it in Plan." : usable ? "" : notUsable(registration);
-    this.exportWords.textContent = exportWords(registration.calibration.to);
+    this.useButton.title = use?.locked ? "The plan is locked. Unlock it in Plan." : usable ? "" : notUsable(registration);
+    say(this.exportWords, exportWords(registration.calibration.to));
     this.dropButton.hidden = !use?.registration;
     this.dropButton.disabled = Boolean(use?.locked);
     this.exports.forEach((button, index) => {
@@ -147,7 +149,7 @@ export default class RegisterPanel {
     const tools = deleted ? [iconButton("restore", "Restore", () => send("registration.restore"), { "data-operation": "registration.restore" })] : [
       iconButton("pencil", "Rename", async () => {
         const { id, name: before } = row.item;
-        const name = await askName("Rename this registration", before);
+        const name = await askName("Rename registration", before);
         if (name) this.connection.send("registration.rename", { registration_id: id, name });
       }, { "data-operation": "registration.rename" }),
       iconButton("copy", "Duplicate", () => send("registration.duplicate"), { "data-operation": "registration.duplicate" }),
@@ -169,12 +171,12 @@ export default class RegisterPanel {
   remove(id) {
     const fields = { registration_id: id };
     const used = this.connection.state.plan_use?.registration === id;
-    noteDone(this.connection.request("registration.delete", fields), used ? "The registration was deleted. The open plan uses it, and is not driven without it." : "The registration was deleted.",
+    noteDone(this.connection.request("registration.delete", fields), used ? "Registration deleted. The open plan used it and is not driven." : "Registration deleted.",
       { label: "Restore", run: () => this.connection.send("registration.restore", fields) });
   }
 
   async add() {
-    const name = await askName("Name the new registration", `Registration ${(this.connection.state.registrations?.items.length ?? 0) + 1}`, "Create");
+    const name = await askName("New registration", `Registration ${(this.connection.state.registrations?.items.length ?? 0) + 1}`, "Create");
     if (!name) return;
     this.connection.send("registration.new", { name });
     this.element.parentElement?.scrollTo({ top: 0 });
@@ -218,7 +220,7 @@ function isBlocked(use) {
  * @param {RegistrationSection} registration
  */
 function notUsable({ deleted, fit }) {
-  if (deleted) return "The registration is deleted; restore it first.";
-  if (fit.state === "inconsistent") return fit.words;
-  return fit.state === "misfit" ? "The points do not fit; match their order or measure them again." : "The points have to be fitted first.";
+  if (deleted) return "Restore the deleted registration first.";
+  if (fit.state === "inconsistent") return brief(fit.words);
+  return fit.state === "misfit" ? "Points do not fit: match their order or measure again." : "Fit the points first.";
 }

@@ -4,6 +4,7 @@ import { mm } from "/static/js/format.js";
 import { note, noteEdit } from "/static/js/dialogs.js";
 import { heldNumber, ownNumber } from "/static/js/fields.js";
 import { send, upload } from "/static/js/rest.js";
+import { line, say } from "/static/js/said.js";
 import { readPlace } from "/static/js/typed-place.js";
 import { field } from "./beads.js";
 import { PairFields } from "./pair-fields.js";
@@ -20,9 +21,9 @@ export class PointsGroup {
     this.changed = whenChanged();
     this.words = h("p", { class: "words" });
     this.noise = ownNumber("touch-noise", 0, 20, 0.1, 0.3);
-    this.touchButton = h("button", { type: "button", class: "wide", id: "touch-all", onclick: () => this.touch(null) }, "Touch all points (simulated)");
+    this.touchButton = h("button", { type: "button", class: "wide", id: "touch-all", onclick: () => this.touch(null) }, "Simulate all");
     this.touchBox = h("div", { class: "fields" }, this.touchButton, h("details", { class: "folded" }, h("summary", {}, "Simulated pointer"), h("div", { class: "fields" },
-      h("p", { class: "words" }, "For practice without a tracker: it touches the points of a head that lies somewhere, with this error. No patient is measured."),
+      line("Practice only; no patient is measured. The simulated pointer touches the points of a head that lies somewhere, with this error."),
       field("Error of one touch, mm rms", this.noise))));
     this.practiceWords = h("p", { class: "words", id: "practice-words", hidden: true });
     /** @type {TrackerView | null} */
@@ -30,8 +31,8 @@ export class PointsGroup {
     this.measuring = false; // the tracked pointer rests on a point
     this.pointerWords = h("p", { class: "words", id: "pointer-words", role: "status" });
     this.chooser = h("input", { type: "file", hidden: true, accept: ".csv", id: "measured-file", onchange: () => this.readTable() });
-    this.tableButton = h("button", { type: "button", id: "read-measured", title: "Columns label, x, y, z; lines '# unit=mm' and '# frame=patient' above", onclick: () => this.chooser.click() }, "From a table …");
-    this.addButton = h("button", { type: "button", id: "add-pair", "data-operation": "pair.add", title: "A point of the image where the slices cross", onclick: () => connection.send("pair.add") }, "Add at crosshair");
+    this.tableButton = h("button", { type: "button", id: "read-measured", title: "CSV: label, x, y, z; above ‘# unit=mm’ and ‘# frame=patient’", onclick: () => this.chooser.click() }, "Read table …");
+    this.addButton = h("button", { type: "button", id: "add-pair", "data-operation": "pair.add", title: "Adds a point where the slices cross", onclick: () => connection.send("pair.add") }, "Add point");
     this.clearButton = h("button", { type: "button", class: "plain", id: "clear-measured", "data-operation": "pair.clear_measured", title: "Forget all that was measured", onclick: () => this.clear() }, "Clear");
     this.list = h("ul", { class: "list fiducials", id: "pairs", "aria-label": "Points" });
     this.pressed = ""; // the point whose row was pressed last: its fields are brought into sight
@@ -60,15 +61,15 @@ export class PointsGroup {
   render({ pairs, fit, locked, selected }) {
     const scale = barScale(pairs);
     const wanted = pairs.filter((pair) => pair.in_image && !pair.measured).length;
-    this.words.textContent = listWords(pairs);
-    this.practiceWords.textContent = practiceWords(pairs);
-    this.practiceWords.hidden = !this.practiceWords.textContent;
+    say(this.words, listWords(pairs));
+    say(this.practiceWords, practiceWords(pairs));
+    this.practiceWords.hidden = !practiceWords(pairs);
     this.pointerWords.hidden = !this.pointer;
-    this.pointerWords.textContent = this.pointer ? `Pointer: ${this.pointer.words}. Rest its tip on a point, choose the point below and press ‘Measure’.` : "";
+    say(this.pointerWords, this.pointer ? `Pointer: ${this.pointer.words}. Rest its tip on a point, choose that point, then Measure.` : "");
     this.pointerWords.classList.toggle("caution", this.pointer !== null && this.pointer.state !== "fresh");
     this.touchBox.hidden = !canPractise(pairs); // what was really measured is never written over
     this.touchButton.classList.toggle("primary", wanted > 0);
-    this.touchButton.textContent = wanted ? "Touch all points (simulated)" : "Touch all again (simulated)";
+    this.touchButton.textContent = wanted ? "Simulate all" : "Simulate again";
     this.clearButton.hidden = !pairs.some((pair) => pair.measured);
     for (const button of [this.touchButton, this.tableButton, this.addButton, this.clearButton]) button.disabled = locked;
     keyed(this.list, pairs, (pair) => pair.id, () => this.row(),
@@ -100,7 +101,7 @@ export class PointsGroup {
     /** @type {HTMLInputElement} */
     const used = h("input", { type: "checkbox", title: "Whether the fit uses it", onchange: () => connection.send("pair.change", { pair_id: row.item.id, enabled: used.checked }) });
     const main = h("button", { type: "button", class: "row-main", title: "Show it, and its coordinates", onclick: () => this.select(row.item.id) }, h("span"), h("span", { class: "row-sub" }));
-    const touch = h("button", { type: "button", class: "touch", title: "Measure it with the simulated pointer, for practice", onclick: () => this.touch(row.item.id) }, "Simulate touch");
+    const touch = h("button", { type: "button", class: "touch", title: "Practice: touch it with the simulated pointer", onclick: () => this.touch(row.item.id) }, "Simulate");
     /** @type {Row<PairEntry>} */
     const row = Object.assign(h("li", { class: "row pair" }, h("span", { class: "pair-name" }, used, main), h("span", { class: "number residual" }), touch,
       h("span", { class: "residual-bar" }, h("span"))), { item: /** @type {any} */ (null) });
@@ -116,7 +117,7 @@ export class PointsGroup {
   }
 
   clear() {
-    noteEdit(this.connection, "registration", this.connection.request("pair.clear_measured"), "All measured points were taken away.");
+    noteEdit(this.connection, "registration", this.connection.request("pair.clear_measured"), "Measured points cleared.");
   }
 
   /** @param {string | null} pairId null for all */
@@ -151,7 +152,7 @@ export class PointsGroup {
       /** @type {RegistrationPublic} */
       const read = await upload(`/api/v1/registrations/${encodeURIComponent(this.registration.id)}/measured`, form, () => {});
       if (read.told) note(read.told, { stay: true });
-      note("The points were read. Check that each belongs to its bead, or press ‘Match order’.");
+      note("Points read. Check each, or press ‘Match order’.");
     } catch (error) {
       note(/** @type {Error} */ (error).message, { error: true });
     }

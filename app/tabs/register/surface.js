@@ -5,6 +5,7 @@ import { finished } from "/static/js/jobs.js";
 import { note } from "/static/js/dialogs.js";
 import { heldNumber, ownNumber } from "/static/js/fields.js";
 import { post, remove, send, upload } from "/static/js/rest.js";
+import { line, say } from "/static/js/said.js";
 import { field } from "./beads.js";
 import { RecordButton } from "./record.js";
 import { refinementRows, touchedWords } from "./words.js";
@@ -12,7 +13,7 @@ import { refinementRows, touchedWords } from "./words.js";
 /** @import { Connection } from "/static/js/connection.js" */
 /** @import { JobPublic, RegistrationSection, StructureEntry, TrackerView } from "/static/js/types.js" */
 
-const WHAT = "Points touched on bone, over edges and on several sides, are moved onto the bone of the CT. The registration has to be right within some millimetres before.";
+const WHAT = "Touch bone over edges and several sides. The touched points are moved onto the bone of the CT. The registration has to be right within some millimetres before.";
 
 export class SurfaceGroup {
   /** @param {Connection} connection */
@@ -26,9 +27,9 @@ export class SurfaceGroup {
     this.pointer = null;
     this.structure = h("select", { id: "surface-structure" });
     this.chooser = h("input", { type: "file", hidden: true, accept: ".csv", id: "surface-file", onchange: () => this.readTable() });
-    this.tableButton = h("button", { type: "button", id: "read-surface", title: "Columns x, y, z; lines '# unit=mm' and '# frame=patient' above", onclick: () => this.chooser.click() }, "From a table …");
-    this.touchButton = h("button", { type: "button", id: "touch-surface", title: "For practice: a simulated pointer touches places that it reaches from outside", onclick: () => this.touch() }, "Simulate");
-    this.record = new RecordButton("stroke-surface", "Start stroking with the pointer", (seconds) => this.stroked(seconds));
+    this.tableButton = h("button", { type: "button", id: "read-surface", title: "CSV: x, y, z; above ‘# unit=mm’ and ‘# frame=patient’", onclick: () => this.chooser.click() }, "Read table …");
+    this.touchButton = h("button", { type: "button", id: "touch-surface", title: "Practice: a simulated pointer touches the surface from outside", onclick: () => this.touch() }, "Simulate");
+    this.record = new RecordButton("stroke-surface", "Stroke", (seconds) => this.stroked(seconds));
     this.count = ownNumber("surface-count", 10, 2000, 10, 60);
     this.noise = ownNumber("surface-noise", 0, 20, 0.1, 0.3);
     this.keep = ownNumber("surface-keep", 50, 100, 5, 75);
@@ -37,9 +38,9 @@ export class SurfaceGroup {
     this.state = h("p", { class: "words", id: "surface-state", role: "status" });
     this.refineButton = h("button", { type: "button", class: "wide", id: "refine-surface", onclick: () => this.refine() }, "Refine");
     this.figures = h("dl", { class: "facts", id: "surface-figures" });
-    this.warning = h("p", { class: "words caution", id: "surface-warning" }, "That residual is not the accuracy: touched points slide along the surface, and the worst are left out. Judge by the measured points: they took no part.");
-    this.forgetButton = h("button", { type: "button", class: "wide", id: "forget-surface", onclick: () => this.forget() }, "Forget the touched points");
-    this.element = folding("refine", group("Refine on a surface", null, h("p", { class: "words" }, WHAT),
+    this.warning = line("The residual is not the accuracy. Touched points slide along the surface, and the worst are left out. Judge by the measured points: they took no part.", { class: "words caution", id: "surface-warning" });
+    this.forgetButton = h("button", { type: "button", class: "wide", id: "forget-surface", onclick: () => this.forget() }, "Forget");
+    this.element = folding("refine", group("Refine on a surface", null, line(WHAT),
       h("div", { class: "field" }, h("label", { class: "field-label", for: "surface-structure" }, "Touched structure"), this.structure),
       this.record.element, h("div", { class: "buttons even" }, this.touchButton, this.tableButton), this.options, this.state,
       this.refineButton, this.figures, this.warning, this.forgetButton, this.chooser), false);
@@ -70,7 +71,7 @@ export class SurfaceGroup {
     fillOptions(this.structure, [["", anatomy], ...structures.map(({ id, name }) => /** @type {[string, string]} */ ([id, name]))]);
     if (other) this.structure.value = structures.some(({ id }) => id === touched?.structure) ? touched?.structure ?? "" : "";
     const name = structures.find(({ id }) => id === touched?.structure)?.name ?? anatomy;
-    this.state.textContent = this.busy || touchedWords(touched, name, usable);
+    say(this.state, this.busy || touchedWords(touched, name, usable));
     for (const control of [this.structure, this.touchButton, this.tableButton]) control.disabled = !free;
     this.record.update(this.pointer, free);
     this.refineButton.disabled = !free || !touched || !usable;

@@ -4,13 +4,14 @@ import { folding } from "/static/js/folding.js";
 import { note } from "/static/js/dialogs.js";
 import { heldNumber, ownNumber } from "/static/js/fields.js";
 import { send, upload } from "/static/js/rest.js";
+import { line, say } from "/static/js/said.js";
 import { field } from "./beads.js";
 import { RecordButton } from "./record.js";
 
 /** @import { Connection } from "/static/js/connection.js" */
 /** @import { RegistrationSection, TracedPublic, TrackerView, ViewModel } from "/static/js/types.js" */
 
-const WHAT = "Lead a pointer's tip along the way into the head, from outside to inside: the way becomes a new path of the open plan. The others stay.";
+const WHAT = "Lead the pointer's tip in; a new path follows it. Go from outside to inside. The other paths of the open plan stay.";
 
 export class TraceGroup {
   /** @param {Connection} connection */
@@ -23,17 +24,17 @@ export class TraceGroup {
     this.path = ""; // its id; once it is undone nothing is told of it any more
     /** @type {ViewModel} */
     this.state = connection.state;
-    this.record = new RecordButton("record-trace", "Start tracing with the pointer", (seconds) => this.during(() => send(this.address("/tracked"), { seconds, ...this.named() })));
+    this.record = new RecordButton("record-trace", "Trace", (seconds) => this.during(() => send(this.address("/tracked"), { seconds, ...this.named() })));
     this.chooser = h("input", { type: "file", hidden: true, accept: ".csv", id: "trace-file", onchange: () => this.readTable() });
-    this.tableButton = h("button", { type: "button", id: "read-trace", title: "Samples of the tip in their order: columns x, y, z; lines '# unit=mm' and '# frame=patient' above", onclick: () => this.chooser.click() }, "From a table …");
+    this.tableButton = h("button", { type: "button", id: "read-trace", title: "CSV in order: x, y, z; above ‘# unit=mm’ and ‘# frame=patient’", onclick: () => this.chooser.click() }, "Read table …");
     this.practiceButton = h("button", { type: "button", id: "trace-simulated", title: "A simulated pointer follows the chosen path, with an error", onclick: () => this.practise() }, "Simulate");
     this.noise = ownNumber("trace-noise", 0, 20, 0.1, 0.3);
     this.why = h("p", { class: "words caution", id: "trace-why" });
     this.words = h("p", { class: "words", id: "trace-words", role: "status" });
-    this.element = folding("trace", group("Trace a path", null, h("p", { class: "words" }, WHAT), this.why, this.record.element,
+    this.element = folding("trace", group("Trace a path", null, line(WHAT), this.why, this.record.element,
       h("div", { class: "buttons even" }, this.practiceButton, this.tableButton),
       h("details", { class: "folded" }, h("summary", {}, "Simulated pointer"), h("div", { class: "fields" },
-        h("p", { class: "words" }, "For practice: it follows the chosen path of the plan, at the patient that the simulated touches were of."), field("Error of a sample, mm rms", this.noise))),
+        line("Practice: follows the chosen path. The patient is that of the simulated touches."), field("Error of a sample, mm rms", this.noise))),
       this.words, this.chooser), false);
   }
 
@@ -55,11 +56,11 @@ export class TraceGroup {
   render(registration, state) {
     const { plan, pointer } = state;
     const why = whyNot(registration, plan);
-    this.why.textContent = why;
+    say(this.why, why);
     this.why.hidden = !why;
     for (const button of [this.practiceButton, this.tableButton]) button.disabled = Boolean(why) || this.busy;
     this.record.update(pointer ?? null, !why && !this.busy);
-    this.words.textContent = this.busy ? "Fitting the path …" : this.isThere(registration, state) ? this.told : "";
+    say(this.words, this.busy ? "Fitting the path …" : this.isThere(registration, state) ? this.told : "");
   }
 
   /**
@@ -118,8 +119,8 @@ export class TraceGroup {
  * @param {ViewModel["plan"]} plan
  */
 function whyNot(registration, plan) {
-  if (!plan) return "Open a plan first: the traced path becomes one of its paths.";
-  if (plan.locked) return "The plan is locked; unlock it in Plan.";
-  if (registration.deleted || !["fitted", "given", "refined"].includes(registration.fit.state)) return "The points have to be fitted first: without a transform nobody knows where the path lies in the CT.";
+  if (!plan) return "Open a plan first.";
+  if (plan.locked) return "The plan is locked. Unlock it in Plan.";
+  if (registration.deleted || !["fitted", "given", "refined"].includes(registration.fit.state)) return "Fit the points first.";
   return "";
 }

@@ -56,11 +56,11 @@ export function canPractise(pairs) {
  * @param {PairEntry[]} pairs
  */
 export function listWords(pairs) {
-  if (!pairs.length) return "Confirm beads above, or put the crosshair on a point and add it.";
+  if (!pairs.length) return "Confirm beads, or add points at the crosshair.";
   const scale = barScale(pairs);
   const bars = pairs.some((pair) => pair.residual_mm !== null)
-    ? ` The bar shows how far the two are apart under the fit, and is full at ${scale.toFixed(scale < 10 ? 1 : 0)} mm.` : "";
-  return `Each point is seen in the image and measured at the patient.${bars} Press a point for its coordinates.`;
+    ? ` Bar: how far the two are apart under the fit, full at ${scale.toFixed(scale < 10 ? 1 : 0)} mm.` : "";
+  return `Each point: in the image and at the patient.${bars} Press a point for its coordinates.`;
 }
 
 /**
@@ -70,8 +70,8 @@ export function listWords(pairs) {
 export function practiceWords(pairs) {
   if (canPractise(pairs) || !pairs.some((pair) => pair.measured && pair.measured_from === "simulated")) return "";
   const real = pairs.filter(isReal).map((pair) => `‘${pair.label || "Point"}’`);
-  const those = real.length === 1 ? `${real[0]} was` : `${real.join(", ")} were`;
-  return `${those} not measured by the simulated pointer, which does not write over that. To simulate again: choose the point and press ‘Forget measurement’, or press ‘Clear’ for all.`;
+  const those = real.length === 1 ? `${real[0]} was` : `${real.length} points were`;
+  return `${those} really measured. Forget ${real.length === 1 ? "it" : "them"} to simulate: choose the point and press ‘Forget’, or press ‘Clear’ for all.${real.length === 1 ? "" : ` They are ${real.join(", ")}.`}`;
 }
 
 /**
@@ -80,7 +80,7 @@ export function practiceWords(pairs) {
  */
 export function rowWords(row) {
   if (row.s_mm === null) return row.label || "Target";
-  return `Worst along the path, at ${row.s_mm.toFixed(0)} mm`;
+  return `Worst on the path, at ${row.s_mm.toFixed(0)} mm`;
 }
 
 /**
@@ -90,7 +90,7 @@ export function rowWords(row) {
 export function fleWords(fit) {
   if (fit.fle_mm === null) return fit.state === "misfit" ? "not known: the points do not fit" : "not known yet";
   const figure = `${fit.fle_mm.toFixed(2)} mm`;
-  return fit.fle_source === "stated" ? `${figure}, as stated` : `${figure}, estimated from the fit of ${fit.used} points`;
+  return fit.fle_source === "stated" ? `${figure}, as stated` : `${figure}, estimated (${fit.used} points)`;
 }
 
 /**
@@ -114,10 +114,10 @@ const TOUCHED_FROM = { file: "from a table", simulated: "by the simulated pointe
  * @param {boolean} usable whether there is a transform to begin with
  */
 export function touchedWords(touched, structure, usable) {
-  if (!touched) return usable ? "Nothing is touched yet." : "Fit the points above first; then touch the surface.";
+  if (!touched) return usable ? "Nothing touched yet." : "Fit the points first.";
   const what = `${touched.count} points touched on ${structure}, ${TOUCHED_FROM[touched.measured_from]}.`;
-  if (!usable) return `${what} Fit the points above first.`;
-  return touched.refinement ? what : `${what} The registration is not refined on them yet.`;
+  if (!usable) return `${what} Fit the points first.`;
+  return touched.refinement ? what : `${what} Not refined yet.`;
 }
 
 /**
@@ -130,9 +130,9 @@ export function refinementRows({ refinement, count }, fit) {
   if (!refinement) return [];
   const judged = fit.fre_mm === null ? "none to judge by" : `${fit.fre_mm.toFixed(2)} mm rms`;
   return [
-    ["Measured points, which judge it", judged, "How far the points above are off under the refined transform, rms"],
+    ["Measured points", judged, "Judges it: their distance under the refined transform, rms"],
     ["Moved by up to", `${refinement.moved_mm.toFixed(2)} mm`, "Largest displacement of a touched point"],
-    ["Hold against sliding", `${refinement.stability.toFixed(2)} of 1, ${holdWords(refinement.stability)}`, "From 0 to 1: how much the surface resists the motion that it resists least; near 0 on a plane or a ball, where points slide"],
+    ["Hold against sliding", `${refinement.stability.toFixed(2)} of 1, ${holdWords(refinement.stability)}`, "0 to 1; near 0 on a plane or ball: points slide"],
     ["Residual", `${refinement.residual_mm.toFixed(2)} mm rms, ${refinement.kept} of ${count}`, "It is not the accuracy"],
   ];
 }
@@ -159,8 +159,8 @@ export function roundedUp(value) {
  * @param {CalibrationView["to"]} to
  */
 export function exportWords(to) {
-  const there = to === "base" ? "into the frame of the robot's base" : "onto the patient";
-  return `A transform moves the plan's points ${there}: the files of Plan, ‘Export and import’, hold them in the image's frame. The folder for 3D Slicer there has plan, head, transforms and points. The whole case as one file: Patient, ‘Save everything as one file …’.`;
+  const there = to === "base" ? "to the robot's base" : "onto the patient";
+  return `Moves plan points ${there}. The files of Plan, ‘Export’, hold them in the image's frame. The folder for 3D Slicer there has plan, head, transforms and points. The whole head as one file: Patient, ‘Save head …’.`;
 }
 
 /**
@@ -169,6 +169,6 @@ export function exportWords(to) {
  */
 export function importedWords({ name, to, fit, said }) {
   const where = to === "base" ? "the robot's base" : "the patient";
-  const open = said?.to ? "" : ` The file does not say what it is to and counts as to ${where}; choose otherwise in ‘Pointer and robot’.`;
-  return `The transform was read as ‘${name}’, to ${where}.${open}${fit.simulated ? " Its file says that it is simulated: nothing here is of a real patient." : " Points that you add show how far each is off."}`;
+  const open = said?.to ? "" : ` The file does not say so; choose otherwise in ‘Pointer and robot’.`;
+  return `Read as ‘${name}’, to ${where}.${open}${fit.simulated ? " It is simulated: no real patient." : " Add points to see how far each is off."}`;
 }

@@ -117,7 +117,7 @@ class DriveFigures:
             return driven
         depth = "" if planned.depth_mm is None else f", {planned.depth_mm:.1f} mm deep"
         around = "" if planned.sideways_mm is None else f", {short_way(planned.sideways_mm)}"
-        return f"{driven} In the dry run: {planned.least_mm:.2f} mm{depth}{around}."
+        return f"{driven} Simulated: {planned.least_mm:.2f} mm{depth}{around}."
 
     @property
     def _round_words(self) -> str:

@@ -182,7 +182,7 @@ class RehearsalSession(DriveTab[PreparedRehearsal, RigidSnapshot]):
             words.append("The plan is locked: the changed settings hold for this rehearsal only.")
         except VfixError as error:
             self._unkept = accepted
-            return [f"The changed settings hold for this rehearsal only, the plan could not keep them: {error}"]
+            return [f"The settings hold for this rehearsal only. The plan could not keep them: {error}"]
         else:
             drive.made_of_changed(self._key(before), self._key(after))
             self._plan_edited = True

@@ -21,38 +21,35 @@ def rehearse_hint(
     mode, phase: of the newest snapshot. doubtful: the verdict of the path is not that it fits.
     """
     if points < 2:
-        return "A rehearsal needs a path of two points at least. Go back to Plan."
+        return "The path needs two points. Go to Plan."
     if state == "absent":
         return "Press Start: the robot is placed at the entry."
     if state == "failed":
-        return "The rehearsal was not begun; the panel says why. Change what stops it, then press Start."
+        return "Not begun; the panel says why. Then press Start."
     if state == "starting":
         return "The robot is being placed at the entry."
     if state == "silent":
-        return "The control process does not answer. End it in the panel, then start again."
+        return "The control process does not answer. End it, then Start."
     if free:
-        return "Nobody holds the handle. Take it over in the panel to drive."
+        return "Nobody holds the handle. Press ‘Take handle’ to drive."
     if not mine:
-        return "You are watching. Another window holds the handle; Pause stops the robot all the same."
+        return "You are watching; another window drives. Pause stops the robot."
     if changed and blocked:
         return blocked
     if changed:
-        return "The plan has changed. Reset to entry takes it as it is now; until then the path before is driven."
+        return "The plan has changed. ‘Reset to entry’ takes it as it is now."
     if state == "paused":
-        return "Paused. Press Continue to go on from here, or Reset to entry."
+        return "Paused. Press Continue, or ‘Reset to entry’."
     if state != "running" and doubtful:
         return "You can still start; the tool stops before bone, not before skin."
     if state != "running":
-        return "The robot stands at the entry. Press Start, then drag the blue sphere on the shaft or hold ↑."
+        return "At the entry. Press Start, then drag the sphere or hold ↑."
     if mode == "inspect" and phase == "inspect_hold":
-        return "Drag the sphere sideways: the tool swings about the target it looks at. A and D twist it."
+        return "Drag the sphere to swing about the target. A, D twist."
     if mode == "inspect":
-        return "Drag the blue sphere, or hold ↑ or W: the view point is brought onto the target first."
+        return "Hold ↑: the view point goes onto the target first."
     if mode == "free":
-        return "Drag the blue sphere on the shaft; A and D twist the tool. The margin to the bone surface is kept."
+        return "Drag the sphere; A, D twist. The margin to bone is kept."
     if phase == "done" and targets:
-        return "The end of the path is reached. Choose Inspect to look at a target."
-    return (
-        "Hold ↑ or W to drive forwards, ↓ or S back (in a list W and S), or drag the blue sphere. "
-        "The margin to the bone surface is kept."
-    )
+        return "At the end of the path. Choose Inspect to see a target."
+    return "Hold ↑ or W forwards, ↓ or S back, or drag the sphere."

@@ -1,6 +1,7 @@
 // What else holds the tool: the options of a rehearsal, where its remote centre is, and what the dry run makes of them.
 import { fillOptions, h, group, keyed, whenChanged } from "/static/js/dom.js";
-import { fixed, sentence } from "/static/js/format.js";
+import { fixed } from "/static/js/format.js";
+import { say } from "/static/js/said.js";
 
 /** @import { Connection } from "/static/js/connection.js" */
 /** @import { Row } from "/static/js/dom.js" */
@@ -25,11 +26,11 @@ export class OptionsGroup {
     });
     this.trouble = h("p", { class: "words caution", role: "status", id: "centre-trouble", hidden: true });
     this.centre = h("div", { class: "field", id: "centre", hidden: true },
-      h("label", { class: "field" }, h("span", { class: "field-label" }, h("span", {}, "Where the remote centre is")), this.place),
+      h("label", { class: "field" }, h("span", { class: "field-label" }, h("span", {}, "Remote centre")), this.place),
       h("label", { class: "field" }, h("span", { class: "field-label" }, h("span", {}, "Along the path"), this.shownMm), this.mm),
       this.trouble);
     this.words = h("p", { class: "words caution", role: "status", id: "option-words", hidden: true });
-    this.element = group("What else holds the tool", null, this.options, this.words);
+    this.element = group("Limits", null, this.options, this.words);
   }
 
   /** @param {ViewModel} state */
@@ -40,7 +41,7 @@ export class OptionsGroup {
   /** @param {OptionsSection | undefined} options */
   render(options) {
     keyed(this.options, options?.items ?? [], (item) => item.name, (item) => this.option(item), fillOption);
-    this.words.textContent = options?.words ?? "";
+    say(this.words, options?.words ?? "");
     this.words.hidden = !options?.words;
     this.centre.hidden = !options?.centre;
     if (options?.centre) this.renderCentre(options.centre, Boolean(options.items.find(({ name }) => name === "remote_centre")?.refusal));
@@ -59,7 +60,7 @@ export class OptionsGroup {
       this.mm.value = String(centre.at_mm);
       this.showMm(centre.at_mm);
     }
-    this.trouble.textContent = centre.trouble ? `${sentence(centre.trouble)}` : "";
+    say(this.trouble, centre.trouble);
     this.trouble.hidden = !centre.trouble;
   }
 
@@ -112,5 +113,5 @@ function fillOption(element, item) {
   if (!box || !words) return;
   box.checked = item.on;
   box.disabled = item.refusal !== "";
-  words.textContent = item.refusal || item.words;
+  say(words, item.refusal || item.words);
 }

@@ -124,7 +124,7 @@ class CentrePlaces:
 
     def _trouble(self, known: _Known, place: PathPlace, at: float | None) -> str:
         if at is None:
-            gone = "The path point of the remote centre is not there any more; choose another place."
+            gone = "That path point is gone; choose another place."
             return gone if place.point is not None else known.trouble
         found = self._looked_at(at)
         return found if isinstance(found, str) else ""
@@ -165,7 +165,7 @@ def options_section(
     return {
         "items": items,
         "centre": centre if wanted.remote_centre else None,
-        "words": "Changed: in force from ‘Start’ at the entry, or from ‘Reset to entry’." if changed else "",
+        "words": "In force from ‘Start’ or ‘Reset to entry’." if changed else "",
     }
 
 
@@ -187,24 +187,23 @@ _LABELS: dict[str, tuple[str, _OptionWords]] = {
     "soft_tissue": (
         "Soft tissue",
         _OptionWords(
-            f"skin and mucosa, as the CT shows them, yield with {STIFFNESS_N_PER_MM} N/mm and are hard from "
-            f"{MAX_DEPTH_MM:g} mm on, from {NOSTRIL_DEPTH_MM:g} mm within {NOSTRIL_MM:g} mm of the entry.",
+            f"skin and mucosa push back as the CT shows them. They yield with {STIFFNESS_N_PER_MM} N/mm and are "
+            f"hard from {MAX_DEPTH_MM:g} mm on, from {NOSTRIL_DEPTH_MM:g} mm within {NOSTRIL_MM:g} mm of the entry.",
             "let skin and mucosa push back as the CT shows them.",
         ),
     ),
     "remote_centre": (
         "Remote centre",
         _OptionWords(
-            f"once the tip is inside, the tool passes one place of the path within {TOLERANCE_MM:g} mm, "
-            "as it does in a nostril.",
-            f"make the tool pass one place of the path within {TOLERANCE_MM:g} mm, as it does in a nostril.",
+            f"the tool passes one place of the path within {TOLERANCE_MM:g} mm. It does so once the "
+            "tip is inside, as in a nostril.",
+            f"keep the tool within {TOLERANCE_MM:g} mm of one place.",
         ),
     ),
     "speed_limit": (
         "Speed limits",
         _OptionWords(
-            f"the tip moves no faster than {SPEED_MM_PER_S:g} mm/s and turns no faster than "
-            f"{math.degrees(TURN_RAD_PER_S):.0f}°/s.",
+            f"the tip is limited to {SPEED_MM_PER_S:g} mm/s and {math.degrees(TURN_RAD_PER_S):.0f}°/s.",
             f"limit the tip to {SPEED_MM_PER_S:g} mm/s and {math.degrees(TURN_RAD_PER_S):.0f}°/s.",
         ),
     ),

@@ -1,8 +1,10 @@
 // Rehearse: the robot at the entry, the handle in the hand, and the words of what holds it.
+import { brief } from "/static/js/brief.js";
 import { fillOptions, h, group, whenChanged } from "/static/js/dom.js";
 import { isOld } from "/static/js/verdict-card.js";
-import { fixed, mm, sentence } from "/static/js/format.js";
+import { fixed, mm } from "/static/js/format.js";
 import { holdButton } from "/static/js/hold.js";
+import { say } from "/static/js/said.js";
 import { UsedRegistration } from "/static/js/used-registration.js";
 import { preselected } from "./preselected.js";
 import { RehearsalStatus } from "./status.js";
@@ -14,10 +16,10 @@ import { OptionsGroup } from "./options.js";
 /** @typedef {Commands["rehearsal.mode"]["mode"]} Mode */
 
 /** @type {Record<string, string | undefined>} */
-const STATE_WORDS = { absent: "Not in place yet.", ready: "In place at the entry.", running: "Running: the controller follows the hand and keeps off the bone.", paused: "Paused where it is." };
-const CHANGED_WORDS = "The plan has changed since the robot was placed. What is drawn here is what is driven; ‘Reset to entry’ takes the plan as it is now.";
-const BLOCKED_WORDS = "The robot goes on as it was placed before. ‘Reset to entry’ works once the plan has a registration that can be used, or none.";
-const NO_TARGETS = "This plan has no target to inspect. Add one in the Plan.";
+const STATE_WORDS = { absent: "Not in place yet.", ready: "In place at the entry.", running: "Running: follows the hand and keeps off bone.", paused: "Paused where it is." };
+const CHANGED_WORDS = "The plan has changed. ‘Reset to entry’ takes it as it is now. What is drawn here is what is driven.";
+const BLOCKED_WORDS = "The robot goes on as placed before. ‘Reset to entry’ works once the plan has a registration that can be used, or none.";
+const NO_TARGETS = "No target to inspect. Add one in Plan.";
 const LIVE = ["ready", "running", "paused"];
 /** @type {[Mode, string][]} */
 const MODES = [["path", "Along the path"], ["free", "Free"], ["inspect", "Inspect"]];
@@ -93,12 +95,12 @@ export default class RehearsePanel {
     const { state: drive, phase, words, mine, holder, can_take, mode, target_id, path_done, plan_changed } = rehearsal;
     this.changedState([drive, phase, words, mine, holder, can_take, mode, target_id, path_done, plan_changed, state.plan_use, targets.length], () => this.renderState(state, rehearsal, targets.length));
     this.renderProgress(rehearsal);
-    this.unrecorded.textContent = rehearsal.unrecorded ? sentence(`Not recorded: ${rehearsal.unrecorded}`) : "";
+    say(this.unrecorded, rehearsal.unrecorded ? `Not recorded: ${rehearsal.unrecorded}` : "");
     this.unrecorded.hidden = !rehearsal.unrecorded;
     this.soFar.textContent = rehearsal.so_far ?? "";
     this.soFar.hidden = !rehearsal.so_far;
     const passed = Math.max(0, ...(isOld(state.corridor) ? null : state.corridor?.verdict?.profile.tissue_mm) ?? []); // the length that the verdict of the plan names
-    this.tissueWords.textContent = `On this path the tool presses soft tissue along ${fixed(passed, 0)} mm of its length; nothing keeps it off that.`;
+    say(this.tissueWords, `Presses soft tissue along ${fixed(passed, 0)} mm. Nothing keeps it off that.`);
     const held = state.options?.items.some(({ name, on }) => name === "soft_tissue" && on);
     this.tissueWords.hidden = !live || held || passed < 0.5;
   }
@@ -113,20 +115,20 @@ export default class RehearsePanel {
     const driving = live && Boolean(rehearsal.mine);
     const changed = live && rehearsal.plan_changed;
     const silent = rehearsal.state === "silent";
-    this.words.textContent = sentence(rehearsal.words || (changed && (isBlocked(state) ? BLOCKED_WORDS : CHANGED_WORDS)) || STATE_WORDS[rehearsal.state ?? ""] || "");
+    say(this.words, rehearsal.words || (changed && (isBlocked(state) ? BLOCKED_WORDS : CHANGED_WORDS)) || STATE_WORDS[rehearsal.state ?? ""] || "");
     this.words.className = changed || silent || rehearsal.state === "failed" ? "words caution" : "words";
     this.startButton.textContent = rehearsal.state === "running" ? "Pause" : rehearsal.state === "paused" ? "Continue" : "Start";
     const startable = driving || ["absent", "failed"].includes(rehearsal.state ?? "");
     const pausable = rehearsal.state === "running"; // by whoever watches
     this.startButton.disabled = !pausable && (!startable || (state.plan?.points.length ?? 0) < 2);
-    this.resetButton.textContent = silent ? "End the process" : "Reset to entry";
-    this.resetButton.title = changed && isBlocked(state) ? state.plan_use?.words ?? "" : "";
+    this.resetButton.textContent = silent ? "End process" : "Reset to entry";
+    this.resetButton.title = changed && isBlocked(state) ? brief(state.plan_use?.words ?? "") : "";
     this.resetButton.disabled = !driving && !(silent && (rehearsal.mine || rehearsal.can_take));
-    this.leaseWords.textContent = !live ? "The handle appears when the robot is in place." : rehearsal.mine
+    say(this.leaseWords, !live ? "The handle appears when the robot is in place." : rehearsal.mine
       ? "This window holds the handle. Drag the sphere on the shaft."
-      : rehearsal.can_take ? "Nobody holds the handle." : `${rehearsal.holder ?? "Another window"} holds the handle. You are watching, and may pause the robot.`;
+      : rehearsal.can_take ? "Nobody holds the handle." : `${rehearsal.holder ?? "Another window"} holds the handle. You watch, and may pause.`);
     this.leaseButton.hidden = !live;
-    this.leaseButton.textContent = rehearsal.mine ? "Let go of the handle" : "Take over the handle";
+    this.leaseButton.textContent = rehearsal.mine ? "Release handle" : "Take handle";
     this.leaseButton.disabled = !rehearsal.mine && !rehearsal.can_take;
     for (const button of this.modeButtons) {
       const mode = button.dataset.mode;
@@ -137,7 +139,7 @@ export default class RehearsePanel {
     this.target.hidden = rehearsal.mode !== "inspect" && !(rehearsal.path_done && targets);
     if (rehearsal.target_id) this.target.value = rehearsal.target_id;
     this.target.disabled = !driving;
-    this.modeWords.textContent = modeWords(rehearsal, targets);
+    say(this.modeWords, modeWords(rehearsal, targets));
     for (const button of [this.forward, this.back, this.twistLeft, this.twistRight]) button.disabled = !(driving && rehearsal.state === "running");
     const { mode, phase } = rehearsal; // a button that the controller would not heed is off
     this.forward.disabled ||= mode !== "path" && phase !== "inspect_approach";
@@ -180,9 +182,10 @@ export default class RehearsePanel {
    */
   renderFields(settings, adjustable) {
     const fields = settings?.fields ?? [];
-    this.fieldWords.textContent = adjustable ? settings?.words ?? "" : "";
-    this.fieldWords.hidden = !this.fieldWords.textContent;
-    this.marginWarning.textContent = settings?.warning ? `${sentence(settings.warning)}.` : "";
+    const refused = adjustable ? settings?.words ?? "" : "";
+    say(this.fieldWords, refused);
+    this.fieldWords.hidden = !refused;
+    say(this.marginWarning, settings?.warning ? `${settings.warning}.` : "");
     this.marginWarning.hidden = !settings?.warning;
     if (this.sliders.size !== fields.length) this.fields.replaceChildren(...fields.map((field) => this.field(field)));
     for (const field of fields) {
@@ -246,9 +249,9 @@ function isLive(rehearsal) {
  * @param {number} targets
  */
 function modeWords(rehearsal, targets) {
-  if (rehearsal.mode === "free") return "No path holds the tip. The margin to bone is kept, and so is what is switched on below.";
-  if (rehearsal.mode === "inspect") return "Drag the handle: the view point is brought onto the target and stays there while the tool swings about it.";
-  if (rehearsal.path_done && targets) return "The end of the path is reached. ‘Inspect’ points the tool at a target.";
-  if (rehearsal.path_done) return "The end of the path is reached.";
-  return "The tip is led onto the path and stays on it; forward and back need no aiming in depth. The tool is twisted in Free and Inspect.";
+  if (rehearsal.mode === "free") return "No path holds the tip. The margin to bone is kept. What is switched on below holds too.";
+  if (rehearsal.mode === "inspect") return "Drag the handle: the tool swings about the target. The view point is brought onto it and stays there.";
+  if (rehearsal.path_done && targets) return "At the end of the path. ‘Inspect’ looks at a target.";
+  if (rehearsal.path_done) return "At the end of the path.";
+  return "The tip is led along the path. Forward and back need no aiming in depth. The tool is twisted in Free and Inspect.";
 }

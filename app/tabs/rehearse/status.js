@@ -7,11 +7,11 @@ const NEAR_MM = 0.1; // this close to the margin the clearance is shown as a cau
 
 export class RehearsalStatus {
   constructor() {
-    this.force = reading("Force of the hand");
+    this.force = reading("Force");
     this.tip = reading("Tip error");
-    this.clearance = reading("Bone clearance of the tool");
-    this.target = reading("Target error");
-    this.holding = reading("What holds the tool", "fill");
+    this.clearance = reading("To bone");
+    this.target = reading("To the target");
+    this.holding = reading("Held by", "fill");
     this.elements = [this.force, this.tip, this.clearance, this.target, this.holding].map(({ element }) => element);
   }
 
@@ -20,12 +20,12 @@ export class RehearsalStatus {
     /** @type {Partial<RehearsalSection>} */
     const now = rehearsal ?? {};
     this.force.set(now.force_n, 2, "N");
-    this.tip.set(now.mode === "path" ? now.tip_error_mm : null, 3, "mm");
+    this.tip.set(now.mode === "path" ? now.tip_error_mm : null, 1, "mm");
     this.clearance.set(now.clearance_mm, 2, "mm", now.clearance_capped ? "≥ " : "");
     const slack = (now.clearance_mm ?? NaN) - (now.margin_mm ?? NaN);
     this.clearance.element.classList.toggle("caution", slack < NEAR_MM);
     this.target.element.hidden = now.mode !== "inspect";
-    this.target.set(now.target_error_mm, 3, "mm");
+    this.target.set(now.target_error_mm, 1, "mm");
     this.holding.say(holdingWords(now, "In place at the entry, not started"));
     this.holding.element.classList.toggle("caution", Boolean(now.held));
   }

@@ -33,6 +33,7 @@ _ACROSS = {  # by phase: why a force moves nothing without an obstacle
     "done": "The pull is across the path: it moves the tool neither forward nor back",
     "inspect_hold": "The pull is along the shaft: it does not turn the tool about the target",
 }
+_END = "the end of the path"  # as the world names it
 _STANDS = "The pull points where the tool does not go in this mode"
 
 
@@ -76,7 +77,7 @@ def holding_words(snapshot: RigidSnapshot, before: RigidSnapshot | None, held_la
     if snapshot.reason or snapshot.held:
         return snapshot.reason or "held"
     if held_last and float(np.linalg.norm(snapshot.force)) <= FELT_N:
-        return f"No push; held last by {held_last}"
+        return "At the end of the path" if held_last == _END else f"Stopped last by {held_last}"
     driven = before is not None and snapshot.steps > before.steps
     stands = before is not None and float(np.linalg.norm(snapshot.grip - before.grip)) < STOOD_MM
     if driven and stands and float(np.linalg.norm(snapshot.force)) > FELT_N:

@@ -17,16 +17,16 @@ const OUTDATED = 4426;
  * @type {Record<number, Refusal | undefined>}
  */
 const REFUSALS = {
-  4429: { waitMs: 10_000, words: "The planner closed the connection: this window sent more messages than it takes. It is tried again in 10 seconds." },
-  [OUTDATED]: { waitMs: Infinity, words: "This page is of another version than the planner that answers now. Reload the page. Every change is saved." },
-  4503: { waitMs: 15_000, words: "Too many windows of this planner are open. Close one that is not needed, then try again." },
+  4429: { waitMs: 10_000, words: "Too many messages from this window. Trying again in 10 seconds." },
+  [OUTDATED]: { waitMs: Infinity, words: "The planner was updated. Reload the page; every change is saved." },
+  4503: { waitMs: 15_000, words: "Too many windows are open. Close one, then try again." },
 };
 const LOCKED = {
   waitMs: 15_000,
-  words: "This window is signed out: the planner was started again with another token. "
-    + "Paste the address that the planner printed into the address bar. Every change is saved.",
+  words: "This window is signed out. Open the new address. The planner was started again with another token; "
+    + "paste the address that it printed into the address bar. Every change is saved.",
 };
-const GONE = "Connection lost – reconnecting … Every change is saved. If the planner was ended, start it again and open the address that it prints.";
+const GONE = "Connection lost, reconnecting … Every change is saved. If the planner was ended, start it again and open the address that it prints.";
 
 // What streams by itself or follows a hand is dropped on a dead line without a word.
 const STREAMS = /^(heartbeat|grip\.release|drive|twist|axes|slice\..*|view\..*|item\.drag)$/;

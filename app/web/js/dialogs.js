@@ -2,13 +2,14 @@
 import { byId, h } from "./dom.js";
 import { sentence } from "./format.js";
 import { letGoOfEverything } from "./keys.js";
+import { say } from "./said.js";
 
 export const FRAME_QUESTION = {
   name: "frame",
   label: "Frame",
   options: [
-    ["LPS", "LPS – x to the left, y to the back, z up (DICOM)"],
-    ["RAS", "RAS – x to the right, y to the front, z up (NIfTI, Slicer scene)"],
+    ["LPS", "LPS – x left, y back, z up (DICOM)"],
+    ["RAS", "RAS – x right, y front, z up (NIfTI, Slicer scene)"],
   ],
 };
 
@@ -162,8 +163,9 @@ export function whenReady(words, label) {
  */
 export function note(words, { error = false, action = null, stay = false } = {}) {
   const box = byId(error ? "alerts" : "notes");
-  const text = sentence(words);
-  const element = h("div", { class: error ? "toast error" : "toast" }, h("span", {}, text));
+  const shown = h("span");
+  say(shown, words);
+  const element = h("div", { class: error ? "toast error" : "toast" }, shown);
   if (stay) element.dataset.stays = "yes";
   const leave = () => element.remove();
   const leaveUnlessUsed = () => {
@@ -173,7 +175,7 @@ export function note(words, { error = false, action = null, stay = false } = {})
   if (action) element.append(h("button", { type: "button", onclick: () => { action.run(); leave(); } }, action.label));
   if (error) element.append(h("button", { type: "button", class: "plain", onclick: leave }, "Dismiss"));
   else if (!stay) setTimeout(leaveUnlessUsed, action ? 9000 : 4500);
-  if (error) [...box.children].find((other) => other.firstElementChild?.textContent === text)?.remove();
+  if (error) [...box.children].find((other) => other.firstElementChild?.textContent === shown.textContent)?.remove();
   box.append(element);
   const passing = () => [...box.children].filter((other) => other instanceof HTMLElement && !other.dataset.stays);
   while (!error && passing().length > 3) passing()[0].remove();

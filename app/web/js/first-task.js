@@ -6,9 +6,9 @@ import { TOUCHED } from "./scene.js";
 /** @import { ViewModel } from "./types.js" */
 
 const STEPS = [
-  "Turn the head: drag in the scene. The wheel zooms to the pointer.",
-  "Choose a point in the list, or click in a slice: scene and slices go there.",
-  "Open Rehearse, press Start and hold ↑ until the end of the path: the tool keeps off the bone.",
+  "Drag to turn the head; the wheel zooms.",
+  "Choose a point, or click in a slice.",
+  "In Rehearse: Start, then hold ↑ to the end.",
 ];
 
 export class FirstTask {

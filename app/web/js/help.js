@@ -16,7 +16,7 @@ export class Help {
       h("div", { class: "help-groups" }, SHORTCUTS.map(([title, rows]) => h("section", {}, h("h3", {}, title),
         h("dl", { class: "keys" }, rows.flatMap(({ keys, words }) => [h("dt", {}, keys), h("dd", {}, words)]))))),
       h("div", { class: "buttons" },
-        h("button", { type: "submit", value: "again", id: "first-task-again" }, "Show the first steps again"),
+        h("button", { type: "submit", value: "again", id: "first-task-again" }, "Show first steps"),
         h("button", { type: "submit", value: "cancel", class: "primary" }, "Close")));
     if ((await show(form)) === "again") this.again();
   }

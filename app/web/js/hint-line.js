@@ -8,8 +8,6 @@ import { html } from "./template.js";
  * @param {boolean} [caution]
  */
 export function hintLine(id, words, help, caution = false) {
-  return html`<details class="hint-line">
-    <summary><span class=${caution ? "words caution" : "words"} id=${id} role="status">${words}</span><span class="hint-more" title="More" aria-hidden="true">?</span></summary>
-    <div class="words help">${help}</div>
-  </details>`;
+  return html`<div class=${caution ? "words caution" : "words"}><span id=${id} role="status">${words}</span>
+    <details class="more"><summary aria-label="More" title="More">?</summary><span class="help">${help}</span></details></div>`;
 }

@@ -200,7 +200,7 @@ function isDriveKey({ code, ctrlKey, metaKey, altKey }) {
 }
 
 function isDialogOpen() {
-  return Boolean(document.querySelector("dialog[open]"));
+  return Boolean(document.querySelector("dialog[open], :popover-open"));
 }
 
 /**

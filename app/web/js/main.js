@@ -8,8 +8,10 @@ import { Help } from "./help.js";
 import { jobWatch } from "./jobs.js";
 import { Keys, letGoOfEverything } from "./keys.js";
 import { Layouts } from "./layout.js";
+import { LoopFigures } from "./loop-figures.js";
 import { Palette } from "./palette.js";
 import { loadPanel } from "./panel.js";
+import { say } from "./said.js";
 import { SceneFrame } from "./scene.js";
 import { Slices } from "./slices.js";
 import { StatusBar } from "./status.js";
@@ -35,6 +37,7 @@ class Page {
     this.help = new Help(() => this.firstTask.again());
     this.slices = new Slices(byId("slices"), this.connection);
     this.status = new StatusBar(byId("statusbar"));
+    this.figures = new LoopFigures();
     this.card = new VerdictCard(this.connection);
     this.palette = new Palette({ connection: this.connection, slices: this.slices, panels: this.panels, actions: () => this.actions() });
     this.keys.shortcuts.push((event) => this.palette.key(event), (event) => this.help.key(event), (event) => this.layouts.key(event), (event) => this.scene.key(event));
@@ -61,6 +64,7 @@ class Page {
     }
     this.connection.on("note", ({ words, error }) => note(words, { error }));
     byId("retry").addEventListener("click", () => this.connection.open());
+    byId("where-plan").addEventListener("click", () => { if (this.connection.state.step?.name !== "plan") this.palette.use("plan", "#plans"); }); // in Plan it opens the list itself
     this.connection.open();
     this.scene.open();
   }
@@ -78,13 +82,13 @@ class Page {
 
   /** What the page itself can do, for the palette. */
   actions() {
-    const { layouts, theme, help, status, scene } = this;
+    const { layouts, theme, help, figures, scene } = this;
     return [
       ...layouts.actions(),
       ...scene.actions(),
       { group: "Page", name: theme.words, run: () => theme.turn() },
       { group: "Page", name: "Keys and first steps", does: "help", run: () => help.open() },
-      { group: "Page", name: "Figures of the control loop", off: status.details.hidden ? "during a drive" : undefined, run: () => status.fold() },
+      { group: "Page", name: "Figures of the control loop", run: () => { figures.show(); this.schedule(); } },
     ];
   }
 
@@ -123,6 +127,7 @@ class Page {
     this.slices.update(state);
     this.card.update(state);
     this.status.update(state, panel ? panel.status : undefined);
+    this.figures.update(state);
     this.firstTask.update(state);
   }
 
@@ -130,10 +135,10 @@ class Page {
   renderTitle(state) {
     byId("where-case").textContent = state.case?.name ?? "No head open";
     byId("where-plan").textContent = state.plan?.name ?? "";
-    byId("where-separator").hidden = !state.plan;
+    byId("where-separator").hidden = byId("where-plan").hidden = !state.plan;
     byId("where").title = [state.case?.name, state.plan?.name].filter(Boolean).join(" / ");
     document.title = state.case ? `${state.case.name} – vfix` : "vfix";
-    byId("hint").textContent = state.step?.hint ?? ""; // what to do next
+    say(byId("hint"), state.step?.hint ?? ""); // what to do next
     for (const button of this.steps) {
       const name = button.dataset.step ?? "";
       if (name === state.step?.name) button.setAttribute("aria-current", "step");
@@ -156,7 +161,7 @@ class Page {
     const banner = byId("banner");
     const idle = activeElement === document.body || banner.contains(activeElement);
     banner.hidden = connected;
-    byId("banner-words").textContent = words ?? "";
+    say(byId("banner-words"), words ?? "");
     document.body.classList.toggle("offline", !connected);
     if (!connected) {
       if (activeElement?.closest("[data-live] *")) this.focused = activeElement;

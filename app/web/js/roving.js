@@ -3,7 +3,7 @@
 const KEYS = {
   vertical: { ArrowUp: -1, ArrowDown: 1, Home: -Infinity, End: Infinity },
   horizontal: { ArrowLeft: -1, ArrowRight: 1, Home: -Infinity, End: Infinity },
-  both: { ArrowUp: -1, ArrowLeft: -1, ArrowDown: 1, ArrowRight: 1, Home: -Infinity, End: Infinity },
+  both: { ArrowUp: -1, ArrowDown: 1, ArrowLeft: -1, ArrowRight: 1, Home: -Infinity, End: Infinity }, // of a strip that lies or stands
 };
 
 export class Roving {

@@ -5,7 +5,7 @@
 /** @type {[string, Shortcut[]][]} groups of keys and what they do */
 export const SHORTCUTS = [
   ["Everywhere", [
-    { keys: "Ctrl K", words: "Find an action, a head, a plan or a place by its name" },
+    { keys: "Ctrl K", words: "Find an action, head, plan or place" },
     { keys: "?", words: "This sheet", does: "help" },
   ]],
   ["Views", [
@@ -27,11 +27,11 @@ export const SHORTCUTS = [
     { keys: "↑ ↓ ← →", words: "Move the crosshair by 1 mm; Shift 5, Alt 0.1" },
     { keys: "Enter", words: "Add at the crosshair" },
     { keys: "Space", words: "While drawing: a place at the crosshair" },
-    { keys: "M", words: "Lift the chosen point; arrows carry it, Enter drops it, Esc returns it" },
+    { keys: "M", words: "Lift the chosen point: arrows carry, Enter drops, Esc returns it" },
     { keys: "Double-click", words: "This slice alone, and back" },
   ]],
   ["Plan", [
-    { keys: "Click", words: "Add what is chosen under ‘A click adds’" },
+    { keys: "Click", words: "Add what is chosen under ‘Click adds’" },
     { keys: "Enter, Esc", words: "Add at the ring, or take it back" },
     { keys: "Ctrl Z", words: "Undo", does: "undo" },
     { keys: "Ctrl Shift Z", words: "Redo", does: "redo" },
@@ -44,7 +44,7 @@ export const SHORTCUTS = [
     { keys: "Ctrl Shift Z", words: "Redo of the registration", does: "registration.redo" },
   ]],
   ["Rehearse", [
-    { keys: "↑ ↓ or W S", words: "Hold: drive forward or back along the path, whatever was clicked last; in a list W S" },
+    { keys: "↑ ↓ or W S", words: "Hold: drive forward or back; in a list W S" },
     { keys: "A D", words: "Hold: twist the tool, in Free and Inspect" },
     { keys: "Drag the sphere", words: "Pull the tool by hand" },
   ]],

@@ -4,14 +4,15 @@ import { pacing } from "./frame-pacing.js";
 import { ENLARGE, LAID_OUT } from "./layout.js";
 import { CloseUp } from "./slices/close-up.js";
 import { Crosshair } from "./slices/crosshair.js";
-import { Foot } from "./slices/foot.js";
 import { GreyValues } from "./slices/grey-values.js";
 import { Measures } from "./slices/measures.js";
 import { OverlayControls } from "./slices/overlay-controls.js";
 import { Pane } from "./slices/pane.js";
 import { Painting } from "./slices/painting.js";
 import { PathFrames } from "./slices/path-frames.js";
+import { PlaceField } from "./slices/place-field.js";
 import { ToolPoses } from "./slices/tool-poses.js";
+import { ToolStrip, toolHint } from "./slices/tool-strip.js";
 import { VolumeLink } from "./slices/volume-link.js";
 import { paintBrush } from "./paint-brush.js";
 import { thresholdPreview } from "./threshold-preview.js";
@@ -70,11 +71,16 @@ export class Slices extends EventTarget {
     this.caseId = "";
     this.curveKey = "";
     this.planned = false;
+    this.placeField = new PlaceField(this);
     this.panes = VIEWS.map((name) => new Pane(name, this));
-    this.foot = new Foot(this);
+    this.strip = new ToolStrip(this);
+    this.said = h("span", { class: "slices-said", role: "status" });
+    this.hint = h("span", { class: "slices-hint" });
+    this.line = h("p", { class: "slices-line" }, this.said, this.hint);
     this.empty = h("p", { class: "slices-empty" });
     this.painting = new Painting(this);
-    root.append(...this.panes.map((pane) => pane.element), this.foot.element, this.empty);
+    this.panes[0].element.append(this.strip.element);
+    root.append(...this.panes.map((pane) => pane.element), this.line, this.empty, ...this.strip.popovers);
     this.listen();
     this.update({}); // nothing is known of the head yet
   }
@@ -113,8 +119,8 @@ export class Slices extends EventTarget {
   update(state) {
     const available = hasSlices(state);
     this.empty.hidden = available || !state.case;
-    this.empty.textContent = state.case?.has_volume ? state.case.loading ?? "" : "This head came as a surface, without a CT. Slices need a CT volume.";
-    this.foot.element.hidden = !available;
+    this.empty.textContent = state.case?.has_volume ? state.case.loading ?? "" : "No CT, so no slices.";
+    this.line.hidden = !available;
     this.state = available ? { ...state } : null; // as it was found: the connection writes the next head into its own
     this.poses.update(state);
     this.updateCurve(state);
@@ -124,8 +130,9 @@ export class Slices extends EventTarget {
     if (this.layout === "path" && !this.frames) this.enlarge(null);
     if (available) this.show(state);
     this.tip = available && state.step?.input === "drive" ? state.rehearsal?.tip : undefined;
-    this.foot.followField.hidden = !this.tip;
     this.followTip();
+    this.strip.update();
+    this.sayHint();
   }
 
   /** @param {StateWithSlices} state */
@@ -136,7 +143,8 @@ export class Slices extends EventTarget {
       this.crosshair.forget();
       this.measures.clear();
       this.second.forget();
-      this.foot.forget();
+      this.placeField.close();
+      this.tell("");
       for (const pane of this.panes) pane.forget();
     }
     this.crosshair.heard(state.slices);
@@ -146,7 +154,6 @@ export class Slices extends EventTarget {
       if (this.frames) this.along = this.frames.nearest(this.crosshair.place ?? this.middle);
       this.link.open(state.case.id, state.case.volumes);
       this.outlinesAsked = "";
-      this.foot.update();
     }
     this.second.update(state);
     this.closeUp.heard(state);
@@ -276,7 +283,9 @@ export class Slices extends EventTarget {
     this.tool = tool;
     paintBrush.set({ held: tool === "paint" });
     this.root.dataset.hand = tool;
-    this.foot.update();
+    this.strip.update();
+    this.tell("");
+    this.sayHint();
   }
 
   /** @param {Triple} place */
@@ -314,6 +323,7 @@ export class Slices extends EventTarget {
     if (name === this.layout) return;
     this.layout = name;
     for (const pane of this.panes) pane.large.setAttribute("aria-pressed", String(pane.name === name));
+    this.panes[name ? VIEWS.indexOf(name) : 0].element.append(this.strip.element); // upon the first one in sight
     if (name) this.panes[VIEWS.indexOf(name)].stage.focus({ preventScroll: true });
   }
 
@@ -336,7 +346,8 @@ export class Slices extends EventTarget {
 
   /** @param {number} zoom of the pane that was zoomed last */
   zoomed(zoom) {
-    this.foot.zoomed(zoom);
+    this.strip.menu.zoom = zoom;
+    this.strip.update();
   }
 
   centreAll() {
@@ -360,9 +371,18 @@ export class Slices extends EventTarget {
     this.link.outline(wanted);
   }
 
-  /** @param {string} words */
+  /** @param {string} words of what a key or press did; '' once they are old */
   tell(words) {
-    this.foot.said.textContent = words;
+    this.said.textContent = words;
+    this.hint.hidden = words !== "";
+  }
+
+  /** While nothing else is said: why the second volume is not shown, or what the mouse does. */
+  sayHint() {
+    const { caution } = this.second;
+    this.hint.classList.toggle("caution", caution !== "");
+    const words = caution || toolHint(this);
+    if (this.hint.textContent !== words) this.hint.textContent = words;
   }
 
   followAgain() {
@@ -373,11 +393,11 @@ export class Slices extends EventTarget {
   /** Bring the slices to the newest tip, at most once in FOLLOW_MS. */
   followTip() {
     const [from, to] = [this.followed, this.tip];
-    if (!this.foot.follow.checked || !to || this.followTimer) return;
+    if (!this.strip.menu.follows || !to || this.followTimer) return;
     if (from && Math.hypot(to[0] - from[0], to[1] - from[1], to[2] - from[2]) < FOLLOW_MM) return;
     this.followTimer = setTimeout(() => {
       this.followTimer = null;
-      if (!this.foot.follow.checked || !this.tip || !this.connection.connected) return;
+      if (!this.strip.menu.follows || !this.tip || !this.connection.connected) return;
       this.followed = this.tip;
       if (this.frames) this.along = this.frames.nearest(this.tip);
       this.crosshair.move(this.tip);

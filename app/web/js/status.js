@@ -1,33 +1,14 @@
-// The status bar, of a drive: its figures, and the details of the control loop.
+// The status bar, of a drive: its figures. Those of the control loop are in a drawer that the palette opens.
 import { h } from "./dom.js";
 import { fixed, sentence } from "./format.js";
 /** @import { TabStatus } from "./panel.js" */
-/** @import { DetailsSection, ViewModel } from "./types.js" */
-
-/** @type {[Exclude<keyof DetailsSection, "priority">, string, number, string][]} name, label, digits, unit */
-const ROWS = [
-  ["loop_hz", "Loop rate", 0, "Hz"], ["step_us", "Step time, median", 0, "µs"], ["step_us_p99", "Step time, 99 %", 0, "µs"],
-  ["lateness_us_p50", "Lateness, median", 1, "µs"], ["lateness_us_p99", "Lateness, 99 %", 1, "µs"], ["overruns", "Overruns", 0, ""], ["rows", "Rows in the QP", 0, ""], ["steps", "Steps", 0, ""],
-];
+/** @import { ViewModel } from "./types.js" */
 
 export class StatusBar {
   /** @param {HTMLElement} root */
   constructor(root) {
     this.root = root;
     this.drive = new DriveStatus();
-    this.sheet = h("div", { class: "details-sheet", hidden: true, id: "details-sheet" });
-    this.values = new Map(ROWS.map(([name]) => [name, h("dd", { class: "number" })]));
-    this.priority = h("dd", {});
-    this.sheet.append(h("dl", { class: "facts" }, ROWS.flatMap(([name, label]) => [h("dt", {}, label), this.values.get(name)]),
-      h("dt", {}, "Real-time priority"), this.priority));
-    this.toggle = h("button", { type: "button", class: "plain", "aria-expanded": "false", "aria-controls": "details-sheet", onclick: () => this.fold() }, "Details");
-    this.details = h("div", { class: "details" }, this.toggle, this.sheet);
-    root.append(this.details);
-  }
-
-  fold() {
-    this.sheet.hidden = !this.sheet.hidden;
-    this.toggle.setAttribute("aria-expanded", String(!this.sheet.hidden));
   }
 
   /**
@@ -38,22 +19,8 @@ export class StatusBar {
     const driving = state.step?.input === "drive";
     this.root.hidden = !driving;
     if (!driving) return;
-    this.show(own.elements);
+    if (this.root.firstElementChild !== own.elements[0]) this.root.replaceChildren(...own.elements);
     own.update(state);
-    const details = state.details ?? {};
-    for (const [name, , digits, unit] of ROWS) {
-      const value = this.values.get(name);
-      if (value) value.textContent = `${fixed(details[name], digits)} ${unit}`.trim();
-    }
-    this.priority.textContent = details.priority ?? "–";
-  }
-
-  /**
-   * What stands before the details.
-   * @param {HTMLElement[]} elements
-   */
-  show(elements) {
-    if (this.root.firstElementChild !== elements[0]) this.root.replaceChildren(...elements, this.details);
   }
 }
 

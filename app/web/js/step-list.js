@@ -28,7 +28,7 @@ export class StepList {
   /** @param {Shown} shown */
   update(shown) {
     this.shown = shown;
-    draw(this.element, html`<ol class=${this.numbered ? "steps-numbered" : "steps-plain"} aria-label=${this.label}>${this.steps.map((step, index) => this.step(step, index))}</ol>`);
+    draw(this.element, html`<div class=${this.numbered ? "steps-numbered" : "steps-plain"} role="group" aria-label=${this.label}>${this.steps.map((step, index) => this.step(step, index))}</div>`);
     this.roving.update();
   }
 
@@ -40,14 +40,14 @@ export class StepList {
     const open = this.shown.open.includes(name);
     const line = this.shown.lines?.[name];
     const next = this.shown.marked === name;
-    return html`<li><details class="step" data-step-name=${name} data-mark=${line?.mark || nothing} ?open=${open} @toggle=${this.toggled}>
+    return html`<details class="step" data-step-name=${name} data-mark=${line?.mark || nothing} ?open=${open} @toggle=${this.toggled}>
       <summary @click=${this.pressed}>
         ${this.numbered ? html`<span class="step-number" aria-hidden="true">${index + 1}</span>` : nothing}
-        <h2>${title}${next ? html`<span class="step-next"><span class="visually-hidden">, next</span></span>` : nothing}</h2>
+        <h2>${title}</h2>${next ? html`<span class="step-next" title="Comes next"><span class="visually-hidden">comes next</span></span>` : nothing}
         <span class="step-line" title=${line?.words || nothing}>${line?.words ?? ""}</span>
       </summary>
       <div class="step-body">${content}</div>
-    </details></li>`;
+    </details>`;
   }
 
   pressed = (/** @type {MouseEvent} */ event) => {

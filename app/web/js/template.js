@@ -5,7 +5,9 @@ import { setCommittedValue } from "/static/lib/lit-html/directive-helpers.js";
 import { Directive, directive } from "/static/lib/lit-html/directive.js";
 import { live } from "/static/lib/lit-html/directives/live.js";
 import { repeat } from "/static/lib/lit-html/directives/repeat.js";
+import { inTwo } from "./brief.js";
 import { ICONS } from "./dom.js";
+import { sentence } from "./format.js";
 
 /** @import { PropertyPart, TemplateResult } from "/static/lib/lit-html/lit-html.js" */
 
@@ -18,7 +20,7 @@ export { html, live, nothing, repeat, svg };
  */
 export function draw(element, template) {
   const focused = element.contains(document.activeElement) ? document.activeElement : null;
-  const row = focused?.closest("li");
+  const row = focused?.closest("li, tr");
   const list = row?.parentElement;
   const at = row && list ? [...list.children].indexOf(row) : -1;
   render(template, element);
@@ -49,6 +51,15 @@ export const unlessFocused = directive(class extends Directive {
     return value;
   }
 });
+
+/**
+ * A text of a dozen words in sight, and the rest of it behind ‘?’; outside a template: `say` of said.js.
+ * @param {string} text
+ */
+export function said(text) {
+  const [first, rest] = inTwo(sentence(text));
+  return html`${first}${rest ? html` <details class="more"><summary aria-label="More" title="More">?</summary><span class="help">${rest}</span></details>` : nothing}`;
+}
 
 /**
  * The content of a titled group of a panel.

@@ -34,7 +34,7 @@ export function readPlace(texts) {
  */
 function whyWrong(axis, text, value) {
   const shown = `‘${text.length > 24 ? `${text.slice(0, 24)}…` : text}’`;
-  if (Number.isFinite(value)) return `${axis}: ${shown} is too far away; places are in millimetres, 10000 at most.`;
+  if (Number.isFinite(value)) return `${axis}: ${shown} is too far away; 10000 mm at most.`;
   return `${axis}: ${shown} is no number${/^[-+−]?[\d.,]+\s*(mm|cm|m)$/iu.test(text) ? "; leave the unit out" : ""}.`;
 }
 

@@ -470,11 +470,10 @@ export interface CurveSection {
 }
 
 /**
- * The dry run of the plan; completed is None until it has ended.
+ * The dry run of the plan.
  *
  * level, short: of the verdict, also where the tool does not fit at the entry or the run has failed; None and '' while
  * the path is judged. word: of the level, of the verdict that is shown where there is none, '' without either.
- * min_clearance_mm: the least clearance to what is nearest to its margin, which nearest names.
  * job: id of the one that computes it, None where none does. cancelled: somebody ended it.
  * verdict: of a run that has ended, or of an earlier one while another is computed; shown_mm: arc length at which the
  * tool is shown, None where it is not.
@@ -488,11 +487,6 @@ export interface EvaluationSection {
   level: "fits" | "tight" | "pierces" | "blocked" | "unknown" | null;
   word: string;
   short: string;
-  caution: boolean;
-  completed: boolean | null;
-  min_clearance_mm: number | null;
-  nearest: string;
-  soft_tissue: SoftTissueView | null;
   warning: string;
   scale: ScaleView | null;
   job: string | null;
@@ -501,13 +495,6 @@ export interface EvaluationSection {
   shown_mm: number | null;
   state: "none" | "current" | "waits" | "drag" | "drag_waits";
   state_words: string;
-}
-
-/** Soft tissue that the tool passes at most, and where its tip is then; complete: the scan holds all of it. */
-export interface SoftTissueView {
-  length_mm: number | null;
-  at_mm: number | null;
-  complete: boolean;
 }
 
 /**
@@ -526,7 +513,7 @@ export interface ScaleView {
 }
 
 /**
- * The verdict on the path: level from bone and reach, tissue_level from soft tissue; short: in a few words.
+ * The verdict on the path: level from bone and reach; short: in a few words.
  *
  * figures: the one that decides first.
  * pierced: what is drawn in red; None where the tool pierces nothing.
@@ -537,7 +524,6 @@ export interface ScaleView {
 export interface VerdictView {
   level: "fits" | "tight" | "pierces" | "blocked" | "unknown";
   short: string;
-  tissue_level: "none" | "pressed" | "deep" | "unknown";
   parts: VerdictPart[];
   figures: FigureView[];
   pierced: PiercedView | null;
@@ -549,15 +535,10 @@ export interface VerdictView {
   profile: ClearanceProfile;
 }
 
-/**
- * A piece of the verdict's sentence; s_mm: arc length of the tip that it is about, None where it is about none.
- *
- * detail: shown on request only.
- */
+/** A piece of the verdict's sentence; s_mm: arc length of the tip that it is about, None where it is about none. */
 export interface VerdictPart {
   words: string;
   s_mm: number | null;
-  detail: boolean;
 }
 
 /** A figure of the verdict, see `VerdictFigure`. */
@@ -1285,8 +1266,8 @@ export interface ToolTablePublic {
 /**
  * How a tool does along the plan's path; lengths in mm, null where it does not fit at the entry or is not known.
  *
- * verdict: the level of the plan with this tool, word: of it. parts: its shape, from the tip on; view: where an endoscope looks, a
- * direction in the same plane.
+ * verdict: the level of the plan with this tool, word: of it. parts: its shape, from the tip on; view: where an
+ * endoscope looks, a direction in the same plane.
  */
 export interface ToolPublic {
   tool: string;

@@ -2,10 +2,11 @@
 import { rowAt } from "./clearance-words.js";
 import { h, whenChanged } from "./dom.js";
 import { mm } from "./format.js";
+import { line } from "./said.js";
 
 /** @import { PlanUseSection, VerdictView, ViewModel } from "./types.js" */
 
-const DRIVEN = "It tells the robot where the patient lies: bone, path and targets lie before the robot as it says, and to each other as planned.";
+const DRIVEN = "It tells the robot where the patient lies. Bone, path and targets lie before the robot as it says, and to each other as planned.";
 
 export class UsedRegistration {
   /**
@@ -25,7 +26,7 @@ export class UsedRegistration {
       const lines = !use ? [] : usedWords(use, verdict, this.driven);
       const told = corridor?.status === "failed" && corridor.words === use?.words; // the dry run says it
       this.element.hidden = !lines.length || told;
-      this.element.replaceChildren(...lines.map(({ words, caution }) => h("p", { class: caution ? "words caution" : "words" }, words)));
+      this.element.replaceChildren(...lines.map(({ words, caution }) => line(words, { class: caution ? "words caution" : "words" })));
     });
   }
 }
@@ -44,7 +45,7 @@ export function usedWords(use, verdict, driven) {
 }
 
 /**
- * What the registration may be off by where least is left of a margin, to bone or to a structure to spare.
+ * What the registration may be off by where least is left of a margin, to bone or to a protected structure.
  * @param {VerdictView | null} verdict
  * @returns {string[]}
  */

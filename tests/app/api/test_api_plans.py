@@ -103,6 +103,22 @@ def test_two_conditions_that_differ_are_refused(client: Client) -> None:
     assert "say one" in answer.json()["error"]["message"]
 
 
+def test_what_the_body_of_a_delete_says_is_heard(client: Client) -> None:
+    """A condition on the revision counts there too; what else it says is refused instead of left unheard."""
+    made = client.post(f"{PLAN}/points", json={"position": [1, 2, 3]}).json()
+    path, revision = f"{PLAN}/points/{made['id']}", made["revision"]
+
+    def deleted(body: dict[str, object], query: str = "", **headers: str) -> int:
+        return client.request("DELETE", f"{path}{query}", json=body, headers=headers).status_code
+
+    assert deleted({"revision": revision - 1}) == 409
+    assert deleted({"revision": revision}, f"?revision={revision - 1}") == 422
+    assert deleted({"revision": revision}, **{"If-Match": f'"{revision - 1}"'}) == 422
+    assert deleted({"position": [1, 2, 3]}) == 422
+    assert client.get(PLAN).json()["revision"] == revision
+    assert deleted({"revision": revision}, f"?revision={revision}") == 200
+
+
 @pytest.mark.parametrize("form", ["json", "mrk.json", "csv"])
 def test_an_export_can_be_imported_again(client: Client, form: str) -> None:
     """HAZ-14, HAZ-35."""

@@ -281,7 +281,7 @@ def test_a_registration_out_of_a_transform_file_is_not_taken_for_one_of_the_link
     flip = np.diag([-1.0, -1.0, 1.0, 1.0])
     intake.receive(Transform("Registration", (flip @ TURN @ flip).astype(np.float32).astype(np.float64)))
     (words,) = intake.settle()
-    assert words.startswith("'Own' was sent as 3D Slicer shows its .tfm file")
+    assert words.startswith("'Own' has the patient's frame turned by half a turn")
     assert len(parts.registrations.list(plan.case_id)) == 1
 
 

@@ -101,6 +101,11 @@ def test_as_a_verb(
     assert (listed["name"], listed["urgency"]) == ("First", 3)
     assert main(["note", "urgency", "First", "9"]) == 2
     assert "urgency" in capsys.readouterr().err
+    assert main(["note", "pin", "First", "1,2,3.5", "nerve", "left"]) == 0  # one place, and as many words as are said
+    (stored,) = phantom_services.documents_of(note.SPEC.kind).list()
+    assert stored.content == note.operations.Note(urgency=3, at=(1.0, 2.0, 3.5), tags=("nerve", "left"))
+    assert main(["note", "pin", "First", "1,2", "nerve"]) == 2
+    assert "is not a place" in capsys.readouterr().err
     with pytest.raises(SystemExit):
         main(["note", "--help"])
     assert "say how urgent it is" in capsys.readouterr().out

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import types
 from collections.abc import Iterator
 from typing import Annotated, Any, Literal, Union, get_args, get_origin
@@ -22,7 +23,7 @@ from app.operations.messages import MessageSpec, messages
 from app.operations.operation import Operation
 from app.operations.reading import Unreadable, read
 from app.operations.rest import addresses
-from app.registration.operations import FleRequest, SetFle
+from app.registration.operations import FleRequest, SetFle, TouchPair
 from app.session.commands import InvalidMessage, parse_command
 from vfix_engine.errors import InputError
 
@@ -32,7 +33,6 @@ ROUTES = [
     pytest.param(method, path, operations, id=f"{method} {path}")
     for spec in specs()
     for (method, path), operations in addresses(spec).items()
-    if method != "DELETE"
 ]
 MESSAGES = [pytest.param(message, id=kind) for kind, message in messages().items()]
 
@@ -118,6 +118,20 @@ def test_each_field_of_a_body_is_bounded(
     assert refused([good])[0]["where"] == ["body"]
 
 
+@pytest.mark.parametrize(("method", "path", "operations"), ROUTES)
+def test_a_body_says_nothing_else_than_the_address(
+    bare: Client, method: str, path: str, operations: list[type[Operation]]
+) -> None:
+    """It was left unheard where it did, as was every body of a DELETE."""
+    names = [name for name in re.findall(r"\{(\w+)\}", path)[1:] if name in fields_of(operations)]
+    address = "/api/v1" + path.replace("{", "").replace("}", "")
+    for name in names:
+        same, other = {**body_of(operations, path), name: name}, {**body_of(operations, path), name: "another"}
+        assert "details" not in bare.request(method, address, json=same).json()["error"]
+        details = bare.request(method, address, json=other).json()["error"]["details"]
+        assert details == [{"where": ["body", name], "message": "The address says another one"}]
+
+
 @pytest.mark.parametrize("message", MESSAGES)
 def test_each_field_of_a_message_is_bounded(message: MessageSpec) -> None:
     good = {name: example(kind) for name, (kind, _) in message.fields().items()}
@@ -191,6 +205,15 @@ def test_a_number_beyond_its_bounds_is_refused_in_words_at_its_place(bare: Clien
         ("body.weight", "a pair's weight is above 0; leave a pair out of the fit by its switch."),
     ]
     assert told("PATCH", "/pairs/p", {"weight": True}) == [("body.weight", "Expected `float | null`, got `bool`")]
+
+
+def test_of_what_a_command_line_says_only_what_is_wrong_is_told() -> None:
+    """There every number is a text; one that is right stands beside one that is beyond its bounds."""
+    with pytest.raises(Unreadable) as refused:
+        read(TouchPair, {"noise_mm": "0.5", "pair_id": "", "seed": "7"}, strict=False)
+    assert [place for place, _ in refused.value.problems] == [("pair_id",)]
+    with pytest.raises(Unreadable, match=r"noise.* 25 mm"):
+        read(TouchPair, {"noise_mm": "25", "seed": "7"}, strict=False)
 
 
 def test_a_text_is_what_a_stored_text_may_be(bare: Client) -> None:

@@ -135,7 +135,7 @@ def test_the_newest_place_alone_is_judged_and_what_is_old_is_greyed(
     for step in range(4):
         live.ask(plan, Dragged(point.id, (x, y, z + 0.1 * step)), known, placing, NO_OPTIONS)
     view = live.current.view()
-    assert (view["status"], view["state"], view["min_clearance_mm"]) == ("computing", "drag_waits", None)
+    assert (view["status"], view["state"], view["level"]) == ("computing", "drag_waits", None)
     assert view["verdict"] is not None  # greyed, of the stored path
     assert live.current.samples() is None  # the path has no colours of another one
     while executor.work:

@@ -43,7 +43,7 @@ def test_bone_and_soft_tissue_of_the_sample_plan_are_told_apart(phantom_services
     assert verdict.words.startswith(
         f"Fits. {verdict.least_clearance_mm:.2f} mm to bone at {verdict.s_mm:.0f} mm (margin {verdict.margin_mm:.2f})."
     )
-    assert " The shaft is nearest" in "".join(part.words for part in verdict.parts if part.detail)
+    assert " The shaft is nearest" in verdict.words
 
 
 def test_the_level_follows_margin_reach_scan_and_zones(phantom_services: Services) -> None:
@@ -149,7 +149,7 @@ def test_a_report_has_every_path_and_the_cones_of_the_targets(phantom_services: 
     edited = client.patch(f"/api/v1/plans/{plan.id}/paths/{plan.content.path_id}", json={"entry_side": away})
     assert edited.status_code == 200
     told = client.get(f"/api/v1/plans/{plan.id}/report").json()["chosen"]
-    assert f"said to enter at the {away} nostril" in told["side_caution"]
+    assert f"not on the {away}." in told["side_caution"]
     assert (told["verdict"], told["reason"]) == ("unknown", "side")
     assert told["words"].endswith(f"{chosen['words'].removeprefix('Fits.')} {told['side_caution']}")
     client.post(f"/api/v1/plans/{plan.id}/undo", json={})

@@ -41,7 +41,7 @@ def test_small_paths_and_sets_are_told_and_ordinary_ones_are_not() -> None:
     assert content_notes(content(0.0, 1), BOX)[0].endswith("a head. Check the unit.")
     assert content_notes(PlanContent(), BOX) == ()
     beside = content(10.0).with_points(tuple(PlanPoint(f"p{n}", "", (500.0, n, 0.0)) for n in range(9)))
-    assert "wholly outside the head" in content_notes(beside, BOX)[0]
+    assert "lies outside the head" in content_notes(beside, BOX)[0]
     assert measured_notes([(0.0, 0.0, 0.0), (0.06, 0.0, 0.0)])[0].startswith("The measured points lie within 0.06 mm")
     assert measured_notes([(0.0, 0.0, 0.0), (60.0, 0.0, 0.0)]) == measured_notes([(0.0, 0.0, 0.0)]) == ()
 

@@ -21,7 +21,7 @@ LIBRARIES = ROOT / "node_modules"
 COMPILER = LIBRARIES / "typescript" / "bin" / "tsc"
 TYPES = "app/web/js/types.d.ts"
 CONTENT, OPERATION, SECTION, PANEL = (
-    "app/plans/model.py", "app/plans/operations/document.py", "app/tabs/plan/paths.py", "app/tabs/plan/paths.js",
+    "app/plans/model.py", "app/plans/operations/document.py", "app/tabs/plan/paths.py", "app/tabs/plan/notes.js",
 )  # fmt: skip
 COPIED = ("plans", "tabs", "web/js")  # the folders of `app` that they are in, and the page's; the others are linked
 
@@ -51,14 +51,13 @@ ADDED: dict[str, dict[str, str]] = {
         r'        "notes": [\w.]+\.notes,\n': '        "urgency": PLAN.urgency,\n',
     },
     PANEL: {
-        r"    this\.sideCaution = [^\n]*\n": """    const asked = () => ({ urgency: Number(this.urgency.value) });
-    const props = { type: "number", "data-operation": "plan.urgency" };
-    const onchange = () => connection.send("plan.urgency", asked());
-    /** @type {HTMLInputElement} */
-    this.urgency = h("input", { ...props, onchange });
+        r"  update\(\{ paths \}\) \{\n": """    const ask = (/** @type {Event} */ { currentTarget }) => {
+      const { value } = /** @type {HTMLInputElement} */ (currentTarget);
+      this.connection.send("plan.urgency", { urgency: Number(value) });
+    };
 """,
-        r"    this\.sideCaution\.textContent = [^\n]*\n": """    this.urgency.value = String(paths?.urgency ?? "");
-""",
+        r"</textarea>": """<input type="number" data-operation="plan.urgency"
+      .value=${unlessFocused(String(paths?.urgency ?? ""))} @change=${ask}>""",
     },
 }
 

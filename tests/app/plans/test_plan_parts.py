@@ -271,6 +271,9 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     ({"shape": {"kind": "cone"}}, "kind of a shape"),
     ({"shape": {"kind": "sphere", "centre": [1, 2, 3]}}, "needs 'radius'"),
     ({"shape": {**SPHERE, "radius": -1}}, "more than 0"),
+    ({"shape": {**SPHERE, "radius": 1e-9}}, "'eye' is too small: 1e-09 mm; .* 0.01 mm at least"),
+    ({"shape": {**SHAPES[2], "radius": 0.0099}}, "too small: 0.0099 mm"),
+    ({"shape": {**SHAPES[3], "half_size": [1.0, 1e-300, 2.0]}}, "too small"),
     ({"shape": {**SPHERE, "size": 1}}, "has no 'size'"),
     ({"shape": {**SPHERE, "centre": [1, 2, "3"]}}, "must be a number"),
     ({"shape": {**SHAPES[3], "transform_box_to_patient": [2.0] * 16}}, "transform"),
@@ -310,6 +313,16 @@ def test_a_number_that_is_none_is_never_stored_as_left_open(plans: PlanService, 
             with pytest.raises(InputError, match=r"finite|margin_mm"):
                 plans.create(case.id, "Bad", content)
     assert plans.list(case.id) == ()
+
+
+def test_a_shape_has_a_least_size_that_a_stored_one_need_not_have(plans: PlanService, case: Case) -> None:
+    for radius in (0.01, 200.0):
+        plan = plans.create(case.id, "Sized", PlanContent(zones=(PlanZone("z", "eye", {**SPHERE, "radius": radius}),)))
+        assert plan.content.zones[0].shape["radius"] == radius
+    tiny = PlanContent(removed_bone=(RemovedBone("b", "wall", {**SPHERE, "radius": 0.001}),))
+    assert check_stored(tiny) == tiny
+    with pytest.raises(PlanError, match=r"'wall' is too small: 0\.001 mm"):
+        plans.create(case.id, "Tiny", tiny)
 
 
 def test_a_region_of_bone_is_a_solid(editor: PlanEditor) -> None:
@@ -426,12 +439,12 @@ def test_a_damaged_file_is_refused_with_the_reason() -> None:
         (
             "right",
             6.0,
-            "enter at the right nostril, but its entry lies at L 6.0, left of the scan's origin",
+            "Entry is at L 6.0, not on the right. Check the side: that is left of the scan's origin",
         ),
         (
             "left",
             -2.5,
-            "enter at the left nostril, but its entry lies at R 2.5, right of the scan's origin",
+            "Entry is at R 2.5, not on the left. Check the side: that is right of the scan's origin",
         ),
         ("right", 1.9, ""),
         ("left", 6.0, ""),

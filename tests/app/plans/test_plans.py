@@ -166,6 +166,9 @@ def test_a_locked_plan_stays_as_it_is(plans: PlanService, editor: PlanEditor) ->
         with pytest.raises(PlanLocked):
             act()
     assert editor.plan == locked
+    plans.documents.rename(locked.id, "Left")  # its name is no part of what is kept
+    assert editor.plan.content == locked.content
+    assert plans.documents.duplicate(locked.id, "Copy").locked is False
     editor.do(LockPlan(locked=False))
     editor.do(UndoPlan())
     assert labels(editor) == []

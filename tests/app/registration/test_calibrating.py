@@ -94,17 +94,17 @@ def test_a_table_of_poses_comes_as_it_was_written(unit: str) -> None:
         ("# unit=mm\n# pose=pointer_to_tracker\nx,y,z,qx,qy,qz,qw\n1,2,3,0,0,0,nan\n", "unit quaternion"),
         ("# unit=mm\n# pose=pointer_to_tracker\nx,y,z,qx,qy,qz,qw\n1,2,3,0,0,0\n", "6 cells for 7 columns"),
         ("# unit=mm\n# pose=pointer_to_tracker\nx,y,z,qx,qy,qz,qw\n1,2,3,0,0,0,1,9\n", "8 cells for 7 columns"),
-        ("# unit=mm\n# pose=pointer_to_tracker\nx,y,z,qx,qy,qz,qw\n1,2,3,0,0,0,1", "does not end in a line break"),
+        ("# unit=mm\n# pose=pointer_to_tracker\nx,y,z,qx,qy,qz,qw\n1,2,3,0,0,0,1", "may be incomplete"),
         ("# unit=mm\n# pose=pointer_to_tracker\nnumber,x,y,z,qx,qy,qz,qw\n-1,1,2,3,0,0,0,1\n", "whole numbers"),
         (
             "# unit=mm\n# pose=pointer_to_tracker\nnumber,x,y,z,qx,qy,qz,qw\n1,1,2,3,0,0,0,1\n1,1,2,3,0,0,0,1\n",
-            "number of its own",
+            "different in each row",
         ),
         (
             "# unit=mm\n# pose=pointer_to_tracker\nx,y,z,qx,qy,qz,qw\n1,2,3,0,0,0,1\n0,0,0,0,0,0,1\n0,0,0,0,0,0,-1\n",
-            "2 rows have the identity as pose, the first in line 5, .* out of sight",
+            "2 rows have the identity as pose, first line 5; .* out of sight",
         ),
-        ("# unit=mm\n# pose=pointer_to_tracker\nx,y,z,qx,qy,qz,qw\n0,0,0,0,0,0,0\n", "line 4 .* out of sight"),
+        ("# unit=mm\n# pose=pointer_to_tracker\nx,y,z,qx,qy,qz,qw\n0,0,0,0,0,0,0\n", "line 4 .* unseen tool"),
         ("# unit=mm\n# pose=pointer_to_tracker\nx,y,z,qx,qy,qz,qw\n1,5,2,5,3,5,0,0,0,1\n", "decimal commas"),
         ("# unit=mm\n# pose=pointer_to_tracker\nx,x,y,z,qx,qy,qz,qw\n1,1,2,3,0,0,0,1\n", "two columns"),
         ("# unit=mm\n# pose=pointer_to_tracker\nx,y,z,qx,qy,qz,qw\n1_0,2,3,0,0,0,1\n", "must be numbers"),
@@ -128,7 +128,7 @@ def test_poses_are_paired_by_their_numbers_or_their_rows() -> None:
     with pytest.raises(InputError, match="number both"):
         paired(of_robot, plain)
     fewer = read_poses(table(robot[:8], "flange_to_base"), "flange_to_base")
-    with pytest.raises(InputError, match="8 poses of the robot and 20 of the tracker"):
+    with pytest.raises(InputError, match="8 robot poses and 20 tracker poses"):
         paired(fewer, plain)
     other = read_poses(table(tracker, "marker_to_tracker", numbers=list(range(50, 70))), "marker_to_tracker")
     with pytest.raises(InputError, match="no number stands in both"):
@@ -213,7 +213,7 @@ def test_a_registration_to_the_base_is_made_from_one_to_the_patient(
     editor = Edited(phantom_services, made)
     for place in BEADS:
         editor.do(AddPair(in_image=place))
-    with pytest.raises(InputError, match="calibrate robot and tracker first"):
+    with pytest.raises(InputError, match="robot and tracker are not calibrated"):
         calibrating.to_base(made)
     editor.do(SimulateRobot(noise_mm=0.2, seed=3))
     with pytest.raises(InputError, match="nothing was measured"):
@@ -296,7 +296,7 @@ def test_real_and_simulated_are_not_mixed() -> None:
     tip = PointerTip((0.0, 1.0, 2.0), 0.2, 0.1, 35.0, 60, "simulated")
     with pytest.raises(InputError, match="simulated pointer"):
         tracked_through(RegistrationContent(pointer=tip))
-    with pytest.raises(InputError, match="calibrate robot and tracker first"):
+    with pytest.raises(InputError, match="robot and tracker are not calibrated"):
         tracked_through(RegistrationContent(to="base"))
     with pytest.raises(InputError, match="calibration is simulated"):
         tracked_through(RegistrationContent(to="base", robot=simulated))

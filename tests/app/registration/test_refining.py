@@ -117,7 +117,7 @@ def test_no_error_is_known_of_a_refined_transform(phantom_services: Services, ed
     assert expected_errors(content, [[0.0, 0.0, 0.0]]) is None
     table = error_table(content, services.plans.get(SAMPLE_PLAN))
     assert (table.targets, table.path) == ((), None)
-    assert "refined on a surface" in table.words
+    assert "of a refined transform is not known" in table.words
     assert "file" not in table.words
     plan = services.plans.documents.duplicate(SAMPLE_PLAN, "Through a refined one")
     plan = services.plans.do(plan.id, UseRegistration(registration=editor.id))
@@ -163,10 +163,10 @@ def test_a_transform_that_came_from_elsewhere_is_refined_too(phantom_services: S
     refined = services.refining.refine(other.id).content
     assert report_of(refined).cautions == ()
     assert refined.made_from == "surface"
-    with pytest.raises(InputError, match="no others to go back to"):
+    with pytest.raises(InputError, match="has only these touched points"):
         editor.do(ForgetSurface())
     services.refining.set_touched(other.id, points[:5], "file")
-    assert "Refine it anew" in report_of(editor.document.content).words
+    assert "Refine anew" in report_of(editor.document.content).words
     job = done(services, services.refining.start(other.id))
     assert (job.state, "too few" in str(job.error)) == ("failed", True)
     services.registrations.delete(other.id)

@@ -183,7 +183,7 @@ def test_an_even_layout_asks_which_order_is_right() -> None:
     answer = order_of(RegistrationContent(pairs=pairs_of(places, measured(places, 0.1))))
     assert answer.ambiguous
     assert len(answer.candidates) == 8
-    assert "Only somebody who knows" in answer.words
+    assert "only somebody who knows" in answer.words
 
 
 def test_more_points_than_beads_are_kept(editor: Edited) -> None:
@@ -273,7 +273,7 @@ def test_the_table_says_what_its_figures_mean(plan: Plan) -> None:
     assert table.path.s_mm[0] == 0.0
     worst = max(target.error.within_95_mm for target in table.targets)
     assert f"below {np.ceil(worst * 100) / 100:.2f} mm in 95 % of cases" in table.words
-    assert "FRE says how well the points fit, not how exact the tool is" in table.words
+    assert "FRE is how well the points fit, not the error" in table.words
     both = expected_errors(content, [table.path.worst.position])
     assert both is not None
     assert both[1][0] == pytest.approx(table.path.worst.within_95_mm)
@@ -291,7 +291,7 @@ def test_a_given_transform_is_judged_by_the_pairs(editor: Edited, plan: Plan) ->
     np.testing.assert_array_equal(np.reshape(content.transform, (4, 4)), pose())
     report = report_of(content)
     assert (report.state, report.fre_mm) == ("given", pytest.approx(3.0))
-    assert error_table(content, plan).words.startswith("Nothing is known of the error")
+    assert error_table(content, plan).words.startswith("The error of a transform from a file is not known")
     assert expected_errors(content, [[0.0, 0.0, 0.0]]) is None
     fitted = editor.do(FitPairs()).content
     assert (fitted.made_from, report_of(fitted).fre_mm) == ("pairs", pytest.approx(0.0, abs=1e-9))

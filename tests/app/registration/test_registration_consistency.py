@@ -79,9 +79,9 @@ def test_nothing_goes_by_it(services: Services, name: str, tmp_path: Path) -> No
     assert (report.state, report.usable, words in report.words) == ("inconsistent", False, True)
     used = services.registering.registration_of(plan)
     assert (used.state, words in used.words, used.registration) == ("inconsistent", True, None)
-    with pytest.raises(PlanError, match="nothing is driven by it"):
+    with pytest.raises(PlanError, match="Nothing is driven by it"):
         driven_registration(used)
-    with pytest.raises(PlanError, match="is not that of"):
+    with pytest.raises(PlanError, match="contradicts itself"):
         services.plans.do(plan.id, UseRegistration(registration=made.id))
     with pytest.raises(InputError, match=words):
         export_text(document, "tfm")

@@ -68,11 +68,11 @@ def test_measured_points_of_a_table_go_by_label_or_in_order(editor: Edited) -> N
         ("# unit=mm\n# frame=patient\nlabel,x,y,z\na,1,2,3,,\n", "6 cells for 4 columns"),
         ("# unit=mm\n# frame=patient\nname,a,b,c\na,1,2,3\n", "names its columns"),
         ("# unit=mm\n# frame=patient\nlabel,x,y,z\n", "holds no points"),
-        ("# unit=mm\n# frame=patient\nlabel,x,y,z\na,1,2,3", "does not end in a line break"),
+        ("# unit=mm\n# frame=patient\nlabel,x,y,z\na,1,2,3", "may be incomplete"),
         ("# unit=mm\n# frame=patient\nx,x,y,z\n1,9,2,3\n", "two columns of the table are called 'x'"),
         ("# unit=mm\n# frame=patient\nx,y,z\n1_0,2,3\n", "must be numbers"),
         ("# unit=mm\n# frame=patient\nx,y,z\n٥٠,2,3\n", "must be numbers"),
-        ("# unit=mm\n# frame=patient\nx;y;z\n1,5;2;3\n", "with a point and not a comma"),
+        ("# unit=mm\n# frame=patient\nx;y;z\n1,5;2;3\n", "with a decimal point"),
         ('# unit=mm\n# frame=patient\n"x,y,z\n', "damaged"),
         (
             "# unit=mm\n# frame=patient\nlabel,x,y,z\nforehead,1,2,3\nchin,1,2,4\nforehead,1,2,5\n",
@@ -129,8 +129,7 @@ def test_a_transform_goes_out_and_comes_back(editor: Edited) -> None:
     for line in (
         "# name: Beads",
         "# registration: from the image (LPS, mm) to the patient (mm)",
-        "# parameters: the way back, from the patient to the image, as in every ITK file; 3D Slicer moves the image to "
-        "the patient",
+        "# parameters: from the patient to the image, as in every ITK file; 3D Slicer moves the image to the patient",
         "# simulated: no",
     ):
         assert line in tfm.splitlines()
@@ -174,7 +173,7 @@ def test_a_file_of_before_says_what_it_is_to_as_well() -> None:
     content = read_transform("a.tfm", text.encode())
     assert (content.to, content.said_simulated) == ("base", True)
     both = text.replace("# simulated", "# registration: from the image (LPS, mm) to the patient (mm)\n# simulated")
-    with pytest.raises(InputError, match="to the patient and to the robot's base"):
+    with pytest.raises(InputError, match="to both the patient and the robot's base"):
         read_transform("a.tfm", both.encode())
 
 
@@ -228,7 +227,7 @@ def test_an_itk_file_takes_the_patient_to_the_image() -> None:
 @pytest.mark.parametrize("other", ["a\u200b", "a\u00ad", "a\u3164", "\u2060a", "a\ufe0f"])
 def test_labels_that_look_the_same_are_the_same(other: str) -> None:
     table = f"# unit=mm\n# frame=patient\nlabel,x,y,z\na,1,2,3\n{other},4,5,6\n"
-    with pytest.raises(InputError, match="two rows of the table are called 'a', as far as can be seen"):
+    with pytest.raises(InputError, match="two rows of the table are called 'a'; give each"):
         read_measured(table.encode(), RegistrationContent())
     content = RegistrationContent(pairs=(FiducialPair("b", (0.0, 0.0, 0.0), None), FiducialPair(other, BEADS[0], None)))
     measured = with_measured(content, [MeasuredPoint("a", (1.0, 2.0, 3.0))], "file")

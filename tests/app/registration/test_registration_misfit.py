@@ -66,7 +66,7 @@ def test_points_that_do_not_fit_are_gone_by_nowhere(phantom_services: Services, 
     assert "do not fit" in report.words
     used = registering.registration_of(plans.get(plan.id))
     assert (used.state, used.registration) == ("misfit", None)
-    with pytest.raises(PlanError, match="nothing is driven by it"):
+    with pytest.raises(PlanError, match="Nothing is driven by it"):
         phantom_services.planning.evaluate(plans.get(plan.id))
     with pytest.raises(PlanError, match="do not fit"):
         plans.do(plan.id, UseRegistration(registration=editor.id))

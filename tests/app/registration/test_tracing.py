@@ -155,13 +155,13 @@ def test_the_tip_of_a_tracked_pointer_is_traced(phantom_services: Services, edit
     to_base[:3, 3] = [0.0, 700.0, -50.0]
     based = RegistrationContent("base", tuple((to_base @ pose).ravel().tolist()), made_from="given", pointer=pointer)
     other = services.registrations.create(HEAD_PHANTOM, "To the base", based)
-    with pytest.raises(InputError, match="calibrate robot and tracker"):
+    with pytest.raises(InputError, match="robot and tracker are not calibrated"):
         tracing.tracked(plan.id, 12.0, other.id)
     robot = RobotToTracker(tuple(to_base.ravel().tolist()), 0.1, 0.1, tuple(np.eye(6).ravel().tolist()), 20, "tracker")
     Edited(services, other.id).become(replace(based, robot=robot))
     assert off_mm(path_of(tracing.tracked(plan.id, 12.0, other.id).plan), old).max() < 0.1
     services.registrations.delete(other.id)
-    with pytest.raises(InputError, match="up to 300 s"):
+    with pytest.raises(InputError, match="at most 300 s"):
         tracing.tracked(plan.id, 1000.0, editor.id)
     with pytest.raises(InputError, match="--tracker"):
         services.tracing.tracked(plan.id, 12.0, editor.id)
@@ -174,7 +174,7 @@ def test_a_path_of_which_a_part_lies_far_from_the_head_is_refused(
     pose = simulated_pose(HEAD_PHANTOM)
     begin = np.array(plan.content.points[0].position)
     away = begin + np.linspace(0.0, 1.0, 200)[:, None] * [0.0, -400.0, 0.0]
-    with pytest.raises(InputError, match=r"would lie up to \d{3} mm away from the head"):
+    with pytest.raises(InputError, match=r"would lie \d{3} mm away from the head"):
         phantom_services.tracing.add(plan.id, away @ pose[:3, :3].T + pose[:3, 3], "file", editor.id)
 
 

@@ -80,7 +80,7 @@ def test_the_pages_dry_run_is_the_one_that_others_ask_for(
     began, ended = ran
     assert (began.status, began.job) == ("computing", job.id)  # the page shows how far it is, and can cancel it
     assert (ended.status, ended.cancelled, ended.view()["job"]) == ("failed", True, None)
-    assert ended.words == "The dry run was cancelled: whether the tool fits is not known."
+    assert ended.words == "Simulation cancelled: whether the tool fits is not known."
     assert [known.id for known in services.jobs.list(plan.case_id) if known.subject == "Shared"] == [job.id]
     services.plans.documents.delete(plan.id)
 
@@ -172,15 +172,14 @@ def test_the_verdict_names_bone_soft_tissue_and_what_the_margin_leaves_open(phan
         executor.work.pop()()
     ran = [answer for answer in ran if answer.status == "done"]
     assert re.fullmatch(
-        r"Fits\. 1\.\d\d mm to bone at \d+ mm \(margin 0\.38\)\. The shaft is nearest, and 0\.08 mm of the margin are "
-        r"there since the scan’s surface may be that far off\. Presses soft tissue along \d\d mm of the tool, "
+        r"Fits\. 1\.\d\d mm to bone at \d+ mm \(margin 0\.38\)\. The shaft is nearest\. The margin includes "
+        r"0\.08 mm for the error of the scan’s surface\. Presses soft tissue along \d\d mm of the tool, "
         r"\d\.\d mm deep at most \(at \d+ mm\); all of it at the nostril\. "
         r"The path ends 8\.\d mm before the nearest target, ‘opening of the auditory tube left’\.",
         ran[0].words,
     )
-    assert ran[0].view()["soft_tissue"]["complete"] is True
     assert [answer.warning for answer in ran] == ["", ""]  # what the surface may be off is kept as well
-    assert not ran[1].caution
+    assert ran[1].level == "fits"
 
 
 def test_a_clearance_within_what_the_scan_leaves_open_is_no_fit(
@@ -277,9 +276,9 @@ def test_the_hint_says_whether_the_tool_was_stopped_or_not_driven_at_all() -> No
     held, clear = ("blocked", "held"), ("fits", "clear")
     for mode in ("point", "target"):  # a click that is waited for does not hide that the path is blocked
         hint = plan_hint(3, 0, mode, False, False, held)  # type: ignore[arg-type]
-        assert hint == "Move points where the path turns grey, or choose another tool or robot."
-    failed = failed_run("The dry run failed: the disk is broken.", 0.3)
-    said = "Unknown: the dry run failed: the disk is broken"
+        assert hint == "Move grey points, or change tool or robot."
+    failed = failed_run("The simulation failed: the disk is broken.", 0.3)
+    said = "Unknown: the simulation failed: the disk is broken"
     view = failed.view()
     assert (failed.short, view["short"], view["level"], view["word"]) == (said, said, "unknown", "Unknown")
     assert plan_hint(3, 1, "point", False, False, None).startswith("Drag a point")
@@ -288,7 +287,7 @@ def test_the_hint_says_whether_the_tool_was_stopped_or_not_driven_at_all() -> No
     assert hint.startswith("Click what is to be inspected")
     assert plan_hint(3, 1, "target", False, False, clear) == "Go to Rehearse."  # type: ignore[arg-type]
     hint = plan_hint(3, 1, "point", False, True, held)  # type: ignore[arg-type]
-    assert hint.startswith("The points are locked.")
+    assert hint.startswith("Locked.")
 
 
 def test_the_scale_names_the_colour_of_what_the_tool_does_not_reach() -> None:

@@ -95,14 +95,14 @@ def test_points_are_touched_fitted_and_used(opened: Opened) -> None:
     assert len(rows) == len(opened.workspace.plan.current.content.targets) + 1  # type: ignore[union-attr]
     assert rows[-1]["s_mm"] is not None
     assert "in 95 % of cases" in registration["errors"]["words"]
-    assert "Use for this plan" in opened.tab.hint()
+    assert "Use for plan" in opened.tab.hint()
     used = opened.do("registration.use", used=True)["plan_use"]
     assert (used["state"], used["here"], used["registration"]) == ("ready", True, registration["id"])
     assert opened.services.plans.get(opened.plan_id).content.registration == registration["id"]
     assert (used["name"], used["doubts"][0][:10]) == (registration["name"], "The points")
     assert "in 95 % of cases" in used["error_words"]
     assert used["has_balls"]
-    assert "Go on to Plan" in opened.tab.hint()
+    assert "Go to Plan" in opened.tab.hint()
     assert opened.do("registration.use", used=False)["plan_use"]["state"] == "none"
 
 
@@ -246,7 +246,7 @@ def test_what_does_not_fit_or_is_deleted_is_not_recommended(opened: Opened) -> N
     assert back["registration"]["id"] == registration["id"]
     opened.services.registrations.delete(registration["id"])
     assert opened.shown()["registration"]["deleted"]
-    assert "is deleted" in opened.tab.hint()
+    assert "Deleted" in opened.tab.hint()
     assert opened.do("registration.use", used=False)["plan_use"]["state"] == "none"
 
 
@@ -264,7 +264,7 @@ def test_a_plan_opens_the_registration_that_it_uses(opened: Opened) -> None:
 def test_the_hint_leads_through_the_step() -> None:
     pairs = [FiducialPair("", place, None, f"p{i}") for i, place in enumerate(BEADS)]  # type: ignore[arg-type]
     content = refitted(RegistrationContent(pairs=tuple(pairs)))
-    assert "Touch each point" in register_hint(content, report_of(content), used=False)
+    assert "Touch, type or read each point" in register_hint(content, report_of(content), used=False)
     assert "Begin" in register_hint(None, None, used=False)
 
 

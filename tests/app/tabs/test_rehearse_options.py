@@ -134,13 +134,13 @@ def test_an_option_is_told_as_acting_only_where_it_acts() -> None:
 
     def words(wanted: RehearsalOptions, in_force: RehearsalOptions | None) -> str:
         items = {item["name"]: item["words"] for item in options_section(wanted, in_force, None, True, True)["items"]}
-        assert items["remote_centre"].startswith("Off. Turn on to make the tool pass one place of the path within ")
+        assert items["remote_centre"].startswith("Off. Turn on to keep the tool within ")
         return items["speed_limit"]
 
     assert words(off, None) == words(off, off) == "Off. Turn on to limit the tip to 5 mm/s and 10°/s."
-    assert words(on, None) == words(on, on) == "The tip moves no faster than 5 mm/s and turns no faster than 10°/s."
-    assert words(on, off).startswith("Not in force yet: the tip moves")
-    assert words(off, on).startswith("Still in force: the tip moves")
+    assert words(on, None) == words(on, on) == "The tip is limited to 5 mm/s and 10°/s."
+    assert words(on, off).startswith("Not in force yet: the tip is")
+    assert words(off, on).startswith("Still in force: the tip is")
 
 
 def test_the_page_lists_places_for_the_remote_centre_and_says_which_cannot_be(phantom_services: Services) -> None:

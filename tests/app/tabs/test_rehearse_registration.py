@@ -99,7 +99,7 @@ def driven(phantom_services: Services) -> Iterator[Driven]:
 
 WAYS = {
     "deleted": "was deleted",
-    "misfit": "does not fit, and nothing is driven by it",
+    "misfit": "does not fit. Nothing is driven by it",
     "changed": "another registration than the robot was placed by",
     "taken off": "another registration than the robot was placed by",
 }

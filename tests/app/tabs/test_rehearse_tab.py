@@ -108,7 +108,7 @@ def test_a_disk_that_refuses_keeps_no_robot_running_and_no_setting_is_forgotten(
     with monkeypatch.context() as full:
         full.setattr(plans, "do", lambda *_: fail(StorageError("the disk is full")))
         words = tab.hear()
-        assert [said.endswith("the plan could not keep them: the disk is full") for said in words] == [True]
+        assert [said.endswith("The plan could not keep them: the disk is full") for said in words] == [True]
         assert tab.hear() == [], "it is said once"
         tab.give_up()
     assert robot.told[-2:] == ["pause", "release"]

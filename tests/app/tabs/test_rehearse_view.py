@@ -65,7 +65,8 @@ def test_what_held_the_tool_is_told_after_the_hand_let_go() -> None:
         )
 
     bone = "bone on the shaft, 0.3 mm away"
-    assert holding_words(at(0.0), None, bone) == f"No push; held last by {bone}"
+    assert holding_words(at(0.0), None, bone) == f"Stopped last by {bone}"
+    assert holding_words(at(0.0), None, "the end of the path") == "At the end of the path"
     assert holding_words(at(2.0), None, bone) == "Nothing, the tool is free to move"
     assert holding_words(at(2.0, "the wall"), None, bone) == "the wall"
     assert holding_words(at(0.0), None) == "Nothing, the tool is free to move"
@@ -92,12 +93,12 @@ def test_figures_of_a_drive_stand_beside_those_of_its_dry_run() -> None:
     so_far.take(at_rest(9, -1.5, 1.2), planned)
     so_far.take(at_rest(12, 4.0, 2.0), planned)
     assert so_far.words == (
-        "Nearest while driven: bone 1.20 mm away, 2.5 mm deep in soft tissue. In the dry run: 1.36 mm, 3.8 mm deep."
+        "Nearest while driven: bone 1.20 mm away, 2.5 mm deep in soft tissue. Simulated: 1.36 mm, 3.8 mm deep."
     )
     so_far.take(at_rest(0, 9.0, 6.0), planned)  # at the entry again
     assert so_far.words == ""
     so_far.take(at_rest(3, 9.0, 4.0), DryRunFigures(True, 90.0, 90.0, "", 1.36))
-    assert so_far.words == "Nearest while driven: bone 4.00 mm away. In the dry run: 1.36 mm."
+    assert so_far.words == "Nearest while driven: bone 4.00 mm away. Simulated: 1.36 mm."
 
 
 def test_what_held_the_tool_is_kept_until_it_moves_freely() -> None:
@@ -150,10 +151,10 @@ def test_lateness_is_told_as_median_and_99_percent() -> None:
 @pytest.mark.parametrize(
     ("mode", "phase", "words", "arrows"),
     [
-        ("path", "follow", "↑ or W to drive forwards, ↓ or S back", True),
-        ("free", "free", "A and D twist", False),
-        ("inspect", "inspect_approach", "brought onto the target first", True),
-        ("inspect", "inspect_hold", "swings about the target", False),
+        ("path", "follow", "↑ or W forwards, ↓ or S back", True),
+        ("free", "free", "A, D twist", False),
+        ("inspect", "inspect_approach", "goes onto the target first", True),
+        ("inspect", "inspect_hold", "swing about the target", False),
     ],
 )
 def test_the_hint_names_the_keys_that_the_motion_heeds(mode: str, phase: str, words: str, arrows: bool) -> None:

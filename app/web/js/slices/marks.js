@@ -2,6 +2,7 @@
 import { svg } from "../dom.js";
 import { cutNear } from "../near-plane.js";
 import { measureWords } from "./measures.js";
+import { reachedMm, splitAt } from "./reached.js";
 /** @import { PlaceNear } from "../near-plane.js" */
 /** @import { FiducialMark, ViewModel } from "../types.js" */
 /** @import { Triple } from "./grid.js" */
@@ -30,7 +31,9 @@ export function marksOf(port, state, cross, measures) {
     svg("line", { class: "cross-hair", y1: 0, y2: port.height, x1: at.x, x2: at.x }),
   ];
   const line = (/** @type {Triple[]} */ places, /** @type {string} */ kind) => marks.push(...drawnLine(places.map(project), kind));
-  line(state.curve?.points ?? [], "slice-path");
+  const [reached, beyond] = splitAt(state.curve?.points ?? [], reachedMm(state) ?? Infinity);
+  line(reached, "slice-path");
+  line(beyond, "slice-path beyond");
   const { driven, plan } = state; // a rehearsal of the plan as it was shows what it drives
   const selected = driven ? null : plan?.selected;
   const { points, targets } = driven ?? plan ?? { points: [], targets: [] };

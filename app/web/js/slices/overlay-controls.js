@@ -1,4 +1,4 @@
-// Below the slices: the overlay of the head, its transform and its opacity, which the plan stores.
+// The second volume over the slices: which one, its transform and its opacity, which the plan stores.
 import { clearErrors, confirm, note } from "../dialogs.js";
 import { fillOptions, h, whenChanged } from "../dom.js";
 import { heldNumber, numberInput, showNumber } from "../fields.js";
@@ -44,26 +44,24 @@ export class OverlayControls extends EventTarget {
     // Volumes of other heads stand apart, with the day on which they came in: one of another patient is easily taken.
     this.own = h("optgroup", { label: "This head" });
     this.others = h("optgroup", { label: "Other heads" });
-    this.choice = h("select", { id: "overlay-case", "data-operation": "second_volume.lay second_volume.none", "aria-label": "Volume that is laid over", onchange: () => this.chosen() }, h("option", { value: "" }, "None"), this.own, this.others);
+    this.choice = h("select", { id: "overlay-case", "data-operation": "second_volume.lay second_volume.none", onchange: () => this.chosen() }, h("option", { value: "" }, "None"), this.own, this.others);
     /** @type {HTMLInputElement} */
-    this.opacity = h("input", {
-      type: "range", id: "overlay-opacity", min: 0, max: 100, step: 1, value: 50, "aria-label": "Opacity of what is laid over",
-      oninput: () => this.faded(), onchange: () => this.keep(),
-    });
+    this.opacity = h("input", { type: "range", id: "overlay-opacity", min: 0, max: 100, step: 1, value: 50, oninput: () => this.faded(), onchange: () => this.keep() });
     this.opacityWords = h("span", { class: "number" }, "50 %");
-    this.window = h("select", { id: "overlay-window", "aria-label": "Grey values of what is laid over", onchange: () => this.windowed() });
+    this.window = h("select", { id: "overlay-window", onchange: () => this.windowed() });
     /** @type {HTMLInputElement} */
-    this.place = h("input", { type: "text", id: "overlay-transform", autocomplete: "off", placeholder: "16 numbers; empty: one frame", "aria-label": "Transform, 16 numbers row by row, LPS mm", onchange: () => this.placed() });
+    this.place = h("input", { type: "text", id: "overlay-transform", autocomplete: "off", placeholder: "16 numbers; empty: one frame", title: "16 numbers, row by row, LPS mm", onchange: () => this.placed() });
     this.pose = POSE.map(([name, label, unit]) => this.poseInput(`overlay-${name}`, `${label}, ${unit}`, unit === "mm"));
     const numbers = (/** @type {number} */ from, /** @type {string} */ words) => h("div", { class: "field" }, h("span", { class: "field-label" }, words),
       h("div", { class: "three" }, this.pose.slice(from, from + 3)));
-    this.more = h("div", { class: "overlay-more", hidden: true },
-      h("label", { class: "field" }, h("span", { class: "field-label" }, "Opacity", this.opacityWords), this.opacity), this.window,
-      numbers(0, "Shift to the left, to the back, up; mm"), numbers(3, "Turned about these axes; °"),
-      h("label", { class: "field" }, h("span", { class: "field-label" }, "Transform to this head"), this.place));
+    const labelled = (/** @type {(string | Node)[]} */ words, /** @type {HTMLElement} */ control) => h("label", { class: "field" }, h("span", { class: "field-label" }, ...words), control);
+    this.placing = h("details", { id: "overlay-placing" }, h("summary", {}, "Placing"), h("div", { class: "fields" },
+      numbers(0, "Left, back, up, mm"), numbers(3, "About these axes, °"), labelled(["Transform"], this.place)));
+    this.more = h("div", { class: "fields", hidden: true }, labelled(["Opacity ", this.opacityWords], this.opacity), labelled(["Grey values"], this.window), this.placing);
     this.words = h("p", { class: "words caution", role: "status", hidden: true });
-    this.element = h("div", { class: "overlay-controls" },
-      h("label", { class: "field" }, h("span", { class: "field-label" }, "Second volume"), this.choice), this.words, this.more);
+    this.offered = false; // there is a volume to choose
+    this.caution = ""; // why the plan's second volume is not shown
+    this.element = h("div", { class: "fields overlay-controls" }, labelled(["Volume"], this.choice), this.words, this.more);
     link.addEventListener("laid", () => { this.here = this.choice.value !== ""; this.say(); });
     link.addEventListener("unlaid", () => this.refused());
   }
@@ -103,11 +101,11 @@ export class OverlayControls extends EventTarget {
       for (const group of [this.own, this.others]) group.hidden = !group.childElementCount;
       for (const control of [this.choice, this.place, ...this.pose]) control.disabled = this.locked;
       this.choice.title = this.locked ? "The plan is locked" : "";
-      this.element.hidden = !this.choices.length && !laid;
-      this.words.hidden = !laid || Boolean(second?.known && !laid.to_confirm);
-      this.words.textContent = second?.known
-        ? "The second volume of this plan is of another head. Choose it again to confirm that it shows the same patient."
-        : "The second volume of this plan is not here: it was deleted, or belongs to another data folder.";
+      this.offered = Boolean(this.choices.length || laid);
+      this.element.hidden = !this.offered;
+      this.caution = cautionOf(second);
+      this.words.hidden = !this.caution;
+      this.words.textContent = this.caution;
     });
     const key = JSON.stringify(laid);
     if (key !== this.shown && !this.pending) {
@@ -290,6 +288,12 @@ export class OverlayControls extends EventTarget {
 /** @param {{ case: string, volume: string | null }} volume */
 function keyOf({ case: caseId, volume }) {
   return `${caseId} ${volume ?? ""}`;
+}
+
+/** @param {SecondVolumeSection | null | undefined} second */
+function cautionOf(second) {
+  if (!second?.laid || (second.known && !second.laid.to_confirm)) return "";
+  return second.known ? "Second volume is of another head: choose it again to confirm." : "Second volume is missing: deleted, or in another data folder.";
 }
 
 /** @param {Choice} choice of another head */

@@ -44,7 +44,7 @@ export class PaneKeys {
     switch (event.key) {
       case "PageUp": return this.page(PAGE);
       case "PageDown": return this.page(-PAGE);
-      case "Enter": return this.entered();
+      case "Enter": return event.repeat || this.entered();
       case "Escape": return this.putBack() || (!this.pane.board.halfDone && this.pane.board.escape());
       case " ": return this.drawHere();
     }

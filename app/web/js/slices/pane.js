@@ -1,5 +1,5 @@
 // One slice on the page: its picture, the marks over it, and the words that belong to both.
-import { h, svg } from "../dom.js";
+import { h, icon, svg } from "../dom.js";
 import { pacing } from "../frame-pacing.js";
 import { sizeOf } from "../slice-geometry.js";
 import { Loader } from "../slice-loader.js";
@@ -41,8 +41,6 @@ export class Pane {
     this.stale = false; // another one is wanted already
     /** @type {SlicePlane | null} of the pictures that came from the planner */
     this.plane = null;
-    /** @type {string} what is said beside the title while no pointer reads */
-    this.label = "";
     this.canvas = h("canvas", { class: "slice-picture" });
     this.over = h("canvas", { class: "slice-tool-outline" });
     this.pictures = svg("g");
@@ -61,13 +59,13 @@ export class Pane {
     this.pointerInput.listen(this.stage);
     this.keys.listen(this.stage);
     new ResizeObserver(() => this.refresh()).observe(this.stage);
-    this.where = h("span", { class: "number" });
+    this.where = h("button", { type: "button", class: "slice-where number", title: "Type a place", onclick: () => board.placeField.open(this) });
+    this.readings = [h("span", { class: "slice-reading" }), h("span", { class: "slice-reading" })]; // place and HU under the pointer
+    this.head = h("div", { class: "slice-head" }, h("span", { class: "slice-title" }, TITLES[name]), this.where, h("div", { class: "slice-readings" }, this.readings));
     /** @type {HTMLInputElement} */
-    this.slider = h("input", { type: "range", "aria-label": this.sliderWords(), oninput: () => this.goTo(Number(this.slider.value)) });
-    this.large = h("button", { type: "button", class: "plain slice-large", "aria-label": `${TITLES[name]}: large`, "aria-pressed": "false", title: "Large, and back (double-click)", onclick: () => this.toggle() }, "⤢");
-    this.element = h("div", { class: "slice", "data-view": name },
-      h("div", { class: "slice-head", ondblclick: () => this.toggle() }, h("span", { class: "slice-title" }, TITLES[name]), this.where, this.large),
-      this.stage, h("div", { class: "slice-slide" }, this.slider));
+    this.slider = h("input", { type: "range", class: "slice-slide", "aria-orientation": "vertical", "aria-label": this.sliderWords(), oninput: () => this.goTo(Number(this.slider.value)) });
+    this.large = h("button", { type: "button", class: "slice-large", "aria-label": `${TITLES[name]}: large`, "aria-pressed": "false", title: "Large, and back (double-click)", onclick: () => this.toggle() }, icon("large"));
+    this.element = h("div", { class: "slice", "data-view": name }, this.stage, this.head, this.slider, this.large);
   }
 
   /** Let this slice fill the viewing area, or all stand as before. */
@@ -76,7 +74,7 @@ export class Pane {
   }
 
   sliderWords() {
-    return this.name === "path" ? "Place along the path in mm" : `Position of the ${this.name} slice in mm`;
+    return this.name === "path" ? "Place along the path, mm" : `${TITLES[this.name]} slice, mm`;
   }
 
   /** @returns {Axes} */
@@ -296,9 +294,18 @@ export class Pane {
 
   /** @param {string} words */
   say(words) {
-    this.label = words;
+    this.where.textContent = words;
+    this.where.hidden = !words;
     if (this.pointerInput.reading) this.pointerInput.read(); // another place lies under the pointer
-    else this.where.textContent = words;
+  }
+
+  /**
+   * What lies under the pointer; '' where none is.
+   * @param {string} place
+   * @param {string} hu
+   */
+  read(place, hu) {
+    [place, hu].forEach((words, index) => { this.readings[index].textContent = words; });
   }
 
   /**

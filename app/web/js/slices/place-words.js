@@ -30,9 +30,10 @@ export function placeWords(place, digits = 1) {
  * A place and the HU that is drawn there; null: no voxel is there.
  * @param {Triple} place
  * @param {number | null} hu
+ * @returns {[string, string]}
  */
 export function readingWords(place, hu) {
-  return `${placeWords(place)}, ${hu === null ? "outside the scan" : `${fixed(hu, 0)} HU`}`;
+  return [placeWords(place), hu === null ? "outside the scan" : `${fixed(hu, 0)} HU`];
 }
 
 /**
@@ -62,7 +63,7 @@ export function placeOf(words) {
   return /** @type {Triple} */ (place);
 }
 
-const HELP = "Type a place as R 24.5 A 10 S 3: right or left, front (A) or back (P), up (S) or down (I), in mm.";
+const HELP = "Type a place in mm, such as R 24.5 A 10 S 3.";
 
 /** @param {string} number */
 function parsed(number) {

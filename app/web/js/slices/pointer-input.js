@@ -207,30 +207,21 @@ export class PointerInput {
   async read() {
     const { pane } = this;
     const place = this.placeAt(this.pointer);
-    this.reads(place !== null);
+    this.reading = place !== null;
     this.asked += 1;
     const mine = this.asked;
     if (!place) {
-      pane.where.textContent = pane.label;
+      pane.read("", "");
       return;
     }
     const values = pane.board.link.ready ? await pane.board.link.read([place]) : null;
     if (mine !== this.asked || !this.reading) return;
-    pane.where.textContent = values ? readingWords(place, values[0]) : pane.label;
-  }
-
-  /**
-   * While a place is told, it has the title's room.
-   * @param {boolean} on
-   */
-  reads(on) {
-    this.reading = on;
-    this.pane.element.classList.toggle("pointed", on && this.pane.board.link.ready);
+    if (values) pane.read(...readingWords(place, values[0]));
   }
 
   left() {
-    this.reads(false);
-    this.pane.where.textContent = this.pane.label;
+    this.reading = false;
+    this.pane.read("", "");
     this.pane.board.measures.point(null);
     this.pane.board.painting.ring.hidden = true;
   }

@@ -8,7 +8,7 @@ from msgspec.structs import replace
 
 from app.documents import Document
 from app.operations import Context, Creation, Edit
-from app.operations.fields import Name
+from app.operations.fields import Name, Position
 from app.operations.standard import STANDARD
 
 Words = Annotated[str, Meta(max_length=200)]
@@ -18,6 +18,8 @@ Urgency = Annotated[int, Meta(ge=0, le=3)]
 class Note(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     words: Words = ""
     urgency: Urgency = 0
+    at: Position | None = None
+    tags: tuple[Name, ...] = ()
 
 
 class CreateNote(Creation, frozen=True):
@@ -45,4 +47,17 @@ class SetUrgency(Edit, frozen=True):
         return replace(content, urgency=self.urgency)
 
 
-OPERATIONS = (CreateNote, *STANDARD, SetUrgency)
+class PinNote(Edit, frozen=True):
+    """Say where it belongs, and under which words it is found."""
+
+    rest = "PUT /notes/{id}/place"
+    message = "note.pin"
+    verb = "note pin"
+    at: Position
+    tags: tuple[Name, ...]
+
+    def apply(self, content: Note, context: Context[Note, Any]) -> Note:
+        return replace(content, at=self.at, tags=self.tags)
+
+
+OPERATIONS = (CreateNote, *STANDARD, SetUrgency, PinNote)

@@ -1,0 +1,73 @@
+// The heads: which one is open, and what is done with each; a whole head saved as one file.
+import { h } from "/static/js/dom.js";
+import { when } from "/static/js/format.js";
+import { askForImages, askName, note, noteDone } from "/static/js/dialogs.js";
+import { ListFilter } from "/static/js/list-filter.js";
+import { download } from "/static/js/rest.js";
+import { draw, html, iconTemplate, iconTool, live, nameRow, repeat } from "/static/js/template.js";
+
+/** @import { Connection } from "/static/js/connection.js" */
+/** @import { CaseEntry, ViewModel } from "/static/js/types.js" */
+
+const SAVED = "Head, plans and registrations as one zip";
+
+export class HeadsList {
+  /** @param {Connection} connection */
+  constructor(connection) {
+    this.connection = connection;
+    this.filter = new ListFilter("heads", () => this.update(connection.state));
+    this.deleted = false; // whether deleted ones are listed
+    this.element = h("div", { class: "fields" });
+  }
+
+  /** @param {ViewModel} state */
+  update({ cases, case: open }) {
+    const items = (cases?.items ?? []).filter((item) => this.deleted || !item.deleted);
+    const show = (/** @type {Event} */ { currentTarget }) => {
+      this.deleted = /** @type {HTMLInputElement} */ (currentTarget).checked;
+      this.update(this.connection.state);
+    };
+    draw(this.element, html`
+      ${this.filter.field(items.length)}
+      <ul class="list" id="cases" aria-label="Heads">${repeat(this.filter.of(items), ({ id, deleted }) => `${id} ${deleted}`, (item) => this.row(item, item.id === open?.id))}</ul>
+      <button type="button" class="wide" id="save-case" title=${SAVED} ?disabled=${!open} @click=${() => save(open)}>Save head …</button>
+      <label class="check"><input type="checkbox" .checked=${live(this.deleted)} @change=${show}>Show deleted</label>`);
+  }
+
+  /**
+   * @param {CaseEntry} item
+   * @param {boolean} open
+   */
+  row(item, open) {
+    const send = (/** @type {"case.open" | "case.restore"} */ type) => this.connection.send(type, { case_id: item.id });
+    const tools = item.deleted
+      ? iconTool("restore", "Restore", () => send("case.restore"))
+      : html`${iconTool("pencil", "Rename", () => this.rename(item))}${iconTool("download", "Save head (zip)", () => save(item))}
+        <button type="button" class="icon plain" data-tool="delete" aria-label="Delete" title=${open ? "The open head cannot be deleted" : "Delete"}
+          ?disabled=${open} @click=${() => this.remove(item.id)}>${iconTemplate("trash")}</button>`;
+    return nameRow(item, item.unreadable || when(item.created), () => send("case.open"), tools, open);
+  }
+
+  /** @param {CaseEntry} item */
+  async rename({ id, name: before }) {
+    const name = await askName("Rename head", before);
+    if (name) this.connection.send("case.rename", { case_id: id, name });
+  }
+
+  /** @param {string} id */
+  remove(id) {
+    const fields = { case_id: id };
+    noteDone(this.connection.request("case.delete", fields), "Head deleted.",
+      { label: "Restore", run: () => this.connection.send("case.restore", fields) });
+  }
+}
+
+/**
+ * A head with all that belongs to it, as one file.
+ * @param {{ id: string, name: string, images: boolean } | null | undefined} head
+ */
+async function save(head) {
+  if (!head || (head.images && !await askForImages(head.name))) return;
+  download(`/api/v1/cases/${encodeURIComponent(head.id)}/archive?with_images=true`);
+  note(`‘${head.name}’ is being packed. The browser saves it as a zip with scan, structures, plans and registrations.`);
+}

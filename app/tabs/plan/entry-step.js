@@ -1,0 +1,52 @@
+// Step 1: where the tool goes in, which is the first point of the path, and the side that this is on.
+import { h, whenChanged } from "/static/js/dom.js";
+import { placeWords } from "/static/js/slices/place-words.js";
+import { draw, html, live, nothing } from "/static/js/template.js";
+
+/** @import { Connection } from "/static/js/connection.js" */
+/** @import { Commands, ItemEntry, PathsSection, PlanSection, ViewModel } from "/static/js/types.js" */
+
+/** @typedef {Commands["path.side"]["side"]} Side */
+
+/** @type {[Side, string][]} */
+const SIDES = [["", "Not set"], ["left", "Left nostril"], ["right", "Right nostril"], ["midline", "Midline"]];
+
+export class EntryStep {
+  /** @param {Connection} connection */
+  constructor(connection) {
+    this.connection = connection;
+    this.changed = whenChanged();
+    this.element = h("div", { class: "fields" });
+  }
+
+  /** @param {ViewModel} state */
+  update({ plan, paths }) {
+    const entry = plan?.points[0];
+    this.changed([Boolean(plan), entry, entry?.id === plan?.selected, paths], () => draw(this.element, html`
+      ${entry ? this.entry(entry, plan) : html`<p class="empty">Click the nostril, in the head or in a slice.</p>`}
+      ${this.side(paths)}`));
+  }
+
+  /**
+   * @param {ItemEntry} entry
+   * @param {PlanSection | null | undefined} plan
+   */
+  entry(entry, plan) {
+    return html`<button type="button" class="entry-point" id="entry-point" title="Show it in head and slices" aria-pressed=${String(entry.id === plan?.selected)}
+      @click=${() => this.connection.send("item.select", { item_id: entry.id })}><span class="dot"></span><span class="entry-name">${entry.label}</span><span class="number">${placeWords(entry.position)}</span></button>`;
+  }
+
+  /** @param {PathsSection | null | undefined} paths */
+  side(paths) {
+    const chosen = paths?.items.find(({ id }) => id === paths.chosen);
+    const send = (/** @type {Event} */ { currentTarget }) => {
+      const side = /** @type {Side} */ (/** @type {HTMLSelectElement} */ (currentTarget).value);
+      if (paths) this.connection.send("path.side", { path_id: paths.chosen, side });
+    };
+    return html`<label class="field"><span class="field-label"><span>Side</span></span>
+        <select id="entry-side" data-operation="path.side" ?disabled=${!paths || paths.locked} .value=${live(chosen?.entry_side ?? "")} @change=${send}>
+          ${SIDES.map(([value, words]) => html`<option value=${value} ?selected=${value === (chosen?.entry_side ?? "")}>${words}</option>`)}
+        </select></label>
+      <p class="words caution" id="side-caution" ?hidden=${!paths?.side_caution}>${paths?.side_caution || nothing}</p>`;
+  }
+}

@@ -1,0 +1,61 @@
+// Step 7: the plan as files, and a plan from a file.
+import { askChoices, askForImages, note } from "/static/js/dialogs.js";
+import { h, whenChanged } from "/static/js/dom.js";
+import { download } from "/static/js/rest.js";
+import { draw, filesButton, html } from "/static/js/template.js";
+import { importPlan } from "./plan-import.js";
+
+/** @import { Connection } from "/static/js/connection.js" */
+/** @import { ViewModel } from "/static/js/types.js" */
+
+const SCAN_WORDS = "A scan can identify its patient.";
+const SCAN_QUESTION = { name: "scan", label: "The pictures show", options: [["without", "outlines of bone only"], ["with", "the scan as well"]] };
+const FORMATS = [
+  ["json", "Plan (JSON)", "Everything; comes back as it was"],
+  ["report", "Printable report", "Verdict and pictures on one page"],
+  ["csv", "Table (CSV)", "Points and targets, in mm"],
+  ["mrk.json", "Slicer markups", "Points, targets, clearance"],
+  ["slicer", "Slicer folder", "Plan, head and CT as one scene"],
+];
+
+export class ExportStep {
+  /** @param {Connection} connection */
+  constructor(connection) {
+    this.connection = connection;
+    this.changed = whenChanged();
+    this.element = h("div", { class: "fields" });
+  }
+
+  /** @param {ViewModel} state */
+  update({ plan, case: head }) {
+    this.changed([Boolean(plan), Boolean(head)], () => draw(this.element, html`
+      <ul class="exports">${FORMATS.map(([format, name, words]) => html`<li><button type="button" class="export" data-format=${format} title=${words} aria-label=${name} ?disabled=${!plan}
+        @click=${() => this.save(format)}><span>${name}</span><span class="row-sub">${words}</span></button></li>`)}</ul>
+      <div class="buttons">${filesButton({ id: "import-plan", input: "plan-file", words: "Import plan …", disabled: !head, accept: ".json,.csv,.fcsv", title: "A plan of vfix, Slicer markups or a table" },
+        ([file]) => importPlan(this.connection, file))}</div>`));
+  }
+
+  /** @param {string} format */
+  async save(format) {
+    const { plan, plan_use: use, case: head } = this.connection.state;
+    if (!plan || (format === "slicer" && head?.images && !await askForImages(head.name))) return;
+    if (format === "report") {
+      await this.report(plan.id);
+      return;
+    }
+    const path = `/api/v1/plans/${encodeURIComponent(plan.id)}/export`;
+    download(format === "slicer" ? `${path}/slicer?with_images=true` : `${path}?format=${encodeURIComponent(format)}`);
+    if (format === "slicer") note("The Slicer folder is being made; its download follows.");
+    if (use?.registration && format === "json") note(`The registration ‘${use.name ?? use.registration}’ is not in the file. Save the head in Patient to take both along.`, { stay: true });
+  }
+
+  /**
+   * The report to print. With the scan in its pictures where that shows nobody, or where the user wants it.
+   * @param {string} planId
+   */
+  async report(planId) {
+    const { case: head } = this.connection.state;
+    const answer = head?.images ? await askChoices("Printable report", SCAN_WORDS, [SCAN_QUESTION], "Save") : { scan: "with" };
+    if (answer) download(`/api/v1/plans/${encodeURIComponent(planId)}/report/page?with_images=${answer.scan === "with"}`);
+  }
+}

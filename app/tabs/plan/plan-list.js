@@ -1,0 +1,124 @@
+// The plans of the open head, in a list that is opened from the bar and from the plan's name in the title bar.
+import { askName, noteDone, noteEdit } from "/static/js/dialogs.js";
+import { byId, h, whenChanged } from "/static/js/dom.js";
+import { when } from "/static/js/format.js";
+import { Roving } from "/static/js/roving.js";
+import { draw, html, iconTemplate, nameRow, nothing, repeat } from "/static/js/template.js";
+
+/** @import { Connection } from "/static/js/connection.js" */
+/** @import { PlanEntry, ViewModel } from "/static/js/types.js" */
+
+const MOST = 7; // that are listed without a field to filter them
+const GAP = 4; // px between the list and what it was opened from
+
+export class PlanList {
+  /** @param {Connection} connection */
+  constructor(connection) {
+    this.connection = connection;
+    this.changed = whenChanged();
+    this.filter = ""; // what is typed to find a plan
+    this.deleted = false; // whether deleted ones are shown
+    this.element = h("div", { class: "plan-popover", id: "plans-popover", popover: "auto", role: "dialog", "aria-label": "Plans of this head" });
+    this.roving = new Roving(this.element, ".row-main", { first: '[aria-current="true"] > .row-main' });
+    this.element.addEventListener("beforetoggle", (event) => { if (isOpening(event)) this.place(); });
+    this.element.addEventListener("toggle", (event) => { if (isOpening(event)) this.focus(); });
+    this.opener = byId("where-plan");
+    this.openedBy(this.opener);
+  }
+
+  /**
+   * Let a button open and close it.
+   * @param {HTMLElement} button
+   */
+  openedBy(button) {
+    /** @type {HTMLButtonElement} */ (button).popoverTargetElement = this.element;
+    button.addEventListener("click", () => { this.opener = button; });
+  }
+
+  /** Anew, below what opens it. */
+  place() {
+    this.filter = "";
+    this.render(this.connection.state);
+    const box = this.opener.getBoundingClientRect();
+    this.element.style.setProperty("--left", `${box.left}px`);
+    this.element.style.setProperty("--top", `${box.bottom + GAP}px`);
+  }
+
+  focus() {
+    this.element.querySelector(/** @type {"input"} */ ('input[type="text"], [aria-current="true"] > .row-main'))?.focus();
+  }
+
+  /** @param {ViewModel} state */
+  update(state) {
+    this.changed([state.plans, state.plan?.id, state.case?.id], () => this.render(state));
+  }
+
+  again = () => this.render(this.connection.state);
+
+  /** @param {ViewModel} state */
+  render({ plans, plan }) {
+    const all = plans?.items ?? [];
+    const listed = all.filter((item) => this.deleted || !item.deleted);
+    const shown = listed.filter(({ name }) => name.toLowerCase().includes(this.filter.trim().toLowerCase()));
+    const typed = (/** @type {Event} */ { currentTarget }) => {
+      this.filter = /** @type {HTMLInputElement} */ (currentTarget).value;
+      this.again();
+    };
+    const show = (/** @type {Event} */ { currentTarget }) => {
+      this.deleted = /** @type {HTMLInputElement} */ (currentTarget).checked;
+      this.again();
+    };
+    draw(this.element, html`
+      <div class="group-head"><h2>Plans</h2><button type="button" id="new-plan" data-operation="plan.new" @click=${() => this.add()}>New plan</button></div>
+      ${listed.length > MOST ? html`<input type="text" id="plan-filter" aria-label="Filter plans" placeholder="Filter" autocomplete="off" .value=${this.filter} @input=${typed}>` : nothing}
+      <ul class="list two-lines plain-rows" id="plan-list">${repeat(shown, ({ id, deleted }) => `${id} ${deleted}`, (item) => this.row(item, plan?.id))}</ul>
+      ${shown.length ? nothing : html`<p class="empty">${listed.length ? "No plan has that name." : "No plans yet."}</p>`}
+      <label class="check" ?hidden=${!all.some(({ deleted }) => deleted)}><input type="checkbox" .checked=${this.deleted} @change=${show}>Show deleted</label>`);
+    this.roving.update();
+  }
+
+  /**
+   * @param {PlanEntry} item
+   * @param {string | undefined} open id of the open plan
+   */
+  row(item, open) {
+    const { id, name } = item;
+    const send = (/** @type {"plan.open" | "plan.duplicate" | "plan.restore"} */ type) => this.connection.send(type, { plan_id: id });
+    const tools = item.deleted ? html`<button type="button" class="icon plain" data-operation="plan.restore" title="Restore" aria-label="Restore" @click=${() => send("plan.restore")}>${iconTemplate("restore")}</button>` : html`
+      <button type="button" class="icon plain" data-operation="plan.rename" title="Rename" aria-label="Rename" @click=${() => this.rename(item)}>${iconTemplate("pencil")}</button>
+      <button type="button" class="icon plain" data-operation="plan.duplicate" title="Duplicate" aria-label="Duplicate" @click=${() => send("plan.duplicate")}>${iconTemplate("copy")}</button>
+      <button type="button" class="icon plain" data-operation="targets.take" data-tool="take-targets" title="Take targets into the open plan" aria-label="Take targets" ?hidden=${id === open}
+        @click=${() => noteEdit(this.connection, "plan", this.connection.request("targets.take", { plan_id: id }), `The targets of ‘${name}’ were added.`)}>${iconTemplate("target")}</button>
+      <button type="button" class="icon plain" data-operation="plan.delete" title="Delete" aria-label="Delete" @click=${() => this.remove(id)}>${iconTemplate("trash")}</button>`;
+    const choose = () => {
+      this.element.hidePopover();
+      send("plan.open");
+    };
+    return nameRow(item, when(item.modified), choose, tools, id === open);
+  }
+
+  /** A question closes the list: it lies above everything. */
+  async add() {
+    const name = await askName("Name the new plan", "Plan", "Create");
+    if (name) this.connection.send("plan.new", { name });
+  }
+
+  /** @param {PlanEntry} item */
+  async rename({ id, name: before }) {
+    const name = await askName("Rename this plan", before);
+    if (name) this.connection.send("plan.rename", { plan_id: id, name });
+    this.element.showPopover(); // the question has closed it
+  }
+
+  /** @param {string} id */
+  remove(id) {
+    const fields = { plan_id: id };
+    noteDone(this.connection.request("plan.delete", fields), "The plan was deleted.",
+      { label: "Restore", run: () => this.connection.send("plan.restore", fields) });
+  }
+}
+
+/** @param {Event} event */
+function isOpening(event) {
+  return /** @type {ToggleEvent} */ (event).newState === "open";
+}

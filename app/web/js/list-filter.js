@@ -1,0 +1,44 @@
+// A field that shortens a long list to the names that hold what is typed.
+import { html, nothing } from "./template.js";
+
+const MOST = 7; // rows that need no filter
+
+export class ListFilter {
+  /**
+   * @param {string} what the list holds, such as 'heads'
+   * @param {() => void} changed draws the list anew
+   */
+  constructor(what, changed) {
+    this.what = what;
+    this.changed = changed;
+    this.typed = "";
+  }
+
+  /**
+   * The field, where a list is long enough for one.
+   * @param {number} count of all rows
+   */
+  field(count) {
+    if (count <= MOST) {
+      this.typed = "";
+      return nothing;
+    }
+    const label = `Filter ${this.what}`;
+    return html`<input type="search" class="filter" aria-label=${label} placeholder=${label} .value=${this.typed} @input=${this.take}>`;
+  }
+
+  take = (/** @type {Event} */ { currentTarget }) => {
+    this.typed = /** @type {HTMLInputElement} */ (currentTarget).value;
+    this.changed();
+  };
+
+  /**
+   * Those whose names hold what is typed, in whatever case of letters.
+   * @template {{ name: string }} Item
+   * @param {Item[]} items
+   */
+  of(items) {
+    const typed = this.typed.trim().toLocaleLowerCase();
+    return items.filter(({ name }) => name.toLocaleLowerCase().includes(typed));
+  }
+}
