@@ -83,7 +83,7 @@ def suggest_a_path(page: NamedPage) -> None:
     page.press("Left")
     page.scroll_to("Path")
     page.take("planning_suggest")
-    page.press("Use this path")
+    page.press("Use path")
     page.wait("the path", lambda: len(page.station.state("plan")["points"]) > 2)
 
 
