@@ -175,7 +175,7 @@ export class SceneFrame {
       this.wait.hidden = Boolean(state.scene?.ready);
       this.waitWords.textContent = state.scene?.words ?? "Preparing the scene …";
     }
-    this.layer?.update(state.labels, state.camera);
+    this.layer?.update(state.labels, state.camera, state.view?.skin);
     this.changedLegend([state.corridor?.scale, state.step?.name, hasErrorBalls(state)], () => this.renderLegend(state.corridor?.scale, hasErrorBalls(state)));
     const height = state.camera?.view_height_mm;
     this.renderScale(state.scene?.ready && height ? height / this.frame.clientHeight : null);
