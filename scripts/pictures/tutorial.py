@@ -71,6 +71,7 @@ def spare_the_orbit(page: NamedPage) -> None:
 def suggest_a_path(page: NamedPage) -> None:
     page.page.locator("#panel").evaluate("(panel) => { panel.scrollTop = 0; }")
     page.unfold("Entry")
+    page.button("Left nostril")  # its place is near the one that is typed, for the figures of the text
     add(page, ENTRY, "points")
     page.unfold("Targets")
     add(page, TARGET, "targets")
