@@ -10,6 +10,7 @@ from typing import Any
 from app.cases.service import Case
 from app.exchange.patient_images import FACE_WARNING, holds_images
 from app.imaging.derived_of_ct import has_head_ct
+from app.scene import palette
 from app.scene.anatomy import Look, SkinNode
 from app.scene.picking import Hit, SurfacePicker
 from app.scene.view import ClickRay
@@ -101,5 +102,6 @@ class SkinView:
             "possible": case is not None and has_head_ct(case),
             "shown": shown,
             "opacity": look.skin_opacity,
+            "colour": palette.hex_colour(palette.SKIN),
             "words": FACE_WARNING if warns else self._failure,
         }

@@ -298,9 +298,7 @@ class EditedPlan:
             return ""
         fitted = self._services.planning.snap(self.case, position, self.plan)
         self.perform(MovePoint(point_id=item_id, position=fitted.position))
-        moved = (
-            f"The point was moved {fitted.moved_mm:.1f} mm, clear of bone." if fitted.moved_mm > DROP_MOVED_MM else ""
-        )
+        moved = f"Moved {fitted.moved_mm:.1f} mm, clear of bone." if fitted.moved_mm > DROP_MOVED_MM else ""
         # Without a CT nothing is known of any place: the ghost says so, a drop need not say it each time.
         return f"{moved} {'' if fitted.lies_in == 'not_known' else PLACE_WORDS[fitted.lies_in]}".strip()
 

@@ -52,7 +52,7 @@ class Hands:
         if hit is not None:
             self._workspace.camera.turn_about(hit.position)
         if hit is None:
-            self._workspace.note("Nothing is there in the head; air can be clicked in a slice.")
+            self._workspace.note("Nothing there. Click air in a slice.")
         elif hit.item_id is not None:
             if edited.regions.select(hit.item_id) or hit.item_id.startswith(HANDLE):
                 return

@@ -204,7 +204,7 @@ class ScaleView(TypedDict):
 
 
 class EvaluationSection(TypedDict):
-    """The dry run of the plan.
+    """The dry run of the plan; completed is None until it has ended.
 
     level, short: of the verdict, also where the tool does not fit at the entry or the run has failed; None and '' while
     the path is judged. word: of the level, of the verdict that is shown where there is none, '' without either.
@@ -221,6 +221,7 @@ class EvaluationSection(TypedDict):
     level: Level | None
     word: str
     short: str
+    completed: bool | None
     warning: str
     scale: ScaleView | None
     job: str | None

@@ -151,12 +151,14 @@ export interface ViewSection {
 /**
  * The skin in the scene. possible: the case has a CT of a head. shown: switched on, and there or being made.
  *
- * opacity: 0 to 1. words: why it could not be made, or the warning that it is a patient's face; else ''.
+ * opacity: 0 to 1. colour: as in the scene. words: why it could not be made, or the warning that it is a patient's
+ * face; else ''.
  */
 export interface SkinSection {
   possible: boolean;
   shown: boolean;
   opacity: number;
+  colour: string;
   words: string;
 }
 
@@ -492,7 +494,7 @@ export interface CurveSection {
 }
 
 /**
- * The dry run of the plan.
+ * The dry run of the plan; completed is None until it has ended.
  *
  * level, short: of the verdict, also where the tool does not fit at the entry or the run has failed; None and '' while
  * the path is judged. word: of the level, of the verdict that is shown where there is none, '' without either.
@@ -509,6 +511,7 @@ export interface EvaluationSection {
   level: "fits" | "tight" | "pierces" | "blocked" | "unknown" | null;
   word: string;
   short: string;
+  completed: boolean | null;
   warning: string;
   scale: ScaleView | null;
   job: string | null;
