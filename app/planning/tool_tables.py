@@ -78,7 +78,7 @@ class ToolTable:
         if tool not in self.tools:
             raise NotFound(f"the table has no tool {tool!r:.80}.")
         if tool not in self.led:
-            raise PlanConflict("that tool does not fit at the entry with any direction of the shaft.")
+            raise PlanConflict("that tool does not fit at the entry, whatever its shaft's direction.")
         content = self.led[tool].content
         if [point.position for point in content.points] != [point.position for point in plan.content.points]:
             raise PlanConflict("the path has changed since the tools were simulated; compare them anew.")

@@ -247,7 +247,7 @@ def why_not_to_base(content: RegistrationContent) -> str:
     if content.to == "base":
         return "this registration is to the robot's base already."
     if robot is None:
-        return "nobody has said where the tracker stands beside the robot; calibrate robot and tracker first."
+        return "robot and tracker are not calibrated; calibrate them first."
     if not _is_measured(content):
         return "nothing was measured yet that could be taken to the robot's base."
     sources: set[str] = {pair.measured_from for pair in content.pairs if pair.measured is not None}

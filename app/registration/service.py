@@ -223,7 +223,7 @@ class Registering:
     def registration_of(self, plan: Plan) -> PlanRegistration:
         """The registration that a plan refers to, or why it cannot be used."""
         if plan.content.registration is None:
-            return PlanRegistration("none", "This plan uses no registration: the patient lies as in the image.")
+            return PlanRegistration("none", "No registration: the patient lies as in the image.")
         words: Mapping[UseState, str] = _UNUSABLE
         try:
             document = self.documents.get(plan.content.registration)
@@ -243,7 +243,7 @@ class Registering:
             state = report.state
         elif not report.usable:
             state = "unfinished"
-        told = words.get(state, "This plan uses the registration ‘{name}’.").replace("{name}", document.name)
+        told = words.get(state, "The plan uses the registration ‘{name}’.").replace("{name}", document.name)
         if state in ("misfit", "inconsistent"):
             told = f"{told} {report.words}"
         return PlanRegistration(
@@ -273,12 +273,12 @@ def _sentence(text: str) -> str:
 
 
 _UNUSABLE: dict[UseState, str] = {
-    "missing": "The registration that this plan names is not here: it was removed for good, or the plan came in a "
-    "file, which does not hold it. Choose one of this head, or none.",
-    "unreadable": "The registration of this plan cannot be read.",
-    "other_case": "The registration ‘{name}’ of this plan belongs to another head. Choose one of this head, or none.",
-    "deleted": "The registration ‘{name}’ of this plan was deleted. Restore it, or choose another one.",
-    "unfinished": "The registration ‘{name}’ of this plan has no transform yet: its points are not fitted.",
+    "missing": "The plan's registration is missing. Choose another, or none. It was removed for "
+    "good, or the plan came in a file, which does not hold it.",
+    "unreadable": "The plan's registration cannot be read.",
+    "other_case": "Registration ‘{name}’ is of another head. Choose another, or none.",
+    "deleted": "Registration ‘{name}’ was deleted. Restore it, or choose another one.",
+    "unfinished": "Registration ‘{name}’ has no transform yet: its points are not fitted.",
     "misfit": "Registration ‘{name}’ does not fit. Nothing is driven by it.",
     "inconsistent": "Registration ‘{name}’ contradicts itself. Nothing is driven by it.",
 }

@@ -90,3 +90,32 @@ SLICES = """async () => {
   if (!done) return null;
   return shown.map(({ stage }, n) => [ports[n][0], JSON.stringify(stage.getBoundingClientRect())]);
 }"""
+
+# What is shown and past its limit: three words of a button, twelve of anything else and of what an attribute says. Free
+# are what stands behind '?' and in a dialog's body, what is only spoken, and buttons named by what they stand for.
+LONG_TEXTS = """async () => {
+  const { countWords } = await import('/static/js/brief.js');
+  const free = 'script, style, select, textarea, svg, .help, .visually-hidden, .verdict-words, #dialog .words, .keys';
+  const named = '.row-main, .chip, .place, .way, .step > summary, [role=option], .where, .order-card';
+  const texts = new Map();
+  const nodes = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
+  while (nodes.nextNode()) {
+    const { data, parentElement: parent } = nodes.currentNode;
+    if (!data.trim() || !parent.checkVisibility({ visibilityProperty: true }) || parent.closest(free)) continue;
+    let block = parent;
+    while (/^(inline|contents)$/.test(getComputedStyle(block).display)) block = block.parentElement;
+    texts.set(block, (texts.get(block) ?? '') + data);
+  }
+  const long = [];
+  for (const [block, text] of texts) {
+    const most = block.closest('button, summary') && !block.closest(named) ? 3 : 12;
+    if (countWords(text) > most) long.push(`${block.id || block.className || block.tagName}: ${text}`);
+  }
+  for (const element of document.querySelectorAll('[title], [aria-label], [placeholder]')) {
+    if (!element.checkVisibility()) continue;
+    for (const name of ['title', 'aria-label', 'placeholder']) {
+      if (countWords(element.getAttribute(name) ?? '') > 12) long.push(`${name}: ${element.getAttribute(name)}`);
+    }
+  }
+  return long;
+}"""

@@ -1,4 +1,7 @@
-"""axe-core finds no violation in any state of the page; viser's own frame is not ours to mend and is left out."""
+"""axe-core finds no violation in any state of the page, and no text is past its limit of words.
+
+viser's own frame is not ours to mend and is left out.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +9,7 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
+from page_scripts import LONG_TEXTS
 from playwright.sync_api import expect
 from workstation import DRIVEN_S, ROOT, Rest, Workstation
 
@@ -32,6 +36,7 @@ def check(station: Workstation, state: str) -> None:
     station.drawn()
     violations: Any = station.page.evaluate(RUN)
     assert violations == [], f"{state}: {violations}"
+    assert station.page.evaluate(LONG_TEXTS) == [], state
 
 
 @pytest.mark.parametrize(("width", "height", "theme"), [(1440, 900, "dark"), (390, 780, "light")])

@@ -56,12 +56,12 @@ def test_clicks_on_the_skull_and_on_a_slice_make_a_path(open_page: Open, rest: R
         station.page.mouse.click(*station.place(place))
         station.wait_for("a ghost", lambda: station.state("plan")["ghost"])
 
-    click_head([4.0, -5.0, 4.0])
+    click_head([30.0, 0.0, 60.0])
     expect(station.page.locator("#ghost-card")).to_contain_text("of bone", use_inner_text=True)
     assert _points(station) == []
     station.page.keyboard.press("Escape")
     station.wait_for("no ghost", lambda: station.state("plan")["ghost"] is None)
-    click_head([4.0, -5.0, 4.0])
+    click_head([30.0, 0.0, 60.0])
     station.page.keyboard.press("Enter")
     station.wait_for("one point", lambda: len(_points(station)) == 1)
     expect(station.page.locator("[data-kind=target]")).to_have_attribute("aria-pressed", "true")
@@ -100,7 +100,7 @@ def test_points_are_dragged_inserted_deleted_undone_and_locked(open_page: Open, 
     station = open_page().ready()
     plan_id = rest.copy_of_sample("Edited")
     station.open_plan(plan_id)
-    station.page.select_option("#cut", "left")
+    station.cut_away("left")
     station.look_from("nose")
     before = _points(station)
 
@@ -154,8 +154,20 @@ def test_nothing_overlaps_on_a_small_screen(open_page: Open) -> None:
     station.wait_for("the dry run", lambda: (station.state("corridor") or {}).get("completed") is True, DRIVEN_S)
     expect(station.page.locator("#legend")).to_be_visible()
     station.slices_stand()
-    parts = (".brand", "#where", "#steps", "#notice", "#hint", "#card", "#panel", ".viewer", "#slices", "#statusbar")
-    tools = (".views", ".tool-strip.column", "#scale-bar", "#legend")
+    parts = (
+        ".brand",
+        "#where",
+        "#steps",
+        "#notice",
+        "#hint",
+        "#card",
+        "#panel",
+        ".viewer",
+        "#slices",
+        ".toasts",
+        "#statusbar",
+    )
+    tools = (".views", "#scale-bar", "#legend")
     found = station.page.evaluate(BOXES, [*parts, *tools])  # all at one moment
     boxes, overlays = ({part: found[part] for part in group} for group in (parts, tools))
     for group in (boxes, overlays):

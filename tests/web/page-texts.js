@@ -34,7 +34,7 @@ const QUERIES = new Set(["querySelector", "querySelectorAll", "closest", "matche
 // functions of the page whose argument is shown: which one, and as what
 const SHOWN = { note: { 0: "said" }, noteDone: { 1: "said" }, noteEdit: { 3: "said" }, whenReady: { 0: "said", 1: "button" }, say: { 1: "said" }, said: { 0: "said" }, line: { 0: "said" },
   brief: { 0: "said" }, Error: { 0: "said" }, TypeError: { 0: "said" }, PlannerError: { 0: "said" }, complain: { 1: "said" }, help: { 0: "help" },
-  confirm: { 0: "hint", 1: "help", 2: "button" }, askChoices: { 0: "hint", 1: "help", 3: "button" }, askName: { 0: "hint", 2: "button" } };
+  confirm: { 0: "hint", 1: "help", 2: "button" }, askChoices: { 0: "hint", 1: "help", 3: "button" }, askName: { 0: "hint", 2: "button" }, hintLine: { 1: "hint", 2: "help" }, helpText: { 0: "none", 1: "help" } };
 const INLINE = new Set(["b", "strong", "em", "i", "code", "kbd", "span", "a", "sub", "sup", "abbr"]);
 const TAG_KINDS = { button: "button", title: "none" };
 
@@ -126,7 +126,7 @@ class Module {
     else if (node.type === "VariableDeclarator") this.declared(node, kind);
     else if (node.type === "UnaryExpression" && node.argument.type === "CallExpression") this.visit(node.argument.arguments, "hint");
     else if (node.type === "Identifier") this.used(node.name, kind);
-    else if (isFunction(node)) for (const key of KEYS[node.type]) this.visit(node[key], this.saysAll(node) ? "said" : ["help", "said"].includes(kind) ? kind : "hint");
+    else if (isFunction(node)) for (const key of KEYS[node.type]) this.visit(node[key], this.returned(node, kind));
     else for (const key of KEYS[node.type] ?? []) this.visit(node[key], kind);
   }
 
@@ -141,11 +141,11 @@ class Module {
     this.depth -= 1;
   }
 
-  /** Whether everything that a function returns is shown by `say`. @param {any} node */
-  saysAll({ id }) {
-    if (this.elsewhere[id?.name]) return this.elsewhere[id?.name] === "said";
-    const kinds = this.calls.get(id?.name);
-    return kinds !== undefined && [...kinds].every((kind) => kind === "said");
+  /** What a function returns is: 'said' or 'help', where each call of it shows it as that, else outer. @param {any} node @param {string} outer */
+  returned({ id }, outer) {
+    const kinds = [...this.elsewhere[id?.name] ? [this.elsewhere[id.name]] : this.calls.get(id?.name) ?? []];
+    const [kind] = kinds.length === 1 ? kinds : [outer];
+    return ["help", "said"].includes(kind) ? kind : "hint";
   }
 
   /** What stands in one place: each of its alternatives. @param {any} node @param {string} kind */

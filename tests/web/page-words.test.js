@@ -9,7 +9,6 @@ import { LIMITS, pageTexts, textsOf } from "./page-texts.js";
 /** @type {[string, number, string][]} */
 const EXCEPTIONS = [
   ["app/tabs/plan/", 80, "the panel of Plan is being rewritten"],
-  ["app/web/js/slices/", 20, "the tools of the slices are being rewritten"],
   ["app/web/js/clearance-words.js", 15, "the plot of Plan is being rewritten"],
 ];
 const EXCEPTED_WORDS = ["app/tabs/plan/"];

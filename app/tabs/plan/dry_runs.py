@@ -126,6 +126,7 @@ class ShownEvaluation:
             "level": self.level,
             "word": self.word,
             "short": self.short,
+            "completed": self.completed,
             "warning": self.warning,
             "scale": scale,
             "job": self.job or None,

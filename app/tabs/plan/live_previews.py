@@ -61,7 +61,7 @@ class LivePreviews:
         kept_mm = stored.margin_mm
         if placement is None:
             self._latest.drop()
-            words = "Let go of the point to see whether the tool fits: the robot has no place yet."
+            words = "Let go to see whether the tool fits."
             self.current = ShownEvaluation("computing", words, margin_mm=kept_mm, provisional=True, before=before)
             return
         words = "The path as it would be is judged …"

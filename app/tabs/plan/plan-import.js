@@ -68,7 +68,7 @@ async function ask(connection, file, answers, error) {
     const chosen = await askChoices(`What ‘${file.name}’ does not say`, error.message, questions, "Import");
     if (chosen) await send(connection, file, { ...answers, ...chosen });
   } else if (error instanceof PlannerError && error.code === "other_case" && !answers.other_case) {
-    if (await confirm(`‘${file.name}’ was made for another head`, error.message, "Import all the same")) await send(connection, file, { ...answers, other_case: "yes" });
+    if (await confirm(`‘${file.name}’ was made for another head`, error.message, "Import anyway")) await send(connection, file, { ...answers, other_case: "yes" });
   } else {
     note(`‘${file.name}’: ${error.message}`, { error: true });
   }

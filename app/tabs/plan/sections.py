@@ -7,6 +7,7 @@ from typing import Literal, TypedDict
 from app.messages.sections import Position
 from app.planning.verdict import Level
 from app.tabs.plan.cone_section import ConeSection
+from app.tabs.plan.openings_section import OpeningSections
 from app.tabs.plan.paths import PathSections
 from app.tabs.plan.region_sections import RegionSections
 from app.tabs.plan.second_volume import SecondVolumeSections
@@ -203,7 +204,7 @@ class ScaleView(TypedDict):
 
 
 class EvaluationSection(TypedDict):
-    """The dry run of the plan.
+    """The dry run of the plan; completed is None until it has ended.
 
     level, short: of the verdict, also where the tool does not fit at the entry or the run has failed; None and '' while
     the path is judged. word: of the level, of the verdict that is shown where there is none, '' without either.
@@ -220,6 +221,7 @@ class EvaluationSection(TypedDict):
     level: Level | None
     word: str
     short: str
+    completed: bool | None
     warning: str
     scale: ScaleView | None
     job: str | None
@@ -230,7 +232,7 @@ class EvaluationSection(TypedDict):
     state_words: str
 
 
-class PlanSections(PathSections, RegionSections, VersionSections, SecondVolumeSections):
+class PlanSections(PathSections, OpeningSections, RegionSections, VersionSections, SecondVolumeSections):
     """The plans of the case and what the tool makes of the open one."""
 
     plans: PlansSection

@@ -34,7 +34,7 @@ def register_hint(
     if report.few:
         return report.few
     if report.state == "refined" and not used:
-        return "Check points left out, then press ‘Use for plan’."
+        return "Check the points that took no part; then ‘Use for plan’."
     if report.fle_source == "none" and not used:
         return "Add points to see the error; then ‘Use for plan’."
     if not used:

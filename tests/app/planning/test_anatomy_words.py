@@ -9,8 +9,8 @@ from vfix_engine.anatomy.surface_uncertainty import SurfaceUncertainty
 def test_only_a_place_in_the_airway_needs_no_word() -> None:
     assert PLACE_WORDS["air_inside"] == ""
     assert "soft tissue" in PLACE_WORDS["soft_tissue"]
-    assert "outside the body" in PLACE_WORDS["outside_body"]
-    assert "not known" in PLACE_WORDS["outside_scan"]
+    assert "Outside the body" in PLACE_WORDS["outside_body"]
+    assert "Outside the scan" in PLACE_WORDS["outside_scan"]
     assert "not known" in PLACE_WORDS["not_known"]
 
 

@@ -69,11 +69,11 @@ def test_a_click_on_the_teeth_is_offered_with_a_word_about_the_flesh(
     desk.pick(front)
     assert desk.ghost is not None
     assert re.fullmatch(r"Moved \d\.\d mm, clear of bone\.", desk.ghost.words)
-    assert desk.section().build()["ghost"]["words"].endswith("The place lies in soft tissue, not in the airway.")
+    assert desk.section().build()["ghost"]["words"].endswith("In soft tissue, not in air.")
     desk.confirm()
     (point,) = desk.plan.content.points
     desk.drag(point.id, (-29.5, -97.5, -25.0))
-    assert desk.drop(point.id) == "The place lies in soft tissue, not in the airway."
+    assert desk.drop(point.id) == "In soft tissue, not in air."
     desk.drag(point.id, (-22.7, -93.7, -8.1))
     assert desk.drop(point.id) == ""
 

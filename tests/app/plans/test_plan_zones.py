@@ -157,7 +157,7 @@ def test_the_verdict_names_the_soft_structure_that_the_tool_goes_into(services: 
             {"shape": {"kind": "box", "transform_box_to_patient": EYE, "half_size": [0, 0, 0]}},
             "half of a box's size is 0 mm",
         ),
-        ({"shape": {"centre": [0.0, 0.0, 0.0], "radius": 3.0}}, "a shape has a 'kind', .*; known are sphere"),
+        ({"shape": {"centre": [0.0, 0.0, 0.0], "radius": 3.0}}, "places and sizes in mm; known are sphere"),
         (
             {"shape": {"kind": "box", "transform_box_to_patient": [2.0, *EYE[1:]], "half_size": [1, 1, 1]}},
             "give a rotation without scale or mirror in the first three columns",

@@ -116,7 +116,7 @@ def test_the_tracked_pointer_is_calibrated_and_its_tip_measures(tracked: Service
     np.testing.assert_allclose(found["tip"], TIP_MM, atol=5.0 * found["tip_error_mm"])
     unknown = client.post(f"{path}/pairs/{pair}/measure", json={})
     assert unknown.status_code == 422
-    assert "calibrate robot and tracker first" in unknown.json()["error"]["message"]
+    assert "robot and tracker are not calibrated" in unknown.json()["error"]["message"]
     robot, seen = paired_poses()
     tables = {"file": ("t.csv", table(seen, "marker_to_tracker")), "robot": ("r.csv", table(robot, "flange_to_base"))}
     matrix = np.reshape(client.post(f"{path}/robot", files=tables).json()["robot"]["transform"], (4, 4))

@@ -112,7 +112,7 @@ export class PaneKeys {
     if (board.state?.step?.input !== "edit" || !plan || plan.locked || this.lifted) return false;
     const item = [...plan.points, ...plan.targets].find(({ id }) => id === plan.selected);
     if (!item) {
-      board.tell("Choose a point or target first, in the panel or by a click.");
+      board.tell("Choose a point or target first.");
       return true;
     }
     this.lifted = { id: item.id, from: item.position, at: item.position };

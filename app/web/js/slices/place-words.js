@@ -63,7 +63,7 @@ export function placeOf(words) {
   return /** @type {Triple} */ (place);
 }
 
-const HELP = "Type a place in mm, such as R 24.5 A 10 S 3.";
+const HELP = "Type a place in mm, as R 24.5 A 10 S 3.";
 
 /** @param {string} number */
 function parsed(number) {
