@@ -77,7 +77,7 @@ def suggest_a_path(page: NamedPage) -> None:
     add(page, TARGET, "targets")
     page.unfold("Path")
     page.press("Suggest a path")
-    page.wait("the ways", lambda: page.page.locator("#alternatives button").count())
+    page.wait("the ways", lambda: page.page.locator("#alternatives .way-picture svg").count())
     page.says("Way 1")
     page.wait("the preview", lambda: page.station.state("shaft")["shown"])
     page.press("Look")
