@@ -46,7 +46,7 @@ class AlternativePublic(BaseModel):
 
     verdict: the level that the plan has when it is led along it, word: of it, short: in a few words, words: the whole,
     figures: those of the verdict, the one that decides first.
-    nearest: bone or the structure to spare that leaves least above its margin, margin_mm; nearest_clearance_mm: to it.
+    nearest: bone or the protected structure that leaves least above its margin, margin_mm; nearest_clearance_mm: to it.
     least_clearance_mm: to bone. short_of_target_mm: from the path's end to the target. tight: the verdict is;
     turns: the shaft's direction changes along the path.
     sideways_mm: how far sideways air leads round the tissue that the tool passes; ways that pierce tissue are never

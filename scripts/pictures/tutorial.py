@@ -61,7 +61,7 @@ def spare_the_orbit(page: NamedPage) -> None:
     page.unfold("Protect")
     choice = page.field("Structure of this head")
     page.wait("the structure", lambda: "Left orbit" in choice.locator("option").all_inner_texts())
-    assert "Spare a structure of this head …" in choice.locator("option").all_inner_texts()
+    assert "Protect a structure …" in choice.locator("option").all_inner_texts()
     choice.select_option(label="Left orbit")
     page.wait("the region", lambda: page.station.state("regions")["items"])
     page.field("Margin")
@@ -98,7 +98,7 @@ def read_the_verdict(page: NamedPage) -> None:
     page.unfold("Check")
     page.scroll_to("Check")
     page.take("planning_verdict")
-    page.press("Hide the tool")
+    page.press("Hide tool")
 
 
 def drag_a_point(page: NamedPage) -> None:

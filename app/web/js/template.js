@@ -58,7 +58,17 @@ export const unlessFocused = directive(class extends Directive {
  */
 export function said(text) {
   const [first, rest] = inTwo(sentence(text));
-  return html`${first}${rest ? html` <details class="more"><summary aria-label="More" title="More">?</summary><span class="help">${rest}</span></details>` : nothing}`;
+  return html`${first}${rest ? html` ${more(rest)}` : nothing}`;
+}
+
+/**
+ * An explanation behind ‘?’.
+ * @param {string} help
+ * @param {string} [id] of the explanation
+ * @param {string} [label] of the ‘?’
+ */
+export function more(help, id, label = "More") {
+  return html`<details class="more"><summary aria-label=${label} title=${label}>?</summary><span class="help" id=${id ?? nothing}>${help}</span></details>`;
 }
 
 /**
