@@ -23,7 +23,8 @@ ELSEWHERE += (
     "app/settings.py",
     "app/store/schema.py",
     "app/api/error_statuses.py",
-)  # said before there is a page, or in the docs
+    "app/gateway/scene_page.py",
+)  # said before there is a page, in the docs, or no text but a script
 HELP = ("app/planning/verdict_words.py",)  # the sentences of the verdict, behind '?'
 VERDICTS = ("app/planning/verdict.py",)
 # what never shows its arguments
@@ -87,10 +88,11 @@ def count_words(text: str) -> int:
 
 def brief(text: str) -> str:
     """What the page shows of a text (app/web/js/brief.js): a dozen words, up to the end of a sentence or clause."""
-    for end in (r"[.!?…][’)]?(?= )|$", r"[;:](?= )"):
-        ends = [match.end() for match in re.finditer(end, text) if count_words(text[: match.end()]) <= SHOWN_WORDS]
-        if ends:
-            return text[: ends[-1]]
+    for end in (r"[.!?…][’)]?(?= )|$", r"[;:](?= )|(?= \()"):
+        parts = [text[: match.end()] for match in re.finditer(end, text)]
+        whole = [part for part in parts if count_words(part) <= SHOWN_WORDS and part.count("(") == part.count(")")]
+        if whole:
+            return whole[-1]
     return re.split(r"(?<=[.!?]) ", text)[0]
 
 

@@ -23,6 +23,15 @@ RUN = """async () => {
 }"""
 
 
+SIZES = [(1440, 900), (1024, 768), (800, 700), (720, 450), (390, 780)]  # 1440 × 900 at 200 % is 720 × 450
+TABS = ("patient", "plan", "register", "rehearse")
+
+
+def in_theme(station: Workstation, theme: str) -> None:
+    station.page.emulate_media(reduced_motion="reduce", color_scheme=theme)  # type: ignore[arg-type]
+    station.wait_for(theme, lambda: station.page.evaluate("document.documentElement.dataset.theme") == theme)
+
+
 def check(station: Workstation, state: str) -> None:
     station.drawn()
     violations: Any = station.page.evaluate(RUN)
@@ -34,9 +43,8 @@ def check(station: Workstation, state: str) -> None:
 def test_no_state_of_the_page_has_a_violation(open_page: Open, rest: Rest, width: int, height: int, theme: str) -> None:
     station = open_page(viewport={"width": width, "height": height}, script=AXE)
     page = station.page
-    page.emulate_media(reduced_motion="reduce", color_scheme="dark" if theme == "dark" else "light")
     station.ready()
-    station.wait_for("the theme", lambda: page.evaluate("document.documentElement.dataset.theme") == theme)
+    in_theme(station, theme)
 
     def show(part: str) -> None:
         if page.locator(f"[data-part-button={part}]").is_visible():
@@ -90,4 +98,23 @@ def test_no_state_of_the_page_has_a_violation(open_page: Open, rest: Rest, width
     station.see_scene()
     expect(page.locator(".scene-label").first).to_be_attached()
     check(station, "the scene")
+    assert station.errors == []
+
+
+def test_no_size_of_the_page_has_a_violation(open_page: Open, rest: Rest) -> None:
+    station = open_page(script=AXE).ready()
+    page = station.page
+    station.open_plan(rest.copy_of_sample("All sizes"))
+    station.wait_for("the verdict", lambda: (station.state("corridor") or {}).get("state") == "current", DRIVEN_S)
+    for tab in TABS:
+        page.click(f"[data-step={tab}]")
+        station.wait_for(tab, lambda tab=tab: station.state("step")["name"] == tab)  # type: ignore[misc]
+        for width, height in SIZES:
+            page.set_viewport_size({"width": width, "height": height})
+            station.wait_for("the size", lambda w=width: page.evaluate("innerWidth") == w)  # type: ignore[misc]
+            if page.locator("[data-part-button=panel]").is_visible():
+                page.click("[data-part-button=panel]")
+            for theme in ("light", "dark"):
+                in_theme(station, theme)
+                check(station, f"{tab} at {width} px, {theme}")
     assert station.errors == []

@@ -24,8 +24,8 @@ def choose(page: Page, typed: str) -> None:
 def test_everything_is_found_by_its_name(open_page: Open, rest: Rest) -> None:
     other = rest.empty_plan("Sphenoid, second look")
     station = open_page().ready()
-    station.wait_for("a plan", lambda: station.state("plan"))
     page = station.page
+    expect(page.locator("#lock")).to_be_enabled()
 
     choose(page, "set notes")  # needs more words: its field gets the focus, unfolded
     expect(page.locator("#plan-notes")).to_be_focused()
@@ -86,7 +86,7 @@ def test_what_cannot_be_used_says_why_and_does_nothing(open_page: Open, rest: Re
     station = open_page().ready()
     station.open_plan(plan)
     page = station.page
-    station.wait_for("the version", lambda: station.state("versions")["items"])
+    expect(page.locator("#versions li")).to_have_count(1)
     before = rest.plan(plan)["revision"]
     offered(page, "delete version", "choose one first")
     offered(page, "R 5 A", "R or L, A or P, S or I, in mm")

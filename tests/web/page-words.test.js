@@ -55,5 +55,7 @@ test("a text begins with a dozen words, and the rest of it stands behind ‘?’
     ["Images can identify the patient.", "An export that holds them asks first, each time."]);
   assert.deepEqual(inTwo("the points of both tables lie in different frames; measure all of them in one way."),
     ["the points of both tables lie in different frames.", "Measure all of them in one way."]);
+  assert.deepEqual(inTwo("Bone may lie 0.08 mm off its surface (0.08 mm: surface thinned or smoothed, added to the margin)."),
+    ["Bone may lie 0.08 mm off its surface.", "(0.08 mm: surface thinned or smoothed, added to the margin)."]);
   assert.equal(brief("one two three four five six seven eight nine ten eleven twelve thirteen."), "one two three four five six seven eight nine ten eleven twelve thirteen.");
 });

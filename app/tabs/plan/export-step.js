@@ -45,8 +45,8 @@ export class ExportStep {
     }
     const path = `/api/v1/plans/${encodeURIComponent(plan.id)}/export`;
     download(format === "slicer" ? `${path}/slicer?with_images=true` : `${path}?format=${encodeURIComponent(format)}`);
-    if (format === "slicer") note("The Slicer folder is being made; its download follows.");
-    if (use?.registration && format === "json") note(`The registration ‘${use.name ?? use.registration}’ is not in the file. Save the head in Patient to take both along.`, { stay: true });
+    if (format === "slicer") note("Slicer folder is being made; the download follows.");
+    if (use?.registration && format === "json") note("Registration not included. Save the head to take it along.", { stay: true });
   }
 
   /**

@@ -29,7 +29,8 @@ export class ItemsTable {
     const items = (this.kind === "point" ? plan?.points : plan?.targets) ?? [];
     const [name, words] = this.kind === "point" ? ["Point", "Points of the path, in mm"] : ["Target", "Targets, in mm"];
     const selected = items.some(({ id }) => id === plan?.selected);
-    draw(this.element, html`<table class="points" id=${`${this.kind}s-table`} aria-label=${words} ?hidden=${!items.length}>
+    this.element.hidden = !items.length;
+    draw(this.element, html`<table class="points" id=${`${this.kind}s-table`} aria-label=${words}>
         <thead><tr><th scope="col">${name}</th>${AXES.map(([axis, title]) => html`<th scope="col" title=${title}>${axis}</th>`)}</tr></thead>
         <tbody>${repeat(items, ({ id }) => id, (item) => this.row(item, plan))}</tbody>
       </table>

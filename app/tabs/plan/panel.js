@@ -74,7 +74,7 @@ export default class PlanPanel {
     this.unfolded = new Set(MORE.map(({ name }) => name).filter((name) => recall(`fold-${name}`, ["open", "shut"], "shut") === "open"));
     this.element = h("div", { class: "plan" }, this.bar.element, this.steps.element, this.more.element);
     this.overlay = h("div", { class: "plan-overlay" }, this.ghost.element, this.plans.element);
-    this.bar.update(null);
+    this.update(connection.state); // its controls are found by the palette before the tab is shown
     this.plans.openedBy(/** @type {HTMLElement} */ (this.bar.element.querySelector("#plans")));
   }
 
@@ -104,7 +104,8 @@ export default class PlanPanel {
    * @param {ViewModel} state
    * @returns {StepName | null} the step that was opened
    */
-  follow({ plan, regions }) {
+  follow({ plan, regions, step }) {
+    if (step?.name !== "plan") return null;
     const other = plan?.id !== this.guide.plan;
     const opened = this.guide.follow(plan, this.isBusy());
     if (opened) this.addFor(opened);

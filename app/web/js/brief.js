@@ -12,15 +12,23 @@ export function countWords(text) {
 
 /**
  * The beginning of a text: as many of its sentences as have a dozen words together, else its first one, else that up to
- * a semicolon or colon.
+ * a semicolon, a colon or a parenthesis.
  * @param {string} text
  */
 export function brief(text) {
-  for (const end of [/[.!?…][’)]?(?= )|$/gu, /[;:](?= )/gu]) {
-    const ends = [...text.matchAll(end)].map((match) => match.index + match[0].length).filter((at) => countWords(text.slice(0, at)) <= MOST_WORDS);
+  for (const end of [/[.!?…][’)]?(?= )|$/gu, /[;:](?= )|(?= \()/gu]) {
+    const ends = [...text.matchAll(end)].map((match) => match.index + match[0].length).filter((at) => isWhole(text.slice(0, at)));
     if (ends.length) return text.slice(0, ends.at(-1));
   }
   return text.split(/(?<=[.!?]) /u)[0];
+}
+
+/**
+ * Whether it has a dozen words at most, and ends in no parenthesis.
+ * @param {string} text
+ */
+function isWhole(text) {
+  return countWords(text) <= MOST_WORDS && text.split("(").length === text.split(")").length;
 }
 
 /**
@@ -31,5 +39,5 @@ export function brief(text) {
 export function inTwo(text) {
   const first = brief(text);
   const rest = text.slice(first.length).trim();
-  return [first.replace(/[;:]$/u, "."), rest.charAt(0).toUpperCase() + rest.slice(1)];
+  return [first.replace(/(?:[;:]|(?<![.!?…)’]))$/u, rest ? "." : ""), rest.charAt(0).toUpperCase() + rest.slice(1)];
 }
