@@ -73,6 +73,8 @@ class Text:
 
     @property
     def words(self) -> int:
+        if self.kind == "verdict":  # some begin behind the word of their level
+            return count_words(self.text if self.text[0].isalnum() else HOLE + self.text)
         return count_words(brief(self.text) if self.kind == "said" else self.text)
 
     @property
