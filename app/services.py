@@ -35,6 +35,7 @@ class Services:
         from app.imaging.importing import ImportService
         from app.imaging.island_previews import IslandPreviews
         from app.imaging.labels import PaintedLabels
+        from app.imaging.openings import Openings
         from app.imaging.segmenting import Segmenting
         from app.imaging.skins import Skins
         from app.kit.admission import AdmissionQueue
@@ -66,7 +67,6 @@ class Services:
 
         self.structures = CaseStructures(cases)
         self.overlays = overlays = Overlays(cases)
-        self.purge = Purge(store)
         self.versions = plans.versions
         self.instruments = instruments = plans.instruments
         self.importing = ImportService(cases)
@@ -75,6 +75,8 @@ class Services:
         self.labels = PaintedLabels(store, cases, jobs)
         self.islands = IslandPreviews(cases, jobs)
         self.skins = Skins(store, cases, jobs)
+        self.openings = Openings(store, cases, jobs)
+        self.purge = Purge(store, self.skins.forget, self.openings.forget)
 
         self.registrations = registrations = Documents(store, REGISTRATION)
         self.registering = registering = Registering(registrations, cases, plans, jobs, tracker)
@@ -114,10 +116,13 @@ class Services:
 
     def sweep(self) -> None:
         """Remove what planners that ended without doing so have left."""
+        from app.imaging.derived_of_ct import sweep_derived
+
         self.store.sweep()
         self.runs.sweep()
         self.purge.finish()
         self.purge.drop_forgotten()
+        sweep_derived(self.store, self.cases)
 
     def end(self) -> None:
         """End what takes long, before it is waited for: the running import, and dry runs."""

@@ -12,6 +12,7 @@ from __future__ import annotations
 import json
 import logging
 import os
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -48,8 +49,9 @@ class Purged:
 class Purge:
     """Removes cases for good; to be used while no page shows the case."""
 
-    def __init__(self, store: Store) -> None:
-        self._store = store
+    def __init__(self, store: Store, *forget: Callable[[set[str]], None]) -> None:
+        """forget: each is called with the hashes of deleted files, to drop what was made of them from memory."""
+        self._store, self._forget = store, forget
 
     def preview(self, case_id: str) -> Purged:
         """What `run` would remove, as far as it can be counted before. Raises NotFound and InputError."""
@@ -168,6 +170,8 @@ class Purge:
             for key in sorted((gone & set(files.keys())) | forgotten):
                 files.remove(key)
                 removed += 1
+        for forget in self._forget:
+            forget(gone)
         return removed + self._store.derived.remove(sorted(gone))
 
     def _remove_copies(self, case_id: str) -> tuple[str, ...]:

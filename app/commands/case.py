@@ -7,7 +7,7 @@ import json
 from typing import Any
 
 from app.cases.service import Case
-from app.commands import case_archive, case_labels, case_purge, case_segment, case_skin, case_structures
+from app.commands import case_archive, case_labels, case_openings, case_purge, case_segment, case_skin, case_structures
 from app.exchange.resolve import find
 from app.services import build_services
 from app.settings import Settings
@@ -33,6 +33,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         if action == "rename":
             every[-1].add_argument("name", metavar="NAME", help="the new name")
     every += [case_structures.add_parser(actions), case_purge.add_parser(actions), case_segment.add_parser(actions)]
+    every += [case_openings.add_parser(actions)]
     every += [case_skin.add_parser(actions), case_labels.add_parser(actions), *case_archive.add_parsers(actions)]
     for each in every:
         each.add_argument("--json", action="store_true", help="one JSON object on stdout")
@@ -64,6 +65,8 @@ def run(args: argparse.Namespace) -> int:
         return case_labels.run(args, services, case)
     if args.action == "segment":
         return case_segment.run(args, services, case)
+    if args.action == "openings":
+        return case_openings.run(args, services, case)
     if args.action == "skin":
         return case_skin.run(args, services, case)
     lines = surface_lines(case) if args.action == "show" else []

@@ -10,8 +10,9 @@ from pathlib import Path
 from app.cases.model import Case
 from app.exchange.patient_images import check_images
 from app.services import Services
+from app.store import write_atomically
 from vfix_engine.errors import InputError
-from vfix_engine.files.mesh_files import write_ply
+from vfix_engine.files.mesh_files import ply_bytes
 
 
 def add_parser(actions: argparse._SubParsersAction[argparse.ArgumentParser]) -> argparse.ArgumentParser:
@@ -25,15 +26,12 @@ def add_parser(actions: argparse._SubParsersAction[argparse.ArgumentParser]) -> 
 
 
 def run(args: argparse.Namespace, services: Services, case: Case) -> int:
-    """Make the skin where it is missing, and write it. Raises InputError where a face was not confirmed."""
+    """Make the skin where it is missing, and write it. Raises InputError of an unconfirmed face, and StorageError."""
     check_images(case, args.with_images, "--with-images")
     if args.output.suffix.lower() != ".ply":
         raise InputError("a skin is written as .ply; name such a file.")
     mesh = services.skins.make(case.id, _show)
-    try:
-        write_ply(args.output, mesh)
-    except OSError as error:
-        raise InputError(f"{args.output} could not be written: {error.strerror or error}.") from error
+    write_atomically(args.output, ply_bytes(mesh))  # for its owner only
     answer = {"case": case.id, "file": str(args.output), "triangles": len(mesh.faces)}
     words = f"{args.output} written, {len(mesh.faces):,} triangles, LPS mm. Not for clinical use."
     print(json.dumps(answer) if args.json else words)

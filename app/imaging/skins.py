@@ -6,99 +6,33 @@ export holds it.
 
 from __future__ import annotations
 
-import hashlib
+from pathlib import Path
+from typing import BinaryIO
 
 import numpy as np
 
-from app.cases.files import STORED, surface_arrays
-from app.cases.model import Case
-from app.cases.service import CaseService
-from app.kit.array_files import ArraysUnusable, read_arrays
-from app.kit.cache import Cache
-from app.kit.errors import NotFound, TooLarge
-from app.kit.jobs import Job, Jobs, Progress
-from app.store import Store
+from app.cases.files import surface_arrays
+from app.imaging.derived_of_ct import DerivedOfCt
+from app.kit.array_files import read_arrays
 from vfix_engine.anatomy.skin import skin_of_volume
-from vfix_engine.errors import InputError
+from vfix_engine.files.volume import Volume
 from vfix_engine.geometry.mesh import TriangleMesh
-from vfix_engine.progress import ProgressCallback, no_progress
-
-KIND = "skin-1.npz"  # another number where a skin is made in another way
+from vfix_engine.progress import ProgressCallback
 
 
-class Skins:
+class Skins(DerivedOfCt[TriangleMesh]):
     """Makes, stores and reads the skins of cases. Thread-safe."""
 
-    def __init__(self, store: Store, cases: CaseService, jobs: Jobs) -> None:
-        self._store, self._cases, self._jobs = store, cases, jobs
-        self._known: Cache[str, TriangleMesh] = Cache(2)
+    job = "skin"
+    file = "skin-1.npz"
+    no_ct = "only the CT of a head shows skin."
 
-    def start(self, case_id: str) -> Job:
-        """Make the skin as a job, or read it where it was made before. Raises NotFound, and InputError as `make`."""
-        case = self._cases.get(case_id)
-        key = _key(case)
+    def find(self, volume: Volume, progress: ProgressCallback) -> TriangleMesh:
+        return skin_of_volume(volume, progress=progress).mesh
 
-        def work(progress: Progress) -> str:
-            self.make(case_id, progress)
-            return case_id
+    def write(self, value: TriangleMesh, file: BinaryIO) -> None:
+        np.savez(file, **surface_arrays(value))
 
-        lane = f"skin {case_id}"
-        return self._jobs.submit(work, kind="skin", lane=lane, case_id=case_id, subject=case.name, same=f"skin {key}")
-
-    def known(self, case: Case) -> TriangleMesh | None:
-        """The skin, where it was made before: read from its file at most."""
-        if not has_skin(case):
-            return None
-        key = _key(case)
-        if not self._known.has(key) and self._store.derived.path(key, KIND) is None:
-            return None
-        return self._known.get(key, lambda: self._stored(key) or self._make(case, key, no_progress))
-
-    def make(self, case_id: str, progress: ProgressCallback = no_progress) -> TriangleMesh:
-        """Return the skin, made and stored where it is missing.
-
-        Raises NotFound, InputError for a case without a CT of a head, and ImageError where the CT shows no skin.
-        """
-        case = self._cases.get(case_id)
-        key = _key(case)
-        return self._known.get(key, lambda: self._stored(key) or self._make(case, key, progress))
-
-    def _make(self, case: Case, key: str, progress: ProgressCallback) -> TriangleMesh:
-        volume = self._cases.volume(case)
-        if volume is None:
-            raise InputError("this case was made of a surface; only a CT shows skin.")
-        skin = skin_of_volume(volume, progress=progress).mesh
-        if self._store.writable:
-            self._store.derived.put(key, KIND, lambda file: np.savez(file, **surface_arrays(skin)))
-            try:
-                self._cases.get(case.id)
-            except NotFound:  # it was removed for good meanwhile
-                self._store.derived.remove([key])
-                raise
-        return skin
-
-    def _stored(self, key: str) -> TriangleMesh | None:
-        """The skin as stored; None where it is missing or damaged."""
-        path = self._store.derived.path(key, KIND)
-        if path is None:
-            return None
-        try:
-            arrays = read_arrays(path)
-            return TriangleMesh(arrays["vertices"], arrays["faces"])
-        except (OSError, KeyError, InputError, ArraysUnusable, TooLarge):
-            return None
-
-
-def has_skin(case: Case) -> bool:
-    """Whether a skin can be made of a case."""
-    return case.kind == "head" and case.has_volume
-
-
-def _key(case: Case) -> str:
-    """The hash of what the skin is made of. Raises InputError without a CT of a head."""
-    if not has_skin(case):
-        raise InputError("only the CT of a head shows skin.")
-    source = case.volumes[0].source
-    if source.startswith(STORED):
-        return source.removeprefix(STORED)
-    return hashlib.sha256(f"{source} {case.content_hash}".encode()).hexdigest()
+    def read(self, path: Path) -> TriangleMesh:
+        arrays = read_arrays(path)
+        return TriangleMesh(arrays["vertices"], arrays["faces"])

@@ -31,6 +31,11 @@ class Cache(Generic[Key, _Value]):
             entry = self._entries.get(key)
         return entry is not None and entry.done() and entry.exception() is None
 
+    def drop(self, key: Key) -> None:
+        """Forget the value of `key`; one that is being computed is returned to its callers, and not kept."""
+        with self._lock:
+            self._entries.pop(key, None)
+
     def get(self, key: Key, make: Callable[[], _Value]) -> _Value:
         """Return the value of `key`, computed by `make` if it is missing.
 

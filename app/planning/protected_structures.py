@@ -32,6 +32,7 @@ Surfaces = Callable[[str], TriangleMesh]
 _FIELD_STEP_MM = 0.5  # grid step of the distance field of a soft structure
 _MOST_POINTS = 12_000_000  # of that grid; for a larger structure the step grows
 _LINK = re.compile(r" \(\d+ of \d+\)(?=$|, [^,]+ mm deep$)")
+_ADDED = re.compile(r"( \(\d+ of \d+\))?(, [^,]+ mm deep)?")  # to the name of a structure, for its zones
 _AROUND_MM = 8.0  # the field reaches this far beyond the layer: the look-ahead distance of the tool
 
 
@@ -114,6 +115,14 @@ def structure_name(name: str) -> str:
     For their hard cores it is 'optic nerve, 1 mm deep'.
     """
     return _LINK.sub("", name)
+
+
+def structure_of(zone: Zone, structures: Sequence[PlanZone]) -> PlanZone:
+    """Return which of a plan's structures a zone of the engine was made of."""
+    made_of = (
+        one for one in structures if zone.name.startswith(one.name) and _ADDED.fullmatch(zone.name[len(one.name) :])
+    )
+    return max(made_of, key=lambda one: len(one.name))
 
 
 def _named(name: str, bodies: Sequence[Shape | Proximity | None]) -> list[tuple[str, Shape | Proximity | None]]:

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Mapping
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from app.cases.service import CaseService
+from vfix_engine.arrays import Array, IndexArray
 from vfix_engine.errors import InputError
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.geometry.shape_patch import patch_around
@@ -64,18 +65,31 @@ def _made(cases: CaseService, case_id: str, shape: Mapping[str, Any]) -> Any:
     return cases.structure_mesh(case_id, shape["structure"])
 
 
-def _chain(points: list[Any], radius: float) -> Any:
+def _chain(points: list[Any], radius: float) -> TriangleMesh:
     """Return capsules from one place to the next, or a ball for a single place."""
+    places = np.array(points, dtype=np.float64)
+    steps = np.diff(places, axis=0)
+    lengths = np.linalg.norm(steps, axis=1)
+    steps, middles, lengths = (values[lengths > 1e-6] for values in (steps, places[:-1] + 0.5 * steps, lengths))
+    (ball, ball_faces), (tube, tube_faces) = _unit_parts()
+    turns = np.array([rotation_z_to(step) for step in steps]).reshape(-1, 3, 3)
+    stretched = tube * np.stack([np.full_like(lengths, radius)] * 2 + [lengths], axis=-1)[:, None]
+    tubes = stretched @ turns.transpose(0, 2, 1) + middles[:, None]
+    balls = radius * ball + places[:, None]
+    vertices = np.concatenate([balls.reshape(-1, 3), tubes.reshape(-1, 3)])
+    tube_start = np.arange(len(tubes))[:, None, None] * len(tube) + balls.shape[0] * balls.shape[1]
+    ball_start = np.arange(len(balls))[:, None, None] * len(ball)
+    faces = [(ball_faces + ball_start).reshape(-1, 3), (tube_faces + tube_start).reshape(-1, 3)]
+    return TriangleMesh(vertices, np.concatenate(faces))
+
+
+@cache
+def _unit_parts() -> tuple[tuple[Array, IndexArray], tuple[Array, IndexArray]]:
+    """Vertices and faces of a ball and of a tube along z, of radius and height 1."""
     import trimesh  # imported here: slow to load
 
-    places = np.array(points, dtype=np.float64)
-    parts = [_at(trimesh.creation.icosphere(subdivisions=2, radius=radius), np.eye(3), place) for place in places]
-    for start, end in itertools.pairwise(places):
-        length = float(np.linalg.norm(end - start))
-        if length > 1e-6:
-            tube = trimesh.creation.cylinder(radius=radius, height=length, sections=24)
-            parts.append(_at(tube, rotation_z_to(end - start), 0.5 * (start + end)))
-    return trimesh.util.concatenate(parts)
+    ball, tube = trimesh.creation.icosphere(subdivisions=2), trimesh.creation.cylinder(1.0, 1.0, sections=24)
+    return (np.array(ball.vertices), np.array(ball.faces)), (np.array(tube.vertices), np.array(tube.faces))
 
 
 def _at(mesh: trimesh.Trimesh, rotation: npt.NDArray[np.float64], place: Any) -> trimesh.Trimesh:

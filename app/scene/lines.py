@@ -50,6 +50,15 @@ def ring(centre: Array, radius_mm: float) -> Array:
     return np.vstack([centre + np.column_stack([cosine, zero, sine]), centre + np.column_stack([cosine, sine, zero])])
 
 
+def circle(centre: Array, normal: Array, radius_mm: float) -> Array:
+    """Return corners (n, 3) of a circle across a unit vector."""
+    angles = np.linspace(0.0, 2.0 * np.pi, _CORNERS + 1)
+    u = np.cross(normal, np.eye(3)[np.abs(normal).argmin()])
+    u = u / np.linalg.norm(u)
+    found: Array = centre + radius_mm * (np.cos(angles)[:, None] * u + np.sin(angles)[:, None] * np.cross(normal, u))
+    return found
+
+
 def joined(corners: Array) -> Array:
     """Return segments (n - 1, 2, 3) from each corner (n, 3) to the next one."""
     return np.stack([corners[:-1], corners[1:]], axis=1)

@@ -31,7 +31,7 @@ class DerivedFiles:
         temporary = self._scratch.open() / secrets.token_hex(8)
         try:
             private_folder(self._folder)
-            with temporary.open("xb") as file:
+            with open(temporary, "xb", opener=_private) as file:
                 write(file)
                 file.flush()
                 os.fsync(file.fileno())
@@ -41,6 +41,10 @@ class DerivedFiles:
             raise StorageError(f"a file could not be stored: {error.strerror or error}.") from error
         finally:
             temporary.unlink(missing_ok=True)
+
+    def keys(self) -> set[str]:
+        """The hashes of all inputs of which there is a file."""
+        return {path.name.partition(".")[0] for path in self._folder.glob("*.*")}
 
     def remove(self, keys: Iterable[str]) -> int:
         """Delete every file of these inputs; returns how many. Raises StorageError."""
@@ -54,3 +58,7 @@ class DerivedFiles:
 
     def _path(self, key: str, kind: str) -> Path:
         return self._folder / f"{key}.{kind}"
+
+
+def _private(path: str, flags: int) -> int:
+    return os.open(path, flags, 0o600)

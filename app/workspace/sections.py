@@ -101,12 +101,14 @@ class SlicesSection(TypedDict):
 class SkinSection(TypedDict):
     """The skin in the scene. possible: the case has a CT of a head. shown: switched on, and there or being made.
 
-    opacity: 0 to 1. words: why it could not be made, or the warning that it is a patient's face; else ''.
+    opacity: 0 to 1. colour: as in the scene. words: why it could not be made, or the warning that it is a patient's
+    face; else ''.
     """
 
     possible: bool
     shown: bool
     opacity: float
+    colour: str
     words: str
 
 

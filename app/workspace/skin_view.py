@@ -9,7 +9,8 @@ from typing import Any
 
 from app.cases.service import Case
 from app.exchange.patient_images import FACE_WARNING, holds_images
-from app.imaging.skins import has_skin
+from app.imaging.derived_of_ct import has_head_ct
+from app.scene import palette
 from app.scene.anatomy import Look, SkinNode
 from app.scene.picking import Hit, SurfacePicker
 from app.scene.view import ClickRay
@@ -98,8 +99,9 @@ class SkinView:
         case, shown = self._case, self.is_shown(look)
         warns = shown and case is not None and holds_images(case)
         return {
-            "possible": case is not None and has_skin(case),
+            "possible": case is not None and has_head_ct(case),
             "shown": shown,
             "opacity": look.skin_opacity,
+            "colour": palette.hex_colour(palette.SKIN),
             "words": FACE_WARNING if warns else self._failure,
         }

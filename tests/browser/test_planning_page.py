@@ -56,12 +56,12 @@ def test_clicks_on_the_skull_and_on_a_slice_make_a_path(open_page: Open, rest: R
         station.page.mouse.click(*station.place(place))
         station.wait_for("a ghost", lambda: station.state("plan")["ghost"])
 
-    click_head([4.0, -5.0, 4.0])
+    click_head([30.0, 0.0, 60.0])
     expect(station.page.locator("#ghost-card")).to_contain_text("of bone", use_inner_text=True)
     assert _points(station) == []
     station.page.keyboard.press("Escape")
     station.wait_for("no ghost", lambda: station.state("plan")["ghost"] is None)
-    click_head([4.0, -5.0, 4.0])
+    click_head([30.0, 0.0, 60.0])
     station.page.keyboard.press("Enter")
     station.wait_for("one point", lambda: len(_points(station)) == 1)
     expect(station.page.locator("[data-kind=target]")).to_have_attribute("aria-pressed", "true")

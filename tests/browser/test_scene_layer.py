@@ -119,6 +119,11 @@ def test_skin_is_made_shown_over_bone_and_hidden(open_page: Open) -> None:
     wanted = {"shown": True, "opacity": 0.5, "depthWrite": True, "after": True, "first": [[False, True, True]]}
     assert page.evaluate(SKIN) == wanted
     station.picture("skin")
+    shines = "vfix.layer.path.passes.size > 0 && [...vfix.layer.path.passes.values()].every((o) => o.visible)"
+    assert page.evaluate(shines)
+    page.locator("#skin-opacity").fill("100")
+    station.wait_for("a path that does not shine through", lambda: not page.evaluate(shines))
+    station.picture("skin-opaque")
     page.locator("#skin-opacity").fill("60")
     station.wait_for("its opacity", lambda: page.evaluate(SKIN) == wanted | {"opacity": 0.6})
     page.click("#skin")

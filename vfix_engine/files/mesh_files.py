@@ -107,6 +107,11 @@ def _named(pattern: re.Pattern[bytes], data: bytes) -> str | None:
 
 def write_ply(path: Path, mesh: TriangleMesh) -> None:
     """Write a binary PLY in LPS mm, with frame and unit stated and vertices in double precision."""
+    path.write_bytes(ply_bytes(mesh))
+
+
+def ply_bytes(mesh: TriangleMesh) -> bytes:
+    """The content of the file that `write_ply` writes."""
     head = (
         "ply\nformat binary_little_endian 1.0\ncomment SPACE=LPS UNIT=mm\ncomment Not for clinical use\n"
         f"element vertex {len(mesh.vertices)}\nproperty double x\nproperty double y\nproperty double z\n"
@@ -115,7 +120,7 @@ def write_ply(path: Path, mesh: TriangleMesh) -> None:
     records = np.empty(len(mesh.faces), dtype=[("count", "u1"), ("corners", "<i4", 3)])
     records["count"] = 3
     records["corners"] = mesh.faces
-    path.write_bytes(head.encode("ascii") + mesh.vertices.astype("<f8").tobytes() + records.tobytes())
+    return head.encode("ascii") + mesh.vertices.astype("<f8").tobytes() + records.tobytes()
 
 
 def _check(vertices: npt.NDArray[Any], faces: npt.NDArray[Any]) -> None:

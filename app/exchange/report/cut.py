@@ -1,21 +1,28 @@
-"""A cut through the head as an SVG picture: outlines of surfaces, and path and tool projected onto the plane."""
+"""A cut through the head as an SVG picture: outlines of surfaces, path and tool.
+
+What of path and tool lies in the plane is solid; the rest is projected onto it, and faded, so that a path that passes
+behind bone is not taken for one that goes through it.
+"""
 
 from __future__ import annotations
 
 import base64
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from html import escape
 
 import cv2
 import numpy as np
 
-from vfix_engine.arrays import Array
+from vfix_engine.arrays import Array, BoolArray
 from vfix_engine.files.volume import Axis, Volume
 from vfix_engine.geometry.mesh import TriangleMesh
 
 HALF_MM = 38.0  # half of the side of a picture
+IN_CUT_MM = 1.0  # of the path, from the plane: what counts as in it
 _NEAR_MM = 5.0  # targets farther from a plane are not drawn on it
+_PIECES = 16  # of an oblique segment of the tool, each as wide as the plane cuts it there
+_EXACT_MM = 0.05  # a line is thinned by so much at most
 
 
 @dataclass(frozen=True)
@@ -73,16 +80,12 @@ class Shown:
 def cut_picture(plane: Plane, shown: Shown) -> str:
     """One cut as SVG, one unit a millimetre."""
     half, centre = HALF_MM, shown.centre
-    tool = zip(shown.start, shown.end, (2.0 * shown.radius).tolist(), strict=True)
     near = [place for place in shown.targets if abs(place - centre)[plane.through] <= _NEAR_MM]
     parts = [
         "" if shown.volume is None else _grey(plane, shown.volume, centre),
         *(f'<path style="stroke:{one.css}" d="{_outline(plane, one.mesh, centre)}"/>' for one in shown.surfaces),
-        *(
-            f'<path class="tool" style="stroke-width:{width:.2f}" d="{_line(plane.project(np.stack(ends), centre))}"/>'
-            for *ends, width in tool
-        ),
-        f'<path class="path" d="{_line(plane.project(shown.path, centre))}"/>',
+        *_tool(plane, shown),
+        *_path(plane, shown),
         *(_dot(plane.project(place, centre)) for place in near),
         *_letters(plane.letters),
         f'<path class="scale" d="M{half - 13:g} {half - 3:g}h10"/><text x="{half - 8:g}" y="{half - 4:g}">10 mm</text>',
@@ -96,20 +99,61 @@ def cut_picture(plane: Plane, shown: Shown) -> str:
 
 def _outline(plane: Plane, mesh: TriangleMesh, centre: Array) -> str:
     """Where a surface crosses the plane, as segments within the picture."""
+    import trimesh  # imported here: slow to load
+
     corners = mesh.triangles
-    side = corners[:, :, plane.through] - centre[plane.through]
-    near = (np.abs(corners - centre) <= 2.0 * HALF_MM).all(axis=(1, 2))
-    crossing = near & (side.min(axis=1) < 0.0) & (side.max(axis=1) >= 0.0)
-    corners, side = corners[crossing], side[crossing]
-    ends = []
-    for a, b in ((0, 1), (1, 2), (2, 0)):
-        share = side[:, a] / np.where(side[:, a] == side[:, b], 1.0, side[:, a] - side[:, b])
-        ends.append(corners[:, a] + share[:, None] * (corners[:, b] - corners[:, a]))
-    crossed = np.stack([(side[:, a] < 0.0) != (side[:, b] < 0.0) for a, b in ((0, 1), (1, 2), (2, 0))], axis=1)
-    pairs = np.stack(ends, axis=1)[crossed].reshape(-1, 2, 3)  # a triangle that is crossed is so at two of its sides
-    flat = plane.project(pairs, centre)
-    inside = (np.abs(flat).max(axis=2) <= HALF_MM).any(axis=1)
-    return "".join(_line(segment) for segment in flat[inside])
+    away = np.stack([corners.min(axis=1) - centre, centre - corners.max(axis=1)]).max(axis=0)  # > 0: all beyond
+    reach = np.full(3, HALF_MM)
+    reach[plane.through] = 0.0
+    near = np.flatnonzero((away <= reach).all(axis=1))
+    if not len(near):
+        return ""
+    surface = trimesh.Trimesh(mesh.vertices, mesh.faces, process=False, validate=False)
+    pairs = trimesh.intersections.mesh_plane(surface, np.eye(3)[plane.through], centre, local_faces=near)
+    return "".join(_line(segment) for segment in plane.project(pairs, centre))
+
+
+def _tool(plane: Plane, shown: Shown) -> Iterator[str]:
+    """The tool as a whole, faded, and above it what the plane cuts of it: capsules, as the balls along their axes."""
+    capsules = list(zip(shown.start, shown.end, shown.radius.tolist(), strict=True))
+    whole = [_stroke(plane.project(np.stack([a, b]), shown.centre), 2.0 * radius) for a, b, radius in capsules]
+    cut = list[str]()
+    for a, b, radius in capsules:
+        across, start = (b - a)[plane.through], (a - shown.centre)[plane.through]
+        level = abs(across) < _EXACT_MM
+        first, last = (
+            (0.0, 1.0) if level else np.clip(np.sort((np.array([-radius, radius]) - start) / across), 0.0, 1.0)
+        )
+        ends = a + np.linspace(first, last, 2 if level else _PIECES + 1)[:, None] * (b - a)
+        away = (0.5 * (ends[1:] + ends[:-1]) - shown.centre)[:, plane.through]
+        widths = 2.0 * np.sqrt(np.maximum(radius**2 - away**2, 0.0))
+        flat = plane.project(ends, shown.centre)
+        cut += [
+            _stroke(flat[n : n + 2], width) for n, width in enumerate(widths.tolist()) if width > 0.0 and last > first
+        ]
+    yield f'<g class="tool beyond">{"".join(whole)}</g>'
+    if cut:
+        yield f'<g class="tool">{"".join(cut)}</g>'
+
+
+def _path(plane: Plane, shown: Shown) -> Iterator[str]:
+    """The path as a whole, dashed, and above it what lies in the plane; as far as the picture shows it."""
+    flat = plane.project(shown.path, shown.centre)
+    seen = np.asarray(np.abs(flat).max(axis=1) <= HALF_MM + 1.0)
+    near = seen & (np.abs(shown.path[:, plane.through] - shown.centre[plane.through]) <= IN_CUT_MM)
+    for name, kept in (("path beyond", seen), ("path", near)):
+        if data := "".join(_line(_thinned(run)) for run in _runs(flat, kept)):
+            yield f'<path class="{name}" d="{data}"/>'
+
+
+def _runs(points: Array, kept: BoolArray) -> Iterator[Array]:
+    """The parts (m, 2) of a line of points (n, 2) that are kept, of two points at least."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], kept, [False]])))
+    return (points[first:last] for first, last in edges.reshape(-1, 2).tolist() if last - first > 1)
+
+
+def _thinned(points: Array) -> Array:
+    return cv2.approxPolyDP(points.astype(np.float32), _EXACT_MM, False).reshape(-1, 2).astype(np.float64)
 
 
 def _grey(plane: Plane, volume: Volume, centre: Array) -> str:
@@ -137,6 +181,10 @@ def _grey(plane: Plane, volume: Volume, centre: Array) -> str:
 def _line(points: Array) -> str:
     """(n, 2) as the data of an SVG path."""
     return "M" + "L".join(f"{x:.2f} {y:.2f}" for x, y in points.tolist())
+
+
+def _stroke(points: Array, width: float) -> str:
+    return f'<path style="stroke-width:{width:.2f}" d="{_line(points)}"/>'
 
 
 def _dot(place: Array) -> str:

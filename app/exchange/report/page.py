@@ -44,10 +44,15 @@ class TableRow:
 
 @dataclass(frozen=True)
 class ReportPage:
-    """What the page says. curves: name and colour of each line of the plot."""
+    """What the page says.
+
+    pictured: heading of the pictures. curves: name and colour of each line of the plot, which has an area if
+    has_tissue. paths: none of a single one, which the verdict is on.
+    """
 
     plan: str
     case: str
+    instruments: str
     revision: int
     modified: str
     case_hash: str
@@ -56,8 +61,10 @@ class ReportPage:
     words: str
     figures: tuple[Figure, ...]
     pictures: tuple[Picture, ...]
+    pictured: str
     plot: str
     curves: tuple[tuple[str, str], ...]
+    has_tissue: bool
     paths: tuple[TableRow, ...]
     targets: tuple[TableRow, ...]
     registration: str
@@ -70,18 +77,18 @@ class ReportPage:
         title = f"{self.plan} – {self.case}"
         remarks = [text for text in (self.registration, self.removed, *self.cautions) if text]
         parts = (
-            f'<header><div><h1>{escape(self.plan)}</h1><p>{escape(self.case)}</p></div><strong class="notice">'
-            f"{NOTICE}</strong></header>",
+            f"<header><div><h1>{escape(self.plan)}</h1><p>{escape(f'{self.case}, {self.instruments}')}</p></div>"
+            f'<strong class="notice">{NOTICE}</strong></header>',
             self._verdict(),
             f'<dl class="figures">{"".join(_figure(figure) for figure in self.figures)}</dl>',
-            f'<div class="pictures">{"".join(_picture(picture) for picture in self.pictures)}</div>',
+            self._pictures(),
             self._plot(),
             _table("Paths", ("Path", "Verdict", "Least clearance", "Length"), self.paths),
-            _table("Targets", ("Target", "Place, mm", "Inspection cone", "Registration error, 95 %"), self.targets),
+            _table("Targets", ("Target", "Place, mm", "Inspected from", "Registration error, 95 %"), self.targets),
             "".join(f'<p class="remark">{escape(text)}</p>' for text in remarks),
             f'<section><h2>Notes</h2><p class="notes">{escape(self.notes)}</p></section>' if self.notes else "",
-            f"<footer><span>{NOTICE}. Simulated with vfix {escape(__version__)}; path and tool are projected onto the "
-            f"cuts. Coordinates are LPS.</span><span>Revision {self.revision}, {_when(self.modified)}; head "
+            f"<footer><span>{NOTICE}. Simulated with vfix {escape(__version__)}. R, L, A, P, S, I: right, left, front, "
+            f"back, top and bottom of the patient.</span><span>Revision {self.revision}, {_when(self.modified)}; head "
             f"{escape(self.case_hash[:12])}</span></footer>",
         )
         return (
@@ -96,14 +103,28 @@ class ReportPage:
             f"<strong>{escape(self.word)}</strong><p>{escape(words[:1].upper() + words[1:])}</p></section>"
         )
 
+    def _pictures(self) -> str:
+        if not self.pictures:
+            return ""
+        return (
+            f'<section><h2>{escape(self.pictured)}</h2><div class="pictures">'
+            f"{''.join(_picture(picture) for picture in self.pictures)}</div>"
+            '<ul class="keys"><li><i class="tool-key"></i>tool in the cut</li><li><i class="path-key"></i>path in the '
+            'cut</li><li><i class="tool-key faded"></i><i class="path-key dotted"></i>before or behind it</li>'
+            '<li><i class="target-key"></i>target within 5 mm</li></ul></section>'
+        )
+
     def _plot(self) -> str:
         if not self.plot:
             return ""
-        keys = "".join(f'<li><i style="background:{colour}"></i>{escape(name)}</li>' for name, colour in self.curves)
+        keys = "".join(
+            f'<li style="color:{escape(colour)}"><i class="line"></i><i class="dashed"></i>'
+            f"<span>{escape(name)}, and its margin</span></li>"
+            for name, colour in self.curves
+        )
+        area = '<li><i class="area"></i>depth in soft tissue</li>' if self.has_tissue else ""
         return (
-            "<section><h2>Clearance of the whole tool, mm</h2>"
-            f'{self.plot}<ul class="keys">{keys}<li><i class="dashed"></i>margin</li>'
-            '<li><i class="area"></i>depth in soft tissue</li></ul></section>'
+            f'<section><h2>Clearance of the whole tool, mm</h2>{self.plot}<ul class="keys">{keys}{area}</ul></section>'
         )
 
 

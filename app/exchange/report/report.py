@@ -13,8 +13,10 @@ from app.exchange.report.page import Figure, Picture, ReportPage, TableRow
 from app.exchange.report.plot import clearance_plot
 from app.planning.dry_runs import DryRunJobs
 from app.planning.evaluation import Planning
+from app.planning.obstacles import Obstacle
 from app.planning.path_evaluations import PathEvaluation, PathEvaluations
 from app.planning.plan_evaluation import PlanEvaluation
+from app.planning.protected_structures import structure_of
 from app.planning.rehearsal_options import OptionsByPlan
 from app.planning.shape_meshes import shape_surface
 from app.planning.verdict_figures import VerdictFigure, verdict_figures
@@ -24,6 +26,7 @@ from app.registration.service import Registering
 from vfix_engine.errors import StartRefused
 
 BONE = "#8a6d3b"  # colour of bone's outline and curve
+_MOST_FIGURES, _MOST_ROWS = 8, 10  # so that the page stays one page
 _SIDES = ("LR", "PA", "SI")  # letters of the positive and of the negative side of each LPS axis
 
 
@@ -55,6 +58,7 @@ class PlanReports:
         except StartRefused:
             evaluation = None
         chosen, registration = report.chosen, self._registering.registration_of(plan)
+        plotted = () if evaluation is None else _plotted(plan, evaluation)
         return ReportPage(
             plan=plan.name,
             case=case.name,
@@ -64,30 +68,29 @@ class PlanReports:
             level=chosen.verdict,
             word=chosen.word,
             words=chosen.words,
-            figures=tuple(self._figures(plan, evaluation)),
+            instruments=f"{plan_tool(plan.content).title}, {plan_robot(plan.content, self._instruments).title}",
+            figures=() if evaluation is None else tuple(_figures(evaluation)),
             pictures=() if evaluation is None else self._pictures(plan, case, evaluation, with_images),
-            plot="" if evaluation is None else _plot(plan, evaluation),
-            curves=()
+            pictured=""
             if evaluation is None
-            else tuple(zip(_names(evaluation), _colours(plan, evaluation), strict=True)),
-            paths=tuple(_path_row(path, path.path == chosen.path) for path in report.paths),
-            targets=tuple(_target_rows(plan, chosen, evaluation)),
+            else f"Cuts through the tip, {_pictured_mm(evaluation):.0f} mm along the path",
+            plot="" if evaluation is None else clearance_plot(evaluation.profile, plotted, evaluation.length_mm),
+            curves=tuple((one.name, colour) for one, colour in plotted),
+            has_tissue=evaluation is not None and evaluation.profile.tissue is not None,
+            paths=_shortened(
+                [_path_row(path, path.path == chosen.path) for path in report.paths if len(report.paths) > 1]
+            ),
+            targets=_shortened(list(_target_rows(plan, chosen, evaluation))),
             registration=registration.words,
             removed=report.removed.words,
             notes=plan.content.notes,
             cautions=case.notes,
         ).html()
 
-    def _figures(self, plan: Plan, evaluation: PlanEvaluation | None) -> Iterator[Figure]:
-        for figure in () if evaluation is None else verdict_figures(evaluation):
-            yield _figure(figure)
-        yield Figure("Tool", plan_tool(plan.content).title, plan_robot(plan.content, self._instruments).title)
-
     def _pictures(self, plan: Plan, case: Case, evaluation: PlanEvaluation, with_images: bool) -> tuple[Picture, ...]:
         """Three cuts through the tip where the path is narrowest, or where the tool is held."""
         run = evaluation.run
-        s_mm = evaluation.reached_mm if evaluation.verdict.s_mm is None else evaluation.verdict.s_mm
-        row = len(run.s) - 1 if not evaluation.completed else int(np.abs(run.s - s_mm).argmin())
+        row = int(np.abs(run.s - _pictured_mm(evaluation)).argmin())
         bone = self._planning.bone(plan)
         protected = (
             Outlined(shape_surface(self._cases, case.id, zone.shape), zone.colour)
@@ -104,12 +107,28 @@ class PlanReports:
             targets=tuple(np.array(target.position) for target in plan.content.targets),
             volume=bone.volume if with_images else None,
         )
-        where = f"tip at {run.s[row]:.0f} mm"
         return tuple(
-            Picture(f"{plane.name.title()} {_side(shown.centre[plane.through], plane.through)} mm, {where}",
-                    cut_picture(plane, shown))
+            Picture(
+                f"{plane.name.title()}, {_side(shown.centre[plane.through], plane.through)} mm",
+                cut_picture(plane, shown),
+            )
             for plane in PLANES
-        )  # fmt: skip
+        )
+
+
+def _figures(evaluation: PlanEvaluation) -> Iterator[Figure]:
+    """The figures of the verdict, without those of structures beyond the nearest few."""
+    figures = verdict_figures(evaluation)
+    left_out = set([one for one in figures if one.margin_mm is not None][_MOST_FIGURES:])
+    yield from (_figure(figure) for figure in figures if figure not in left_out)
+    if left_out:
+        yield Figure("Other structures", f"{len(left_out)}", "farther from their margins")
+
+
+def _pictured_mm(evaluation: PlanEvaluation) -> float:
+    """Arc length where the pictures show the tool: where it is held, or where least is left of a clearance."""
+    s_mm = evaluation.verdict.s_mm
+    return evaluation.reached_mm if s_mm is None or not evaluation.completed else s_mm
 
 
 def _figure(figure: VerdictFigure) -> Figure:
@@ -124,25 +143,25 @@ def _figure(figure: VerdictFigure) -> Figure:
     return Figure(figure.name[:1].upper() + figure.name[1:], value, f"{margin}{where}".removesuffix(", "), figure.level)
 
 
-def _plot(plan: Plan, evaluation: PlanEvaluation) -> str:
-    verdict = evaluation.verdict
-    return clearance_plot(evaluation.profile, verdict.obstacles, _colours(plan, evaluation), evaluation.length_mm)
-
-
-def _names(evaluation: PlanEvaluation) -> tuple[str, ...]:
-    return tuple(one.name for one in evaluation.verdict.obstacles)
-
-
-def _colours(plan: Plan, evaluation: PlanEvaluation) -> tuple[str, ...]:
-    """The colour of each obstacle: of a protected structure its own."""
-    own = {zone.name: zone.colour for zone in plan.content.zones}
-    return tuple(own.get(name, BONE) for name in _names(evaluation))
+def _plotted(plan: Plan, evaluation: PlanEvaluation) -> tuple[tuple[Obstacle, str], ...]:
+    """The obstacles that leave least above their margins, bone among them in any case, with their colours as CSS."""
+    bone, *structures = evaluation.verdict.obstacles
+    nearest = sorted(structures, key=lambda one: one.left_mm)[: _MOST_FIGURES - 1]
+    return ((bone, BONE), *((one, structure_of(one.zones[0], plan.content.zones).colour) for one in nearest))
 
 
 def _path_row(path: PathEvaluation, chosen: bool) -> TableRow:
     least = "–" if path.least_clearance_mm is None else f"{path.least_clearance_mm:.2f} mm to {path.nearest}"
     length = "–" if path.length_mm is None else f"{path.length_mm:.0f} mm"
     return TableRow((path.name, path.short, least, length), level=path.verdict, strong=chosen)
+
+
+def _shortened(rows: list[TableRow]) -> tuple[TableRow, ...]:
+    """The first rows and the strong ones, and how many more there are."""
+    kept = [row for index, row in enumerate(rows) if index < _MOST_ROWS or row.strong]
+    if len(kept) == len(rows):
+        return tuple(rows)
+    return (*kept, TableRow((f"… and {len(rows) - len(kept)} more", *("" for _ in rows[0].cells[1:]))))
 
 
 def _target_rows(plan: Plan, chosen: PathEvaluation, evaluation: PlanEvaluation | None) -> Iterator[TableRow]:
@@ -154,7 +173,9 @@ def _target_rows(plan: Plan, chosen: PathEvaluation, evaluation: PlanEvaluation 
     for index, target in enumerate(plan.content.targets):
         place = " ".join(_side(value, axis) for axis, value in enumerate(target.position))
         error = "–" if off is None else f"{off[index]:.2f} mm"
-        cone = f"{cones[target.id]:.0f}°" if target.id in cones else "–"
+        cone = (
+            "–" if target.id not in cones else f"a cone of {cones[target.id]:.0f}°" if cones[target.id] else "nowhere"
+        )
         yield TableRow((target.label, place, cone, error))
 
 

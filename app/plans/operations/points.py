@@ -13,6 +13,7 @@ from app.kit.values import check_position
 from app.operations.fields import STRIPPED, Identifier, Name, Place
 from app.plans.model import PlanContent
 from app.plans.operations.base import PlanEdit, Plans, StoredPlan, found, put, without
+from app.plans.paths import EntrySide
 from app.plans.points import PlanPoint, check_point, new_point_id
 from app.plans.public import EditedPoint
 from vfix_engine.errors import PlanError
@@ -59,6 +60,23 @@ class AddPoint(PointEdit, frozen=True):
         return content.points[-1 if self.index is None else self.index].id
 
     edited = added
+
+
+class EnterAt(PlanEdit, frozen=True):
+    """Begin the chosen path, which has no point, at this position, and say on which side it is; '' leaves the side."""
+
+    position: Place
+    side: EntrySide
+
+    def apply(self, content: PlanContent, context: Plans) -> PlanContent:
+        if content.points:
+            raise PlanError("the path has an entry; move or delete its first point.")
+        entered = AddPoint(position=self.position).apply(content, context)
+        path = replace(entered.path, entry_side=self.side or entered.path.entry_side)
+        return entered.with_paths(put(entered.paths, path), path.id)
+
+    def added(self, content: PlanContent) -> str:
+        return content.points[0].id
 
 
 class AddTarget(PointEdit, frozen=True):

@@ -37,6 +37,13 @@ class EditCommand(ClientMessage):
     type: Literal["ghost.confirm", "ghost.cancel", "dry_run.again"]
 
 
+class UseOpening(ClientMessage):
+    """Enter at an opening: the first point of the path is there, and its side is that of the path, as one edit."""
+
+    type: Literal["opening.use"]
+    opening_id: Identifier
+
+
 class PickOnSlice(ClientMessage):
     type: Literal["pick.slice"]
     position: Position
@@ -55,6 +62,7 @@ COMMANDS: tuple[type[ClientMessage], ...] = (
     DragItem,
     AddMode,
     EditCommand,
+    UseOpening,
     PickOnSlice,
     CompareVersion,
     *clearance_commands.COMMANDS,

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from app.documents.editor import check_still_newest
+from app.imaging.openings import Opening
 from app.kit.kept import Kept, Same
 from app.kit.values import Position
 from app.messages.sections import Section
@@ -19,7 +20,7 @@ from app.plans.model import FRAME, UNIT, PlanPoint
 from app.plans.operations.base import PlanEdit
 from app.plans.operations.document import SetNotes
 from app.plans.operations.paths import AddPath, ChoosePath, CopyPath, DeletePath, PathEdit, SetShaft
-from app.plans.operations.points import AddPoint, AddTarget, DeletePoint, MovePoint, SetPoints
+from app.plans.operations.points import AddPoint, AddTarget, DeletePoint, EnterAt, MovePoint, SetPoints
 from app.plans.operations.regions import DeleteRegion
 from app.plans.service import Plan
 from app.scene.plan import PlanItem
@@ -224,6 +225,14 @@ class EditedPlan:
         if not moved and fitted.lies_in == "air_inside":
             self.confirm()
         return fitted.position
+
+    def enter(self, opening: Opening) -> str:
+        """Begin the path at an opening; returns words where the point had to be moved clear of bone."""
+        fitted = self._services.planning.snap(self.case, np.array(opening.position), self.plan)
+        self.cancel()
+        self.perform(EnterAt(position=fitted.position, side=opening.side))
+        moved = fitted.moved_mm > MOVED_WORTH_SAYING_MM
+        return f"The entry was moved {fitted.moved_mm:.1f} mm, clear of bone." if moved else ""
 
     def preview(self) -> SplinePath | None:
         """The spline as it would be with the ghost in it; None where it is no path point."""

@@ -2,6 +2,7 @@
 import { h, whenChanged } from "/static/js/dom.js";
 import { placeWords } from "/static/js/slices/place-words.js";
 import { draw, html, live, nothing } from "/static/js/template.js";
+import { Openings } from "./openings.js";
 
 /** @import { Connection } from "/static/js/connection.js" */
 /** @import { Commands, ItemEntry, PathsSection, PlanSection, ViewModel } from "/static/js/types.js" */
@@ -16,15 +17,22 @@ export class EntryStep {
   constructor(connection) {
     this.connection = connection;
     this.changed = whenChanged();
+    this.openings = new Openings(connection);
     this.element = h("div", { class: "fields" });
   }
 
   /** @param {ViewModel} state */
-  update({ plan, paths }) {
+  update({ plan, paths, openings }) {
     const entry = plan?.points[0];
-    this.changed([Boolean(plan), entry, entry?.id === plan?.selected, paths], () => draw(this.element, html`
-      ${entry ? this.entry(entry, plan) : html`<p class="empty">Click the nostril, in the head or in a slice.</p>`}
+    const chose = this.openings.element.contains(document.activeElement);
+    this.openings.update(openings);
+    this.changed([Boolean(plan), entry, entry?.id === plan?.selected, paths, openings?.words], () => draw(this.element, html`
+      ${entry ? this.entry(entry, plan) : nothing}
+      ${entry || openings?.words ? nothing : html`<p class="empty">Click the nostril, in the head or in a slice.</p>`}
+      ${this.openings.element}
       ${this.side(paths)}`));
+    const shown = chose && entry ? this.element.querySelector("#entry-point") : null; // the button that was pressed is gone
+    if (shown instanceof HTMLElement) shown.focus({ preventScroll: true });
   }
 
   /**

@@ -9,6 +9,7 @@ from app.scene.picking import hit_items
 from app.scene.shafts import HANDLE
 from app.scene.view import ClickRay
 from app.tabs.plan.edited_plan import EditedPlan
+from app.tabs.plan.openings import EntryOpenings
 from app.tabs.plan.shafts import Shafts
 from app.workspace.workspace import Workspace
 from vfix_engine.arrays import Array
@@ -19,11 +20,14 @@ SELECT_RADIUS_MM = 2.0
 class Hands:
     """Answers clicks and drags of one client. Owned by the session's thread."""
 
-    def __init__(self, workspace: Workspace, shafts: Shafts) -> None:
-        self._workspace, self._shafts = workspace, shafts
+    def __init__(self, workspace: Workspace, shafts: Shafts, openings: EntryOpenings) -> None:
+        self._workspace, self._shafts, self._openings = workspace, shafts, openings
 
     def clicked(self, edited: EditedPlan, ray: ClickRay) -> None:
-        """On the ghost it confirms, on an item it selects, else it picks a place; while a region is drawn, always."""
+        """On the ghost it confirms, on an item it selects, at an opening it enters, else it picks a place.
+
+        While a region is drawn it always picks.
+        """
         case = self._workspace.case
         if edited.ghost is not None:
             ghost = hit_items(ray.origin, ray.direction, [("ghost", np.array(edited.ghost.position))], SELECT_RADIUS_MM)
@@ -39,7 +43,12 @@ class Hands:
         if edited.regions.drawing is None:
             items += [(item.id, np.array(item.position)) for item in edited.items()] + edited.regions.handles()
             items += self._shafts.balls(edited)
-        hits = [hit_items(ray.origin, ray.direction, items, SELECT_RADIUS_MM), case.hit(ray)]
+        head = case.hit(ray)
+        if (opening := self._openings.hit(edited, ray, head)) is not None:
+            self._workspace.note(edited.enter(opening))
+            case.go_to(edited.place_of(edited.selected))
+            return
+        hits = [hit_items(ray.origin, ray.direction, items, SELECT_RADIUS_MM), head]
         hit = min((hit for hit in hits if hit is not None), key=lambda hit: hit.distance_mm, default=None)
         if hit is not None:
             self._workspace.camera.turn_about(hit.position)

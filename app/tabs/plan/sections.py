@@ -7,6 +7,7 @@ from typing import Literal, TypedDict
 from app.messages.sections import Position
 from app.planning.verdict import Level
 from app.tabs.plan.cone_section import ConeSection
+from app.tabs.plan.openings_section import OpeningSections
 from app.tabs.plan.paths import PathSections
 from app.tabs.plan.region_sections import RegionSections
 from app.tabs.plan.second_volume import SecondVolumeSections
@@ -231,7 +232,7 @@ class EvaluationSection(TypedDict):
     state_words: str
 
 
-class PlanSections(PathSections, RegionSections, VersionSections, SecondVolumeSections):
+class PlanSections(PathSections, OpeningSections, RegionSections, VersionSections, SecondVolumeSections):
     """The plans of the case and what the tool makes of the open one."""
 
     plans: PlansSection

@@ -34,6 +34,7 @@ from app.tabs.plan.evaluations import Evaluations
 from app.tabs.plan.hands import Hands
 from app.tabs.plan.hints import plan_hint
 from app.tabs.plan.instruments import instruments_section
+from app.tabs.plan.openings import EntryOpenings
 from app.tabs.plan.paths import paths_section
 from app.tabs.plan.region_words import DRAW_WORDS
 from app.tabs.plan.removed_bone import RemovedBoneCount
@@ -57,7 +58,8 @@ class PlanTab(Tab):
         self._edited: EditedPlan | None = None
         self._case_id: str | None = None
         self._shafts = Shafts(workspace.services)
-        self._hands = Hands(workspace, self._shafts)
+        self._openings = EntryOpenings(workspace)
+        self._hands = Hands(workspace, self._shafts, self._openings)
         self._evaluations = Evaluations(workspace)
         self._edits = Edits(workspace.case, self._shafts, self._evaluations.again)
         self._removed = RemovedBoneCount(workspace)
@@ -136,7 +138,7 @@ class PlanTab(Tab):
         return () if self._edited is None else tuple(self._edited.items())
 
     def places(self) -> list[Position]:
-        return [item.position for item in self.items()]
+        return [item.position for item in self.items()] or self._openings.places(self._edited)
 
     def curve_key(self) -> Any:
         """Changes when the spline or its colours do."""
@@ -158,6 +160,8 @@ class PlanTab(Tab):
             self.workspace.plan.opened()
         elif isinstance(command, ShowTool | HideTool):
             self._show_tool(command)
+        elif isinstance(command, c.UseOpening):
+            self._edit(lambda edited: edited.enter(self._openings.opening(edited, command.opening_id)))
         else:
             chosen = isinstance(command, c.ItemCommand) and command.type == "item.select"  # again, perhaps
             self._edit(lambda edited: self._edits.do(edited, command), chosen)
@@ -260,6 +264,7 @@ class PlanTab(Tab):
             *self._region_layers(),
             self._evaluations.cones.layer(self._edited if self.active else None),
             self._error_layer(),
+            self._openings.layer(edited if self.active else None),
             *self._shafts.layers(edited, self._is_still),
             Layer(
                 "plan.ghost",
@@ -338,6 +343,8 @@ class PlanTab(Tab):
                 raise
         self._evaluations.refresh(self._edited)
         self._removed.refresh(self.plan)
+        if self.active:
+            self._openings.refresh(self._edited)
 
     def sections(self) -> Sections:
         """The :class:`PlanSections`."""
@@ -348,6 +355,7 @@ class PlanTab(Tab):
             "plans": Section((self._case_id, self._services.store.changes.of(PLAN.name)), self._list),
             "instruments": Section(None, instruments_section),
             "plan": none if edited is None else edited.section(),
+            "openings": self._openings.section(edited),
             "paths": none if edited is None else paths_section(edited.plan),
             "versions": none if edited is None else edited.versions.section(),
             "regions": none if edited is None else edited.regions.section(),

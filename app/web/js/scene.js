@@ -276,7 +276,7 @@ export class SceneFrame {
       this.slices.value = view.slices;
       this.slices.hidden = !state.case?.has_volume;
     }
-    this.layer?.update(state.labels, state.camera);
+    this.layer?.update(state.labels, state.camera, state.view?.skin);
     this.changedLegend([state.corridor?.scale, state.step?.name, hasErrorBalls(state)], () => this.renderLegend(state.corridor?.scale, hasErrorBalls(state)));
     const height = state.camera?.view_height_mm;
     this.renderScale(state.scene?.ready && height ? height / this.frame.clientHeight : null);

@@ -45,7 +45,7 @@ export interface JobsSection {
 /** A waiting or running job, as in REST; REST alone has `result` and `error`, at its end. */
 export interface JobEntry {
   id: string;
-  kind: "import" | "structures" | "dry_run" | "run" | "suggestion" | "tools" | "segmentation" | "islands" | "overlay" | "beads" | "refinement" | "skin";
+  kind: "import" | "structures" | "dry_run" | "run" | "suggestion" | "tools" | "segmentation" | "islands" | "overlay" | "beads" | "refinement" | "skin" | "openings";
   case_id: string | null;
   subject: string;
   created: string;
@@ -151,12 +151,14 @@ export interface ViewSection {
 /**
  * The skin in the scene. possible: the case has a CT of a head. shown: switched on, and there or being made.
  *
- * opacity: 0 to 1. words: why it could not be made, or the warning that it is a patient's face; else ''.
+ * opacity: 0 to 1. colour: as in the scene. words: why it could not be made, or the warning that it is a patient's
+ * face; else ''.
  */
 export interface SkinSection {
   possible: boolean;
   shown: boolean;
   opacity: number;
+  colour: string;
   words: string;
 }
 
@@ -244,6 +246,28 @@ export interface PathView {
   points: number;
   tool: string;
   entry_side: string;
+}
+
+/**
+ * The openings of the head while the chosen path has no point.
+ *
+ * state: 'waiting' while they are looked for, 'current' once they are known, 'none' where they are not asked for.
+ * marked: a click on one is its choice. words: what to do where none was found, else ''.
+ */
+export interface OpeningsSection {
+  state: "none" | "waiting" | "current";
+  items: OpeningView[];
+  marked: boolean;
+  words: string;
+}
+
+/** An opening; side: '', 'left' or 'right' of the patient; radius_mm: of the largest ball in it. */
+export interface OpeningView {
+  id: string;
+  name: string;
+  side: string;
+  position: [number, number, number];
+  radius_mm: number;
 }
 
 /** Regions of the open plan. */
@@ -1005,7 +1029,7 @@ export interface ErrorMessage {
  */
 export interface JobPublic {
   id: string;
-  kind: "import" | "structures" | "dry_run" | "run" | "suggestion" | "tools" | "segmentation" | "islands" | "overlay" | "beads" | "refinement" | "skin";
+  kind: "import" | "structures" | "dry_run" | "run" | "suggestion" | "tools" | "segmentation" | "islands" | "overlay" | "beads" | "refinement" | "skin" | "openings";
   case_id: string | null;
   subject: string;
   created: string;
@@ -1515,6 +1539,7 @@ export interface ViewModel {
   instruments?: InstrumentsSection;
   jobs?: JobsSection;
   labels?: LabelView[];
+  openings?: OpeningsSection;
   options?: OptionsSection;
   painted?: LabelsSection;
   paths?: PathsSection | null;
@@ -1649,6 +1674,9 @@ export interface Commands {
   "lock": {
     locked: boolean;
     revision?: number | null;
+  };
+  "opening.use": {
+    opening_id: string;
   };
   "order.find": {};
   "order.forget": {};

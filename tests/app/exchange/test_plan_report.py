@@ -3,8 +3,10 @@
 import base64
 import html
 import re
+from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import cv2
@@ -13,13 +15,21 @@ import pytest
 import trimesh
 from rest_client import Client
 
+from app.api import plan_files
 from app.cases.model import HEAD_PHANTOM
 from app.cli import main
+from app.exchange.report import report as module
 from app.exchange.report.cut import HALF_MM, PLANES, Outlined, Shown, cut_picture
+from app.planning.protected_structures import structure_of
 from app.plans.operations.points import MovePoint
+from app.plans.points import PlanPoint
+from app.plans.zones import PlanZone, RemovedBone
 from app.services import Services
+from app.tabs.plan.clearance import verdict_view
 from vfix_engine.files.volume import Volume
 from vfix_engine.geometry.mesh import TriangleMesh
+from vfix_engine.geometry.shapes import Sphere
+from vfix_engine.virtual_fixtures import Zone
 
 SAMPLE = "head-phantom-sample"
 
@@ -52,8 +62,20 @@ def test_it_says_what_the_evaluation_says(phantom_services: Services, page: str)
     assert report.words.removeprefix(f"{report.short}.").strip() in text
     assert f"{report.least_clearance_mm:.2f} mm" in text
     assert "Not for clinical use" in text
+    rows = dict(re.findall(r"<tr[^>]*><td>([^<]*)</td><td>[^<]*</td><td>([^<]*)</td>", page))
     for target in report.targets:
-        assert re.search(rf"{re.escape(target.label)} .*{target.cone_deg:.0f}°", text)
+        cone = f"a cone of {target.cone_deg:.0f}°" if target.cone_deg else "nowhere"
+        assert rows[html.escape(target.label)] == cone
+    assert len({target.cone_deg for target in report.targets}) > 2
+
+
+def test_its_figures_are_those_of_the_card(phantom_services: Services, page: str) -> None:
+    sample = phantom_services.plans.get(SAMPLE)
+    view = verdict_view(phantom_services.planning.evaluate(sample))
+    told = re.findall(r"<dt>(.+?)</dt><dd><b>(.+?)</b>", page)
+    assert [name.lower() for name, _ in told] == [figure["name"] for figure in view["figures"]]
+    for (_, value), figure in zip(told, view["figures"], strict=True):
+        assert value.startswith(f"{figure['value']:.{figure['digits']}f} ")
 
 
 def test_it_is_whole_in_itself(page: str) -> None:
@@ -70,11 +92,42 @@ def test_no_scan_unless_it_is_asked_for(phantom_services: Services) -> None:
     assert ("<image" in page, "<svg" in page) == (False, True)
 
 
-def test_names_and_notes_are_text(phantom_services: Services) -> None:
-    plan = phantom_services.plans.documents.duplicate(SAMPLE, "<b>&\"' plan")
-    page = phantom_services.plan_reports.html(plan, with_images=False)
+NASTY = "<b>&\"' {}"
+
+
+def test_every_name_that_a_user_gives_is_text(phantom_services: Services, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of plan, case, paths, points, targets, structures, removed bone, tool, robot, registration and notes."""
+    sample = phantom_services.plans.get(SAMPLE)
+    x, y, z = sample.content.points[-1].position
+    ball = {"kind": "sphere", "centre": (x + 9.0, y, z), "radius": 2.0}
+    path = replace(sample.content.path, name=NASTY.format("path"))
+    content = replace(
+        sample.content,
+        paths=(path, replace(path, id="path-2", name=NASTY.format("other path"))),
+        targets=tuple(replace(one, label=NASTY.format(f"target {one.id}")) for one in sample.content.targets),
+        zones=(
+            PlanZone("z1", NASTY.format("structure"), ball, 0.5),
+            PlanZone("z2", NASTY.format("soft"), ball, 1.0, "soft", 0.5, 0.5),
+        ),
+        removed_bone=(RemovedBone("r1", NASTY.format("removed"), {**ball, "centre": (x, y, z - 20.0)}),),
+        notes=NASTY.format("notes"),
+    )
+    reports, case = phantom_services.plan_reports, phantom_services.cases.get(HEAD_PHANTOM)
+    named = replace(case, name=NASTY.format("case"), notes=(NASTY.format("caution"),))
+    monkeypatch.setattr(phantom_services.cases, "get", lambda case_id: named)
+    for one in ("plan_tool", "plan_robot"):
+        monkeypatch.setattr(module, one, lambda *given, name=one: SimpleNamespace(title=NASTY.format(name)))
+    registered = SimpleNamespace(words=NASTY.format("registration"))
+    monkeypatch.setattr(reports._registering, "registration_of", lambda plan: registered)
+    page = reports.html(replace(sample, name=NASTY.format("plan"), content=content), with_images=False)
+    given = ("plan", "path", "other path", "structure", "soft", "notes", "case", "caution", "plan_tool", "plan_robot",
+             "registration", *(f"target {one.id}" for one in content.targets))  # fmt: skip
+    for name in given:
+        assert html.escape(NASTY.format(name)) in page, name
     assert "<b>&" not in page
-    assert "<h1>&lt;b&gt;&amp;&quot;&#x27; plan</h1>" in page
+    tags = Tags()
+    tags.feed(page)
+    assert tags.open == []
 
 
 def shown(mesh: TriangleMesh, **more: Any) -> Shown:
@@ -140,11 +193,15 @@ def test_a_plan_that_is_refused_at_its_entry_has_its_verdict(phantom_services: S
     assert "<svg" not in page
 
 
-def test_rest_writes_it(client: Client) -> None:
-    answer = client.get(f"/api/v1/plans/{SAMPLE}/report/page")
+def test_rest_writes_it_without_the_scan_of_a_patient(client: Client, monkeypatch: pytest.MonkeyPatch) -> None:
+    address = f"/api/v1/plans/{SAMPLE}/report/page"
+    answer = client.get(address)
     assert (answer.status_code, answer.headers["content-type"]) == (200, "text/html; charset=utf-8")
     assert "attachment" in answer.headers["content-disposition"]
     assert "<image" in answer.text  # the synthetic head shows nobody
+    monkeypatch.setattr(plan_files, "holds_images", lambda case: True)
+    assert "<image" not in client.get(address).text
+    assert "<image" in client.get(address, params={"with_images": True}).text
 
 
 def test_the_command_line_wants_html(
@@ -155,3 +212,54 @@ def test_the_command_line_wants_html(
     assert main(["plan", "report", SAMPLE, "-o", str(tmp_path / "plan.html"), "--json"]) == 0
     assert (tmp_path / "plan.html").read_text(encoding="utf-8").startswith("<!doctype html>")
     assert [path.name for path in tmp_path.iterdir()] == ["plan.html"]
+
+
+def test_what_lies_outside_of_a_cut_is_faded() -> None:
+    """A path across the plane, and a tool that crosses it at a slant."""
+    line = np.array([[0.0, y, 3.0] for y in np.linspace(-20.0, 20.0, 401)])
+    start, end = np.array([[1.0, -8.0, 3.0]]), np.array([[1.0, 12.0, 3.0]])
+    picture = Shown(np.array([0.0, 2.0, 3.0]), (), line, start, end, np.array([2.0]))
+    axial, coronal, sagittal = (cut_picture(plane, picture) for plane in PLANES)
+
+    def places(svg: str, name: str) -> np.ndarray[Any, Any]:
+        found = re.findall(rf'<path class="{name}" d="([^"]+)"', svg)
+        return np.array([[float(x) for x in pair.split()] for one in found for pair in re.split("[ML]", one)[1:]])
+
+    for within in (axial, sagittal):
+        assert places(within, "path") == pytest.approx(places(within, "path beyond"))
+    assert np.ptp(places(coronal, "path"), axis=0).max() == 0.0
+    cut = [float(width) for width in re.findall(r"stroke-width:(.+?)\"", coronal.split('<g class="tool">')[1])]
+    assert max(cut) == pytest.approx(4.0, abs=0.05)  # its diameter, where its axis meets the plane
+    beside = cut_picture(PLANES[1], replace(picture, centre=np.array([0.0, 18.0, 3.0])))
+    assert ('<g class="tool beyond">' in beside, '<g class="tool">' in beside) == (True, False)
+
+
+def test_the_colour_of_a_curve_belongs_to_its_obstacle() -> None:
+    """Also of a structure that is called bone, of links of a chain, and of the hard core of a soft one."""
+    zones = [
+        PlanZone(name, name, {}, colour=colour) for name, colour in (("bone", "#111111"), ("bone, old", "#222222"))
+    ]
+    for name, colour in (("bone", "#111111"), ("bone (2 of 3)", "#111111"), ("bone, 0.5 mm deep", "#111111"),
+                         ("bone, old", "#222222"), ("bone, old (1 of 2), 1 mm deep", "#222222")):  # fmt: skip
+        assert structure_of(Zone(name, Sphere(np.zeros(3), 1.0), 1.0), zones).colour == colour
+
+
+def test_a_large_plan_stays_small(phantom_services: Services) -> None:
+    """40 targets, 12 structures, notes, a tangled path and a long dry run."""
+    sample = phantom_services.plans.get(SAMPLE)
+    x, y, z = sample.content.points[-1].position
+    random = np.random.default_rng(1)
+    spread = random.normal(size=(40, 3))
+    targets = tuple(PlanPoint(f"t{n}", f"T{n}", (x + dx, y + dy, z + dz)) for n, (dx, dy, dz) in enumerate(spread))
+    chains = random.normal(size=(12, 32, 3)) * 3.0 + (x + 20.0, y + 12.0, z + 12.0)
+    zones = tuple(
+        PlanZone(f"z{n}", f"chain {n}", {"kind": "capsules", "radius": 0.5, "points": points})
+        for n, points in enumerate(chains.tolist())
+    )
+    page = phantom_services.plan_reports.html(
+        replace(sample, content=replace(sample.content, targets=targets, zones=zones)), with_images=False
+    )
+    assert len(page) < 1_500_000
+    assert "… and 30 more" in page
+    assert page.count('<li style="color:') == 8
+    assert "Other structures" in page

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import io
 import json
+import stat
 import zipfile
 from collections.abc import Iterator
 from itertools import count
@@ -19,7 +20,10 @@ from app.cases.service import Case, CaseFrame
 from app.commands import case_skin
 from app.exchange.patient_images import FACE_WARNING
 from app.imaging import skins
+from app.imaging.derived_of_ct import _key_of
 from app.imaging.skins import Skins
+from app.kit.errors import NotFound
+from app.scene import palette
 from app.scene.view import ClickRay
 from app.services import Services
 from app.workspace.case_view import CaseView
@@ -31,7 +35,7 @@ from vfix_engine.files.volume import Volume
 MIDDLE, SKIN, BONE = 24.0, 18.0, 10.0  # mm: centre and radii of a ball of tissue around one of bone
 
 
-SCANS = count()
+SCANS, COLOUR = count(), palette.hex_colour(palette.SKIN)
 
 
 def ct(number: int) -> Volume:
@@ -103,8 +107,9 @@ def test_no_export_holds_it_and_a_purge_takes_it(services: Services, case: Case)
     other = case_of_ct(services, "The same scan", volume)
     Purge(services.store).run(case.id)
     assert derived(services) == [file], "another case has this scan"
-    Purge(services.store).run(other.id)
+    services.purge.run(other.id)
     assert derived(services) == []
+    assert not services.skins._known.has(file.name.partition(".")[0]), "it is a face, in memory too"
 
 
 def test_the_command_line_asks_before_it_writes_a_face(
@@ -117,6 +122,8 @@ def test_the_command_line_asks_before_it_writes_a_face(
     assert not file.exists()
     wanted.with_images = True
     assert case_skin.run(wanted, services, case) == 0
+    for written in (file, *derived(services)):
+        assert stat.S_IMODE(written.stat().st_mode) == 0o600
     mesh, _ = read_mesh(file)
     assert json.loads(capsys.readouterr().out) == {"case": case.id, "file": str(file), "triangles": len(mesh.faces)}
     assert np.array_equal(mesh.vertices, services.skins.make(case.id).vertices)
@@ -133,6 +140,7 @@ def test_only_the_ct_of_a_head_has_one(services: Services) -> None:
         "possible": False,
         "shown": False,
         "opacity": 0.5,
+        "colour": COLOUR,
         "words": "only the CT of a head shows skin.",
     }
 
@@ -158,7 +166,7 @@ def test_a_click_on_it_means_the_air_before_it(services: Services, case: Case) -
 
     assert hit() == ("bone", pytest.approx(BONE, abs=0.5))
     view.handle(SetView(type="view.set", skin=True, skin_opacity=0.6))
-    assert skin_of(view) == {"possible": True, "shown": True, "opacity": 0.6, "words": FACE_WARNING}
+    assert skin_of(view) == {"possible": True, "shown": True, "opacity": 0.6, "colour": COLOUR, "words": FACE_WARNING}
     assert hit() == ("skin", pytest.approx(SKIN + 1.0, abs=0.1))
     view.handle(SetView(type="view.set", cut="left"))
     kind, _ = hit()
@@ -167,7 +175,7 @@ def test_a_click_on_it_means_the_air_before_it(services: Services, case: Case) -
     assert hit()[0] == "bone"
     assert [layer.name for layer in view.layers()][-1] == "case.skin", "hidden, it stays in the scene"
     view.open(case.id)
-    assert skin_of(view) == {"possible": True, "shown": False, "opacity": 0.6, "words": ""}
+    assert skin_of(view) == {"possible": True, "shown": False, "opacity": 0.6, "colour": COLOUR, "words": ""}
 
 
 def test_a_skin_that_cannot_be_made_is_told_and_a_cancelled_one_is_not(
@@ -185,5 +193,53 @@ def test_a_skin_that_cannot_be_made_is_told_and_a_cancelled_one_is_not(
     for make, words in ((fails, "this CT shows no air."), (cancelled, "")):
         monkeypatch.setattr(skins, "skin_of_volume", make)
         view.handle(SetView(type="view.set", skin=True))
-        assert skin_of(view) == {"possible": True, "shown": False, "opacity": 0.5, "words": words}
+        assert skin_of(view) == {"possible": True, "shown": False, "opacity": 0.5, "colour": COLOUR, "words": words}
+    assert derived(services) == []
+
+
+def test_a_start_removes_what_a_kill_has_left(services: Services, case: Case) -> None:
+    """Of a case that was removed for good while its skin was made; not that of a case which is only deleted."""
+    services.skins.make(case.id)
+    shipped = _key_of(services.cases.get(HEAD))
+    services.store.derived.put(shipped, Skins.file, lambda file: file.write(b"of the head that comes along"))
+    kept = derived(services)
+    assert len(kept) == 2
+    services.store.derived.put("0" * 64, Skins.file, lambda file: file.write(b"a face"))
+    services.cases.delete(case.id)
+    services.sweep()
+    assert derived(services) == kept
+
+
+def test_a_case_removed_meanwhile_does_not_take_the_skin_of_another(
+    services: Services, case: Case, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Both have one scan, and so one job."""
+    volume = services.cases.volume(case)
+    assert volume is not None
+    other = case_of_ct(services, "The same scan", volume)
+    made = skins.skin_of_volume
+
+    def removed(volume: Volume, **more: object) -> object:
+        services.purge.run(case.id)
+        return made(volume, **more)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(skins, "skin_of_volume", removed)
+    job = services.jobs.wait(services.skins.start(case.id).id, 60.0)
+    assert (job.state, len(derived(services))) == ("done", 1)
+    monkeypatch.setattr(skins, "skin_of_volume", not_made)
+    services.skins.make(other.id)
+
+
+def test_the_skin_of_a_case_removed_meanwhile_is_not_kept(
+    services: Services, case: Case, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    made = skins.skin_of_volume
+
+    def removed(volume: Volume, **more: object) -> object:
+        services.purge.run(case.id)
+        return made(volume, **more)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(skins, "skin_of_volume", removed)
+    with pytest.raises(NotFound):
+        services.skins.make(case.id)
     assert derived(services) == []

@@ -11,7 +11,7 @@ import { isIn, laidOut } from "./label-layout.js";
 
 const BEHIND = -0.3; // of the cosine between a letter and the eye, from the middle of the head: bone is before it
 const IN_FRONT = 0.92; // it would lie upon the face, and says nothing there
-const HIDDEN = -0.1; // the same cosine of a bead on the skin: the head is before it
+const HIDDEN = -0.1; // the same cosine of a bead on the skin, or of an opening: the head is before it
 
 export class SceneLabels {
   /**
@@ -83,7 +83,8 @@ export class SceneLabels {
     for (const entry of this.shown) {
       const { element, kind, position } = entry;
       const cosine = kind === "letter" ? facing(position) : 0;
-      const hidden = kind === "letter" && (cosine < BEHIND || cosine > IN_FRONT); // only letters at the head's sides are read
+      const hidden = (kind === "letter" && (cosine < BEHIND || cosine > IN_FRONT)) // only letters at the head's sides are read
+        || (kind.startsWith("opening") && facing(position) < HIDDEN);
       const place = isBead(kind) || hidden ? null : this.hooks.project(position, camera);
       const at = isBead(kind) ? beads.get(entry) ?? null : isIn(place, this.hooks.size) ? place : null;
       element.style.visibility = at ? "visible" : "hidden";

@@ -4,7 +4,7 @@ import { SceneLabels } from "./labels.js";
 import { ClearSurfaces, PathThroughBone } from "./see-through.js";
 import { Turning } from "./turning.js";
 
-/** @import { CameraSection, LabelView } from "../types.js" */
+/** @import { CameraSection, LabelView, SkinSection } from "../types.js" */
 
 export class SceneLayer {
   /**
@@ -34,8 +34,11 @@ export class SceneLayer {
   /**
    * @param {LabelView[] | undefined} labels
    * @param {CameraSection | undefined} camera
+   * @param {SkinSection | undefined} skin
    */
-  update(labels, camera) {
+  update(labels, camera, skin) {
+    this.surfaces.skinColour = skin?.colour ?? "";
+    this.path.shines = !(skin?.shown && skin.opacity >= 1);
     this.labels.show(labels ?? []);
     this.turning.about(camera?.pivot ?? null);
   }

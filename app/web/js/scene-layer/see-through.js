@@ -8,7 +8,6 @@ const THROUGH_OPACITY = 0.55;
 const CLEARER_IN_FRONT = "diffuseColor.a = min(1.0, diffuseColor.a * (0.65 + 2.35 * pow(1.0 - abs(dot(normalize(vViewPosition), normal)), 2.0)));";
 const LAST = 900; // render order: after everything else, before viser's labels
 const LEAST_VERTICES = 1000; // the head has more than any part of a robot or a plan
-const SKIN_COLOUR = "dea48a"; // palette.SKIN of the planner: objects have no names here
 
 /** Lines with a width in mm are those of a plan: each is drawn once more where something hides it. */
 export class PathThroughBone {
@@ -17,6 +16,7 @@ export class PathThroughBone {
     this.hooks = hooks;
     /** @type {Map<Three, Three>} the second pass of each line */
     this.passes = new Map();
+    this.shines = true; // not through skin that is opaque: it would seem to lie on the face
     hooks.watchers.add(() => this.follow());
   }
 
@@ -36,6 +36,7 @@ export class PathThroughBone {
     for (const line of found) {
       const pass = this.passes.get(line) ?? this.add(line);
       pass.geometry = line.geometry;
+      pass.visible = this.shines;
       pass.material.resolution.copy(line.material.resolution);
     }
   }
@@ -61,6 +62,7 @@ export class ClearSurfaces {
   /** @param {SceneHooks} hooks */
   constructor(hooks) {
     this.hooks = hooks;
+    this.skinColour = ""; // as '#rrggbb'
     this.bone = new ClearSurface(LAST - 1);
     this.skin = new ClearSurface(LAST + 2, clearerInFront); // over bone and path
     hooks.watchers.add(() => this.follow());
@@ -82,7 +84,7 @@ export class ClearSurfaces {
     this.hooks.each((object) => {
       const count = object.isMesh && !object.isInstancedMesh && !object.userData.vfixPass ? object.geometry.attributes.position?.count ?? 0 : 0;
       if (count <= LEAST_VERTICES) return;
-      if (object.material.color?.getHexString() === SKIN_COLOUR) skin = object;
+      if (`#${object.material.color?.getHexString()}` === this.skinColour) skin = object;
       else if (count > most) [bone, most] = [object, count];
     });
     return { bone, skin };

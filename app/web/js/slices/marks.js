@@ -4,13 +4,14 @@ import { cutNear } from "../near-plane.js";
 import { measureWords } from "./measures.js";
 import { reachedMm, splitAt } from "./reached.js";
 /** @import { PlaceNear } from "../near-plane.js" */
-/** @import { FiducialMark, ViewModel } from "../types.js" */
+/** @import { FiducialMark, OpeningView, ViewModel } from "../types.js" */
 /** @import { Triple } from "./grid.js" */
 /** @import { Measure } from "./measures.js" */
 /** @import { Port } from "./port.js" */
 
 export const NEAR_MM = 2; // what lies this near to the plane is drawn in full, the rest faint
 const MARK_PX = 3.6;
+const LEAST_OPENING_PX = 7; // radius of its ring
 const FIDUCIAL_PX = 8;
 const CROSS_PX = 4.5; // half the length of the lines where a point was measured
 const FIDUCIAL_MM = 3; // a bead this near is cut by the plane
@@ -39,6 +40,7 @@ export function marksOf(port, state, cross, measures) {
   const { points, targets } = driven ?? plan ?? { points: [], targets: [] };
   for (const item of points) marks.push(drawnMark(project(item.position), "slice-point", item.id === selected));
   for (const item of targets) marks.push(drawnMark(project(item.position), "slice-target", item.id === selected));
+  for (const opening of openingsOf(state)) marks.push(...drawnOpening(project(opening.position), opening, port));
   for (const mark of state.fiducials?.items ?? []) marks.push(...drawnFiducial(project, mark));
   if (!driven) for (const place of state.regions?.drawing?.places ?? []) marks.push(drawnMark(project(place), "slice-point drawing", false, 0.9));
   if (!driven && plan?.ghost) marks.push(drawnMark(project(plan.ghost.position), "slice-point ghost", false, 1.3));
@@ -70,6 +72,32 @@ function drawnMark({ x, y, away }, kind, selected, size = 1) {
   const near = Math.abs(away) <= NEAR_MM;
   const radius = MARK_PX * size * (near ? 1 : 0.6);
   return svg("circle", { class: selected ? `${kind} selected` : kind, cx: x, cy: y, r: radius, opacity: near ? 1 : 0.45 });
+}
+
+/**
+ * The openings of the head that are to be clicked, while one of them can be the entry.
+ * @param {ViewModel} state
+ */
+export function openingsOf({ openings, step }) {
+  return step?.input === "edit" && openings?.marked ? openings.items : [];
+}
+
+/**
+ * A ring around an opening, with its name where the plane cuts it.
+ * @param {PlaceNear} place
+ * @param {OpeningView} opening
+ * @param {Port} port
+ * @returns {SVGElement[]}
+ */
+function drawnOpening({ x, y, away }, { name, side, radius_mm: radius }, { perPixel, axes }) {
+  const near = Math.abs(away) <= radius;
+  const r = Math.max(radius / perPixel, LEAST_OPENING_PX);
+  const ring = svg("circle", { class: near ? "slice-opening" : "slice-opening far", cx: x, cy: y, r });
+  if (!near) return [ring];
+  const before = side === "right" && axes.u[0] > 0.5; // the patient's right is on the left, but in a sagittal slice
+  const words = svg("text", { class: "slice-opening-name", x: before ? x - r - 6 : x + r + 6, y: y + 4, "text-anchor": before ? "end" : "start" });
+  words.append(name);
+  return [ring, words];
 }
 
 /**

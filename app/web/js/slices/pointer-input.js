@@ -1,6 +1,6 @@
 // The pointer on a slice: crosshair, points, window and level, pan, zoom, measures.
 import { readingWords } from "./place-words.js";
-import { NEAR_MM } from "./marks.js";
+import { NEAR_MM, openingsOf } from "./marks.js";
 /** @import { ItemEntry } from "../types.js" */
 /** @import { Triple } from "./grid.js" */
 /** @import { Pane } from "./pane.js" */
@@ -86,6 +86,20 @@ export class PointerInput {
       const { x, y, away } = port.project(item.position);
       return Math.abs(away) <= NEAR_MM && Math.hypot(x - px, y - py) <= GRAB_PX;
     }) ?? null;
+  }
+
+  /**
+   * The marked opening whose ring is around a place of the plane that is shown.
+   * @param {Triple} place
+   */
+  opening(place) {
+    const { port, board } = this.pane;
+    if (!port || !board.state) return undefined;
+    const at = port.project(place);
+    return openingsOf(board.state).find(({ position, radius_mm: radius }) => {
+      const { x, y, away } = port.project(position);
+      return Math.abs(away) <= radius && Math.hypot(x - at.x, y - at.y) <= Math.max(radius / port.perPixel, GRAB_PX);
+    });
   }
 
   /** @param {PointerEvent} event */
@@ -181,7 +195,9 @@ export class PointerInput {
    */
   clicked(place, { shift }) {
     const { board } = this.pane;
-    if (shift || !board.adds) board.crosshair.move(place);
+    const opening = shift ? undefined : this.opening(place);
+    if (opening) this.later = setTimeout(() => board.connection.send("opening.use", { opening_id: opening.id }), DOUBLE_MS);
+    else if (shift || !board.adds) board.crosshair.move(place);
     else this.later = setTimeout(() => board.connection.send("pick.slice", { position: place }), DOUBLE_MS);
   }
 
