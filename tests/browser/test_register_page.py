@@ -125,7 +125,7 @@ def test_from_beads_to_a_plan_that_uses_them(open_page: Open, rest: Rest, artefa
     key = begun(station)
     page.click("#find-beads")
     station.wait_for("five beads", lambda: len(registration(station)["beads"]) == 5)
-    page.wait_for_selector(".job >> text=Cancel", state="hidden")
+    expect(page.locator("#find-beads")).to_be_enabled()
     page.locator("#beads [data-judge=no]").first.click()
     station.wait_for("one rejected", lambda: registration(station)["beads"][0]["state"] == "rejected")
     page.locator("#beads [data-judge=yes]").first.click()
