@@ -97,7 +97,7 @@ LONG_TEXTS = """async () => {
   const { countWords } = await import('/static/js/brief.js');
   const free = 'script, style, select, textarea, svg, .help, .visually-hidden, .verdict-words, #dialog .words, .keys';
   const pending = '#robot-words, #tool-words, #upload-robot, .profile-key, .empty'; // Plan's, which are being rewritten
-  const named = '.row-main, .row-sub, .chip, .place, .way, .step > summary, [role=option], .where, .order-card, .number';
+  const named = '.row-main, .row-sub, .chip, .place, .way, .step > summary, [role=option], .where, .number';
   const texts = new Map();
   const nodes = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
   while (nodes.nextNode()) {
