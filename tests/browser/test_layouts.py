@@ -101,8 +101,6 @@ def test_no_control_is_cut_off_in_any_step(resized: Workstation, rest: Rest, wid
         page.click(f"[data-step={step}]")
         station.wait_for(step, lambda step=step: station.state("step")["name"] == step)
         station.drawn()
-        if page.locator("#look-toggle").is_visible():
-            page.click("#look-toggle")
         for part in PARTS if width <= 600 else ("all",):
             if part != "all":
                 page.click(f"[data-part-button={part}]")
@@ -125,7 +123,16 @@ def test_no_control_is_cut_off_in_any_step(resized: Workstation, rest: Rest, wid
                 assert page.evaluate(COVERED) == {"said": 2, "covered": []}, (step, layout)
             page.click("[data-layout-button=one-three]")
             page.evaluate("document.querySelectorAll('.toast').forEach((toast) => toast.remove())")
+    if width <= 600:
+        page.click("[data-part-button=scene]")
+    station.open_look()
+    inside = page.locator("#look").bounding_box()
+    assert inside is not None
+    assert inside["x"] >= 0
+    assert inside["x"] + inside["width"] <= width
     station.picture(f"size-{width}")
+    page.keyboard.press("Escape")
+    expect(page.locator("#look-toggle")).to_be_focused()
     assert station.errors == []
 
 

@@ -20,7 +20,7 @@ def opened(open_page: OpenPage, plan_id: str) -> Workstation:
     station = open_page(viewport=WIDE).ready()
     station.open_plan(plan_id)
     station.wait_for("the dry run", lambda: station.state("corridor")["state"] == "current", DRIVEN_S)
-    station.page.select_option("#cut", "left")
+    station.cut_away("left")
     station.look_from("nose")
     return station
 

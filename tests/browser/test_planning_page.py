@@ -100,7 +100,7 @@ def test_points_are_dragged_inserted_deleted_undone_and_locked(open_page: Open, 
     station = open_page().ready()
     plan_id = rest.copy_of_sample("Edited")
     station.open_plan(plan_id)
-    station.page.select_option("#cut", "left")
+    station.cut_away("left")
     station.look_from("nose")
     before = _points(station)
 
@@ -154,8 +154,20 @@ def test_nothing_overlaps_on_a_small_screen(open_page: Open) -> None:
     station.wait_for("the dry run", lambda: (station.state("corridor") or {}).get("completed") is True, DRIVEN_S)
     expect(station.page.locator("#legend")).to_be_visible()
     station.slices_stand()
-    parts = (".brand", "#where", "#steps", "#notice", "#hint", "#card", "#panel", ".viewer", "#slices", "#statusbar")
-    tools = (".views", ".tool-strip.column", "#scale-bar", "#legend")
+    parts = (
+        ".brand",
+        "#where",
+        "#steps",
+        "#notice",
+        "#hint",
+        "#card",
+        "#panel",
+        ".viewer",
+        "#slices",
+        ".toasts",
+        "#statusbar",
+    )
+    tools = (".views", "#scale-bar", "#legend")
     found = station.page.evaluate(BOXES, [*parts, *tools])  # all at one moment
     boxes, overlays = ({part: found[part] for part in group} for group in (parts, tools))
     for group in (boxes, overlays):

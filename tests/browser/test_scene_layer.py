@@ -111,11 +111,12 @@ def test_skin_is_made_shown_over_bone_and_hidden(open_page: Open) -> None:
     """Its depth is drawn before it and after bone, and it belongs to the scene again when it is switched on."""
     station = layered(open_page())
     page = station.page
+    station.open_look()
     page.click("#skin")
     expect(page.locator("#skin-field .job")).to_be_visible()
     station.wait_for("the skin", lambda: page.evaluate(SKIN).get("shown"))
     expect(page.locator("#skin-field .job")).to_be_hidden()
-    expect(page.locator("#skin-field .words").last).to_be_hidden()  # the synthetic head is nobody's face
+    expect(page.locator("#skin-words")).to_be_hidden()  # the synthetic head is nobody's face
     wanted = {"shown": True, "opacity": 0.5, "depthWrite": True, "after": True, "first": [[False, True, True]]}
     assert page.evaluate(SKIN) == wanted
     station.picture("skin")

@@ -157,6 +157,17 @@ class Workstation:
 
         self.wait_for("the camera to come to rest", rests)
 
+    def open_look(self) -> None:
+        """Open the popover with bone, skin, cut and slices."""
+        self.page.click("#look-toggle")
+        expect(self.page.locator("#look")).to_be_visible()
+
+    def cut_away(self, half: str) -> None:
+        self.open_look()
+        self.page.select_option("#cut", half)
+        self.page.keyboard.press("Escape")
+        expect(self.page.locator("#look")).to_be_hidden()
+
     def slice_menu(self, *also: str) -> None:
         """Open the menu of the slices, and what opens from it: `second-volume` or `slice-keys`."""
         self.page.click("[data-tool=more]")

@@ -110,7 +110,7 @@ def _plane(zone: PlanZone) -> dict[str, Any]:
     base = np.eye(4)
     base[:3, :3], base[:3, 3] = rotation_z_to(zone.shape["normal"]), origin
     markup = markup_node("Plane", zone.name, [PlanPoint("", zone.name, tuple(origin.tolist()))])
-    words = f"{NOTICE}. Half-space to spare, margin {zone.margin_mm:g} mm; the normal points to the side of the tool."
+    words = f"{NOTICE}. Protected half-space, margin {zone.margin_mm:g} mm; the normal points to the side of the tool."
     return markup | {
         "description": words,
         "locked": True,

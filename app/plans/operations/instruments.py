@@ -14,6 +14,7 @@ from app.operations.operation import Verb
 from app.plans.instruments import shaped_tool
 from app.plans.model import PlanContent, check_registration_id, check_robot, check_tool_shape, without_placement
 from app.plans.operations.base import PlanEdit, Plans, StoredPlan
+from app.plans.points import PlanPoint, check_point
 from vfix_engine.errors import PlanError
 
 Hash = Annotated[str, Meta(min_length=64, max_length=64)]
@@ -71,6 +72,17 @@ class ChooseTool(PlanEdit, frozen=True):
         checked = check_tool_shape({name: value for name, value in shape.items() if name != "name"})
         shaped_tool(self.tool.name, **checked)
         return content.with_tool(self.tool.name, checked)
+
+
+class TakeTool(PlanEdit, frozen=True):
+    """Another tool for the chosen path, with the shaft's directions that it was simulated with, as one edit."""
+
+    tool: str
+    tool_shape: Mapping[str, float]
+    points: tuple[PlanPoint, ...]
+
+    def apply(self, content: PlanContent, context: Plans) -> PlanContent:
+        return content.with_tool(self.tool, self.tool_shape).with_points([check_point(point) for point in self.points])
 
 
 class PlaceRobot(PlanEdit, frozen=True):

@@ -82,7 +82,7 @@ export class InstrumentsGroup {
     if (!instruments.tools.some(({ name }) => name === tool.name)) choices.push([tool.name, tool.name]);
     const choose = (/** @type {string} */ name) => this.connection.send("plan.tool", { name });
     return html`<div class="field"><div class="words"><label for="plan-tool">Tool</label> ${tool.words ? more(tool.words, "tool-words", "About the tool") : nothing}</div>
-        <select id="plan-tool" data-operation="plan.tool" ?disabled=${frozen} @change=${chosen(choose)}>${options(choices, tool.name)}</select></div>${trouble(tool.trouble)}
+        ${list({ id: "plan-tool", "data-operation": "plan.tool" }, choices, tool.name, frozen, choose)}</div>${trouble(tool.trouble)}
       <div class="buttons even">${this.bendField}${this.radiusField}</div>
       <button type="button" class="wide" id="tool-shipped" ?hidden=${!tool.changed} ?disabled=${frozen} @click=${() => choose(tool.name)}>Reset shape</button>`;
   }
@@ -101,9 +101,9 @@ export class InstrumentsGroup {
     const choose = (/** @type {string} */ name) => { if (name !== OWN) this.connection.send("plan.robot", { name }); };
     const words = [robot.words, ...robot.notes].filter(Boolean).map(sentence).join(" ");
     return html`<div class="field"><div class="words"><label for="plan-robot">Robot</label> ${words ? more(words, "robot-words", "About the robot") : nothing}</div>
-        <select id="plan-robot" data-operation="plan.robot" ?disabled=${frozen} @change=${chosen(choose)}>${options(choices, known ? robot.name : OWN)}</select></div>${trouble(robot.trouble)}
+        ${list({ id: "plan-robot", "data-operation": "plan.robot" }, choices, known ? robot.name : OWN, frozen, choose)}</div>${trouble(robot.trouble)}
       ${own ? html`<div class="field"><label class="field-label" for="tool-frame">Tool link</label>
-        <select id="tool-frame" ?disabled=${frozen} @change=${chosen((link) => this.chooseFrame(link))}>${options(robot.links.map((link) => [link, link]), robot.tool_frame ?? "")}</select></div>` : nothing}
+        ${list({ id: "tool-frame" }, robot.links.map((link) => [link, link]), robot.tool_frame ?? "", frozen, (link) => this.chooseFrame(link))}</div>` : nothing}
       <div class="buttons even">${filesButton({ id: "upload-robot", input: "urdf-file", words: "Own URDF …", disabled: frozen, accept: ".urdf" }, ([file]) => this.uploadRobot(file))}</div>`;
   }
 
@@ -166,20 +166,17 @@ export class InstrumentsGroup {
 }
 
 /**
- * What is done with the value of a list once it changes.
+ * A list of choices; those that stay keep their element, so that an open list is not closed.
+ * @param {{ id: string, "data-operation"?: string }} attributes
+ * @param {[string, string][]} choices value and words
+ * @param {string} chosen
+ * @param {boolean} disabled
  * @param {(value: string) => void} choose
  */
-function chosen(choose) {
-  return (/** @type {Event} */ { currentTarget }) => choose(/** @type {HTMLSelectElement} */ (currentTarget).value);
-}
-
-/**
- * The choices of a list; those that stay keep their element, so that an open list is not closed.
- * @param {[string, string][]} choices value and words
- * @param {string} value of the chosen one
- */
-function options(choices, value) {
-  return repeat(choices, ([name]) => name, ([name, words]) => html`<option value=${name} .selected=${live(name === value)}>${words}</option>`);
+function list({ id, "data-operation": operation = "" }, choices, chosen, disabled, choose) {
+  const changed = (/** @type {Event} */ { currentTarget }) => choose(/** @type {HTMLSelectElement} */ (currentTarget).value);
+  return html`<select id=${id} data-operation=${operation || nothing} ?disabled=${disabled} @change=${changed}>${repeat(choices, ([value]) => value,
+    ([value, words]) => html`<option value=${value} .selected=${live(value === chosen)}>${words}</option>`)}</select>`;
 }
 
 /** @param {string} words why something cannot be read, '' where it can */

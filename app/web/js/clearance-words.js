@@ -73,10 +73,11 @@ export function placeDetail({ profile }, s) {
 export function captionWords({ profile, nearest }) {
   const [bone, ...others] = profile.curves;
   return [
-    `Line in the colours of the path: clearance of the whole tool to ${bone.name}, in mm; dashed: its margin, ${fixed(bone.margin_mm, 2)} mm.`,
-    others.length ? "Lines in the colours of protected structures: clearance to them; dashed: their margins." : "",
+    `Line in the path's colours: the tool's clearance to ${bone.name}, mm.`,
+    `Dashed: its margin, ${fixed(bone.margin_mm, 2)} mm.`,
+    others.length ? "Lines in other colours: clearance to protected structures; dashed: their margins." : "",
     profile.tissue_depth_mm ? "Grey area: depth in soft tissue." : "",
-    profile.registration_mm ? `Band about ${nearest}: registration error, 95 %; tool and tracking errors come on top.` : "",
+    profile.registration_mm ? `Band about ${nearest}: registration error, 95 %, without tool and tracking errors.` : "",
     "Click or drag in the plot to see the tool there.",
   ].filter(Boolean).join(" ");
 }

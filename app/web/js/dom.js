@@ -111,6 +111,23 @@ export function iconButton(name, label, onclick, props = {}) {
 }
 
 /**
+ * A button of the title bar: a picture, with its word beside it where the window is wide.
+ * @param {keyof typeof ICONS} name
+ * @param {string} word
+ * @param {string} title
+ * @param {() => unknown} onclick
+ * @param {Props} [props]
+ */
+export function barButton(name, word, title, onclick, props = {}) {
+  return h("button", { type: "button", class: "icon plain", title, onclick, ...props }, icon(name), barWord(word));
+}
+
+/** @param {string} word beside the picture of a button of the title bar */
+export function barWord(word) {
+  return h("span", { class: "bar-word" }, word);
+}
+
+/**
  * A titled part of a panel.
  * @param {string} title
  * @param {Child[] | null} tools

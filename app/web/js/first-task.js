@@ -22,8 +22,8 @@ export class FirstTask {
     byId("slices").addEventListener("pointerdown", () => this.tick(1));
     byId("panel-content").addEventListener("click", ({ target }) => { if (target instanceof Element && target.closest("table.points tbody tr")) this.tick(1); });
     this.wanted = recall("first-task", ["done"], "") !== "done";
-    this.asked = false; // called back by its button: shown whatever the plan is
-    this.box.hidden = true; // until the plan says that it does not lead itself
+    this.asked = false; // called back by its button: shown on Plan too
+    this.box.hidden = true; // until the tab is known
     this.render();
   }
 
@@ -46,26 +46,24 @@ export class FirstTask {
   }
 
   /**
-   * Of two lists of steps one is enough: an empty plan has its own.
+   * Of two lists of steps one is enough: Plan has its own.
    * @param {ViewModel} state
    */
   update(state) {
-    const led = state.step?.name === "plan" && state.plan && state.plan.points.length < 2; // by the empty plan's own steps
-    this.box.hidden = !this.wanted || (Boolean(led) && !this.asked);
+    this.box.hidden = !this.wanted || (state.step?.name === "plan" && !this.asked);
     if (state.rehearsal?.phase === "done") this.tick(2);
   }
 
   /** @param {number} index */
   tick(index) {
-    if (this.box.hidden || this.done[index]) return;
+    if (!this.wanted || this.done[index]) return;
     this.done[index] = true;
     this.render();
-    if (this.done.every(Boolean)) keep("first-task", "done"); // it stays in sight, ticked, until the page is loaded again
+    if (this.done.every(Boolean)) this.hide();
   }
 
   render() {
     const next = this.done.indexOf(false);
-    this.button.textContent = next < 0 ? "Done" : "Hide";
     this.steps.forEach((step, index) => {
       step.classList.toggle("done", this.done[index]);
       if (index === next) step.setAttribute("aria-current", "step");

@@ -1,5 +1,5 @@
 // How panel, scene and slices share the page: a layout by CSS grid areas, nothing is ever moved in the document.
-import { byId, h, icon } from "./dom.js";
+import { barButton, byId, h } from "./dom.js";
 import { letterOf } from "./letters.js";
 import { keep, recall, recallText } from "./remember.js";
 
@@ -15,12 +15,12 @@ export const LAID_OUT = "vfix:layout";
 const SEVERAL = ["one-three", "two-by-two"];
 /** @type {readonly Layout[]} */
 const ALL = [...SEVERAL, "scene", "axial", "coronal", "sagittal", "path"];
-/** @type {[Layout, Parameters<typeof icon>[0], string][]} */
+/** @type {[Layout, Parameters<typeof barButton>[0], string, string][]} its picture, word and tooltip */
 const BUTTONS = [
-  ["one-three", "layoutOneThree", "Scene and three slices"],
-  ["two-by-two", "layoutTwoByTwo", "Four views of one size"],
-  ["scene", "layoutOne", "Scene alone (4)"],
-  ["path", "layoutPath", "Across the path (5)"],
+  ["one-three", "layoutOneThree", "Three slices", "Scene and three slices"],
+  ["two-by-two", "layoutTwoByTwo", "Four views", "Four views of one size"],
+  ["scene", "layoutOne", "Scene", "Scene alone (4)"],
+  ["path", "layoutPath", "Across path", "Across the path alone (5)"],
 ];
 /** @type {Record<string, Layout | undefined>} */
 const KEYS = { Digit1: "axial", Digit2: "coronal", Digit3: "sagittal", Digit4: "scene", Digit5: "path" };
@@ -53,10 +53,8 @@ export class Layouts {
     this.folded = recall("panel", ["folded", "open"], "open") === "folded";
     this.available = true; // whether there are slices to show
     this.path = false; // and a view across a path
-    this.buttons = BUTTONS.map(([layout, picture, label]) => h("button", {
-      type: "button", class: "icon plain", title: label, "aria-label": label, "data-layout-button": layout, onclick: () => this.set(next(this.layout, layout, this.several)),
-    }, icon(picture)));
-    this.foldButton = h("button", { type: "button", class: "icon plain", id: "fold-panel", title: "Fold the panel away (P)", "aria-label": "Panel", "aria-controls": "panel", onclick: () => this.fold() }, icon("panel"));
+    this.buttons = BUTTONS.map(([layout, picture, word, title]) => barButton(picture, word, title, () => this.set(next(this.layout, layout, this.several)), { "data-layout-button": layout }));
+    this.foldButton = barButton("panel", "Panel", "", () => this.fold(), { id: "fold-panel", "aria-controls": "panel" });
     byId("layouts").append(this.foldButton, ...this.buttons);
     this.partButtons = PARTS.map(([part, label]) => h("button", { type: "button", "data-part-button": part, onclick: () => this.showPart(part) }, label));
     byId("parts").append(...this.partButtons);
@@ -170,7 +168,7 @@ export class Layouts {
 
   /** The views and layouts, for the palette. */
   actions() {
-    const several = BUTTONS.filter(([layout]) => SEVERAL.includes(layout)).map(([layout, , name]) => ({ group: "View", name, off: this.can(layout) ? undefined : "no slices", run: () => this.set(layout) }));
+    const several = BUTTONS.filter(([layout]) => SEVERAL.includes(layout)).map(([layout, , , name]) => ({ group: "View", name, off: this.can(layout) ? undefined : "no slices", run: () => this.set(layout) }));
     const alone = ALONE.map(([layout, name]) => ({ group: "View", name, does: `layout.${layout}`, off: this.can(layout) ? undefined : "nothing to show", run: () => this.set(next(this.layout, layout, this.several)) }));
     return [...several, ...alone, { group: "View", name: this.folded ? "Show the panel" : "Fold the panel away", does: "panel", run: () => this.fold() }];
   }

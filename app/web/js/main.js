@@ -1,6 +1,6 @@
 // Wires the page: one connection, and parts that draw what it says.
 import { Connection } from "./connection.js";
-import { byId, h, renderAnew, whenChanged } from "./dom.js";
+import { barWord, byId, h, renderAnew, whenChanged } from "./dom.js";
 import { clearErrors, note } from "./dialogs.js";
 import { FirstTask } from "./first-task.js";
 import { pacing } from "./frame-pacing.js";
@@ -13,6 +13,7 @@ import { Palette } from "./palette.js";
 import { loadPanel } from "./panel.js";
 import { say } from "./said.js";
 import { SceneFrame } from "./scene.js";
+import { SceneLook } from "./scene-look.js";
 import { Slices } from "./slices.js";
 import { StatusBar } from "./status.js";
 import { Theme } from "./theme.js";
@@ -33,6 +34,7 @@ class Page {
     this.layouts = new Layouts(byId("bench"));
     this.theme = new Theme();
     this.scene = new SceneFrame(this.connection, this.keys);
+    this.look = new SceneLook(this.connection, (view) => this.scene.look(view));
     this.firstTask = new FirstTask();
     this.help = new Help(() => this.firstTask.again());
     this.slices = new Slices(byId("slices"), this.connection);
@@ -40,6 +42,7 @@ class Page {
     this.figures = new LoopFigures();
     this.card = new VerdictCard(this.connection);
     this.palette = new Palette({ connection: this.connection, slices: this.slices, panels: this.panels, actions: () => this.actions() });
+    byId("find").append(barWord("Find"));
     this.keys.shortcuts.push((event) => this.palette.key(event), (event) => this.help.key(event), (event) => this.layouts.key(event), (event) => this.scene.key(event));
     /** @type {HTMLElement | null | undefined} what had the focus when the line was lost */
     this.focused = null;
@@ -82,10 +85,10 @@ class Page {
 
   /** What the page itself can do, for the palette. */
   actions() {
-    const { layouts, theme, help, figures, scene } = this;
+    const { layouts, theme, help, figures, look } = this;
     return [
       ...layouts.actions(),
-      ...scene.actions(),
+      ...look.actions(),
       { group: "Page", name: theme.words, run: () => theme.turn() },
       { group: "Page", name: "Keys and first steps", does: "help", run: () => help.open() },
       { group: "Page", name: "Figures of the control loop", run: () => { figures.show(); this.schedule(); } },
@@ -124,6 +127,7 @@ class Page {
     this.anew = false;
     this.layouts.offer(!state.case || state.case.has_volume, (state.curve?.points.length ?? 0) > 1);
     this.scene.update(state);
+    this.look.update(state);
     this.slices.update(state);
     this.card.update(state);
     this.status.update(state, panel ? panel.status : undefined);

@@ -2,8 +2,6 @@
 import { byId, h, whenChanged } from "./dom.js";
 import { fixed } from "./format.js";
 import { pacing } from "./frame-pacing.js";
-import { JobLine } from "./job-line.js";
-import { jobWatch } from "./jobs.js";
 import { LET_GO, letGoOfEverything } from "./keys.js";
 import { LAID_OUT } from "./layout.js";
 import { letterOf } from "./letters.js";
@@ -12,14 +10,8 @@ import { THEMED } from "./theme.js";
 
 /** @import { Connection } from "./connection.js" */
 /** @import { Keys } from "./keys.js" */
-/** @import { Commands, JobPublic, ScaleView, SkinSection, ViewModel } from "./types.js" */
+/** @import { Commands, ScaleView, ViewModel } from "./types.js" */
 
-/** @typedef {Commands["view.set"]} Look */
-
-/** @type {[Commands["view.camera"]["view"], string][]} */
-const VIEWS = [["anterior", "Front"], ["left", "Left"], ["right", "Right"], ["superior", "Top"], ["oblique", "Oblique"], ["nose", "Nose"]];
-const CUTS = [["whole", "Whole head"], ["left", "Left half cut away"], ["right", "Right half cut away"]];
-const SLICES = [["none", "No slices"], ["sagittal", "Sagittal CT"], ["coronal", "Coronal CT"], ["axial", "Axial CT"], ["all", "All three"]];
 /** Somebody has pressed in the scene. */
 export const TOUCHED = "vfix:scene-touched";
 
@@ -40,102 +32,18 @@ export class SceneFrame {
     this.isClosed = false;
     this.changedLegend = whenChanged();
     this.holding = false;
-    this.opacityWords = h("span", { class: "number" });
-    this.opacity = h("input", { type: "range", min: 10, max: 100, step: 5, "aria-label": "Opacity of the bone in percent", oninput: () => this.sendOpacity() });
-    this.skin = h("input", { type: "checkbox", id: "skin", onchange: () => this.sendSkin() });
-    this.skinShare = h("span", { class: "number" });
-    this.skinOpacity = h("input", { type: "range", id: "skin-opacity", min: 10, max: 100, step: 5, "aria-label": "Opacity of the skin in percent", oninput: () => this.sendSkinOpacity() });
-    this.skinWords = h("p", { class: "words caution", role: "status" });
-    this.skinJob = new JobLine();
-    this.skinField = h("div", { class: "field", id: "skin-field" },
-      h("label", { class: "check" }, this.skin, "Skin", this.skinShare), this.skinOpacity, this.skinJob.element, this.skinWords);
-    this.cut = h("select", { "aria-label": "Cut-away", id: "cut", onchange: () => this.sendCut() },
-      CUTS.map(([value, label]) => h("option", { value }, label)));
-    this.slices = h("select", { "aria-label": "CT slices in the scene", id: "slices-in-scene", onchange: () => this.sendSlices() },
-      SLICES.map(([value, label]) => h("option", { value }, label)));
     /** @type {CSSStyleSheet | null} of the page within the frame */
     this.sheet = null;
     /** @type {SceneLayer | null} */
     this.layer = null;
     /** @type {boolean | null} whether the scene is being drawn */
     this.drawn = null;
-    this.showTools();
     this.frame.addEventListener("load", () => this.loaded());
-    jobWatch.addEventListener("change", () => this.followSkin());
     window.addEventListener(THEMED, () => this.colour());
     window.addEventListener(LAID_OUT, () => this.drawIfSeen());
     new ResizeObserver(() => this.drawIfSeen()).observe(this.frame);
     window.addEventListener(LET_GO, () => this.pointerGone());
     pacing.addEventListener("scale", () => this.layer?.hooks.resolve(pacing.scale));
-  }
-
-  showTools() {
-    const views = h("div", { class: "tool-strip views", role: "group", "aria-label": "Standard views" }, VIEWS.map(([view, label]) =>
-      h("button", { type: "button", "data-view": view, onclick: () => this.look(view) }, label)));
-    const look = h("div", { class: "tool-strip column", id: "look" },
-      h("label", { class: "field" }, h("span", { class: "field-label" }, "Bone", this.opacityWords), this.opacity), this.skinField, this.cut, this.slices);
-    /** @type {HTMLButtonElement} */
-    const toggle = h("button", {
-      type: "button", id: "look-toggle", "aria-expanded": "false", "aria-controls": "look",
-      onclick: () => toggle.setAttribute("aria-expanded", String(look.classList.toggle("open"))),
-    }, "Bone, skin, cut");
-    views.append(toggle);
-    byId("view-tools").append(views, look);
-  }
-
-  /** The standard views and the cuts, for the palette. */
-  actions() {
-    const { connection } = this;
-    const views = VIEWS.map(([view, label]) => ({ group: "Scene", name: `${label} view`, run: () => this.look(view) }));
-    const cuts = CUTS.map(([value, name]) => ({ group: "Scene", name, run: () => { this.cut.value = value; this.sendCut(); } }));
-    const skin = this.skinField.hidden ? [] : [{ group: "Scene", name: this.skin.checked ? "Hide the skin" : "Show the skin", run: () => this.skin.click() }];
-    return connection.state.case ? [...views, ...cuts, ...skin] : [];
-  }
-
-  sendOpacity() {
-    this.opacityWords.textContent = `${this.opacity.value} %`;
-    this.connection.send("view.set", { opacity: Number(this.opacity.value) / 100 });
-  }
-
-  sendSkin() {
-    this.connection.send("view.set", { skin: this.skin.checked });
-  }
-
-  sendSkinOpacity() {
-    this.skinShare.textContent = `${this.skinOpacity.value} %`;
-    this.connection.send("view.set", { skin_opacity: Number(this.skinOpacity.value) / 100 });
-  }
-
-  /** The skin of the open head is made once, when it is first shown. */
-  async followSkin() {
-    const job = jobWatch.items.find(({ kind, case_id: id }) => kind === "skin" && id === this.connection.state.case?.id);
-    if (!job || job.id === this.skinJob.job) return;
-    try {
-      await this.skinJob.follow(/** @type {JobPublic} */ (job));
-    } catch {
-      // the section says why it could not be made
-    }
-  }
-
-  /** @param {SkinSection} skin */
-  showSkin({ possible, shown, opacity, words }) {
-    this.skinField.hidden = !possible;
-    this.skin.checked = shown;
-    this.skinOpacity.hidden = !shown;
-    if (document.activeElement !== this.skinOpacity) this.skinOpacity.value = String(Math.round(opacity * 100));
-    this.skinShare.textContent = shown ? `${this.skinOpacity.value} %` : "";
-    if (this.skinWords.textContent !== words) this.skinWords.textContent = words;
-    this.skinWords.hidden = !words;
-  }
-
-  /** A cut shows the CT on its face, where there is one. */
-  sendCut() {
-    const cut = /** @type {Look["cut"]} */ (this.cut.value);
-    this.connection.send("view.set", this.slices.hidden ? { cut } : { cut, slices: cut === "whole" ? "none" : "sagittal" });
-  }
-
-  sendSlices() {
-    this.connection.send("view.set", { slices: /** @type {Look["slices"]} */ (this.slices.value) });
   }
 
   /** (Re)load the scene: a new frame has no state, the planner draws it again. */
@@ -266,15 +174,6 @@ export class SceneFrame {
     if (!this.isClosed) {
       this.wait.hidden = Boolean(state.scene?.ready);
       this.waitWords.textContent = state.scene?.words ?? "Preparing the scene …";
-    }
-    const view = state.view;
-    if (view) {
-      if (document.activeElement !== this.opacity) this.opacity.value = String(Math.round(view.opacity * 100));
-      this.opacityWords.textContent = `${this.opacity.value} %`;
-      this.showSkin(view.skin);
-      this.cut.value = view.cut;
-      this.slices.value = view.slices;
-      this.slices.hidden = !state.case?.has_volume;
     }
     this.layer?.update(state.labels, state.camera, state.view?.skin);
     this.changedLegend([state.corridor?.scale, state.step?.name, hasErrorBalls(state)], () => this.renderLegend(state.corridor?.scale, hasErrorBalls(state)));

@@ -1,5 +1,5 @@
 // Light or dark: the system's setting, until the user chooses here.
-import { byId, h, icon } from "./dom.js";
+import { barButton, byId } from "./dom.js";
 import { keep, recall } from "./remember.js";
 
 /** The theme has changed; `detail` is "light" or "dark". */
@@ -11,7 +11,7 @@ export class Theme {
   constructor() {
     this.system = matchMedia("(prefers-color-scheme: light)");
     this.chosen = recall("theme", THEMES, "");
-    this.button = h("button", { type: "button", class: "icon plain", id: "theme", onclick: () => this.turn() }, icon("theme"));
+    this.button = barButton("theme", "", "", () => this.turn(), { id: "theme" });
     byId("layouts").after(this.button);
     this.system.addEventListener("change", () => this.render());
     this.render();
@@ -37,6 +37,7 @@ export class Theme {
     document.documentElement.dataset.theme = now;
     this.button.title = this.words;
     this.button.setAttribute("aria-label", this.words);
+    /** @type {HTMLElement} */ (this.button.lastElementChild).textContent = now === "light" ? "Dark" : "Light";
     window.dispatchEvent(new CustomEvent(THEMED, { detail: now }));
   }
 }

@@ -45,7 +45,7 @@ export interface JobsSection {
 /** A waiting or running job, as in REST; REST alone has `result` and `error`, at its end. */
 export interface JobEntry {
   id: string;
-  kind: "import" | "structures" | "dry_run" | "run" | "suggestion" | "tools" | "segmentation" | "islands" | "overlay" | "beads" | "refinement" | "skin" | "openings";
+  kind: "import" | "structures" | "dry_run" | "run" | "suggestion" | "tools" | "segmentation" | "islands" | "overlay" | "beads" | "refinement" | "skin" | "openings" | "pictures";
   case_id: string | null;
   subject: string;
   created: string;
@@ -1036,7 +1036,7 @@ export interface ErrorMessage {
  */
 export interface JobPublic {
   id: string;
-  kind: "import" | "structures" | "dry_run" | "run" | "suggestion" | "tools" | "segmentation" | "islands" | "overlay" | "beads" | "refinement" | "skin" | "openings";
+  kind: "import" | "structures" | "dry_run" | "run" | "suggestion" | "tools" | "segmentation" | "islands" | "overlay" | "beads" | "refinement" | "skin" | "openings" | "pictures";
   case_id: string | null;
   subject: string;
   created: string;
@@ -1222,7 +1222,8 @@ export interface SuggestionPublic {
 /**
  * A path with directions of the shaft, and how the tool was driven along it; lengths in mm.
  *
- * verdict: the level that the plan has when it is led along it, word: of it, short: in a few words, words: the whole.
+ * verdict: the level that the plan has when it is led along it, word: of it, short: in a few words, words: the whole,
+ * figures: those of the verdict, the one that decides first.
  * nearest: bone or the protected structure that leaves least above its margin, margin_mm; nearest_clearance_mm: to it.
  * least_clearance_mm: to bone. short_of_target_mm: from the path's end to the target. tight: the verdict is;
  * turns: the shaft's direction changes along the path.
@@ -1234,6 +1235,7 @@ export interface AlternativePublic {
   word: string;
   short: string;
   words: string;
+  figures: VerdictFigure[];
   nearest: string;
   nearest_clearance_mm: number | null;
   margin_mm: number | null;
@@ -1249,17 +1251,39 @@ export interface AlternativePublic {
   points: SuggestedPoint[];
 }
 
+/**
+ * A figure of a verdict, with its level.
+ *
+ * name: what it is of, such as 'bone'. value: in mm, None if it is not known or has none. whole_mm: of which it is a
+ * part, such as the length of the path. digits: of the value. s_mm: arc length of the tip at its place, None without.
+ * margin_mm: of an obstacle.
+ */
+export interface VerdictFigure {
+  name: string;
+  value: number | null;
+  level: "fits" | "tight" | "pierces" | "blocked" | "unknown";
+  s_mm: number | null;
+  whole_mm: number | null;
+  digits: number;
+  margin_mm: number | null;
+}
+
 export interface SuggestedPoint {
   position: [number, number, number];
   direction: [number, number, number];
   roll_deg: number | null;
 }
 
-/** Why there is no path: where the widest way ends, how far that is from the target, and what was searched. */
+/**
+ * Why there is no path: where the widest way ends, how far that is from the target, and what was searched.
+ *
+ * short: the reason in at most nine words.
+ */
 export interface NonePublic {
   ends_at: [number, number, number];
   gap_mm: number;
   reason: string;
+  short: string;
   searched: string;
 }
 
@@ -1271,7 +1295,12 @@ export interface ToolTablePublic {
   tools: ToolPublic[];
 }
 
-/** How a tool does along the plan's path; lengths in mm, null where it does not fit at the entry or is not known. */
+/**
+ * How a tool does along the plan's path; lengths in mm, null where it does not fit at the entry or is not known.
+ *
+ * verdict: the level of the plan with this tool, word: of it. parts: its shape, from the tip on; view: where an
+ * endoscope looks, a direction in the same plane.
+ */
 export interface ToolPublic {
   tool: string;
   title: string;
@@ -1285,6 +1314,17 @@ export interface ToolPublic {
   tissue_depth_mm: number | null;
   reason: string;
   pierces: boolean;
+  verdict: "fits" | "tight" | "pierces" | "blocked" | "unknown";
+  word: string;
+  parts: ToolPartPublic[];
+  view: [number, number] | null;
+}
+
+/** A part of a tool in the plane of its bend, mm: ends of its axis, along the shaft and across it; the tip is 0. */
+export interface ToolPartPublic {
+  start: [number, number];
+  end: [number, number];
+  radius: number;
 }
 
 /**

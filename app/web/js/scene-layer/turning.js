@@ -7,6 +7,7 @@ export class Turning {
   constructor(hooks) {
     this.hooks = hooks;
     hooks.controls.dollyToCursor = true;
+    if (matchMedia("(prefers-reduced-motion: reduce)").matches) hooks.controls.smoothTime = 0; // else it glides to a halt
     /** @type {number[] | null} LPS, mm */
     this.pivot = null;
   }

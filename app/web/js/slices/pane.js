@@ -54,7 +54,7 @@ export class Pane {
     this.keys = new PaneKeys(this);
     this.stage = h("div", {
       class: "slice-stage", tabIndex: 0, role: "application", "aria-roledescription": "CT slice", "data-axis": name,
-      "aria-label": `${TITLES[name]}. Arrows move, Page scrolls, Enter adds a point, M lifts one.`,
+      "aria-label": `${TITLES[name]}. Arrows move, Page scrolls, Enter adds, M lifts.`,
     }, this.svg, this.canvas, this.over, svg("svg", { "aria-hidden": "true" }, this.marks), this.letters, this.failed);
     this.pointerInput.listen(this.stage);
     this.keys.listen(this.stage);
