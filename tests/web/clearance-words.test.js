@@ -15,9 +15,9 @@ const bone = { name: "bone", margin_mm: 0.38, clearance_mm: [5, 1.234, 0.7] };
 const profile = { s_mm: [0, 0.5, 1], curves: [bone], exact_to_mm: 3, tissue_mm: [0, 18.6, 0.2], tissue_depth_mm: [0, 2.71, 0.1], registration_mm: null, sideways_mm: null };
 
 test("a place says bone and soft tissue of the nearest pose", () => {
-  assert.equal(placeWords({ profile }, 0.6), "At 0.6 mm: bone 1.23, tissue 19 mm");
+  assert.equal(placeWords({ profile }, 0.6), "At 1 mm: bone 1.23, tissue 19 mm");
   assert.equal(placeDetail({ profile }, 0.6), "Here the tool is 2.7 mm deep in soft tissue.");
-  assert.equal(placeWords({ profile }, 7), "At 7.0 mm: bone 0.70, tissue 0 mm");
+  assert.equal(placeWords({ profile }, 7), "At 7 mm: bone 0.70, tissue 0 mm");
   assert.equal(placeDetail({ profile }, 7), "");
 });
 
@@ -30,18 +30,18 @@ test("the detail of a place says how far sideways air leads round the tissue", (
 
 test("behind a registration a place says what it may be off by", () => {
   const registered = { ...profile, registration_mm: [0.41, 0.42, 0.431] };
-  assert.equal(placeWords({ profile: registered }, 1), "At 1.0 mm: bone 0.70, registration 0.43, tissue 0 mm");
+  assert.equal(placeWords({ profile: registered }, 1), "At 1 mm: bone 0.70, registration 0.43, tissue 0 mm");
 });
 
 test("without a CT a place says nothing of soft tissue", () => {
   const bare = { ...profile, tissue_mm: null, tissue_depth_mm: null };
-  assert.equal(placeWords({ profile: bare }, 0), "At 0.0 mm: bone 5.00 mm");
+  assert.equal(placeWords({ profile: bare }, 0), "At 0 mm: bone 5.00 mm");
 });
 
 const curves = [bone, { name: "optic nerve", margin_mm: 1.2, clearance_mm: [2, 1.9, 1.31] }];
 
 test("every obstacle is told with its own clearance and margin, bone's first", () => {
-  assert.match(placeWords({ profile: { ...profile, curves } }, 1), /^At 1\.0 mm: bone 0\.70, optic nerve 1\.31,/);
+  assert.match(placeWords({ profile: { ...profile, curves } }, 1), /^At 1 mm: bone 0\.70, optic nerve 1\.31,/);
   assert.deepEqual(curves.map(marginWords), ["margin 0.38 mm", "margin 1.20 mm"]);
 });
 

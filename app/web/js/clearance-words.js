@@ -48,7 +48,7 @@ export function placeWords({ profile }, s) {
   const away = profile.curves.map(({ name, clearance_mm: clearance }) => `${name} ${fixed(clearance[row], 2)}`);
   if (profile.registration_mm) away.push(`registration ${fixed(profile.registration_mm[row], 2)}`);
   if (profile.tissue_mm) away.push(`tissue ${fixed(profile.tissue_mm[row], 0)}`);
-  return `At ${fixed(s, 1)} mm: ${away.join(", ")} mm`;
+  return `At ${fixed(s, 0)} mm: ${away.join(", ")} mm`;
 }
 
 /**
