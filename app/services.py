@@ -31,6 +31,7 @@ class Services:
         from app.exchange.report import PlanReports
         from app.exchange.robot_frame import BaseExport
         from app.exchange.slicer import SlicerExport
+        from app.exchange.way_pictures import WayPictures
         from app.imaging.import_jobs import ImportJobs
         from app.imaging.importing import ImportService
         from app.imaging.island_previews import IslandPreviews
@@ -100,6 +101,7 @@ class Services:
         self.plan_reports = PlanReports(
             cases, instruments, planning, self.dry_runs, self.path_evaluations, options, registering
         )
+        self.way_pictures = WayPictures(jobs, planning, plans)
         self.slicer = SlicerExport(cases, planning, registrations)
         self.base_export = BaseExport(planning, registrations)
         self.archive_writer = ArchiveWriter(store, cases, plans, instruments, runs)

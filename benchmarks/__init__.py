@@ -10,6 +10,7 @@ BENCHMARKS: tuple[str, ...] = (
     "certify",
     "drag",
     "durability",
+    "first-plan",
     "import",
     "lumen",
     "page",
@@ -20,4 +21,7 @@ BENCHMARKS: tuple[str, ...] = (
     "start",
     "step",
 )
-MODULES = {"import": "import_head"}  # of a benchmark whose module is not called as it is
+MODULES = {
+    "first-plan": "first_plan",
+    "import": "import_head",
+}  # of benchmarks whose modules are not called as they are

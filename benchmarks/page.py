@@ -84,6 +84,24 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
         raise need_app("vfix bench page")
     if not 1.0 <= args.slow <= 100.0 or not 0.5 <= args.seconds <= 600.0:
         raise report.BenchmarkRefused("--slow is 1 to 100, --seconds 0.5 to 600")
+    sync_playwright, path = browser_path()
+    machine = report.machine().to_dict()
+    with (
+        tempfile.TemporaryDirectory(prefix="vfix-page-") as home,
+        planner({"VFIX_HOME": home}) as (address, _),
+        sync_playwright() as playwright,
+    ):
+        browser = playwright.chromium.launch(executable_path=path, args=["--no-sandbox", "--disable-gpu"])
+        page = browser.new_page(viewport=_VIEWPORT)
+        open_plan(page, address, SAMPLE)
+        drags = [drag(page, slow, args.seconds) for slow in (1.0, args.slow)]
+        version = browser.version
+        browser.close()
+    return {"machine": machine, "browser": version, "drags": drags}
+
+
+def browser_path() -> tuple[Any, str]:
+    """Return Playwright's entry and the path of a browser. Raises BenchmarkRefused where one of them is missing."""
     try:
         from playwright.sync_api import sync_playwright
     except ImportError:
@@ -93,19 +111,7 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     path = find_browser()
     if path is None:
         raise report.BenchmarkRefused("there is no Chrome, Chromium or Edge here; VFIX_BROWSER names one")
-    machine = report.machine().to_dict()
-    with (
-        tempfile.TemporaryDirectory(prefix="vfix-page-") as home,
-        planner({"VFIX_HOME": home}) as (address, _),
-        sync_playwright() as playwright,
-    ):
-        browser = playwright.chromium.launch(executable_path=path, args=["--no-sandbox", "--disable-gpu"])
-        page = browser.new_page(viewport=_VIEWPORT)  # type: ignore[arg-type]
-        open_plan(page, address, SAMPLE)
-        drags = [drag(page, slow, args.seconds) for slow in (1.0, args.slow)]
-        version = browser.version
-        browser.close()
-    return {"machine": machine, "browser": version, "drags": drags}
+    return sync_playwright, path
 
 
 def open_plan(page: Page, address: str, plan_id: str) -> None:
@@ -113,7 +119,7 @@ def open_plan(page: Page, address: str, plan_id: str) -> None:
     opened = json.dumps(json.dumps({"case": HEAD, "plan": plan_id, "step": "plan"}))
     page.add_init_script(f'sessionStorage.setItem("vfix-open", {opened});{_BEFORE}')
     page.goto(address)
-    _await(page, _READY)
+    await_true(page, _READY)
 
 
 def drag(page: Page, slow: float, seconds: float) -> dict[str, Any]:
@@ -121,7 +127,7 @@ def drag(page: Page, slow: float, seconds: float) -> dict[str, Any]:
 
     Afterwards the point is at its initial position.
     """
-    at = _await(page, _DRAWN, page.evaluate(_GO_TO_POINT))
+    at = await_true(page, _DRAWN, page.evaluate(_GO_TO_POINT))
     page.mouse.move(at["x"], at["y"])
     page.mouse.down()
     tools = page.context.new_cdp_session(page)
@@ -161,7 +167,7 @@ def _metrics(tools: CDPSession) -> dict[str, float]:
     return {one["name"]: one["value"] for one in tools.send("Performance.getMetrics")["metrics"]}
 
 
-def _await(page: Page, look: str, argument: Any = None) -> Any:
+def await_true(page: Page, look: str, argument: Any = None) -> Any:
     """Wait until a script returns a true value, and return it; the page's policy forbids `wait_for_function`."""
     end = time.monotonic() + GIVE_UP_S
     while time.monotonic() < end:

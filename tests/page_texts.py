@@ -73,6 +73,8 @@ class Text:
 
     @property
     def words(self) -> int:
+        if self.kind == "verdict":  # some begin behind the word of their level
+            return count_words(self.text if self.text[0].isalnum() else HOLE + self.text)
         return count_words(brief(self.text) if self.kind == "said" else self.text)
 
     @property
@@ -212,4 +214,6 @@ if __name__ == "__main__":
         if "--long" not in sys.argv or text.is_long:
             print(f"{text.file}:{text.line} {text.kind} {text.words} {text.text}")
     words = sum(count_words(text.text) for text in texts)
-    print(f"{len(texts)} texts of {words} words, {sum(text.is_long for text in texts)} past their limit")
+    seen = sum(text.words for text in texts if text.kind != "help")
+    long = sum(text.is_long for text in texts)
+    print(f"{len(texts)} texts of {words} words, {seen} of them in sight, {long} past their limit")

@@ -23,7 +23,7 @@ class TargetReportPublic(BaseModel):
 
 
 class SoftDepthPublic(BaseModel):
-    """A soft structure to spare, how deep below the border of its layer the tool goes, and where its tip is then."""
+    """A soft protected structure, how deep below the border of its layer the tool goes, and where its tip is then."""
 
     name: str
     depth_mm: float
@@ -50,7 +50,7 @@ class PathReportPublic(BaseModel):
     """The verdict on one path; lengths in mm, null where they are not known, as tissue is without a CT.
 
     word: of the level; short: with what decided it; words: the whole; each begins with the one before. nearest: bone
-    or the structure to spare that leaves least above its margin, margin_mm; least_clearance_mm: to it.
+    or the protected structure that leaves least above its margin, margin_mm; least_clearance_mm: to it.
     """
 
     path: str

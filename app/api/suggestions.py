@@ -5,16 +5,21 @@ from __future__ import annotations
 from dataclasses import asdict
 from typing import Annotated
 
-from fastapi import APIRouter
+import numpy as np
+from fastapi import APIRouter, Response
 from pydantic import BaseModel, Field
 
 from app.api.dependencies import ERRORS, Condition, ConditionDep, Identifier, RequestBody, ServicesDep
 from app.api.jobs import JobPublic
 from app.api.plan_models import Revision
 from app.planning.suggestions import described, described_none
+from app.planning.tool_tables import ToolRow
 from app.planning.verdict import Level
+from app.planning.verdict_figures import VerdictFigure
+from app.plans.model import NOTICE
 from app.plans.operations.points import SetPoints
 from app.plans.public import PlanPublic
+from vfix_engine.robots import Tool
 
 router = APIRouter(tags=["suggestions"], responses=ERRORS)
 
@@ -39,8 +44,9 @@ class SuggestedPoint(BaseModel):
 class AlternativePublic(BaseModel):
     """A path with directions of the shaft, and how the tool was driven along it; lengths in mm.
 
-    verdict: the level that the plan has when it is led along it, word: of it, short: in a few words, words: the whole.
-    nearest: bone or the structure to spare that leaves least above its margin, margin_mm; nearest_clearance_mm: to it.
+    verdict: the level that the plan has when it is led along it, word: of it, short: in a few words, words: the whole,
+    figures: those of the verdict, the one that decides first.
+    nearest: bone or the protected structure that leaves least above its margin, margin_mm; nearest_clearance_mm: to it.
     least_clearance_mm: to bone. short_of_target_mm: from the path's end to the target. tight: the verdict is;
     turns: the shaft's direction changes along the path.
     sideways_mm: how far sideways air leads round the tissue that the tool passes; ways that pierce tissue are never
@@ -51,6 +57,7 @@ class AlternativePublic(BaseModel):
     word: str
     short: str
     words: str
+    figures: list[VerdictFigure]
     nearest: str
     nearest_clearance_mm: Length
     margin_mm: Length
@@ -67,11 +74,15 @@ class AlternativePublic(BaseModel):
 
 
 class NonePublic(BaseModel):
-    """Why there is no path: where the widest way ends, how far that is from the target, and what was searched."""
+    """Why there is no path: where the widest way ends, how far that is from the target, and what was searched.
+
+    short: the reason in at most nine words.
+    """
 
     ends_at: tuple[float, float, float]
     gap_mm: float
     reason: str
+    short: str
     searched: str
 
 
@@ -91,8 +102,20 @@ class SuggestionPublic(BaseModel):
     none: NonePublic | None
 
 
+class ToolPartPublic(BaseModel):
+    """A part of a tool in the plane of its bend, mm: ends of its axis, along the shaft and across it; the tip is 0."""
+
+    start: tuple[float, float]
+    end: tuple[float, float]
+    radius: float
+
+
 class ToolPublic(BaseModel):
-    """How a tool does along the plan's path; lengths in mm, null where it does not fit at the entry or is not known."""
+    """How a tool does along the plan's path; lengths in mm, null where it does not fit at the entry or is not known.
+
+    verdict: the level of the plan with this tool, word: of it. parts: its shape, from the tip on; view: where an
+    endoscope looks, a direction in the same plane.
+    """
 
     tool: str
     title: str
@@ -106,6 +129,19 @@ class ToolPublic(BaseModel):
     tissue_depth_mm: Length
     reason: str
     pierces: bool
+    verdict: Level
+    word: str
+    parts: list[ToolPartPublic]
+    view: tuple[float, float] | None
+
+    @classmethod
+    def of(cls, row: ToolRow, tool: Tool) -> ToolPublic:
+        """Return a row of a table, with the shape of its tool."""
+        segments = tool.segments(np.eye(3), np.zeros(3))
+        axes = zip(segments.start.tolist(), segments.end.tolist(), segments.radius.tolist(), strict=True)
+        parts = [ToolPartPublic(start=(a[1], a[2]), end=(b[1], b[2]), radius=radius) for a, b, radius in axes]
+        view = None if tool.camera is None else (float(tool.camera.view[1]), float(tool.camera.view[2]))
+        return cls(**asdict(row), parts=parts, view=view)
 
 
 class ToolTablePublic(BaseModel):
@@ -124,6 +160,13 @@ class UseRequest(RequestBody):
     revision: Revision = None
 
 
+class UseToolRequest(RequestBody):
+    """The tool that the chosen path gets, by its name."""
+
+    tool: Identifier
+    revision: Revision = None
+
+
 @router.post("/plans/{plan_id}/suggestions", status_code=202)
 def start_suggestion(plan_id: Identifier, body: SuggestionRequest, services: ServicesDep) -> JobPublic:
     """Look for paths with the plan's tool as a job; its result is the suggestion's id."""
@@ -137,6 +180,25 @@ def show_suggestion(suggestion_id: Identifier, services: ServicesDep) -> Suggest
     values = {name: getattr(kept, name) for name in ("id", "plan_id", "entry", "target", "tool", "kept_mm")}
     found = {"alternatives": described(kept), "none": described_none(kept.found.none)}
     return SuggestionPublic.model_validate({**values, **found})
+
+
+@router.post("/suggestions/{suggestion_id}/pictures", status_code=202)
+def start_pictures(suggestion_id: Identifier, services: ServicesDep) -> JobPublic:
+    """Draw every alternative as a job; its result is the suggestion's id."""
+    return JobPublic.of(services.way_pictures.start(services.suggestions.paths(suggestion_id)))
+
+
+@router.get(
+    "/suggestions/{suggestion_id}/pictures/{alternative}",
+    response_class=Response,
+    responses={200: {"content": {"image/svg+xml": {}}, "description": "Cut through the head, one unit a millimetre"}},
+)
+def show_picture(
+    suggestion_id: Identifier, alternative: Annotated[int, Field(ge=0, le=1000)], services: ServicesDep
+) -> Response:
+    """A picture of an alternative, once its job is done: outline of the bone, path, and tool at its end."""
+    picture = services.way_pictures.picture(suggestion_id, alternative)
+    return Response(picture, media_type="image/svg+xml", headers={"X-Notice": NOTICE, "Cache-Control": "no-store"})
 
 
 @router.post("/suggestions/{suggestion_id}/use")
@@ -165,8 +227,21 @@ def start_tools(plan_id: Identifier, services: ServicesDep) -> JobPublic:
 def show_tools(table_id: Identifier, services: ServicesDep) -> ToolTablePublic:
     """The table; the newest sixteen are remembered."""
     table = services.suggestions.table(table_id)
-    rows = [ToolPublic.model_validate(asdict(row)) for row in table.rows]
+    rows = [ToolPublic.of(row, table.tools[row.tool]) for row in table.rows]
     return ToolTablePublic(id=table.id, plan_id=table.plan_id, revision=table.revision, tools=rows)
+
+
+@router.post("/tool_tables/{table_id}/use")
+def use_tool(table_id: Identifier, body: UseToolRequest, services: ServicesDep, condition: ConditionDep) -> PlanPublic:
+    """Give the plan's chosen path a tool of the table, as one edit that can be undone.
+
+    The shaft has the directions that the tool was simulated with. 409 where it does not fit at the entry, or the path
+    has changed since.
+    """
+    table = services.suggestions.table(table_id)
+    edit = table.edit(services.plans.get(table.plan_id), body.tool)
+    plan = services.plans.do(table.plan_id, edit, expected_revision=condition.expected(body.revision))
+    return _told(condition, PlanPublic.of(plan))
 
 
 def _told(condition: Condition, plan: PlanPublic) -> PlanPublic:

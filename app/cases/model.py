@@ -147,8 +147,8 @@ class Case:
         return {item.id: within_a_sentence(self.structure_words(item.id)) for item in self.structures}
 
     @property
-    def spared(self) -> tuple[Structure, ...]:
-        """The structures that were imported beside its anatomy."""
+    def protectable(self) -> tuple[Structure, ...]:
+        """The structures beside its anatomy, which plans can protect."""
         return tuple(item for item in self.structures if item.role == "spare")
 
     @property
@@ -157,8 +157,8 @@ class Case:
         return own_surfaces(self)
 
     def structure_errors(self) -> dict[str, float]:
-        """By the id of each structure to spare, how far smoothing or thinning may have moved its surface, in mm."""
-        return {item.id: item.deviation_mm or 0.0 for item in self.structures if item.role == "spare"}
+        """How far smoothing or thinning may have moved the surface of each protectable structure, in mm, by its id."""
+        return {item.id: item.deviation_mm or 0.0 for item in self.protectable}
 
     @property
     def has_volume(self) -> bool:

@@ -53,7 +53,7 @@ class CaseStructures:
         return AnatomyPlace(volume.bounds, volume.transform_index_to_lps, (i, j, k))
 
     def add(self, case_id: str, found: Segmentation) -> tuple[Structure, ...]:
-        """Store every label as a structure to spare; returns the new ones.
+        """Store every label as a structure; returns the new ones.
 
         The notes of the file as a whole are those of each of its structures. A name that the case has already gets a
         number, such as 'Liver 2'.
@@ -61,7 +61,7 @@ class CaseStructures:
         """
         made: list[tuple[Structure, LabelSurface]] = []
         structures: list[Structure] = []
-        before = len(self._cases.get(case_id).spared)
+        before = len(self._cases.get(case_id).protectable)
         if before + len(found.surfaces) > MAX_STRUCTURES:
             raise InputError(
                 f"a case may have {MAX_STRUCTURES} imported structures; delete some of the {before} first."

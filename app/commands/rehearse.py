@@ -81,7 +81,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     parser.add_argument("--tool-frame", metavar="LINK", help="link of the robot that holds the tool")
     parser.add_argument("--margin", type=float, help="safety margin in mm, instead of the plan's")
     parser.add_argument(
-        "--zones", type=Path, metavar="FILE", help="no-fly zones and soft zones, beside the plan's structures to spare"
+        "--zones", type=Path, metavar="FILE", help="no-fly zones and soft zones, beside the plan's protected structures"
     )
     parser.add_argument(
         "--soft-tissue", action="store_true", help="skin and mucosa, as the CT shows them, yield up to a bound"
@@ -254,7 +254,7 @@ def _robots(services: Services | None, urdf: bytes | None) -> RobotSource | None
 
 
 def _zones(plan: Plan, case: ResolvedCase, file: Path | None) -> ZoneSet:
-    """The plan's structures to spare, and beside them the zones of a file."""
+    """The plan's protected structures, and beside them the zones of a file."""
     own, more = resolve_plan_zones(plan, case), ZoneSet() if file is None else resolve_zones(file, case)
     return ZoneSet((*own.zones, *more.zones), (*own.soft_zones, *more.soft_zones))
 

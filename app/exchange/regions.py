@@ -28,7 +28,7 @@ def region_markups(zones: Sequence[PlanZone], removed_bone: Sequence[RemovedBone
 def _zone_words(zone: PlanZone) -> str:
     soft = f"soft, {zone.stiffness_n_per_mm:g} N/mm" if zone.stiffness_n_per_mm is not None else "hard"
     deep = "" if zone.max_depth_mm is None else f", {zone.max_depth_mm:g} mm deep at most"
-    return f"Structure to spare, {soft}{deep}, margin {zone.margin_mm:g} mm"
+    return f"Protected structure, {soft}{deep}, margin {zone.margin_mm:g} mm"
 
 
 def _nodes(name: str, shape: Mapping[str, Any], words: str) -> Iterator[dict[str, Any]]:

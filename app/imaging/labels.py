@@ -166,7 +166,7 @@ class PaintedLabels:
         document = self.documents.get(label_id)
         if document.deleted_at:
             raise InputError("the painted label is deleted; restore it first.")
-        others = self._cases.get(document.case_id).spared
+        others = self._cases.get(document.case_id).protectable
         if len(others) >= MAX_STRUCTURES and _structure_id(document.id) not in [item.id for item in others]:
             raise InputError(f"a case may have {MAX_STRUCTURES} structures beside its anatomy; delete some first.")
         return document

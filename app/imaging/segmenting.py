@@ -90,7 +90,7 @@ class Segmenting:
         case = self._cases.get(case_id)
         if not case.volumes:
             raise InputError("this case was made of a surface; only a CT can be segmented.")
-        if len(case.spared) >= MAX_STRUCTURES:
+        if len(case.protectable) >= MAX_STRUCTURES:
             raise InputError(f"a case may have {MAX_STRUCTURES} structures beside its anatomy; delete some first.")
 
     def _stored(self, case_id: str, wanted: StructureRequest, found: Segmented) -> Structure:

@@ -108,7 +108,7 @@ class Planning:
         found = nearest_free_point(tree, wanted, clearance, inside_bone=taken)
         place = check_position(found.tolist())
         moved = float(np.linalg.norm(np.subtract(place, wanted)))
-        away = "bone and of what is to be spared" if zones else "bone"
+        away = "bone and protected structures" if zones else "bone"
         reason = f"moved {moved:.1f} mm, clear of {away}" if moved > _MOVED_MM else ""
         return SnapResult(place, moved, reason, surroundings(volume, place))
 

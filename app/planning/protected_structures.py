@@ -56,7 +56,7 @@ def engine_zones(zones: Sequence[PlanZone], surface: Surfaces, anatomy: str = BO
                     soft.append(yielding)
                     hard.extend(core)
         except InputError as error:
-            raise PlanError(f"the structure to spare {zone.name!r} cannot be kept: {error}") from error
+            raise PlanError(f"the protected structure {zone.name!r} cannot be kept: {error}") from error
     return ZoneSet(tuple(hard), tuple(soft))
 
 
@@ -81,7 +81,7 @@ def with_surface_errors(zones: Sequence[PlanZone], errors: Mapping[str, float]) 
         more = errors.get(zone.shape.get("structure", ""), 0.0) if zone.kind == "hard" else 0.0
         if not 0.0 <= more < math.inf:
             raise PlanError(
-                f"the structure to spare {zone.name!r} cannot be kept: its surface would be off by {more:g} mm; "
+                f"the protected structure {zone.name!r} cannot be kept: its surface would be off by {more:g} mm; "
                 "import the structure again."
             )
         grown.append(replace(zone, margin_mm=zone.margin_mm + more) if more else zone)

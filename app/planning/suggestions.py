@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from functools import partial
 from typing import Any, TypeVar
 
@@ -19,12 +19,14 @@ from app.kit.values import Position, check_position
 from app.planning.distance_fields import DistanceFields
 from app.planning.evaluation import Planning
 from app.planning.piercing import sideways_of
+from app.planning.plan_evaluation import PlanEvaluation
 from app.planning.previews import with_points
 from app.planning.rehearsal_options import OptionsByPlan
 from app.planning.remote_centre import path_of
-from app.planning.shaft import shaft_of
 from app.planning.suggestion_ends import check_ends
+from app.planning.tool_tables import ToolRun, ToolTable, tool_table, with_shaft
 from app.planning.verdict import Level, Verdict, refused
+from app.planning.verdict_figures import VerdictFigure, verdict_figures
 from app.plans.document import PLAN
 from app.plans.instruments import Instruments, plan_tool, shipped_tools
 from app.plans.model import Plan, PlanContent, PlanPoint, new_point_id
@@ -33,7 +35,6 @@ from vfix_engine.control import ControlSettings
 from vfix_engine.errors import PlanError, StartRefused
 from vfix_engine.progress import ProgressCallback
 from vfix_engine.proximity.fields.opened_field import opened_field
-from vfix_engine.robots import Tool
 from vfix_engine.suggestion import (
     RANKINGS,
     Alternative,
@@ -42,7 +43,6 @@ from vfix_engine.suggestion import (
     SearchSpace,
     Suggestion,
     best_drives,
-    drive_plan,
     suggest_path,
 )
 from vfix_engine.worlds.rigid import preparation
@@ -59,7 +59,8 @@ class SuggestedPaths:
     """Paths found from an entry to a target, both in LPS mm.
 
     tool: name of the tool. tool_shape: its shape if it is not as shipped. kept_mm: the clearance kept from bone, which
-    is the margin plus the error of the surface from thinning. verdicts: the verdict on the plan along each alternative.
+    is the margin plus the error of the surface from thinning. verdicts: the verdict on the plan along each alternative,
+    figures: the figures of each.
     """
 
     id: str
@@ -71,6 +72,7 @@ class SuggestedPaths:
     found: Suggestion
     tool_shape: Mapping[str, float] = field(default_factory=dict)
     verdicts: tuple[Verdict, ...] = ()
+    figures: tuple[tuple[VerdictFigure, ...], ...] = ()
 
     def points_of(self, plan_id: str, alternative: int) -> tuple[PlanPoint, ...]:
         """Return the points of an alternative (index from 0).
@@ -92,40 +94,6 @@ class SuggestedPaths:
             )
         if dict(self.tool_shape) != dict(plan.content.tool_shape):
             raise PlanConflict("that suggestion was made for another shape of the tool; look for a path anew.")
-
-
-@dataclass(frozen=True)
-class ToolRow:
-    """The dry run of one tool along the path of a plan; lengths in mm.
-
-    reaches: the tool gets to the end. reason: what stops it if it does not. as_planned: driven with the shaft
-    directions of the plan, otherwise with the best ones found. least_clearance_mm, reached_mm: None if the tool does
-    not fit at the entry. tissue_mm, tissue_depth_mm: None without a CT. pierces: the tool goes through skin or a wall;
-    reaches is False then.
-    """
-
-    tool: str
-    title: str
-    chosen: bool
-    as_planned: bool
-    reaches: bool
-    reached_mm: float | None
-    length_mm: float
-    least_clearance_mm: float | None
-    tissue_mm: float | None
-    tissue_depth_mm: float | None
-    reason: str
-    pierces: bool = False
-
-
-@dataclass(frozen=True)
-class ToolTable:
-    """The dry runs of every shipped tool along the path of a plan at a revision."""
-
-    id: str
-    plan_id: str
-    revision: int
-    rows: tuple[ToolRow, ...]
 
 
 class Suggestions:
@@ -189,7 +157,7 @@ class Suggestions:
         around, settings = self._around(plan, [entry, target], progress), self._settings(plan)
         robot, tool = self._instruments.robot(plan.content.robot), plan_tool(plan.content)
         found = suggest_path(around, robot, tool, entry, target, settings, partial(_search_progress, progress))
-        found, verdicts = self._evaluated(plan, found, target, progress)
+        found, verdicts, figures = self._evaluated(plan, found, target, progress)
         return SuggestedPaths(
             new_point_id(),
             plan.id,
@@ -200,38 +168,55 @@ class Suggestions:
             found,
             plan.content.tool_shape,
             verdicts,
+            figures,
         )
 
     def _evaluated(
         self, plan: Plan, found: Suggestion, target: Position, progress: ProgressCallback
-    ) -> tuple[Suggestion, tuple[Verdict, ...]]:
-        """Return the alternatives that are neither blocked nor pierce a wall, the best first, with their verdicts."""
-        evaluated = [(one, self._verdict(plan, one, progress)) for one in found.alternatives]
-        passing = [pair for pair in evaluated if pair[1].level in _ORDER]
-        passing.sort(key=lambda pair: _ORDER[pair[1].level])
+    ) -> tuple[Suggestion, tuple[Verdict, ...], tuple[tuple[VerdictFigure, ...], ...]]:
+        """Return the alternatives that are neither blocked nor pierce a wall, the best first.
+
+        With each come its verdict and the figures of that.
+        """
+        evaluated = [(one, *self._judged(plan, one, progress)) for one in found.alternatives]
+        passing = [one for one in evaluated if one[1].level in _ORDER]
+        passing.sort(key=lambda one: _ORDER[one[1].level])
         if evaluated and not passing:
-            one, verdict = evaluated[0]
+            one, verdict, _ = evaluated[0]
             end = one.run.tip[-1]
             gap = float(np.linalg.norm(end - target))
             reason = f"every way that was found is blocked. {verdict.words}".rstrip(".")
-            return Suggestion((), NoWay(end, gap, reason, f"{len(evaluated)} ways")), ()
-        return Suggestion(tuple(one for one, _ in passing), found.none), tuple(verdict for _, verdict in passing)
+            short = "every way is blocked"
+            return Suggestion((), NoWay(end, gap, reason, short, f"{len(evaluated)} ways")), (), ()
+        alternatives, verdicts, figures = zip(*passing, strict=True) if passing else ((), (), ())
+        return Suggestion(alternatives, found.none), verdicts, figures
 
-    def _verdict(self, plan: Plan, one: Alternative, progress: ProgressCallback) -> Verdict:
-        """Return the verdict on the plan along an alternative."""
+    def _judged(
+        self, plan: Plan, one: Alternative, progress: ProgressCallback
+    ) -> tuple[Verdict, tuple[VerdictFigure, ...]]:
+        """Return the verdict on the plan along an alternative, and its figures."""
         led = with_points(plan, suggested_points(one))
+        evaluation = self._evaluation(plan, led, partial(_evaluation_progress, progress))
+        if isinstance(evaluation, StartRefused):
+            return refused(evaluation).with_remarks(led), ()
+        return evaluation.verdict, verdict_figures(evaluation)
+
+    def _evaluation(self, plan: Plan, led: Plan, progress: ProgressCallback) -> PlanEvaluation | StartRefused:
+        """Return the evaluation of a plan that is led otherwise, with the rehearsal options of the plan."""
         try:
-            evaluating = partial(_evaluation_progress, progress)
-            return self._planning.evaluate(led, evaluating, self._options.of(plan.id).in_force.along(led)).verdict
+            return self._planning.evaluate(led, progress, self._options.of(plan.id).in_force.along(led))
         except StartRefused as error:
-            return refused(error).with_remarks(led)
+            return error
 
     def tools(self, plan: Plan, progress: ProgressCallback) -> ToolTable:
-        """Drive every shipped tool along the path of a plan."""
-        points = [point.position for point in plan.content.points]
+        """Simulate every shipped tool along the path of a plan.
+
+        The plan's own tool is evaluated as the plan is, each other one with the best directions of the shaft found.
+        """
+        places = np.array([point.position for point in plan.content.points])
         path = path_of(plan)
-        around, settings = self._around(plan, points, progress), self._settings(plan)
-        robot, shaft, rows = self._instruments.robot(plan.content.robot), shaft_of(plan, path), list[ToolRow]()
+        around, settings = self._around(plan, places.tolist(), progress), self._settings(plan)
+        robot, runs = self._instruments.robot(plan.content.robot), list[ToolRun]()
         every = [plan_tool(plan.content) if tool.name == plan.content.tool else tool for tool in shipped_tools()]
         for number, tool in enumerate(every):
             fraction = _FIELDS_FRACTION + (1.0 - _FIELDS_FRACTION) * number / len(every)
@@ -239,15 +224,12 @@ class Suggestions:
             def step(stage: str, _: float, at: float = fraction, title: str = tool.title) -> None:
                 progress(f"Driving {title}", at)
 
-            planned = shaft is not None and tool.name == plan.content.tool
-            if planned and shaft is not None:
-                own = drive_plan(around, robot, tool, path, shaft, settings, lambda: step("", 0.0))
-                drives = [] if own is None else [own]
-            else:
-                drives = best_drives(around, robot, tool, np.array(points), settings, RANKINGS[:1], 1, step)
-            rows.append(_row(tool, drives[0] if drives else None, tool.name == plan.content.tool, planned, path.length))
-        rows.sort(key=lambda row: (not row.reaches, row.tissue_mm or 0.0, -(row.least_clearance_mm or 0.0)))
-        return ToolTable(new_point_id(), plan.id, plan.revision, tuple(rows))
+            led: Plan | None = plan
+            if tool.name != plan.content.tool:
+                drives = best_drives(around, robot, tool, places, settings, RANKINGS[:1], 1, step)
+                led = with_shaft(plan, tool.name, suggested_points(drives[0])) if drives else None
+            runs.append(ToolRun(tool, led, None if led is None else self._evaluation(plan, led, step)))
+        return tool_table(plan, runs, path.length)
 
     def _settings(self, plan: Plan) -> ControlSettings:
         return settings_in_case(plan.content.settings, self._cases.get(plan.case_id).uncertainty)
@@ -313,12 +295,15 @@ def with_alternative(content: PlanContent, one: Alternative) -> PlanContent:
 
 def described(looked: SuggestedPaths) -> list[dict[str, Any]]:
     """Return the alternatives as JSON values: lengths in mm, positions in LPS."""
-    pairs = zip(looked.found.alternatives, looked.verdicts, strict=True)
-    return [_described(one, verdict, looked) for one, verdict in pairs]
+    every = zip(looked.found.alternatives, looked.verdicts, looked.figures, strict=True)
+    return [_described(one, verdict, figures, looked) for one, verdict, figures in every]
 
 
-def _described(one: Alternative, verdict: Verdict, looked: SuggestedPaths) -> dict[str, Any]:
+def _described(
+    one: Alternative, verdict: Verdict, figures: Sequence[VerdictFigure], looked: SuggestedPaths
+) -> dict[str, Any]:
     return {
+        "figures": [asdict(figure) for figure in figures],
         "verdict": verdict.level,
         "word": verdict.word,
         "short": verdict.short,
@@ -355,7 +340,8 @@ def described_none(none: NoWay | None) -> dict[str, Any] | None:
     if none is None:
         return None
     ends = [float(x) for x in none.ends_at]
-    return {"ends_at": ends, "gap_mm": none.gap_mm, "reason": none.reason, "searched": none.searched}
+    told = {"reason": none.reason, "short": none.short, "searched": none.searched}
+    return {"ends_at": ends, "gap_mm": none.gap_mm, **told}
 
 
 def none_in_words(none: NoWay) -> str:
@@ -364,19 +350,6 @@ def none_in_words(none: NoWay) -> str:
         f"No way found: {none.reason}. It ends {none.gap_mm:.1f} mm from the target. Looked through: {none.searched}. "
         "Bone that is to be opened, a thinner tool or another entry may make one."
     )
-
-
-def _row(tool: Tool, one: Alternative | None, chosen: bool, planned: bool, length: float) -> ToolRow:
-    if one is None:
-        blank = (False, None, length, None, None, None, "it does not fit at the entry")
-        return ToolRow(tool.name, tool.title, chosen, planned, *blank)
-    done, run, reason = one.run.completed and not one.pierces, one.run, one.run.reason
-    if one.pierces and one.run.completed:
-        reason = "it pierces skin or a wall between two airs"
-    return ToolRow(
-        tool.name, tool.title, chosen, planned, done, run.reached_mm, length, one.least_clearance_mm,
-        one.passage.tissue_mm, one.passage.tissue_depth_mm, reason, one.pierces,
-    )  # fmt: skip
 
 
 _Value = TypeVar("_Value")

@@ -62,7 +62,7 @@ _REASONS: dict[Reason, tuple[Level, str]] = {
     "clear": ("fits", ""),
     "spent": ("fits", ", but registration may use up the margin"),
     "margin": ("tight", ""),
-    "surface": ("tight", ": bone may be nearer than the scan shows"),
+    "surface": ("tight", ": bone may be nearer than shown"),
     "registration": ("tight", ": the registration error exceeds the clearance"),
     "registration_unknown": ("unknown", ": the registration error is not known"),
     "scan_ends": ("unknown", ": the scan ends beside the tool"),

@@ -29,14 +29,17 @@ _Item = TypeVar("_Item", bound=_Named)
 
 
 def changes(before: PlanContent, after: PlanContent) -> tuple[str, ...]:
-    """Sentences, in the order of the panel; none where the two are the same. A robot's placement is not told.
+    """Sentences, in the order of the panel; none where the two are the same.
 
+    A robot's placement, which other edits drop by the way, is told where nothing else differs.
     A field without words of its own is told by its name.
     """
     found: list[str] = []
     for name in (*_WORDS, *(field.name for field in fields(after) if field.name not in _WORDS)):
         words = _WORDS.get(name)
         found += words(before, after) if words else _plain(name, getattr(before, name), getattr(after, name))
+    if not found and before.robot != after.robot:
+        found.append(f"The robot’s base is {'placed automatically' if after.robot['base'] is None else 'kept'}.")
     return tuple(found)
 
 
@@ -205,7 +208,7 @@ _WORDS: Mapping[str, Callable[[PlanContent, PlanContent], Iterable[str]]] = {
     "path_id": _chosen,
     "targets": lambda was, now: listed(was.targets, now.targets, lambda point: f"Target ‘{point.label}’", _point),
     "robot": _robots,
-    "zones": lambda was, now: listed(was.zones, now.zones, lambda zone: f"Structure to spare ‘{zone.name}’", _zone),
+    "zones": lambda was, now: listed(was.zones, now.zones, lambda zone: f"Protected structure ‘{zone.name}’", _zone),
     "removed_bone": lambda was, now: listed(
         was.removed_bone, now.removed_bone, lambda bone: f"Bone to be removed ‘{bone.name}’", _region
     ),

@@ -77,7 +77,7 @@ class PlanContent:
     None; of a URDF of one's own also its SHA-256 as 'urdf' and the link that holds the tool as 'tool_frame'.
     A placement is that of the chosen path.
     settings: those of the controller that differ from its defaults, by field name.
-    zones: structures to spare; removed_bone: bone that is taken away first. Both are of every path.
+    zones: protected structures; removed_bone: bone that is taken away first. Both are of every path.
     notes: what the planner writes down, in lines.
     second_volume: what is laid over the head's slices; None for nothing.
     registration: id of the registration that says how the image lies on the patient; None for none.

@@ -92,14 +92,14 @@ def _content(files: CaseFiles) -> CaseContent:
 
 def _with_imported(content: CaseContent, known: Case | None) -> CaseContent:
     """The content with the structures and volumes that the user imported into the case before."""
-    if known is None or not known.spared:
+    if known is None or not known.protectable:
         return content
-    names = {item.surface for item in known.spared}
+    names = {item.surface for item in known.protectable}
     surfaces = tuple(item for item in known.surfaces if item.name in names)
     return replace(
         content,
         surfaces=content.surfaces + surfaces,
-        structures=content.structures + known.spared,
+        structures=content.structures + known.protectable,
         overlays=known.overlays,
     )
 

@@ -1,4 +1,4 @@
-"""Regions of a plan: structures to spare, and bone that is to be removed."""
+"""Regions of a plan: protected structures, and bone that is to be removed."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ COLOURS = (DEFAULT_COLOUR, "#c97bd1", "#7fb069", "#e07a5f", "#6fa8dc", "#b8a1e3"
 
 @dataclass(frozen=True)
 class PlanZone:
-    """A structure to spare.
+    """A protected structure.
 
     shape: as in a file of zones, or {'kind': 'capsules', 'points': …, 'radius': …} or {'kind': 'structure',
     'structure': id}. margin_mm: how far the tool stays away from a hard one; of a soft one the thickness of the layer
@@ -58,14 +58,14 @@ class RemovedBone:
 
 def check_zones(zones: Sequence[PlanZone]) -> tuple[PlanZone, ...]:
     """The zones, whose values are checked. Raises InputError or one of its kinds."""
-    _unique(zones, "structures to spare", MAX_ZONES)
+    _unique(zones, "protected structures", MAX_ZONES)
     return tuple(check_zone(zone) for zone in zones)
 
 
 def check_zone(zone: PlanZone) -> PlanZone:
     """Raises InputError or one of its kinds, which name the zone."""
-    named = f"the structure to spare {check_stored_name(zone.name, 'structure to spare')!r}"
-    if len(check_zone_name(zone.name, "structure to spare")) > MAX_ZONE_NAME:
+    named = f"the protected structure {check_stored_name(zone.name, 'protected structure')!r}"
+    if len(check_zone_name(zone.name, "protected structure")) > MAX_ZONE_NAME:
         raise PlanError(f"{named} has a name of {len(zone.name)} characters; {MAX_ZONE_NAME} are allowed.")
     if zone.kind not in ("hard", "soft"):
         raise PlanError(f"{named} is {str(zone.kind)!r:.20}; it must be hard or soft.")
@@ -77,7 +77,7 @@ def check_zone(zone: PlanZone) -> PlanZone:
     if zone.kind == "soft" and stiffness is None:
         stiffness = DEFAULT_STIFFNESS_N_PER_MM
     return PlanZone(
-        check_id(zone.id, "a structure to spare"),
+        check_id(zone.id, "a protected structure"),
         zone.name,
         check_shape(zone.shape),
         _within(zone.margin_mm, f"{named}: the margin", 0.0, LARGEST_MARGIN_MM, "mm"),

@@ -285,13 +285,13 @@ def _cautions(
     if "simulated" in sources and len(sources) > 1:
         if state != "misfit":  # which says so
             found.append(
-                "Some points were measured by the simulated pointer and some were not: nothing here is of a real "
-                "patient. Measure all of them in one way."
+                "Some points are of a simulated pointer. So nothing here is of a real patient; measure all of them in "
+                "one way."
             )
     elif "simulated" in sources:
-        found.append("The points were measured by a simulated pointer: nothing here is of a real patient.")
+        found.append("Measured by a simulated pointer: nothing is of a real patient.")
     elif content.said_simulated:
-        found.append("The file of this transform says that it is simulated: nothing here is of a real patient.")
+        found.append("The file is simulated: nothing here is of a real patient.")
     elif _simulated_robot(content):
         found.append("The robot's calibration is simulated: nothing here is of a real robot.")
     if content.robot is not None and content.to == "base":
@@ -300,8 +300,8 @@ def _cautions(
         found += pointer_cautions(content.pointer)
     if fit is not None and len({pair.weight for pair in pairs}) > 1:
         found.append(
-            "The points have different weights in the fit; the error to be expected is told as if all were measured "
-            "equally well, which is rough."
+            "The points have different weights; the expected error is rough. It is computed as if all were measured "
+            "equally well."
         )
     if fit is not None and content.fle_mm is not None and counted_fle(content, fit) is None:
         found.append(
@@ -315,9 +315,7 @@ def _cautions(
 
 def _few(complete: Sequence[FiducialPair], residuals: Mapping[str, float]) -> str:
     """What three points do not tell, and what to do: points that were left out make the others fit better."""
-    words = (
-        "Three points fit almost always: a wrong one among them is not noticed, and the error may be told too small."
-    )
+    words = "Three points: a wrong one may go unnoticed. They fit almost always, and the error may be too small."
     left = [pair for pair in complete if not pair.enabled]
     if not left:
         return f"{words} Measure a fourth."

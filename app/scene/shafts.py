@@ -1,8 +1,7 @@
-"""The planned directions of the shaft in the scene: lines at the path points, and the preview of a suggested path."""
+"""The planned direction of the shaft at the selected path point in the scene, and the preview of a suggested path."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -23,6 +22,7 @@ BALL_MM = 0.9
 RING_MM = 1.8  # radius of the ring around that ball, which bone may hide
 THICKNESS_MM = 0.35
 SUGGESTED_THICKNESS_MM = 1.0
+_NOTHING = np.zeros((0, 2, 3))
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,6 @@ class ShaftHandle:
     point_id: str
     position: tuple[float, float, float]
     direction: tuple[float, float, float]
-    selected: bool
 
     @property
     def end(self) -> tuple[float, float, float]:
@@ -42,38 +41,38 @@ class ShaftHandle:
 
 
 class ShaftNodes:
-    """A line at each point with a direction, from the tip towards the tail; the selected one is turned by a ball.
+    """A line from the selected point towards the tail, which a ball at its end turns.
 
     The ball has a ring, since lines show through bone and balls do not.
     """
 
     def __init__(self, view: SceneView) -> None:
         self._view = view
-        self._lines = Lines(view, "/plan/shafts", palette.UNKNOWN, THICKNESS_MM)
+        self._line = Lines(view, "/plan/shaft", palette.UNKNOWN, THICKNESS_MM)
         self._ring = Lines(view, "/plan/shaft_ring", palette.ACCENT, THICKNESS_MM)
-        self._balls: dict[str, DragBall] = {}
+        self._ball: tuple[str, DragBall] | None = None  # of the point with that id
 
-    def show(self, handles: Sequence[ShaftHandle], locked: bool) -> None:
-        """Draw these directions and no others. locked: dragging is disabled."""
-        self._lines.show(np.array([(one.position, one.end) for one in handles]).reshape(-1, 2, 3))
+    def show(self, handle: ShaftHandle | None, locked: bool) -> None:
+        """Draw this direction, or none. locked: dragging is disabled."""
+        self._line.show(_NOTHING if handle is None else np.array([(handle.position, handle.end)]))
         with self._view.atomic():
-            chosen = [one for one in handles if one.selected]
-            self._ring.show(_rings([one.end for one in chosen]))
-            for gone in self._balls.keys() - {one.point_id for one in chosen}:
-                self._balls.pop(gone).remove()
-            for one in chosen:
-                if one.point_id not in self._balls:
-                    name = f"/plan/shaft_{one.point_id}"
-                    self._balls[one.point_id] = DragBall(
-                        self._view.scene, name, HANDLE + one.point_id, BALL_MM, one.end, self._view.events.item_dragged
-                    )
-                self._balls[one.point_id].show(one.end, locked)
+            self._ring.show(_NOTHING if handle is None else joined(ring(np.array(handle.end), RING_MM)))
+            if self._ball is not None and (handle is None or handle.point_id != self._ball[0]):
+                self._ball[1].remove()
+                self._ball = None
+            if handle is None:
+                return
+            if self._ball is None:
+                name, item = f"/plan/shaft_{handle.point_id}", HANDLE + handle.point_id
+                dragged = self._view.events.item_dragged
+                self._ball = (handle.point_id, DragBall(self._view.scene, name, item, BALL_MM, handle.end, dragged))
+            self._ball[1].show(handle.end, locked)
 
     def remove(self) -> None:
-        self._lines.remove()
+        self._line.remove()
         self._ring.remove()
-        for ball in self._balls.values():
-            ball.remove()
+        if self._ball is not None:
+            self._ball[1].remove()
 
 
 class SuggestedNodes:
@@ -88,7 +87,7 @@ class SuggestedNodes:
 
         curve (m, 3): positions along the path, empty to hide it. places, directions (n, 3): of its points. LPS mm.
         """
-        self._curve.show(np.stack([curve[:-1], curve[1:]], axis=1) if len(curve) else np.zeros((0, 2, 3)))
+        self._curve.show(np.stack([curve[:-1], curve[1:]], axis=1) if len(curve) else _NOTHING)
         self._shafts.show(_rays(places, directions))
 
     def remove(self) -> None:
@@ -99,8 +98,3 @@ class SuggestedNodes:
 def _rays(places: Array, directions: Array) -> Array:
     rays: Array = np.stack([places, places + LINE_MM * directions], axis=1)
     return rays
-
-
-def _rings(places: Sequence[tuple[float, float, float]]) -> Array:
-    rings = [joined(ring(np.array(place), RING_MM)) for place in places]
-    return np.concatenate(rings) if rings else np.zeros((0, 2, 3))

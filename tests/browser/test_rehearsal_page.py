@@ -281,7 +281,7 @@ def test_robot_tool_and_remote_centre_are_chosen_with_keys_on_a_small_screen(
     station.tab_to("#plan-tool")
     page.keyboard.press("S")  # the one whose name begins so
     station.wait_for("the tool", lambda: station.state("plan")["tool"]["name"] == "straight_pointer")
-    station.tab_to("#upload-robot", back=True)
+    station.tab_to("#upload-robot")
     station.choose_file("Space", "#urdf-file", own)
     station.wait_for("the robot", lambda: station.state("plan")["robot"]["name"] == "short")
     expect(page.locator("#tool-frame")).to_be_visible()
@@ -290,7 +290,7 @@ def test_robot_tool_and_remote_centre_are_chosen_with_keys_on_a_small_screen(
     station.wait_for("nothing beside the page", lambda: page.evaluate(within))
     limit = "joint 2 (shoulder_pitch) at its limit"
     expect(page.locator("#verdict-words")).to_contain_text(limit, timeout=1000.0 * DRIVEN_S)
-    station.tab_to("#plan-tool")  # a list that has the focus leaves undo to the plan
+    station.tab_to("#plan-tool", back=True)  # a list that has the focus leaves undo to the plan
     page.keyboard.press("Control+z")
     station.wait_for("the robot before", lambda: station.state("plan")["robot"]["name"] == "steady_hand")
     page.keyboard.press("Control+z")

@@ -101,12 +101,12 @@ class Module {
     this.elsewhere = /** @type {Record<string, Record<string, string>>} */ (ELSEWHERE)[file] ?? {};
     findConstants(program, this.constants);
     this.visit(program, "hint");
-    for (const [name, init] of this.constants) if (isTextual(init) && !this.met.has(name)) this.record(init, this.elsewhere[name] ?? "hint");
+    for (const [name, init] of this.constants) if (isShown(init) && !this.met.has(name)) this.show(init, this.elsewhere[name] ?? "hint");
   }
 
   /** How a module's own constant is used decides what it is. @param {any} declarator @param {string} kind */
   declared({ id, init }, kind) {
-    if (!(init && isTextual(init) && this.constants.get(id.name) === init)) this.visit(init, this.elsewhere[id.name] ?? kind);
+    if (!(init && isShown(init) && this.constants.get(id.name) === init)) this.visit(init, this.elsewhere[id.name] ?? kind);
   }
 
   /** @param {any} node @param {string} kind */
@@ -133,12 +133,19 @@ class Module {
   /** @param {string} name @param {string} kind */
   used(name, kind) {
     const known = this.constants.get(name);
-    if (!known || !isTextual(known) || name in this.elsewhere) return;
+    if (!known || !isShown(known) || name in this.elsewhere) return;
     this.met.add(name);
     if (this.depth > 8) return;
     this.depth += 1;
-    this.record(known, kind);
+    this.show(known, kind);
     this.depth -= 1;
+  }
+
+  /** @param {any} node a text or a template @param {string} kind */
+  show(node, kind) {
+    if (kind === "none") return;
+    if (isTextual(node)) this.record(node, kind);
+    else this.template(node, kind);
   }
 
   /** What a function returns is: 'said' or 'help', where each call of it shows it as that, else outer. @param {any} node @param {string} outer */
@@ -269,6 +276,11 @@ function isTextual(node) {
   return node.type === "LogicalExpression" && isTextual(node.right);
 }
 
+/** @param {any} node whether it is a text or a template of lit-html */
+function isShown(node) {
+  return isTextual(node) || node.type === "TaggedTemplateExpression";
+}
+
 /** @param {any} node */
 function isFunction(node) {
   return ["FunctionDeclaration", "FunctionExpression", "ArrowFunctionExpression"].includes(node.type);
@@ -288,7 +300,7 @@ function property(name, kind) {
 /** @param {string} tag @param {string} classes @param {string} outer */
 function kindOf(tag, classes, outer) {
   if (/\bhelp\b/u.test(classes)) return "help";
-  if (/\b(row|chip|place|order|card)(-main)?\b/u.test(classes)) return "hint"; // a button with what it stands for, not with what it does
+  if (/\b(row|chip|place|order|card|alternative)(-main)?\b/u.test(classes)) return "hint"; // a button with what it stands for, not with what it does
   return /** @type {Record<string, string>} */ (TAG_KINDS)[tag] ?? outer;
 }
 
@@ -355,6 +367,7 @@ if (process.argv[1] === fileURLToPath(import.meta.url)) {
     if (!long || words > (/** @type {Record<string, number>} */ (LIMITS)[kind] ?? Infinity)) console.log(`${file}:${line} ${kind} ${words} ${text}`);
   }
   const all = texts.reduce((sum, { text }) => sum + countWords(text), 0);
+  const seen = texts.reduce((sum, { kind, words }) => sum + (kind === "help" ? 0 : words), 0);
   const over = texts.filter(({ kind, words }) => words > (/** @type {Record<string, number>} */ (LIMITS)[kind] ?? Infinity)).length;
-  console.log(`${texts.length} texts of ${all} words, ${over} past their limit`);
+  console.log(`${texts.length} texts of ${all} words, ${seen} of them in sight, ${over} past their limit`);
 }

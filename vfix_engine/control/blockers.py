@@ -52,7 +52,7 @@ class LimitingConstraint:
         """Describe the constraint with the names of structures by id; a structure without a name is shown by its id."""
         if self.kind in ("bone", "zone"):
             bone = self.kind == "bone"
-            name = names.get(self.structure, self.structure) if bone else f"structure to spare '{self.structure}'"
+            name = names.get(self.structure, self.structure) if bone else f"protected structure '{self.structure}'"
             return f"{name} on the {self.part}, {max(self.distance_mm, 0.0):.1f} mm away"
         if self.joint >= 0:
             where = {"speed": "at its top speed", "acceleration": "at its acceleration limit"}

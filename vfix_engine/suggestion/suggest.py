@@ -107,12 +107,13 @@ class Alternative:
 class NoWay:
     """Reason why there is no path. ends_at: (3,) end of the route; gap_mm: its distance from the target.
 
-    reason: in words; searched: in words, what was searched.
+    reason: in words; short: the same in at most nine words; searched: in words, what was searched.
     """
 
     ends_at: Array
     gap_mm: float
     reason: str
+    short: str
     searched: str
 
 
@@ -147,7 +148,9 @@ def suggest_path(
     searched = f"the air within 15 mm around entry and target, with room for a tip of {2.0 * tool.radius[0]:.1f} mm"
     if not way.reached:
         reason = f"{way.in_the_way} lies between the end of the widest way and the target"
-        return Suggestion((), NoWay(way.places[-1], way.gap_mm, reason, searched))
+        lies = "the scan ends" if way.in_the_way == "the end of the scan" else f"{way.in_the_way} lies"
+        short = f"{lies} {way.gap_mm:.0f} mm before the target"
+        return Suggestion((), NoWay(way.places[-1], way.gap_mm, reason, short, searched))
     found = best_drives(around, robot, tool, smoothed(way.places), settings, tell=tell)
     if found and found[0].pierces:
         # Piercing is evaluated for each orientation, which takes longer than everything else.
@@ -256,11 +259,13 @@ def _none_arrives(found: list[Alternative], tool: Tool, target: Array, entry: Ar
     """Reason for the case that the tip has a route but the tool has none."""
     searched = f"{searched}; directions of the shaft along it for {tool.title}"
     if not found:
-        return NoWay(entry, float(np.linalg.norm(target - entry)), "the tool does not fit at the entry", searched)
+        short = "the tool does not fit at the entry"
+        return NoWay(entry, float(np.linalg.norm(target - entry)), short, short, searched)
     best = max(found, key=lambda one: one.run.reached_mm)
     end = best.run.tip[-1]
+    gap = float(np.linalg.norm(target - end))
     if best.run.completed:
         reason = "the tip has a way, and the tool pierces skin or a wall between two airs in each that gets there"
-        return NoWay(end, float(np.linalg.norm(target - end)), reason, searched)
+        return NoWay(end, gap, reason, "the tool would pierce skin or a wall", searched)
     reason = f"the tip has a way, the tool gets {best.run.reached_mm:.0f} of {best.run.length_mm:.0f} mm: "
-    return NoWay(end, float(np.linalg.norm(target - end)), reason + best.run.reason, searched)
+    return NoWay(end, gap, reason + best.run.reason, f"the tool stops {gap:.0f} mm before the target", searched)

@@ -99,7 +99,7 @@ def _entries(data: dict[str, Any], key: str) -> list[dict[str, Any]]:
 
 
 def _zone(entry: dict[str, Any], surfaces: _Surfaces) -> Zone:
-    named = f"structure to spare '{str(entry.get('name'))[:80]}'"
+    named = f"protected structure '{str(entry.get('name'))[:80]}'"
     _only(entry, {"name", "margin_mm", "shape"}, named)
     solid = _with_zone_named(named, lambda: _solid(entry["shape"], surfaces))
     if solid is None:

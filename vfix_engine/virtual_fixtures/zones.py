@@ -39,7 +39,7 @@ class Zone:
         >>> from vfix_engine.geometry.shapes import Sphere
         >>> zone = Zone("optic nerve", Sphere((0, 0, 0), radius=2.0), margin_mm=1.0)
         >>> zone.label
-        "structure to spare 'optic nerve'"
+        "protected structure 'optic nerve'"
     """
 
     name: str
@@ -47,7 +47,7 @@ class Zone:
     margin_mm: float
 
     def __post_init__(self) -> None:
-        check_name(self.name, "structure to spare")
+        check_name(self.name, "protected structure")
         if not isinstance(self.solid, SHAPES) and not hasattr(self.solid, "pairs_within"):
             raise InputError(f"{self.label} is a {type(self.solid).__name__}; it needs a shape or a surface's tree")
         margin = check_number(self.margin_mm, f"{self.label}: the margin in mm")
@@ -57,8 +57,8 @@ class Zone:
 
     @property
     def label(self) -> str:
-        """\"structure to spare 'optic nerve'\"."""
-        return f"structure to spare '{self.name}'"
+        """\"protected structure 'optic nerve'\"."""
+        return f"protected structure '{self.name}'"
 
     @classmethod
     def around(cls, name: str, mesh: TriangleMesh, centre: ArrayLike, radius_mm: float, margin_mm: float) -> Zone:
@@ -76,7 +76,7 @@ def _tree(name: str, patch: Callable[[], TriangleMesh]) -> ProximityTree:
     try:
         return ProximityTree(patch())
     except InputError as error:
-        raise InputError(f"structure to spare '{name}': {error}") from error
+        raise InputError(f"protected structure '{name}': {error}") from error
 
 
 def ordered(zones: Sequence[Zone]) -> tuple[Zone, ...]:
@@ -88,7 +88,7 @@ def ordered(zones: Sequence[Zone]) -> tuple[Zone, ...]:
     names = [zone.name for zone in zones]
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:
-        raise InputError(f"two structures to spare are called '{twice[0]}'")
+        raise InputError(f"two protected structures are called '{twice[0]}'")
     return (*(z for z in zones if not isinstance(z.solid, SHAPES)), *(z for z in zones if isinstance(z.solid, SHAPES)))
 
 

@@ -98,19 +98,24 @@ def cut_picture(plane: Plane, shown: Shown) -> str:
 
 
 def _outline(plane: Plane, mesh: TriangleMesh, centre: Array) -> str:
-    """Where a surface crosses the plane, as segments within the picture."""
+    """Where a surface crosses the plane, as the data of an SVG path."""
+    return "".join(line(segment) for segment in outline(plane, mesh, centre))
+
+
+def outline(plane: Plane, mesh: TriangleMesh, centre: Array, half_mm: float = HALF_MM) -> Array:
+    """Where a surface crosses the plane: segments (n, 2, 2) in picture coordinates, of triangles within `half_mm`."""
     import trimesh  # imported here: slow to load
 
     corners = mesh.triangles
     away = np.stack([corners.min(axis=1) - centre, centre - corners.max(axis=1)]).max(axis=0)  # > 0: all beyond
-    reach = np.full(3, HALF_MM)
+    reach = np.full(3, half_mm)
     reach[plane.through] = 0.0
     near = np.flatnonzero((away <= reach).all(axis=1))
     if not len(near):
-        return ""
+        return np.zeros((0, 2, 2))
     surface = trimesh.Trimesh(mesh.vertices, mesh.faces, process=False, validate=False)
     pairs = trimesh.intersections.mesh_plane(surface, np.eye(3)[plane.through], centre, local_faces=near)
-    return "".join(_line(segment) for segment in plane.project(pairs, centre))
+    return plane.project(pairs, centre)
 
 
 def _tool(plane: Plane, shown: Shown) -> Iterator[str]:
@@ -142,7 +147,7 @@ def _path(plane: Plane, shown: Shown) -> Iterator[str]:
     seen = np.asarray(np.abs(flat).max(axis=1) <= HALF_MM + 1.0)
     near = seen & (np.abs(shown.path[:, plane.through] - shown.centre[plane.through]) <= IN_CUT_MM)
     for name, kept in (("path beyond", seen), ("path", near)):
-        if data := "".join(_line(_thinned(run)) for run in _runs(flat, kept)):
+        if data := "".join(line(_thinned(run)) for run in _runs(flat, kept)):
             yield f'<path class="{name}" d="{data}"/>'
 
 
@@ -178,13 +183,13 @@ def _grey(plane: Plane, volume: Volume, centre: Array) -> str:
     )
 
 
-def _line(points: Array) -> str:
+def line(points: Array) -> str:
     """(n, 2) as the data of an SVG path."""
     return "M" + "L".join(f"{x:.2f} {y:.2f}" for x, y in points.tolist())
 
 
 def _stroke(points: Array, width: float) -> str:
-    return f'<path style="stroke-width:{width:.2f}" d="{_line(points)}"/>'
+    return f'<path style="stroke-width:{width:.2f}" d="{line(points)}"/>'
 
 
 def _dot(place: Array) -> str:

@@ -103,7 +103,7 @@ class SlicerExport:
             node = SceneNode("Model", structure.name, names.of(structure.name), colour, opacity)
             return node, lambda path: write_ply(path, self._cases.case_surface(case.id, structure.surface))
 
-        others = [part(one, one.colour or _STRUCTURE, 1.0) for one in case.spared]
+        others = [part(one, one.colour or _STRUCTURE, 1.0) for one in case.protectable]
         return [part(case.anatomy, case.anatomy.colour or _BONE, _BONE_OPACITY), *others]
 
     def _marks(self, plan: Plan, case: Case, registrations: Sequence[StoredRegistration]) -> Parts:

@@ -104,6 +104,9 @@ class SetPlanSettings(Change, frozen=True):
     """Set some of the controller's settings; the others stay. No step of the history: undo leaves them."""
 
     rest = "PATCH /plans/{id}"
+    message = "plan.settings"
+    of_open = True
+    title = "Set margin"
     settings: Settings
 
     def run(self, context: Plans, document_id: str) -> StoredPlan:

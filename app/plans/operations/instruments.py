@@ -14,6 +14,8 @@ from app.operations.operation import Verb
 from app.plans.instruments import shaped_tool
 from app.plans.model import PlanContent, check_registration_id, check_robot, check_tool_shape, without_placement
 from app.plans.operations.base import PlanEdit, Plans, StoredPlan
+from app.plans.points import PlanPoint, check_point
+from vfix_engine.errors import PlanError
 
 Hash = Annotated[str, Meta(min_length=64, max_length=64)]
 ShapeNumber = Annotated[float, Meta(ge=-1e3, le=1e3)]  # what a tool may have, its reader says
@@ -72,10 +74,23 @@ class ChooseTool(PlanEdit, frozen=True):
         return content.with_tool(self.tool.name, checked)
 
 
+class TakeTool(PlanEdit, frozen=True):
+    """Another tool for the chosen path, with the shaft's directions that it was simulated with, as one edit."""
+
+    tool: str
+    tool_shape: Mapping[str, float]
+    points: tuple[PlanPoint, ...]
+
+    def apply(self, content: PlanContent, context: Plans) -> PlanContent:
+        return content.with_tool(self.tool, self.tool_shape).with_points([check_point(point) for point in self.points])
+
+
 class PlaceRobot(PlanEdit, frozen=True):
     """Keep the placing that the dry run finds for the plan's robot with the plan, as one edit."""
 
+    title = "Keep robot base"
     rest = "POST /plans/{id}/placing"
+    message = "base.keep"
     verb = (Verb("plan place", "keep the placing of the robot that the dry run finds with the plan"),)
 
     def run(self, context: Plans, document_id: str) -> StoredPlan:
@@ -92,6 +107,19 @@ class KeepPlacement(PlanEdit, frozen=True):
 
     def apply(self, content: PlanContent, context: Plans) -> PlanContent:
         return replace(content, robot=check_robot(self.robot))
+
+
+class DropPlacement(PlanEdit, frozen=True):
+    """Keep no placing with the plan, as one edit: each dry run places the robot anew."""
+
+    title = "Place robot automatically"
+    rest = "DELETE /plans/{id}/placing"
+    message = "base.free"
+
+    def apply(self, content: PlanContent, context: Plans) -> PlanContent:
+        if content.robot["base"] is None:
+            raise PlanError("the plan keeps no placing of its robot.")
+        return content.without_placement()
 
 
 class UseRegistration(PlanEdit, frozen=True):
@@ -122,4 +150,4 @@ class ReferToRegistration(PlanEdit, frozen=True):
         return replace(content, registration=checked, robot=robot)
 
 
-OPERATIONS = (ChooseRobot, ChooseTool, PlaceRobot, UseRegistration)
+OPERATIONS = (ChooseRobot, ChooseTool, PlaceRobot, DropPlacement, UseRegistration)

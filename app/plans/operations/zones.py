@@ -30,7 +30,7 @@ Shape = Annotated[
     Meta(max_length=8, description="as in a file of zones, LPS mm; or of the kind 'capsules' or 'structure'"),
 ]
 
-_WHAT = "structure to spare"
+_WHAT = "protected structure"
 _KEPT_BY = {"shape", "kind", "margin_mm", "max_depth_mm"}  # what decides whether a drive can keep it
 _MAY_BE_NULL = ("max_depth_mm", "stiffness_n_per_mm")
 
@@ -59,7 +59,7 @@ class _ZoneEdit(PlanEdit, frozen=True, kw_only=True):
         values = {name: getattr(self, name) for name in _ZoneEdit.__struct_fields__}
         values = {name: value for name, value in values.items() if value is not UNSET}
         if empty := [name for name, value in values.items() if value is None and name not in _MAY_BE_NULL]:
-            raise PlanError(f"a structure to spare needs its {empty[0]}; leave it out to keep it.")
+            raise PlanError(f"a protected structure needs its {empty[0]}; leave it out to keep it.")
         return values
 
 
@@ -131,7 +131,7 @@ class ChangeZone(_AnsweredZone, frozen=True, kw_only=True):
     def _changes(self) -> dict[str, Any]:
         changes = self.said()
         if not changes:
-            raise PlanError("give what is to change of the structure to spare.")
+            raise PlanError("give what is to change of the protected structure.")
         return changes | ({"stiffness_n_per_mm": None, "max_depth_mm": None} if changes.get("kind") == "hard" else {})
 
 

@@ -81,7 +81,7 @@ class Structures:
         return [Layer("patient.structures", key, StructureNodes, lambda nodes: nodes.show(shapes), made_for=case_id)]
 
     def _spared(self) -> tuple[Structure, ...]:
-        return () if self._case is None else self._case.spared
+        return () if self._case is None else self._case.protectable
 
     def _is_shown(self, item: Structure) -> bool:
         at_first = len(self._spared()) <= SHOWN_AT_FIRST
@@ -110,7 +110,7 @@ class Structures:
         case = self._case
         if case is None or self._workspace.case.loading:
             return
-        for item in case.spared:
+        for item in case.protectable:
             if self._is_shown(item) and item.id not in self._meshes and item.id not in self._reading:
                 self._reading.add(item.id)
                 self._read_one(case.id, item.id)

@@ -33,6 +33,7 @@ def verdict_view(evaluation: PlanEvaluation) -> VerdictView:
     plotted: ClearanceProfile = {
         "s_mm": np.round(profile.s, 2).tolist(),
         "curves": curves,
+        "exact_to_mm": round(evaluation.run.exact_to_mm, 3),
         "tissue_mm": None if tissue is None else np.round(tissue.length, 1).tolist(),
         "tissue_depth_mm": None if tissue is None else np.round(tissue.depth, 2).tolist(),
         "registration_mm": None if profile.off_mm is None else np.round(profile.off_mm, 3).tolist(),
@@ -50,6 +51,7 @@ def verdict_view(evaluation: PlanEvaluation) -> VerdictView:
         "nearest_curve": int(np.argmin([one.left_mm for one in verdict.obstacles])),
         "nearest_mm": float(verdict.s_mm or 0.0),
         "length_mm": round(evaluation.length_mm, 3),
+        "base_mm": round(float(np.linalg.norm(evaluation.base[:3, 3] - evaluation.path.position(0.0))), 1),
         "profile": plotted,
     }
 

@@ -33,6 +33,7 @@ from app.tabs.plan.versions import Versions
 from app.workspace.plan_items import entries, plan_items, position_of
 from app.workspace.sections import ItemKind
 from vfix_engine.arrays import Array
+from vfix_engine.control import ControlSettings
 from vfix_engine.errors import PlanError, VfixError
 from vfix_engine.geometry.path import SplinePath
 
@@ -189,6 +190,7 @@ class EditedPlan:
             },
             "robot": self._robot,
             "tool": self.tool,
+            "margin_mm": ControlSettings.from_dict(dict(plan.content.settings)).margin_mm,
         }
 
     def kind_of(self, item_id: str) -> ItemKind:

@@ -117,7 +117,7 @@ export function stepLine(name, state, known) {
   if (name === "targets") return listLine(plan.targets.map(({ label }) => label), "targets");
   if (name === "protect") return listLine((state.regions?.items ?? []).filter(({ purpose }) => purpose === "spare").map((item) => item.name), "structures");
   if (name === "path") return pathLine(plan, known);
-  if (name === "tool") return toolLine(plan);
+  if (name === "tool") return toolLine(plan, state);
   const drawn = plan.points.length > 1;
   if (name === "check") return drawn ? known.verdict : { words: "Needs a path", mark: "" };
   const ready = drawn && state.corridor?.state === "current";
@@ -177,12 +177,14 @@ function pathLine(plan, { suggestion, searching }) {
 
 /**
  * @param {PlanSection} plan
+ * @param {ViewModel} state
  * @returns {Line}
  */
-function toolLine({ tool, robot }) {
+function toolLine({ tool, robot }, { plan_use: use }) {
   if (tool.trouble) return { words: "Tool cannot be read", mark: "caution" };
   if (robot.trouble) return { words: "Robot cannot be read", mark: "caution" };
-  return { words: `${tool.title}${tool.changed ? ", changed" : ""}, ${robot.title || robot.name}`, mark: "done" };
+  if (use?.registration && use.state !== "ready") return { words: "Registration cannot be used", mark: "caution" };
+  return { words: `${tool.title}${tool.changed ? ", changed" : ""} · ${robot.title || robot.name}`, mark: "done" };
 }
 
 /**

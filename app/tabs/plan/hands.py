@@ -43,12 +43,11 @@ class Hands:
         if edited.regions.drawing is None:
             items += [(item.id, np.array(item.position)) for item in edited.items()] + edited.regions.handles()
             items += self._shafts.balls(edited)
-        head = case.hit(ray)
-        if (opening := self._openings.hit(edited, ray, head)) is not None:
+        hits = [hit_items(ray.origin, ray.direction, items, SELECT_RADIUS_MM), case.hit(ray)]
+        if (opening := self._openings.hit(edited, ray, hits[1])) is not None:
             self._workspace.note(edited.enter(opening))
             case.go_to(edited.place_of(edited.selected))
             return
-        hits = [hit_items(ray.origin, ray.direction, items, SELECT_RADIUS_MM), head]
         hit = min((hit for hit in hits if hit is not None), key=lambda hit: hit.distance_mm, default=None)
         if hit is not None:
             self._workspace.camera.turn_about(hit.position)

@@ -17,12 +17,14 @@ from app.plans.instruments import (
     tool_words,
 )
 from app.tabs.plan.sections import InstrumentsSection, PlanRobotView, PlanToolView
+from vfix_engine.control import ControlSettings
 from vfix_engine.errors import InputError
 
 
 @cache
 def instruments_section() -> InstrumentsSection:
-    """Robots and tools that come along."""
+    """Robots and tools that come along, and bounds of what can be set."""
+    margin = ControlSettings.bounds()["margin_mm"]
     return {
         "robots": [{"name": one.name, "title": one.title, "words": robot_words(one)} for one in shipped_robots()],
         "tools": [
@@ -37,6 +39,7 @@ def instruments_section() -> InstrumentsSection:
         ],
         "bend_bounds_deg": [0.0, round(MAX_BEND_DEG, 6)],
         "radius_bounds_mm": list(SHAFT_RADIUS_MM),
+        "margin_bounds_mm": [margin.low, margin.high],
     }
 
 
@@ -50,6 +53,7 @@ def robot_view(plan: UsesInstruments, instruments: Instruments) -> PlanRobotView
         "urdf": said.get("urdf"),
         "tool_frame": said.get("tool_frame"),
         "links": [],
+        "is_placed": said.get("base") is not None,
         "notes": [],
         "trouble": "",
     }

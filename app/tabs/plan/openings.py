@@ -41,7 +41,8 @@ class EntryOpenings:
         self._asked: str | None = None  # id of the case
         self._found: _Found | None = None
         self._plan_id: str | None = None
-        self._cross: Position | None = None  # where the slices were when that plan was shown; None once they were led
+        self._leads = False  # the slices have still to be brought there
+        self._cross: Position | None = None  # where they were when that plan was shown, once the head is read
 
     def refresh(self, edited: EditedPlan | None) -> None:
         """Look for the openings where a plan without an entry is shown; the slices go there, unless they were moved."""
@@ -50,12 +51,19 @@ class EntryOpenings:
         if edited.case.id != self._asked:
             self._ask(edited.case.id)
         if edited.plan_id != self._plan_id:
-            self._plan_id, self._cross = edited.plan_id, self._workspace.case.cross
-        if self._found is not None and self._cross is not None:
-            unmoved, self._cross = self._cross == self._workspace.case.cross, None
-            if unmoved and self._found.items:
-                middle = np.mean([one.position for one in self._found.items], axis=0)
-                self._workspace.case.go_to((float(middle[0]), float(middle[1]), float(middle[2])))
+            self._plan_id, self._leads, self._cross = edited.plan_id, True, None
+        if self._leads:
+            self._lead(self._workspace.case.cross)
+
+    def _lead(self, cross: Position | None) -> None:
+        """Bring the slices there once, unless somebody has moved them; cross: where they are."""
+        self._cross = self._cross or cross
+        if self._found is None or cross is None:
+            return
+        self._leads = False
+        if self._found.items and cross == self._cross:
+            middle = np.mean([one.position for one in self._found.items], axis=0)
+            self._workspace.case.go_to((float(middle[0]), float(middle[1]), float(middle[2])))
 
     def _ask(self, case_id: str) -> None:
         self._asked, self._found = case_id, None

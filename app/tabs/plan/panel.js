@@ -18,7 +18,8 @@ import { PlanBar } from "./plan-bar.js";
 import { PlanList } from "./plan-list.js";
 import { RegionsGroup } from "./regions.js";
 import { ShaftGroup } from "./shaft.js";
-import { SuggestGroup, ToolTableGroup } from "./suggest.js";
+import { SuggestGroup } from "./suggest.js";
+import { ToolTableGroup } from "./tool-table.js";
 import { Versions } from "./versions.js";
 
 /** @import { Parts } from "/static/js/panel.js" */

@@ -1,4 +1,4 @@
-"""Sections of the structures to spare and of the bone to be removed."""
+"""Sections of the protected structures and of the bone to be removed."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ FreeSide = Literal["R", "L", "A", "P", "S", "I"]
 
 
 class RegionView(TypedDict):
-    """A structure to spare, or a region of bone to be removed.
+    """A protected structure, or a region of bone to be removed.
 
     kind: of its shape. sub: its shape and how it is kept, in words. sizes: a radius, or a box's half sizes along its
     axes; place: where it is taken by when it is moved, None of a structure of the case. What a purpose or a kind does
@@ -47,7 +47,7 @@ class DrawingView(TypedDict):
 
 
 class StructureChoice(TypedDict):
-    """A structure of the case that can be spared as it is."""
+    """A structure of the case that can be protected as it is."""
 
     id: str
     name: str

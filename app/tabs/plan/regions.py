@@ -1,4 +1,4 @@
-"""Structures to spare and bone to be removed as a client edits them: drawn by clicks, selected, dragged, changed."""
+"""Protected structures and bone to be removed as a client edits them: drawn by clicks, selected, dragged, changed."""
 
 from __future__ import annotations
 

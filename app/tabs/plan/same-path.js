@@ -1,4 +1,6 @@
-// Whether a path is still the one that something was found for: only its places count, in order.
+// Whether a path is still the one that something was found for, among what it was found: of a path only its places count.
+
+/** @import { ViewModel } from "/static/js/types.js" */
 
 const SAME_MM = 0.01; // two places nearer than this are one
 
@@ -18,4 +20,13 @@ export function pathKey(points) {
 export function samePath(path, other) {
   return path.length > 1 && path.length === other.length
     && path.every(({ position }, at) => Math.hypot(...position.map((value, axis) => value - other[at].position[axis])) < SAME_MM);
+}
+
+/**
+ * What changes when that does what a tool is moved by and among: robot, protected structures and bone removal.
+ * @param {Pick<ViewModel, "plan" | "regions">} state
+ */
+export function surroundingsKey({ plan, regions }) {
+  const around = (regions?.items ?? []).map(({ purpose, shape, soft, margin_mm, stiffness_n_per_mm, max_depth_mm }) => [purpose, shape, soft, margin_mm, stiffness_n_per_mm, max_depth_mm]);
+  return JSON.stringify([plan?.robot.name, around]);
 }

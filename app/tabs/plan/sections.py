@@ -59,18 +59,19 @@ class ToolOption(RobotOption):
 
 
 class InstrumentsSection(TypedDict):
-    """What can be chosen; bounds (low, high) of a tool's bend and of its shaft's radius."""
+    """What can be chosen; bounds (low, high) of a tool's bend, of its shaft's radius, and of the margin."""
 
     robots: list[RobotOption]
     tools: list[ToolOption]
     bend_bounds_deg: list[float]
     radius_bounds_mm: list[float]
+    margin_bounds_mm: list[float]
 
 
 class PlanRobotView(TypedDict):
     """The plan's robot; of a URDF of one's own: its hash, the link that holds the tool, and all that could.
 
-    trouble: why it cannot be read, '' where it can.
+    is_placed: the plan keeps where its base stands. trouble: why it cannot be read, '' where it can.
     """
 
     name: str
@@ -79,6 +80,7 @@ class PlanRobotView(TypedDict):
     urdf: str | None
     tool_frame: str | None
     links: list[str]
+    is_placed: bool
     notes: list[str]
     trouble: str
 
@@ -96,7 +98,7 @@ class PlanToolView(TypedDict):
 
 
 class PlanSection(ItemsSection):
-    """The open plan; degree and length of its spline are 0 without one."""
+    """The open plan; degree and length of its spline are 0 without one. margin_mm: to bone, as it is set."""
 
     id: str
     revision: int
@@ -113,6 +115,7 @@ class PlanSection(ItemsSection):
     ghost: GhostView | None
     robot: PlanRobotView
     tool: PlanToolView
+    margin_mm: float
 
 
 class VerdictPart(TypedDict):
@@ -123,7 +126,7 @@ class VerdictPart(TypedDict):
 
 
 class ObstacleCurve(TypedDict):
-    """Clearance of the whole tool to bone or to a hard structure to spare along the path, and its margin, in mm."""
+    """Clearance of the whole tool to bone or to a hard protected structure along the path, and its margin, in mm."""
 
     name: str
     margin_mm: float
@@ -133,7 +136,8 @@ class ObstacleCurve(TypedDict):
 class ClearanceProfile(TypedDict):
     """Along the path, at one pose of the dry run for every 0.5 mm: all lists are of one length, in mm.
 
-    curves: bone first, then each hard structure to spare.
+    curves: bone first, then each hard protected structure.
+    exact_to_mm: bone that is farther away is at this distance or beyond.
     tissue_mm and tissue_depth_mm: along which length and how deep the tool is in soft tissue; None without a CT.
     registration_mm: what the registration may be off by at the tip (95 %); None without one.
     sideways_mm: how far sideways air leads round the tissue that the tool passes; None where not known anywhere.
@@ -141,6 +145,7 @@ class ClearanceProfile(TypedDict):
 
     s_mm: list[float]
     curves: list[ObstacleCurve]
+    exact_to_mm: float
     tissue_mm: list[float] | None
     tissue_depth_mm: list[float] | None
     registration_mm: list[float] | None
@@ -171,8 +176,8 @@ class VerdictView(TypedDict):
     figures: the one that decides first.
     pierced: what is drawn in red; None where the tool pierces nothing.
     show_mm: arc length of the place to look at first, of the first figure that has one.
-    nearest: name of what leaves least above its margin, bone or a structure to spare, nearest_curve: its curve, and
-    nearest_mm: arc length of that place.
+    nearest: name of what leaves least above its margin, bone or a protected structure, nearest_curve: its curve, and
+    nearest_mm: arc length of that place. base_mm: distance of the robot's base from the entry.
     """
 
     level: Level
@@ -185,6 +190,7 @@ class VerdictView(TypedDict):
     nearest_curve: int
     nearest_mm: float
     length_mm: float
+    base_mm: float
     profile: ClearanceProfile
 
 

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from app.kit.kept import Same
+from app.kit.values import Position
 from app.messages.fields import ClientMessage
 from app.messages.sections import Section
 from app.plans.model import PlanPoint
@@ -62,7 +63,7 @@ class Shafts:
         return ""
 
     def aimed(self, edited: EditedPlan, position: Array) -> str:
-        """The click after 'Aim the shaft here': the shaft of that point passes there. Returns words for the user."""
+        """The click after 'Aim shaft': the shaft of that point passes there. Returns words for the user."""
         point_id, self.aiming = self.aiming, None
         point = _point(edited, point_id or "")
         towards = np.asarray(position, dtype=np.float64) - np.array(point.position)
@@ -96,24 +97,22 @@ class Shafts:
 
     def balls(self, edited: EditedPlan) -> list[tuple[str, Array]]:
         """Places that a click in the scene may mean: the ball of the selected point's shaft, by its id."""
-        return [(HANDLE + one.point_id, np.array(one.end)) for one in self._handles(edited) if one.selected]
+        handle = self._handle(edited)
+        return [] if handle is None else [(HANDLE + handle.point_id, np.array(handle.end))]
 
-    def _handles(self, edited: EditedPlan) -> tuple[ShaftHandle, ...]:
-        """The directions as they are shown: under a hand, of points that a hand moves too."""
-        hand, places = edited.shaft_in_hand, {item.id: item.position for item in edited.items()}
-        return tuple(
-            ShaftHandle(
-                p.id, places[p.id], hand[1] if hand and hand[0] == p.id else p.direction, p.id == edited.selected
-            )
-            for p in edited.plan.content.points
-            if p.direction is not None
-        )
+    def _handle(self, edited: EditedPlan) -> ShaftHandle | None:
+        """The direction at the selected point as it is shown: under a hand, also of a point that a hand moves."""
+        point = next((p for p in edited.plan.content.points if p.id == edited.selected), None)
+        direction = None if point is None else _direction(edited, point)
+        if point is None or direction is None:
+            return None
+        return ShaftHandle(point.id, edited.place_of(point.id) or point.position, direction)
 
     def layers(self, edited: EditedPlan | None, locked: bool) -> list[Layer[Any]]:
-        """A line at every point with a direction, with a handle unless it is locked, and the suggested path."""
-        handles = () if edited is None else self._handles(edited)
+        """A line at the selected point, with a handle unless it is locked, and the suggested path."""
+        handle = None if edited is None else self._handle(edited)
         return [
-            Layer("plan.shafts", (handles, locked), ShaftNodes, lambda nodes: nodes.show(handles, locked)),
+            Layer("plan.shaft", (handle, locked), ShaftNodes, lambda nodes: nodes.show(handle, locked)),
             Layer("plan.suggested", self._shown, SuggestedNodes, lambda nodes: nodes.show(*self._preview())),
         ]
 
@@ -152,9 +151,14 @@ class Shafts:
 
 def _words_of(edited: EditedPlan, point: PlanPoint) -> str:
     """The direction at a point as it is shown, in words; '' where it is left open."""
-    hand = edited.shaft_in_hand
-    direction = hand[1] if hand is not None and hand[0] == point.id else point.direction
+    direction = _direction(edited, point)
     return "" if direction is None else direction_words(direction)
+
+
+def _direction(edited: EditedPlan, point: PlanPoint) -> Position | None:
+    """The direction at a point, which a hand may hold; None where it is left open."""
+    hand = edited.shaft_in_hand
+    return hand[1] if hand is not None and hand[0] == point.id else point.direction
 
 
 def _point(edited: EditedPlan, item_id: str) -> PlanPoint:

@@ -14,8 +14,10 @@ from app.messages.sections import Section, Sections
 from app.operations.messages import OperationMessage
 from app.operations.operation import Change, Creation, Operation
 from app.operations.standard import Delete, Rename
+from app.planning.placement import placed_robot
 from app.plans.document import PLAN
 from app.plans.operations.document import DuplicatePlan
+from app.plans.operations.instruments import KeepPlacement, PlaceRobot
 from app.plans.operations.points import TakeTargets
 from app.plans.service import Plan
 from app.scene.dragging import DragEvent
@@ -176,7 +178,18 @@ class PlanTab(Tab):
         assert isinstance(operation, Change)
         if isinstance(operation, TakeTargets):
             self._check_own(operation.plan)
+        elif isinstance(operation, PlaceRobot):
+            operation = self._placement()
         self._edit(lambda edited: edited.perform(operation, message.revision))
+
+    def _placement(self) -> KeepPlacement:
+        """What keeps the placing of the dry run that is shown: another one would take this thread for seconds."""
+        shown, plan = self._evaluations.shown(self._edited), self._need().plan
+        found = shown.evaluation
+        if found is None or shown.provisional:
+            raise PlanError("the base is kept once the simulation has ended.")
+        registered = None if found.registered is None else found.registered.image
+        return KeepPlacement(robot=placed_robot(plan.content.robot, found.base, found.q_start, registered))
 
     def _show_tool(self, command: ShowTool | HideTool) -> None:
         evaluation = self._evaluations.shown(self._edited).evaluation
@@ -265,7 +278,7 @@ class PlanTab(Tab):
             self._evaluations.cones.layer(self._edited if self.active else None),
             self._error_layer(),
             self._openings.layer(edited if self.active else None),
-            *self._shafts.layers(edited, self._is_still),
+            *self._shafts.layers(edited if self.active else None, self._is_still),
             Layer(
                 "plan.ghost",
                 ghost,

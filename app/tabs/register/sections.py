@@ -176,7 +176,7 @@ class RegistrationSection(TypedDict):
 
 
 class PlanUseSection(TypedDict):
-    """The registration that the open plan uses. here: it is the one that is open in this tab.
+    """The registration that the open plan uses. here: it is the one that is open in this tab. to: what it leads to.
 
     words: that it can be used, or why not. Of one that can: doubts to know before, and what error is to be expected.
     has_balls: the error at the plan's targets is known, and drawn as balls about them.
@@ -186,6 +186,7 @@ class PlanUseSection(TypedDict):
     registration: str | None
     name: str | None
     state: UseState
+    to: Literal["patient", "base"] | None
     words: str
     doubts: list[str]
     error_words: str

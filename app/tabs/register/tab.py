@@ -257,6 +257,7 @@ class RegisterTab(Tab):
             "registration": used.id,
             "name": None if document is None else document.name,
             "state": used.state,
+            "to": None if document is None or document.unreadable else document.content.to,
             "words": used.words,
             "doubts": list(used.doubts),
             "error_words": error_words,

@@ -1,7 +1,7 @@
-// The plot of clearance in words and colours.
+// The plot of clearance in words, figures and colours.
 import { fixed } from "./format.js";
 
-/** @import { ClearanceProfile, ObstacleCurve, ScaleView, VerdictView } from "./types.js" */
+/** @import { ClearanceProfile, ObstacleCurve, RegionView, ScaleView, VerdictView } from "./types.js" */
 
 /**
  * The pose of a profile that is nearest to an arc length.
@@ -15,28 +15,70 @@ export function rowAt(profile, s) {
 }
 
 /**
- * What each line of the plot is: bone's, and one for each structure to spare, whose margins are their own.
- * @param {ObstacleCurve} curve
- * @param {number} index
+ * Where the plot cuts values, mm: all that is known of the clearance to bone, and every margin, is below it.
+ * @param {ClearanceProfile} profile
  */
-export function curveWords({ name, margin_mm: margin }, index) {
-  return `${name}${index ? "" : ", in the colours of the path"}; dashed: margin ${fixed(margin, 2)} mm`;
+export function topOf({ curves, exact_to_mm: exact }) {
+  return Math.ceil(Math.max(exact, ...curves.map(({ margin_mm: margin }) => margin)));
+}
+
+/** @param {ObstacleCurve} curve */
+export function marginWords({ margin_mm: margin }) {
+  return `margin ${fixed(margin, 2)} mm`;
 }
 
 /**
- * What the dry run found where the tip is at an arc length.
+ * Colour in which the head shows a protected structure, by the name of its curve: of a soft one that is its hard core, such
+ * as 'optic nerve, 1 mm deep'.
+ * @param {string} name
+ * @param {Pick<RegionView, "name" | "colour">[]} regions
+ */
+export function structureColour(name, regions) {
+  const of = name.replace(/, [^,]+ mm deep$/, "");
+  return (regions.find((one) => one.name === name) ?? regions.find((one) => one.name === of))?.colour ?? "var(--text-soft)";
+}
+
+/**
+ * What the dry run found where the tip is at an arc length, in one line.
  * @param {VerdictView} verdict
  * @param {number} s mm
  */
 export function placeWords({ profile }, s) {
   const row = rowAt(profile, s);
-  const length = profile.tissue_mm?.[row] ?? 0;
-  const tissue = !profile.tissue_mm ? "" : length < 0.5 ? "; no soft tissue" : `; soft tissue ${fixed(length, 0)} mm, ${fixed(profile.tissue_depth_mm?.[row], 1)} mm deep`;
-  const off = profile.registration_mm ? `, and the registration may be off by ${fixed(profile.registration_mm[row], 2)} mm` : "";
-  const away = profile.curves.map(({ name, clearance_mm: clearance }) => `${name} ${fixed(clearance[row], 2)} mm`).join(", ");
+  const away = profile.curves.map(({ name, clearance_mm: clearance }) => `${name} ${fixed(clearance[row], 2)}`);
+  if (profile.registration_mm) away.push(`registration ${fixed(profile.registration_mm[row], 2)}`);
+  if (profile.tissue_mm) away.push(`tissue ${fixed(profile.tissue_mm[row], 0)}`);
+  return `At ${fixed(s, 1)} mm: ${away.join(", ")} mm`;
+}
+
+/**
+ * The rest of it: how deep the tissue is, and how far air leads round it.
+ * @param {VerdictView} verdict
+ * @param {number} s mm
+ */
+export function placeDetail({ profile }, s) {
+  const row = rowAt(profile, s);
+  const depth = profile.tissue_depth_mm?.[row] ?? 0;
   const sideways = profile.sideways_mm?.[row] ?? 0;
-  const round = sideways < 0.1 ? "" : `; air leads round the tissue ${sideways < 15 ? `${fixed(sideways, 1)} mm` : "15 mm or more"} beside the tool`;
-  return `At ${fixed(s, 1)} mm: ${away}${off}${tissue}${round}.`;
+  return [
+    (profile.tissue_mm?.[row] ?? 0) < 0.5 ? "" : `Here the tool is ${fixed(depth, 1)} mm deep in soft tissue.`,
+    sideways < 0.1 ? "" : `Air leads round the tissue ${sideways < 15 ? `${fixed(sideways, 1)} mm` : "15 mm or more"} beside the tool.`,
+  ].filter(Boolean).join(" ");
+}
+
+/**
+ * What the lines, areas and bands of the plot are.
+ * @param {VerdictView} verdict
+ */
+export function captionWords({ profile, nearest }) {
+  const [bone, ...others] = profile.curves;
+  return [
+    `Line in the colours of the path: clearance of the whole tool to ${bone.name}, in mm; dashed: its margin, ${fixed(bone.margin_mm, 2)} mm.`,
+    others.length ? "Lines in the colours of protected structures: clearance to them; dashed: their margins." : "",
+    profile.tissue_depth_mm ? "Grey area: depth in soft tissue." : "",
+    profile.registration_mm ? `Band about ${nearest}: registration error, 95 %; tool and tracking errors come on top.` : "",
+    "Click or drag in the plot to see the tool there.",
+  ].filter(Boolean).join(" ");
 }
 
 /**

@@ -22,12 +22,3 @@ export function folding(key, group, open) {
   group.replaceChildren(details, ...(tools ? [tools] : []));
   return group;
 }
-
-/**
- * Open a folded part, because what it holds is being used.
- * @param {HTMLElement} group
- */
-export function unfold(group) {
-  const details = group.querySelector("details");
-  if (details) details.open = true;
-}

@@ -45,7 +45,7 @@ function failure(status, body) {
  * @param {string} path
  * @param {RequestInit} [options]
  */
-async function call(path, options = {}) {
+async function ask(path, options = {}) {
   let response;
   try {
     response = await fetch(path, { credentials: "same-origin", ...options });
@@ -53,6 +53,15 @@ async function call(path, options = {}) {
     throw new Error("The planner does not answer.");
   }
   if (!response.ok) throw failure(response.status, await response.json().catch(() => null));
+  return response;
+}
+
+/**
+ * @param {string} path
+ * @param {RequestInit} [options]
+ */
+async function call(path, options = {}) {
+  const response = await ask(path, options);
   return response.status === 204 ? null : response.json();
 }
 
@@ -85,6 +94,15 @@ export function change(path, wish) {
 /** @param {string} path */
 export function read(path) {
   return call(path);
+}
+
+/**
+ * A picture that the planner has drawn as SVG, as an element of the page, so that the page's colours apply to it.
+ * @param {string} path
+ */
+export async function readPicture(path) {
+  const text = await (await ask(path)).text();
+  return document.importNode(new DOMParser().parseFromString(text, "image/svg+xml").documentElement, true);
 }
 
 /** @param {string} path */

@@ -1,6 +1,6 @@
 // Templates of panels: what a part of a panel shows, written as the HTML of its section. lit-html draws it, and with each
 // update only what differs, so that focus, hover and a press in the middle survive. Text from data goes in as text.
-import { html, noChange, nothing, render } from "/static/lib/lit-html/lit-html.js";
+import { html, noChange, nothing, render, svg } from "/static/lib/lit-html/lit-html.js";
 import { setCommittedValue } from "/static/lib/lit-html/directive-helpers.js";
 import { Directive, directive } from "/static/lib/lit-html/directive.js";
 import { live } from "/static/lib/lit-html/directives/live.js";
@@ -11,7 +11,7 @@ import { sentence } from "./format.js";
 
 /** @import { PropertyPart, TemplateResult } from "/static/lib/lit-html/lit-html.js" */
 
-export { html, live, nothing, repeat };
+export { html, live, nothing, repeat, svg };
 
 /**
  * Draw a template into an element. The focus stays where it is; where its row of a list has gone, the next row gets it.
@@ -58,7 +58,17 @@ export const unlessFocused = directive(class extends Directive {
  */
 export function said(text) {
   const [first, rest] = inTwo(sentence(text));
-  return html`${first}${rest ? html` <details class="more"><summary aria-label="More" title="More">?</summary><span class="help">${rest}</span></details>` : nothing}`;
+  return html`${first}${rest ? html` ${more(rest)}` : nothing}`;
+}
+
+/**
+ * An explanation behind ‘?’.
+ * @param {string} help
+ * @param {string} [id] of the explanation
+ * @param {string} [label] of the ‘?’
+ */
+export function more(help, id, label = "More") {
+  return html`<details class="more"><summary aria-label=${label} title=${label}>?</summary><span class="help" id=${id ?? nothing}>${help}</span></details>`;
 }
 
 /**

@@ -45,7 +45,7 @@ export interface JobsSection {
 /** A waiting or running job, as in REST; REST alone has `result` and `error`, at its end. */
 export interface JobEntry {
   id: string;
-  kind: "import" | "structures" | "dry_run" | "run" | "suggestion" | "tools" | "segmentation" | "islands" | "overlay" | "beads" | "refinement" | "skin" | "openings";
+  kind: "import" | "structures" | "dry_run" | "run" | "suggestion" | "tools" | "segmentation" | "islands" | "overlay" | "beads" | "refinement" | "skin" | "openings" | "pictures";
   case_id: string | null;
   subject: string;
   created: string;
@@ -280,7 +280,7 @@ export interface RegionsSection {
 }
 
 /**
- * A structure to spare, or a region of bone to be removed.
+ * A protected structure, or a region of bone to be removed.
  *
  * kind: of its shape. sub: its shape and how it is kept, in words. sizes: a radius, or a box's half sizes along its
  * axes; place: where it is taken by when it is moved, None of a structure of the case. What a purpose or a kind does
@@ -313,7 +313,7 @@ export interface DrawingView {
   words: string;
 }
 
-/** A structure of the case that can be spared as it is. */
+/** A structure of the case that can be protected as it is. */
 export interface StructureChoice {
   id: string;
   name: string;
@@ -402,12 +402,13 @@ export interface PlanEntry {
   deleted: boolean;
 }
 
-/** What can be chosen; bounds (low, high) of a tool's bend and of its shaft's radius. */
+/** What can be chosen; bounds (low, high) of a tool's bend, of its shaft's radius, and of the margin. */
 export interface InstrumentsSection {
   robots: RobotOption[];
   tools: ToolOption[];
   bend_bounds_deg: number[];
   radius_bounds_mm: number[];
+  margin_bounds_mm: number[];
 }
 
 /** A robot that comes along; words: what it is. */
@@ -426,7 +427,7 @@ export interface ToolOption {
   shaft_radius_mm: number;
 }
 
-/** The open plan; degree and length of its spline are 0 without one. */
+/** The open plan; degree and length of its spline are 0 without one. margin_mm: to bone, as it is set. */
 export interface PlanSection {
   points: ItemEntry[];
   targets: ItemEntry[];
@@ -445,6 +446,7 @@ export interface PlanSection {
   ghost: GhostView | null;
   robot: PlanRobotView;
   tool: PlanToolView;
+  margin_mm: number;
 }
 
 /** A point of the path or a target. */
@@ -464,7 +466,7 @@ export interface GhostView {
 /**
  * The plan's robot; of a URDF of one's own: its hash, the link that holds the tool, and all that could.
  *
- * trouble: why it cannot be read, '' where it can.
+ * is_placed: the plan keeps where its base stands. trouble: why it cannot be read, '' where it can.
  */
 export interface PlanRobotView {
   name: string;
@@ -473,6 +475,7 @@ export interface PlanRobotView {
   urdf: string | null;
   tool_frame: string | null;
   links: string[];
+  is_placed: boolean;
   notes: string[];
   trouble: string;
 }
@@ -543,8 +546,8 @@ export interface ScaleView {
  * figures: the one that decides first.
  * pierced: what is drawn in red; None where the tool pierces nothing.
  * show_mm: arc length of the place to look at first, of the first figure that has one.
- * nearest: name of what leaves least above its margin, bone or a structure to spare, nearest_curve: its curve, and
- * nearest_mm: arc length of that place.
+ * nearest: name of what leaves least above its margin, bone or a protected structure, nearest_curve: its curve, and
+ * nearest_mm: arc length of that place. base_mm: distance of the robot's base from the entry.
  */
 export interface VerdictView {
   level: "fits" | "tight" | "pierces" | "blocked" | "unknown";
@@ -557,6 +560,7 @@ export interface VerdictView {
   nearest_curve: number;
   nearest_mm: number;
   length_mm: number;
+  base_mm: number;
   profile: ClearanceProfile;
 }
 
@@ -585,7 +589,8 @@ export interface PiercedView {
 /**
  * Along the path, at one pose of the dry run for every 0.5 mm: all lists are of one length, in mm.
  *
- * curves: bone first, then each hard structure to spare.
+ * curves: bone first, then each hard protected structure.
+ * exact_to_mm: bone that is farther away is at this distance or beyond.
  * tissue_mm and tissue_depth_mm: along which length and how deep the tool is in soft tissue; None without a CT.
  * registration_mm: what the registration may be off by at the tip (95 %); None without one.
  * sideways_mm: how far sideways air leads round the tissue that the tool passes; None where not known anywhere.
@@ -593,13 +598,14 @@ export interface PiercedView {
 export interface ClearanceProfile {
   s_mm: number[];
   curves: ObstacleCurve[];
+  exact_to_mm: number;
   tissue_mm: number[] | null;
   tissue_depth_mm: number[] | null;
   registration_mm: number[] | null;
   sideways_mm: number[] | null;
 }
 
-/** Clearance of the whole tool to bone or to a hard structure to spare along the path, and its margin, in mm. */
+/** Clearance of the whole tool to bone or to a hard protected structure along the path, and its margin, in mm. */
 export interface ObstacleCurve {
   name: string;
   margin_mm: number;
@@ -815,7 +821,7 @@ export interface RobotView {
 }
 
 /**
- * The registration that the open plan uses. here: it is the one that is open in this tab.
+ * The registration that the open plan uses. here: it is the one that is open in this tab. to: what it leads to.
  *
  * words: that it can be used, or why not. Of one that can: doubts to know before, and what error is to be expected.
  * has_balls: the error at the plan's targets is known, and drawn as balls about them.
@@ -825,6 +831,7 @@ export interface PlanUseSection {
   registration: string | null;
   name: string | null;
   state: "none" | "ready" | "unfinished" | "misfit" | "inconsistent" | "deleted" | "missing" | "other_case" | "unreadable";
+  to: "patient" | "base" | null;
   words: string;
   doubts: string[];
   error_words: string;
@@ -1029,7 +1036,7 @@ export interface ErrorMessage {
  */
 export interface JobPublic {
   id: string;
-  kind: "import" | "structures" | "dry_run" | "run" | "suggestion" | "tools" | "segmentation" | "islands" | "overlay" | "beads" | "refinement" | "skin" | "openings";
+  kind: "import" | "structures" | "dry_run" | "run" | "suggestion" | "tools" | "segmentation" | "islands" | "overlay" | "beads" | "refinement" | "skin" | "openings" | "pictures";
   case_id: string | null;
   subject: string;
   created: string;
@@ -1152,7 +1159,7 @@ export interface PlanPath {
 }
 
 /**
- * A structure to spare.
+ * A protected structure.
  *
  * shape: as in a file of zones, or {'kind': 'capsules', 'points': …, 'radius': …} or {'kind': 'structure',
  * 'structure': id}. margin_mm: how far the tool stays away from a hard one; of a soft one the thickness of the layer
@@ -1215,8 +1222,9 @@ export interface SuggestionPublic {
 /**
  * A path with directions of the shaft, and how the tool was driven along it; lengths in mm.
  *
- * verdict: the level that the plan has when it is led along it, word: of it, short: in a few words, words: the whole.
- * nearest: bone or the structure to spare that leaves least above its margin, margin_mm; nearest_clearance_mm: to it.
+ * verdict: the level that the plan has when it is led along it, word: of it, short: in a few words, words: the whole,
+ * figures: those of the verdict, the one that decides first.
+ * nearest: bone or the protected structure that leaves least above its margin, margin_mm; nearest_clearance_mm: to it.
  * least_clearance_mm: to bone. short_of_target_mm: from the path's end to the target. tight: the verdict is;
  * turns: the shaft's direction changes along the path.
  * sideways_mm: how far sideways air leads round the tissue that the tool passes; ways that pierce tissue are never
@@ -1227,6 +1235,7 @@ export interface AlternativePublic {
   word: string;
   short: string;
   words: string;
+  figures: VerdictFigure[];
   nearest: string;
   nearest_clearance_mm: number | null;
   margin_mm: number | null;
@@ -1242,17 +1251,39 @@ export interface AlternativePublic {
   points: SuggestedPoint[];
 }
 
+/**
+ * A figure of a verdict, with its level.
+ *
+ * name: what it is of, such as 'bone'. value: in mm, None if it is not known or has none. whole_mm: of which it is a
+ * part, such as the length of the path. digits: of the value. s_mm: arc length of the tip at its place, None without.
+ * margin_mm: of an obstacle.
+ */
+export interface VerdictFigure {
+  name: string;
+  value: number | null;
+  level: "fits" | "tight" | "pierces" | "blocked" | "unknown";
+  s_mm: number | null;
+  whole_mm: number | null;
+  digits: number;
+  margin_mm: number | null;
+}
+
 export interface SuggestedPoint {
   position: [number, number, number];
   direction: [number, number, number];
   roll_deg: number | null;
 }
 
-/** Why there is no path: where the widest way ends, how far that is from the target, and what was searched. */
+/**
+ * Why there is no path: where the widest way ends, how far that is from the target, and what was searched.
+ *
+ * short: the reason in at most nine words.
+ */
 export interface NonePublic {
   ends_at: [number, number, number];
   gap_mm: number;
   reason: string;
+  short: string;
   searched: string;
 }
 
@@ -1264,7 +1295,12 @@ export interface ToolTablePublic {
   tools: ToolPublic[];
 }
 
-/** How a tool does along the plan's path; lengths in mm, null where it does not fit at the entry or is not known. */
+/**
+ * How a tool does along the plan's path; lengths in mm, null where it does not fit at the entry or is not known.
+ *
+ * verdict: the level of the plan with this tool, word: of it. parts: its shape, from the tip on; view: where an
+ * endoscope looks, a direction in the same plane.
+ */
 export interface ToolPublic {
   tool: string;
   title: string;
@@ -1278,6 +1314,17 @@ export interface ToolPublic {
   tissue_depth_mm: number | null;
   reason: string;
   pierces: boolean;
+  verdict: "fits" | "tight" | "pierces" | "blocked" | "unknown";
+  word: string;
+  parts: ToolPartPublic[];
+  view: [number, number] | null;
+}
+
+/** A part of a tool in the plane of its bend, mm: ends of its axis, along the shaft and across it; the tip is 0. */
+export interface ToolPartPublic {
+  start: [number, number];
+  end: [number, number];
+  radius: number;
 }
 
 /**
@@ -1577,6 +1624,12 @@ export interface Commands {
   "add.mode": {
     kind: "point" | "target" | "none";
   };
+  "base.free": {
+    revision?: number | null;
+  };
+  "base.keep": {
+    revision?: number | null;
+  };
   "bead.confirm_all": {
     revision?: number | null;
   };
@@ -1774,6 +1827,10 @@ export interface Commands {
     name: string;
     urdf?: string | null;
     tool_frame?: string | null;
+    revision?: number | null;
+  };
+  "plan.settings": {
+    settings: Record<string, number>;
     revision?: number | null;
   };
   "plan.tool": {

@@ -150,7 +150,7 @@ export class VerdictCard {
  * The value of a figure with its unit; nothing where it has none.
  * @param {FigureView} figure
  */
-function valueOf({ value, digits, whole_mm: whole, level }) {
+export function valueOf({ value, digits, whole_mm: whole, level }) {
   if (value === null) return level === "unknown" ? html`<b>?</b>` : nothing;
   return html`<b>${fixed(value, digits)}${whole === null ? "" : ` of ${fixed(whole, digits)}`}</b> mm`;
 }

@@ -244,12 +244,12 @@ def test_a_structure_that_a_plan_uses_stays(
 ) -> None:
     sent(client, f"/api/v1/cases/{head.id}/structures", seg_nrrd(tmp_path))
     eye, _ = structures(client, head)
-    plan = client.post(f"/api/v1/cases/{head.id}/plans", json={"name": "Sparing"}).json()
+    plan = client.post(f"/api/v1/cases/{head.id}/plans", json={"name": "Protecting"}).json()
     with phantom_services.store.writing() as session:
         state = session.get(DocumentStateRow, (plan["id"], 0))
         assert state is not None
         state.refs = [*state.refs, {"kind": "structure", "id": eye["id"]}]
-    with pytest.raises(InputError, match="the plan 'Sparing'"):
+    with pytest.raises(InputError, match="the plan 'Protecting'"):
         phantom_services.structures.delete(head.id, eye["id"])
     client.delete(f"/api/v1/plans/{plan['id']}")
     phantom_services.structures.delete(head.id, eye["id"])

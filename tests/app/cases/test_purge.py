@@ -159,7 +159,7 @@ def test_a_drive_that_ends_after_its_head_is_gone_leaves_no_file(services: Servi
 
 def test_a_deleted_structure_leaves_no_file(services: Services) -> None:
     case = head(services)
-    structure = case.spared[0]
+    structure = case.protectable[0]
     services.structures.delete(case.id, structure.id)
     assert not services.store.files.has(structure.geometry.removeprefix("sha256:"))
 

@@ -92,9 +92,9 @@ def test_a_zone_across_the_path_ends_the_rehearsal_with_its_name(
     blocked, tip = np.array(report["blocked_at_lps_mm"]), np.array(report["stopped_at_lps_mm"])
     assert np.linalg.norm(blocked - [0, 30, 3.8]) == pytest.approx(4.0, abs=0.2)  # on the sphere
     assert 0.8 <= np.linalg.norm(blocked - tip) < 4.0
-    assert f"its tip at ({tip[0]:.1f}, {tip[1]:.1f}, {tip[2]:.1f}) mm, LPS: structure to spare" in err
+    assert f"its tip at ({tip[0]:.1f}, {tip[1]:.1f}, {tip[2]:.1f}) mm, LPS: protected structure" in err
     assert f"in the way at ({blocked[0]:.1f}, {blocked[1]:.1f}, {blocked[2]:.1f}) mm, LPS: lead the path" in err
-    assert report["reason"] == "structure to spare 'optic nerve' on the tip, 0.8 mm away"
+    assert report["reason"] == "protected structure 'optic nerve' on the tip, 0.8 mm away"
     assert report["zones"][0]["min_distance_mm"] == pytest.approx(0.8, abs=0.02)
 
 
@@ -124,7 +124,7 @@ def test_a_start_inside_a_zone_is_refused_by_its_name(
     around = {**NERVE, "shape": {"kind": "sphere", "centre": [0, 2, 0], "radius": 5}}
     status, report = rehearse([*tube, *with_zones(tmp_path, [around])], capsys)
     assert status == 2
-    assert "inside structure to spare 'optic nerve'" in report["error"]["message"]
+    assert "inside protected structure 'optic nerve'" in report["error"]["message"]
 
 
 def test_a_robot_with_too_few_joints_is_told_and_soon(

@@ -102,7 +102,7 @@ def test_structures_that_were_imported_later_are_no_part_of_it(services: Service
 
     services.cases.change_content(case.id, change)
     made = services.archive_reader.read(packed(entries_of(services, case.id), tmp_path / "case.zip"))
-    assert (made.content_hash, len(made.spared)) == (case.content_hash, 1)
+    assert (made.content_hash, len(made.protectable)) == (case.content_hash, 1)
 
 
 @pytest.mark.parametrize("change", [lambda entries: entries, mirrored])

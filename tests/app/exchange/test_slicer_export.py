@@ -240,9 +240,9 @@ IN_USE = "Touched (simulated, used by the plan)"
 def test_a_transform_says_what_it_is_and_which_one_the_plan_goes_by(folder: Path) -> None:
     words = {one.attrib["name"]: one.attrib["description"] for one in elements(folder) if "description" in one.attrib}
     for part in (
-        "From the image to the patient.", "Four points are fitted. FRE 0.", "not how exact the tool is",
+        "From the image to the patient.", "Four points are fitted. FRE 0.", "not the target error",
         "Simulated: nothing here is of a real patient", "The plan goes by this registration.", "in 95 % of cases",
-        "measured by a simulated pointer",
+        "Measured by a simulated pointer",
     ):  # fmt: skip
         assert part in words[IN_USE]
     assert "Not marked as simulated. The plan does not go by it." in words["Left/right: ü"]

@@ -120,7 +120,7 @@ def test_a_label_begins_with_a_structure_and_becomes_one(services: Services, cas
     stored = services.cases.get(case_id).structure(structure.id)
     assert (newer.id, stored.name) == (structure.id, "Kept name")
     assert stored.geometry != structure.geometry
-    assert len(services.cases.get(case_id).spared) == 1
+    assert len(services.cases.get(case_id).protectable) == 1
 
 
 def test_what_cannot_be_painted_is_refused(services: Services, case_id: str) -> None:

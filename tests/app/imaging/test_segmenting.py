@@ -91,7 +91,7 @@ def test_on_the_command_line(
     assert main(["case", "segment", case_id, "--preview", "--preset", "bone", "--largest", "--json"]) == 0
     preview = json.loads(capsys.readouterr().out)
     assert (preview["islands"], preview["left_out"]) == (2, 1)
-    assert [item.name for item in services.cases.get(case_id).spared] == ["Small ball"]
+    assert [item.name for item in services.cases.get(case_id).protectable] == ["Small ball"]
 
 
 def test_a_smoothed_structure_grows_the_margin_of_its_zone(phantom_services: Services) -> None:

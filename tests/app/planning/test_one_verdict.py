@@ -72,7 +72,7 @@ class World:
         done = not some(0.15)
         self.run = DryRun(
             run.s[rows], run.tip[rows], clearance, run.q[rows], run.segments_start[rows], run.segments_end[rows],
-            done, "" if done else "bone on the shaft, 0.3 mm away", run.length_mm,
+            done, "" if done else "bone on the shaft, 0.3 mm away", run.length_mm, 9.0,
         )  # fmt: skip
         self.surface = SurfaceUncertainty(float(draw(0.0, 0.1)), float(draw(0.0, 3.0)) if some(0.5) else 0.0)
         self.patch.setattr(Case, "uncertainty", self.surface)

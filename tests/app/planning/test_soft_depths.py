@@ -37,7 +37,7 @@ def drive(length: float = 40.0, step: float = 0.05) -> DryRun:
         ends.append(AXES[:, 1] @ rotation.T + tip)
     tips = np.stack([start[0] for start in starts])
     return DryRun(
-        s, tips, np.full(len(s), 9.0), np.zeros((len(s), 7)), np.stack(starts), np.stack(ends), True, "", length
+        s, tips, np.full(len(s), 9.0), np.zeros((len(s), 7)), np.stack(starts), np.stack(ends), True, "", length, 9.0
     )  # fmt: skip
 
 

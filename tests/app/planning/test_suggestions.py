@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import json
 import math
+import re
 import time
 from collections.abc import Iterator
+from dataclasses import asdict
 from types import SimpleNamespace
 from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -21,6 +24,7 @@ from app.planning.shaft import point_stations, shaft_at
 from app.planning.suggestion_ends import check_ends
 from app.planning.suggestions import SuggestedPaths, described
 from app.planning.verdict import Level, Reason, Verdict
+from app.planning.verdict_figures import verdict_figures
 from app.plans.model import PlanContent, PlanPoint
 from app.plans.paths import PlanPath
 from app.plans.service import Plan
@@ -96,12 +100,22 @@ def test_a_suggestion_is_found_used_and_undone(client: Client, phantom_services:
     tails = np.array([point["direction"] for point in best["points"]])
     assert np.linalg.norm(tails, axis=1) == pytest.approx(1.0)
     assert (tails[:, 1] < 0.0).all()  # the tool comes from in front of the face
+    pictures = f"/api/v1/suggestions/{found['id']}/pictures"
+    assert client.get(f"{pictures}/0").status_code == 404  # not drawn yet
+    assert waited(client, client.post(pictures).json())["state"] == "done"
+    drawn = [client.get(f"{pictures}/{number}") for number in range(len(found["alternatives"]))]
+    assert {one.headers["content-type"] for one in drawn} == {"image/svg+xml"}
+    assert len({one.text for one in drawn}) == len(drawn)  # each can be told from the others
+    for one in drawn:
+        at_target(one.text)
+    assert client.get(f"{pictures}/{len(drawn)}").status_code == 404
     wanted = {"alternative": 0, "revision": plan.revision}
     used = client.post(f"/api/v1/suggestions/{found['id']}/use", json=wanted).json()
     assert len(used["points"]) == len(best["points"])
     assert used["points"][3]["direction"] == pytest.approx(best["points"][3]["direction"])
     driven = phantom_services.dry_runs.evaluate(phantom_services.plans.get(plan.id))
     assert driven.completed
+    assert best["figures"] == [asdict(figure) for figure in verdict_figures(driven)]  # those of the verdict card
     # Judged in the list already as the plan is, which nothing drives anew.
     report = phantom_services.path_evaluations.of_plan(phantom_services.plans.get(plan.id)).chosen
     assert (best["verdict"], best["short"], best["words"]) == (report.verdict, report.short, report.words)
@@ -122,6 +136,18 @@ def test_a_suggestion_is_found_used_and_undone(client: Client, phantom_services:
     assert client.get("/api/v1/suggestions/nobody").status_code == 404
 
 
+def at_target(svg: str) -> None:
+    """Checks that the drawn path ends at the drawn target, and that bone is drawn within the picture."""
+    drawn = {one.get("class"): one for one in ElementTree.fromstring(svg)}
+    x, y = (float(drawn["target"].attrib[name]) for name in ("cx", "cy"))
+    path = drawn["path"].attrib["d"].split("L")[-1]
+    assert [float(value) for value in path.split()] == pytest.approx([x, y], abs=0.02)
+    left, top, width, height = (float(value) for value in ElementTree.fromstring(svg).attrib["viewBox"].split())
+    bone = np.array(re.findall(r"[-\d.]+", drawn["bone"].attrib["d"]), dtype=float).reshape(-1, 2)
+    inside = (bone >= [left, top]) & (bone <= [left + width, top + height])
+    assert inside.all(axis=1).sum() > 50
+
+
 def an_alternative() -> Alternative:
     run = SimpleNamespace(completed=True, reached_mm=9.0, length_mm=9.0, clearance=np.ones(2), s=np.arange(2.0))
     run.tip = np.array([[0.0, 0.0, 0.0], [0.0, 9.0, 0.0]])
@@ -137,7 +163,7 @@ def test_what_the_plan_s_verdict_calls_blocked_or_pierced_is_not_suggested(
     found, suggestions = [an_alternative() for _ in range(4)], phantom_services.suggestions
     levels: list[Level] = ["pierces", "tight", "blocked", "fits"]
     by_way = {id(one): a_verdict(level) for one, level in zip(found, levels, strict=True)}
-    monkeypatch.setattr(suggestions, "_verdict", lambda plan, one, tell: by_way[id(one)])
+    monkeypatch.setattr(suggestions, "_judged", lambda plan, one, tell: (by_way[id(one)], ()))
     monkeypatch.setattr(suggestions_module, "suggest_path", lambda *given: Suggestion(tuple(found)))
     monkeypatch.setattr(suggestions, "_around", lambda *given: None)
     told = suggestions.look(plan, ENTRY, TARGET, lambda stage, share: None)
@@ -217,7 +243,7 @@ def test_a_path_that_ends_before_its_target_says_so() -> None:
     assert plan_suggest._ends({"short_of_target_mm": 0.4}) == ""
     ends = ((0.0, 0.0, 0.0), (0.0, 9.0, 2.4))
     looked = SuggestedPaths(
-        "s", "p", *ends, "bent_30", 0.3, Suggestion((an_alternative(),)), verdicts=(a_verdict("fits"),)
+        "s", "p", *ends, "bent_30", 0.3, Suggestion((an_alternative(),)), verdicts=(a_verdict("fits"),), figures=((),)
     )
     assert described(looked)[0]["short_of_target_mm"] == pytest.approx(2.4)
 
@@ -230,6 +256,23 @@ def test_tools_are_compared_along_a_path(client: Client, phantom_services: Servi
     by_name = {row.tool: row for row in table.rows}
     assert len(by_name) >= 7
     assert by_name[sample.content.tool].chosen
+    card = phantom_services.dry_runs.evaluate(sample)
+    own = by_name[sample.content.tool]
+    told = card.verdict.level, card.verdict.obstacles[0].least_mm, card.verdict.tissue_mm
+    assert (own.verdict, own.least_clearance_mm, own.tissue_mm) == told
+    shown = client.get(f"/api/v1/tool_tables/{table.id}").json()["tools"]
+    bent = next(row for row in shown if row["tool"] == "bent_30")
+    assert bent["parts"][0]["end"] == [0.0, 0.0]  # the tip
+    assert bent["parts"][0]["start"][1] < -1.0  # bent away from the shaft's axis
+    other = next(row for row in table.rows if row.tool != sample.content.tool and row.least_clearance_mm is not None)
+    used = client.post(f"/api/v1/tool_tables/{table.id}/use", json={"tool": other.tool}).json()
+    assert used["tool"] == other.tool
+    assert [point["label"] for point in used["points"]] == [point.label for point in sample.content.points]
+    again = phantom_services.dry_runs.evaluate(phantom_services.plans.get(sample.id)).verdict
+    assert (again.level, again.obstacles[0].least_mm) == (other.verdict, other.least_clearance_mm)
+    client.delete(f"/api/v1/plans/{sample.id}/points/{sample.content.points[-1].id}")
+    assert client.post(f"/api/v1/tool_tables/{table.id}/use", json={"tool": other.tool}).status_code == 409
+    assert client.post(f"/api/v1/tool_tables/{table.id}/use", json={"tool": "spoon"}).status_code == 404
     reaching = [row for row in table.rows if row.reaches]
     assert reaching
     assert table.rows[: len(reaching)] == tuple(reaching)  # those that get to the end come first
@@ -264,6 +307,7 @@ def test_the_commands_print_what_was_found(
     assert report["reason"]
     assert report["searched"]
     assert report["gap_mm"] > 4.0
+    assert report["short"] == f"bone lies {report['gap_mm']:.0f} mm before the target"
     assert len(report["ends_at"]) == 3
     assert len(phantom_services.plans.list(PHANTOM_ID)) == count
 

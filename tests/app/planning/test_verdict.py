@@ -77,12 +77,12 @@ def test_the_level_follows_margin_reach_scan_and_zones(phantom_services: Service
     assert (found.nearest, found.reason) == ("nerve", "surface")
     assert f"{least:.2f} mm to bone at" in found.words
 
-    # A structure to spare 0.4 mm beside the tip at the end, with a margin of 0.3 mm, is nearer to its margin than bone.
+    # A structure 0.4 mm beside the tip at the end, with a margin of 0.3 mm, is nearer to its margin than bone.
     ahead = run.segments_end[row, 0] - run.segments_start[row, 0]
     beside = run.segments_end[row, 0] + (3.0 + float(tool.radius[0]) + 0.4) * ahead / np.linalg.norm(ahead)
     zone = Zone("artery", Sphere(beside, 3.0), 0.3)
-    spared = profile_of(run, tool, path_of(plan), None, ZoneSet((zone,)))
-    found = verdict_of(run, spared, tool, tree, case, 0.05, True)
+    protected = profile_of(run, tool, path_of(plan), None, ZoneSet((zone,)))
+    found = verdict_of(run, protected, tool, tree, case, 0.05, True)
     assert (found.level, found.nearest, found.part) == ("tight", "artery", "tip")
     assert found.least_clearance_mm == pytest.approx(0.4, abs=0.05)
     assert (found.tissue_mm, found.tissue_level) == (None, "unknown")

@@ -1,4 +1,4 @@
-"""Several paths, shaft directions, structures to spare and bone to remove: kept, undone and exchanged."""
+"""Several paths, shaft directions, protected structures and bone to remove: kept, undone and exchanged."""
 
 import json
 import math

@@ -50,7 +50,7 @@ def test_a_version_is_gone_back_to_and_that_is_undone(plans: PlanService, versio
     editor.do(SetPlanSettings(settings={"margin_mm": 0.5}))
     assert versions.differences(plan.id, saved.id) == (
         "Path ‘Path 1’: point ‘P1’: moved by 5.0 mm.",
-        "Structure to spare ‘eye’ is gone.",
+        "Protected structure ‘eye’ is gone.",
         "Safety margin: 0.5 mm instead of 0.3 mm.",
     )
     after = editor.plan.content
@@ -171,12 +171,12 @@ def way(**fields: Any) -> dict[str, Any]:
         (way(points=(replace(POINT, direction=None),)), [f"{PATH} point ‘P1’: the shaft’s direction is left open."]),
         (way(points=(replace(POINT, roll_deg=-5.0),)), ["Path ‘Path 1’: point ‘P1’: roll −5° instead of left open."]),
         ({"targets": ()}, ["Target ‘T1’ is gone."]),
-        ({"zones": (replace(ZONE, margin_mm=2.0),)}, ["Structure to spare ‘eye’: margin 2 mm instead of 1 mm."]),
+        ({"zones": (replace(ZONE, margin_mm=2.0),)}, ["Protected structure ‘eye’: margin 2 mm instead of 1 mm."]),
         ({"zones": (replace(ZONE, shape={**SPHERE, "radius": 5.0}),)},
-         ["Structure to spare ‘eye’: size 5 mm instead of 4 mm."]),
+         ["Protected structure ‘eye’: size 5 mm instead of 4 mm."]),
         ({"zones": (replace(ZONE, name="globe", visible=False),)},
-         ["Structure to spare ‘globe’: renamed from ‘eye’.", "Structure to spare ‘globe’: hidden."]),
-        ({"zones": (ZONE, replace(ZONE, id="y", name="nerve"))}, ["Structure to spare ‘nerve’ is new."]),
+         ["Protected structure ‘globe’: renamed from ‘eye’.", "Protected structure ‘globe’: hidden."]),
+        ({"zones": (ZONE, replace(ZONE, id="y", name="nerve"))}, ["Protected structure ‘nerve’ is new."]),
         ({"removed_bone": ()}, ["Bone to be removed ‘wall’ is gone."]),
         ({"notes": "x"}, ["The notes were changed."]),
         ({"paths": (WAY, PlanPath("b", "Second"))}, ["Path ‘Second’ is new."]),

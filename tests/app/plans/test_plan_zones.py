@@ -1,4 +1,4 @@
-"""Structures to spare act: they move a clicked point, end dry run and drive alike, and are measured by coal."""
+"""Protected structures act: they move a clicked point, end dry run and drive alike, and are measured by coal."""
 
 import json
 from collections.abc import Iterator
@@ -81,7 +81,7 @@ def test_dry_run_and_drive_end_at_the_same_sphere_with_its_name(services: Servic
     plan = services.plans.create(tube, "Across", content(zone(ACROSS)))
     found = services.planning.evaluate(plan)
     assert not found.completed
-    assert found.reason == "structure to spare 'optic nerve' on the tip, 0.8 mm away"
+    assert found.reason == "protected structure 'optic nerve' on the tip, 0.8 mm away"
     poses, last = drive(services, plan)
     assert last.reason == found.reason
     assert last.progress_mm == pytest.approx(found.reached_mm, abs=1.0)
@@ -189,12 +189,12 @@ def test_a_click_goes_clear_of_what_is_spared(services: Services, tube: str) -> 
     moved = services.planning.snap(case, POINTS[2], plan)
     zones = services.planning.zones(plan).zones
     assert not within_margin(zones, np.array([moved.position]), 1.0).any()
-    assert moved.reason == f"moved {moved.moved_mm:.1f} mm, clear of bone and of what is to be spared"
+    assert moved.reason == f"moved {moved.moved_mm:.1f} mm, clear of bone and protected structures"
 
 
 def test_a_structure_that_is_not_there_is_named(services: Services, tube: str) -> None:
     plan = services.plans.create(tube, "Gone", content(zone({"kind": "structure", "structure": "ica"}, "carotid")))
-    with pytest.raises(PlanError, match=r"structure to spare 'carotid' cannot be kept: .*'ica'"):
+    with pytest.raises(PlanError, match=r"protected structure 'carotid' cannot be kept: .*'ica'"):
         services.planning.evaluate(plan)
     bone = services.plans.create(tube, "Bone", content(zone({"kind": "structure", "structure": "bone"}, "skull")))
     with pytest.raises(PlanError, match="as a patch"):
@@ -312,14 +312,15 @@ def test_the_command_line_keeps_the_zones_of_a_plan(
     command = ["rehearse", "--case", str(tmp_path / "tube.ply"), "--plan", str(tmp_path / "plan.json"), "--json"]
     assert main(command) == 1
     report = json.loads(capsys.readouterr().out)
-    assert report["reason"] == "structure to spare 'optic nerve' on the tip, 0.8 mm away"
+    assert report["reason"] == "protected structure 'optic nerve' on the tip, 0.8 mm away"
     assert report["zones"][0]["min_distance_mm"] >= 0.8
     ball = {"kind": "sphere", "centre": [0, 0, 90], "radius": 1}
     more = {"schema": "vfix-zones/1", "frame": "LPS", "unit": "mm"}
     more["zones"] = [{"name": "optic nerve", "margin_mm": 1, "shape": ball}]  # type: ignore[assignment]
     (tmp_path / "zones.json").write_text(json.dumps(more))
     assert main([*command, "--zones", str(tmp_path / "zones.json")]) == 2
-    assert "two structures to spare are called 'optic nerve'" in json.loads(capsys.readouterr().out)["error"]["message"]
+    message = json.loads(capsys.readouterr().out)["error"]["message"]
+    assert "two protected structures are called 'optic nerve'" in message
     assert main([*command, "--path", "Left"]) == 2
     assert "it has 'Path 1'" in json.loads(capsys.readouterr().out)["error"]["message"]
 

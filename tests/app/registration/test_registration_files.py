@@ -150,9 +150,7 @@ def test_a_file_says_what_it_is_to_and_that_it_is_simulated(editor: Edited, form
     again = read_transform(f"head.{form}", text.encode())
     report, before = report_of(again), report_of(document.content)
     assert (again.to, report.simulated, report.fre_mm, report.fle_mm, report.used) == ("base", True, None, None, 0)
-    assert report.cautions == (
-        "The file of this transform says that it is simulated: nothing here is of a real patient.",
-    )
+    assert report.cautions == ("The file is simulated: nothing here is of a real patient.",)
     assert before.fre_mm is not None
     assert f"Said by the file, and not checked here: 5 points, FRE {before.fre_mm:.2f} mm, error of one" in report.words
     assert again.said is not None

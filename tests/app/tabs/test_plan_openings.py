@@ -66,7 +66,6 @@ def test_they_are_shown_once_found_and_the_slices_go_there_once(
     phantom_services: Services, found: list[Opening]
 ) -> None:
     tab = empty_plan(phantom_services)
-    do_work(tab)  # the head is read
     assert shown(tab) == {"state": "waiting", "items": [], "marked": False, "words": ""}
     assert marked(tab) == []
     do_work(tab)

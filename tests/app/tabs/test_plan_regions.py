@@ -1,4 +1,4 @@
-"""Structures to spare, bone to be removed and paths in the Plan tab: drawn by clicks, dragged, changed, undone."""
+"""Protected structures, bone to be removed and paths in the Plan tab: drawn by clicks, dragged, changed, undone."""
 
 from __future__ import annotations
 
@@ -223,7 +223,7 @@ def test_a_click_on_a_point_a_region_or_a_shaft_belongs_to_what_is_drawn(
         tab.handle(draw("remove" if kind == "capsule" else "spare", kind))
         edited.selected = edited.regions.selected = None
         layers = {layer.name: layer.key for layer in tab.layers()}
-        locked = [layers[name][-1] for name in ("plan.items", "plan.regions", "plan.shafts")]
+        locked = [layers[name][-1] for name in ("plan.items", "plan.regions", "plan.shaft")]
         assert locked == [True, True, True], "a press on one of them would drag it"
         drawn = len(plan_of(tab).content.zones) + len(plan_of(tab).content.removed_bone)
         for _ in range(clicks):

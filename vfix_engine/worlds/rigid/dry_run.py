@@ -25,7 +25,8 @@ TIGHT_MM = 0.2  # above the margin: a clearance below that is tight
 class DryRun:
     """Poses along the path; lengths in mm, positions in LPS.
 
-    s (n,): arc length; tip (n, 3); clearance (n,): bone clearance of the whole tool; q (n, 7): joints.
+    s (n,): arc length; tip (n, 3); clearance (n,): bone clearance of the whole tool, exact up to exact_to_mm; q (n, 7):
+    joints.
     segments_start, segments_end (n, S, 3): the tool's axis in each pose, from the tip on.
     completed: the end was reached; reason: why not.
     """
@@ -39,6 +40,7 @@ class DryRun:
     completed: bool
     reason: str
     length_mm: float
+    exact_to_mm: float
 
     @property
     def reached_mm(self) -> float:
@@ -104,4 +106,5 @@ def dry_run(
         completed=done,
         reason="" if done else snapshot.reason or "the tool no longer moves along the path",
         length_mm=length,
+        exact_to_mm=snapshot.threshold_mm,
     )

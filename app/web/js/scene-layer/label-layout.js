@@ -1,7 +1,7 @@
 // Where words beside places of the scene stand: within the view, not on one another, and not below what lies upon it.
 
 export const EDGE_PX = 6;
-const ASIDE_PX = 12; // of a label from its place
+export const ASIDE_PX = 12; // of a label from its place
 const ABOVE = 1.3; // of its own height
 
 /** @typedef {{ left: number, top: number, right: number, bottom: number }} Box px */

@@ -1,7 +1,7 @@
 // Words at places of the scene, as text of the page over the frame: sharp at every size, and in the page's type.
 import { h } from "../dom.js";
 
-import { isIn, laidOut } from "./label-layout.js";
+import { ASIDE_PX, isIn, laidOut } from "./label-layout.js";
 
 /** @import { Box, LabelRequest } from "./label-layout.js" */
 /** @import { SceneHooks, Three } from "./hooks.js" */
@@ -39,7 +39,7 @@ export class SceneLabels {
         entry.element.textContent = words;
         entry.element.className = name;
       }
-      if (isBead(kind) && (!same || !entry.width)) [entry.width, entry.height] = [entry.element.offsetWidth, entry.element.offsetHeight];
+      if ((isBead(kind) || isOpening(kind)) && (!same || !entry.width)) [entry.width, entry.height] = [entry.element.offsetWidth, entry.element.offsetHeight];
     });
     for (const { element } of this.shown.splice(labels.length)) element.remove();
     this.cards = this.shown.some(({ kind }) => isBead(kind)) ? this.boxesUpon() : [];
@@ -84,9 +84,10 @@ export class SceneLabels {
       const { element, kind, position } = entry;
       const cosine = kind === "letter" ? facing(position) : 0;
       const hidden = (kind === "letter" && (cosine < BEHIND || cosine > IN_FRONT)) // only letters at the head's sides are read
-        || (kind.startsWith("opening") && facing(position) < HIDDEN);
+        || (isOpening(kind) && facing(position) < HIDDEN);
       const place = isBead(kind) || hidden ? null : this.hooks.project(position, camera);
-      const at = isBead(kind) ? beads.get(entry) ?? null : isIn(place, this.hooks.size) ? place : null;
+      const isCut = kind === RIGHT && place !== null && place.x < entry.width + ASIDE_PX; // it is on the left of its place
+      const at = isBead(kind) ? beads.get(entry) ?? null : isIn(place, this.hooks.size) && !isCut ? place : null;
       element.style.visibility = at ? "visible" : "hidden";
       if (at) element.style.translate = `${at.x.toFixed(1)}px ${at.y.toFixed(1)}px`;
     }
@@ -116,8 +117,14 @@ export class SceneLabels {
 }
 
 const CHOSEN = "bead chosen";
+const RIGHT = "opening right";
 
 /** @param {string} kind */
 function isBead(kind) {
   return kind === "bead" || kind === CHOSEN;
+}
+
+/** @param {string} kind */
+function isOpening(kind) {
+  return kind.startsWith("opening");
 }

@@ -1,4 +1,4 @@
-// Where a plane cuts a plan's regions: structures to spare and bone to be removed, out of their shapes.
+// Where a plane cuts a plan's regions: protected structures and bone to be removed, out of their shapes.
 import { cross, dot, minus, plus, unit } from "./vectors.js";
 import { discsOf, outline } from "./tool-outline.js";
 /** @import { DrawingView, RegionView } from "../types.js" */

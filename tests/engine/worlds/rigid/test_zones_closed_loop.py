@@ -112,7 +112,7 @@ def test_no_push_from_anywhere_enters_a_zone(kind: str) -> None:
         scene = replace(base, zones=(Zone("nerve", a_solid(kind, place, random), margin),))
         rehearsal, judge = Rehearsal(scene, FAST), ZoneJudge(scene.zones[0].solid)
         if rehearsal.controller.measure(scene.q_start).distance[1].min() < margin:
-            with pytest.raises(StartRefused, match="structure to spare 'nerve'"):
+            with pytest.raises(StartRefused, match="protected structure 'nerve'"):
                 rehearsal.start("free")
             continue
         state, started = rehearsal.start("free"), started + 1
@@ -126,7 +126,7 @@ def test_no_push_from_anywhere_enters_a_zone(kind: str) -> None:
             assert min(measured, 3.0) == pytest.approx(min(float(state.tool.distance[1].min()), 3.0), abs=1e-5)
             if measured < margin + 0.05:
                 _replay(scene, before, state, judge, margin)
-                assert "structure to spare 'nerve'" in " ".join(snapshot.active) or not snapshot.held
+                assert "protected structure 'nerve'" in " ".join(snapshot.active) or not snapshot.held
             least = min(least, measured)
         touched += least < margin + 0.05
     assert touched >= 4
@@ -185,7 +185,7 @@ def test_a_zone_across_the_path_holds_the_tool_and_is_named() -> None:
     for _ in range(500):
         state, snapshot = rehearsal.step(state, Command(np.zeros(3), drive=1))
     assert snapshot.held
-    assert snapshot.reason == "structure to spare 'optic nerve' on the tip, 0.8 mm away"
+    assert snapshot.reason == "protected structure 'optic nerve' on the tip, 0.8 mm away"
     assert snapshot.blocking_point is not None
     assert snapshot.blocking_point == pytest.approx([0.0, 10.0, 0.0], abs=1e-3)
 
@@ -193,7 +193,7 @@ def test_a_zone_across_the_path_holds_the_tool_and_is_named() -> None:
 def test_a_start_in_a_zone_is_refused_by_its_name() -> None:
     """HAZ-04; and two zones of one name are refused, because no message could tell them apart."""
     ball = Sphere([0, 0, 0], 2.0)
-    with pytest.raises(StartRefused, match=r"the tip would start inside structure to spare 'eye', 3\.00 mm deep"):
+    with pytest.raises(StartRefused, match=r"the tip would start inside protected structure 'eye', 3\.00 mm deep"):
         Rehearsal(replace(straight_scene(FAR), zones=(Zone("eye", ball, 1.0),)), FAST).start("free")
-    with pytest.raises(InputError, match="two structures to spare are called 'eye'"):
+    with pytest.raises(InputError, match="two protected structures are called 'eye'"):
         Rehearsal(replace(straight_scene(FAR), zones=(Zone("eye", ball, 1.0), Zone("eye", ball, 0.5))), FAST)

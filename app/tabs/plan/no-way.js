@@ -1,0 +1,63 @@
+// Why no way was found, where it ends, and what can be done about it there.
+import { noteEdit } from "/static/js/dialogs.js";
+import { hintLine } from "/static/js/hint-line.js";
+import { placeWords } from "/static/js/slices/place-words.js";
+import { html, nothing } from "/static/js/template.js";
+import { targetOf } from "./suggestion.js";
+
+/** @import { Connection } from "/static/js/connection.js" */
+/** @import { PathSearch } from "./suggestion.js" */
+/** @import { NonePublic, PlanSection, SuggestionPublic } from "/static/js/types.js" */
+
+const SEARCHED_MM = 2; // a way is longer than this
+const ARRIVED_MM = 0.5; // a way that ends nearer to the target than this ends at it
+const REMOVED_MM = 4; // radius of the bone removal that is begun
+
+/**
+ * @param {SuggestionPublic} suggestion that has found none
+ * @param {NonePublic} none
+ * @param {PlanSection} plan
+ * @param {boolean} earlier it was asked of an earlier path
+ * @param {{ end: () => void, remove: () => void, show: () => void }} does
+ */
+export function noWay(suggestion, none, plan, earlier, { end, remove, show }) {
+  const shortens = none.gap_mm > ARRIVED_MM && Math.hypot(...none.ends_at.map((value, axis) => value - suggestion.entry[axis])) >= SEARCHED_MM;
+  const help = html`The search ends ${placeWords(none.ends_at)}: ${none.reason}. It looked through ${none.searched}. A thinner tool or another entry may make a way too.`;
+  return html`<div id="no-way">
+    ${hintLine("suggest-words", earlier ? "No way found before; plan changed since. Suggest again." : `No way found: ${none.short}.`, help, true)}
+    <div class="buttons even">
+      ${shortens ? html`<button type="button" id="end-there" title="Move the target to where the way ends" ?disabled=${plan.locked} @click=${end}>End there</button>` : nothing}
+      <button type="button" id="remove-there" title="Mark bone to be removed where the way ends" ?disabled=${plan.locked} @click=${remove}>Remove bone there</button>
+    </div>
+    <button type="button" class="plain" id="show-end" @click=${show}>Show the place</button>
+  </div>`;
+}
+
+/**
+ * Move the target to where the way ends, as one edit, and look for the way to there.
+ * @param {Connection} connection
+ * @param {PathSearch} search
+ * @param {string} targetId
+ */
+export function endThere(connection, search, targetId) {
+  const { plan } = connection.state;
+  const target = targetOf(plan, targetId);
+  const place = search.suggestion?.none?.ends_at;
+  if (!target || !place) return;
+  // as a hand would move it
+  connection.send("item.drag", { item_id: target.id, position: place });
+  noteEdit(connection, "plan", connection.request("item.drop", { item_id: target.id }), `${target.label} moved to where the way ends.`);
+  search.look(plan, target.id, place);
+}
+
+/**
+ * Mark a ball of bone to be removed where the way ends, as one edit.
+ * @param {Connection} connection
+ * @param {PathSearch} search
+ */
+export function removeThere(connection, search) {
+  const place = search.suggestion?.none?.ends_at;
+  if (!place) return;
+  connection.send("region.draw", { purpose: "remove", kind: "sphere", sizes_mm: [REMOVED_MM] });
+  noteEdit(connection, "plan", connection.request("pick.slice", { position: place }), "Bone removal added. Check its size, then suggest again.");
+}

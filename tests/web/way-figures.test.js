@@ -1,0 +1,29 @@
+// Figures of suggested ways: those of their verdicts, in the same rows.
+import assert from "node:assert/strict";
+import { test } from "node:test";
+
+const { figuresOf, rowsOf } = await import("../../app/tabs/plan/way-figures.js");
+
+const figure = (name, value, fields = {}) => ({ name, value, level: "fits", s_mm: 0, whole_mm: null, digits: 2, ...fields });
+const reach = figure("reach", 88.1, { whole_mm: 88.2, digits: 0 });
+const tissue = figure("soft tissue", 20.4, { digits: 0 });
+
+test("a way has the figures of its verdict, and its length in place of its reach", () => {
+  const bone = figure("bone", 0.934, { level: "tight" });
+  const [first, second, length, ...more] = figuresOf({ figures: [bone, tissue, reach], short_of_target_mm: 0.4 });
+  assert.deepEqual([first, second, more], [bone, tissue, []]);
+  assert.deepEqual([length.name, length.value, length.whole_mm, length.digits], ["length", 88.2, null, 0]);
+});
+
+test("a way that ends before the target says how far", () => {
+  const [last] = figuresOf({ figures: [reach], short_of_target_mm: 2.4 }).slice(-1);
+  assert.deepEqual([last.name, last.value, last.level], ["to the target", 2.4, "tight"]);
+});
+
+test("the rows of all ways are in one order, obstacles first, whatever is worst in each", () => {
+  const ways = [
+    { figures: [tissue, figure("bone", 1), reach], short_of_target_mm: 0 },
+    { figures: [figure("Left orbit", 0.1), reach, figure("bone", 1), tissue, figure("registration error", 0.4)], short_of_target_mm: 3 },
+  ];
+  assert.deepEqual(rowsOf(ways), ["bone", "Left orbit", "soft tissue", "registration error", "length", "to the target"]);
+});
