@@ -96,8 +96,8 @@ SLICES = """async () => {
 LONG_TEXTS = """async () => {
   const { countWords } = await import('/static/js/brief.js');
   const free = 'script, style, select, textarea, svg, .help, .visually-hidden, .verdict-words, #dialog .words, .keys';
-  const named = '.row-main, .row-sub, .chip, .place, .way, .step > summary, [role=option], .where, .number, .order-card, '
-    + '.slice-window, .slice-where, [role=menuitemradio]';
+  const named = '.row-main, .row-sub, .chip, .place, .way, .step > summary, [role=option], .where, .number, '
+    + '.order-card, .slice-window, .slice-where, [role=menuitemradio]';
   const texts = new Map();
   const nodes = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
   while (nodes.nextNode()) {
