@@ -39,7 +39,7 @@ export default class PlanPanel {
     this.plans = new PlanList(connection);
     this.bar = new PlanBar(connection, () => this.goTo("export"));
     this.ghost = new GhostCard(connection);
-    this.suggest = new SuggestGroup(connection);
+    this.suggest = new SuggestGroup(connection, () => this.renderSteps(connection.state));
     this.shaft = new ShaftGroup(connection);
     this.cones = new ConeGroup();
     this.points = new ItemsTable(connection, "point", this.shaft.element);

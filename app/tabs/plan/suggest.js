@@ -23,9 +23,13 @@ const ORDER = "First are those that fit, then those that are tight; of these the
 const columnsOf = (ways) => (ways < 3 || ways === 4 ? 2 : 3);
 
 export class SuggestGroup {
-  /** @param {Connection} connection */
-  constructor(connection) {
+  /**
+   * @param {Connection} connection
+   * @param {() => void} found called when a search has begun or ended
+   */
+  constructor(connection, found) {
     this.connection = connection;
+    this.found = found;
     this.changed = whenChanged();
     this.target = ""; // id of the chosen one
     /** @type {string | undefined} the suggestion that was brought into sight */
@@ -58,6 +62,7 @@ export class SuggestGroup {
   searched() {
     const { busy, suggestion } = this.search;
     this.update(this.connection.state);
+    this.found();
     if (busy || this.seen === suggestion?.id) return;
     this.seen = suggestion?.id;
     for (const part of ["#alternatives, #no-way", ".way"]) this.body.querySelector(part)?.scrollIntoView({ block: "nearest" });
