@@ -11,6 +11,7 @@ from app.planning.plan_evaluation import PlanEvaluation
 from app.planning.verdict import Level
 from vfix_engine.worlds.rigid.dry_run import TIGHT_MM
 
+_ROUNDED_MM = 1e-3
 _SEVERITY: dict[Level, int] = {"blocked": 0, "pierces": 1, "unknown": 2, "tight": 3, "fits": 4}
 
 
@@ -20,7 +21,7 @@ class VerdictFigure:
 
     name: what it is of, such as 'bone'. value: in mm, None if it is not known or has none. whole_mm: of which it is a
     part, such as the length of the path. digits: of the value. s_mm: arc length of the tip at its place, None without.
-    margin_mm: of an obstacle.
+    margin_mm: of an obstacle. at_least: it is farther away than clearances are measured, which is the value.
     """
 
     name: str
@@ -30,6 +31,7 @@ class VerdictFigure:
     whole_mm: float | None = None
     digits: int = 2
     margin_mm: float | None = None
+    at_least: bool = False
 
 
 def verdict_figures(evaluation: PlanEvaluation) -> tuple[VerdictFigure, ...]:
@@ -62,11 +64,13 @@ def _figures(evaluation: PlanEvaluation) -> Iterator[VerdictFigure]:
 
 def _obstacles(evaluation: PlanEvaluation) -> Iterator[VerdictFigure]:
     """Yield bone and each hard structure, the least above its margin first; bone that the scan may hide before all."""
-    hidden = evaluation.verdict.obstacles[0] if evaluation.verdict.reason == "surface" else None
+    bone = evaluation.verdict.obstacles[0]
+    hidden = bone if evaluation.verdict.reason == "surface" else None
     for one in sorted(evaluation.verdict.obstacles, key=lambda one: (one is not hidden, one.left_mm)):
         level: Level = "tight" if one is hidden or one.left_mm < TIGHT_MM else "fits"
         at = float(evaluation.run.s[one.row])
-        yield VerdictFigure(one.name, one.least_mm, level, at, margin_mm=one.margin_mm)
+        far = one is bone and one.least_mm >= evaluation.run.exact_to_mm - _ROUNDED_MM
+        yield VerdictFigure(one.name, one.least_mm, level, at, margin_mm=one.margin_mm, at_least=far)
 
 
 def _registration(evaluation: PlanEvaluation) -> Iterator[VerdictFigure]:

@@ -16,5 +16,6 @@ test("a line is the word and the worst figure", () => {
 test("a figure has its unit, and a part its whole", () => {
   const words = (/** @type {any} */ fields) => figureWords({ ...bone, ...fields });
   assert.deepEqual([words({}), words({ whole_mm: 81, value: 40, digits: 0 })], ["bone 0.55 mm", "bone 40 of 81 mm"]);
+  assert.equal(words({ value: 3, at_least: true }), "bone ≥ 3.00 mm");
   assert.deepEqual([words({ value: null }), words({ value: null, level: "unknown" })], ["bone", "bone ?"]);
 });

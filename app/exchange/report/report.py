@@ -137,7 +137,7 @@ def _figure(figure: VerdictFigure) -> Figure:
         value = "?" if figure.level == "unknown" else "✕"
     else:
         whole = "" if figure.whole_mm is None else f" of {figure.whole_mm:.{figure.digits}f}"
-        value = f"{figure.value:.{figure.digits}f}{whole} mm"
+        value = f"{'≥ ' if figure.at_least else ''}{figure.value:.{figure.digits}f}{whole} mm"
     margin = "" if figure.margin_mm is None else f"margin {figure.margin_mm:.2f}, "
     where = "" if figure.s_mm is None else f"at {figure.s_mm:.0f} mm"
     return Figure(figure.name[:1].upper() + figure.name[1:], value, f"{margin}{where}".removesuffix(", "), figure.level)

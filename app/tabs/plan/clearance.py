@@ -64,6 +64,7 @@ def _figure(figure: VerdictFigure) -> FigureView:
         "s_mm": figure.s_mm,
         "whole_mm": figure.whole_mm,
         "digits": figure.digits,
+        "at_least": figure.at_least,
     }
 
 

@@ -168,6 +168,7 @@ class FigureView(TypedDict):
     s_mm: float | None
     whole_mm: float | None
     digits: int
+    at_least: bool
 
 
 class VerdictView(TypedDict):

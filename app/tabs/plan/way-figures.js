@@ -13,7 +13,7 @@ const ARRIVES_MM = 0.5; // a way that ends nearer to the target than this ends a
 export function figuresOf({ figures, short_of_target_mm: short }) {
   const shown = figures.map((figure) => (figure.name === "reach" ? { ...figure, name: "length", value: figure.whole_mm, whole_mm: null } : figure));
   if (short <= ARRIVES_MM) return shown;
-  return [...shown, { name: "to the target", value: short, level: "tight", s_mm: null, whole_mm: null, digits: 1, margin_mm: null }];
+  return [...shown, { name: "to the target", value: short, level: "tight", s_mm: null, whole_mm: null, digits: 1, margin_mm: null, at_least: false }];
 }
 
 /**

@@ -578,6 +578,7 @@ export interface FigureView {
   s_mm: number | null;
   whole_mm: number | null;
   digits: number;
+  at_least: boolean;
 }
 
 /** The tissue that the tool pierces, on its axis where the tip is at s_mm: from outside to inside, in LPS. */
@@ -1256,7 +1257,7 @@ export interface AlternativePublic {
  *
  * name: what it is of, such as 'bone'. value: in mm, None if it is not known or has none. whole_mm: of which it is a
  * part, such as the length of the path. digits: of the value. s_mm: arc length of the tip at its place, None without.
- * margin_mm: of an obstacle.
+ * margin_mm: of an obstacle. at_least: it is farther away than clearances are measured, which is the value.
  */
 export interface VerdictFigure {
   name: string;
@@ -1266,6 +1267,7 @@ export interface VerdictFigure {
   whole_mm: number | null;
   digits: number;
   margin_mm: number | null;
+  at_least: boolean;
 }
 
 export interface SuggestedPoint {

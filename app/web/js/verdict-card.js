@@ -4,7 +4,7 @@ import { fixed, sentence } from "./format.js";
 import { stageWords } from "./jobs.js";
 import { remove } from "./rest.js";
 import { draw, html, iconTemplate, nothing } from "./template.js";
-import { LEVEL_ICONS } from "./verdict-line.js";
+import { LEVEL_ICONS, figureWords } from "./verdict-line.js";
 
 /** @import { Connection } from "./connection.js" */
 /** @import { EvaluationSection, FigureView, JobEntry, VerdictPart, VerdictView, ViewModel } from "./types.js" */
@@ -46,14 +46,16 @@ export class VerdictCard {
     }
     this.follow(corridor.job);
     const job = this.quiet === undefined ? state.jobs?.items.find(({ id }) => id === this.job) : undefined;
-    this.changed([corridor, job, this.open, this.cancelling], () => draw(this.element, this.card(corridor, job)));
+    const aside = step?.name === "register" && corridor.verdict && !corridor.verdict.figures.some(({ name }) => name === "registration error");
+    this.changed([corridor, job, this.open, this.cancelling, aside], () => draw(this.element, this.card(corridor, job, Boolean(aside))));
   }
 
   /**
    * @param {EvaluationSection} corridor
    * @param {JobEntry | undefined} job
+   * @param {boolean} unregistered whether it is said that no registration error is in the verdict
    */
-  card(corridor, job) {
+  card(corridor, job, unregistered) {
     const { verdict } = corridor;
     const old = isOld(corridor);
     const level = verdict && old ? verdict.level : corridor.level;
@@ -69,7 +71,8 @@ export class VerdictCard {
             @click=${() => this.toggle()}>?</button>
         </div>
         ${verdict && corridor.warning ? html`<p class="words caution" id="verdict-warning">${sentence(corridor.warning)}.</p>` : nothing}
-        <ul class="chips" aria-label="Figures of the verdict" ?hidden=${!verdict}>${(verdict?.figures ?? []).map((figure) => this.chip(figure, old))}</ul>
+        <ul class="chips" aria-label="Figures of the verdict" ?hidden=${!verdict}>${(verdict?.figures ?? []).map((figure) => this.chip(figure, old))}
+          ${unregistered ? html`<li class="chip-words">registration error not included</li>` : nothing}</ul>
         <p class="words verdict-words" id="verdict-words" ?hidden=${!this.open && Boolean(verdict)}>${this.sentences(corridor, old)}</p>
         ${job ? this.progress(job) : nothing}
         <button type="button" class="wide" data-tool="again" ?hidden=${!corridor.cancelled} @click=${() => this.connection.send("dry_run.again")}>Run it again</button>
@@ -150,9 +153,9 @@ export class VerdictCard {
  * The value of a figure with its unit; nothing where it has none.
  * @param {FigureView} figure
  */
-export function valueOf({ value, digits, whole_mm: whole, level }) {
+export function valueOf({ value, digits, whole_mm: whole, level, at_least: more }) {
   if (value === null) return level === "unknown" ? html`<b>?</b>` : nothing;
-  return html`<b>${fixed(value, digits)}${whole === null ? "" : ` of ${fixed(whole, digits)}`}</b> mm`;
+  return html`<b>${more ? "≥ " : ""}${fixed(value, digits)}${whole === null ? "" : ` of ${fixed(whole, digits)}`}</b> mm`;
 }
 
 /**
@@ -161,7 +164,7 @@ export function valueOf({ value, digits, whole_mm: whole, level }) {
  */
 function spoken({ verdict, state }) {
   if (!verdict || state !== "current") return "";
-  return `: ${verdict.figures.map(({ name, value, digits }) => (value === null ? name : `${name} ${fixed(value, digits)} mm`)).join(", ")}`;
+  return `: ${verdict.figures.map(figureWords).join(", ")}`;
 }
 
 /** @param {EvaluationSection} corridor */

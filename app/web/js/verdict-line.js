@@ -11,9 +11,9 @@ export const LEVEL_ICONS = { fits: "fits", tight: "tight", unknown: "unknown", b
  * A figure of the verdict with its unit; '?' where it is unknown.
  * @param {FigureView} figure
  */
-export function figureWords({ name, value, digits, whole_mm: whole, level }) {
+export function figureWords({ name, value, digits, whole_mm: whole, level, at_least: more }) {
   if (value === null) return level === "unknown" ? `${name} ?` : name;
-  return `${name} ${fixed(value, digits)}${whole === null ? "" : ` of ${fixed(whole, digits)}`} mm`;
+  return `${name} ${more ? "≥ " : ""}${fixed(value, digits)}${whole === null ? "" : ` of ${fixed(whole, digits)}`} mm`;
 }
 
 /**

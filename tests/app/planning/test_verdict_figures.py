@@ -69,3 +69,12 @@ def test_the_obstacle_that_leaves_least_above_its_margin_comes_first(found: Plan
     assert [one.name for one in verdict_figures(both)[:2]] == ["nerve", "bone"]
     hidden = replace(both.verdict, level="tight", reason="surface")
     assert first(replace(found, verdict=hidden)).name == "bone"
+
+
+def test_bone_beyond_what_is_measured_is_at_least_that_far(found: PlanEvaluation) -> None:
+    bone, reach = found.verdict.obstacles[0], found.run.exact_to_mm
+    for least, at_least in ((reach - 0.1, False), (reach, True)):
+        far = replace(bone, clearance=np.maximum(bone.clearance, least))
+        verdict = replace(found.verdict, obstacles=(far, replace(far, name="nerve")))
+        figures = {one.name: one for one in verdict_figures(replace(found, verdict=verdict))}
+        assert (figures["bone"].at_least, figures["nerve"].at_least) == (at_least, False)
