@@ -56,7 +56,7 @@ def _figures(evaluation: PlanEvaluation) -> Iterator[VerdictFigure]:
     cut, tissue = verdict.reason == "scan_ends", profile.tissue
     if cut or tissue is not None:
         longest = None if tissue is None else float(profile.s[int(tissue.length.argmax())])
-        yield VerdictFigure("soft tissue", verdict.tissue_mm, "unknown" if cut else "fits", longest, digits=0)
+        yield VerdictFigure("in soft tissue", verdict.tissue_mm, "unknown" if cut else "fits", longest, digits=0)
     reached = evaluation.reached_mm
     reach: Level = "fits" if evaluation.completed else "blocked"
     yield VerdictFigure("reach", reached, reach, reached, evaluation.length_mm, digits=0)

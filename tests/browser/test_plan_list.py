@@ -17,7 +17,7 @@ def test_the_list_is_opened_filtered_and_closed(open_page: Open, rest: Rest) -> 
     station = open_page(viewport={"width": 1280, "height": 800}).ready()
     page, plan_list = station.page, station.page.locator("#plans-popover")
     page.click("#plans")
-    expect(page.locator("#plan-filter")).to_be_focused()
+    expect(page.locator("#filter-plans")).to_be_focused()
     expect(page.locator("#plan-list li")).to_have_count(9)
     page.keyboard.type("PLAN 5")
     expect(page.locator("#plan-list li")).to_have_count(1)

@@ -42,7 +42,7 @@ def test_a_path_is_suggested_previewed_used_and_undone(open_page: OpenPage, rest
     station.wait_for("the preview", lambda: (shaft(station)["shown"] or "").endswith(" 0"))
     cards = page.locator("#alternatives .alternative")
     figures = cards.first.locator(".way-figure")
-    assert [words.split("\n")[0] for words in figures.all_inner_texts()] == ["bone", "soft tissue", "length"]
+    assert [words.split("\n")[0] for words in figures.all_inner_texts()] == ["bone", "in soft tissue", "length"]
     tops = [card.locator(".way-figure").last.bounding_box() for card in cards.all()[:2]]
     assert len({box["y"] for box in tops if box}) == 1  # side by side
     expect(page.locator("#alternatives .way-picture svg")).to_have_count(cards.count())
@@ -66,7 +66,7 @@ def test_a_path_is_suggested_previewed_used_and_undone(open_page: OpenPage, rest
     assert station.state("corridor")["level"] != "blocked"
     chips = [" ".join(words.split()) for words in page.locator("#card .chip").all_inner_texts()]
     assert page.locator("#card .card-word").inner_text().split("\n")[0].startswith(shown[0])
-    assert {f"bone {shown[1]}", f"soft tissue {shown[2]}"} <= set(chips)  # the card says what the way has said
+    assert {f"bone {shown[1]}", f"in soft tissue {shown[2]}"} <= set(chips)  # the card says what the way has said
     station.picture("suggest-used")
     standing = page.locator("#suggest-words")
     expect(standing).to_have_text(re.compile(r"^The path follows way 1\."), use_inner_text=True)

@@ -1,7 +1,7 @@
 // Which step of a plan is open, and the result of each in one line.
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { Guide, adds, moreLine, nextStep, stepLine } from "../../app/tabs/plan/guide.js";
+import { ADDS, Guide, moreLine, nextStep, stepLine } from "../../app/tabs/plan/guide.js";
 
 const items = (/** @type {string} */ letter, /** @type {number} */ count) => [...Array(count).keys()].map((n) => ({ id: `${letter}${n + 1}`, label: `${letter}${n + 1}`, position: [n, 0, 0] }));
 const plan = (/** @type {number} */ points, /** @type {number} */ targets, fields = {}) => /** @type {any} */ ({
@@ -12,7 +12,7 @@ const known = (fields = {}) => /** @type {any} */ ({ suggestion: null, searching
 
 test("the next step is the first that the path lacks", () => {
   assert.deepEqual([plan(0, 0), plan(0, 1), plan(1, 0), plan(1, 1), plan(2, 0)].map(nextStep), ["entry", "entry", "targets", "path", "path"]);
-  assert.deepEqual(["entry", "targets", "protect", "path", "check"].map((name) => adds(/** @type {any} */ (name))), ["point", "target", null, "point", null]);
+  assert.deepEqual([ADDS.entry, ADDS.targets, ADDS.protect, ADDS.path, ADDS.check], ["point", "target", "none", "point", "none"]);
 });
 
 test("the guide goes on with what this window adds, and with nothing else", () => {

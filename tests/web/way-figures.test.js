@@ -6,7 +6,7 @@ const { figuresOf, rowsOf } = await import("../../app/tabs/plan/way-figures.js")
 
 const figure = (name, value, fields = {}) => ({ name, value, level: "fits", s_mm: 0, whole_mm: null, digits: 2, ...fields });
 const reach = figure("reach", 88.1, { whole_mm: 88.2, digits: 0 });
-const tissue = figure("soft tissue", 20.4, { digits: 0 });
+const tissue = figure("in soft tissue", 20.4, { digits: 0 });
 
 test("a way has the figures of its verdict, and its length in place of its reach", () => {
   const bone = figure("bone", 0.934, { level: "tight" });
@@ -25,5 +25,5 @@ test("the rows of all ways are in one order, obstacles first, whatever is worst 
     { figures: [tissue, figure("bone", 1), reach], short_of_target_mm: 0 },
     { figures: [figure("Left orbit", 0.1), reach, figure("bone", 1), tissue, figure("registration error", 0.4)], short_of_target_mm: 3 },
   ];
-  assert.deepEqual(rowsOf(ways), ["bone", "Left orbit", "soft tissue", "registration error", "length", "to the target"]);
+  assert.deepEqual(rowsOf(ways), ["bone", "Left orbit", "in soft tissue", "registration error", "length", "to the target"]);
 });

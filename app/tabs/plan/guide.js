@@ -25,8 +25,8 @@ export const STEPS = [
   { name: "export", title: "Export" },
 ];
 
-/** @type {Partial<Record<StepName, "point" | "target">>} what a click adds once a step is opened; the others leave it */
-const ADDS = { entry: "point", path: "point", targets: "target" };
+/** @type {Record<StepName, "point" | "target" | "none">} what a click adds once a step is opened */
+export const ADDS = { entry: "point", targets: "target", protect: "none", path: "point", tool: "none", check: "none", export: "none" };
 /** @type {Record<string, string>} */
 const SIDES = { left: "Left nostril", right: "Right nostril", midline: "Midline" };
 
@@ -93,14 +93,6 @@ export class Guide {
     this.chosen = true;
     this.open = open ? name : "";
   }
-}
-
-/**
- * What a click adds once a step is opened; null where it stays as it is.
- * @param {StepName} name
- */
-export function adds(name) {
-  return ADDS[name] ?? null;
 }
 
 /**

@@ -2,7 +2,7 @@
 import { h } from "/static/js/dom.js";
 import { askName } from "/static/js/dialogs.js";
 import { Roving } from "/static/js/roving.js";
-import { placeWords, sideWords } from "/static/js/slices/place-words.js";
+import { sideWords } from "/static/js/slices/place-words.js";
 import { draw, html, nothing, repeat } from "/static/js/template.js";
 
 /** @import { Connection } from "/static/js/connection.js" */
@@ -46,7 +46,7 @@ export class ItemsTable {
     const selected = item.id === plan?.selected;
     return html`<tr data-item=${item.id} aria-selected=${String(selected)} title="Click to select, double-click to rename" @click=${() => this.send("item.select", item)}
         @dblclick=${() => this.rename(item)} @keydown=${(/** @type {KeyboardEvent} */ event) => this.key(event, item)}>
-        <td title=${`${item.label}: ${placeWords(item.position)}`}><span class=${this.kind === "target" ? "dot target" : "dot"}></span><span>${item.label}</span></td>
+        <td title=${item.label}><span class=${this.kind === "target" ? "dot target" : "dot"}></span><span>${item.label}</span></td>
         ${item.position.map((value, axis) => html`<td>${sideWords(value, axis)}</td>`)}
       </tr>${selected ? html`<tr class="of-selected" aria-selected="true"><td colspan="4"><div class="fields">${this.tools(item, plan)}${this.about}</div></td></tr>` : nothing}`;
   }

@@ -1,8 +1,7 @@
 // Why no way was found, where it ends, and what can be done about it there.
 import { noteEdit } from "/static/js/dialogs.js";
-import { hintLine } from "/static/js/hint-line.js";
 import { placeWords } from "/static/js/slices/place-words.js";
-import { html, nothing } from "/static/js/template.js";
+import { hintLine, html, nothing } from "/static/js/template.js";
 import { targetOf } from "./suggestion.js";
 
 /** @import { Connection } from "/static/js/connection.js" */

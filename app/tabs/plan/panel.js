@@ -9,7 +9,7 @@ import { ConeGroup } from "./cones.js";
 import { EntryStep } from "./entry-step.js";
 import { ExportStep } from "./export-step.js";
 import { GhostCard } from "./ghost-card.js";
-import { Guide, STEPS, adds, moreLine, stepLine } from "./guide.js";
+import { ADDS, Guide, STEPS, moreLine, stepLine } from "./guide.js";
 import { InstrumentsGroup } from "./instruments.js";
 import { ItemsTable } from "./items-table.js";
 import { Notes } from "./notes.js";
@@ -145,7 +145,7 @@ export default class PlanPanel {
    */
   addFor(name) {
     const { plan } = this.connection.state;
-    const kind = adds(name);
+    const kind = ADDS[name];
     if (plan && kind && !plan.locked && plan.add_mode !== kind) this.connection.send("add.mode", { kind });
   }
 

@@ -2,13 +2,13 @@
 import { askName, noteDone, noteEdit } from "/static/js/dialogs.js";
 import { byId, h, whenChanged } from "/static/js/dom.js";
 import { when } from "/static/js/format.js";
+import { ListFilter } from "/static/js/list-filter.js";
 import { Roving } from "/static/js/roving.js";
 import { draw, html, iconTemplate, nameRow, nothing, repeat } from "/static/js/template.js";
 
 /** @import { Connection } from "/static/js/connection.js" */
 /** @import { PlanEntry, ViewModel } from "/static/js/types.js" */
 
-const MOST = 7; // that are listed without a field to filter them
 const GAP = 4; // px between the list and what it was opened from
 
 export class PlanList {
@@ -16,7 +16,7 @@ export class PlanList {
   constructor(connection) {
     this.connection = connection;
     this.changed = whenChanged();
-    this.filter = ""; // what is typed to find a plan
+    this.filter = new ListFilter("plans", () => this.again());
     this.deleted = false; // whether deleted ones are shown
     this.element = h("div", { class: "plan-popover", id: "plans-popover", popover: "auto", role: "dialog", "aria-label": "Plans of this head" });
     this.roving = new Roving(this.element, ".row-main", { first: '[aria-current="true"] > .row-main' });
@@ -37,7 +37,7 @@ export class PlanList {
 
   /** Anew, below what opens it. */
   place() {
-    this.filter = "";
+    this.filter.typed = "";
     this.render(this.connection.state);
     const box = this.opener.getBoundingClientRect();
     this.element.style.setProperty("--left", `${box.left}px`);
@@ -45,7 +45,7 @@ export class PlanList {
   }
 
   focus() {
-    this.element.querySelector(/** @type {"input"} */ ('input[type="text"], [aria-current="true"] > .row-main'))?.focus();
+    this.element.querySelector(/** @type {"input"} */ ('input[type="search"], [aria-current="true"] > .row-main'))?.focus();
   }
 
   /** @param {ViewModel} state */
@@ -59,18 +59,14 @@ export class PlanList {
   render({ plans, plan }) {
     const all = plans?.items ?? [];
     const listed = all.filter((item) => this.deleted || !item.deleted);
-    const shown = listed.filter(({ name }) => name.toLowerCase().includes(this.filter.trim().toLowerCase()));
-    const typed = (/** @type {Event} */ { currentTarget }) => {
-      this.filter = /** @type {HTMLInputElement} */ (currentTarget).value;
-      this.again();
-    };
+    const shown = this.filter.of(listed);
     const show = (/** @type {Event} */ { currentTarget }) => {
       this.deleted = /** @type {HTMLInputElement} */ (currentTarget).checked;
       this.again();
     };
     draw(this.element, html`
       <div class="group-head"><h2>Plans</h2><button type="button" id="new-plan" data-operation="plan.new" @click=${() => this.add()}>New plan</button></div>
-      ${listed.length > MOST ? html`<input type="text" id="plan-filter" aria-label="Filter plans" placeholder="Filter" autocomplete="off" .value=${this.filter} @input=${typed}>` : nothing}
+      ${this.filter.field(listed.length)}
       <ul class="list two-lines plain-rows" id="plan-list">${repeat(shown, ({ id, deleted }) => `${id} ${deleted}`, (item) => this.row(item, plan?.id))}</ul>
       ${shown.length ? nothing : html`<p class="empty">${listed.length ? "No plan has that name." : "No plans yet."}</p>`}
       <label class="check" ?hidden=${!all.some(({ deleted }) => deleted)}><input type="checkbox" .checked=${this.deleted} @change=${show}>Show deleted</label>`);

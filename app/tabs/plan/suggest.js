@@ -1,9 +1,8 @@
 // Suggested paths: asked for, compared, shown in the head, and used.
 import { noteEdit } from "/static/js/dialogs.js";
 import { group, h, whenChanged } from "/static/js/dom.js";
-import { hintLine } from "/static/js/hint-line.js";
 import { Roving } from "/static/js/roving.js";
-import { draw, html, nothing, repeat } from "/static/js/template.js";
+import { draw, hintLine, html, nothing, repeat } from "/static/js/template.js";
 import { endThere, noWay, removeThere } from "./no-way.js";
 import { surroundingsKey } from "./same-path.js";
 import { entryOf, PathSearch, targetOf } from "./suggestion.js";

@@ -2,11 +2,10 @@
 import { note } from "/static/js/dialogs.js";
 import { h, whenChanged } from "/static/js/dom.js";
 import { fixed, mm, sentence } from "/static/js/format.js";
-import { hintLine } from "/static/js/hint-line.js";
 import { JobLine } from "/static/js/job-line.js";
 import { read, send } from "/static/js/rest.js";
 import { Roving } from "/static/js/roving.js";
-import { draw, html, iconTemplate, nothing, repeat } from "/static/js/template.js";
+import { draw, hintLine, html, iconTemplate, nothing, repeat } from "/static/js/template.js";
 import { LEVEL_ICONS } from "/static/js/verdict-line.js";
 import { pathKey, surroundingsKey } from "./same-path.js";
 import { toolPicture } from "./tool-picture.js";

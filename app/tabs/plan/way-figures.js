@@ -2,7 +2,7 @@
 
 /** @import { AlternativePublic, VerdictFigure } from "/static/js/types.js" */
 
-const LAST = ["soft tissue", "registration error", "side of the entry", "length", "to the target"];
+const LAST = ["in soft tissue", "registration error", "side of the entry", "length", "to the target"];
 const ARRIVES_MM = 0.5; // a way that ends nearer to the target than this ends at it
 
 /**

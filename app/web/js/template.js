@@ -63,12 +63,23 @@ export function said(text) {
 
 /**
  * An explanation behind ‘?’.
- * @param {string} help
+ * @param {unknown} help
  * @param {string} [id] of the explanation
  * @param {string} [label] of the ‘?’
  */
 export function more(help, id, label = "More") {
   return html`<details class="more"><summary aria-label=${label} title=${label}>?</summary><span class="help" id=${id ?? nothing}>${help}</span></details>`;
+}
+
+/**
+ * A short line with the rest of what there is to say behind ‘?’.
+ * @param {string} id of the short line
+ * @param {string} words
+ * @param {unknown} help
+ * @param {boolean} [caution]
+ */
+export function hintLine(id, words, help, caution = false) {
+  return html`<div class=${caution ? "words caution" : "words"}><span id=${id} role="status">${words}</span> ${more(help)}</div>`;
 }
 
 /**

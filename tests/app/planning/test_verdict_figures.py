@@ -57,7 +57,7 @@ def test_the_registration_error_is_where_it_leaves_least(found: PlanEvaluation) 
 def test_soft_tissue_is_shown_where_the_tool_is_longest_in_it(found: PlanEvaluation) -> None:
     tissue = found.profile.tissue
     assert tissue is not None
-    (figure,) = (one for one in verdict_figures(found) if one.name == "soft tissue")
+    (figure,) = (one for one in verdict_figures(found) if one.name == "in soft tissue")
     assert figure.value == tissue.length.max() == tissue.length[found.profile.s == figure.s_mm][0]
     assert figure.s_mm != found.verdict.tissue_s_mm, "the deepest place is another one"
 
