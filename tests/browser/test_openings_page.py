@@ -34,8 +34,6 @@ def test_an_empty_plan_is_entered_at_a_nostril_in_scene_slice_and_panel(open_pag
         station.wait_for("the empty plan", lambda: not station.state("plan")["points"])
         assert station.state("paths")["items"][0]["entry_side"] == ""
         expect(buttons).to_have_count(2)
-        station.open_step("entry")  # the next one came by itself, and a click would add a target
-        page.click("[data-kind=point]")
 
     station.look_from("anterior")
     expect(names).to_have_text(["Right nostril", "Left nostril"])

@@ -48,7 +48,7 @@ test("a closed step is one line with its result", () => {
   assert.deepEqual(lines({ plan: plan(0, 0) }), ["Not set", "None", "None", "Not set", "Bent tool 30° · Steady hand", "Needs a path", "Needs a path"]);
   const paths = { chosen: "a", side_caution: "", items: [{ id: "a", entry_side: "right" }] };
   const regions = { items: [{ purpose: "spare", name: "Optic nerve" }, { purpose: "remove", name: "Septum" }] };
-  assert.deepEqual(lines({ plan: plan(6, 2), paths, regions, corridor: { state: "current" } }),
+  assert.deepEqual(lines({ plan: plan(6, 2), paths, regions, corridor: { state: "current", status: "done" } }),
     ["Right nostril", "2 targets", "Optic nerve", "81 mm, 6 points", "Bent tool 30° · Steady hand", "Fits, bone 0.55 mm", "Ready"]);
   assert.deepEqual(stepLine("entry", { plan: plan(1, 0) }, known()), { words: "P1, side not set", mark: "done" });
   assert.equal(stepLine("entry", { plan: plan(1, 0), paths: { ...paths, side_caution: "Left of the septum." } }, known()).mark, "caution");

@@ -29,8 +29,8 @@ export class ExportStep {
   /** @param {ViewModel} state */
   update({ plan, case: head }) {
     this.changed([Boolean(plan), Boolean(head)], () => draw(this.element, html`
-      <ul class="exports">${FORMATS.map(([format, name, words]) => html`<li><button type="button" class="export" data-format=${format} title=${words} aria-label=${name} ?disabled=${!plan}
-        @click=${() => this.save(format)}><span>${name}</span><span class="row-sub">${words}</span></button></li>`)}</ul>
+      <ul class="exports">${FORMATS.map(([format, name, words]) => html`<li class="export"><button type="button" data-format=${format} ?disabled=${!plan}
+        @click=${() => this.save(format)}>${name}</button><span class="row-sub" aria-hidden="true">${words}</span></li>`)}</ul>
       <div class="buttons">${filesButton({ id: "import-plan", input: "plan-file", words: "Import plan …", disabled: !head, accept: ".json,.csv,.fcsv", title: "A plan of vfix, Slicer markups or a table" },
         ([file]) => importPlan(this.connection, file))}</div>`));
   }

@@ -72,9 +72,10 @@ export class Guide {
     const next = nextStep(plan);
     const other = plan.id !== known;
     const added = next !== this.next && next !== "entry" && isLastSelected(plan);
+    const emptied = next === "entry" && this.next !== "entry"; // by an undo: a click is the entry again
     this.next = next;
     if (other) this.chosen = false;
-    const moves = other || (added && !this.chosen && !busy && next !== this.open);
+    const moves = other || ((added || emptied) && !this.chosen && !busy && next !== this.open);
     if (moves) this.open = next;
     return moves ? next : null;
   }
@@ -112,7 +113,7 @@ export function stepLine(name, state, known) {
   if (name === "tool") return toolLine(plan, state);
   const drawn = plan.points.length > 1;
   if (name === "check") return drawn ? known.verdict : { words: "Needs a path", mark: "" };
-  const ready = drawn && state.corridor?.state === "current";
+  const ready = drawn && state.corridor?.state === "current" && state.corridor.status === "done";
   return { words: ready ? "Ready" : drawn ? "Not simulated yet" : "Needs a path", mark: ready ? "done" : "" };
 }
 

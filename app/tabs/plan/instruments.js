@@ -143,10 +143,14 @@ export class InstrumentsGroup {
 
   /** @param {number} margin mm */
   setMargin(margin) {
-    const before = this.connection.state.plan?.margin_mm;
-    if (before === undefined || before === margin) return;
-    const undo = { label: "Undo", run: () => this.connection.send("plan.settings", { settings: { margin_mm: before } }) }; // settings are no step of the history
-    noteDone(this.connection.request("plan.settings", { settings: { margin_mm: margin } }), `Margin is ${margin} mm.`, undo);
+    const { plan } = this.connection.state;
+    if (!plan || plan.margin_mm === margin) return;
+    const { id, margin_mm: before } = plan;
+    const run = () => { // settings are no step of the history; what is open or set by now may be another one
+      const now = this.connection.state.plan;
+      if (now?.id === id && now.margin_mm === margin) this.connection.send("plan.settings", { settings: { margin_mm: before } });
+    };
+    noteDone(this.connection.request("plan.settings", { settings: { margin_mm: margin } }), `Margin is ${margin} mm.`, { label: "Undo", run });
   }
 
   /** @param {File} file */

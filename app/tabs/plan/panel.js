@@ -163,7 +163,7 @@ export default class PlanPanel {
 
   /** @param {ViewModel} state */
   renderSteps(state) {
-    const search = state.jobs?.items.find(({ kind, subject }) => kind === "suggestion" && subject === state.plan?.name);
+    const search = state.jobs?.items.find(({ kind, subject, case_id: of }) => kind === "suggestion" && subject === state.plan?.name && of === state.case?.id);
     const known = { suggestion: this.suggest.suggestion, searching: search?.fraction ?? null, verdict: verdictLine(state.corridor) };
     this.steps.update({ open: [this.guide.open], marked: this.guide.marked, lines: Object.fromEntries(STEPS.map(({ name }) => [name, stepLine(name, state, known)])) });
     this.more.update({ open: [...this.unfolded], lines: Object.fromEntries(MORE.map(({ name }) => [name, moreLine(name, state)])) });

@@ -23,10 +23,28 @@ export function samePath(path, other) {
 }
 
 /**
- * What changes when that does what a tool is moved by and among: robot, protected structures and bone removal.
- * @param {Pick<ViewModel, "plan" | "regions">} state
+ * What changes when the tool or its shape does.
+ * @param {ViewModel["plan"]} plan
  */
-export function surroundingsKey({ plan, regions }) {
+export function toolKey(plan) {
+  return JSON.stringify([plan?.tool.name, plan?.tool.bend_deg, plan?.tool.shaft_radius_mm]);
+}
+
+/**
+ * Whether one of some places is another one.
+ * @param {{ position: number[] }[]} places
+ * @param {number[]} place
+ */
+export function hasPlace(places, place) {
+  return places.some(({ position }) => Math.hypot(...position.map((value, axis) => value - place[axis])) < SAME_MM);
+}
+
+/**
+ * What changes when that does what a tool is moved by and among: robot, margin, registration, protected structures and
+ * bone removal.
+ * @param {Pick<ViewModel, "plan" | "plan_use" | "regions">} state
+ */
+export function surroundingsKey({ plan, plan_use: use, regions }) {
   const around = (regions?.items ?? []).map(({ purpose, shape, soft, margin_mm, stiffness_n_per_mm, max_depth_mm }) => [purpose, shape, soft, margin_mm, stiffness_n_per_mm, max_depth_mm]);
-  return JSON.stringify([plan?.robot.name, around]);
+  return JSON.stringify([plan?.robot.name, plan?.robot.urdf, plan?.margin_mm, use?.registration, use?.state, around]);
 }

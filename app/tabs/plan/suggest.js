@@ -2,7 +2,7 @@
 import { noteEdit } from "/static/js/dialogs.js";
 import { group, h, whenChanged } from "/static/js/dom.js";
 import { Roving } from "/static/js/roving.js";
-import { draw, hintLine, html, nothing, repeat } from "/static/js/template.js";
+import { draw, hintLine, html, nothing, repeat, said } from "/static/js/template.js";
 import { endThere, noWay, removeThere } from "./no-way.js";
 import { surroundingsKey } from "./same-path.js";
 import { entryOf, PathSearch, targetOf } from "./suggestion.js";
@@ -44,8 +44,8 @@ export class SuggestGroup {
   update(state) {
     const { plan, shaft } = state;
     const { search } = this;
-    if (search.suggestion && search.suggestion.plan_id !== plan?.id) search.forget();
-    const of = [plan?.id, plan?.points, plan?.ghost, plan?.targets, plan?.locked, shaft?.shown, this.target, search.suggestion?.id, plan?.tool.name, surroundingsKey(state), search.busy, search.problem, search.drawing];
+    if (search.of !== plan?.id && !search.busy && (search.suggestion || search.problem)) search.forget();
+    const of = [plan?.id, plan?.points, plan?.ghost, plan?.targets, plan?.locked, shaft?.shown, this.target, search.suggestion?.id, plan?.tool, surroundingsKey(state), search.busy, search.problem, search.drawing];
     this.changed(of, () => {
       draw(this.body, this.template(plan, shaft));
       this.roving.update();
@@ -102,7 +102,7 @@ export class SuggestGroup {
   hint(plan, ready) {
     const { busy, problem } = this.search;
     const idle = ready ? `From ${plan?.points[0]?.label ?? "the clicked place"}, with this tool.` : "Needs an entry and a target.";
-    return html`<p class="words" id="suggest-words" role="status">${busy ? "" : problem || idle}</p>`;
+    return html`<p class="words" id="suggest-words" role="status">${busy ? "" : problem ? said(problem) : idle}</p>`;
   }
 
   /**

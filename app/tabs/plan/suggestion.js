@@ -4,7 +4,7 @@ import { sentence } from "/static/js/format.js";
 import { JobLine } from "/static/js/job-line.js";
 import { finished } from "/static/js/jobs.js";
 import { read, readPicture, send } from "/static/js/rest.js";
-import { pathKey, samePath, surroundingsKey } from "./same-path.js";
+import { hasPlace, pathKey, samePath, surroundingsKey, toolKey } from "./same-path.js";
 
 /** @import { Connection } from "/static/js/connection.js" */
 /** @import { PlanSection, SuggestionPublic } from "/static/js/types.js" */
@@ -21,7 +21,10 @@ export class PathSearch {
     /** @type {SuggestionPublic | null} */
     this.suggestion = null;
     this.askedOf = ""; // the path when the ways were asked for
-    this.askedAmong = ""; // and its surroundings
+    this.askedAmong = ""; // its surroundings
+    this.askedFor = ""; // and the tool
+    /** @type {string | undefined} the plan that is searched in, or whose search has failed */
+    this.of = undefined;
     this.busy = false;
     this.problem = ""; // why there is no answer
     /** @type {Element[]} of the ways, once they are drawn */
@@ -42,6 +45,8 @@ export class PathSearch {
     this.forget();
     this.askedOf = pathKey(plan.points);
     this.askedAmong = surroundingsKey(this.connection.state);
+    this.askedFor = toolKey(plan);
+    this.of = plan.id;
     this.busy = true;
     this.changed();
     try {
@@ -103,14 +108,15 @@ export class PathSearch {
 
   /**
    * The number of the way that the path follows, or −1; earlier: what was found is of another tool or of other
-   * surroundings, or the path follows no way and is not the one either that they were asked for.
+   * surroundings, or the path follows no way, and it or the target is not the one that they were asked for.
    * @param {PlanSection} plan
    */
   standing(plan) {
     const { suggestion } = this;
     const followed = suggestion?.alternatives.findIndex((one) => samePath(plan.points, one.points)) ?? -1;
-    const other = suggestion?.tool !== plan.tool.name || surroundingsKey(this.connection.state) !== this.askedAmong;
-    return { followed, earlier: other || (followed < 0 && pathKey(plan.points) !== this.askedOf) };
+    const other = toolKey(plan) !== this.askedFor || surroundingsKey(this.connection.state) !== this.askedAmong;
+    const elsewhere = pathKey(plan.points) !== this.askedOf || (suggestion !== null && !hasPlace(plan.targets, suggestion.target));
+    return { followed, earlier: other || (followed < 0 && elsewhere) };
   }
 
   /**

@@ -5,7 +5,7 @@ import { fixed, mm, sentence } from "/static/js/format.js";
 import { JobLine } from "/static/js/job-line.js";
 import { read, send } from "/static/js/rest.js";
 import { Roving } from "/static/js/roving.js";
-import { draw, hintLine, html, iconTemplate, nothing, repeat } from "/static/js/template.js";
+import { draw, hintLine, html, iconTemplate, nothing, repeat, said } from "/static/js/template.js";
 import { LEVEL_ICONS } from "/static/js/verdict-line.js";
 import { pathKey, surroundingsKey } from "./same-path.js";
 import { toolPicture } from "./tool-picture.js";
@@ -25,6 +25,8 @@ export class ToolTableGroup {
     /** @type {ToolTablePublic | null} */
     this.table = null;
     this.askedOf = ""; // the path and its surroundings when the tools were asked for
+    /** @type {string | undefined} the plan that it is of */
+    this.of = undefined;
     this.busy = false;
     this.problem = "";
     this.element = h("div", { class: "fields" });
@@ -34,7 +36,10 @@ export class ToolTableGroup {
   /** @param {ViewModel} state */
   update(state) {
     const { plan } = state;
-    if (this.table && this.table.plan_id !== plan?.id) this.table = null;
+    if (this.of !== plan?.id && !this.busy) {
+      this.table = null;
+      this.problem = "";
+    }
     const of = [plan?.id, keyOf(state), plan?.tool, plan?.locked, this.table?.id, this.busy, this.problem];
     this.changed(of, () => {
       draw(this.element, this.template(plan));
@@ -48,7 +53,7 @@ export class ToolTableGroup {
     return html`<button type="button" class="wide" id="which-tool" data-command="which-tool" ?disabled=${(plan?.points.length ?? 0) < 2} aria-disabled=${String(this.busy)}
         @click=${() => this.measure()}>Which tool?</button>
       ${this.work.element}
-      ${this.problem ? html`<p class="words" role="status">${this.problem}</p>` : nothing}
+      ${this.problem ? html`<p class="words" role="status">${said(this.problem)}</p>` : nothing}
       ${plan && table ? this.answer(plan, table) : nothing}`;
   }
 
@@ -90,6 +95,7 @@ export class ToolTableGroup {
     const { plan } = this.connection.state;
     if (!plan || this.busy) return;
     this.askedOf = keyOf(this.connection.state);
+    this.of = plan.id;
     this.busy = true;
     this.problem = "";
     this.update(this.connection.state);

@@ -124,6 +124,7 @@ export class Keys {
     }
     if (ghost && event.key === "Enter" && tagName !== "BUTTON") return send("ghost.confirm");
     if (event.key === "Escape" && !isDialogOpen()) return send("ghost.cancel");
+    if (event.key === "Delete" && isOfAnother(event)) return false;
     if (event.key === "Delete" && ghost) return send("ghost.cancel");
     if (event.key === "F2" && tagName !== "TR" && !isDialogOpen()) {
       document.getElementById("rename-item")?.click();
@@ -199,8 +200,16 @@ function isDriveKey({ code, ctrlKey, metaKey, altKey }) {
   return (code in DRIVE || code in TWIST) && !(ctrlKey || metaKey || altKey);
 }
 
+/**
+ * Whether Delete means something else than what is selected in the plan: a question or list is open, or a row has the focus.
+ * @param {KeyboardEvent} event
+ */
+function isOfAnother({ target }) {
+  return isDialogOpen() || Boolean(/** @type {Partial<Element> | null} */ (target)?.closest?.("li.row"));
+}
+
 function isDialogOpen() {
-  return Boolean(document.querySelector("dialog[open], :popover-open"));
+  return Boolean(document.querySelector('dialog[open], [popover="auto"]:popover-open'));
 }
 
 /**

@@ -261,7 +261,8 @@ function controlIn(part, named) {
 function whyOff(control) {
   if (control.closest("[hidden]") || /** @type {Partial<HTMLButtonElement>} */ (control).disabled === true) return "not now";
   const row = control.closest("li, tbody tr");
-  return row && !control.closest('[aria-current="true"], [aria-selected="true"]') ? "choose one first" : undefined;
+  const isMeant = !row || control.closest('[aria-current="true"], [aria-selected="true"]') || row.querySelector(':scope > [aria-pressed="true"]');
+  return isMeant ? undefined : "choose one first";
 }
 
 /**
