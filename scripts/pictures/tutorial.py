@@ -138,7 +138,7 @@ def compare_tools(page: NamedPage) -> None:
 
 def name_a_version(page: NamedPage) -> None:
     page.unfold("Versions")
-    page.press("Save")
+    page.press("Save version")
     dialog = page.page.locator("dialog")
     dialog.get_by_label("Name", exact=True).fill("Before the margin")
     dialog.get_by_role("button", name="Save", exact=True).click()
@@ -162,7 +162,7 @@ def compare_and_export(page: NamedPage, folder: Path) -> None:
     page.judged()
     page.page.locator("#versions .row-main").first.click()
     page.says("Safety margin")
-    page.button("Go back to this version")
+    page.button("Go back")
     page.scroll_to("Versions")
     page.take("planning_version")
     page.unfold("Export")

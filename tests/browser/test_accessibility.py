@@ -81,6 +81,7 @@ def test_no_state_of_the_page_has_a_violation(open_page: Open, rest: Rest, width
     check(station, "slices")
     show("scene")
     check(station, "the scene while it is prepared")
+    page.evaluate("vfix.request('add.mode', { kind: 'point' })")  # the step that is open is not about places
     page.evaluate("vfix.request('pick.slice', { position: [60, 40, 40] })")
     station.wait_for("a ghost", lambda: station.state("plan")["ghost"])
     check(station, "a ghost")

@@ -191,7 +191,7 @@ def test_a_transform_says_or_is_told_what_it_is_to(client: Client) -> None:
     assert imported(foreign, to="moon").status_code == imported(ours, to="patient").status_code == 422
     made = imported(ours).json()
     assert (made["to"], made["fit"]["simulated"], made["said"]["to"]) == ("base", True, "base")
-    assert "it is simulated" in made["fit"]["cautions"][0]
+    assert "file is simulated" in made["fit"]["cautions"][0]
     assert client.patch(f"/api/v1/registrations/{made['id']}", json={"to": "patient"}).status_code == 422
     plan = f"/api/v1/plans/{SAMPLE_PLAN}/registration"
     client.request("PUT", plan, json={"registration": made["id"]})

@@ -283,9 +283,9 @@ FILES: dict[str, tuple[bytes, str]] = {
     "no faces": (npz(vertices=CORNERS), "does not hold what it should"),
     "one more": (npz(vertices=CORNERS, faces=FACES, extra=FACES), "does not hold what it should"),
     "no array": (npz(vertices=b"abc", faces=FACES), "header of an array"),
-    "lzma": (npz(zipfile.ZIP_LZMA, vertices=CORNERS, faces=FACES), "packed in a way"),
+    "lzma": (npz(zipfile.ZIP_LZMA, vertices=CORNERS, faces=FACES), "packed in an unknown way"),
     "encrypted": (with_byte(npz(vertices=CORNERS, faces=FACES), b"PK\1\2", 8, 1), "encrypted"),
-    "compression 99": (with_byte(npz(vertices=CORNERS, faces=FACES), b"PK\1\2", 10, 99), "packed in a way"),
+    "compression 99": (with_byte(npz(vertices=CORNERS, faces=FACES), b"PK\1\2", 10, 99), "packed in an unknown way"),
     "said to be larger": (with_byte(npz(vertices=CORNERS, faces=FACES), b"PK\1\2", 27, 1), "larger than it can be"),
     "many entries": (many_entries(5000), "32 entries are allowed"),
 }  # fmt: skip
