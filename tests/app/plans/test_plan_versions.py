@@ -163,7 +163,7 @@ def way(**fields: Any) -> dict[str, Any]:
     ("change", "words"),
     [
         ({}, []),
-        ({"robot": {"name": "steady_hand", "base": [0.0] * 16, "q_start": [0.0]}}, []),
+        ({"robot": {"name": "steady_hand", "base": [0.0] * 16, "q_start": [0.0]}}, ["The robot’s base is kept."]),
         (way(tool="straight_pointer"), ["Path ‘Path 1’: tool Straight pointer instead of Bent pointer, 30°."]),
         (way(tool_shape={"bend_deg": 25.0}), [f"{PATH} tool Bent pointer, 30° (25°) instead of Bent pointer, 30°."]),
         ({"robot": {"name": "ur5e", "base": None, "q_start": None}}, ["Robot: "]),
