@@ -99,7 +99,7 @@ def test_points_are_touched_fitted_and_used(opened: Opened) -> None:
     used = opened.do("registration.use", used=True)["plan_use"]
     assert (used["state"], used["here"], used["registration"]) == ("ready", True, registration["id"])
     assert opened.services.plans.get(opened.plan_id).content.registration == registration["id"]
-    assert (used["name"], used["doubts"][0][:10]) == (registration["name"], "The points")
+    assert (used["name"], used["doubts"][0][:10]) == (registration["name"], "Measured b")
     assert "in 95 % of cases" in used["error_words"]
     assert used["has_balls"]
     assert "Go to Plan" in opened.tab.hint()
