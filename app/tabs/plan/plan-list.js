@@ -45,7 +45,7 @@ export class PlanList {
   }
 
   focus() {
-    this.element.querySelector(/** @type {"input"} */ ('input[type="search"], [aria-current="true"] > .row-main'))?.focus();
+    this.element.querySelector(/** @type {"input"} */ ('input[type="text"], [aria-current="true"] > .row-main'))?.focus();
   }
 
   /** @param {ViewModel} state */

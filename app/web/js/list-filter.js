@@ -24,7 +24,7 @@ export class ListFilter {
       return nothing;
     }
     const label = `Filter ${this.what}`;
-    return html`<input type="search" class="filter" id=${`filter-${this.what}`} autocomplete="off" aria-label=${label} placeholder=${label} .value=${this.typed} @input=${this.take}>`;
+    return html`<input type="text" class="filter" id=${`filter-${this.what}`} autocomplete="off" aria-label=${label} placeholder=${label} .value=${this.typed} @input=${this.take}>`;
   }
 
   take = (/** @type {Event} */ { currentTarget }) => {
