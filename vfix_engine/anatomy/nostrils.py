@@ -116,7 +116,7 @@ def _nostril(airs: _Airs, border: npt.NDArray[np.intp]) -> tuple[Nostril, float]
 
     numbers = np.unique(airs.connected[tuple(border.T)])
     behind = numbers[airs.sizes_mm3[numbers].argmax()]
-    border = border[airs.connected[tuple(border.T)] == behind]  # which may touch a bubble of other air, corner to corner
+    border = border[airs.connected[tuple(border.T)] == behind]  # others may touch it corner to corner
     if airs.sizes_mm3[behind] < LEAST_AIR_MM3 or not AREA_MM2[0] <= _area(airs, border) <= AREA_MM2[1]:
         return None
     spacing = airs.volume.spacing[::-1]
