@@ -31,7 +31,7 @@ class SoftDepthPublic(BaseModel):
 
 
 class PiercedPublic(BaseModel):
-    """Whether the tool goes through skin ('room') or a wall between two airs of the body ('wall'); lengths in mm.
+    """Whether the tool goes through skin ('room') or a wall between two air spaces of the body ('wall'); lengths in mm.
 
     sideways_mm: how far sideways the nearest air leads round the worst tissue that the tool's axis passes, null where
     that is not known or beyond 15 mm; gives_mm: what tissue gives there. begin, end: of that tissue, in LPS.

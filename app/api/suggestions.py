@@ -196,7 +196,7 @@ def start_pictures(suggestion_id: Identifier, services: ServicesDep) -> JobPubli
 def show_picture(
     suggestion_id: Identifier, alternative: Annotated[int, Field(ge=0, le=1000)], services: ServicesDep
 ) -> Response:
-    """A picture of an alternative, once its job is done: outline of the bone, path, and tool at its end."""
+    """A picture of an alternative, once it is drawn: bone, path, and the tool where its clearance is least."""
     picture = services.way_pictures.picture(suggestion_id, alternative)
     return Response(picture, media_type="image/svg+xml", headers={"X-Notice": NOTICE, "Cache-Control": "no-store"})
 

@@ -131,7 +131,7 @@ def _notes(request: SegmentRequest, found: Segmented) -> tuple[str, ...]:
         notes.append(f"Only within {MUCOSA_MM:g} mm of air in the body.")
     if band.region == "sheets":
         notes.append(
-            f"Bone was not seen here but is expected: sheets thinner than {SHEET_MM:g} mm between two airs, "
+            f"Bone was not seen here but is expected: sheets thinner than {SHEET_MM:g} mm between two air spaces, "
             f"{found.volume_mm3 / 1000.0:.2f} ml below {BONE_HU:g} HU. The border of air stands in for bone."
         )
     if request.crop_mm is not None:

@@ -64,7 +64,7 @@ class Pierced:
             return "Whether the tool pierces tissue is not known: no scan shows it from the room's air on."
         if self.state == "none" or self.sideways_mm is None:
             return ""
-        what = "skin" if self.state == "room" else "a wall between two airs of the body"
+        what = "skin" if self.state == "room" else "a wall between two air spaces of the body"
         return f"Pierces {what} {self.where}: {way_words(self.sideways_mm)}, where tissue gives {self.gives_mm:.0f} mm."
 
 

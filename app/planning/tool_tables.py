@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 from app.kit.errors import NotFound, PlanConflict
 from app.planning.plan_evaluation import PlanEvaluation
 from app.planning.verdict import WORDS, Level
-from app.plans.model import Plan, PlanPoint, new_point_id
+from app.plans.model import Plan, PlanContent, PlanPoint, new_point_id
 from app.plans.operations.instruments import TakeTool
 from vfix_engine.errors import StartRefused
 from vfix_engine.robots import Tool
@@ -73,7 +74,7 @@ class ToolTable:
         """Return the edit that gives a plan a tool of the table, with the directions that it was simulated with.
 
         Raises NotFound for a tool that the table does not have, and PlanConflict if the tool does not fit at the entry
-        or the path has changed since.
+        or the path, or what the tools were simulated among, has changed since.
         """
         if tool not in self.tools:
             raise NotFound(f"the table has no tool {tool!r:.80}.")
@@ -82,7 +83,18 @@ class ToolTable:
         content = self.led[tool].content
         if [point.position for point in content.points] != [point.position for point in plan.content.points]:
             raise PlanConflict("the path has changed since the tools were simulated; compare them anew.")
+        if _among(content) != _among(plan.content):
+            raise PlanConflict("the plan has changed since the tools were simulated; compare them anew.")
         return TakeTool(tool=tool, tool_shape=content.tool_shape, points=content.points)
+
+
+def _among(content: PlanContent) -> tuple[Any, ...]:
+    """What a tool is driven by and among, as far as a plan says it."""
+    zones = [
+        (zone.shape, zone.kind, zone.margin_mm, zone.stiffness_n_per_mm, zone.max_depth_mm) for zone in content.zones
+    ]
+    robot = (content.robot["name"], content.robot.get("urdf"))
+    return robot, content.settings, zones, [one.shape for one in content.removed_bone], content.registration
 
 
 def with_shaft(plan: Plan, tool: str, directed: Sequence[PlanPoint]) -> Plan:
@@ -117,7 +129,7 @@ def _row(run: ToolRun, chosen: bool, length_mm: float) -> ToolRow:
     verdict, pierces = found.verdict, found.verdict.pierced.state in ("room", "wall")
     reaches, reason = verdict.level not in _STOPPED, found.reason
     if pierces and found.completed:
-        reason = "it pierces skin or a wall between two airs"
+        reason = "it pierces skin or a wall between two air spaces"
     return ToolRow(
         tool.name, tool.title, chosen, chosen, reaches, found.reached_mm, length_mm, verdict.obstacles[0].least_mm,
         verdict.tissue_mm, verdict.tissue_depth_mm, reason, pierces, verdict.level, verdict.word,

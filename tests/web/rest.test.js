@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { afterEach, test } from "node:test";
-import { PlannerError, missing, post, remove, wasCancelled } from "../../app/web/js/rest.js";
+import { PlannerError, missing, remove, send, wasCancelled } from "../../app/web/js/rest.js";
 
 const real = globalThis.fetch;
 afterEach(() => { globalThis.fetch = real; });
@@ -18,7 +18,7 @@ const json = (body, status = 200) => new Response(JSON.stringify(body), { status
 
 test("an error has the planner's words, code and what is missing", async () => {
   answering(json({ error: { code: "frame_error", message: "name the frame.", details: { missing: ["frame"] } } }, 400));
-  const error = await post("/api/v1/x", {}).catch((reason) => reason);
+  const error = await send("/api/v1/x", {}).catch((reason) => reason);
   assert.ok(error instanceof PlannerError);
   assert.deepEqual([error.message, error.code, missing(error)], ["name the frame.", "frame_error", ["frame"]]);
 });

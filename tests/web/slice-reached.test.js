@@ -12,9 +12,9 @@ test("a path is parted where the tool gets to", () => {
 });
 
 test("only a dry run of the stored path that ended early says how far", () => {
-  const corridor = { state: "current", verdict: { figures: [{ name: "bone", level: "fits" }, { name: "reach", level: "blocked" }], profile: { s_mm: [0, 10, 41.5] } } };
+  const corridor = { state: "current", verdict: { figures: [{ name: "reach", level: "fits", whole_mm: null }, { name: "reach", level: "blocked", whole_mm: 90 }], profile: { s_mm: [0, 10, 41.5] } } };
   assert.equal(reachedMm({ corridor }), 41.5);
-  assert.equal(reachedMm({ corridor: { ...corridor, verdict: { ...corridor.verdict, figures: [{ name: "reach", level: "fits" }] } } }), null);
+  assert.equal(reachedMm({ corridor: { ...corridor, verdict: { ...corridor.verdict, figures: [{ name: "reach", level: "fits", whole_mm: 90 }] } } }), null);
   assert.equal(reachedMm({ corridor: { ...corridor, state: "waits" } }), null);
   assert.equal(reachedMm({ corridor: { ...corridor, verdict: null } }), null);
   assert.equal(reachedMm({}), null);

@@ -36,7 +36,7 @@ _CHUNK = 100_000
 class Band:
     """Hounsfield units from low to high, both included. inside_body: only within the body, such as air of the airways.
 
-    region: 'mucosa' for tissue next to air within the body, 'sheets' for thin sheets between two airs; else everything.
+    region: 'mucosa' for tissue next to air within the body, 'sheets' for thin ones between two air spaces, else all.
     least_mm3: smaller islands are left out unless a request states otherwise; air within the body has thousands, of a
         few voxels each.
     """

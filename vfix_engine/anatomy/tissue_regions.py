@@ -1,4 +1,4 @@
-"""Regions of a CT with tissue that a threshold alone cannot find: the mucosa, and thin sheets between two airs.
+"""Regions of a CT with tissue that a threshold alone cannot find: the mucosa, and thin sheets between two air spaces.
 
 A sheet of bone thinner than a voxel loses its density to the air on both sides: below about 0.5 mm no threshold of bone
 finds it. The tissue between the two borders of air is still visible.

@@ -265,7 +265,7 @@ def _none_arrives(found: list[Alternative], tool: Tool, target: Array, entry: Ar
     end = best.run.tip[-1]
     gap = float(np.linalg.norm(target - end))
     if best.run.completed:
-        reason = "the tip has a way, and the tool pierces skin or a wall between two airs in each that gets there"
+        reason = "the tip has a way, and the tool pierces skin or a wall between two air spaces in each that gets there"
         return NoWay(end, gap, reason, "the tool would pierce skin or a wall", searched)
     reason = f"the tip has a way, the tool gets {best.run.reached_mm:.0f} of {best.run.length_mm:.0f} mm: "
     return NoWay(end, gap, reason + best.run.reason, f"the tool stops {gap:.0f} mm before the target", searched)

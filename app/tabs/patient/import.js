@@ -2,7 +2,7 @@
 import { h } from "/static/js/dom.js";
 import { count, fixed } from "/static/js/format.js";
 import { FRAME_QUESTION, askChoices, clearErrors, confirm, note, whenReady } from "/static/js/dialogs.js";
-import { PlannerError, missing, post, remove, seriesOf, upload, wasCancelled } from "/static/js/rest.js";
+import { PlannerError, missing, remove, send, seriesOf, upload, wasCancelled } from "/static/js/rest.js";
 import { draw, filesButton, html, said } from "/static/js/template.js";
 import { ACCEPTED, chosen, dropped, formOf, isSegmentation, leftOutWords, refusal, sorted, uploadWords } from "./files-in.js";
 import { descriptionCheck } from "./overlays.js";
@@ -196,7 +196,7 @@ export class ImportGroup {
       await remove(`${path}/upload`);
       return;
     }
-    const again = await post(`${path}/answer`, answer);
+    const again = await send(`${path}/answer`, answer);
     this.fileNames.set(again.id, this.fileNames.get(job.id) ?? `‘${job.subject}’`);
     this.jobs.watch(again);
   }

@@ -1,6 +1,6 @@
 // What of a threshold is kept, shown while it is chosen: at half resolution at once, in full when the hand rests.
 import { finished } from "/static/js/jobs.js";
-import { post, remove } from "/static/js/rest.js";
+import { remove, send } from "/static/js/rest.js";
 import { thresholdPreview } from "/static/js/threshold-preview.js";
 
 /** @import { JobPublic } from "/static/js/types.js" */
@@ -74,7 +74,7 @@ export class IslandPreview {
     const { key } = this;
     if (thresholdPreview.kept?.key === key && thresholdPreview.kept.step === 1) return;
     try {
-      const job = await post(`${addressOf(caseId)}/full`, request);
+      const job = await send(`${addressOf(caseId)}/full`, request);
       if (key !== this.key) {
         remove(`/api/v1/jobs/${encodeURIComponent(job.id)}`).catch(() => {});
         return;

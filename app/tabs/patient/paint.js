@@ -3,7 +3,7 @@ import { askName, confirm, note, noteDone } from "/static/js/dialogs.js";
 import { fillOptions, group, h, iconButton, whenChanged } from "/static/js/dom.js";
 import { letterOf } from "/static/js/letters.js";
 import { paintBrush } from "/static/js/paint-brush.js";
-import { post } from "/static/js/rest.js";
+import { send } from "/static/js/rest.js";
 import { say } from "/static/js/said.js";
 
 /** @import { Connection } from "/static/js/connection.js" */
@@ -192,7 +192,7 @@ export class PaintGroup {
     this.surface.disabled = true;
     try {
       /** @type {JobPublic} */
-      const job = await post(`/api/v1/labels/${encodeURIComponent(this.chosen)}/surface`, {});
+      const job = await send(`/api/v1/labels/${encodeURIComponent(this.chosen)}/surface`, {});
       this.begun.add(job.id);
       this.jobs.watch(job);
     } catch (error) {

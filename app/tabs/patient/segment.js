@@ -3,7 +3,7 @@ import { fillOptions, group, h } from "/static/js/dom.js";
 import { note } from "/static/js/dialogs.js";
 import { heldNumber, ownNumber, showNumber } from "/static/js/fields.js";
 import { fixed } from "/static/js/format.js";
-import { post } from "/static/js/rest.js";
+import { send } from "/static/js/rest.js";
 import { say } from "/static/js/said.js";
 import { thresholdPreview } from "/static/js/threshold-preview.js";
 import { CropBox } from "./crop-box.js";
@@ -183,7 +183,7 @@ export class SegmentGroup {
     this.showBusy();
     try {
       /** @type {JobPublic} */
-      const job = await post(`/api/v1/cases/${encodeURIComponent(this.case.id)}/segment`, request);
+      const job = await send(`/api/v1/cases/${encodeURIComponent(this.case.id)}/segment`, request);
       this.jobs.watch(job);
     } catch (error) {
       note(/** @type {Error} */ (error).message, { error: true });

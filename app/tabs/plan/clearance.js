@@ -1,7 +1,7 @@
 // Clearance along the path: to bone and to each protected structure, depth in soft tissue, and the tool at one place of it.
 import { h, whenChanged } from "/static/js/dom.js";
 import { captionWords, marginWords, placeDetail, placeWords, structureColour } from "/static/js/clearance-words.js";
-import { isOld } from "/static/js/verdict-card.js";
+import { isOld } from "/static/js/verdict-line.js";
 import { draw, html, more, nothing, unlessFocused } from "/static/js/template.js";
 import { clearancePlot, placeUnder } from "./clearance-plot.js";
 

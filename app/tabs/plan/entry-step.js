@@ -1,7 +1,7 @@
 // Step 1: where the tool goes in, which is the first point of the path, and the side that this is on.
 import { h, whenChanged } from "/static/js/dom.js";
 import { placeWords } from "/static/js/slices/place-words.js";
-import { draw, html, live, nothing } from "/static/js/template.js";
+import { draw, html, live, nothing, said } from "/static/js/template.js";
 import { Openings } from "./openings.js";
 
 /** @import { Connection } from "/static/js/connection.js" */
@@ -55,6 +55,6 @@ export class EntryStep {
         <select id="entry-side" data-operation="path.side" ?disabled=${!paths || paths.locked} .value=${live(chosen?.entry_side ?? "")} @change=${send}>
           ${SIDES.map(([value, words]) => html`<option value=${value} ?selected=${value === (chosen?.entry_side ?? "")}>${words}</option>`)}
         </select></label>
-      <p class="words caution" id="side-caution" ?hidden=${!paths?.side_caution}>${paths?.side_caution || nothing}</p>`;
+      <p class="words caution" id="side-caution" ?hidden=${!paths?.side_caution}>${paths?.side_caution ? said(paths.side_caution) : nothing}</p>`;
   }
 }

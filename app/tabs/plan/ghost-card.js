@@ -1,5 +1,6 @@
 // The question of a click that would not fit where it was: add at the ring, or not. It lies upon the scene.
 import { h, whenChanged } from "/static/js/dom.js";
+import { line } from "/static/js/said.js";
 
 /** @import { Connection } from "/static/js/connection.js" */
 /** @import { GhostView, ViewModel } from "/static/js/types.js" */
@@ -30,7 +31,7 @@ export class GhostCard {
     const send = (/** @type {"ghost.confirm" | "ghost.cancel"} */ type) => () => this.connection.send(type);
     const add = h("button", { type: "button", class: "primary", id: "ghost-add", onclick: send("ghost.confirm"), title: "Enter" }, "Add here");
     this.element.replaceChildren(
-      h("span", { class: "words" }, ghost.words),
+      line(ghost.words),
       add,
       h("button", { type: "button", id: "ghost-cancel", onclick: send("ghost.cancel"), title: "Esc" }, "Cancel"));
     add.focus(/** @type {FocusOptions} */ ({ preventScroll: true, focusVisible: false }));

@@ -1,15 +1,15 @@
 // Why no way was found, where it ends, and what can be done about it there.
-import { noteEdit } from "/static/js/dialogs.js";
+import { note, noteEdit } from "/static/js/dialogs.js";
 import { placeWords } from "/static/js/slices/place-words.js";
 import { hintLine, html, nothing } from "/static/js/template.js";
 import { targetOf } from "./suggestion.js";
+import { ARRIVES_MM } from "./way-figures.js";
 
 /** @import { Connection } from "/static/js/connection.js" */
 /** @import { PathSearch } from "./suggestion.js" */
 /** @import { NonePublic, PlanSection, SuggestionPublic } from "/static/js/types.js" */
 
 const SEARCHED_MM = 2; // a way is longer than this
-const ARRIVED_MM = 0.5; // a way that ends nearer to the target than this ends at it
 const REMOVED_MM = 4; // radius of the bone removal that is begun
 
 /**
@@ -20,7 +20,7 @@ const REMOVED_MM = 4; // radius of the bone removal that is begun
  * @param {{ end: () => void, remove: () => void, show: () => void }} does
  */
 export function noWay(suggestion, none, plan, earlier, { end, remove, show }) {
-  const shortens = none.gap_mm > ARRIVED_MM && Math.hypot(...none.ends_at.map((value, axis) => value - suggestion.entry[axis])) >= SEARCHED_MM;
+  const shortens = none.gap_mm > ARRIVES_MM && Math.hypot(...none.ends_at.map((value, axis) => value - suggestion.entry[axis])) >= SEARCHED_MM;
   const help = html`The search ends ${placeWords(none.ends_at)}: ${none.reason}. It looked through ${none.searched}. A thinner tool or another entry may make a way too.`;
   return html`<div id="no-way">
     ${hintLine("suggest-words", earlier ? "No way found before; plan changed since. Suggest again." : `No way found: ${none.short}.`, help, true)}
@@ -54,9 +54,14 @@ export function endThere(connection, search, targetId) {
  * @param {Connection} connection
  * @param {PathSearch} search
  */
-export function removeThere(connection, search) {
+export async function removeThere(connection, search) {
   const place = search.suggestion?.none?.ends_at;
   if (!place) return;
-  connection.send("region.draw", { purpose: "remove", kind: "sphere", sizes_mm: [REMOVED_MM] });
+  try { // a click without the drawing that it belongs to would add a point
+    await connection.request("region.draw", { purpose: "remove", kind: "sphere", sizes_mm: [REMOVED_MM] });
+  } catch (error) {
+    note(/** @type {Error} */ (error).message, { error: true });
+    return;
+  }
   noteEdit(connection, "plan", connection.request("pick.slice", { position: place }), "Bone removal added. Check its size, then suggest again.");
 }

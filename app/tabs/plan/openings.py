@@ -34,7 +34,10 @@ class _Found:
 
 
 class EntryOpenings:
-    """Asks for the openings of one client's head, once a case. Owned by the session's thread."""
+    """Asks for the openings of one client's head: once a case, and anew with another plan where that has failed.
+
+    Owned by the session's thread.
+    """
 
     def __init__(self, workspace: Workspace) -> None:
         self._workspace, self._latest = workspace, Latest(workspace.executor, workspace.post)
@@ -48,9 +51,11 @@ class EntryOpenings:
         """Look for the openings where a plan without an entry is shown; the slices go there, unless they were moved."""
         if edited is None or not _is_empty(edited) or not has_head_ct(edited.case):
             return
-        if edited.case.id != self._asked:
+        other = edited.plan_id != self._plan_id
+        has_failed = self._found is not None and self._found.words == FAILED
+        if edited.case.id != self._asked or (other and has_failed):
             self._ask(edited.case.id)
-        if edited.plan_id != self._plan_id:
+        if other:
             self._plan_id, self._leads, self._cross = edited.plan_id, True, None
         if self._leads:
             self._lead(self._workspace.case.cross)

@@ -1,5 +1,5 @@
 // The search for a path: its job, the ways that it found, and whether the path is still the one that they were found for.
-import { clearErrors } from "/static/js/dialogs.js";
+import { clearErrors, note } from "/static/js/dialogs.js";
 import { sentence } from "/static/js/format.js";
 import { JobLine } from "/static/js/job-line.js";
 import { finished } from "/static/js/jobs.js";
@@ -25,6 +25,7 @@ export class PathSearch {
     this.askedFor = ""; // and the tool
     /** @type {string | undefined} the plan that is searched in, or whose search has failed */
     this.of = undefined;
+    this.asked = ""; // the way whose preview is on its way
     this.busy = false;
     this.problem = ""; // why there is no answer
     /** @type {Element[]} of the ways, once they are drawn */
@@ -124,7 +125,12 @@ export class PathSearch {
    * @param {number} number
    */
   preview(number) {
-    if (this.suggestion) this.connection.send("suggestion.show", { suggestion_id: this.suggestion.id, alternative: number });
+    const { suggestion } = this;
+    const key = this.keyOf(number);
+    if (!suggestion || this.asked === key) return; // a pointer asks again with each move until it is shown
+    this.asked = key;
+    this.connection.request("suggestion.show", { suggestion_id: suggestion.id, alternative: number })
+      .catch((error) => note(error.message, { error: true })).finally(() => { this.asked = ""; });
   }
 
   /** Show no suggestion any more. */

@@ -3,7 +3,7 @@
 /** @import { AlternativePublic, VerdictFigure } from "/static/js/types.js" */
 
 const LAST = ["in soft tissue", "registration error", "side of the entry", "length", "to the target"];
-const ARRIVES_MM = 0.5; // a way that ends nearer to the target than this ends at it
+export const ARRIVES_MM = 0.5; // a way that ends nearer to the target than this ends at it
 
 /**
  * The figures of the verdict on a way; the length of a path that the tool gets through stands for its reach.
@@ -11,7 +11,7 @@ const ARRIVES_MM = 0.5; // a way that ends nearer to the target than this ends a
  * @returns {VerdictFigure[]}
  */
 export function figuresOf({ figures, short_of_target_mm: short }) {
-  const shown = figures.map((figure) => (figure.name === "reach" ? { ...figure, name: "length", value: figure.whole_mm, whole_mm: null } : figure));
+  const shown = figures.map((figure) => (figure.whole_mm !== null ? { ...figure, name: "length", value: figure.whole_mm, whole_mm: null } : figure));
   if (short <= ARRIVES_MM) return shown;
   return [...shown, { name: "to the target", value: short, level: "tight", s_mm: null, whole_mm: null, digits: 1, margin_mm: null, at_least: false }];
 }

@@ -4,7 +4,7 @@ import { folding } from "/static/js/folding.js";
 import { finished } from "/static/js/jobs.js";
 import { note } from "/static/js/dialogs.js";
 import { heldNumber, ownNumber } from "/static/js/fields.js";
-import { post, remove, send, upload } from "/static/js/rest.js";
+import { remove, send, upload } from "/static/js/rest.js";
 import { line, say } from "/static/js/said.js";
 import { field } from "./beads.js";
 import { RecordButton } from "./record.js";
@@ -118,7 +118,7 @@ export class SurfaceGroup {
 
   touch() {
     const request = { structure: this.structure.value || null, count: heldNumber(this.count), noise_mm: heldNumber(this.noise) };
-    return this.during("Touching the surface …", async () => this.watch(await post(`${this.address()}/touch`, request)));
+    return this.during("Touching the surface …", async () => this.watch(await send(`${this.address()}/touch`, request)));
   }
 
   /** @param {number} seconds */
@@ -128,7 +128,7 @@ export class SurfaceGroup {
 
   refine() {
     const keep = (heldNumber(this.keep) ?? 75) / 100;
-    return this.during("Refining …", async () => this.watch(await post(`${this.address()}/refine`, { keep })));
+    return this.during("Refining …", async () => this.watch(await send(`${this.address()}/refine`, { keep })));
   }
 
   forget() {

@@ -1,7 +1,7 @@
 // Rehearse: the robot at the entry, the handle in the hand, and the words of what holds it.
 import { brief } from "/static/js/brief.js";
 import { fillOptions, h, group, whenChanged } from "/static/js/dom.js";
-import { isOld } from "/static/js/verdict-card.js";
+import { isOld } from "/static/js/verdict-line.js";
 import { fixed, mm } from "/static/js/format.js";
 import { holdButton } from "/static/js/hold.js";
 import { say } from "/static/js/said.js";

@@ -1,6 +1,6 @@
 // The REST face, where a websocket is the wrong tool: files in, files out.
 
-/** @import { ErrorPublic, ErrorWords, ImportAnswer, JobPublic } from "./types.js" */
+/** @import { ErrorPublic, ErrorWords, JobPublic } from "./types.js" */
 
 /**
  * @typedef {{ number: number, modality: string, description: string, slices: number, columns: number, rows: number, spacing_mm: number[] }} SeriesFacts
@@ -63,15 +63,6 @@ async function ask(path, options = {}) {
 async function call(path, options = {}) {
   const response = await ask(path, options);
   return response.status === 204 ? null : response.json();
-}
-
-/**
- * @param {string} path
- * @param {ImportAnswer | Record<string, unknown>} body
- * @returns {Promise<JobPublic>}
- */
-export function post(path, body) {
-  return call(path, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) });
 }
 
 /**

@@ -4,21 +4,13 @@ import { fixed, sentence } from "./format.js";
 import { stageWords } from "./jobs.js";
 import { remove } from "./rest.js";
 import { draw, html, iconTemplate, nothing } from "./template.js";
-import { LEVEL_ICONS, figureWords } from "./verdict-line.js";
+import { LEVEL_ICONS, figureWords, isOld } from "./verdict-line.js";
 
 /** @import { Connection } from "./connection.js" */
 /** @import { EvaluationSection, FigureView, JobEntry, VerdictPart, VerdictView, ViewModel } from "./types.js" */
 
 const QUIET_MS = 400; // a run that ends sooner shows no bar
 const TABS = ["plan", "register", "rehearse"]; // that show it
-
-/**
- * Whether the verdict and plot are of an earlier path, or of an earlier place of the hand that drags a point.
- * @param {EvaluationSection | null | undefined} corridor
- */
-export function isOld(corridor) {
-  return corridor?.state === "waits" || corridor?.state === "drag_waits";
-}
 
 export class VerdictCard {
   /** @param {Connection} connection */

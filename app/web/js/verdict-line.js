@@ -8,6 +8,14 @@ import { fixed } from "./format.js";
 export const LEVEL_ICONS = { fits: "fits", tight: "tight", unknown: "unknown", blocked: "blocked", pierces: "blocked" };
 
 /**
+ * Whether the verdict and plot are of an earlier path, or of an earlier place of the hand that drags a point.
+ * @param {EvaluationSection | null | undefined} corridor
+ */
+export function isOld(corridor) {
+  return corridor?.state === "waits" || corridor?.state === "drag_waits";
+}
+
+/**
  * A figure of the verdict with its unit; '?' where it is unknown.
  * @param {FigureView} figure
  */
@@ -23,8 +31,8 @@ export function figureWords({ name, value, digits, whole_mm: whole, level, at_le
  */
 export function verdictLine(corridor) {
   if (!corridor || corridor.status === "none") return { words: "", mark: "" };
-  const { level, word, verdict, state } = corridor;
-  if (!level || state === "waits") return { words: "Simulating …", mark: "" };
+  const { level, word, verdict } = corridor;
+  if (!level || isOld(corridor)) return { words: "Simulating …", mark: "" };
   const [worst] = verdict?.figures ?? [];
   return { words: [word, ...(worst ? [figureWords(worst)] : [])].join(", "), mark: level === "fits" ? "done" : "caution" };
 }

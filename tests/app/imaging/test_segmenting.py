@@ -146,7 +146,7 @@ def test_islands_are_told_at_half_resolution_at_once_and_in_full_as_a_job(client
 
 
 def test_bone_that_was_not_seen_is_told_in_words(services: Services) -> None:
-    """A sheet of 40 HU between two airs within the body, as a thin bone shows in a thick slice."""
+    """A sheet of 40 HU between two air spaces within the body, as a thin bone shows in a thick slice."""
     hu = np.full((30, 60, 60), 40, dtype=np.int16)
     hu[:, :8], hu[:, -8:] = -1000, -1000
     hu[6:24, 20:40, 20:40] = -1000

@@ -118,7 +118,7 @@ def straight_run(run: DryRun, through: tuple[float, float, float]) -> DryRun:
     [
         ("dorsum, 12 mm above", "blocked", "Blocked: the tool pierces skin. Pierces skin in the middle, "),
         ("ala", "blocked", "on the left, "),
-        ("septum", "pierces", "Pierces a wall between two airs of the body "),
+        ("septum", "pierces", "Pierces a wall between two air spaces of the body "),
     ],
 )
 def test_the_verdict_names_place_side_and_height(

@@ -270,6 +270,11 @@ def test_tools_are_compared_along_a_path(client: Client, phantom_services: Servi
     assert [point["label"] for point in used["points"]] == [point.label for point in sample.content.points]
     again = phantom_services.dry_runs.evaluate(phantom_services.plans.get(sample.id)).verdict
     assert (again.level, again.obstacles[0].least_mm) == (other.verdict, other.least_clearance_mm)
+    eye = {"name": "eye", "shape": {"kind": "sphere", "centre": [40.0, 20.0, 40.0], "radius": 5.0}}
+    client.post(f"/api/v1/plans/{sample.id}/zones", json=eye).raise_for_status()
+    assert client.post(f"/api/v1/tool_tables/{table.id}/use", json={"tool": other.tool}).status_code == 409
+    client.post(f"/api/v1/plans/{sample.id}/undo").raise_for_status()
+    assert client.post(f"/api/v1/tool_tables/{table.id}/use", json={"tool": other.tool}).status_code == 200
     client.delete(f"/api/v1/plans/{sample.id}/points/{sample.content.points[-1].id}")
     assert client.post(f"/api/v1/tool_tables/{table.id}/use", json={"tool": other.tool}).status_code == 409
     assert client.post(f"/api/v1/tool_tables/{table.id}/use", json={"tool": "spoon"}).status_code == 404

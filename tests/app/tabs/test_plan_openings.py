@@ -166,6 +166,12 @@ def test_where_none_is_found_it_says_what_to_do(
     shown(other)
     do_work(other)
     assert shown(other)["words"] == FAILED
+    monkeypatch.setattr(phantom_services.openings, "find", lambda volume, progress: OpeningsOfHead((LEFT,)))
+    assert shown(other)["words"] == FAILED, "it is not looked for again and again"
+    send(other, "plan.open", plan_id=phantom_services.plans.create(HEAD, "Another").id)
+    shown(other)
+    do_work(other)
+    assert [one["name"] for one in shown(other)["items"]] == ["Left nostril"]
     assert max(len(words.split()) for words in (NONE_FOUND, FAILED)) <= 12
 
 

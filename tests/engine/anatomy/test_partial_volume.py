@@ -1,4 +1,4 @@
-"""Thin bone between two airs is lost to a threshold of bone, and the border of air stands in for it.
+"""Thin bone between two air spaces is lost to a threshold of bone, and the border of air stands in for it.
 
 The sheets are 0.3 mm thick, as the lamina papyracea and the turbinates are in patients; the phantom's own are 1 mm.
 """

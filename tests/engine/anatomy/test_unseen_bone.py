@@ -1,4 +1,4 @@
-"""Thin bone that a scan does not show is found as a sheet between two airs, and its border is that of the air."""
+"""Thin bone that a scan does not show is found as a sheet between two air spaces, and its border is that of the air."""
 
 from __future__ import annotations
 

@@ -9,7 +9,7 @@ import { length, minus, plus } from "./vectors.js";
  */
 export function reachedMm({ corridor }) {
   const verdict = corridor?.state === "current" ? corridor.verdict : null;
-  const reach = verdict?.figures.find(({ name }) => name === "reach");
+  const reach = verdict?.figures.find(({ whole_mm: whole }) => whole !== null); // a structure may have that name
   return verdict && reach?.level === "blocked" ? verdict.profile.s_mm.at(-1) ?? null : null;
 }
 
