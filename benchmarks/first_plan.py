@@ -8,15 +8,13 @@ the page takes to answer each press; a person's reading and moving come on top.
 from __future__ import annotations
 
 import argparse
-import tempfile
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from app.extras import has_app, need_app
 from benchmarks import report
-from benchmarks.page import await_true, browser_path
-from benchmarks.planner import planner
+from benchmarks.page import await_true, fresh_page
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page
@@ -24,7 +22,6 @@ if TYPE_CHECKING:
 SUMMARY = "how long the page takes from its address to an exported plan"
 GOAL_S, SUGGEST_GOAL_S = 90.0, 10.0
 TARGET = "L 3 P 65 I 3.5"  # the nasopharynx of the shipped head
-_VIEWPORT = {"width": 1440, "height": 900}
 _HEAD = "() => Boolean(vfix?.state?.case && !vfix.state.case.loading && vfix.slices.link.ready)"
 _EMPTY = "() => vfix.state.plan?.name === 'First plan' && vfix.state.plan.points.length === 0"
 _OFFERED = "() => Boolean(document.querySelector('[data-opening]:not([disabled])'))"
@@ -48,18 +45,9 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
     """
     if not has_app():
         raise need_app("vfix bench first-plan")
-    sync_playwright, path = browser_path()
     machine = report.machine().to_dict()
-    with (
-        tempfile.TemporaryDirectory(prefix="vfix-first-plan-") as home,
-        planner({"VFIX_HOME": home}) as (address, _),
-        sync_playwright() as playwright,
-    ):
-        browser = playwright.chromium.launch(executable_path=path, args=["--no-sandbox", "--disable-gpu"])
-        page = browser.new_page(viewport=_VIEWPORT, accept_downloads=True)
+    with fresh_page(1440, 900) as (page, address, version):
         steps = first_plan(page, address, args.pictures)
-        version = browser.version
-        browser.close()
     total = sum(steps.values())
     return {
         "machine": machine,
@@ -105,9 +93,7 @@ def _begin(page: Page) -> None:
 
 def _aim(page: Page) -> None:
     """Open the step of the targets, go to a place by typing it, and add it there."""
-    step = page.locator("[data-step-name=targets]")
-    if not step.evaluate("(step) => step.open"):
-        step.locator("> summary").click()
+    _open(page, "targets")
     page.keyboard.press("Control+k")
     page.keyboard.type(TARGET)
     page.keyboard.press("Enter")
@@ -116,16 +102,18 @@ def _aim(page: Page) -> None:
 
 
 def _suggest(page: Page) -> None:
-    step = page.locator("[data-step-name=path]")
-    if not step.evaluate("(step) => step.open"):
-        step.locator("> summary").click()
+    _open(page, "path")
     page.click("#suggest")
 
 
 def _export(page: Page) -> None:
-    step = page.locator("[data-step-name=export]")
-    if not step.evaluate("(step) => step.open"):
-        step.locator("> summary").click()
+    _open(page, "export")
     with page.expect_download() as download:
         page.click("[data-format=json]")
     download.value.path()
+
+
+def _open(page: Page, name: str) -> None:
+    step = page.locator(f"[data-step-name={name}]")
+    if not step.evaluate("(step) => step.open"):
+        step.locator("> summary").click()

@@ -13,6 +13,8 @@ import math
 import statistics
 import tempfile
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from app.browsers import find_browser
@@ -25,7 +27,6 @@ if TYPE_CHECKING:
 
 SUMMARY = "what the page costs a slow machine while a path point is dragged"
 HEAD, SAMPLE = "head-phantom", "head-phantom-sample"
-_VIEWPORT = {"width": 1280, "height": 800}
 _RADIUS_PX = 24.0  # of the circle
 _TURNS_PER_S = 0.5
 _EVERY_S = 1.0 / 60.0
@@ -84,24 +85,19 @@ def run(args: argparse.Namespace) -> dict[str, Any]:
         raise need_app("vfix bench page")
     if not 1.0 <= args.slow <= 100.0 or not 0.5 <= args.seconds <= 600.0:
         raise report.BenchmarkRefused("--slow is 1 to 100, --seconds 0.5 to 600")
-    sync_playwright, path = browser_path()
     machine = report.machine().to_dict()
-    with (
-        tempfile.TemporaryDirectory(prefix="vfix-page-") as home,
-        planner({"VFIX_HOME": home}) as (address, _),
-        sync_playwright() as playwright,
-    ):
-        browser = playwright.chromium.launch(executable_path=path, args=["--no-sandbox", "--disable-gpu"])
-        page = browser.new_page(viewport=_VIEWPORT)
+    with fresh_page(1280, 800) as (page, address, version):
         open_plan(page, address, SAMPLE)
         drags = [drag(page, slow, args.seconds) for slow in (1.0, args.slow)]
-        version = browser.version
-        browser.close()
     return {"machine": machine, "browser": version, "drags": drags}
 
 
-def browser_path() -> tuple[Any, str]:
-    """Return Playwright's entry and the path of a browser. Raises BenchmarkRefused where one of them is missing."""
+@contextmanager
+def fresh_page(width: int, height: int) -> Iterator[tuple[Page, str, str]]:
+    """Yield a page of a browser, the address of a planner with a fresh home, and the browser's version.
+
+    Raises BenchmarkRefused if no browser or Playwright is installed.
+    """
     try:
         from playwright.sync_api import sync_playwright
     except ImportError:
@@ -111,7 +107,18 @@ def browser_path() -> tuple[Any, str]:
     path = find_browser()
     if path is None:
         raise report.BenchmarkRefused("there is no Chrome, Chromium or Edge here; VFIX_BROWSER names one")
-    return sync_playwright, path
+    with (
+        tempfile.TemporaryDirectory(prefix="vfix-page-") as home,
+        planner({"VFIX_HOME": home}) as (address, _),
+        sync_playwright() as playwright,
+    ):
+        browser = playwright.chromium.launch(executable_path=path, args=["--no-sandbox", "--disable-gpu"])
+        yield (
+            browser.new_page(viewport={"width": width, "height": height}, accept_downloads=True),
+            address,
+            browser.version,
+        )
+        browser.close()
 
 
 def open_plan(page: Page, address: str, plan_id: str) -> None:
