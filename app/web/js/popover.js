@@ -111,6 +111,8 @@ export class Popover {
 function closeLast(event) {
   const last = open[open.length - 1];
   if (event.key !== "Escape" || !last || last.element.contains(/** @type {Node} */ (event.target)) || document.querySelector("dialog[open]")) return;
+  const listed = document.querySelector('[popover="auto"]:popover-open');
+  if (listed && listed !== last.element) return; // it is closed by the browser, and was opened later: a press elsewhere closes it
   event.preventDefault();
   event.stopImmediatePropagation();
   last.hide();
