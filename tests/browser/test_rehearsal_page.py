@@ -32,7 +32,7 @@ def test_the_soft_tissue_told_is_that_of_the_verdict(open_page: Open, rest: Rest
     station.wait_for("the verdict", lambda: station.state("corridor")["state"] == "current", DRIVEN_S)
     verdict = "".join(part["words"] for part in station.state("corridor")["verdict"]["parts"])
     (along,) = re.findall(r"soft tissue along (\d+) mm", verdict)
-    told = station.page.get_by_text("Presses soft tissue")
+    told = station.page.locator("p.words:not(.verdict-words)", has_text="Presses soft tissue")
     expect(told).to_be_visible()
     expect(told).to_contain_text(f"along {along} mm")
 

@@ -33,12 +33,13 @@ def test_the_card_is_at_one_place_on_plan_register_and_rehearse(open_page: Open,
 
     chips.first.click()
     station.wait_for("the place", lambda: abs((station.state("corridor")["shown_mm"] or 0) - report["s_mm"]) < 0.3)
-    box = card.bounding_box()
+    place = "(card) => { const { x, y, width } = card.getBoundingClientRect(); return [x, y, width]; }"
+    before = card.evaluate(place)
     for tab in ("register", "rehearse"):
         page.click(f"[data-step={tab}]")
         station.wait_for("the tab", lambda tab=tab: station.state("step")["name"] == tab)  # type: ignore[misc]
         expect(card).to_be_visible()
-        assert card.bounding_box() == box
+        assert card.evaluate(place) == before
         expect(page.locator("#card .card-word")).to_have_count(1)
         station.picture(f"card-{tab}")
     page.click("[data-step=patient]")

@@ -189,17 +189,17 @@ def test_the_end_waits_for_what_sessions_do_with_the_store(
     monkeypatch.setattr(client_sessions, "CLOSE_S", 60.0)
     monkeypatch.setattr(phantom_services.dry_runs, "evaluate", lambda *_, **__: fail(JobCancelled()))
     sessions, done = ClientSessions(phantom_services, Tabs(), lambda: ""), list[str]()
-    session, begun, go_on = sessions.connect("tab-one-0", {"plan": SAMPLE}), threading.Event(), threading.Event()
+    session, begun, go_on = sessions.connect("tab-one-0", {"plan": SAMPLE}), threading.Barrier(3), threading.Event()
     settle(session)
 
     def work(what: str) -> None:
-        begun.set()
+        begun.wait(60)
         go_on.wait(60)
         done.append(what)
 
     session.post(lambda: work("request"))
     sessions._executor.submit(work, "background")
-    assert begun.wait(60)
+    begun.wait(60)  # what has not begun is cancelled at the end
     with ThreadPoolExecutor(1) as beside:
         closing = beside.submit(sessions.close)
         while not session._inbox._queue.qsize():  # until it was told to end, which comes behind the request
