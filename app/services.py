@@ -32,6 +32,7 @@ class Services:
         from app.exchange.robot_frame import BaseExport
         from app.exchange.slicer import SlicerExport
         from app.exchange.way_pictures import WayPictures
+        from app.imaging.endoscope import EndoscopeSurfaces
         from app.imaging.import_jobs import ImportJobs
         from app.imaging.importing import ImportService
         from app.imaging.island_previews import IslandPreviews
@@ -77,7 +78,8 @@ class Services:
         self.islands = IslandPreviews(cases, jobs)
         self.skins = Skins(store, cases, jobs)
         self.openings = Openings(store, cases, jobs)
-        self.purge = Purge(store, self.skins.forget, self.openings.forget)
+        self.endoscope = EndoscopeSurfaces(store, cases, jobs)
+        self.purge = Purge(store, self.skins.forget, self.openings.forget, self.endoscope.forget)
 
         self.registrations = registrations = Documents(store, REGISTRATION)
         self.registering = registering = Registering(registrations, cases, plans, jobs, tracker)
