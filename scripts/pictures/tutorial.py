@@ -38,7 +38,7 @@ def look_at_slices(page: NamedPage) -> None:
 
 
 def mark_the_orbit(page: NamedPage) -> None:
-    page.press("Three slices")
+    page.press("3D + slices")
     page.unfold("Threshold")
     page.scroll_to("Threshold")
     page.choose("Tissue", "Soft tissue")
@@ -80,7 +80,7 @@ def suggest_a_path(page: NamedPage) -> None:
     page.wait("the ways", lambda: page.page.locator("#alternatives .way-picture svg").count())
     page.says("Way 1")
     page.wait("the preview", lambda: page.station.state("shaft")["shown"])
-    page.press("Look")
+    page.press("Layers")
     page.choose("Cut", "Cut left half")
     page.page.keyboard.press("Escape")
     page.press("Left")

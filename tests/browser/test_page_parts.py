@@ -275,11 +275,11 @@ def test_a_slice_never_shows_another_one_under_its_label(open_page: Open, rest: 
 
     page.route("**/slices/axial?*", lambda route: route.abort())
     page.evaluate("(position) => vfix.request('slice.set', { axis: 'axial', position })", position + 10.0)
-    expect(stage).to_contain_text("could not be loaded", use_inner_text=True)
+    expect(stage).to_contain_text("not loaded", use_inner_text=True)
     assert shown.count() == 0, "the picture of before stays"
     page.unroute("**/slices/axial?*")
     expect(shown).to_have_count(2)
-    expect(stage.locator(".slice-failed")).to_be_hidden()
+    expect(stage.locator(".slice-wait")).to_be_hidden()
 
 
 def _choose(page: Page, path: Path) -> None:
