@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 from .named_page import NamedPage
@@ -32,7 +33,7 @@ def import_the_folder(page: NamedPage, folder: Path) -> None:
 def look_at_slices(page: NamedPage) -> None:
     page.press("Four views")
     page.page.locator(".slice-window").click()
-    page.page.get_by_role("menuitemradio", name="Scanner").click()
+    page.page.get_by_role("menuitemradio", name=re.compile("^Scanner W ")).click()
     go(page, ORBIT_AT)
     page.take("planning_slices")
 

@@ -251,11 +251,20 @@ def test_rows_keep_the_focus_and_keys_mean_what_is_in_sight(open_page: Open, res
 def test_a_slice_never_shows_another_one_under_its_label(open_page: Open, rest: Rest) -> None:
     """While the voxels are not there, pictures come from the planner."""
     station = open_page()
-    station.page.route("**/volume/voxels?*", lambda route: route.abort())
-    station.page.reload()
-    station.ready()
-    station.open_plan(rest.copy_of_sample("Slices"))
     page, stage = station.page, station.page.locator("[data-axis=axial]")
+    early: list[Route] = []
+    page.route("**/volume/voxels?*", lambda route: route.abort())
+    page.route("**/slices/*?*", lambda route: early.append(route))
+    page.reload()
+    station.ready()
+    station.wait_for("what is asked for", lambda: early)
+    expect(stage).to_contain_text("Loading …", use_inner_text=True)
+    page.unroute("**/slices/*?*")
+    for route in early:
+        route.continue_()
+    station.open_plan(rest.copy_of_sample("Slices"))
+    expect(stage.locator(".slice-wait")).to_be_hidden()
+    expect(page.locator("[data-axis=path]")).to_contain_text("CT not loaded", use_inner_text=True)
     label, shown = page.locator(".slice-where").first, stage.locator("g:not([visibility]) > image[href]")
     axial = station.state("slices")["planes"]["axial"]
     expect(label).to_have_text(f"S {axial['position']:.1f} mm")
