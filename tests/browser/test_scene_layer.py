@@ -197,14 +197,7 @@ def test_skin_is_made_shown_over_bone_and_hidden(open_page: Open, rest: Rest) ->
     station.wait_for("it shown again", lambda: page.evaluate(SKIN) == wanted | {"opacity": 0.6})
     page.keyboard.press("Escape")
 
-    archive = rest.client.get("/api/v1/cases/head-phantom/archive", params={"with_images": True}).raise_for_status()
-    files = {"file": ("head.zip", archive.content)}
-    job = rest.client.post("/api/v1/cases/archive", files=files).raise_for_status().json()["id"]
-
-    def imported() -> Any:
-        return rest.client.get(f"/api/v1/jobs/{job}").raise_for_status().json()["result"]
-
-    head = station.wait_for("a head of its own", imported)
+    head = rest.copy_of_head()
     page.evaluate("(id) => vfix.request('case.open', { case_id: id })", head)
     station.wait_for(
         "it", lambda: (station.state("case") or {}).get("id") == head and not station.state("case")["loading"]

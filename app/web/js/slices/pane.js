@@ -167,9 +167,12 @@ export class Pane {
     const port = this.wanted();
     const place = board.crosshair.place ?? board.middle;
     const words = this.position(place);
-    const bitmap = await board.link.draw(this.name, port.raster(devicePixelRatio * pacing.scale), board.greys.values, board.outlines.on, board.second.look);
+    const { head } = board.link;
+    const drawn = await board.link.draw(this.name, port.raster(devicePixelRatio * pacing.scale), board.greys.values, board.outlines.on, board.second.look);
     if (pacing.held) await new Promise((go) => { pacing.request(go); });
     this.drawing = false;
+    const bitmap = board.link.head === head ? drawn : null; // another one may have been opened in the meantime
+    if (bitmap !== drawn) drawn?.close();
     if (bitmap) {
       Object.assign(this.canvas, { width: bitmap.width, height: bitmap.height });
       this.canvas.getContext("bitmaprenderer")?.transferFromImageBitmap(bitmap);
@@ -208,6 +211,7 @@ export class Pane {
   loaded(plane, images) {
     if (this.board.link.ready) return; // the voxels were faster
     this.plane = plane;
+    this.canvas.width = 0; // it lies upon them
     if (images) this.waiting.done();
     else this.waiting.fail("Slice not loaded. Trying again.");
     this.pictures.replaceChildren(...(images ?? []));

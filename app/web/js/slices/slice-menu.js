@@ -1,8 +1,8 @@
 // The menu of the slices: zoom, outlines, following the tip, and what opens from it: the second volume, and the keys.
-import { h } from "../dom.js";
+import { h, iconButton } from "../dom.js";
 import { Popover } from "../popover.js";
 import { SHORTCUTS } from "../shortcuts.js";
-import { draw, html, iconTemplate, live } from "../template.js";
+import { draw, html, live } from "../template.js";
 /** @import { Slices } from "../slices.js" */
 
 export class SliceMenu {
@@ -16,10 +16,10 @@ export class SliceMenu {
     this.element = h("div", { class: "slice-menu", role: "dialog", "aria-label": "Slice menu" });
     this.popover = new Popover(this.element, { button, sides: ["right", "above", "below"] });
     this.volume = h("div", { class: "volume-menu", role: "dialog", "aria-label": "Second volume" },
-      h("div", { class: "popover-head" }, h("h2", {}, "Second volume"), closer(() => this.second.hide())), board.second.element);
+      h("div", { class: "popover-head" }, h("h2", {}, "Second volume"), iconButton("blocked", "Close", () => this.second.hide(), { title: "Close (Esc)" })), board.second.element);
     this.second = new Popover(this.volume, { home: button, beside: board.root, sides: ["left", "above", "below"] });
     this.keys = h("div", { class: "keys-menu", role: "dialog", "aria-label": "Mouse and keys" },
-      h("div", { class: "popover-head" }, h("h2", {}, "Mouse and keys"), closer(() => this.help.hide())), keysOfSlices());
+      h("div", { class: "popover-head" }, h("h2", {}, "Mouse and keys"), iconButton("blocked", "Close", () => this.help.hide(), { title: "Close (Esc)" })), keysOfSlices());
     this.help = new Popover(this.keys, { home: button, beside: board.root, sides: ["left", "above", "below"] });
   }
 
@@ -55,13 +55,6 @@ export class SliceMenu {
   follow = (/** @type {Event} */ { currentTarget }) => {
     this.board.tip.set(/** @type {HTMLInputElement} */ (currentTarget).checked);
   };
-}
-
-/** @param {() => void} close */
-function closer(close) {
-  const button = h("button", { type: "button", class: "icon plain", title: "Close (Esc)", "aria-label": "Close", onclick: close });
-  draw(button, iconTemplate("blocked"));
-  return button;
 }
 
 function keysOfSlices() {
