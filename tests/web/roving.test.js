@@ -6,7 +6,7 @@ import { layOutPage } from "./page.js";
 const { document } = layOutPage();
 const sizes = [];
 Object.assign(globalThis, { ResizeObserver: class { constructor(changed) { sizes.push(changed); } observe() {} } });
-const { Roving } = await import("../../app/web/js/roving.js");
+const { Roving, rowStep } = await import("../../app/web/js/roving.js");
 
 /** Controls, each `row name`, of an element that shows those that are not in `hidden`. */
 function list(names, options, { hidden = [], disabled = [] } = {}) {
@@ -63,4 +63,11 @@ test("of rows with several controls, up and down go from row to row, left and ri
   assert.equal(press("End")[0], "3a");
   assert.equal(press("ArrowRight")[0], "3c");
   assert.equal(press("Home")[0], "1b");
+});
+
+test("an arrow down leads to the row below, and to its last control where that row is shorter", () => {
+  const down = (/** @type {number} */ at) => rowStep(at, 1, 5, 3); // three above two
+  assert.deepEqual([0, 1, 2, 3, 4].map(down), [3, 4, 4, 3, 4]);
+  assert.deepEqual([0, 2, 3, 4].map((at) => rowStep(at, -1, 5, 3)), [0, 2, 0, 1]);
+  assert.equal(rowStep(1, 1, 2, 2), 1, "the only row");
 });

@@ -5,7 +5,7 @@ import { askForImages, askName, note, noteDone } from "/static/js/dialogs.js";
 import { ListFilter } from "/static/js/list-filter.js";
 import { download } from "/static/js/rest.js";
 import { rovingRows } from "/static/js/roving.js";
-import { draw, html, iconTemplate, iconTool, live, nameRow, nothing, repeat } from "/static/js/template.js";
+import { draw, html, iconTool, live, nameRow, nothing, repeat } from "/static/js/template.js";
 
 /** @import { Connection } from "/static/js/connection.js" */
 /** @import { CaseEntry, ViewModel } from "/static/js/types.js" */
@@ -47,9 +47,8 @@ export class HeadsList {
     const send = (/** @type {"case.open" | "case.restore"} */ type) => this.connection.send(type, { case_id: item.id });
     const tools = item.deleted
       ? iconTool("restore", "Restore", () => send("case.restore"))
-      : html`${iconTool("pencil", "Rename", () => this.rename(item))}${iconTool("download", "Save head (zip)", () => save(item))}
-        <button type="button" class="icon plain" data-tool="delete" aria-label="Delete" title=${open ? "The open head cannot be deleted" : "Delete"}
-          ?disabled=${open} @click=${() => this.remove(item.id)}>${iconTemplate("trash")}</button>`;
+      : [iconTool("pencil", "Rename", () => this.rename(item)), iconTool("download", "Save head (zip)", () => save(item)),
+        iconTool("trash", "Delete", () => this.remove(item.id), { tool: "delete", title: open ? "The open head cannot be deleted" : "Delete", off: open })];
     return nameRow(item, item.unreadable || when(item.created), () => send("case.open"), tools, open);
   }
 

@@ -1,7 +1,7 @@
 // The bar above the steps of a plan: undo, redo, the lock, what a click adds, the plans of this head, and export.
 import { h } from "/static/js/dom.js";
 import { Roving } from "/static/js/roving.js";
-import { draw, html, iconTemplate, nothing } from "/static/js/template.js";
+import { draw, html, iconTemplate, iconTool, nothing } from "/static/js/template.js";
 
 /** @import { Connection } from "/static/js/connection.js" */
 /** @import { Commands, PlanSection } from "/static/js/types.js" */
@@ -28,10 +28,8 @@ export class PlanBar {
     const { connection } = this;
     const locked = Boolean(plan?.locked);
     draw(this.element, html`<div class="bar-line">
-        <button type="button" class="icon plain" id="undo" data-operation="undo" title="Undo (Ctrl+Z)" aria-label="Undo (Ctrl+Z)" ?disabled=${!plan?.can_undo}
-          @click=${() => connection.send("undo")}>${iconTemplate("undo")}</button>
-        <button type="button" class="icon plain" id="redo" data-operation="redo" title="Redo (Ctrl+Shift+Z)" aria-label="Redo (Ctrl+Shift+Z)" ?disabled=${!plan?.can_redo}
-          @click=${() => connection.send("redo")}>${iconTemplate("redo")}</button>
+        ${iconTool("undo", "Undo (Ctrl+Z)", () => connection.send("undo"), { id: "undo", operation: "undo", off: !plan?.can_undo })}
+        ${iconTool("redo", "Redo (Ctrl+Shift+Z)", () => connection.send("redo"), { id: "redo", operation: "redo", off: !plan?.can_redo })}
         <button type="button" class="plain bar-lock" id="lock" data-operation="lock" aria-pressed=${String(locked)} ?disabled=${!plan} title="Locked points cannot be moved, added or deleted"
           @click=${() => connection.send("lock", { locked: !connection.state.plan?.locked })}>${iconTemplate(locked ? "lock" : "unlock")}${locked ? "Unlock" : "Lock"}</button>
         <span class="bar-space"></span>

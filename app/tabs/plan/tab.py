@@ -28,7 +28,7 @@ from app.scene.view import ClickRay
 from app.tabs.base import Tab
 from app.tabs.plan import SPEC
 from app.tabs.plan import commands as c
-from app.tabs.plan.clearance import pierced_layer
+from app.tabs.plan.clearance import pierced_layer, stop_layer
 from app.tabs.plan.clearance_commands import HideTool, ShowTool
 from app.tabs.plan.edited_plan import EditedPlan, Ghost
 from app.tabs.plan.edits import Edits
@@ -164,6 +164,8 @@ class PlanTab(Tab):
             self._show_tool(command)
         elif isinstance(command, c.UseOpening):
             self._edit(lambda edited: edited.enter(self._openings.opening(edited, command.opening_id)))
+        elif isinstance(command, c.PickOnSlice) and self._shafts.aiming is None:
+            self._edit(lambda edited: self._picked(edited, command))
         else:
             chosen = isinstance(command, c.ItemCommand) and command.type == "item.select"  # again, perhaps
             self._edit(lambda edited: self._edits.do(edited, command), chosen)
@@ -181,6 +183,11 @@ class PlanTab(Tab):
         elif isinstance(operation, PlaceRobot):
             operation = self._placement()
         self._edit(lambda edited: edited.perform(operation, message.revision))
+
+    def _picked(self, edited: EditedPlan, command: c.PickOnSlice) -> str:
+        """A click in a slice: at a marked opening it enters there, as one in the scene does."""
+        opening = self._openings.at(edited, command.position)
+        return self._edits.do(edited, command) if opening is None else edited.enter(opening)
 
     def _placement(self) -> KeepPlacement:
         """What keeps the placing of the dry run that is shown: another one would take this thread for seconds."""
@@ -274,6 +281,7 @@ class PlanTab(Tab):
             curve_layer(self.curve_key(), self.curve),
             self._evaluations.tool.layer(evaluation),
             pierced_layer(evaluation),
+            stop_layer(evaluation),
             *self._region_layers(),
             self._evaluations.cones.layer(self._edited if self.active else None),
             self._error_layer(),

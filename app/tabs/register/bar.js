@@ -1,7 +1,7 @@
 // The bar above the steps of a registration: undo, redo, the lock, and its name, which leads to the others of this head.
 import { h } from "/static/js/dom.js";
 import { Roving } from "/static/js/roving.js";
-import { draw, html, iconTemplate, nothing } from "/static/js/template.js";
+import { draw, html, iconTemplate, iconTool, nothing } from "/static/js/template.js";
 
 /** @import { Connection } from "/static/js/connection.js" */
 /** @import { RegistrationSection } from "/static/js/types.js" */
@@ -24,10 +24,8 @@ export class RegistrationBar {
     const locked = Boolean(registration?.locked);
     this.element.hidden = !registration;
     draw(this.element, html`<div class="bar-line">
-        <button type="button" class="icon plain" id="registration-undo" data-operation="registration.undo" title="Undo (Ctrl+Z)" aria-label="Undo (Ctrl+Z)" ?disabled=${!registration?.can_undo}
-          @click=${() => connection.send("registration.undo")}>${iconTemplate("undo")}</button>
-        <button type="button" class="icon plain" id="registration-redo" data-operation="registration.redo" title="Redo (Ctrl+Shift+Z)" aria-label="Redo (Ctrl+Shift+Z)" ?disabled=${!registration?.can_redo}
-          @click=${() => connection.send("registration.redo")}>${iconTemplate("redo")}</button>
+        ${iconTool("undo", "Undo (Ctrl+Z)", () => connection.send("registration.undo"), { id: "registration-undo", operation: "registration.undo", off: !registration?.can_undo })}
+        ${iconTool("redo", "Redo (Ctrl+Shift+Z)", () => connection.send("registration.redo"), { id: "registration-redo", operation: "registration.redo", off: !registration?.can_redo })}
         <button type="button" class="plain bar-lock" id="registration-lock" data-operation="registration.lock" aria-pressed=${String(locked)} ?disabled=${!registration} title="A locked registration cannot be changed"
           @click=${() => connection.send("registration.lock", { locked: !connection.state.registration?.locked })}>${iconTemplate(locked ? "lock" : "unlock")}${locked ? "Unlock" : "Lock"}</button>
         <span class="bar-space"></span>

@@ -5,7 +5,7 @@ import { when } from "/static/js/format.js";
 import { ListFilter } from "/static/js/list-filter.js";
 import { upload } from "/static/js/rest.js";
 import { rovingRows } from "/static/js/roving.js";
-import { draw, filesButton, html, iconTemplate, nameRow, nothing, repeat } from "/static/js/template.js";
+import { draw, filesButton, html, iconTool, nameRow, nothing, repeat } from "/static/js/template.js";
 import { importedWords } from "./words.js";
 
 /** @import { Connection } from "/static/js/connection.js" */
@@ -54,10 +54,11 @@ export class RegistrationsList {
    */
   row(item, open) {
     const send = (/** @type {"registration.open" | "registration.duplicate" | "registration.restore"} */ type) => this.connection.send(type, { registration_id: item.id });
-    const tools = item.deleted ? html`<button type="button" class="icon plain" data-operation="registration.restore" title="Restore" aria-label="Restore" @click=${() => send("registration.restore")}>${iconTemplate("restore")}</button>` : html`
-      <button type="button" class="icon plain" data-operation="registration.rename" title="Rename" aria-label="Rename" @click=${() => this.rename(item)}>${iconTemplate("pencil")}</button>
-      <button type="button" class="icon plain" data-operation="registration.duplicate" title="Duplicate" aria-label="Duplicate" @click=${() => send("registration.duplicate")}>${iconTemplate("copy")}</button>
-      <button type="button" class="icon plain" data-operation="registration.delete" title="Delete" aria-label="Delete" @click=${() => this.remove(item.id)}>${iconTemplate("trash")}</button>`;
+    const tools = item.deleted ? iconTool("restore", "Restore", () => send("registration.restore"), { operation: "registration.restore" }) : [
+      iconTool("pencil", "Rename", () => this.rename(item), { operation: "registration.rename" }),
+      iconTool("copy", "Duplicate", () => send("registration.duplicate"), { operation: "registration.duplicate" }),
+      iconTool("trash", "Delete", () => this.remove(item.id), { operation: "registration.delete" }),
+    ];
     return nameRow(item, when(item.modified), () => send("registration.open"), tools, item.id === open);
   }
 

@@ -10,15 +10,16 @@ export class Roving {
   /**
    * @param {HTMLElement} element that holds the controls
    * @param {string} controls their selector
-   * @param {{ axis?: keyof typeof KEYS, first?: string | string[], row?: string }} [options] first: selectors of the one that
-   *   Tab leads to, the best first; else it is the first one. row: selector of the rows, where one holds several controls:
-   *   ↑ ↓ go from row to row then, and ← → within one
+   * @param {{ axis?: keyof typeof KEYS, first?: string | string[], columns?: () => number, row?: string }} [options]
+   *   first: selectors of the one that Tab leads to, the best first; else it is the first one. columns: of a grid, in which
+   *   ↑ ↓ go from row to row. row: selector of the rows, where each holds its own controls: ↑ ↓ go from row to row, and ← → within one
    */
-  constructor(element, controls, { axis = "vertical", first, row } = {}) {
+  constructor(element, controls, { axis = "vertical", first, columns, row } = {}) {
     this.element = element;
     this.controls = controls;
     this.keys = /** @type {Record<string, number>} */ (KEYS[row ? "both" : axis]);
     this.firsts = [first ?? []].flat();
+    this.columns = columns;
     this.row = row;
     element.addEventListener("focusin", () => this.update());
     element.addEventListener("focusout", () => this.update());
@@ -47,7 +48,9 @@ export class Roving {
     const all = this.all();
     const at = all.findIndex((one) => one === event.target);
     if (by === undefined || at < 0 || event.ctrlKey || event.metaKey || event.altKey) return;
-    (this.row ? this.inRows(all, at, by, event.key) : towards(all, at, by)).focus();
+    const columns = this.columns && event.key.match(/Up|Down/u) ? this.columns() : 0;
+    const to = columns ? all[rowStep(at, by, all.length, columns)] : this.row ? this.inRows(all, at, by, event.key) : towards(all, at, by);
+    to.focus();
     event.preventDefault();
     event.stopPropagation();
   }
@@ -86,4 +89,17 @@ export function rovingRows(element, also) {
  */
 function towards(items, at, by) {
   return items[Math.min(Math.max(at + by, 0), items.length - 1)];
+}
+
+/**
+ * Where ↑ or ↓ leads in a grid: to the row above or below, whose last control stands for one that it lacks.
+ * @param {number} at
+ * @param {number} by −1 or 1
+ * @param {number} count
+ * @param {number} columns
+ */
+export function rowStep(at, by, count, columns) {
+  const row = Math.floor(at / columns) + by;
+  if (row < 0 || row > Math.floor((count - 1) / columns)) return at;
+  return Math.min(at + by * columns, count - 1);
 }
