@@ -22,6 +22,7 @@ from app.plans.operations.document import SetNotes
 from app.plans.operations.paths import AddPath, ChoosePath, CopyPath, DeletePath, PathEdit, SetShaft
 from app.plans.operations.points import AddPoint, AddTarget, DeletePoint, EnterAt, MovePoint, SetPoints
 from app.plans.operations.regions import DeleteRegion
+from app.plans.paths import path_end
 from app.plans.service import Plan
 from app.scene.plan import PlanItem
 from app.services import Services
@@ -167,6 +168,8 @@ class EditedPlan:
 
     def _view(self) -> PlanSection:
         plan, items, path = self.plan, self.items(), self.path()
+        points, targets = ([item for item in items if item.kind == kind] for kind in ("point", "target"))
+        end = path_end(points, targets)
         return {
             "id": plan.id,
             "revision": plan.revision,
@@ -181,6 +184,8 @@ class EditedPlan:
             "add_mode": self.add_mode,
             "degree": 0 if path is None else int(path.degree),
             "length_mm": 0.0 if path is None else float(path.length),
+            "nearest_target": None if end is None else end.target.id,
+            "short_mm": 0.0 if end is None else round(end.short_mm, 3),
             "ghost": None
             if self.ghost is None
             else {

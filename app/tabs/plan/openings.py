@@ -21,7 +21,7 @@ from app.workspace.layers import Layer
 from app.workspace.workspace import Workspace
 from vfix_engine.errors import PlanError
 
-CLICK_MM = 6.0  # around a mark; less than half of what is between two nostrils
+CLICK_MM = 6.0  # around an opening; less than half of what is between two nostrils
 BEHIND_MM = 25.0  # a mark is seen through so much of nose and skin, and can be clicked there
 NONE_FOUND = "No nostrils found: click where the tool goes in."
 FAILED = "The nostrils could not be found: click where the tool goes in."
@@ -105,6 +105,12 @@ class EntryOpenings:
         ):
             return None
         return marked[hit.item_id]
+
+    def at(self, edited: EditedPlan, place: Position) -> Opening | None:
+        """The marked opening that a click in a slice means, the nearest one; None for another place."""
+        marked = [(float(np.linalg.norm(np.subtract(one.position, place))), one) for one in self._marked(edited)]
+        away, nearest = min(marked, key=lambda one: one[0], default=(np.inf, None))
+        return nearest if away <= CLICK_MM else None
 
     def _shown(self, edited: EditedPlan | None) -> tuple[Opening, ...]:
         known = self._found is not None and edited is not None and edited.case.id == self._asked

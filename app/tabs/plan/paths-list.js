@@ -23,8 +23,7 @@ export class PathsList {
   /** @param {PathsSection | null | undefined} paths */
   list(paths) {
     const items = paths?.items ?? [];
-    return html`<div class="group-head"><h3>Paths</h3><button type="button" class="plain" id="new-path" data-operation="path.new" title="Add an empty path with the same tool"
-        ?disabled=${!paths || paths.locked} @click=${() => this.connection.send("path.new")}>New path</button></div>
+    return html`<div class="group-head" ?hidden=${items.length < 2}><h3>Paths</h3></div>
       <ul class=${items.length > 1 ? "list two-lines plain-rows" : "list two-lines plain-rows single"} id="paths">${repeat(items, ({ id }) => id, (path) => this.row(path, paths))}</ul>`;
   }
 

@@ -2,7 +2,7 @@
 import { h, whenChanged } from "/static/js/dom.js";
 import { count } from "/static/js/format.js";
 import { field, heldNumber, ownNumber } from "/static/js/fields.js";
-import { draw, html, iconTool, nothing, repeat } from "/static/js/template.js";
+import { draw, html, iconTool, nothing, repeat, said } from "/static/js/template.js";
 import { RegionFields } from "./region-fields.js";
 
 /** @import { Connection } from "/static/js/connection.js" */
@@ -135,7 +135,7 @@ export class RegionsGroup {
         <button type="button" id="${prefix}-draw" ?disabled=${frozen} title=${drawing ? "Esc" : "The next click in the head or in a slice places it"} @click=${() => this.draw()}>${drawing ? "Cancel" : "Draw"}</button>
         ${drawing?.kind === "capsules" ? html`<button type="button" class="primary" id="${prefix}-done" title="Enter" ?disabled=${!places} @click=${() => this.connection.send("region.done")}>Done</button>` : nothing}
       </div>
-      <p class="words" role="status" ?hidden=${!drawing}>${drawing ? `${drawing.words}${places ? ` ${count(places, "place", "places")} so far.` : ""}` : ""}</p>`;
+      <p class="words" role="status" ?hidden=${!drawing}>${drawing ? said(`${drawing.words}${places ? ` ${count(places, "place", "places")} so far.` : ""}`) : nothing}</p>`;
   }
 
   draw() {

@@ -15,7 +15,7 @@ export class LoopFigures {
   constructor() {
     this.element = h("aside", { class: "loop-figures", id: "details-sheet", tabIndex: -1, "aria-label": "Figures of the control loop" });
     document.body.append(this.element);
-    this.popover = new Popover(this.element, { sides: ["above"] });
+    this.popover = new Popover(this.element);
   }
 
   show() {

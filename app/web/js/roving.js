@@ -10,13 +10,15 @@ export class Roving {
   /**
    * @param {HTMLElement} element that holds the controls
    * @param {string} controls their selector
-   * @param {{ axis?: keyof typeof KEYS, first?: string }} [options] first: selector of the one that Tab leads to; else it is the first one
+   * @param {{ axis?: keyof typeof KEYS, first?: string, columns?: () => number }} [options]
+   *   first: selector of the one that Tab leads to; else it is the first one. columns: of a grid, in which ↑ ↓ go from row to row
    */
-  constructor(element, controls, { axis = "vertical", first } = {}) {
+  constructor(element, controls, { axis = "vertical", first, columns } = {}) {
     this.element = element;
     this.controls = controls;
     this.keys = /** @type {Record<string, number>} */ (KEYS[axis]);
     this.first = first;
+    this.columns = columns;
     element.addEventListener("focusin", () => this.update());
     element.addEventListener("focusout", () => this.update());
     element.addEventListener("keydown", (event) => this.key(event));
@@ -40,8 +42,22 @@ export class Roving {
     const all = this.all();
     const at = all.findIndex((one) => one === event.target);
     if (by === undefined || at < 0 || event.ctrlKey || event.metaKey || event.altKey) return;
-    all[Math.min(Math.max(at + by, 0), all.length - 1)].focus();
+    const rows = this.columns && event.key.match(/Up|Down/u) ? this.columns() : 0;
+    all[rows ? rowStep(at, by, all.length, rows) : Math.min(Math.max(at + by, 0), all.length - 1)].focus();
     event.preventDefault();
     event.stopPropagation();
   }
+}
+
+/**
+ * Where ↑ or ↓ leads in a grid: to the row above or below, whose last control stands for one that it lacks.
+ * @param {number} at
+ * @param {number} by −1 or 1
+ * @param {number} count
+ * @param {number} columns
+ */
+export function rowStep(at, by, count, columns) {
+  const row = Math.floor(at / columns) + by;
+  if (row < 0 || row > Math.floor((count - 1) / columns)) return at;
+  return Math.min(at + by * columns, count - 1);
 }

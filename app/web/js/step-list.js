@@ -2,11 +2,13 @@
 // Their names are one tab stop: ↑ ↓ Home End go from one to the other, Enter opens.
 import { h } from "./dom.js";
 import { Roving } from "./roving.js";
-import { draw, html, nothing } from "./template.js";
+import { draw, html, iconTemplate, nothing } from "./template.js";
 
-/** @typedef {{ words: string, mark: "done" | "caution" | "" }} Line the result of a step, see `guide.js` of Plan */
+/** @typedef {{ words: string, mark: "done" | "caution" | "", pill?: string }} Line the result of a step, mark: 'done', 'caution' where somebody should look, '' where there is nothing yet; pill: a word of caution beside it */
 /** @typedef {{ name: string, title: string, content: HTMLElement | HTMLElement[] }} Step */
 /** @typedef {{ open: readonly string[], marked?: string, lines?: Record<string, Line> }} Shown marked: the step that comes next */
+
+const MARKS = /** @type {const} */ ({ done: "fits", caution: "tight" }); // icons
 
 export class StepList {
   /**
@@ -42,8 +44,9 @@ export class StepList {
     const next = this.shown.marked === name;
     return html`<details class="step" data-step-name=${name} data-mark=${line?.mark || nothing} ?open=${open} @toggle=${this.toggled}>
       <summary @click=${this.pressed}>
-        ${this.numbered ? html`<span class="step-number" aria-hidden="true">${index + 1}</span>` : nothing}
-        <h2>${title}</h2>${next ? html`<span class="step-next" title="Comes next"><span class="visually-hidden">comes next</span></span>` : nothing}
+        ${this.numbered ? html`<span class="step-number" aria-hidden="true">${line?.mark ? iconTemplate(MARKS[line.mark]) : index + 1}</span>` : nothing}
+        <h2>${title}${this.numbered && line?.mark === "done" ? html`<span class="visually-hidden">, done</span>` : nothing}</h2>${next ? html`<span class="step-next" title="Comes next"><span class="visually-hidden">comes next</span></span>` : nothing}
+        ${line?.pill ? html`<span class="pill">${line.pill}</span>` : nothing}
         <span class="step-line" title=${line?.words || nothing}>${line?.words ?? ""}</span>
       </summary>
       <div class="step-body">${content}</div>

@@ -89,7 +89,7 @@ def test_they_are_shown_once_found_and_the_slices_go_there_once(
     assert other.workspace.case.cross == (1.0, 2.0, 3.0), "somebody looks at something else"
 
 
-@pytest.mark.parametrize("how", ["button", "scene"])
+@pytest.mark.parametrize("how", ["button", "scene", "slice"])
 def test_choosing_one_is_a_single_edit_with_its_side(
     phantom_services: Services, found: list[Opening], how: str
 ) -> None:
@@ -100,8 +100,10 @@ def test_choosing_one_is_a_single_edit_with_its_side(
     before = shown(tab)
     if how == "button":
         send(tab, "opening.use", opening_id="nostril-left")
-    else:
+    elif how == "scene":
         click(tab, 9.0, 0.0)
+    else:
+        send(tab, "pick.slice", position=[9.0, -10.0, 4.0])
     assert tab.plan is not None
     (point,) = tab.plan.content.points
     assert point.position == pytest.approx(LEFT.position, abs=0.1)
