@@ -12,12 +12,12 @@ export const SHORTCUTS = [
     { keys: "1", words: "Axial slice alone; again: back", does: "layout.axial" },
     { keys: "2", words: "Coronal slice alone; again: back", does: "layout.coronal" },
     { keys: "3", words: "Sagittal slice alone; again: back", does: "layout.sagittal" },
-    { keys: "4", words: "Scene alone; again: back", does: "layout.scene" },
+    { keys: "4", words: "3D alone; again: back", does: "layout.scene" },
     { keys: "5", words: "View across the path alone; again: back", does: "layout.path" },
     { keys: "P", words: "Fold the panel away, and back", does: "panel" },
-    { keys: "C", words: "Bring the clicked place to the middle of the scene" },
-    { keys: "Drag, wheel", words: "Turn the scene about the clicked place; zoom to the pointer" },
-    { keys: "Right drag", words: "Move the scene sideways" },
+    { keys: "C", words: "Bring the clicked place to the middle of 3D" },
+    { keys: "Drag, wheel", words: "Turn the head about the clicked place; zoom to the pointer" },
+    { keys: "Right drag", words: "Move the head sideways" },
   ]],
   ["Slices", [
     { keys: "Wheel, Page ↑ ↓", words: "Move through the head" },
@@ -39,14 +39,14 @@ export const SHORTCUTS = [
     { keys: "Del", words: "Delete what is selected", does: "item.delete" },
   ]],
   ["Register", [
-    { keys: "Click", words: "In the scene: bring the slices to the clicked place" },
+    { keys: "Click", words: "In 3D: bring the slices to the clicked place" },
     { keys: "Ctrl Z", words: "Undo of the registration", does: "registration.undo" },
     { keys: "Ctrl Shift Z", words: "Redo of the registration", does: "registration.redo" },
   ]],
   ["Rehearse", [
     { keys: "↑ ↓ or W S", words: "Hold: drive forward or back; in a list W S" },
     { keys: "A D", words: "Hold: twist the tool, in Free and Inspect" },
-    { keys: "E", words: "Endoscope large; again: beside the scene", does: "layout.endoscope" },
+    { keys: "E", words: "Endoscope large; again: beside 3D", does: "layout.endoscope" },
     { keys: "Drag the sphere", words: "Pull the tool by hand" },
   ]],
 ];

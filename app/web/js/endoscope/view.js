@@ -69,7 +69,7 @@ export class EndoscopeView {
   /** @param {string} layout */
   laidOut(layout) {
     this.visible = layout === "endoscope" || layout === "endoscope-beside";
-    const swap = layout === "endoscope" ? "Show the scene large (E)" : "Show the endoscope large (E)";
+    const swap = layout === "endoscope" ? "Show 3D large (E)" : "Show the endoscope large (E)";
     this.swapButton.title = swap;
     this.swapButton.setAttribute("aria-label", swap);
     this.update(this.connection.state);
