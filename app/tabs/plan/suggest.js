@@ -51,6 +51,7 @@ export class SuggestGroup {
     if (this.path !== paths?.chosen) this.target = "";
     this.path = paths?.chosen;
     if (search.of !== plan?.id && !search.busy && (search.suggestion || search.problem)) search.forget();
+    search.join(state);
     const of = [plan?.id, plan?.points, plan?.ghost, plan?.targets, plan?.nearest_target, plan?.locked, shaft?.shown, this.target, search.suggestion?.id, plan?.tool, surroundingsKey(state), search.busy, search.problem, search.drawing];
     this.changed(of, () => {
       draw(this.body, this.template(plan, shaft));
