@@ -13,6 +13,7 @@ ORBIT_CORNERS = ("L 20 P 9 S 24", "L 46 P 56 S 50")
 ORBIT_AT = "L 33 P 32 S 37"
 DOWNLOADS = ("Plan (JSON)", "Slicer markups", "Table (CSV)")
 REPORT = "Printable report"
+SCANNER = "Scanner"  # followed by its window and level
 
 
 def import_the_folder(page: NamedPage, folder: Path) -> None:
@@ -33,7 +34,7 @@ def import_the_folder(page: NamedPage, folder: Path) -> None:
 def look_at_slices(page: NamedPage) -> None:
     page.press("Four views")
     page.page.locator(".slice-window").click()
-    page.page.get_by_role("menuitemradio", name=re.compile("^Scanner W ")).click()
+    page.page.get_by_role("menuitemradio", name=re.compile(rf"^{SCANNER} W ")).click()
     go(page, ORBIT_AT)
     page.take("planning_slices")
 
