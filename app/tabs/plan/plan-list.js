@@ -5,7 +5,7 @@ import { when } from "/static/js/format.js";
 import { ListFilter } from "/static/js/list-filter.js";
 import { Popover } from "/static/js/popover.js";
 import { Roving } from "/static/js/roving.js";
-import { draw, html, iconTemplate, nameRow, nothing, repeat } from "/static/js/template.js";
+import { draw, html, iconTool, nameRow, nothing, repeat } from "/static/js/template.js";
 
 /** @import { Connection } from "/static/js/connection.js" */
 /** @import { PlanEntry, ViewModel } from "/static/js/types.js" */
@@ -65,12 +65,13 @@ export class PlanList {
   row(item, open) {
     const { id, name } = item;
     const send = (/** @type {"plan.open" | "plan.duplicate" | "plan.restore"} */ type) => this.connection.send(type, { plan_id: id });
-    const tools = item.deleted ? html`<button type="button" class="icon plain" data-operation="plan.restore" title="Restore" aria-label="Restore" @click=${() => send("plan.restore")}>${iconTemplate("restore")}</button>` : html`
-      <button type="button" class="icon plain" data-operation="plan.rename" title="Rename" aria-label="Rename" @click=${() => this.rename(item)}>${iconTemplate("pencil")}</button>
-      <button type="button" class="icon plain" data-operation="plan.duplicate" title="Duplicate" aria-label="Duplicate" @click=${() => send("plan.duplicate")}>${iconTemplate("copy")}</button>
-      <button type="button" class="icon plain" data-operation="targets.take" data-tool="take-targets" title="Take targets into the open plan" aria-label="Take targets" ?hidden=${id === open}
-        @click=${() => noteEdit(this.connection, "plan", this.connection.request("targets.take", { plan_id: id }), `The targets of ‘${name}’ were added.`)}>${iconTemplate("target")}</button>
-      <button type="button" class="icon plain" data-operation="plan.delete" title="Delete" aria-label="Delete" @click=${() => this.remove(id)}>${iconTemplate("trash")}</button>`;
+    const take = () => noteEdit(this.connection, "plan", this.connection.request("targets.take", { plan_id: id }), `The targets of ‘${name}’ were added.`);
+    const tools = item.deleted ? iconTool("restore", "Restore", () => send("plan.restore"), { operation: "plan.restore" }) : [
+      iconTool("pencil", "Rename", () => this.rename(item), { operation: "plan.rename" }),
+      iconTool("copy", "Duplicate", () => send("plan.duplicate"), { operation: "plan.duplicate" }),
+      iconTool("target", "Take targets", take, { operation: "targets.take", tool: "take-targets", title: "Take targets into the open plan", hidden: id === open }),
+      iconTool("trash", "Delete", () => this.remove(id), { operation: "plan.delete" }),
+    ];
     const choose = () => {
       this.popover.hide();
       send("plan.open");

@@ -28,7 +28,7 @@ from app.scene.view import ClickRay
 from app.tabs.base import Tab
 from app.tabs.plan import SPEC
 from app.tabs.plan import commands as c
-from app.tabs.plan.clearance import pierced_layer
+from app.tabs.plan.clearance import pierced_layer, stop_layer
 from app.tabs.plan.clearance_commands import HideTool, ShowTool
 from app.tabs.plan.edited_plan import EditedPlan, Ghost
 from app.tabs.plan.edits import Edits
@@ -274,6 +274,7 @@ class PlanTab(Tab):
             curve_layer(self.curve_key(), self.curve),
             self._evaluations.tool.layer(evaluation),
             pierced_layer(evaluation),
+            stop_layer(evaluation),
             *self._region_layers(),
             self._evaluations.cones.layer(self._edited if self.active else None),
             self._error_layer(),
