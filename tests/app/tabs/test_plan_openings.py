@@ -69,6 +69,7 @@ def test_an_entry_clicked_near_one_is_where_it_was_clicked_with_the_side_as_one_
     shown(tab)
     do_work(tab)
     send(tab, "pick.slice", position=list(place))
+    send(tab, "ghost.confirm")  # the place lies in the room's air
     assert tab.plan is not None
     (point,) = tab.plan.content.points
     assert (point.position, tab.plan.content.path.entry_side) == (pytest.approx(place, abs=0.1), side)
