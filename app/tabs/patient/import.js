@@ -21,8 +21,7 @@ const QUESTIONS = {
   unit: { name: "units", label: "Unit", options: [["mm", "Millimetres"], ["m", "Metres"], ["um", "Micrometres"]] },
 };
 
-const DROP = "Drop files or a folder here. They stay on this computer. A CT (DICOM, NRRD, NIfTI, MetaImage), a bone surface (PLY, STL, OBJ, GLB, VTK, VTP), a segmentation of the open head, or the zip of a saved head.";
-const PRIVACY = "Images can identify the patient. An export that holds them asks first.";
+const DROP = "Drop files or a folder here. They stay on this computer. Images can identify the patient: an export that holds them asks first. A CT (DICOM, NRRD, NIfTI, MetaImage), a bone surface (PLY, STL, OBJ, GLB, VTK, VTP), a segmentation of the open head, or the zip of a saved head.";
 const HEAD = { id: "import-head", input: "head-files", words: "Import head …", accept: ACCEPTED };
 const FOLDER = { id: "import-folder", input: "folder", words: "Folder …", folder: true };
 
@@ -50,7 +49,7 @@ export class ImportGroup {
     const { sending } = this, part = `${Math.round(100 * (sending?.part ?? 0))}`;
     const take = (/** @type {File[]} */ files) => this.take(chosen(files));
     draw(this.form, html`
-      <p class="words">${said(DROP)}</p><p class="words">${said(PRIVACY)}</p>
+      <p class="words">${said(DROP)}</p>
       <div class="buttons even">${filesButton({ ...HEAD, disabled: sending !== null }, take)}${filesButton({ ...FOLDER, disabled: sending !== null }, take)}</div>
       ${sending ? html`<div>
         <p class="words">${sending.name}: uploading, ${part} %</p>

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,6 +12,7 @@ from app.imaging.derived_of_ct import has_head_ct
 from app.imaging.openings import Opening
 from app.kit.values import Position
 from app.messages.sections import Section
+from app.plans.paths import EntrySide
 from app.scene.openings import OpeningMark, OpeningNodes
 from app.scene.picking import Hit, hit_items
 from app.scene.view import ClickRay
@@ -106,11 +108,11 @@ class EntryOpenings:
             return None
         return marked[hit.item_id]
 
-    def at(self, edited: EditedPlan, place: Position) -> Opening | None:
-        """The marked opening that a click in a slice means, the nearest one; None for another place."""
-        marked = [(float(np.linalg.norm(np.subtract(one.position, place))), one) for one in self._marked(edited)]
-        away, nearest = min(marked, key=lambda one: one[0], default=(np.inf, None))
-        return nearest if away <= CLICK_MM else None
+    def side_at(self, edited: EditedPlan, place: Position) -> EntrySide:
+        """The side of the opening that an entry is at, of the nearest one; '' for another place."""
+        shown = [(math.dist(one.position, place), one.side) for one in self._shown(edited)]
+        away, side = min(shown, default=(math.inf, ""))
+        return side if away <= CLICK_MM else ""
 
     def _shown(self, edited: EditedPlan | None) -> tuple[Opening, ...]:
         known = self._found is not None and edited is not None and edited.case.id == self._asked

@@ -19,7 +19,7 @@ export class PlanBar {
   constructor(connection, goToExport) {
     this.connection = connection;
     this.goToExport = goToExport;
-    this.element = h("div", { class: "plan-bar", role: "toolbar", "aria-label": "Plan" });
+    this.element = h("div", { class: "panel-bar", role: "toolbar", "aria-label": "Plan" });
     this.roving = new Roving(this.element, "button", { axis: "horizontal" });
   }
 
@@ -27,16 +27,16 @@ export class PlanBar {
   update(plan) {
     const { connection } = this;
     const locked = Boolean(plan?.locked);
-    draw(this.element, html`<div class="plan-bar-line">
+    draw(this.element, html`<div class="bar-line">
         ${iconTool("undo", "Undo (Ctrl+Z)", () => connection.send("undo"), { id: "undo", operation: "undo", off: !plan?.can_undo })}
         ${iconTool("redo", "Redo (Ctrl+Shift+Z)", () => connection.send("redo"), { id: "redo", operation: "redo", off: !plan?.can_redo })}
-        <button type="button" class="plain plan-lock" id="lock" data-operation="lock" aria-pressed=${String(locked)} ?disabled=${!plan} title="Locked points cannot be moved, added or deleted"
+        <button type="button" class="plain bar-lock" id="lock" data-operation="lock" aria-pressed=${String(locked)} ?disabled=${!plan} title="Locked points cannot be moved, added or deleted"
           @click=${() => connection.send("lock", { locked: !connection.state.plan?.locked })}>${iconTemplate(locked ? "lock" : "unlock")}${locked ? "Unlock" : "Lock"}</button>
-        <span class="plan-bar-space"></span>
+        <span class="bar-space"></span>
         <button type="button" class="plain" id="plans" title="Plans of this head">Plans</button>
         <button type="button" class="plain" id="export" title="Save the plan as a file" ?disabled=${!plan} @click=${this.goToExport}>Export</button>
       </div>
-      <div class="plan-bar-line"><span class="plan-bar-label" id="adds-label">Click adds</span>
+      <div class="bar-line"><span class="bar-label" id="adds-label">Click adds</span>
         <div class="segmented" role="group" aria-labelledby="adds-label">${KINDS.map(([kind, label, title]) => html`<button type="button" data-kind=${kind} title=${title}
           aria-pressed=${String(kind === plan?.add_mode)} ?disabled=${!plan || locked} @click=${() => connection.send("add.mode", { kind })}>${label}</button>`)}</div>
       </div>${locked ? html`<p class="words">Locked: points cannot be moved.</p>` : nothing}`);

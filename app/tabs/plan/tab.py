@@ -111,7 +111,7 @@ class PlanTab(Tab):
     def _load(self, plan_id: str) -> None:
         self._check_own(plan_id)
         self._shafts.clear()
-        self._edited = EditedPlan(self._services, plan_id)
+        self._edited = EditedPlan(self._services, plan_id, self._openings.side_at)
         self._services.live.opened(self.workspace.client.id, plan_id)
         points = self._edited.points()
         self._evaluations.again()
@@ -164,8 +164,6 @@ class PlanTab(Tab):
             self._show_tool(command)
         elif isinstance(command, c.UseOpening):
             self._edit(lambda edited: edited.enter(self._openings.opening(edited, command.opening_id)))
-        elif isinstance(command, c.PickOnSlice) and self._shafts.aiming is None:
-            self._edit(lambda edited: self._picked(edited, command))
         else:
             chosen = isinstance(command, c.ItemCommand) and command.type == "item.select"  # again, perhaps
             self._edit(lambda edited: self._edits.do(edited, command), chosen)
@@ -183,11 +181,6 @@ class PlanTab(Tab):
         elif isinstance(operation, PlaceRobot):
             operation = self._placement()
         self._edit(lambda edited: edited.perform(operation, message.revision))
-
-    def _picked(self, edited: EditedPlan, command: c.PickOnSlice) -> str:
-        """A click in a slice: at a marked opening it enters there, as one in the scene does."""
-        opening = self._openings.at(edited, command.position)
-        return self._edits.do(edited, command) if opening is None else edited.enter(opening)
 
     def _placement(self) -> KeepPlacement:
         """What keeps the placing of the dry run that is shown: another one would take this thread for seconds."""
@@ -235,7 +228,7 @@ class PlanTab(Tab):
     def _reload(self) -> None:
         """Read the open plan again, keeping what is selected."""
         old = self._need()
-        edited = EditedPlan(self._services, old.plan_id)
+        edited = EditedPlan(self._services, old.plan_id, self._openings.side_at)
         edited.selected, edited.add_mode = old.selected, old.add_mode
         self._edited = edited
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any, cast
 
 import numpy as np
@@ -57,6 +58,24 @@ def click(tab: PlanTab, x: float, before: float) -> None:
     tab.clicked(ClickRay(np.array([x, -210.0, 1.0]), FROM_FRONT))
 
 
+@pytest.mark.parametrize(("beside_mm", "side"), [(5.0, "left"), (7.0, "")])
+def test_an_entry_clicked_near_one_is_where_it_was_clicked_with_the_side_as_one_edit(
+    phantom_services: Services, found: list[Opening], beside_mm: float, side: str
+) -> None:
+    place = (7.5, -14.0, -6.0)
+    found[:] = [RIGHT, replace(LEFT, position=(place[0], place[1] - beside_mm, place[2]))]
+    tab = empty_plan(phantom_services)
+    do_work(tab)
+    shown(tab)
+    do_work(tab)
+    send(tab, "pick.slice", position=list(place))
+    assert tab.plan is not None
+    (point,) = tab.plan.content.points
+    assert (point.position, tab.plan.content.path.entry_side) == (pytest.approx(place, abs=0.1), side)
+    send(tab, "undo")
+    assert (tab.plan.content.points, tab.plan.content.path.entry_side) == ((), "")
+
+
 def marked(tab: PlanTab) -> list[str]:
     (layer,) = (layer for layer in tab.layers() if layer.name == "plan.openings")
     return [mark.name for mark in cast(Any, layer.key)]
@@ -89,7 +108,7 @@ def test_they_are_shown_once_found_and_the_slices_go_there_once(
     assert other.workspace.case.cross == (1.0, 2.0, 3.0), "somebody looks at something else"
 
 
-@pytest.mark.parametrize("how", ["button", "scene", "slice"])
+@pytest.mark.parametrize("how", ["button", "scene"])
 def test_choosing_one_is_a_single_edit_with_its_side(
     phantom_services: Services, found: list[Opening], how: str
 ) -> None:
@@ -100,10 +119,8 @@ def test_choosing_one_is_a_single_edit_with_its_side(
     before = shown(tab)
     if how == "button":
         send(tab, "opening.use", opening_id="nostril-left")
-    elif how == "scene":
-        click(tab, 9.0, 0.0)
     else:
-        send(tab, "pick.slice", position=[9.0, -10.0, 4.0])
+        click(tab, 9.0, 0.0)
     assert tab.plan is not None
     (point,) = tab.plan.content.points
     assert point.position == pytest.approx(LEFT.position, abs=0.1)
