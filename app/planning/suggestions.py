@@ -198,7 +198,7 @@ class Suggestions:
         led = with_points(plan, suggested_points(one))
         evaluation = self._evaluation(plan, led, partial(_evaluation_progress, progress))
         if isinstance(evaluation, StartRefused):
-            return refused(evaluation).with_remarks(led), ()
+            return refused(evaluation).with_remarks(led, self._planning.midplane(led)), ()
         return evaluation.verdict, verdict_figures(evaluation)
 
     def _evaluation(self, plan: Plan, led: Plan, progress: ProgressCallback) -> PlanEvaluation | StartRefused:
