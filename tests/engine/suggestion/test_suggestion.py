@@ -123,7 +123,9 @@ def test_a_target_in_bone_is_reported_as_that() -> None:
     y = np.linspace(20.0, 60.0, 81)
     line = np.column_stack([np.full_like(y, ENTRY[0]), y, np.full_like(y, ENTRY[2])])
     deepest = line[np.nanargmin(around.room.bone.at(line))]
-    found = suggest_path(around, RobotModel.load("steady_hand"), Tool.load("straight_pointer"), ENTRY, deepest, SETTINGS)
+    found = suggest_path(
+        around, RobotModel.load("steady_hand"), Tool.load("straight_pointer"), ENTRY, deepest, SETTINGS
+    )
     assert found.none is not None
     assert found.none.short == "the target lies in bone"
 
