@@ -158,9 +158,9 @@ export class SuggestGroup {
    */
   newPath(plan) {
     const target = targetOf(plan, this.target);
-    const label = target ? html`New path to ${target.label}` : "New path"; // the name is the user's
-    return html`<button type="button" class="wide" id="new-path" data-operation="path.new" title="An empty path with the same tool" ?hidden=${(plan?.points.length ?? 0) < 2} ?disabled=${!plan || plan.locked}
-      @click=${() => this.begin(target?.id ?? "")}><span class="new-path">${label}</span></button>`;
+    const title = target ? `An empty path to ${target.label}, same tool` : "An empty path with the same tool";
+    return html`<button type="button" id="new-path" data-operation="path.new" title=${title} ?hidden=${(plan?.points.length ?? 0) < 2} ?disabled=${!plan || plan.locked}
+      @click=${() => this.begin(target?.id ?? "")}>New path</button>`;
   }
 
   /**
