@@ -34,6 +34,7 @@ class RehearsalState:
 
     nearest: point of the path nearest to the tip while it follows the path; in other modes the last one.
     emergencies: steps so far that exceeded an acceleration limit; lag: (3,) in mm that the tool is behind its master.
+    chosen: the path's point that is approached first, until the tip is there; None: none was chosen.
     settings: current; last: the step that led here, None after a start or a change of the task.
     """
 
@@ -46,6 +47,7 @@ class RehearsalState:
     settings: ControlSettings
     emergencies: int = 0
     lag: Array = field(default_factory=lambda: ZEROS)
+    chosen: PathPoint | None = None
     last: LastStep | None = field(default=None, repr=False, compare=False)
 
     @property

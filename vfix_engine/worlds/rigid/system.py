@@ -21,6 +21,7 @@ from ...runtime.requests import Request, SetSettings, SetTask
 from ...runtime.system import Background, Column, Grip
 from .command_values import array_of, share_of
 from .hand_kernel import torque_about_tip, torque_about_view
+from .requests import ApproachPoint
 from .row import RowWriter
 from .scene import Scene
 from .snapshot import RigidSnapshot, snapshot_of
@@ -112,6 +113,8 @@ class RigidSystem:
         """
         if isinstance(request, SetTask):
             return self.with_mode(state, request.task, request.target)
+        if isinstance(request, ApproachPoint):
+            return self.with_chosen(state, request.at_mm)
         if isinstance(request, SetSettings):
             settings = request.settings
             if not isinstance(settings, ControlSettings):
@@ -129,7 +132,7 @@ class RigidSystem:
         """The same pose and speed in another mode; ControlError when the scene has no path or no such target."""
         if mode not in MODES:
             raise ControlError(f"mode '{mode}' is not one of {', '.join(MODES)}")
-        state = replace(state, lag=ZEROS, last=None)
+        state = replace(state, lag=ZEROS, chosen=None, last=None)
         if mode == "path":
             if self.scene.path is None:
                 raise ControlError(NO_PATH)
@@ -142,6 +145,19 @@ class RigidSystem:
                 raise ControlError(f"there is no target number {target + 1}; add a target to the plan")
             return replace(state, mode=mode, phase="inspect_approach", target=target)
         return replace(state, mode=mode, phase="free")
+
+    def with_chosen(self, state: RehearsalState, at_mm: float) -> RehearsalState:
+        """The same pose and speed, about to approach the path's point at an arc length.
+
+        Raises:
+            ControlError: the scene has no path, or none of this length.
+        """
+        state, path = self.with_mode(state, "path"), self.scene.path
+        if path is None or not 0.0 <= at_mm <= path.length:
+            length_mm = 0.0 if path is None else path.length
+            raise ControlError(f"the path has no point at {at_mm!r:.40} mm; it is {length_mm:.1f} mm long")
+        chosen = PathPoint.at(path, at_mm)
+        return replace(state, phase="approach", nearest=chosen, chosen=chosen)
 
     def settings(self, state: RehearsalState) -> ControlSettings:
         return state.settings
@@ -217,6 +233,7 @@ class RigidSystem:
             settings,
             state.emergencies + done.report.emergency,
             lag,
+            state.chosen if done.phase == "approach" else None,
             LastStep(done.report, done.force, done.torque, done.end, master is not None),
         )
 
@@ -237,6 +254,8 @@ class RigidSystem:
         task: Task = kind(path, near, shaft)
         hand = HandCommand(np.array(force), ZEROS, reach)
         report = controller.step(state.tool, task, hand)
+        if phase == "approach" and state.chosen is not None:
+            return _Stepped(report, phase, near, hand.force)
         after = PathPoint(*path.closest(report.state.position, near.s, SEARCH_WINDOW_MM))
         end = ""
         if phase == "follow":
