@@ -53,8 +53,10 @@ from vfix_engine.worlds.rigid.csv_recorder import CsvRecorder
 from vfix_engine.worlds.rigid.dry_run import STATION_MM
 from vfix_engine.worlds.rigid.headless import HeadlessRun
 from vfix_engine.worlds.rigid.placing import place_robot
+from vfix_engine.worlds.rigid.presets import PRESETS
 from vfix_engine.worlds.rigid.rehearsal import Rehearsal
 from vfix_engine.worlds.rigid.scene import Scene
+from vfix_engine.worlds.rigid.servo import ServoWatch
 from vfix_engine.worlds.rigid.snapshot import RigidSnapshot
 from vfix_engine.worlds.rigid.spec import RigidSpec, SceneSpec
 
@@ -92,6 +94,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         metavar="PLACE",
         help="the tool passes a place of the path: mm from its start, or a point's label; by default its entry",
     )
+    parser.add_argument("--preset", choices=tuple(PRESETS), help="a paper's printed parameters")
     parser.add_argument("--approach", type=float, metavar="MM", help="the path's point that is approached first")
     parser.add_argument("--tube", type=float, metavar="MM", help="the tip stays within this distance of the path")
     parser.add_argument("--speed-limit", action="store_true", help="the tip's speed and turn are limited")
@@ -108,6 +111,8 @@ def run(args: argparse.Namespace) -> int:
     """Exit status 0 when the task was completed, 1 otherwise."""
     if args.free and (args.operator != "pushing" or args.task != "path"):
         raise InputError("--free goes with --operator pushing: the other jobs need the path")
+    if args.preset is not None and (args.soft_tissue or args.speed_limit):
+        raise InputError("--preset goes without --soft-tissue and --speed-limit, which the papers do not have")
     services = build_services(Settings.from_environment()) if has_app() else None
     case = resolve_case(services, args.case, HeadRequest(Path(args.case), **told_of_file(args)))
     resolved = resolve_plan(services, case, args.plan)
@@ -121,6 +126,8 @@ def run(args: argparse.Namespace) -> int:
     scene, settings, obstacle, held_by = build_scene(case, plan, args, _robots(services, resolved.urdf), registration)
     report = {"case": case.name, "plan": plan.name, "operator": args.operator, "task": args.task}
     report |= {"robot": scene.robot.name, "tool": scene.tool.name}
+    if args.preset is not None:
+        report |= PRESETS[args.preset].report()
     if scene.robot.notes:
         report["robot_notes"] = list(scene.robot.notes)
     if held_by:
@@ -208,7 +215,9 @@ def build_scene(
 
     A plan without a robot placement gets one; behind a registration that says where the robot stands, its joints alone.
     """
-    settings = settings_in_case(plan.content.settings, case.uncertainty)
+    settings, preset = settings_in_case(plan.content.settings, case.uncertainty), PRESETS.get(args.preset)
+    if preset is not None:
+        settings = preset.in_settings(settings)
     if args.margin is not None:
         settings = replace(settings, margin_mm=args.margin)
     if args.view_distance is not None:
@@ -227,7 +236,8 @@ def build_scene(
     scan = None if options == NO_OPTIONS else case.scan()
     stands = standing(options, plan, scan, lambda: plan_tissue(case.scans, plan) if case.scans else None)
     tube = () if args.tube is None else (PathTube(path, args.tube),)
-    fixtures, shaft = (*zones.soft_zones, *stands.fixtures, *tube, *zones.envelopes), shaft_of(plan, path)
+    soft, shaft = (zones.soft_zones, shaft_of(plan, path)) if preset is None else ((), None)
+    fixtures = (*soft, *stands.fixtures, *tube, *zones.envelopes)
     tree, _ = tree_without_removed_bone(case.tree, case.scan() if plan.content.removed_bone else None, plan)
     # A placement is of one robot, tool and margin among what there was; another of them asks for another one.
     others = (args.robot, args.tool_frame, args.tool, args.margin, args.zones, stands.words or None, args.tube)
@@ -245,7 +255,7 @@ def build_scene(
     scene = Scene(
         tree, robot, tool, base, q_start, path, targets, names, zones.zones, fixtures, case.structure_names, shaft
     )
-    return scene, settings, obstacle, stands.words
+    return scene if preset is None else preset.in_scene(scene), settings, obstacle, stands.words
 
 
 def _robots(services: Services | None, urdf: bytes | None) -> RobotSource | None:
@@ -321,7 +331,7 @@ def _rehearse(
     rehearsal: Rehearsal, args: argparse.Namespace, poses: Poses, recorded: RecordedRun | None, ways: Ways | None
 ) -> dict[str, Any]:
     if args.record is None:
-        return _drive(HeadlessRun(rehearsal, poses.add, recorded, args.approach), args)
+        return _drive(HeadlessRun(rehearsal, poses.add, recorded, args.approach, _servo(args)), args)
     try:
         with CsvRecorder(args.record, ways) as recorder:
 
@@ -329,9 +339,14 @@ def _rehearse(
                 recorder.add(snapshot)
                 poses.add(snapshot)
 
-            return _drive(HeadlessRun(rehearsal, keep, recorded, args.approach), args)
+            return _drive(HeadlessRun(rehearsal, keep, recorded, args.approach, _servo(args)), args)
     except OSError as error:
         raise InputError(f"the recording {args.record} cannot be written: {error.strerror}") from error
+
+
+def _servo(args: argparse.Namespace) -> ServoWatch | None:
+    """What measures the poses between the set points of a preset's outer loop."""
+    return None if args.preset is None else ServoWatch()
 
 
 def _follow(run: HeadlessRun, args: argparse.Namespace) -> dict[str, Any]:
@@ -369,6 +384,8 @@ def _drive(run: HeadlessRun, args: argparse.Namespace) -> dict[str, Any]:
     figures = run.tally.report() | {"margin_mm": settings.margin_mm, "path_length_mm": length}
     rooms = zip(run.limits, run.least_rooms, strict=True)
     limits = [{"name": limit.words, "least_room_mm": least} for limit, least in rooms]
+    if run.servo is not None:
+        figures |= {"progress_fallbacks": run.fallbacks, "servo": run.servo.report()}
     return result | figures | ({"zones": zones} if zones else {}) | ({"tip_limits": limits} if limits else {})
 
 

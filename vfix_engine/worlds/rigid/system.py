@@ -9,10 +9,12 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import Array
-from ...control import Controller, ControlSettings, HandCommand, StepReport, StepState, Task
+from ...control import Controller, ControlSettings, HandCommand, StepReport, StepState, Task, build_step, solve_step
 from ...control.admittance import saturate
 from ...control.qp import DUAL
+from ...control.relaxations import take_step
 from ...control.tasks import ApproachPath, ApproachTarget, FollowPath, InspectTarget, MoveFreely, PathPoint, view_point
+from ...control.tasks.printed_path import PrintedPath
 from ...errors import ControlError, InputError
 from ...geometry.vectors import length
 from ...kernels.triples import Triple, dot, minus, norm, over, plus, times, triple
@@ -54,6 +56,7 @@ class _Stepped(NamedTuple):
     force: Array
     torque: Array = ZEROS
     end: str = ""
+    fell_back: bool = False
 
 
 class RigidSystem:
@@ -234,6 +237,7 @@ class RigidSystem:
             state.emergencies + done.report.emergency,
             lag,
             state.chosen if done.phase == "approach" else None,
+            state.fallbacks + done.fell_back,
             LastStep(done.report, done.force, done.torque, done.end, master is not None),
         )
 
@@ -253,7 +257,7 @@ class RigidSystem:
         kind, shaft = ApproachPath if phase == "approach" else FollowPath, self.scene.shaft
         task: Task = kind(path, near, shaft)
         hand = HandCommand(np.array(force), ZEROS, reach)
-        report = controller.step(state.tool, task, hand)
+        report, fell_back = self._followed(controller, state, task, near, hand)
         if phase == "approach" and state.chosen is not None:
             return _Stepped(report, phase, near, hand.force)
         after = PathPoint(*path.closest(report.state.position, near.s, SEARCH_WINDOW_MM))
@@ -264,7 +268,20 @@ class RigidSystem:
                 end = "the end of the path" if dot(force, tangent) > 0 else ""
             elif after.s <= END_MM and dot(force, tangent) < 0:
                 end = "the entry of the path"
-        return _Stepped(report, phase, after, hand.force, end=end)
+        return _Stepped(report, phase, after, hand.force, end=end, fell_back=fell_back)
+
+    def _followed(
+        self, controller: Controller, state: RehearsalState, task: Task, near: PathPoint, hand: HandCommand
+    ) -> tuple[StepReport, bool]:
+        """Step along the path; with printed weights by the papers' program, or by the usual one where (14) fails."""
+        weights = self.scene.printed
+        if weights is None or not isinstance(task, FollowPath):
+            return controller.step(state.tool, task, hand), False
+        tool = controller.context.remeasured(state.tool)
+        problem = build_step(tool, PrintedPath(task.path, near, weights), controller.fixtures, hand)
+        if problem.rests or solve_step(problem).found:
+            return take_step(problem, self.solver), False
+        return controller.step(tool, task, hand), True
 
     def _inspect_step(
         self, controller: Controller, state: RehearsalState, force: Triple, drive: float, twist: float, reach: float
