@@ -69,7 +69,13 @@ def by_keyboard(station: Workstation) -> None:
         page.keyboard.press(key)
         keys.append(focused())
     names = [bead["name"] for bead in registration(station)["beads"]]
-    assert keys[1:] == [f"Confirm {names[1]}", f"Reject {names[1]}", f"Reject {names[0]}", f"Reject {names[0]}", f"Reject {names[4]}"]
+    assert keys[1:] == [
+        f"Confirm {names[1]}",
+        f"Reject {names[1]}",
+        f"Reject {names[0]}",
+        f"Reject {names[0]}",
+        f"Reject {names[4]}",
+    ]
     assert keys[0].startswith(names[1])
     page.keyboard.press("Tab")
     assert page.evaluate("document.activeElement.closest('#beads')") is None
@@ -228,7 +234,7 @@ def test_from_beads_to_a_plan_that_uses_them(open_page: Open, rest: Rest, artefa
     page.locator(".toast", has_text="and its measured point removed").get_by_text("Undo").click()
     station.wait_for("the pair with its point", lambda: [p["label"] for p in registration(station)["pairs"]][2] == name)
     station.open_step("error")
-    page.get_by_text("Point error").click()
+    page.get_by_text("Point error", exact=True).click()
     page.fill("#fle", "0")
     page.press("#fle", "Enter")
     expect(page.locator("#fle-problem")).to_contain_text("0.01 to 50 can be used.")
