@@ -17,6 +17,7 @@ import numpy as np
 from app.cases.settings import settings_in_case
 from app.commands.counts import natural, positive
 from app.commands.head_options import add_file_options, say_notes, told_of_file
+from app.commands.rehearse_freehand import MODES, at_hand_rate, check_options, drive_freehand
 from app.exchange.resolve import (
     ResolvedCase,
     resolve_case,
@@ -46,7 +47,10 @@ from vfix_engine.errors import InputError, VfixError
 from vfix_engine.frames import ImageRegistration
 from vfix_engine.geometry.path import SplinePath
 from vfix_engine.robots import RobotModel, Tool
+from vfix_engine.runtime.system import Column, SystemSpec
 from vfix_engine.virtual_fixtures.zone_file import ZoneSet
+from vfix_engine.worlds.freehand.spec import FreehandSpec
+from vfix_engine.worlds.freehand.system import FreehandSystem
 from vfix_engine.worlds.rigid import preparation
 from vfix_engine.worlds.rigid.csv_recorder import CsvRecorder
 from vfix_engine.worlds.rigid.dry_run import STATION_MM
@@ -74,6 +78,8 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         "--path", metavar="NAME", help="one of the plan's paths by name or id, instead of the chosen one"
     )
     parser.add_argument("--operator", choices=tuple(DRIVES), default="scripted", help="whose hand it is")
+    parser.add_argument("--mode", choices=MODES, default="hands-on", help="a hand on the robot, or a free hand")
+    parser.add_argument("--steady", action="store_true", help="freehand: no delay, no tremor, and eyes without error")
     parser.add_argument("--task", choices=("path", "inspect"), default="path", help="follow the path, or inspect")
     parser.add_argument("--targets", type=Path, help="a Markups file with targets, instead of the plan's own")
     parser.add_argument("--tool", help="a shipped tool's name or a tool file, instead of the plan's")
@@ -97,7 +103,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     parser.add_argument("--view-distance", type=float, help="r in mm: how far ahead of the tip the view's point is")
     parser.add_argument("--steps", type=positive, help="steps of pushing, or of swinging in inspection")
     parser.add_argument("--free", action="store_true", help="pushing: no path fixture, k_tau = 1")
-    parser.add_argument("--seed", type=natural, default=0, help="of the pushing hand")
+    parser.add_argument("--seed", type=natural, default=0, help="of the pushing hand, or the free one")
     parser.add_argument("--record", type=Path, metavar="FILE.csv", help="keep every step")
     parser.add_argument("--json", action="store_true", help="one JSON object on stdout")
     return parser
@@ -107,6 +113,7 @@ def run(args: argparse.Namespace) -> int:
     """Exit status 0 when the task was completed, 1 otherwise."""
     if args.free and (args.operator != "pushing" or args.task != "path"):
         raise InputError("--free goes with --operator pushing: the other jobs need the path")
+    check_options(args)
     services = build_services(Settings.from_environment()) if has_app() else None
     case = resolve_case(services, args.case, HeadRequest(Path(args.case), **told_of_file(args)))
     resolved = resolve_plan(services, case, args.plan)
@@ -125,10 +132,15 @@ def run(args: argparse.Namespace) -> int:
     if held_by:
         report["standing"] = held_by
     poses, ways = Poses(), plan_ways(case.scans, plan)
-    rehearsal = Rehearsal(scene, settings)
-    recorded = _recorded(services, rehearsal, args)
+    freehand, kept = args.mode == "freehand", SceneSpec.of(scene)
+    spec: SystemSpec = FreehandSpec(kept, at_hand_rate(settings)) if freehand else RigidSpec(kept, settings)
+    rehearsal, hand = Rehearsal(scene, settings), FreehandSystem(scene, at_hand_rate(settings))
+    recorded = _recorded(services, spec, (hand if freehand else rehearsal.system).row_layout, args)
     try:
-        report |= _rehearse(rehearsal, args, poses, recorded, ways)
+        if freehand:
+            report |= drive_freehand(hand, args, poses.add, recorded)
+        else:
+            report |= _rehearse(rehearsal, args, poses, recorded, ways)
     except BaseException:
         if recorded is not None:
             recorded.drop()
@@ -300,16 +312,17 @@ def _targets(plan: Plan, file: Path | None) -> tuple[np.ndarray, tuple[str, ...]
     return np.array([plan.content.points[-1].position]), ("the path's end",)
 
 
-def _recorded(services: Services | None, rehearsal: Rehearsal, args: argparse.Namespace) -> RecordedRun | None:
+def _recorded(
+    services: Services | None, spec: SystemSpec, columns: tuple[Column, ...], args: argparse.Namespace
+) -> RecordedRun | None:
     """The recorder of the run; None without a writable store."""
     if services is None:
         return None
     from app.commands.recorded_run import RecordedRun
 
     try:
-        spec = RigidSpec(SceneSpec.of(rehearsal.scene), rehearsal.settings)
-        seed = args.seed if args.operator == "pushing" else None
-        return RecordedRun(services, spec, rehearsal.system.row_layout, seed)
+        seed = args.seed if args.operator == "pushing" or args.mode == "freehand" else None
+        return RecordedRun(services, spec, columns, seed)
     except (OSError, VfixError) as error:
         say_notes([f"the run is not recorded: {error}"])
         return None
