@@ -113,7 +113,8 @@ class ToolPartPublic(BaseModel):
 class ToolPublic(BaseModel):
     """How a tool does along the plan's path; lengths in mm, null where it does not fit at the entry or is not known.
 
-    verdict: the level of the plan with this tool, word: of it. parts: its shape, from the tip on; view: where an
+    verdict: the level of the plan with this tool, word: of it. stop: what stops it and where, in figures, '' if nothing
+    does. parts: its shape, from the tip on; view: where an
     endoscope looks, a direction in the same plane.
     """
 
@@ -128,6 +129,7 @@ class ToolPublic(BaseModel):
     tissue_mm: Length
     tissue_depth_mm: Length
     reason: str
+    stop: str
     pierces: bool
     verdict: Level
     word: str

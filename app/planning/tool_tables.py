@@ -35,7 +35,8 @@ class ToolRow:
 
     as_planned: with the shaft directions of the plan, otherwise with the best ones found. verdict: the level of a plan
     with this tool and these directions, from which all figures are; word: of the level. reaches: the tool gets to the
-    end and pierces nothing. reason: what stops it if it does not. least_clearance_mm (to bone), reached_mm: None if the
+    end and pierces nothing. reason: what stops it if it does not; stop: the same with its place, in at most six words.
+    least_clearance_mm (to bone), reached_mm: None if the
     tool does not fit at the entry. tissue_mm, tissue_depth_mm: None without a CT. pierces: the tool goes through skin
     or a wall.
     """
@@ -51,6 +52,7 @@ class ToolRow:
     tissue_mm: float | None
     tissue_depth_mm: float | None
     reason: str
+    stop: str
     pierces: bool
     verdict: Level
     word: str
@@ -124,7 +126,7 @@ def _row(run: ToolRun, chosen: bool, length_mm: float) -> ToolRow:
     tool, found = run.tool, run.evaluation
     if not isinstance(found, PlanEvaluation):
         reason = "it does not fit at the entry" if found is None else str(found)
-        blank = (False, None, length_mm, None, None, None, reason, False)
+        blank = (False, None, length_mm, None, None, None, reason, "does not fit at the entry", False)
         return ToolRow(tool.name, tool.title, chosen, chosen, *blank, verdict="blocked", word=WORDS["blocked"])
     verdict, pierces = found.verdict, found.verdict.pierced.state in ("room", "wall")
     reaches, reason = verdict.level not in _STOPPED, found.reason
@@ -132,5 +134,13 @@ def _row(run: ToolRun, chosen: bool, length_mm: float) -> ToolRow:
         reason = "it pierces skin or a wall between two air spaces"
     return ToolRow(
         tool.name, tool.title, chosen, chosen, reaches, found.reached_mm, length_mm, verdict.obstacles[0].least_mm,
-        verdict.tissue_mm, verdict.tissue_depth_mm, reason, pierces, verdict.level, verdict.word,
+        verdict.tissue_mm, verdict.tissue_depth_mm, reason, _stop(found), pierces, verdict.level, verdict.word,
     )  # fmt: skip
+
+
+def _stop(found: PlanEvaluation) -> str:
+    """Return what stops a tool and where, '' for one that gets to the end and pierces nothing."""
+    pierced = found.verdict.pierced
+    if pierced.state in ("room", "wall") and pierced.s_mm is not None:
+        return f"pierces {'skin' if pierced.state == 'room' else 'a wall'} at {pierced.s_mm:.0f} mm"
+    return "" if found.completed else f"reaches {found.reached_mm:.0f} of {found.length_mm:.0f} mm"

@@ -7,7 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from app.planning.obstacles import Obstacle
 from app.planning.plan_evaluation import PlanEvaluation
+from app.planning.protected_structures import structure_name
 from app.planning.verdict import Level
 from vfix_engine.worlds.rigid.dry_run import TIGHT_MM
 
@@ -20,7 +22,8 @@ class VerdictFigure:
     """A figure of a verdict, with its level.
 
     name: what it is of, such as 'bone'. value: in mm, None if it is not known or has none. whole_mm: of which it is a
-    part, such as the length of the path. digits: of the value. s_mm: arc length of the tip at its place, None without.
+    part, such as the length of the path. digits: of the value. s_mm: arc length of the tip at its place, None without;
+    of an obstacle that stops the tool, where it does.
     margin_mm: of an obstacle. at_least: it is farther away than clearances are measured, which is the value.
     """
 
@@ -57,20 +60,36 @@ def _figures(evaluation: PlanEvaluation) -> Iterator[VerdictFigure]:
     if cut or tissue is not None:
         longest = None if tissue is None else float(profile.s[int(tissue.length.argmax())])
         yield VerdictFigure("in soft tissue", verdict.tissue_mm, "unknown" if cut else "fits", longest, digits=0)
+    if evaluation.run.stopped_by is not None and evaluation.run.stopped_by.kind == "joint":
+        yield VerdictFigure("joint limit", None, "blocked", evaluation.reached_mm)
     reached = evaluation.reached_mm
     reach: Level = "fits" if evaluation.completed else "blocked"
     yield VerdictFigure("reach", reached, reach, reached, evaluation.length_mm, digits=0)
 
 
 def _obstacles(evaluation: PlanEvaluation) -> Iterator[VerdictFigure]:
-    """Yield bone and each hard structure, the least above its margin first; bone that the scan may hide before all."""
-    bone = evaluation.verdict.obstacles[0]
+    """Yield bone and each hard structure, the least above its margin first.
+
+    Before all is the one that stops the tool, then bone that the scan may hide.
+    """
+    bone, stops = evaluation.verdict.obstacles[0], _stopping(evaluation)
     hidden = bone if evaluation.verdict.reason == "surface" else None
-    for one in sorted(evaluation.verdict.obstacles, key=lambda one: (one is not hidden, one.left_mm)):
+    for one in sorted(evaluation.verdict.obstacles, key=lambda one: (one is not stops, one is not hidden, one.left_mm)):
         level: Level = "tight" if one is hidden or one.left_mm < TIGHT_MM else "fits"
         at = float(evaluation.run.s[one.row])
+        if one is stops:
+            level, at = "blocked", evaluation.reached_mm
         far = one is bone and one.least_mm >= evaluation.run.exact_to_mm - _ROUNDED_MM
         yield VerdictFigure(one.name, one.least_mm, level, at, margin_mm=one.margin_mm, at_least=far)
+
+
+def _stopping(evaluation: PlanEvaluation) -> Obstacle | None:
+    """Return the obstacle that stops the tool before the end of the path, None if none does."""
+    stop, (bone, *structures) = evaluation.run.stopped_by, evaluation.verdict.obstacles
+    if stop is None or stop.kind not in ("bone", "zone"):
+        return None
+    named = (one for one in structures if one.name == structure_name(stop.structure))
+    return bone if stop.kind == "bone" else next(named, None)
 
 
 def _registration(evaluation: PlanEvaluation) -> Iterator[VerdictFigure]:

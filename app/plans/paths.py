@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, Literal, get_args
+from typing import Any, Literal, NamedTuple, Protocol, get_args
 
 from app.kit.names import check_stored_name
-from app.kit.values import check_id, number
+from app.kit.values import Position, check_id, number
 from app.plans.points import PlanPoint, check_point
 from vfix_engine.errors import PlanError
 
@@ -20,6 +20,17 @@ MAX_PATHS = 32
 EntrySide = Literal["", "left", "right", "midline"]  # of the patient; '' where the plan does not say
 _BESIDE_MM = 2.0  # an entry so far on the other side of the midline contradicts its side
 _AT_TARGET_MM = 0.5  # a path that ends nearer to a target ends at it
+
+
+class Labelled(Protocol):
+    """A point or target."""
+
+    @property
+    def id(self) -> str: ...
+    @property
+    def label(self) -> str: ...
+    @property
+    def position(self) -> Position: ...
 
 
 @dataclass(frozen=True)
@@ -53,11 +64,27 @@ def side_caution(path: PlanPath) -> str:
 
 def ends_words(points: Sequence[PlanPoint], targets: Sequence[PlanPoint]) -> str:
     """A sentence on how far before the nearest target a path ends; '' without a path or a target."""
-    if len(points) < 2 or not targets:
+    if (end := path_end(points, targets)) is None:
         return ""
-    away, label = min((math.dist(points[-1].position, one.position), one.label) for one in targets)
-    name = f"the target ‘{label}’" if len(targets) == 1 else f"the nearest target, ‘{label}’"
-    return f"The path ends {away:.1f} mm before {name}." if away > _AT_TARGET_MM else f"The path ends at {name}."
+    name = f"the target ‘{end.target.label}’" if len(targets) == 1 else f"the nearest target, ‘{end.target.label}’"
+    return f"The path ends {end.short_mm:.1f} mm before {name}." if end.short_mm else f"The path ends at {name}."
+
+
+class PathEnd(NamedTuple):
+    """The target nearest to the end of a path, and how far before it that is, 0 where the path ends at it."""
+
+    target: Labelled
+    short_mm: float
+
+
+def path_end(points: Sequence[Labelled], targets: Sequence[Labelled]) -> PathEnd | None:
+    """Return where a path ends among targets; None without a path or a target."""
+    if len(points) < 2 or not targets:
+        return None
+    away, _, target = min(
+        ((math.dist(points[-1].position, one.position), one.label, one) for one in targets), key=lambda found: found[:2]
+    )
+    return PathEnd(target, away if away > _AT_TARGET_MM else 0.0)
 
 
 def check_paths(paths: Sequence[PlanPath]) -> tuple[PlanPath, ...]:

@@ -77,7 +77,7 @@ class NamedPage:
 
     def go_to(self, step: str) -> None:
         """Switch to another tab by its name in the title bar."""
-        self.page.locator("#steps").get_by_role("button", name=step).click()
+        self.page.locator("#steps").get_by_role("button", name=step, exact=True).click()
         self.wait(step, lambda: self.station.state("step")["name"] == step.lower())
 
     def judged(self) -> None:

@@ -29,7 +29,7 @@ def find_the_beads(page: NamedPage) -> None:
     page.press("Begin registration")
     page.press("Find beads")
     page.wait("five beads", lambda: len(_registration(page).get("beads", ())) == 5)
-    page.heading("1 Beads in the CT")
+    page.heading("Beads")
     page.page.locator("#beads").get_by_text("Reject", exact=True).first.wait_for()
     page.page.locator("#beads .row-main").first.click()
     page.press("Oblique")
@@ -40,27 +40,30 @@ def find_the_beads(page: NamedPage) -> None:
 def touch_them(page: NamedPage) -> None:
     page.press("Simulate all")
     page.wait("the fit", lambda: _registration(page)["fit"]["state"] == "fitted")
-    page.scroll_to("3 Fit")
-    page.says("How well the points fit")
-    page.heading("4 Error")
+    page.unfold("Fit")
+    page.says("Fit error (FRE)")
+    page.unfold("Error")
+    page.scroll_to("Error")
     page.take("registration_fit")
 
 
 def measure_one_wrongly(page: NamedPage) -> None:
+    page.unfold("Points")
     page.page.locator("#pairs .row-main").nth(2).click()
     x = page.field("Measured, x")
     page.wait("its coordinates", x.input_value)
     x.fill(str(float(x.input_value()) + WRONG_BY_MM))
     x.press("Enter")
     page.wait("the wrong one", lambda: _certainty(page) == "outlier")
-    page.scroll_to("3 Fit")
+    page.unfold("Fit")
+    page.scroll_to("Fit")
     page.take("registration_wrong")
     page.press("Undo (Ctrl+Z)")
     page.wait("the fit of before", lambda: _certainty(page) != "outlier")
 
 
 def use_it(page: NamedPage) -> None:
-    page.heading("5 Use")
+    page.unfold("Use")
     page.press("Use for plan")
     page.wait("the use", lambda: page.station.state("plan_use")["here"])
     page.button("ITK transform (.tfm)")

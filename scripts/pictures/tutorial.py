@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 from .named_page import NamedPage
@@ -12,6 +13,7 @@ ORBIT_CORNERS = ("L 20 P 9 S 24", "L 46 P 56 S 50")
 ORBIT_AT = "L 33 P 32 S 37"
 DOWNLOADS = ("Plan (JSON)", "Slicer markups", "Table (CSV)")
 REPORT = "Printable report"
+SCANNER = "Scanner"  # followed by its window and level
 
 
 def import_the_folder(page: NamedPage, folder: Path) -> None:
@@ -32,13 +34,13 @@ def import_the_folder(page: NamedPage, folder: Path) -> None:
 def look_at_slices(page: NamedPage) -> None:
     page.press("Four views")
     page.page.locator(".slice-window").click()
-    page.page.get_by_role("menuitemradio", name="Scanner").click()
+    page.page.get_by_role("menuitemradio", name=re.compile(rf"^{SCANNER} W ")).click()
     go(page, ORBIT_AT)
     page.take("planning_slices")
 
 
 def mark_the_orbit(page: NamedPage) -> None:
-    page.press("Three slices")
+    page.press("3D + slices")
     page.unfold("Threshold")
     page.scroll_to("Threshold")
     page.choose("Tissue", "Soft tissue")
@@ -80,7 +82,7 @@ def suggest_a_path(page: NamedPage) -> None:
     page.wait("the ways", lambda: page.page.locator("#alternatives .way-picture svg").count())
     page.says("Way 1")
     page.wait("the preview", lambda: page.station.state("shaft")["shown"])
-    page.press("Look")
+    page.press("Layers")
     page.choose("Cut", "Cut left half")
     page.page.keyboard.press("Escape")
     page.press("Left")

@@ -22,7 +22,16 @@ RUN = """async () => {
   const told = ({ html, failureSummary }) => [html.slice(0, 160), failureSummary];
   return found.violations.map(({ id, nodes }) => [id, nodes.map(told)]);
 }"""
-
+# Words upon a slice whose contrast axe cannot tell, because the picture shines through, or does not like.
+UPON_PICTURES = """async () => {
+  const upon = { include: [['.slice-head'], ['.slice-controls']] };
+  const { violations, incomplete, passes } = await axe.run(upon, { iframes: false, runOnly: ['color-contrast'] });
+  const told = [...violations, ...incomplete].flatMap(({ nodes }) => nodes.map(({ html }) => html.slice(0, 160)));
+  return { told, read: passes.flatMap(({ nodes }) => nodes).length };
+}"""
+# Buttons that show a picture alone, and have no tooltip.
+BARE = """() => [...document.querySelectorAll('button, summary')]
+  .filter((one) => one.checkVisibility() && !one.title && !one.innerText.trim()).map((one) => one.outerHTML)"""
 
 SIZES = [(1440, 900), (1024, 768), (800, 700), (720, 450), (390, 780)]  # 1440 × 900 at 200 % is 720 × 450
 TABS = ("patient", "plan", "register", "rehearse")
@@ -37,6 +46,7 @@ def check(station: Workstation, state: str) -> None:
     station.drawn()
     violations: Any = station.page.evaluate(RUN)
     assert violations == [], f"{state}: {violations}"
+    assert station.page.evaluate(BARE) == [], state
     if state not in NOT_COUNTED:
         assert station.page.evaluate(LONG_TEXTS) == [], state
 
@@ -79,6 +89,9 @@ def test_no_state_of_the_page_has_a_violation(open_page: Open, rest: Rest, width
         check(station, step)
     show("slices")
     check(station, "slices")
+    upon: Any = page.evaluate(UPON_PICTURES)
+    assert upon["told"] == []
+    assert upon["read"] > 4
     show("scene")
     check(station, "the scene while it is prepared")
     page.evaluate("vfix.request('add.mode', { kind: 'point' })")  # the step that is open is not about places

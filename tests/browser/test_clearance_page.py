@@ -28,6 +28,9 @@ def test_the_verdict_and_the_plot_show_the_tool_at_its_places(
     expect(page.locator("#verdict")).to_have_attribute("data-level", "fits")
 
     station.open_step("check")
+    place = page.locator("#profile-place")  # it begins where 'Show me' leads
+    assert abs(float(place.input_value()) - verdict["show_mm"]) < 0.3
+    assert station.state("corridor")["shown_mm"] is None
     page.locator("#verdict-words .place").first.click()
     shown = station.wait_for("the tool", lambda: station.state("corridor")["shown_mm"])
     assert abs(shown - next(part["s_mm"] for part in verdict["parts"] if part["s_mm"] is not None)) < 0.3
@@ -69,7 +72,9 @@ def test_the_verdict_and_the_plot_show_the_tool_at_its_places(
     assert curves[1:] == [("optic nerve", 1.2)]
     expect(page.locator("#profile .profile-margin")).to_have_count(2)
     keys = page.locator("#profile .profile-keys li")
-    expect(keys).to_have_text([re.compile(r"bone\s*margin 0\.38 mm"), re.compile(r"optic nerve\s*margin 1\.20 mm")])
+    depth = r"depth in tissue \(right\)\s*up to \d+\.\d mm"
+    lines = [r"bone\s*margin 0\.38 mm", r"optic nerve\s*margin 1\.20 mm", depth]
+    expect(keys).to_have_text([re.compile(line) for line in lines])
     # The chart has the colour of the head, and says where it cuts what is far from bone.
     colour = station.state("regions")["items"][0]["colour"]
     expect(page.locator("#profile .profile-curve")).to_have_attribute("stroke", colour)

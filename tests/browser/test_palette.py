@@ -39,6 +39,12 @@ def test_everything_is_found_by_its_name(open_page: Open, rest: Rest) -> None:
     station.wait_for("it is open again", lambda: not station.state("plan")["locked"])
     choose(page, "R 5 A 10 S 3")
     station.wait_for("the place", lambda: station.state("slices")["cross"] == pytest.approx([-5.0, -10.0, 3.0]))
+    choose(page, "layers")
+    expect(page.locator("#look")).to_be_visible()
+    page.keyboard.press("Escape")
+    choose(page, "patient")
+    page.locator("#hint").get_by_role("button", name="Go to Plan", exact=True).click()  # the hint's next step
+    station.wait_for("the tab", lambda: station.state("step")["name"] == "plan")
     assert station.errors == []
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from playwright.sync_api import expect
+from playwright.sync_api import Locator, expect
 from workstation import Rest, Workstation
 
 pytestmark = pytest.mark.browser
@@ -40,13 +40,39 @@ def registration(station: Workstation) -> dict[str, Any]:
     return station.state("registration") or {}
 
 
+def shown_errors(station: Workstation) -> list[dict[str, Any]]:
+    rows: list[dict[str, Any]] = registration(station)["errors"]["rows"]
+    return rows
+
+
 def begun(station: Workstation) -> str:
     """Go to the step and begin a registration; its id."""
     station.page.click("[data-step=register]")
     station.wait_for("the step", lambda: station.state("step")["name"] == "register")
     station.page.click("#begin-registration")
     station.wait_for("a registration", lambda: registration(station).get("id"))
+    expect(page_step(station, "beads")).to_have_attribute("open", "")
     return str(registration(station)["id"])
+
+
+def page_step(station: Workstation, name: str) -> Locator:
+    return station.page.locator(f"[data-step-name={name}]")
+
+
+def by_keyboard(station: Workstation) -> None:
+    """Beads are one tab stop with arrow keys inside, and so are the rows of the error."""
+    page = station.page
+    focused = lambda: page.evaluate("document.activeElement.ariaLabel ?? document.activeElement.textContent.trim()")  # noqa: E731
+    page.locator("#beads .row-main").first.focus()
+    keys = []
+    for key in ("ArrowDown", "ArrowRight", "ArrowRight", "ArrowUp", "ArrowUp", "End"):
+        page.keyboard.press(key)
+        keys.append(focused())
+    names = [bead["name"] for bead in registration(station)["beads"]]
+    assert keys[1:] == [f"Confirm {names[1]}", f"Reject {names[1]}", f"Reject {names[0]}", f"Reject {names[0]}", f"Reject {names[4]}"]
+    assert keys[0].startswith(names[1])
+    page.keyboard.press("Tab")
+    assert page.evaluate("document.activeElement.closest('#beads')") is None
 
 
 def typed_by_halves(station: Workstation) -> None:
@@ -126,39 +152,56 @@ def test_from_beads_to_a_plan_that_uses_them(open_page: Open, rest: Rest, artefa
     page.click("#find-beads")
     station.wait_for("five beads", lambda: len(registration(station)["beads"]) == 5)
     expect(page.locator("#find-beads")).to_be_enabled()
+    by_keyboard(station)
     page.locator("#beads [data-judge=no]").first.click()
     station.wait_for("one rejected", lambda: registration(station)["beads"][0]["state"] == "rejected")
     page.locator("#beads [data-judge=yes]").first.click()
     station.wait_for("one pair", lambda: len(registration(station)["pairs"]) == 1)
     page.click("#confirm-beads")
     station.wait_for("five pairs", lambda: len(registration(station)["pairs"]) == 5)
+    expect(page_step(station, "points")).to_have_attribute("open", "")  # the next step opens by itself
+    expect(page_step(station, "beads").locator(".step-line")).to_have_text("5 of 5 confirmed")
     assert all(mark["measured"] is None for mark in station.state("fiducials")["items"])
+    station.open_step("beads")
     page.locator("#beads [data-judge=yes]").nth(1).click()  # it is pressed already
+    station.open_step("points")
     typed_by_halves(station)
     assert len(station.state("fiducials")["items"]) == 5
     station.wait_for("their marks", lambda: page.locator(".slice-fiducial").count() >= 5)
     page.click("#touch-all")
     station.wait_for("the fit", lambda: registration(station)["fit"]["state"] == "fitted")
+    expect(page_step(station, "points")).to_have_attribute("open", "")  # as somebody has chosen
+    station.open_step("fit")
     station.wait_for("its figures", lambda: "mm rms" in page.locator("#fit-figures").inner_text())
+    assert "simulated pointer" in page.locator("#fit-cautions").inner_text()
+    station.open_step("error")
     expect(page.locator("#ball-words")).to_be_visible()
     station.wait_for("the crosses", lambda: page.locator(".slice-measured").count() >= 5)
     assert "how well the points fit, not the error" in page.locator("#error-words").inner_text()
-    assert "simulated pointer" in page.locator("#fit-cautions").inner_text()
     targets = len(got(rest, f"/api/v1/plans/{plan_id}")["targets"])
-    assert page.locator("#error-table tbody tr").count() == targets + 1
+    rows = page.locator("#error-table tbody button")
+    expect(rows).to_have_count(targets + 1)
+    rows.first.focus()
+    page.keyboard.press("End")
+    page.keyboard.press("Enter")
+    worst = shown_errors(station)[-1]["position"]
+    station.wait_for("the slices there", lambda: math.dist(station.state("slices")["cross"], worst) < 0.01)
     stored = got(rest, f"/api/v1/registrations/{key}")
     shown = registration(station)
     assert stored["fit"]["fre_mm"] == pytest.approx(shown["fit"]["fre_mm"])
     np.testing.assert_allclose(
         [pair["measured"] for pair in stored["pairs"]], [pair["measured"] for pair in shown["pairs"]], atol=1e-3
     )
+    station.open_step("use")
     page.click("#use-registration")
     station.wait_for("the use", lambda: station.state("plan_use")["here"])
+    expect(page_step(station, "use").locator(".step-line")).to_have_text("In use")
     assert got(rest, f"/api/v1/plans/{plan_id}")["registration"] == key
     used = got(rest, f"/api/v1/plans/{plan_id}/registration")
     assert (used["state"], len(used["errors"]["targets"])) == ("ready", targets)
 
     name = shown["pairs"][2]["label"]
+    station.open_step("points")
     page.locator("#pairs .row-main").nth(2).click()
     expect(page.locator("#pair-label")).to_have_value(name)
     x = page.get_by_label("Measured, x")
@@ -170,22 +213,28 @@ def test_from_beads_to_a_plan_that_uses_them(open_page: Open, rest: Rest, artefa
     # Of the five good touches one may be a suspect by chance.
     wrong = lambda: registration(station)["fit"]["wrong"] or {}  # noqa: E731
     station.wait_for("the wrong one", lambda: (wrong().get("label"), wrong().get("certainty")) == (name, "outlier"))
+    station.open_step("fit")
     station.wait_for("its words", lambda: name in page.locator("#wrong-pair").inner_text())
+    assert name in page_step(station, "fit").locator(".step-line").inner_text()
+    station.open_step("points")
     expect(page.locator("#touch-all")).to_be_hidden()  # a typed point is not written over by a simulated one
     expect(page.locator("#touch-selected")).to_be_hidden()
     mark = station.state("fiducials")["items"][2]
     residual = registration(station)["pairs"][2]["residual_mm"]
     assert math.dist(mark["position"], mark["measured"]) == pytest.approx(residual, abs=0.01)
+    station.open_step("beads")
     page.locator("#beads [data-judge=no]").nth(2).click()
     station.wait_for("four pairs", lambda: len(registration(station)["pairs"]) == 4)
     page.locator(".toast", has_text="and its measured point removed").get_by_text("Undo").click()
     station.wait_for("the pair with its point", lambda: [p["label"] for p in registration(station)["pairs"]][2] == name)
+    station.open_step("error")
     page.get_by_text("Point error").click()
     page.fill("#fle", "0")
     page.press("#fle", "Enter")
     expect(page.locator("#fle-problem")).to_contain_text("0.01 to 50 can be used.")
     page.press("#fle", "Escape")
     expect(page.locator("#fle-problem")).to_have_count(0)
+    station.open_step("fit")
     station.picture("register-wrong")
     page.click("#leave-out")
     station.wait_for("the fit of four", lambda: registration(station)["fit"]["used"] == 4)
@@ -198,13 +247,14 @@ def test_from_beads_to_a_plan_that_uses_them(open_page: Open, rest: Rest, artefa
     station.picture("register")
 
     # Refined on bone, and back; what is typed of a point that is left out is of no pointer.
-    page.get_by_text("Refine on a surface").click()
+    station.open_step("refine")
     expect(page.locator("#refine-surface")).to_be_disabled()
     page.click("#touch-surface")
     expect(page.locator("#surface-state")).to_contain_text("60 points touched on Bone, by the simulated pointer")
     page.click("#refine-surface")
     expect(page.locator("#surface-figures dd")).to_have_count(4)
     expect(page.locator("#surface-warning")).to_contain_text("not the accuracy")
+    station.open_step("fit")
     expect(page.locator("#fit-state")).to_contain_text("took no part")
     expect(page.locator("#error-words")).to_contain_text("is not known")
     refined = got(rest, f"/api/v1/registrations/{key}")
@@ -213,6 +263,7 @@ def test_from_beads_to_a_plan_that_uses_them(open_page: Open, rest: Rest, artefa
     station.picture("register-refined")
     page.click("#fit-pairs")
     expect(page.locator("#surface-figures dd")).to_have_count(0)
+    station.open_step("points")
     page.locator("#pairs .row-main").nth(0).click()
     expect(page.locator("#pair-label")).to_have_value(shown["pairs"][0]["label"])
     page.fill("#pair-weight", "0.25")
@@ -223,7 +274,7 @@ def test_from_beads_to_a_plan_that_uses_them(open_page: Open, rest: Rest, artefa
     assert got(rest, f"/api/v1/registrations/{key}")["surface"] is None
 
     # A path that is traced is one of the plan's, and Plan shows it.
-    page.get_by_text("Trace a path").click()
+    station.open_step("trace")
     page.click("#trace-simulated")
     expect(page.locator("#trace-words")).to_contain_text("‘Traced path 1’ was added and is the chosen path now")
     page.evaluate("(id) => vfix.request('registration.duplicate', { registration_id: id })", key)
@@ -249,6 +300,7 @@ def test_measured_points_of_a_table_are_brought_into_order(open_page: Open, rest
     page.set_input_files("#measured-file", table)
     station.wait_for("the points", lambda: registration(station)["fit"]["state"] == "misfit")
     assert registration(station)["fit"]["fre_mm"] > 5.0
+    expect(page_step(station, "fit")).to_have_attribute("open", "")
     page.click("#match-order")
     expect(page.locator("#orders button.order")).to_have_count(1)
     expect(page.locator("#orders button.order")).to_be_in_viewport()
@@ -260,6 +312,8 @@ def test_measured_points_of_a_table_are_brought_into_order(open_page: Open, rest
     station.wait_for("a good fit", lambda: registration(station)["fit"]["fre_mm"] < 0.01)
     stored = got(rest, f"/api/v1/registrations/{key}")
     np.testing.assert_allclose(np.reshape(stored["transform"], (4, 4))[:3, 3], [5.0, 0.0, 0.0], atol=1e-6)
+    expect(page_step(station, "error")).to_have_attribute("open", "")
+    station.open_step("use")
     with page.expect_download() as waiting:
         page.click("[data-format=tfm]")
     file = tmp_path / "out.tfm"
@@ -269,9 +323,10 @@ def test_measured_points_of_a_table_are_brought_into_order(open_page: Open, rest
     came = got(rest, f"/api/v1/registrations/{registration(station)['id']}")
     np.testing.assert_allclose(came["transform"], stored["transform"], atol=1e-9)
     assert came["name"] == "out"
+    station.open_step("fit")
     expect(page.locator("#fit-state")).to_contain_text("Said by the file, and not checked here: 5 points, FRE 0.00 mm")
     expect(page.locator("#export-words")).to_contain_text("onto the patient")
-    station.wait_for("its words", lambda: "is not known" in page.locator("#error-words").inner_text())
+    expect(page.locator("#error-words")).to_contain_text("is not known")
     assert station.errors == []
 
 
@@ -283,9 +338,9 @@ def test_pointer_and_robot_are_practised_and_a_registration_goes_to_the_base(
     page, plan_id = station.page, rest.copy_of_sample("From the base")
     station.open_plan(plan_id)
     key = begun(station)
-    expect(page.locator("#calibration-brief")).to_have_text("to the patient")
+    expect(page_step(station, "calibration").locator(".step-line")).to_have_text("to the patient")
     expect(page.locator("#simulate-tip")).to_be_hidden()  # folded
-    page.locator("#calibration-brief").click()
+    station.open_step("calibration")
     page.click("#simulate-tip")
     expect(page.locator("#tip-figures")).to_contain_text("60 poses, simulated")
     expect(page.locator("#swing-pointer")).to_be_hidden()  # the planner listens to no tracker
@@ -313,20 +368,23 @@ def test_pointer_and_robot_are_practised_and_a_registration_goes_to_the_base(
 
     page.click("#find-beads")
     page.click("#confirm-beads")
-    page.click("#touch-all")
+    page.click("#touch-all")  # each step opens as the one before it is done
     station.wait_for("the fit", lambda: registration(station)["fit"]["state"] == "fitted")
+    expect(page_step(station, "error")).to_have_attribute("open", "")
     expect(page.locator("#registered-to")).to_be_disabled()
     page.click("#to-base")
     station.wait_for("the new one", lambda: registration(station)["id"] != key)
     assert (registration(station)["calibration"]["to"], registration(station)["fit"]["state"]) == ("base", "fitted")
-    expect(page.locator("#registration-words")).to_contain_text("to the robot's base")
+    expect(page.locator("#registered-to-base")).to_be_visible()
     expect(page.locator("#error-words")).to_contain_text("The error of the robot's calibration is in it.")
+    station.open_step("use")
     page.click("#use-registration")
     station.wait_for("the use", lambda: station.state("plan_use")["here"])
     used = got(rest, f"/api/v1/plans/{plan_id}/registration")
     assert (used["registration"], used["state"]) == (registration(station)["id"], "ready")
     station.picture("register-base")
 
+    page.click("#registration-words")  # leads to the list
     page.click("#new-registration")
     page.keyboard.press("Enter")
     station.wait_for("an empty one", lambda: not registration(station)["pairs"])
@@ -334,4 +392,12 @@ def test_pointer_and_robot_are_practised_and_a_registration_goes_to_the_base(
     station.wait_for("its frame", lambda: registration(station)["calibration"]["to"] == "base")
     expect(page.locator("#registered-to-words")).to_contain_text("The robot touches the points itself")
     assert got(rest, f"/api/v1/registrations/{registration(station)['id']}")["to"] == "base"
+    expect(page.locator("#filter-registrations")).to_have_count(0)
+    for number in range(6):
+        wish = {"name": f"Trial {number}"}
+        rest.client.post("/api/v1/cases/head-phantom/registrations", json=wish).raise_for_status()
+    page.fill("#filter-registrations", "trial 4")
+    expect(page.locator("#registrations .row")).to_have_count(1)
+    page.fill("#filter-registrations", "none")
+    expect(page.get_by_text("No registration has that name.")).to_be_visible()
     assert station.errors == []

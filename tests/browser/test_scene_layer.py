@@ -8,7 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 from playwright.sync_api import expect
-from workstation import Rest, Workstation
+from workstation import DRIVEN_S, Rest, Workstation
+
+from app.exchange.patient_images import FACE_WARNING
 
 pytestmark = pytest.mark.browser
 Open = Callable[..., Workstation]
@@ -30,6 +32,25 @@ SKIN = """() => { const { skin } = vfix.layer.surfaces.found();
   return { shown, opacity: skin.material.opacity, depthWrite: skin.material.depthWrite,
     after: skin.renderOrder > 900, first: passes
       .map((o) => [o.material.colorWrite, o.renderOrder < skin.renderOrder, o.geometry === skin.geometry]) }; }"""
+
+GLIDES = "vfix.layer.hooks.controls.smoothTime > 0"
+# How far the camera is, one frame after a turn, from where it was turned to.
+TURNED = """async () => { const { hooks } = vfix.layer;
+  const { controls } = hooks;
+  const drawn = new Promise((go) => { const seen = (camera) => { hooks.watchers.delete(seen); go(camera); };
+    hooks.watchers.add(seen); });
+  controls.rotate(0.4, 0, true);
+  hooks.redraw();
+  const camera = await drawn;
+  return controls.getPosition(camera.position.clone(), true).distanceTo(camera.position); }"""
+# Letters of the scene that lie below the bar of the views, the legend or the scale.
+UPON = """() => { const boxes = [...document.querySelectorAll('.views, #legend, #scale-bar')]
+    .filter((one) => one.checkVisibility()).map((one) => one.getBoundingClientRect());
+  const letters = [...document.querySelectorAll('.scene-label.letter')]
+    .filter((one) => one.checkVisibility({ visibilityProperty: true }));
+  const meets = (a) => boxes.some((b) => a.left < b.right && b.left < a.right && a.top < b.bottom && b.top < a.bottom);
+  if (!letters.length) return ['no letter'];
+  return letters.filter((one) => meets(one.getBoundingClientRect())).map((one) => one.textContent); }"""
 
 
 def layered(station: Workstation) -> Workstation:
@@ -73,6 +94,48 @@ def test_labels_are_text_of_the_page_at_their_places(open_page: Open, rest: Rest
         "what bone hides is not read"
     )
     station.picture("labels")
+    station.look_from("anterior")  # the top of the head, with its letter, comes to the bar of the views
+    assert page.evaluate(UPON) == []
+    page.set_viewport_size({"width": 1000, "height": 560})
+    station.settle()
+    assert page.evaluate(UPON) == []
+    assert station.errors == []
+
+
+def test_a_path_that_stops_is_marked_there(open_page: Open, rest: Rest) -> None:
+    """In the scene and in the slices; the mark leaves with what stopped the tool."""
+    station = layered(open_page())
+    page = station.page
+    plan_id = rest.copy_of_sample("Stops")
+    middle = rest.plan(plan_id)["points"][4]["position"]
+    ball = {"name": "Ball", "shape": {"kind": "sphere", "centre": middle, "radius": 3.0}}
+    rest.client.post(f"/api/v1/plans/{plan_id}/zones", json=ball).raise_for_status()
+    station.open_plan(plan_id)
+
+    def verdict(completed: bool) -> Any:
+        told = station.state("corridor") or {}
+        return told.get("state") == "current" and told["completed"] is completed and told["verdict"]
+
+    reach = station.wait_for("the verdict", lambda: verdict(False), DRIVEN_S)["figures"][0]
+    assert (reach["name"], reach["level"]) == ("reach", "blocked")
+
+    def marks() -> Any:
+        return [label["position"] for label in station.state("labels") if label["kind"] == "stop"]
+
+    (place,) = station.wait_for("the mark", marks)
+    assert 2.5 < np.linalg.norm(np.subtract(place, middle)) < 8.0, "before the ball"
+    expect(page.locator(".scene-label.stop")).to_be_visible()
+    page.evaluate("(position) => vfix.request('slice.cross', { position })", place)
+    at = station.place_in_slice("sagittal", place)
+    seen = page.locator("[data-axis=sagittal] .slice-stop")
+    expect(seen).to_have_attribute("opacity", "1")
+    drawn = seen.evaluate("({ firstChild: { cx, cy } }) => [cx.baseVal.value, cy.baseVal.value]")
+    assert drawn == pytest.approx([at["x"], at["y"]], abs=2.0)
+    station.picture("stops")
+    station.open_plan(rest.copy_of_sample("Goes on"))
+    station.wait_for("another verdict", lambda: verdict(True), DRIVEN_S)
+    expect(page.locator(".scene-label.stop")).to_have_count(0)
+    expect(page.locator(".slice-stop")).to_have_count(0)
     assert station.errors == []
 
 
@@ -107,8 +170,8 @@ def test_clear_bone_has_its_depth_drawn_first(open_page: Open) -> None:
     assert station.errors == []
 
 
-def test_skin_is_made_shown_over_bone_and_hidden(open_page: Open) -> None:
-    """Its depth is drawn before it and after bone, and it belongs to the scene again when it is switched on."""
+def test_skin_is_made_shown_over_bone_and_hidden(open_page: Open, rest: Rest) -> None:
+    """Its depth is drawn before it and after bone; a head that may be a patient's warns of screenshots (HAZ-34)."""
     station = layered(open_page())
     page = station.page
     station.open_look()
@@ -132,11 +195,32 @@ def test_skin_is_made_shown_over_bone_and_hidden(open_page: Open) -> None:
     expect(page.locator("#skin-opacity")).to_be_hidden()
     page.click("#skin")
     station.wait_for("it shown again", lambda: page.evaluate(SKIN) == wanted | {"opacity": 0.6})
+    page.keyboard.press("Escape")
+
+    head = rest.copy_of_head()
+    page.evaluate("(id) => vfix.request('case.open', { case_id: id })", head)
+    station.wait_for(
+        "it", lambda: (station.state("case") or {}).get("id") == head and not station.state("case")["loading"]
+    )
+    page.evaluate("vfix.request('view.set', { skin: true })")
+    station.wait_for("its skin", lambda: station.state("view")["skin"]["shown"])
+    expect(page.locator("#skin-words")).to_have_text(FACE_WARNING)
+    page.evaluate("vfix.request('view.set', { skin: false })")
+    expect(page.locator("#skin-words")).to_be_hidden()
+    page.evaluate("vfix.request('case.open', { case_id: 'head-phantom' })")
+    station.wait_for("the first head", lambda: station.state("case")["id"] == "head-phantom")
+    rest.client.delete(f"/api/v1/cases/{head}").raise_for_status()
     assert station.errors == []
 
 
 def test_zoom_goes_to_the_pointer(open_page: Open, rest: Rest) -> None:
     station = layered(open_page())
+    assert station.page.evaluate(GLIDES), "a view that is turned glides to a halt"
+    station.page.emulate_media(reduced_motion="reduce")
+    assert station.page.evaluate(GLIDES) is False, "where the system asks for less motion it stands still at once"
+    far = station.page.evaluate(TURNED)
+    assert far == pytest.approx(0.0, abs=1e-3), "the next frame has the view that it was turned to"
+    station.look_from("oblique")
     nostril = rest.sample()["points"][1]["position"]
     before = station.place(nostril)
     assert abs(before[0] - 500) + abs(before[1] - 320) > 40, "it must not be in the middle"

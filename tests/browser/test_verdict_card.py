@@ -45,15 +45,19 @@ def test_the_card_is_at_one_place_on_plan_register_and_rehearse(open_page: Open,
     page.click("[data-step=patient]")
     expect(card).to_be_hidden()
 
-    # A structure across the path: the worst figure first, in the colour of the verdict.
+    # A structure across the path: what stops the tool comes first, in the colour of the verdict, and leads there.
     points = rest.plan(plan)["points"]
     across = {"kind": "sphere", "centre": points[len(points) // 2]["position"], "radius": 3.0}
     rest.client.post(f"/api/v1/plans/{plan}/zones", json={"name": "optic nerve", "shape": across}).raise_for_status()
     page.click("[data-step=plan]")
     station.wait_for("blocked", lambda: (station.state("corridor") or {}).get("level") == "blocked", DRIVEN_S)
     expect(page.locator("#card .card-word")).to_contain_text("Blocked", use_inner_text=True)
-    expect(chips.first).to_contain_text("reach", use_inner_text=True)
-    expect(chips.first).to_have_attribute("data-level", "blocked")
+    expect(chips.nth(0)).to_contain_text("optic nerve", use_inner_text=True)
+    expect(chips.nth(1)).to_contain_text("reach", use_inner_text=True)
+    expect(page.locator("#card .chip[data-level=blocked]")).to_have_count(2)
+    reached = station.state("corridor")["verdict"]["figures"][1]["value"]
+    chips.first.click()
+    station.wait_for("the stop", lambda: abs((station.state("corridor")["shown_mm"] or 0) - reached) < 0.3)
     station.picture("card-blocked")
     page.evaluate("document.documentElement.dataset.theme = 'light'")
     assert station.errors == []

@@ -339,6 +339,21 @@ class Rest:
             self.client.post(f"/api/v1/plans/{plan_id}/points", json=body).raise_for_status()
         return plan_id
 
+    def copy_of_head(self) -> str:
+        """Import the embedded head once more, as a head of its own: one that may be a patient's."""
+        cases = self.client
+        archive = cases.get("/api/v1/cases/head-phantom/archive", params={"with_images": True}).raise_for_status()
+        sent = cases.post("/api/v1/cases/archive", files={"file": ("head.zip", archive.content)})
+        job = sent.raise_for_status().json()["id"]
+        deadline = time.monotonic() + PATIENCE_S
+        while time.monotonic() < deadline:
+            now = cases.get(f"/api/v1/jobs/{job}").raise_for_status().json()
+            if now["result"]:
+                return str(now["result"])
+            assert now["error"] is None, now
+            time.sleep(0.1)
+        raise AssertionError(f"the head was not imported in {PATIENCE_S:.0f} s")
+
     def delete_plans(self) -> None:
         """Take all plans but the sample off the list."""
         plans = self.client.get("/api/v1/plans", params={"case_id": "head-phantom"}).raise_for_status().json()

@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { captionWords, colourOf, marginWords, placeDetail, placeWords, structureColour, topOf } from "../../app/web/js/clearance-words.js";
+import { captionWords, colourOf, deepestOf, marginWords, placeDetail, placeWords, structureColour, topOf } from "../../app/web/js/clearance-words.js";
 
 const scale = { lo: 0, hi: 2, margin: 0.3, unknown: null, colours: ["#000000", "#ff0000", "#ffffff"] };
 
@@ -53,6 +53,10 @@ test("a structure has the colour that it has in the head, also one whose core al
 test("the plot is cut where clearance is not measured any more, above every margin", () => {
   assert.equal(topOf(profile), 3);
   assert.equal(topOf({ ...profile, curves: [bone, { ...bone, margin_mm: 3.5 }] }), 4);
+});
+
+test("depths have an axis of their own up to the greatest one", () => {
+  assert.deepEqual([[0, 2.71, 0.1], [0, 14.2, 15], [0, 0.05, 0], null].map((depths) => deepestOf({ tissue_depth_mm: depths })), [3, 15, 0, 0]);
 });
 
 test("the caption names only what the plot shows", () => {

@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { clause, count, fixed, mm, sentence, thousands, when, whenExactly } from "../../app/web/js/format.js";
+import { count, fixed, mm, sentence, thousands, when, whenExactly } from "../../app/web/js/format.js";
 
 test("a number has fixed digits and a real minus", () => {
   assert.equal(fixed(1.25, 1), "1.3");
@@ -34,8 +34,4 @@ test("a date is written for the reader, and what is none is left out", () => {
   assert.equal(when("yesterday"), "");
   assert.match(whenExactly("2026-03-05T10:17:00Z"), /2026.*:17/);
   assert.equal(whenExactly("yesterday"), "");
-});
-
-test("behind a colon a sentence loses its capital, and a name keeps it", () => {
-  assert.deepEqual(["The path ends", "A path", "P3 is outside", "CT is missing"].map(clause), ["the path ends", "a path", "P3 is outside", "CT is missing"]);
 });

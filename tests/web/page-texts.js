@@ -27,7 +27,7 @@ const MOST_ALTERNATIVES = 200;
 
 // what a property, an attribute or an argument is that is never read by a person
 const TECHNICAL = new Set(["class", "className", "id", "type", "role", "for", "list", "d", "style", "name", "value", "href", "src", "accept", "autocomplete",
-  "inputMode", "viewBox", "transform", "cssText", "font", "key", "tag", "selector", "rel", "target", "download", "method", "fill", "stroke", "points"]);
+  "inputMode", "viewBox", "transform", "cssText", "font", "key", "tag", "selector", "rel", "target", "download", "method", "fill", "stroke", "points", "operation", "tool"]);
 const TEXT_ATTRIBUTES = new Set(["title", "aria-label", "placeholder", "alt", "aria-description", "aria-valuetext", "aria-roledescription", "label"]);
 const QUERIES = new Set(["querySelector", "querySelectorAll", "closest", "matches", "getElementById", "byId", "addEventListener", "removeEventListener", "add",
   "remove", "toggle", "contains", "import", "getItem", "setItem", "send", "request"]);
@@ -199,7 +199,7 @@ class Module {
     else this.calling.set(name, (this.calling.get(name) ?? new Set()).add(kind));
     if ((name === "h" || name === "svg") && callee.type === "Identifier") this.element(args, kind);
     else if (name === "setAttribute") this.visit(args[1], property(String(args[0]?.value), this.assigned(callee, "hint")));
-    else if (name === "iconButton") this.visit(args.slice(1), "hint");
+    else if (name === "iconButton" || name === "iconTool") this.visit(args.slice(1), "hint");
     else if (name in SHOWN) args.forEach((/** @type {any} */ each, /** @type {number} */ at) => this.visit(each, /** @type {any} */ (SHOWN)[name][at] ?? "hint"));
     else if (QUERIES.has(name)) this.visit(args.filter((/** @type {any} */ each) => !isTextual(each)), "hint");
     else this.visit(args, kind);

@@ -8,7 +8,7 @@ const plan = (/** @type {number} */ points, /** @type {number} */ targets, field
   id: "plan", points: items("P", points), targets: items("T", targets), selected: null, length_mm: 81.2,
   tool: { title: "Bent tool 30°", trouble: "", changed: false }, robot: { title: "Steady hand", name: "steady_hand", trouble: "" }, ...fields,
 });
-const known = (fields = {}) => /** @type {any} */ ({ suggestion: null, searching: null, verdict: { words: "Fits, bone 0.55 mm", mark: "done" }, ...fields });
+const known = (fields = {}) => /** @type {any} */ ({ suggestion: null, searching: null, short: "", verdict: { words: "Fits, bone 0.55 mm", mark: "done" }, ...fields });
 
 test("the next step is the first that the path lacks", () => {
   assert.deepEqual([plan(0, 0), plan(0, 1), plan(1, 0), plan(1, 1), plan(2, 0)].map(nextStep), ["entry", "entry", "targets", "path", "path"]);
@@ -50,8 +50,11 @@ test("a closed step is one line with its result", () => {
   const regions = { items: [{ purpose: "spare", name: "Optic nerve" }, { purpose: "remove", name: "Septum" }] };
   assert.deepEqual(lines({ plan: plan(6, 2), paths, regions, corridor: { state: "current", status: "done" } }),
     ["Right nostril", "2 targets", "Optic nerve", "81 mm, 6 points", "Bent tool 30° · Steady hand", "Fits, bone 0.55 mm", "Ready"]);
-  assert.deepEqual(stepLine("entry", { plan: plan(1, 0) }, known()), { words: "P1, side not set", mark: "done" });
+  assert.deepEqual(stepLine("entry", { plan: plan(1, 0) }, known()), { words: "P1, side not set", mark: "" });
   assert.equal(stepLine("entry", { plan: plan(1, 0), paths: { ...paths, side_caution: "Left of the septum." } }, known()).mark, "caution");
+  assert.deepEqual(stepLine("path", { plan: plan(6, 2) }, known({ short: "32 mm short" })), { words: "81 mm, 6 points", mark: "caution", pill: "32 mm short" });
+  const titles = { tool: { title: "Bent pointer, 30°", trouble: "" }, robot: { title: "Steady-Hand robot, 7 DoF", trouble: "" } };
+  assert.equal(stepLine("tool", { plan: plan(2, 0, titles) }, known()).words, "Bent pointer 30° · Steady-Hand robot");
   const deleted = /** @type {any} */ ({ registration: "r", state: "deleted" });
   assert.deepEqual(stepLine("tool", { plan: plan(2, 0), plan_use: deleted }, known()), { words: "Registration cannot be used", mark: "caution" });
   assert.deepEqual(stepLine("tool", { plan: plan(2, 0, { tool: { trouble: "gone" } }) }, known()), { words: "Tool cannot be read", mark: "caution" });

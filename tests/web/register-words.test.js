@@ -1,7 +1,7 @@
 // The Register tab's words: what is known of a point, bars, orders.
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { barScale, barShare, canPractise, exportWords, fleWords, importedWords, isReal, listWords, orderWords, pairWords, practiceWords, refinementRows, roundedUp, rowWords, touchedWords } from "../../app/tabs/register/words.js";
+import { barScale, barShare, barWords, canPractise, exportWords, fleWords, importedWords, isReal, orderWords, pairWords, practiceWords, refinementRows, roundedUp, rowWords, touchedWords } from "../../app/tabs/register/words.js";
 
 /** @param {object} fields */
 const pair = (fields) => /** @type {any} */ ({ in_image: [1, 2, 3], measured: [4, 5, 6], enabled: true, measured_from: "typed", weight: 1, residual_mm: 0.3, ...fields });
@@ -34,7 +34,7 @@ test("an error says where it is expected, and what it was computed from", () => 
   assert.equal(rowWords(/** @type {any} */ ({ label: "ostium", s_mm: null })), "ostium");
   assert.equal(rowWords(/** @type {any} */ ({ label: "", s_mm: 41.6 })), "Worst on the path, at 42 mm");
   assert.equal(fleWords(/** @type {any} */ ({ fle_mm: 0.5, fle_source: "stated", used: 5 })), "0.50 mm, as stated");
-  assert.equal(fleWords(/** @type {any} */ ({ fle_mm: 0.312, fle_source: "estimated", used: 5 })), "0.31 mm, estimated (5 points)");
+  assert.equal(fleWords(/** @type {any} */ ({ fle_mm: 0.312, fle_source: "estimated", used: 5 })), "0.31 mm, estimated");
   assert.equal(fleWords(/** @type {any} */ ({ fle_mm: null, fle_source: "none", used: 0 })), "not known yet");
 });
 
@@ -70,10 +70,9 @@ test("what goes out says where it leads, and what came in where its file says it
   assert.match(came({ to: "base", said: { to: "base" }, fit: { simulated: true } }), /to the robot's base\. It is simulated/);
 });
 
-test("bars are told of only where there are some", () => {
-  assert.doesNotMatch(listWords([pair({ residual_mm: null })]), /bar/iu);
-  assert.match(listWords([pair({ residual_mm: 4.1 })]), /full at 4\.1 mm\. Press/u);
-  assert.match(listWords([]), /Confirm beads/u);
+test("a bar says at which residual it is full", () => {
+  assert.match(barWords(barScale([pair({ residual_mm: 4.1 })])), /full at 4\.1 mm$/u);
+  assert.match(barWords(barScale([pair({ residual_mm: 12.3 })])), /full at 12 mm$/u);
 });
 
 test("where simulating went is told with what brings it back", () => {

@@ -10,20 +10,15 @@ const tissue = figure("in soft tissue", 20.4, { digits: 0 });
 
 test("a way has the figures of its verdict, and its length in place of its reach", () => {
   const bone = figure("bone", 0.934, { level: "tight" });
-  const [first, second, length, ...more] = figuresOf({ figures: [bone, tissue, reach], short_of_target_mm: 0.4 });
+  const [first, second, length, ...more] = figuresOf({ figures: [bone, tissue, reach] });
   assert.deepEqual([first, second, more], [bone, tissue, []]);
   assert.deepEqual([length.name, length.value, length.whole_mm, length.digits], ["length", 88.2, null, 0]);
 });
 
-test("a way that ends before the target says how far", () => {
-  const [last] = figuresOf({ figures: [reach], short_of_target_mm: 2.4 }).slice(-1);
-  assert.deepEqual([last.name, last.value, last.level], ["to the target", 2.4, "tight"]);
-});
-
 test("the rows of all ways are in one order, obstacles first, whatever is worst in each", () => {
   const ways = [
-    { figures: [tissue, figure("bone", 1), reach], short_of_target_mm: 0 },
-    { figures: [figure("Left orbit", 0.1), reach, figure("bone", 1), tissue, figure("registration error", 0.4)], short_of_target_mm: 3 },
+    { figures: [tissue, figure("bone", 1), reach] },
+    { figures: [figure("Left orbit", 0.1), reach, figure("bone", 1), tissue, figure("registration error", 0.4)] },
   ];
-  assert.deepEqual(rowsOf(ways), ["bone", "Left orbit", "in soft tissue", "registration error", "length", "to the target"]);
+  assert.deepEqual(rowsOf(ways), ["bone", "Left orbit", "in soft tissue", "registration error", "length"]);
 });

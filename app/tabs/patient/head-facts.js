@@ -20,10 +20,9 @@ export class HeadFacts {
   /** @param {CaseSection} open */
   facts(open) {
     const spacing = open.spacing_mm ? `${open.spacing_mm.map((value) => fixed(value, 2)).join(" × ")} mm` : "no CT, surface only";
-    const frame = open.frame.name === "LPS" ? "LPS: mm to the left, back and up" : open.frame.name;
     const facts = [
       ["Voxel size", spacing],
-      ["Coordinates", open.frame.assumed ? `${frame}, assumed` : frame],
+      ["Coordinates", open.frame.assumed ? `${open.frame.name}, assumed` : open.frame.name],
       ...(open.beads ? [["Markers", count(open.beads, "bead", "beads")]] : []),
     ];
     const surfaces = open.surfaces.map(({ name, triangles, words }) => [surfaceName(name), [count(triangles, "triangle", "triangles"), words].filter(Boolean).join("; ")]);

@@ -4,7 +4,8 @@ import { when } from "/static/js/format.js";
 import { askForImages, askName, note, noteDone } from "/static/js/dialogs.js";
 import { ListFilter } from "/static/js/list-filter.js";
 import { download } from "/static/js/rest.js";
-import { draw, html, iconTemplate, iconTool, live, nameRow, repeat } from "/static/js/template.js";
+import { rovingRows } from "/static/js/roving.js";
+import { draw, html, iconTool, live, nameRow, nothing, repeat } from "/static/js/template.js";
 
 /** @import { Connection } from "/static/js/connection.js" */
 /** @import { CaseEntry, ViewModel } from "/static/js/types.js" */
@@ -18,6 +19,7 @@ export class HeadsList {
     this.filter = new ListFilter("heads", () => this.update(connection.state));
     this.deleted = false; // whether deleted ones are listed
     this.element = h("div", { class: "fields" });
+    this.roving = rovingRows(this.element);
   }
 
   /** @param {ViewModel} state */
@@ -27,11 +29,14 @@ export class HeadsList {
       this.deleted = /** @type {HTMLInputElement} */ (currentTarget).checked;
       this.update(this.connection.state);
     };
+    const shown = this.filter.of(items);
     draw(this.element, html`
       ${this.filter.field(items.length)}
-      <ul class="list" id="cases" aria-label="Heads">${repeat(this.filter.of(items), ({ id, deleted }) => `${id} ${deleted}`, (item) => this.row(item, item.id === open?.id))}</ul>
+      <ul class="list two-lines plain-rows" id="cases" aria-label="Heads">${repeat(shown, ({ id, deleted }) => `${id} ${deleted}`, (item) => this.row(item, item.id === open?.id))}</ul>
+      ${shown.length || !items.length ? nothing : html`<p class="empty">No head has that name.</p>`}
       <button type="button" class="wide" id="save-case" title=${SAVED} ?disabled=${!open} @click=${() => save(open)}>Save head …</button>
       <label class="check"><input type="checkbox" .checked=${live(this.deleted)} @change=${show}>Show deleted</label>`);
+    this.roving.update();
   }
 
   /**
@@ -42,9 +47,8 @@ export class HeadsList {
     const send = (/** @type {"case.open" | "case.restore"} */ type) => this.connection.send(type, { case_id: item.id });
     const tools = item.deleted
       ? iconTool("restore", "Restore", () => send("case.restore"))
-      : html`${iconTool("pencil", "Rename", () => this.rename(item))}${iconTool("download", "Save head (zip)", () => save(item))}
-        <button type="button" class="icon plain" data-tool="delete" aria-label="Delete" title=${open ? "The open head cannot be deleted" : "Delete"}
-          ?disabled=${open} @click=${() => this.remove(item.id)}>${iconTemplate("trash")}</button>`;
+      : [iconTool("pencil", "Rename", () => this.rename(item)), iconTool("download", "Save head (zip)", () => save(item)),
+        iconTool("trash", "Delete", () => this.remove(item.id), { tool: "delete", title: open ? "The open head cannot be deleted" : "Delete", off: open })];
     return nameRow(item, item.unreadable || when(item.created), () => send("case.open"), tools, open);
   }
 

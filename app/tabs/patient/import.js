@@ -3,7 +3,7 @@ import { h } from "/static/js/dom.js";
 import { count, fixed } from "/static/js/format.js";
 import { FRAME_QUESTION, askChoices, clearErrors, confirm, note, whenReady } from "/static/js/dialogs.js";
 import { PlannerError, missing, remove, send, seriesOf, upload, wasCancelled } from "/static/js/rest.js";
-import { draw, filesButton, html, said } from "/static/js/template.js";
+import { draw, filesButton, html, nothing, said } from "/static/js/template.js";
 import { ACCEPTED, chosen, dropped, formOf, isSegmentation, leftOutWords, refusal, sorted, uploadWords } from "./files-in.js";
 import { descriptionCheck } from "./overlays.js";
 
@@ -21,8 +21,7 @@ const QUESTIONS = {
   unit: { name: "units", label: "Unit", options: [["mm", "Millimetres"], ["m", "Metres"], ["um", "Micrometres"]] },
 };
 
-const DROP = "Drop files or a folder here. They stay on this computer. A CT (DICOM, NRRD, NIfTI, MetaImage), a bone surface (PLY, STL, OBJ, GLB, VTK, VTP), a segmentation of the open head, or the zip of a saved head.";
-const PRIVACY = "Images can identify the patient. An export that holds them asks first.";
+const DROP = "Drop files or a folder here. They stay on this computer. Images can identify the patient: an export that holds them asks first. A CT (DICOM, NRRD, NIfTI, MetaImage), a bone surface (PLY, STL, OBJ, GLB, VTK, VTP), a segmentation of the open head, or the zip of a saved head.";
 const HEAD = { id: "import-head", input: "head-files", words: "Import head …", accept: ACCEPTED };
 const FOLDER = { id: "import-folder", input: "folder", words: "Folder …", folder: true };
 
@@ -47,15 +46,15 @@ export class ImportGroup {
   }
 
   draw() {
-    const { sending } = this;
+    const { sending } = this, part = `${Math.round(100 * (sending?.part ?? 0))}`;
     const take = (/** @type {File[]} */ files) => this.take(chosen(files));
     draw(this.form, html`
-      <p class="words">${said(DROP)}</p><p class="words">${said(PRIVACY)}</p>
+      <p class="words">${said(DROP)}</p>
       <div class="buttons even">${filesButton({ ...HEAD, disabled: sending !== null }, take)}${filesButton({ ...FOLDER, disabled: sending !== null }, take)}</div>
-      <div ?hidden=${!sending}>
-        <p class="words">${sending?.name}: uploading, ${percent(sending)}</p>
-        <div class="progress"><div style=${`width: ${percent(sending).replace(" ", "")}`}></div></div>
-      </div>`);
+      ${sending ? html`<div>
+        <p class="words">${sending.name}: uploading, ${part} %</p>
+        <div class="progress"><div style=${`width: ${part}%`}></div></div>
+      </div>` : nothing}`);
   }
 
   /**
@@ -238,11 +237,6 @@ export class ImportGroup {
     this.sending = sending;
     this.draw();
   }
-}
-
-/** @param {{ part: number } | null} sending */
-function percent(sending) {
-  return `${Math.round(100 * (sending?.part ?? 0))} %`;
 }
 
 /** @param {Found[]} leftOut */

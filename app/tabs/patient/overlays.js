@@ -1,7 +1,9 @@
 // Volumes that can be laid over the open head: an MR, another CT. Listed, named, deleted; new ones out of files.
 import { askName, confirm, note } from "/static/js/dialogs.js";
 import { h } from "/static/js/dom.js";
+import { ListFilter } from "/static/js/list-filter.js";
 import { change, remove } from "/static/js/rest.js";
+import { rovingRows } from "/static/js/roving.js";
 import { draw, filesButton, html, iconTool, nameRow, repeat, said, titled } from "/static/js/template.js";
 
 /** @import { CaseSection, ViewModel } from "/static/js/types.js" */
@@ -24,23 +26,27 @@ export class OverlaysGroup {
     /** @type {CaseSection | null | undefined} */
     this.open = null;
     this.describe = descriptionCheck();
+    this.filter = new ListFilter("volumes", () => this.update({ case: this.open }));
     this.element = h("div", { class: "group" });
+    this.roving = rovingRows(this.element);
   }
 
-  /** @param {ViewModel} state */
+  /** @param {Pick<ViewModel, "case">} state */
   update({ case: open }) {
     this.open = open;
     const items = open?.overlays ?? [];
     const disabled = !open?.has_volume;
     const doubts = items.flatMap((item) => (item.notes.length ? [`${item.name}: ${item.notes.join(" ")}`] : []));
     draw(this.element, titled("Second volumes", null, html`
-      <ul class="list" id="overlays" aria-label="Second volumes" ?hidden=${!items.length}>${repeat(items, (item) => item.id, (item) => this.row(item))}</ul>
+      ${this.filter.field(items.length)}
+      <ul class="list" id="overlays" aria-label="Second volumes" ?hidden=${!items.length}>${repeat(this.filter.of(items), (item) => item.id, (item) => this.row(item))}</ul>
       <p class=${doubts.length ? "words caution" : "words"}>${said(items.length ? ["Choose it under ‘Second volume’ at the slices.", ...doubts].join(" ") : NONE_YET)}</p>
       <div class="buttons even">
         ${filesButton({ id: "import-overlay", input: "overlay-file", words: "Add volume …", disabled }, this.send)}
         ${filesButton({ id: "import-overlay-folder", input: "overlay-folder", words: "Folder …", folder: true, disabled }, this.send)}
       </div>
       ${this.describe.element}`));
+    this.roving.update();
   }
 
   /** @param {Overlay} item */

@@ -108,7 +108,7 @@ export class PaintGroup {
     this.make.disabled = this.start.disabled = !hasVolume;
     this.label.disabled = !this.items.length;
     this.tools.hidden = this.colour.hidden = !item;
-    for (const button of [this.lock, this.rename, this.trash]) button.hidden = !item;
+    for (const button of [this.undo, this.redo, this.lock, this.rename, this.trash]) button.hidden = !item;
     this.undo.disabled = !item?.can_undo;
     this.redo.disabled = !item?.can_redo;
     this.lock.setAttribute("aria-pressed", String(Boolean(item?.locked)));
@@ -117,7 +117,7 @@ export class PaintGroup {
     if (item && document.activeElement !== this.colour) this.colour.value = item.colour;
     for (const link of this.files) link.setAttribute("href", `/api/v1/labels/${encodeURIComponent(this.chosen)}/file?form=${link.dataset.form}`);
     if (!hasVolume) say(this.words, "No CT to paint on.");
-    else if (!item) say(this.words, "Paint what a threshold misses, or erase what it took too much.");
+    else if (!item) say(this.words, "");
     else say(this.words, item.unreadable || (item.locked ? `‘${item.name}’ is locked.` : STATES[item.surface]));
     this.words.classList.toggle("caution", Boolean(item && (item.unreadable || item.surface === "changed")));
     this.offer();

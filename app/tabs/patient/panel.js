@@ -2,8 +2,7 @@
 import { h } from "/static/js/dom.js";
 import { count } from "/static/js/format.js";
 import { JobList } from "/static/js/job-list.js";
-import { keep, recall } from "/static/js/remember.js";
-import { StepList } from "/static/js/step-list.js";
+import { FoldedParts } from "/static/js/step-list.js";
 import { chosen } from "./files-in.js";
 import { HeadFacts } from "./head-facts.js";
 import { HeadsList } from "./heads-list.js";
@@ -39,21 +38,9 @@ export default class PatientPanel {
       { name: "paint", title: "Paint", content: this.paint.element },
       { name: "overlays", title: "Second volumes", content: this.overlays.element },
     ];
-    this.open = new Set(steps.map(({ name }) => name).filter((name) => recall(`patient-${name}`, ["open", "shut"], OPEN_AT_FIRST.includes(name) ? "open" : "shut") === "open"));
-    this.parts = new StepList({ label: "Parts of Patient", steps, numbered: false, chosen: (name, open) => this.fold(name, open) });
+    this.parts = new FoldedParts({ label: "Parts of Patient", steps, kept: "patient", open: OPEN_AT_FIRST });
     this.element = h("div", { class: "drop" }, this.facts.element, this.parts.element);
     this.import.acceptDrops(this.element);
-  }
-
-  /**
-   * @param {string} name
-   * @param {boolean} open
-   */
-  fold(name, open) {
-    keep(`patient-${name}`, open ? "open" : "shut");
-    if (open) this.open.add(name);
-    else this.open.delete(name);
-    this.update(this.connection.state);
   }
 
   /** @param {ViewModel} state */
@@ -65,7 +52,7 @@ export default class PatientPanel {
     this.segment.update(state.case, state.slices?.cross);
     this.paint.update(state);
     this.jobs.look();
-    this.parts.update({ open: [...this.open], lines: linesOf(state) });
+    this.parts.show(linesOf(state));
   }
 }
 

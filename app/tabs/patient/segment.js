@@ -96,7 +96,7 @@ export class SegmentGroup {
     this.showBusy();
     say(this.words, open && !open.has_volume
       ? "No CT to segment."
-      : "Makes a structure from a threshold. A plan can protect it. Thin bone between air spaces may be invisible at every threshold; ‘Bone expected but not seen’ fills it in.");
+      : "Thin bone between air spaces may be invisible at every threshold; ‘Bone expected but not seen’ fills it in.");
     this.publish();
   }
 

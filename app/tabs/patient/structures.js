@@ -2,7 +2,9 @@
 import { h } from "/static/js/dom.js";
 import { count } from "/static/js/format.js";
 import { askName, confirm, note } from "/static/js/dialogs.js";
-import { draw, filesButton, html, iconTool, live, repeat, said, titled, unlessFocused } from "/static/js/template.js";
+import { ListFilter } from "/static/js/list-filter.js";
+import { rovingRows } from "/static/js/roving.js";
+import { draw, filesButton, html, iconTool, live, nothing, repeat, said, titled, unlessFocused } from "/static/js/template.js";
 import { madeOf, wayBack } from "./structure-words.js";
 
 /** @import { Connection } from "/static/js/connection.js" */
@@ -20,21 +22,27 @@ export class StructuresGroup {
   constructor(connection, send) {
     this.connection = connection;
     this.send = send;
+    this.filter = new ListFilter("structures", () => this.update(connection.state));
     this.element = h("div", { class: "group" });
+    this.roving = rovingRows(this.element, ".row-main > input, .structure-end > input, .structure-notes > summary");
   }
 
   /** @param {ViewModel} state */
   update({ structures, case: open }) {
     const items = structures?.items ?? [];
+    const listed = this.filter.of(items);
     const shown = items.some((item) => item.shown);
     const all = html`<button type="button" class="plain" id="structures-all" ?hidden=${!items.length}
       @click=${() => this.connection.send("structure.show", { shown: !shown })}>${shown ? "Hide all" : "Show all"}</button>`;
     draw(this.element, titled("Structures", all, html`
-      <ul class="list structures">${repeat(items, (item) => item.id, (item) => this.row(item))}</ul>
+      ${this.filter.field(items.length)}
+      <ul class="list structures" aria-label="Structures" ?hidden=${!listed.length}>${repeat(listed, (item) => item.id, (item) => this.row(item))}</ul>
+      ${listed.length || !items.length ? nothing : html`<p class="empty">No structure has that name.</p>`}
       <p class="words" ?hidden=${items.length > 0}>${said(NONE_YET)}</p>
       <div class="buttons even">
         ${filesButton({ ...SEGMENTATION, disabled: !open }, this.send)}${filesButton({ ...MASKS, disabled: !open }, this.send)}
       </div>`));
+    this.roving.update();
   }
 
   /** @param {StructureEntry} item */

@@ -1,17 +1,17 @@
 // The plot of clearance over the length of the path: a picture of a dry run, without state.
-import { colourOf, topOf } from "/static/js/clearance-words.js";
+import { colourOf, deepestOf, topOf } from "/static/js/clearance-words.js";
 import { fixed } from "/static/js/format.js";
 import { html, nothing, svg } from "/static/js/template.js";
 
 /** @import { ClearanceProfile, ScaleView, VerdictView } from "/static/js/types.js" */
 
 const WIDTH = 320, HEIGHT = 132; // of the drawing's own units; it is as wide as the panel
-const LEFT = 28, RIGHT = 6, TOP = 8, BOTTOM = 22;
+const LEFT = 28, RIGHT = 26, TOP = 8, BOTTOM = 22;
 const TICKS = [5, 10, 20, 50, 100, 200]; // mm, between labels of the arc length
 
 /**
- * @typedef {{ profile: ClearanceProfile, scale: ScaleView, top: number, x: (s: number) => number, y: (mm: number) => number }} Plot
- *   top: where values are cut, mm
+ * @typedef {{ profile: ClearanceProfile, scale: ScaleView, top: number, deepest: number, x: (s: number) => number, y: (mm: number, top?: number) => number }} Plot
+ *   top: where clearances are cut, mm. deepest: the end of the axis of depths on the right, mm; 0 without one
  */
 
 /**
@@ -26,9 +26,9 @@ export function clearancePlot({ profile, length_mm: length, nearest_curve: neare
   const top = topOf(profile);
   /** @type {Plot} */
   const plot = {
-    profile, scale, top,
+    profile, scale, top, deepest: deepestOf(profile),
     x: (s) => LEFT + (s / length) * (WIDTH - LEFT - RIGHT),
-    y: (mm) => HEIGHT - BOTTOM - (Math.min(Math.max(mm, 0), top) / top) * (HEIGHT - TOP - BOTTOM),
+    y: (mm, end = top) => HEIGHT - BOTTOM - (Math.min(Math.max(mm, 0), end) / end) * (HEIGHT - TOP - BOTTOM),
   };
   const names = profile.curves.map(({ name }) => name).join(", ");
   return html`<svg viewBox="0 0 ${WIDTH} ${HEIGHT}" class="profile" role="img" aria-label="Clearance to ${names} over ${fixed(length, 0)} mm of path"
@@ -62,11 +62,10 @@ function line({ profile, x, y }, values) {
 }
 
 /** @param {Plot} plot */
-function tissueArea(plot) {
-  const { profile: { s_mm: at, tissue_depth_mm: depths }, x, y } = plot;
-  if (!depths) return nothing;
-  const base = y(0);
-  return svg`<polygon class="profile-tissue" points="${x(at[0])},${base} ${line(plot, depths)} ${x(at[at.length - 1])},${base}"></polygon>`;
+function tissueArea({ profile: { s_mm: at, tissue_depth_mm: depths }, deepest, x, y }) {
+  if (!depths || !deepest) return nothing;
+  const base = y(0), edge = at.map((s, index) => `${x(s)},${y(depths[index], deepest)}`).join(" ");
+  return svg`<polygon class="profile-tissue" points="${x(at[0])},${base} ${edge} ${x(at[at.length - 1])},${base}"></polygon>`;
 }
 
 /**
@@ -96,14 +95,13 @@ function coloured({ profile: { s_mm: at, curves }, scale, x, y }) {
  * @param {Plot} plot
  * @param {number} length of the path, mm
  */
-function axes({ top, x, y }, length) {
+function axes({ top, deepest, x, y }, length) {
   const step = TICKS.find((value) => length / value <= 6) ?? length;
   const along = [...Array(Math.floor(length / step) + 1).keys()].map((tick) => tick * step);
   const label = (/** @type {number} */ at, /** @type {number} */ row, /** @type {string} */ anchor, /** @type {string} */ words) => svg`<text class="profile-label" x=${at} y=${row} text-anchor=${anchor}>${words}</text>`;
-  const up = [0, top / 2, top].map((mm) => {
-    const words = fixed(mm, Number.isInteger(mm) ? 0 : 1);
-    return label(LEFT - 5, y(mm) + 3, "end", mm === top ? `≥ ${words}` : words);
-  });
+  const number = (/** @type {number} */ mm) => fixed(mm, Number.isInteger(mm) ? 0 : 1);
+  const up = [0, top / 2, top].map((mm) => label(LEFT - 5, y(mm) + 3, "end", mm === top ? `≥ ${number(mm)}` : number(mm)));
+  const depths = deepest ? [0, deepest / 2, deepest].map((mm) => label(WIDTH - RIGHT + 5, y(mm, deepest) + 3, "start", number(mm))) : nothing;
   return svg`<line class="profile-axis" x1=${LEFT} x2=${WIDTH - RIGHT} y1=${y(0)} y2=${y(0)}></line>
-    ${along.map((s) => label(x(s), HEIGHT - 8, "middle", `${fixed(s, 0)}${s + step > length ? " mm" : ""}`))}${up}`;
+    ${along.map((s) => label(x(s), HEIGHT - 8, "middle", `${fixed(s, 0)}${s + step > length ? " mm" : ""}`))}${up}${depths}`;
 }

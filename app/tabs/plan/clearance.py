@@ -12,6 +12,7 @@ from app.planning.piercing import Pierced
 from app.planning.plan_evaluation import PlanEvaluation
 from app.planning.verdict_figures import VerdictFigure, verdict_figures
 from app.scene.pierced import PiercedNodes
+from app.scene.stop import StopNode
 from app.scene.tool_ghost import ToolGhost
 from app.tabs.plan.sections import ClearanceProfile, FigureView, ObstacleCurve, PiercedView, VerdictView
 from app.workspace.layers import Layer
@@ -77,6 +78,15 @@ def pierced_layer(evaluation: PlanEvaluation | None) -> Layer[Any]:
     """The tissue that the tool of a dry run pierces, in the scene."""
     ends = None if evaluation is None else evaluation.verdict.pierced.ends
     return Layer("plan.pierced", ends, PiercedNodes, lambda nodes: nodes.show(ends))
+
+
+def stop_layer(evaluation: PlanEvaluation | None) -> Layer[Any]:
+    """Where on its path the tool of a dry run is held, in the scene."""
+    place: Position | None = None
+    if evaluation is not None and not evaluation.completed:
+        x, y, z = evaluation.path.position(evaluation.reached_mm).tolist()
+        place = (x, y, z)
+    return Layer("plan.stop", place, StopNode, lambda node: node.show(place))
 
 
 class ShownTool:

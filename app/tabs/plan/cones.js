@@ -17,7 +17,7 @@ export class ConeGroup {
       const old = cones?.state === "waits";
       this.element.hidden = !cone;
       draw(this.element, !cone ? html`` : html`<p class=${old ? "words cone-words stale" : "words cone-words"} id="cone-words">${cone.words}</p>
-        ${old ? html`<p class="words verdict-state" id="cone-state">Updating …</p>` : nothing}`);
+        ${old ? html`<p class="words verdict-state">Updating …</p>` : nothing}`);
     });
   }
 }

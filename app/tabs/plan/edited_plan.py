@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -22,6 +23,7 @@ from app.plans.operations.document import SetNotes
 from app.plans.operations.paths import AddPath, ChoosePath, CopyPath, DeletePath, PathEdit, SetShaft
 from app.plans.operations.points import AddPoint, AddTarget, DeletePoint, EnterAt, MovePoint, SetPoints
 from app.plans.operations.regions import DeleteRegion
+from app.plans.paths import EntrySide, path_end
 from app.plans.service import Plan
 from app.scene.plan import PlanItem
 from app.services import Services
@@ -57,8 +59,11 @@ class Ghost:
 class EditedPlan:
     """What one client does with one plan. Owned by the session's thread."""
 
-    def __init__(self, services: Services, plan_id: str) -> None:
-        self._services = services
+    def __init__(
+        self, services: Services, plan_id: str, side_at: Callable[[EditedPlan, Position], EntrySide] = lambda *_: ""
+    ) -> None:
+        """side_at: returns the side of the opening of the head that an entry is at, '' for another place."""
+        self._services, self._side_at = services, side_at
         self._dragged: dict[str, Position] = {}
         self.shaft_in_hand: tuple[str, Position] | None = None  # id of the point, and the direction under the hand
         self._said: Any = None  # of robot and tool, when they were read
@@ -167,6 +172,8 @@ class EditedPlan:
 
     def _view(self) -> PlanSection:
         plan, items, path = self.plan, self.items(), self.path()
+        points, targets = ([item for item in items if item.kind == kind] for kind in ("point", "target"))
+        end = path_end(points, targets)
         return {
             "id": plan.id,
             "revision": plan.revision,
@@ -181,6 +188,8 @@ class EditedPlan:
             "add_mode": self.add_mode,
             "degree": 0 if path is None else int(path.degree),
             "length_mm": 0.0 if path is None else float(path.length),
+            "nearest_target": None if end is None else end.target.id,
+            "short_mm": 0.0 if end is None else round(end.short_mm, 3),
             "ghost": None
             if self.ghost is None
             else {
@@ -254,7 +263,10 @@ class EditedPlan:
             return
         known = [point.id for point in self.plan.content.points]
         index = known.index(self.insert_after) + 1 if self.insert_after in known else None
-        self.perform(AddPoint(position=ghost.position, index=index))
+        side = "" if known else self._side_at(self, ghost.position)
+        self.perform(
+            EnterAt(position=ghost.position, side=side) if side else AddPoint(position=ghost.position, index=index)
+        )
         self.insert_after = None
 
     def cancel(self) -> None:

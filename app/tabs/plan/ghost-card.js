@@ -33,7 +33,7 @@ export class GhostCard {
     this.element.replaceChildren(
       line(ghost.words),
       add,
-      h("button", { type: "button", id: "ghost-cancel", onclick: send("ghost.cancel"), title: "Esc" }, "Cancel"));
+      h("button", { type: "button", onclick: send("ghost.cancel"), title: "Esc" }, "Cancel"));
     add.focus(/** @type {FocusOptions} */ ({ preventScroll: true, focusVisible: false }));
   }
 }

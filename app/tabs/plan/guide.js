@@ -1,17 +1,14 @@
 // The steps of a plan: which one is open, and the result of each in one line. Pure: it reads the view model, no document.
 import { samePath } from "./same-path.js";
 
+/** @import { Line } from "/static/js/step-list.js" */
 /** @import { PlanSection, SuggestionPublic, ViewModel } from "/static/js/types.js" */
 
 /** @typedef {"entry" | "targets" | "protect" | "path" | "tool" | "check" | "export"} StepName */
 /**
- * The result of a step. mark: 'done', 'caution' where somebody should look, '' where there is nothing yet.
- * @typedef {{ words: string, mark: "done" | "caution" | "" }} Line
- */
-/**
  * What the panel knows besides the view model. searching: share of the search for a path that is done, null where none
- * runs. verdict: the line of the verdict.
- * @typedef {{ suggestion: SuggestionPublic | null, searching: number | null, verdict: Line }} Known
+ * runs. verdict: the line of the verdict. short: how far before its target the path ends, '' where it ends at it.
+ * @typedef {{ suggestion: SuggestionPublic | null, searching: number | null, verdict: Line, short: string }} Known
  */
 
 /** @type {{ name: StepName, title: string }[]} */
@@ -138,7 +135,8 @@ function entryLine(plan, { paths }) {
   const [first] = plan.points;
   if (!first) return { words: "Not set", mark: "" };
   const side = SIDES[paths?.items.find(({ id }) => id === paths.chosen)?.entry_side ?? ""];
-  return { words: side ?? `${first.label}, side not set`, mark: paths?.side_caution ? "caution" : "done" };
+  if (!side) return { words: `${first.label}, side not set`, mark: "" };
+  return { words: side, mark: paths?.side_caution ? "caution" : "done" };
 }
 
 /**
@@ -156,13 +154,13 @@ function listLine(names, many) {
  * @param {Known} known
  * @returns {Line}
  */
-function pathLine(plan, { suggestion, searching }) {
+function pathLine(plan, { suggestion, searching, short }) {
   if (searching !== null) return { words: `Searching, ${Math.round(100 * searching)} %`, mark: "" };
   const ways = suggestion?.plan_id === plan.id ? suggestion.alternatives : [];
   if (plan.points.length > 1) {
     const way = ways.findIndex((one) => samePath(plan.points, one.points));
     const what = way < 0 ? `${plan.points.length} points` : `way ${way + 1} of ${ways.length}`;
-    return { words: `${plan.length_mm.toFixed(0)} mm, ${what}`, mark: "done" };
+    return { words: `${plan.length_mm.toFixed(0)} mm, ${what}`, mark: short ? "caution" : "done", pill: short };
   }
   if (suggestion?.plan_id === plan.id && suggestion.none) return { words: "No way found", mark: "caution" };
   return { words: ways.length ? `${ways.length} ${ways.length === 1 ? "way" : "ways"} found` : "Not set", mark: "" };
@@ -177,7 +175,7 @@ function toolLine({ tool, robot }, { plan_use: use }) {
   if (tool.trouble) return { words: "Tool cannot be read", mark: "caution" };
   if (robot.trouble) return { words: "Robot cannot be read", mark: "caution" };
   if (use?.registration && use.state !== "ready") return { words: "Registration cannot be used", mark: "caution" };
-  return { words: `${tool.title}${tool.changed ? ", changed" : ""} · ${robot.title || robot.name}`, mark: "done" };
+  return { words: `${tool.title.replace(", ", " ")}${tool.changed ? ", changed" : ""} · ${(robot.title || robot.name).split(",")[0]}`, mark: "done" };
 }
 
 /**

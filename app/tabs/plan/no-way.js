@@ -28,7 +28,7 @@ export function noWay(suggestion, none, plan, earlier, { end, remove, show }) {
       ${shortens ? html`<button type="button" id="end-there" title="Move the target to where the way ends" ?disabled=${plan.locked} @click=${end}>End there</button>` : nothing}
       <button type="button" id="remove-there" title="Mark bone to be removed where the way ends" ?disabled=${plan.locked} @click=${remove}>Remove bone there</button>
     </div>
-    <button type="button" class="plain" id="show-end" @click=${show}>Show the place</button>
+    <button type="button" class="plain" @click=${show}>Show the place</button>
   </div>`;
 }
 
@@ -38,15 +38,16 @@ export function noWay(suggestion, none, plan, earlier, { end, remove, show }) {
  * @param {PathSearch} search
  * @param {string} targetId
  */
-export function endThere(connection, search, targetId) {
+export async function endThere(connection, search, targetId) {
   const { plan } = connection.state;
   const target = targetOf(plan, targetId);
   const place = search.suggestion?.none?.ends_at;
   if (!target || !place) return;
   // as a hand would move it
   connection.send("item.drag", { item_id: target.id, position: place });
-  noteEdit(connection, "plan", connection.request("item.drop", { item_id: target.id }), `${target.label} moved to where the way ends.`);
-  search.look(plan, target.id, place);
+  const moved = connection.request("item.drop", { item_id: target.id });
+  noteEdit(connection, "plan", moved, `${target.label} moved to where the way ends.`);
+  if (await moved.then(() => true, () => false)) search.look(connection.state.plan, target.id, place);
 }
 
 /**

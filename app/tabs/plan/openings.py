@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,6 +12,7 @@ from app.imaging.derived_of_ct import has_head_ct
 from app.imaging.openings import Opening
 from app.kit.values import Position
 from app.messages.sections import Section
+from app.plans.paths import EntrySide
 from app.scene.openings import OpeningMark, OpeningNodes
 from app.scene.picking import Hit, hit_items
 from app.scene.view import ClickRay
@@ -21,7 +23,7 @@ from app.workspace.layers import Layer
 from app.workspace.workspace import Workspace
 from vfix_engine.errors import PlanError
 
-CLICK_MM = 6.0  # around a mark; less than half of what is between two nostrils
+CLICK_MM = 6.0  # around an opening; less than half of what is between two nostrils
 BEHIND_MM = 25.0  # a mark is seen through so much of nose and skin, and can be clicked there
 NONE_FOUND = "No nostrils found: click where the tool goes in."
 FAILED = "The nostrils could not be found: click where the tool goes in."
@@ -105,6 +107,12 @@ class EntryOpenings:
         ):
             return None
         return marked[hit.item_id]
+
+    def side_at(self, edited: EditedPlan, place: Position) -> EntrySide:
+        """The side of the opening that an entry is at, of the nearest one; '' for another place."""
+        shown = [(math.dist(one.position, place), one.side) for one in self._shown(edited)]
+        away, side = min(shown, default=(math.inf, ""))
+        return side if away <= CLICK_MM else ""
 
     def _shown(self, edited: EditedPlan | None) -> tuple[Opening, ...]:
         known = self._found is not None and edited is not None and edited.case.id == self._asked

@@ -3,7 +3,7 @@ import { h, whenChanged } from "/static/js/dom.js";
 import { keep, recall } from "/static/js/remember.js";
 import { StepList } from "/static/js/step-list.js";
 import { UsedRegistration } from "/static/js/used-registration.js";
-import { verdictLine } from "/static/js/verdict-line.js";
+import { shortWords, verdictLine } from "/static/js/verdict-line.js";
 import { ClearanceGroup } from "./clearance.js";
 import { ConeGroup } from "./cones.js";
 import { EntryStep } from "./entry-step.js";
@@ -39,7 +39,7 @@ export default class PlanPanel {
     this.plans = new PlanList(connection);
     this.bar = new PlanBar(connection, () => this.goTo("export"));
     this.ghost = new GhostCard(connection);
-    this.suggest = new SuggestGroup(connection, () => this.renderSteps(connection.state));
+    this.suggest = new SuggestGroup(connection, () => this.renderSteps(connection.state), () => this.goTo("entry"));
     this.shaft = new ShaftGroup(connection);
     this.cones = new ConeGroup();
     this.points = new ItemsTable(connection, "point", this.shaft.element);
@@ -76,7 +76,7 @@ export default class PlanPanel {
     this.element = h("div", { class: "plan" }, this.bar.element, this.steps.element, this.more.element);
     this.overlay = h("div", { class: "plan-overlay" }, this.ghost.element, this.plans.element);
     this.update(connection.state); // its controls are found by the palette before the tab is shown
-    this.plans.openedBy(/** @type {HTMLElement} */ (this.bar.element.querySelector("#plans")));
+    this.plans.popover.openedBy(/** @type {HTMLElement} */ (this.bar.element.querySelector("#plans")));
   }
 
   /** @param {ViewModel} state */
@@ -164,7 +164,7 @@ export default class PlanPanel {
   /** @param {ViewModel} state */
   renderSteps(state) {
     const search = state.jobs?.items.find(({ kind, subject, case_id: of }) => kind === "suggestion" && subject === state.plan?.name && of === state.case?.id);
-    const known = { suggestion: this.suggest.suggestion, searching: search?.fraction ?? null, verdict: verdictLine(state.corridor) };
+    const known = { suggestion: this.suggest.suggestion, searching: search?.fraction ?? null, verdict: verdictLine(state.corridor), short: shortWords(state.plan?.short_mm ?? 0) };
     this.steps.update({ open: [this.guide.open], marked: this.guide.marked, lines: Object.fromEntries(STEPS.map(({ name }) => [name, stepLine(name, state, known)])) });
     this.more.update({ open: [...this.unfolded], lines: Object.fromEntries(MORE.map(({ name }) => [name, moreLine(name, state)])) });
   }

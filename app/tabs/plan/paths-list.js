@@ -2,7 +2,7 @@
 import { h, whenChanged } from "/static/js/dom.js";
 import { askName, noteEdit } from "/static/js/dialogs.js";
 import { count } from "/static/js/format.js";
-import { draw, html, iconTemplate, nameRow, repeat } from "/static/js/template.js";
+import { draw, html, iconTool, nameRow, repeat } from "/static/js/template.js";
 
 /** @import { Connection } from "/static/js/connection.js" */
 /** @import { PathView, PathsSection, ViewModel } from "/static/js/types.js" */
@@ -23,8 +23,7 @@ export class PathsList {
   /** @param {PathsSection | null | undefined} paths */
   list(paths) {
     const items = paths?.items ?? [];
-    return html`<div class="group-head"><h3>Paths</h3><button type="button" class="plain" id="new-path" data-operation="path.new" title="Add an empty path with the same tool"
-        ?disabled=${!paths || paths.locked} @click=${() => this.connection.send("path.new")}>New path</button></div>
+    return html`<div class="group-head" ?hidden=${items.length < 2}><h3>Paths</h3></div>
       <ul class=${items.length > 1 ? "list two-lines plain-rows" : "list two-lines plain-rows single"} id="paths">${repeat(items, ({ id }) => id, (path) => this.row(path, paths))}</ul>`;
   }
 
@@ -35,10 +34,11 @@ export class PathsList {
   row(path, paths) {
     const locked = Boolean(paths?.locked);
     const send = (/** @type {"path.choose" | "path.duplicate"} */ type) => this.connection.send(type, { path_id: path.id });
-    const tools = html`
-      <button type="button" class="icon plain" data-operation="path.rename" title="Rename" aria-label="Rename" ?disabled=${locked} @click=${() => this.rename(path)}>${iconTemplate("pencil")}</button>
-      <button type="button" class="icon plain" data-operation="path.duplicate" title="Duplicate" aria-label="Duplicate" ?disabled=${locked} @click=${() => send("path.duplicate")}>${iconTemplate("copy")}</button>
-      <button type="button" class="icon plain" data-operation="path.delete" title="Delete" aria-label="Delete" ?disabled=${locked || (paths?.items.length ?? 0) < 2} @click=${() => this.remove(path)}>${iconTemplate("trash")}</button>`;
+    const tools = [
+      iconTool("pencil", "Rename", () => this.rename(path), { operation: "path.rename", off: locked }),
+      iconTool("copy", "Duplicate", () => send("path.duplicate"), { operation: "path.duplicate", off: locked }),
+      iconTool("trash", "Delete", () => this.remove(path), { operation: "path.delete", off: locked || (paths?.items.length ?? 0) < 2 }),
+    ];
     return nameRow(path, `${count(path.points, "point", "points")} · ${path.tool}`, () => send("path.choose"), tools, path.id === paths?.chosen);
   }
 

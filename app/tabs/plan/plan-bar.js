@@ -1,7 +1,7 @@
 // The bar above the steps of a plan: undo, redo, the lock, what a click adds, the plans of this head, and export.
 import { h } from "/static/js/dom.js";
 import { Roving } from "/static/js/roving.js";
-import { draw, html, iconTemplate, nothing } from "/static/js/template.js";
+import { draw, html, iconTemplate, iconTool, nothing } from "/static/js/template.js";
 
 /** @import { Connection } from "/static/js/connection.js" */
 /** @import { Commands, PlanSection } from "/static/js/types.js" */
@@ -19,7 +19,7 @@ export class PlanBar {
   constructor(connection, goToExport) {
     this.connection = connection;
     this.goToExport = goToExport;
-    this.element = h("div", { class: "plan-bar", role: "toolbar", "aria-label": "Plan" });
+    this.element = h("div", { class: "panel-bar", role: "toolbar", "aria-label": "Plan" });
     this.roving = new Roving(this.element, "button", { axis: "horizontal" });
   }
 
@@ -27,18 +27,16 @@ export class PlanBar {
   update(plan) {
     const { connection } = this;
     const locked = Boolean(plan?.locked);
-    draw(this.element, html`<div class="plan-bar-line">
-        <button type="button" class="icon plain" id="undo" data-operation="undo" title="Undo (Ctrl+Z)" aria-label="Undo (Ctrl+Z)" ?disabled=${!plan?.can_undo}
-          @click=${() => connection.send("undo")}>${iconTemplate("undo")}</button>
-        <button type="button" class="icon plain" id="redo" data-operation="redo" title="Redo (Ctrl+Shift+Z)" aria-label="Redo (Ctrl+Shift+Z)" ?disabled=${!plan?.can_redo}
-          @click=${() => connection.send("redo")}>${iconTemplate("redo")}</button>
-        <button type="button" class="plain plan-lock" id="lock" data-operation="lock" aria-pressed=${String(locked)} ?disabled=${!plan} title="Locked points cannot be moved, added or deleted"
+    draw(this.element, html`<div class="bar-line">
+        ${iconTool("undo", "Undo (Ctrl+Z)", () => connection.send("undo"), { id: "undo", operation: "undo", off: !plan?.can_undo })}
+        ${iconTool("redo", "Redo (Ctrl+Shift+Z)", () => connection.send("redo"), { id: "redo", operation: "redo", off: !plan?.can_redo })}
+        <button type="button" class="plain bar-lock" id="lock" data-operation="lock" aria-pressed=${String(locked)} ?disabled=${!plan} title="Locked points cannot be moved, added or deleted"
           @click=${() => connection.send("lock", { locked: !connection.state.plan?.locked })}>${iconTemplate(locked ? "lock" : "unlock")}${locked ? "Unlock" : "Lock"}</button>
-        <span class="plan-bar-space"></span>
+        <span class="bar-space"></span>
         <button type="button" class="plain" id="plans" title="Plans of this head">Plans</button>
         <button type="button" class="plain" id="export" title="Save the plan as a file" ?disabled=${!plan} @click=${this.goToExport}>Export</button>
       </div>
-      <div class="plan-bar-line"><span class="plan-bar-label" id="adds-label">Click adds</span>
+      <div class="bar-line"><span class="bar-label" id="adds-label">Click adds</span>
         <div class="segmented" role="group" aria-labelledby="adds-label">${KINDS.map(([kind, label, title]) => html`<button type="button" data-kind=${kind} title=${title}
           aria-pressed=${String(kind === plan?.add_mode)} ?disabled=${!plan || locked} @click=${() => connection.send("add.mode", { kind })}>${label}</button>`)}</div>
       </div>${locked ? html`<p class="words">Locked: points cannot be moved.</p>` : nothing}`);

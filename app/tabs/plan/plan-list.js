@@ -3,13 +3,12 @@ import { askName, noteDone, noteEdit } from "/static/js/dialogs.js";
 import { byId, h, whenChanged } from "/static/js/dom.js";
 import { when } from "/static/js/format.js";
 import { ListFilter } from "/static/js/list-filter.js";
+import { Popover } from "/static/js/popover.js";
 import { Roving } from "/static/js/roving.js";
-import { draw, html, iconTemplate, nameRow, nothing, repeat } from "/static/js/template.js";
+import { draw, html, iconTool, nameRow, nothing, repeat } from "/static/js/template.js";
 
 /** @import { Connection } from "/static/js/connection.js" */
 /** @import { PlanEntry, ViewModel } from "/static/js/types.js" */
-
-const GAP = 4; // px between the list and what it was opened from
 
 export class PlanList {
   /** @param {Connection} connection */
@@ -18,30 +17,16 @@ export class PlanList {
     this.changed = whenChanged();
     this.filter = new ListFilter("plans", () => this.again());
     this.deleted = false; // whether deleted ones are shown
-    this.element = h("div", { class: "plan-popover", id: "plans-popover", popover: "auto", role: "dialog", "aria-label": "Plans of this head" });
+    this.element = h("div", { class: "plan-popover", id: "plans-popover", role: "dialog", "aria-label": "Plans of this head" });
     this.roving = new Roving(this.element, ".row-main", { first: '[aria-current="true"] > .row-main' });
-    this.element.addEventListener("beforetoggle", (event) => { if (isOpening(event)) this.place(); });
+    this.element.addEventListener("beforetoggle", (event) => { if (isOpening(event)) this.anew(); });
     this.element.addEventListener("toggle", (event) => { if (isOpening(event)) this.focus(); });
-    this.opener = byId("where-plan");
-    this.openedBy(this.opener);
+    this.popover = new Popover(this.element, { button: byId("where-plan"), sides: ["below"] });
   }
 
-  /**
-   * Let a button open and close it.
-   * @param {HTMLElement} button
-   */
-  openedBy(button) {
-    /** @type {HTMLButtonElement} */ (button).popoverTargetElement = this.element;
-    button.addEventListener("click", () => { this.opener = button; });
-  }
-
-  /** Anew, below what opens it. */
-  place() {
+  anew() {
     this.filter.typed = "";
     this.render(this.connection.state);
-    const box = this.opener.getBoundingClientRect();
-    this.element.style.setProperty("--left", `${box.left}px`);
-    this.element.style.setProperty("--top", `${box.bottom + GAP}px`);
   }
 
   focus() {
@@ -80,14 +65,15 @@ export class PlanList {
   row(item, open) {
     const { id, name } = item;
     const send = (/** @type {"plan.open" | "plan.duplicate" | "plan.restore"} */ type) => this.connection.send(type, { plan_id: id });
-    const tools = item.deleted ? html`<button type="button" class="icon plain" data-operation="plan.restore" title="Restore" aria-label="Restore" @click=${() => send("plan.restore")}>${iconTemplate("restore")}</button>` : html`
-      <button type="button" class="icon plain" data-operation="plan.rename" title="Rename" aria-label="Rename" @click=${() => this.rename(item)}>${iconTemplate("pencil")}</button>
-      <button type="button" class="icon plain" data-operation="plan.duplicate" title="Duplicate" aria-label="Duplicate" @click=${() => send("plan.duplicate")}>${iconTemplate("copy")}</button>
-      <button type="button" class="icon plain" data-operation="targets.take" data-tool="take-targets" title="Take targets into the open plan" aria-label="Take targets" ?hidden=${id === open}
-        @click=${() => noteEdit(this.connection, "plan", this.connection.request("targets.take", { plan_id: id }), `The targets of ‘${name}’ were added.`)}>${iconTemplate("target")}</button>
-      <button type="button" class="icon plain" data-operation="plan.delete" title="Delete" aria-label="Delete" @click=${() => this.remove(id)}>${iconTemplate("trash")}</button>`;
+    const take = () => noteEdit(this.connection, "plan", this.connection.request("targets.take", { plan_id: id }), `The targets of ‘${name}’ were added.`);
+    const tools = item.deleted ? iconTool("restore", "Restore", () => send("plan.restore"), { operation: "plan.restore" }) : [
+      iconTool("pencil", "Rename", () => this.rename(item), { operation: "plan.rename" }),
+      iconTool("copy", "Duplicate", () => send("plan.duplicate"), { operation: "plan.duplicate" }),
+      iconTool("target", "Take targets", take, { operation: "targets.take", tool: "take-targets", title: "Take targets into the open plan", hidden: id === open }),
+      iconTool("trash", "Delete", () => this.remove(id), { operation: "plan.delete" }),
+    ];
     const choose = () => {
-      this.element.hidePopover();
+      this.popover.hide();
       send("plan.open");
     };
     return nameRow(item, when(item.modified), choose, tools, id === open);
@@ -103,7 +89,7 @@ export class PlanList {
   async rename({ id, name: before }) {
     const name = await askName("Rename this plan", before);
     if (name) this.connection.send("plan.rename", { plan_id: id, name });
-    this.element.showPopover(); // the question has closed it
+    this.popover.show(); // the question has closed it
   }
 
   /** @param {string} id */

@@ -2,7 +2,7 @@
 import { h, whenChanged } from "/static/js/dom.js";
 import { count } from "/static/js/format.js";
 import { field, heldNumber, ownNumber } from "/static/js/fields.js";
-import { draw, html, iconTemplate, nothing, repeat } from "/static/js/template.js";
+import { draw, html, iconTool, nothing, repeat, said } from "/static/js/template.js";
 import { RegionFields } from "./region-fields.js";
 
 /** @import { Connection } from "/static/js/connection.js" */
@@ -91,7 +91,7 @@ export class RegionsGroup {
     return html`<li class=${selected ? "row with-fields" : "row"} aria-current=${String(selected)} @keydown=${pressed}>
       <button type="button" class="row-main" @click=${() => send("region.select")}><i class=${this.purpose === "spare" ? "swatch" : "swatch net"}
         style=${`background-color: ${item.colour}`}></i><span title=${item.name}>${item.name}</span><span class="row-sub">${[item.sub, bone].filter(Boolean).join(" · ")}</span></button>
-      <div class="row-tools"><button type="button" class="icon plain" title="Delete" aria-label="Delete" data-operation="region.delete" @click=${() => send("region.delete")}>${iconTemplate("trash")}</button></div>
+      <div class="row-tools">${iconTool("trash", "Delete", () => send("region.delete"), { operation: "region.delete" })}</div>
       ${selected ? this.fields.element : nothing}
     </li>`;
   }
@@ -135,7 +135,7 @@ export class RegionsGroup {
         <button type="button" id="${prefix}-draw" ?disabled=${frozen} title=${drawing ? "Esc" : "The next click in the head or in a slice places it"} @click=${() => this.draw()}>${drawing ? "Cancel" : "Draw"}</button>
         ${drawing?.kind === "capsules" ? html`<button type="button" class="primary" id="${prefix}-done" title="Enter" ?disabled=${!places} @click=${() => this.connection.send("region.done")}>Done</button>` : nothing}
       </div>
-      <p class="words" role="status" ?hidden=${!drawing}>${drawing ? `${drawing.words}${places ? ` ${count(places, "place", "places")} so far.` : ""}` : ""}</p>`;
+      <p class="words" role="status" ?hidden=${!drawing}>${drawing ? said(`${drawing.words}${places ? ` ${count(places, "place", "places")} so far.` : ""}`) : nothing}</p>`;
   }
 
   draw() {

@@ -98,7 +98,11 @@ class PlanToolView(TypedDict):
 
 
 class PlanSection(ItemsSection):
-    """The open plan; degree and length of its spline are 0 without one. margin_mm: to bone, as it is set."""
+    """The open plan; degree and length of its spline are 0 without one. margin_mm: to bone, as it is set.
+
+    nearest_target: id of the target nearest to the path's end, None without a path or a target. short_mm: how far
+    before it the path ends, 0 where it ends at it.
+    """
 
     id: str
     revision: int
@@ -112,6 +116,8 @@ class PlanSection(ItemsSection):
     add_mode: AddKind
     degree: int
     length_mm: float
+    nearest_target: str | None
+    short_mm: float
     ghost: GhostView | None
     robot: PlanRobotView
     tool: PlanToolView

@@ -1,8 +1,8 @@
 // Suggested paths: asked for, compared, shown in the head, and used.
-import { noteEdit } from "/static/js/dialogs.js";
+import { note, noteEdit } from "/static/js/dialogs.js";
 import { group, h, whenChanged } from "/static/js/dom.js";
 import { Roving } from "/static/js/roving.js";
-import { draw, hintLine, html, nothing, repeat, said } from "/static/js/template.js";
+import { draw, hintLine, html, live, nothing, repeat, said } from "/static/js/template.js";
 import { endThere, noWay, removeThere } from "./no-way.js";
 import { surroundingsKey } from "./same-path.js";
 import { entryOf, PathSearch, targetOf } from "./suggestion.js";
@@ -25,27 +25,33 @@ export class SuggestGroup {
   /**
    * @param {Connection} connection
    * @param {() => void} found called when a search has begun or ended
+   * @param {() => void} begun called when another path has been begun
    */
-  constructor(connection, found) {
+  constructor(connection, found, begun) {
     this.connection = connection;
     this.found = found;
+    this.begun = begun;
     this.changed = whenChanged();
-    this.target = ""; // id of the chosen one
+    this.target = ""; // id of the one that was chosen for this path
+    /** @type {string | undefined} id of the path */
+    this.path = undefined;
     /** @type {string | undefined} the suggestion that was brought into sight */
     this.seen = undefined;
     this.search = new PathSearch(connection, () => this.searched());
     this.body = h("div", { class: "fields" });
-    this.roving = new Roving(this.body, "button.alternative", { axis: "both", first: '[aria-pressed="true"]' });
+    this.roving = new Roving(this.body, "button.alternative", { axis: "both", first: '[aria-pressed="true"]', columns: () => columnsOf(this.suggestion?.alternatives.length ?? 0) });
     this.body.addEventListener("keydown", (event) => this.moved(event)); // after the keys have moved the focus
     this.element = group("Suggest a path", null, this.body);
   }
 
   /** @param {ViewModel} state */
   update(state) {
-    const { plan, shaft } = state;
+    const { plan, shaft, paths } = state;
     const { search } = this;
+    if (this.path !== paths?.chosen) this.target = "";
+    this.path = paths?.chosen;
     if (search.of !== plan?.id && !search.busy && (search.suggestion || search.problem)) search.forget();
-    const of = [plan?.id, plan?.points, plan?.ghost, plan?.targets, plan?.locked, shaft?.shown, this.target, search.suggestion?.id, plan?.tool, surroundingsKey(state), search.busy, search.problem, search.drawing];
+    const of = [plan?.id, plan?.points, plan?.ghost, plan?.targets, plan?.nearest_target, plan?.locked, shaft?.shown, this.target, search.suggestion?.id, plan?.tool, surroundingsKey(state), search.busy, search.problem, search.drawing];
     this.changed(of, () => {
       draw(this.body, this.template(plan, shaft));
       this.roving.update();
@@ -78,8 +84,11 @@ export class SuggestGroup {
     const wanted = (plan?.points.length ?? 0) < 2 && !search.suggestion && !search.busy;
     return html`
       ${targets.length > 1 ? this.targets(plan, targets) : nothing}
-      <button type="button" class=${wanted ? "wide primary" : "wide"} id="suggest" data-command="suggest" ?disabled=${!ready} aria-disabled=${String(search.busy)}
-        @click=${() => search.look(this.connection.state.plan, this.target)}>Suggest a path</button>
+      <div class="buttons even">
+        <button type="button" class=${wanted ? "primary" : ""} id="suggest" data-command="suggest" ?disabled=${!ready} aria-disabled=${String(search.busy)}
+          @click=${() => search.look(this.connection.state.plan, this.target)}>Suggest a path</button>
+        ${this.newPath(plan)}
+      </div>
       ${search.work.element}
       ${plan && search.suggestion ? this.answer(plan, search.suggestion, shaft?.shown ?? null) : this.hint(plan, ready)}`;
   }
@@ -90,9 +99,12 @@ export class SuggestGroup {
    */
   targets(plan, targets) {
     const chosen = targetOf(plan, this.target)?.id;
-    const choose = (/** @type {Event} */ { currentTarget }) => { this.target = /** @type {HTMLSelectElement} */ (currentTarget).value; };
-    return html`<label class="field"><span class="field-label"><span>Target</span></span><select id="suggest-target" @change=${choose}>
-      ${repeat(targets, ({ id }) => id, ({ id, label }) => html`<option value=${id} ?selected=${id === chosen}>${label}</option>`)}</select></label>`;
+    const choose = (/** @type {Event} */ { currentTarget }) => {
+      this.target = /** @type {HTMLSelectElement} */ (currentTarget).value;
+      this.update(this.connection.state);
+    };
+    return html`<label class="field"><span class="field-label"><span>Target</span></span><select @change=${choose}>
+      ${repeat(targets, ({ id }) => id, ({ id, label }) => html`<option value=${id} .selected=${live(id === chosen)}>${label}</option>`)}</select></label>`;
   }
 
   /**
@@ -139,6 +151,34 @@ export class SuggestGroup {
   moved({ defaultPrevented }) {
     const number = this.roving.all().findIndex((card) => card === document.activeElement);
     if (defaultPrevented && number >= 0) this.search.preview(number);
+  }
+
+  /**
+   * Another path of the plan, to the chosen target; while the path has no points there is nothing to begin.
+   * @param {PlanSection | null | undefined} plan
+   */
+  newPath(plan) {
+    const target = targetOf(plan, this.target);
+    const label = target ? html`New path to ${target.label}` : "New path";
+    return html`<button type="button" id="new-path" data-operation="path.new" title="An empty path with the same tool" ?hidden=${(plan?.points.length ?? 0) < 2} ?disabled=${!plan || plan.locked}
+      @click=${() => this.begin(target?.id ?? "")}>${label}</button>`;
+  }
+
+  /**
+   * Begin an empty path, which is to lead to a target.
+   * @param {string} target
+   */
+  async begin(target) {
+    try {
+      await this.connection.request("path.new");
+    } catch (error) {
+      note(/** @type {Error} */ (error).message, { error: true });
+      return;
+    }
+    this.search.forget();
+    this.target = target;
+    this.update(this.connection.state);
+    this.begun();
   }
 
   /** @param {number} number */

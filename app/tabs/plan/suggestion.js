@@ -151,10 +151,11 @@ export function entryOf(plan) {
 }
 
 /**
- * The target that is chosen, else the first one.
+ * The target that is chosen, else the one nearest to the path's end, or the first one.
  * @param {PlanSection | null | undefined} plan
  * @param {string} id
  */
 export function targetOf(plan, id) {
-  return plan?.targets.find((one) => one.id === id) ?? plan?.targets[0];
+  const named = (/** @type {string | null | undefined} */ wanted) => plan?.targets.find((one) => one.id === wanted);
+  return named(id) ?? named(plan?.nearest_target) ?? plan?.targets[0];
 }

@@ -28,7 +28,7 @@ from app.scene.view import ClickRay
 from app.tabs.base import Tab
 from app.tabs.plan import SPEC
 from app.tabs.plan import commands as c
-from app.tabs.plan.clearance import pierced_layer
+from app.tabs.plan.clearance import pierced_layer, stop_layer
 from app.tabs.plan.clearance_commands import HideTool, ShowTool
 from app.tabs.plan.edited_plan import EditedPlan, Ghost
 from app.tabs.plan.edits import Edits
@@ -111,7 +111,7 @@ class PlanTab(Tab):
     def _load(self, plan_id: str) -> None:
         self._check_own(plan_id)
         self._shafts.clear()
-        self._edited = EditedPlan(self._services, plan_id)
+        self._edited = EditedPlan(self._services, plan_id, self._openings.side_at)
         self._services.live.opened(self.workspace.client.id, plan_id)
         points = self._edited.points()
         self._evaluations.again()
@@ -228,7 +228,7 @@ class PlanTab(Tab):
     def _reload(self) -> None:
         """Read the open plan again, keeping what is selected."""
         old = self._need()
-        edited = EditedPlan(self._services, old.plan_id)
+        edited = EditedPlan(self._services, old.plan_id, self._openings.side_at)
         edited.selected, edited.add_mode = old.selected, old.add_mode
         self._edited = edited
 
@@ -274,6 +274,7 @@ class PlanTab(Tab):
             curve_layer(self.curve_key(), self.curve),
             self._evaluations.tool.layer(evaluation),
             pierced_layer(evaluation),
+            stop_layer(evaluation),
             *self._region_layers(),
             self._evaluations.cones.layer(self._edited if self.active else None),
             self._error_layer(),

@@ -1,7 +1,7 @@
 // The table of tools: each of them simulated along the path.
 import { note } from "/static/js/dialogs.js";
 import { h, whenChanged } from "/static/js/dom.js";
-import { fixed, mm, sentence } from "/static/js/format.js";
+import { fixed, sentence } from "/static/js/format.js";
 import { JobLine } from "/static/js/job-line.js";
 import { read, send } from "/static/js/rest.js";
 import { Roving } from "/static/js/roving.js";
@@ -82,11 +82,11 @@ export class ToolTableGroup {
       event.preventDefault();
       choose();
     };
-    const why = tool.reaches ? "" : sentence(`${tool.reached_mm === null ? "" : `${fixed(tool.reached_mm, 0)} of ${mm(tool.length_mm, 0)}: `}${tool.reason}`);
+    const why = tool.reaches ? "" : sentence(tool.reason);
     return html`<tr data-tool=${tool.tool} data-level=${tool.verdict} tabindex="-1" aria-selected=${String(tool.tool === chosen)}
       title=${why || "Choose this tool"} @click=${choose} @keydown=${keys}>
       <td>${toolPicture(tool)}<span class="tool-title">${tool.title}</span></td>
-      <td><span class="way-verdict"><span class="card-icon">${iconTemplate(LEVEL_ICONS[tool.verdict])}</span>${tool.word}</span>${why ? html`<span class="tool-stop">${stopOf(tool)}</span><span class="visually-hidden">${why}</span>` : nothing}</td>
+      <td><span class="way-verdict"><span class="card-icon">${iconTemplate(LEVEL_ICONS[tool.verdict])}</span>${tool.word}</span>${tool.stop ? html`<span class="tool-stop">${tool.stop}</span>` : nothing}${why ? html`<span class="visually-hidden">${why}</span>` : nothing}</td>
       <td>${fixed(tool.least_clearance_mm, 2)}</td><td>${fixed(tool.tissue_mm, 0)}</td>
     </tr>`;
   }
@@ -126,15 +126,6 @@ export class ToolTableGroup {
       await send(`/api/v1/tool_tables/${encodeURIComponent(this.table.id)}/use`, wish).catch((error) => note(sentence(error.message), { error: true }));
     }
   }
-}
-
-/**
- * What stops a tool, in two words.
- * @param {ToolPublic} tool
- */
-function stopOf({ pierces, reached_mm: reached }) {
-  if (pierces) return "pierces";
-  return reached === null ? "at entry" : `at ${mm(reached, 0)}`;
 }
 
 /** @param {ViewModel} state */

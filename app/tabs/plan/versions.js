@@ -2,7 +2,7 @@
 import { askName, noteDone, noteEdit } from "/static/js/dialogs.js";
 import { h, whenChanged } from "/static/js/dom.js";
 import { whenExactly } from "/static/js/format.js";
-import { draw, html, iconTemplate, nameRow, nothing, repeat } from "/static/js/template.js";
+import { draw, html, iconTool, nameRow, nothing, repeat } from "/static/js/template.js";
 
 /** @import { Connection } from "/static/js/connection.js" */
 /** @import { VersionView, VersionsSection, ViewModel } from "/static/js/types.js" */
@@ -46,9 +46,10 @@ export class Versions {
    * @param {VersionsSection | null | undefined} versions
    */
   row(version, versions) {
-    const tools = html`
-      <button type="button" class="icon plain" data-operation="version.rename" title="Rename" aria-label="Rename" @click=${() => this.rename(version)}>${iconTemplate("pencil")}</button>
-      <button type="button" class="icon plain" data-operation="version.delete" title="Delete" aria-label="Delete" @click=${() => this.remove(version)}>${iconTemplate("trash")}</button>`;
+    const tools = [
+      iconTool("pencil", "Rename", () => this.rename(version), { operation: "version.rename" }),
+      iconTool("trash", "Delete", () => this.remove(version), { operation: "version.delete" }),
+    ];
     const compare = () => this.connection.send("version.compare", { version_id: version.id });
     return nameRow(version, whenExactly(version.created), compare, tools, version.id === versions?.compared);
   }

@@ -1,8 +1,8 @@
 // A suggested way as a card: its verdict and figures, in the words of the verdict card, one below another as in each card.
-import { html, iconTemplate } from "/static/js/template.js";
+import { html, iconTemplate, nothing } from "/static/js/template.js";
 import { valueOf } from "/static/js/verdict-card.js";
-import { LEVEL_ICONS } from "/static/js/verdict-line.js";
-import { figuresOf } from "./way-figures.js";
+import { LEVEL_ICONS, shortWords } from "/static/js/verdict-line.js";
+import { ARRIVES_MM, figuresOf } from "./way-figures.js";
 
 /** @import { AlternativePublic, VerdictFigure } from "/static/js/types.js" */
 /** @typedef {{ key: string, number: number, shown: boolean, followed: boolean, locked: boolean, picture: unknown }} Standing */
@@ -16,6 +16,7 @@ import { figuresOf } from "./way-figures.js";
  */
 export function wayCard(way, rows, { key, number, shown, followed, locked, picture }, does) {
   const figures = new Map(figuresOf(way).map((figure) => [figure.name, figure]));
+  const short = way.short_of_target_mm > ARRIVES_MM ? shortWords(way.short_of_target_mm) : "";
   // a pointer that rests is not asking, though the list may move below it
   const pointed = (/** @type {PointerEvent} */ { movementX, movementY }) => {
     if ((movementX || movementY) && !shown) does.show();
@@ -25,7 +26,7 @@ export function wayCard(way, rows, { key, number, shown, followed, locked, pictu
       @click=${does.show} @pointermove=${pointed}>
       <span class="way-name">Way ${number + 1}</span>
       <span class="way-picture">${picture}</span>
-      <span class="way-verdict" title=${way.short}><span class="card-icon">${iconTemplate(LEVEL_ICONS[way.verdict])}</span>${way.word}</span>
+      <span class="way-verdict" title=${way.short}><span class="card-icon">${iconTemplate(LEVEL_ICONS[way.verdict])}</span>${way.word}${short ? html`<span class="pill">${short}</span>` : nothing}</span>
       ${rows.map((name) => row(name, figures.get(name)))}
     </button>
     ${shown ? html`<button type="button" class="primary" id="use-suggestion" data-command="suggestion.use" ?disabled=${locked} @click=${does.use}>Use path</button>` : html`<span class="way-room"></span>`}

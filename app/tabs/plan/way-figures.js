@@ -2,7 +2,7 @@
 
 /** @import { AlternativePublic, VerdictFigure } from "/static/js/types.js" */
 
-const LAST = ["in soft tissue", "registration error", "side of the entry", "length", "to the target"];
+const LAST = ["in soft tissue", "registration error", "side of the entry", "length"];
 export const ARRIVES_MM = 0.5; // a way that ends nearer to the target than this ends at it
 
 /**
@@ -10,10 +10,8 @@ export const ARRIVES_MM = 0.5; // a way that ends nearer to the target than this
  * @param {AlternativePublic} way
  * @returns {VerdictFigure[]}
  */
-export function figuresOf({ figures, short_of_target_mm: short }) {
-  const shown = figures.map((figure) => (figure.whole_mm !== null ? { ...figure, name: "length", value: figure.whole_mm, whole_mm: null } : figure));
-  if (short <= ARRIVES_MM) return shown;
-  return [...shown, { name: "to the target", value: short, level: "tight", s_mm: null, whole_mm: null, digits: 1, margin_mm: null, at_least: false }];
+export function figuresOf({ figures }) {
+  return figures.map((figure) => (figure.whole_mm !== null ? { ...figure, name: "length", value: figure.whole_mm, whole_mm: null } : figure));
 }
 
 /**

@@ -1,15 +1,20 @@
 // Beads in the CT: found as a job, and each confirmed or rejected by the user.
-import { group, h, keyed, whenChanged } from "/static/js/dom.js";
+import { h, whenChanged } from "/static/js/dom.js";
 import { count, mm } from "/static/js/format.js";
 import { note, noteEdit } from "/static/js/dialogs.js";
 import { heldNumber, ownNumber } from "/static/js/fields.js";
 import { JobLine } from "/static/js/job-line.js";
+import { ListFilter } from "/static/js/list-filter.js";
+import { rovingRows } from "/static/js/roving.js";
 import { line, say } from "/static/js/said.js";
 import { placeWords } from "/static/js/slices/place-words.js";
+import { draw, html, nothing, repeat } from "/static/js/template.js";
 
-/** @import { Row } from "/static/js/dom.js" */
 /** @import { Connection } from "/static/js/connection.js" */
 /** @import { BeadEntry, RegistrationSection } from "/static/js/types.js" */
+
+const WHAT = "Beads are small dense balls, glued to the skin before the scan.";
+const JUDGED = { yes: ["Confirm", "Confirmed"], no: ["Reject", "Rejected"] };
 
 export class BeadsGroup {
   /** @param {Connection} connection */
@@ -26,10 +31,12 @@ export class BeadsGroup {
     this.threshold = ownNumber("bead-threshold", 300, 3000, 50, 800);
     this.options = h("details", { class: "folded" }, h("summary", {}, "Size and threshold"), h("div", { class: "fields" },
       field("Diameter, mm", this.diameter), field("Brighter than, HU", this.threshold)));
-    this.list = h("ul", { class: "list fiducials", id: "beads", "aria-label": "Beads that were found" });
+    this.filter = new ListFilter("beads", () => { if (this.registration) this.renderList(this.registration); });
+    this.list = h("div", { class: "fields" });
+    this.roving = rovingRows(this.list);
     this.said = h("p", { class: "words", id: "beads-said", role: "status" });
     this.cautions = h("div", { class: "fields" });
-    this.element = group("1  Beads in the CT", null, this.words, h("div", { class: "buttons even" }, this.findButton, this.allButton),
+    this.element = h("div", { class: "fields" }, this.words, h("div", { class: "buttons even" }, this.findButton, this.allButton),
       this.work.element, this.options, this.said, this.cautions, this.list);
   }
 
@@ -42,9 +49,8 @@ export class BeadsGroup {
 
   /** @param {RegistrationSection} registration */
   render({ beads, search, locked, selected, has_volume: hasVolume }) {
-    say(this.words, hasVolume
-      ? "Confirm each bead that is real. Beads are small dense balls that were glued to the skin before the scan; look at each one in the slices."
-      : "No CT: add points at the crosshair.");
+    say(this.words, hasVolume ? WHAT : "No CT: add points at the crosshair.");
+    this.words.hidden = beads.length > 0;
     const open = beads.filter((bead) => bead.state === "found").length;
     this.findButton.hidden = this.options.hidden = !hasVolume;
     this.findButton.disabled = locked || this.looking;
@@ -54,18 +60,38 @@ export class BeadsGroup {
     this.allButton.classList.toggle("primary", open > 0);
     this.allButton.disabled = locked;
     say(this.said, search ? saidOf(beads.length, search.left_out) : "");
+    this.said.hidden = !this.said.textContent;
+    this.cautions.hidden = !search?.cautions.length;
     this.cautions.replaceChildren(...(search?.cautions ?? []).map((text) => line(text, { class: "words caution" })));
-    keyed(this.list, beads, (bead) => bead.id, () => this.row(), (row, bead) => fillBead(row, bead, locked, bead.id === selected));
+    this.list.hidden = !beads.length;
+    this.renderList({ beads, locked, selected });
   }
 
-  /** @returns {Row<BeadEntry>} */
-  row() {
-    const main = h("button", { type: "button", class: "row-main", title: "Show it in the slices", onclick: () => this.connection.send("bead.show", { bead_id: row.item.id }) }, h("span"));
-    const yes = h("button", { type: "button", class: "plain", "data-judge": "yes", "data-operation": "bead.judge", onclick: () => this.judge(row.item, true) }, "Confirm");
-    const no = h("button", { type: "button", class: "plain", "data-judge": "no", onclick: () => this.judge(row.item, false) }, "Reject");
-    /** @type {Row<BeadEntry>} */
-    const row = Object.assign(h("li", { class: "row" }, main, h("div", { class: "buttons bead-judge" }, yes, no), h("span", { class: "row-sub" })), { item: /** @type {any} */ (null) });
-    return row;
+  /** @param {Pick<RegistrationSection, "beads" | "locked" | "selected">} registration */
+  renderList({ beads, locked, selected }) {
+    const shown = this.filter.of(beads);
+    draw(this.list, html`${this.filter.field(beads.length)}
+      <ul class="list fiducials" id="beads" aria-label="Beads that were found">${repeat(shown, ({ id }) => id, (bead) => this.row(bead, locked, bead.id === selected))}</ul>
+      ${shown.length ? nothing : html`<p class="empty">No bead has that name.</p>`}`);
+    this.roving.update();
+  }
+
+  /**
+   * @param {BeadEntry} bead
+   * @param {boolean} locked
+   * @param {boolean} selected
+   */
+  row(bead, locked, selected) {
+    const button = (/** @type {"yes" | "no"} */ judge, /** @type {boolean} */ pressed) => {
+      const words = JUDGED[judge][Number(pressed)];
+      return html`<button type="button" class="plain" data-judge=${judge} data-operation=${judge === "yes" ? "bead.judge" : nothing} ?disabled=${locked}
+        aria-pressed=${String(pressed)} aria-label=${`${words} ${bead.name}`} @click=${() => this.judge(bead, judge === "yes")}>${words}</button>`;
+    };
+    return html`<li class="row" data-state=${bead.state} aria-current=${String(selected)}>
+      <button type="button" class="row-main" title="Show it in the slices" @click=${() => this.connection.send("bead.show", { bead_id: bead.id })}><span>${bead.name}</span></button>
+      <div class="row-tools bead-judge">${button("yes", bead.state === "confirmed")}${button("no", bead.state === "rejected")}</div>
+      <span class="row-sub">⌀ ${mm(bead.diameter_mm)} · ${placeWords(bead.position).replace(" mm", "")}</span>
+    </li>`;
   }
 
   /**
@@ -109,32 +135,11 @@ export function field(words, input) {
 }
 
 /**
+ * What the list of beads does not show of a search.
  * @param {number} found
  * @param {number} leftOut
  */
 function saidOf(found, leftOut) {
-  const words = found ? `${count(found, "bead", "beads")} found.` : "No bead found. Try another size or threshold, or add points at the crosshair.";
-  return leftOut ? `${words} ${count(leftOut, "similar place", "similar places")} left out, such as teeth and edges of bone.` : words;
-}
-
-/**
- * @param {HTMLElement} row
- * @param {BeadEntry} bead
- * @param {boolean} locked
- * @param {boolean} selected
- */
-function fillBead(row, bead, locked, selected) {
-  const [name, sub] = row.querySelectorAll(".row-main > span, .row-sub");
-  name.textContent = bead.name;
-  sub.textContent = `⌀ ${mm(bead.diameter_mm)} · ${placeWords(bead.position).replace(" mm", "")}`;
-  row.dataset.state = bead.state;
-  row.setAttribute("aria-current", String(selected));
-  for (const button of row.querySelectorAll("button")) {
-    const said = { yes: "confirmed", no: "rejected" }[button.dataset.judge ?? ""];
-    if (!said) continue;
-    button.disabled = locked;
-    button.textContent = (bead.state === said ? { yes: "Confirmed", no: "Rejected" } : { yes: "Confirm", no: "Reject" })[/** @type {"yes" | "no"} */ (button.dataset.judge)];
-    button.setAttribute("aria-pressed", String(bead.state === said));
-    button.setAttribute("aria-label", `${button.textContent} ${name.textContent}`);
-  }
+  const none = found ? "" : "No bead found. Try another size or threshold, or add points at the crosshair. ";
+  return leftOut ? `${none}${count(leftOut, "similar place", "similar places")} left out, such as teeth and edges of bone.` : none.trim();
 }

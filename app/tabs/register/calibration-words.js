@@ -59,7 +59,7 @@ export function robotsTable(texts) {
 }
 
 /** @param {number} value */
-function mm(value) {
+export function mm(value) {
   return `${value.toFixed(2)} mm`;
 }
 

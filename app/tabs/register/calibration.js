@@ -1,13 +1,12 @@
 // Pointer and robot: where the pointer's tip is, where the tracker stands beside the robot, and registrations to its base.
-import { fillOptions, group, h, whenChanged } from "/static/js/dom.js";
-import { folding } from "/static/js/folding.js";
+import { fillOptions, h, whenChanged } from "/static/js/dom.js";
 import { note } from "/static/js/dialogs.js";
 import { heldNumber, ownNumber } from "/static/js/fields.js";
 import { brief } from "/static/js/brief.js";
 import { change, remove, send, upload } from "/static/js/rest.js";
 import { line, say } from "/static/js/said.js";
 import { field } from "./beads.js";
-import { briefWords, pointerRows, robotRows, robotsTable, sentence } from "./calibration-words.js";
+import { pointerRows, robotRows, robotsTable, sentence } from "./calibration-words.js";
 
 /** @import { Connection } from "/static/js/connection.js" */
 /** @import { RegistrationPublic, RegistrationSection, TrackerView } from "/static/js/types.js" */
@@ -41,13 +40,11 @@ export class CalibrationGroup {
     this.baseButton = h("button", { type: "button", class: "wide", id: "to-base", onclick: () => this.toBase() }, "Make base registration");
     this.status = h("p", { class: "words", id: "calibration-status", role: "status" });
     this.listen();
-    this.element = folding("calibration", group("Pointer and robot", null, line(WHAT),
+    this.element = h("div", { class: "fields" }, line(WHAT),
       h("div", { class: "field" }, h("label", { class: "field-label", for: "registered-to" }, "This registration is to"), this.to), this.stays, this.status, this.tip.head, this.swingButton, this.tip.buttons,
       this.robot.head, this.robot.buttons,
-      h("details", { class: "folded" }, h("summary", {}, "Noise of the simulated tracker"), h("div", { class: "fields" }, field("Error of one tracked point, mm rms", this.noise))),
-      h("div", { class: "calibration-head" }, h("h3", {}, "To the robot's base"), this.baseWords), this.baseButton, this.tipFile, this.robotFiles), false);
-    this.brief = h("span", { id: "calibration-brief" });
-    this.element.querySelector("summary")?.append(this.brief);
+      h("details", { class: "folded" }, h("summary", {}, "Simulated noise"), h("div", { class: "fields" }, field("Error of one tracked point, mm rms", this.noise))),
+      h("div", { class: "calibration-head" }, h("h3", {}, "To the robot's base"), this.baseWords), this.baseButton, this.tipFile, this.robotFiles);
   }
 
   listen() {
@@ -76,7 +73,6 @@ export class CalibrationGroup {
   /** @param {RegistrationSection} registration */
   render({ calibration, locked, deleted }) {
     const free = !locked && !deleted && !this.busy;
-    this.brief.textContent = briefWords(calibration);
     this.to.value = calibration.to;
     this.to.disabled = !free || calibration.stays !== "";
     this.to.title = brief(sentence(calibration.stays));

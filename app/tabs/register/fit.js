@@ -2,22 +2,26 @@
 import { h } from "/static/js/dom.js";
 import { numberInput, showNumber } from "/static/js/fields.js";
 import { mm } from "/static/js/format.js";
-import { draw, html, nothing, said, titled } from "/static/js/template.js";
+import { ListFilter } from "/static/js/list-filter.js";
+import { Roving } from "/static/js/roving.js";
+import { draw, html, nothing, said } from "/static/js/template.js";
 import { fleWords, orderWords, roundedUp, rowWords } from "./words.js";
 import { field } from "./beads.js";
 
 /** @import { Connection } from "/static/js/connection.js" */
 /** @import { ErrorsView, FitView, OrderView, OrdersView, RegistrationSection } from "/static/js/types.js" */
 
+const BALLS = "Registration error stays inside these balls in 95 % of cases. Tool and tracking errors come on top. The balls lie about the targets, in the scene here and in Plan; their rings are seen through bone.";
+const STATED = "State it where the tracker's error is known. Else it is estimated from the fit, which is rough with few points. Skin that moves adds to it.";
 /** @type {Partial<Record<FitView["state"], string>>} of transforms that the points had no part in */
-const FRE_WORDS = { given: "How far the points are off", refined: "How far the points are off" };
+const FRE_WORDS = { given: "Points off by", refined: "Points off by" };
 
 export class FitGroup {
   /** @param {Connection} connection */
   constructor(connection) {
     this.connection = connection;
     this.found = false; // whether orders are shown already
-    this.element = h("div", { class: "group" });
+    this.element = h("div", { class: "fields" });
   }
 
   /** @param {RegistrationSection} registration */
@@ -25,8 +29,8 @@ export class FitGroup {
     const bad = ["degenerate", "misfit", "inconsistent"].includes(fit.state);
     const good = fit.state === "fitted" && !fit.wrong; // quiet: nothing speaks for another order
     const given = madeFrom === "given" || madeFrom === "surface";
-    draw(this.element, titled("3  Fit", null, html`
-      <p class=${bad ? "words caution" : "words"} id="fit-state" role="status">${said(fit.words)}</p>
+    draw(this.element, html`
+      <p class=${bad ? "words caution" : "words"} id="fit-state" role="status" ?hidden=${fit.state === "fitted"}>${said(fit.words)}</p>
       <dl class="facts" id="fit-figures">${figures(fit)}</dl>
       ${this.wrong(fit, locked)}
       <div class="fields" id="fit-cautions">${fit.cautions.map((text) => html`<p class="words caution">${said(text)}</p>`)}</div>
@@ -34,8 +38,8 @@ export class FitGroup {
         ?hidden=${fit.used < 3} ?disabled=${locked} @click=${() => this.connection.send("order.find")}>Match order</button>
       <div class="fields" id="orders" ?hidden=${!orders}>${orders ? this.orders(orders, locked) : nothing}</div>
       <button type="button" class="wide" id="fit-pairs" data-operation="registration.fit_pairs" ?hidden=${!given || fit.used < 3} ?disabled=${locked}
-        @click=${() => this.connection.send("registration.fit_pairs")}>Fit points</button>`));
-    if (orders && !this.found) (this.element.querySelector(".order-card") ?? this.element.querySelector("#orders"))?.scrollIntoView({ block: "nearest" });
+        @click=${() => this.connection.send("registration.fit_pairs")}>Fit points</button>`);
+    if (orders && !this.found) for (const part of ["#orders", ".order-card", "button.order"]) this.element.querySelector(part)?.scrollIntoView({ block: "nearest" });
     this.found = Boolean(orders);
   }
 
@@ -48,7 +52,7 @@ export class FitGroup {
     return html`<div class="wrong-pair" id="wrong-pair" data-certainty=${wrong.certainty}>
       <p class="words">${said(wrong.words)}</p>
       <button type="button" id="leave-out" ?disabled=${locked}
-        @click=${() => this.connection.send("pair.change", { pair_id: wrong.pair, enabled: false })}>Leave out ‘${wrong.label}’</button>
+        @click=${() => this.connection.send("pair.change", { pair_id: wrong.pair, enabled: false })}>Leave out</button>
     </div>`;
   }
 
@@ -91,9 +95,9 @@ function figures(fit) {
   if (fit.fre_mm === null) return nothing;
   /** @type {[string, string, string][]} */
   const rows = [
-    [FRE_WORDS[fit.state] ?? "How well the points fit (FRE)", `${mm(fit.fre_mm, 2)} rms`, "RMS of the residuals; not the error at the target"],
+    [FRE_WORDS[fit.state] ?? "Fit error (FRE)", `${mm(fit.fre_mm, 2)} rms`, "RMS of the residuals; not the error at the target"],
     ["Mean residual", mm(fit.mean_residual_mm, 2), "Mean distance of the points under the fit"],
-    ["Error of one measured point (FLE)", fleWords(fit), "Localisation error of a point, rms; gives the target error"],
+    ["Point error (FLE)", fleWords(fit), "Localisation error of a point, rms; gives the target error"],
   ];
   return rows.map(([term, words, title]) => html`<dt title=${title}>${term}</dt><dd class="number">${words}</dd>`);
 }
@@ -106,24 +110,33 @@ export class ErrorsGroup {
     this.fle.placeholder = "estimated";
     this.fle.dataset.operation = "registration.fle";
     this.fleField = field("Localisation error, mm rms", this.fle);
-    this.element = h("div", { class: "group" });
+    this.filter = new ListFilter("places", () => { if (this.registration) this.update(this.registration); });
+    /** @type {RegistrationSection | undefined} */
+    this.registration = undefined;
+    this.element = h("div", { class: "fields" });
+    this.roving = new Roving(this.element, "td > button");
   }
 
   /** @param {RegistrationSection} registration */
-  update({ errors, fle_stated_mm: stated, locked }) {
-    draw(this.element, titled("4  Error", null, html`
+  update(registration) {
+    this.registration = registration;
+    const { errors, fle_stated_mm: stated, locked } = registration;
+    const shown = this.filter.of(errors.rows, rowWords);
+    draw(this.element, html`
       <p class="words strong" id="error-words">${said(errors.words)}</p>
+      ${this.filter.field(errors.rows.length)}
       <table class="points" id="error-table" aria-label="Expected error of the registration, in mm" ?hidden=${!errors.rows.length}>
         <thead><tr>
           <th scope="col">Where</th><th scope="col" title="Root mean square of the error">rms</th>
           <th scope="col" title="Registration error is below this in 95 % of cases">95 %</th>
         </tr></thead>
-        <tbody>${errors.rows.map((row) => this.row(row))}</tbody>
+        <tbody>${shown.map((row) => this.row(row))}</tbody>
       </table>
-      <p class="words" id="ball-words" ?hidden=${!errors.rows.some((row) => row.s_mm === null)}><span class="ball-swatch"></span>${said("Registration error stays inside these balls in 95 % of cases. Tool and tracking errors come on top. The balls lie about the targets, in the scene here and in Plan; their rings are seen through bone.")}</p>
+      <p class="words" id="ball-words" ?hidden=${!errors.rows.some((row) => row.s_mm === null)}><span class="ball-swatch"></span>${said(BALLS)}</p>
       <details class="folded"><summary>Point error</summary><div class="fields">
-        <p class="words">${said("State it where the tracker's error is known. Else it is estimated from the fit, which is rough with few points. Skin that moves adds to it.")}</p>${this.fleField}
-      </div></details>`));
+        <p class="words">${said(STATED)}</p>${this.fleField}
+      </div></details>`);
+    this.roving.update();
     showNumber(this.fle, stated);
     this.fle.disabled = locked;
   }
@@ -131,7 +144,7 @@ export class ErrorsGroup {
   /** @param {ErrorsView["rows"][number]} row */
   row(row) {
     return html`<tr title="Show it in the slices" @click=${() => this.connection.send("slice.cross", { position: row.position })}>
-      <td><span class=${row.s_mm === null ? "dot target" : "dot"}></span>${rowWords(row)}</td><td>${mm(row.rms_mm, 2)}</td><td>${mm(roundedUp(row.within_95_mm), 2)}</td>
+      <td><span class=${row.s_mm === null ? "dot target" : "dot"}></span><button type="button" class="row-main">${rowWords(row)}</button></td><td>${mm(row.rms_mm, 2)}</td><td>${mm(roundedUp(row.within_95_mm), 2)}</td>
     </tr>`;
   }
 }

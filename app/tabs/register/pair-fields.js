@@ -79,7 +79,6 @@ export class PairFields {
     this.showMeasured(other);
     for (const control of [this.label, this.image, this.weight, ...this.measured, this.deleteButton, this.forgetButton]) control.disabled = locked;
     this.touchButton.hidden = isReal(pair) || !image;
-    this.touchButton.textContent = measured ? "Simulate again" : "Simulate";
     this.touchButton.disabled = locked;
     this.forgetButton.hidden = !measured || !image;
     this.measureButton.hidden = !pointer;

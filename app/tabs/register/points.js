@@ -1,16 +1,18 @@
 // The points: where each is in the image, where it was measured, and how far the two are apart under the fit.
-import { group, h, keyed, whenChanged } from "/static/js/dom.js";
+import { h, whenChanged } from "/static/js/dom.js";
 import { mm } from "/static/js/format.js";
 import { note, noteEdit } from "/static/js/dialogs.js";
 import { heldNumber, ownNumber } from "/static/js/fields.js";
+import { ListFilter } from "/static/js/list-filter.js";
 import { send, upload } from "/static/js/rest.js";
+import { rovingRows } from "/static/js/roving.js";
 import { line, say } from "/static/js/said.js";
+import { draw, html, live, nothing, repeat } from "/static/js/template.js";
 import { readPlace } from "/static/js/typed-place.js";
 import { field } from "./beads.js";
 import { PairFields } from "./pair-fields.js";
-import { barScale, barShare, canPractise, listWords, pairWords, practiceWords } from "./words.js";
+import { barScale, barShare, barWords, canPractise, pairWords, practiceWords } from "./words.js";
 
-/** @import { Row } from "/static/js/dom.js" */
 /** @import { Connection } from "/static/js/connection.js" */
 /** @import { FitView, PairEntry, RegistrationPublic, RegistrationSection, TrackerView } from "/static/js/types.js" */
 
@@ -19,7 +21,7 @@ export class PointsGroup {
   constructor(connection) {
     this.connection = connection;
     this.changed = whenChanged();
-    this.words = h("p", { class: "words" });
+    this.words = line("Confirm beads, or add points at the crosshair.");
     this.noise = ownNumber("touch-noise", 0, 20, 0.1, 0.3);
     this.touchButton = h("button", { type: "button", class: "wide", id: "touch-all", onclick: () => this.touch(null) }, "Simulate all");
     this.touchBox = h("div", { class: "fields" }, this.touchButton, h("details", { class: "folded" }, h("summary", {}, "Simulated pointer"), h("div", { class: "fields" },
@@ -33,12 +35,14 @@ export class PointsGroup {
     this.chooser = h("input", { type: "file", hidden: true, accept: ".csv", id: "measured-file", onchange: () => this.readTable() });
     this.tableButton = h("button", { type: "button", id: "read-measured", title: "CSV: label, x, y, z; above ‘# unit=mm’ and ‘# frame=patient’", onclick: () => this.chooser.click() }, "Read table …");
     this.addButton = h("button", { type: "button", id: "add-pair", "data-operation": "pair.add", title: "Adds a point where the slices cross", onclick: () => connection.send("pair.add") }, "Add point");
-    this.clearButton = h("button", { type: "button", class: "plain", id: "clear-measured", "data-operation": "pair.clear_measured", title: "Forget all that was measured", onclick: () => this.clear() }, "Clear");
-    this.list = h("ul", { class: "list fiducials", id: "pairs", "aria-label": "Points" });
+    this.clearButton = h("button", { type: "button", id: "clear-measured", "data-operation": "pair.clear_measured", title: "Forget all that was measured", onclick: () => this.clear() }, "Clear");
+    this.filter = new ListFilter("points", () => { if (this.registration) this.render(this.registration); });
+    this.list = h("div", { class: "fields" });
+    this.roving = rovingRows(this.list, ".pair-name > input, .touch");
     this.pressed = ""; // the point whose row was pressed last: its fields are brought into sight
     this.places = new PairFields(connection, { touch: (pairId) => this.touch(pairId), measure: (pairId) => this.measure(pairId), drafted: () => this.again() });
-    this.element = group("2  Measured points", [this.clearButton], this.words, this.pointerWords, this.list, this.touchBox, this.practiceWords,
-      h("div", { class: "buttons even" }, this.addButton, this.tableButton), this.chooser);
+    this.element = h("div", { class: "fields" }, this.words, this.pointerWords, this.list, this.touchBox, this.practiceWords,
+      h("div", { class: "buttons even" }, this.addButton, this.tableButton, this.clearButton), this.chooser);
   }
 
   /**
@@ -61,7 +65,7 @@ export class PointsGroup {
   render({ pairs, fit, locked, selected }) {
     const scale = barScale(pairs);
     const wanted = pairs.filter((pair) => pair.in_image && !pair.measured).length;
-    say(this.words, listWords(pairs));
+    this.words.hidden = pairs.length > 0;
     say(this.practiceWords, practiceWords(pairs));
     this.practiceWords.hidden = !practiceWords(pairs);
     this.pointerWords.hidden = !this.pointer;
@@ -72,40 +76,40 @@ export class PointsGroup {
     this.touchButton.textContent = wanted ? "Simulate all" : "Simulate again";
     this.clearButton.hidden = !pairs.some((pair) => pair.measured);
     for (const button of [this.touchButton, this.tableButton, this.addButton, this.clearButton]) button.disabled = locked;
-    keyed(this.list, pairs, (pair) => pair.id, () => this.row(),
-      (row, pair) => fillPair(row, pair, {
-        scale, locked, selected: pair.id === selected, wrong: wrongOf(pair, fit),
-        practice: canPractise(pairs), typed: readPlace(this.places.drafts.get(pair.id)?.texts ?? ["", "", ""]).words,
-      }));
-    this.renderPlaces(pairs.find((pair) => pair.id === selected), locked);
+    const practice = canPractise(pairs);
+    const shown = this.filter.of(pairs, ({ label }) => label || "Point");
+    this.places.update(pairs.find((pair) => pair.id === selected), locked, this.pointer, this.measuring);
+    draw(this.list, html`${this.filter.field(pairs.length)}
+      <ul class="list fiducials" id="pairs" aria-label="Points" ?hidden=${!pairs.length}>${repeat(shown, ({ id }) => id, (pair) => this.row(pair, {
+        scale, locked, selected: pair.id === selected, wrong: wrongOf(pair, fit), practice, typed: readPlace(this.places.drafts.get(pair.id)?.texts ?? ["", "", ""]).words,
+      }))}</ul>
+      ${shown.length || !pairs.length ? nothing : html`<p class="empty">No point has that name.</p>`}`);
+    this.roving.update();
+    if (!selected || this.pressed !== selected) return;
+    this.pressed = "";
+    this.places.element.scrollIntoView({ block: "nearest" });
   }
 
   /**
-   * The fields of the selected point, below its row.
-   * @param {PairEntry | undefined} pair
-   * @param {boolean} locked
+   * A point, with its fields below it where it is the selected one.
+   * @param {PairEntry} pair
+   * @param {{ scale: number, locked: boolean, selected: boolean, wrong: string, practice: boolean, typed: string }} how
+   *   typed: what is wrong or missing in what was typed
    */
-  renderPlaces(pair, locked) {
-    const { element } = this.places;
-    const row = [...this.list.children].find((child) => child instanceof HTMLElement && child.dataset.key === pair?.id);
-    if (row && element.parentElement !== row) row.append(element);
-    this.places.update(pair, locked, this.pointer, this.measuring);
-    if (!pair || this.pressed !== pair.id) return;
-    this.pressed = "";
-    element.scrollIntoView({ block: "nearest" });
-  }
-
-  /** @returns {Row<PairEntry>} */
-  row() {
-    const { connection } = this;
-    /** @type {HTMLInputElement} */
-    const used = h("input", { type: "checkbox", title: "Whether the fit uses it", onchange: () => connection.send("pair.change", { pair_id: row.item.id, enabled: used.checked }) });
-    const main = h("button", { type: "button", class: "row-main", title: "Show it, and its coordinates", onclick: () => this.select(row.item.id) }, h("span"), h("span", { class: "row-sub" }));
-    const touch = h("button", { type: "button", class: "touch", title: "Practice: touch it with the simulated pointer", onclick: () => this.touch(row.item.id) }, "Simulate");
-    /** @type {Row<PairEntry>} */
-    const row = Object.assign(h("li", { class: "row pair" }, h("span", { class: "pair-name" }, used, main), h("span", { class: "number residual" }), touch,
-      h("span", { class: "residual-bar" }, h("span"))), { item: /** @type {any} */ (null) });
-    return row;
+  row(pair, { scale, locked, selected, wrong, practice, typed }) {
+    const { id, residual_mm: residual } = pair;
+    const name = pair.label || "Point";
+    const use = (/** @type {Event} */ { currentTarget }) => this.connection.send("pair.change", { pair_id: id, enabled: /** @type {HTMLInputElement} */ (currentTarget).checked });
+    return html`<li class=${pair.enabled ? "row pair" : "row pair left-out"} data-wrong=${wrong || nothing} aria-current=${String(selected)}>
+      <span class="pair-name"><input type="checkbox" title="Whether the fit uses it" aria-label=${`Fit ${name}`} .checked=${live(pair.enabled)} ?disabled=${locked} @change=${use}
+        ><button type="button" class="row-main" title="Show it, and its coordinates" @click=${() => this.select(id)}><span>${name}</span><span
+        class=${typed ? "row-sub caution" : "row-sub"}>${typed ? `${pairWords(pair)}; ${typed}` : pairWords(pair)}</span></button></span>
+      <span class="number residual" ?hidden=${residual === null}>${residual === null ? "" : mm(residual, 2)}</span>
+      <button type="button" class="touch" title="Practice: touch it with the simulated pointer" aria-label=${`Simulate touch of ${name}`}
+        ?hidden=${!practice || Boolean(pair.measured) || !pair.in_image} ?disabled=${locked} @click=${() => this.touch(id)}>Simulate</button>
+      <span class="residual-bar" title=${barWords(scale)} ?hidden=${residual === null}><span style=${`width: ${(100 * barShare(residual, scale)).toFixed(1)}%`}></span></span>
+      ${selected ? this.places.element : nothing}
+    </li>`;
   }
 
   /** @param {string} pairId */
@@ -167,34 +171,4 @@ export class PointsGroup {
 function wrongOf({ id }, { wrong, state }) {
   if (wrong?.pair === id) return wrong.certainty;
   return state === "misfit" && !wrong ? "misfit" : "";
-}
-
-/**
- * @param {HTMLElement} row
- * @param {PairEntry} pair
- * @param {{ scale: number, locked: boolean, selected: boolean, wrong: string, practice: boolean, typed: string }} how typed: what is wrong or missing in what was typed
- */
-function fillPair(row, pair, { scale, locked, selected, wrong, practice, typed }) {
-  const [name, sub] = row.querySelectorAll(".row-main > span");
-  name.textContent = pair.label || "Point";
-  sub.textContent = typed ? `${pairWords(pair)}; ${typed}` : pairWords(pair);
-  sub.classList.toggle("caution", Boolean(typed));
-  const used = /** @type {HTMLInputElement} */ (row.querySelector("input"));
-  used.checked = pair.enabled;
-  used.disabled = locked;
-  used.setAttribute("aria-label", `Fit ${name.textContent}`);
-  const share = barShare(pair.residual_mm, scale);
-  const bar = /** @type {HTMLElement} */ (row.querySelector(".residual-bar"));
-  bar.hidden = pair.residual_mm === null;
-  /** @type {HTMLElement} */ (bar.firstElementChild).style.width = `${(100 * share).toFixed(1)}%`;
-  const residual = /** @type {HTMLElement} */ (row.querySelector(".residual"));
-  residual.hidden = pair.residual_mm === null;
-  residual.textContent = pair.residual_mm === null ? "" : mm(pair.residual_mm, 2);
-  row.dataset.wrong = wrong;
-  row.classList.toggle("left-out", !pair.enabled);
-  row.setAttribute("aria-current", String(selected));
-  const touch = /** @type {HTMLButtonElement} */ (row.querySelector(".touch"));
-  touch.hidden = !practice || Boolean(pair.measured) || !pair.in_image;
-  touch.disabled = locked;
-  touch.setAttribute("aria-label", `Simulate touch of ${name.textContent}`);
 }

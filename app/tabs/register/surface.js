@@ -1,6 +1,5 @@
 // Refining on a surface: points touched on bone, the refinement as a job, and what it says and does not say.
-import { fillOptions, group, h, whenChanged } from "/static/js/dom.js";
-import { folding } from "/static/js/folding.js";
+import { fillOptions, h, whenChanged } from "/static/js/dom.js";
 import { finished } from "/static/js/jobs.js";
 import { note } from "/static/js/dialogs.js";
 import { heldNumber, ownNumber } from "/static/js/fields.js";
@@ -8,7 +7,7 @@ import { remove, send, upload } from "/static/js/rest.js";
 import { line, say } from "/static/js/said.js";
 import { field } from "./beads.js";
 import { RecordButton } from "./record.js";
-import { refinementRows, touchedWords } from "./words.js";
+import { isUsable, refinementRows, touchedWords } from "./words.js";
 
 /** @import { Connection } from "/static/js/connection.js" */
 /** @import { JobPublic, RegistrationSection, StructureEntry, TrackerView } from "/static/js/types.js" */
@@ -40,10 +39,10 @@ export class SurfaceGroup {
     this.figures = h("dl", { class: "facts", id: "surface-figures" });
     this.warning = line("The residual is not the accuracy. Touched points slide along the surface, and the worst are left out. Judge by the measured points: they took no part.", { class: "words caution", id: "surface-warning" });
     this.forgetButton = h("button", { type: "button", class: "wide", id: "forget-surface", onclick: () => this.forget() }, "Forget");
-    this.element = folding("refine", group("Refine on a surface", null, line(WHAT),
+    this.element = h("div", { class: "fields" }, line(WHAT),
       h("div", { class: "field" }, h("label", { class: "field-label", for: "surface-structure" }, "Touched structure"), this.structure),
       this.record.element, h("div", { class: "buttons even" }, this.touchButton, this.tableButton), this.options, this.state,
-      this.refineButton, this.figures, this.warning, this.forgetButton, this.chooser), false);
+      this.refineButton, this.figures, this.warning, this.forgetButton, this.chooser);
   }
 
   /**
@@ -66,7 +65,7 @@ export class SurfaceGroup {
    * @param {boolean} other it was not shown before
    */
   render({ touched, fit, locked, anatomy }, structures, other) {
-    const usable = ["fitted", "given", "refined"].includes(fit.state);
+    const usable = isUsable(fit);
     const free = !locked && !this.busy;
     fillOptions(this.structure, [["", anatomy], ...structures.map(({ id, name }) => /** @type {[string, string]} */ ([id, name]))]);
     if (other) this.structure.value = structures.some(({ id }) => id === touched?.structure) ? touched?.structure ?? "" : "";

@@ -1,12 +1,12 @@
 // A path that a pointer has traced at the patient, brought through the open registration into the open plan.
-import { group, h, whenChanged } from "/static/js/dom.js";
-import { folding } from "/static/js/folding.js";
+import { h, whenChanged } from "/static/js/dom.js";
 import { note } from "/static/js/dialogs.js";
 import { heldNumber, ownNumber } from "/static/js/fields.js";
 import { send, upload } from "/static/js/rest.js";
 import { line, say } from "/static/js/said.js";
 import { field } from "./beads.js";
 import { RecordButton } from "./record.js";
+import { isUsable } from "./words.js";
 
 /** @import { Connection } from "/static/js/connection.js" */
 /** @import { RegistrationSection, TracedPublic, TrackerView, ViewModel } from "/static/js/types.js" */
@@ -31,11 +31,11 @@ export class TraceGroup {
     this.noise = ownNumber("trace-noise", 0, 20, 0.1, 0.3);
     this.why = h("p", { class: "words caution", id: "trace-why" });
     this.words = h("p", { class: "words", id: "trace-words", role: "status" });
-    this.element = folding("trace", group("Trace a path", null, line(WHAT), this.why, this.record.element,
+    this.element = h("div", { class: "fields" }, line(WHAT), this.why, this.record.element,
       h("div", { class: "buttons even" }, this.practiceButton, this.tableButton),
       h("details", { class: "folded" }, h("summary", {}, "Simulated pointer"), h("div", { class: "fields" },
         line("Practice: follows the chosen path. The patient is that of the simulated touches."), field("Error of a sample, mm rms", this.noise))),
-      this.words, this.chooser), false);
+      this.words, this.chooser);
   }
 
   /**
@@ -121,6 +121,6 @@ export class TraceGroup {
 function whyNot(registration, plan) {
   if (!plan) return "Open a plan first.";
   if (plan.locked) return "The plan is locked. Unlock it in Plan.";
-  if (registration.deleted || !["fitted", "given", "refined"].includes(registration.fit.state)) return "Fit the points first.";
+  if (registration.deleted || !isUsable(registration.fit)) return "Fit the points first.";
   return "";
 }

@@ -19,6 +19,14 @@ export function pairWords(pair) {
 }
 
 /**
+ * Whether a fit has a transform that can be used.
+ * @param {FitView} fit
+ */
+export function isUsable({ state }) {
+  return state === "fitted" || state === "given" || state === "refined";
+}
+
+/**
  * The residual that fills a bar, in mm.
  * @param {PairEntry[]} pairs
  */
@@ -52,15 +60,11 @@ export function canPractise(pairs) {
 }
 
 /**
- * What the list of points is for; the bars are told of where there are some.
- * @param {PairEntry[]} pairs
+ * What the bar of a residual is.
+ * @param {number} scale see `barScale`
  */
-export function listWords(pairs) {
-  if (!pairs.length) return "Confirm beads, or add points at the crosshair.";
-  const scale = barScale(pairs);
-  const bars = pairs.some((pair) => pair.residual_mm !== null)
-    ? ` Bar: how far the two are apart under the fit, full at ${scale.toFixed(scale < 10 ? 1 : 0)} mm.` : "";
-  return `Each point: in the image and at the patient.${bars} Press a point for its coordinates.`;
+export function barWords(scale) {
+  return `How far it is off under the fit; full at ${scale.toFixed(scale < 10 ? 1 : 0)} mm`;
 }
 
 /**
@@ -90,7 +94,7 @@ export function rowWords(row) {
 export function fleWords(fit) {
   if (fit.fle_mm === null) return fit.state === "misfit" ? "not known: the points do not fit" : "not known yet";
   const figure = `${fit.fle_mm.toFixed(2)} mm`;
-  return fit.fle_source === "stated" ? `${figure}, as stated` : `${figure}, estimated (${fit.used} points)`;
+  return fit.fle_source === "stated" ? `${figure}, as stated` : `${figure}, estimated`;
 }
 
 /**

@@ -22,6 +22,15 @@ export function topOf({ curves, exact_to_mm: exact }) {
   return Math.ceil(Math.max(exact, ...curves.map(({ margin_mm: margin }) => margin)));
 }
 
+/**
+ * The end of the axis of depths in soft tissue, mm: the greatest one is below it. 0 where the tool is in none.
+ * @param {ClearanceProfile} profile
+ */
+export function deepestOf({ tissue_depth_mm: depths }) {
+  const deepest = Math.max(0, ...depths ?? []);
+  return deepest < 0.1 ? 0 : Math.ceil(deepest);
+}
+
 /** @param {ObstacleCurve} curve */
 export function marginWords({ margin_mm: margin }) {
   return `margin ${fixed(margin, 2)} mm`;
@@ -76,7 +85,7 @@ export function captionWords({ profile, nearest }) {
     `Line in the path's colours: the tool's clearance to ${bone.name}, mm.`,
     `Dashed: its margin, ${fixed(bone.margin_mm, 2)} mm.`,
     others.length ? "Lines in other colours: clearance to protected structures; dashed: their margins." : "",
-    profile.tissue_depth_mm ? "Grey area: depth in soft tissue." : "",
+    profile.tissue_depth_mm ? "Grey area, scale on the right: depth in soft tissue." : "",
     profile.registration_mm ? `Band about ${nearest}: registration error, 95 %, without tool and tracking errors.` : "",
     "Click or drag in the plot to see the tool there.",
   ].filter(Boolean).join(" ");

@@ -215,30 +215,3 @@ export function fillOptions(list, choices) {
   });
   while (options.length > choices.length) options[choices.length].remove();
 }
-
-/**
- * A row of a list: a button with the name, and small tools beside it; `fillListRow` fills it from its item.
- * @param {boolean} deleted
- * @param {() => void} onclick
- * @param {Child[]} tools
- * @returns {Row<any>}
- */
-export function listRow(deleted, onclick, tools) {
-  const main = h("button", { type: "button", class: "row-main", disabled: deleted, onclick }, h("span"), h("span", { class: "row-sub" }));
-  const row = h("li", { class: deleted ? "row deleted" : "row" }, main, h("div", { class: "row-tools" }, tools));
-  return Object.assign(row, { item: null }); // `keyed` puts it there
-}
-
-/**
- * @param {HTMLElement} row
- * @param {{ name: string }} item
- * @param {string} sub the small words below the name
- * @param {boolean} current
- */
-export function fillListRow(row, item, sub, current) {
-  const [name, date] = /** @type {NodeListOf<HTMLElement>} */ (row.querySelectorAll(".row-main > span"));
-  name.textContent = item.name;
-  name.title = item.name; // where the panel cuts it short
-  date.textContent = sub;
-  row.setAttribute("aria-current", String(current));
-}

@@ -22,7 +22,7 @@ export class FirstTask {
     byId("slices").addEventListener("pointerdown", () => this.tick(1));
     byId("panel-content").addEventListener("click", ({ target }) => { if (target instanceof Element && target.closest("table.points tbody tr")) this.tick(1); });
     this.wanted = recall("first-task", ["done"], "") !== "done";
-    this.asked = false; // called back by its button: shown on Plan too
+    this.asked = false; // called back by its button: shown on Plan and Register too
     this.box.hidden = true; // until the tab is known
     this.render();
   }
@@ -46,11 +46,11 @@ export class FirstTask {
   }
 
   /**
-   * Of two lists of steps one is enough: Plan has its own.
+   * Of two lists of steps one is enough: Plan and Register have their own.
    * @param {ViewModel} state
    */
   update(state) {
-    this.box.hidden = !this.wanted || (state.step?.name === "plan" && !this.asked);
+    this.box.hidden = !this.wanted || (["plan", "register"].includes(state.step?.name ?? "") && !this.asked);
     if (state.rehearsal?.phase === "done") this.tick(2);
   }
 

@@ -63,11 +63,3 @@ export function thousands(number) {
 export function count(number, one, many) {
   return `${thousands(number)} ${number === 1 ? one : many}`;
 }
-
-/**
- * A sentence as it goes on behind a colon: 'The path ends' without its capital, 'P3' and 'CT' as they are.
- * @param {string} words
- */
-export function clause(words) {
-  return words.replace(/^[A-Z](?=[a-z]* )/u, (letter) => letter.toLowerCase());
-}

@@ -17,17 +17,17 @@ const SEVERAL = ["one-three", "two-by-two"];
 const ALL = [...SEVERAL, "scene", "axial", "coronal", "sagittal", "path"];
 /** @type {[Layout, Parameters<typeof barButton>[0], string, string][]} its picture, word and tooltip */
 const BUTTONS = [
-  ["one-three", "layoutOneThree", "Three slices", "Scene and three slices"],
+  ["one-three", "layoutOneThree", "3D + slices", "3D beside the slices"],
   ["two-by-two", "layoutTwoByTwo", "Four views", "Four views of one size"],
-  ["scene", "layoutOne", "Scene", "Scene alone (4)"],
+  ["scene", "layoutOne", "3D only", "3D alone (4)"],
   ["path", "layoutPath", "Across path", "Across the path alone (5)"],
 ];
 /** @type {Record<string, Layout | undefined>} */
 const KEYS = { Digit1: "axial", Digit2: "coronal", Digit3: "sagittal", Digit4: "scene", Digit5: "path" };
 /** @type {[Layout, string][]} views that fill the viewing area, for the palette */
-const ALONE = [["axial", "Axial slice alone"], ["coronal", "Coronal slice alone"], ["sagittal", "Sagittal slice alone"], ["scene", "Scene alone"], ["path", "View across the path alone"]];
+const ALONE = [["axial", "Axial slice alone"], ["coronal", "Coronal slice alone"], ["sagittal", "Sagittal slice alone"], ["scene", "3D alone"], ["path", "View across the path alone"]];
 /** @type {[Part, string][]} */
-const PARTS = [["panel", "Panel"], ["scene", "Head"], ["slices", "Slices"]];
+const PARTS = [["panel", "Panel"], ["scene", "3D"], ["slices", "Slices"]];
 const LEAST_SLICES_PX = 212;
 const LEAST_SCENE_PX = 320;
 const STEP_PX = 24;
@@ -168,7 +168,7 @@ export class Layouts {
 
   /** The views and layouts, for the palette. */
   actions() {
-    const several = BUTTONS.filter(([layout]) => SEVERAL.includes(layout)).map(([layout, , , name]) => ({ group: "View", name, off: this.can(layout) ? undefined : "no slices", run: () => this.set(layout) }));
+    const several = BUTTONS.filter(([layout]) => SEVERAL.includes(layout)).map(([layout, , name]) => ({ group: "View", name, off: this.can(layout) ? undefined : "no slices", run: () => this.set(layout) }));
     const alone = ALONE.map(([layout, name]) => ({ group: "View", name, does: `layout.${layout}`, off: this.can(layout) ? undefined : "nothing to show", run: () => this.set(next(this.layout, layout, this.several)) }));
     return [...several, ...alone, { group: "View", name: this.folded ? "Show the panel" : "Fold the panel away", does: "panel", run: () => this.fold() }];
   }

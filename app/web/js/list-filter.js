@@ -34,11 +34,17 @@ export class ListFilter {
 
   /**
    * Those whose names hold what is typed, in whatever case of letters.
-   * @template {{ name: string }} Item
+   * @template Item
    * @param {Item[]} items
+   * @param {(item: Item) => string} [nameOf]
    */
-  of(items) {
+  of(items, nameOf = nameIn) {
     const typed = this.typed.trim().toLocaleLowerCase();
-    return items.filter(({ name }) => name.toLocaleLowerCase().includes(typed));
+    return items.filter((item) => nameOf(item).toLocaleLowerCase().includes(typed));
   }
+}
+
+/** @param {unknown} item */
+function nameIn(item) {
+  return /** @type {{ name: string }} */ (item).name;
 }

@@ -2,7 +2,7 @@
 import { h } from "./dom.js";
 import { fixed } from "./format.js";
 import { Popover } from "./popover.js";
-import { draw, html, iconTemplate } from "./template.js";
+import { draw, html, iconTool } from "./template.js";
 /** @import { DetailsSection, ViewModel } from "./types.js" */
 
 /** @type {[Exclude<keyof DetailsSection, "priority">, string, number, string][]} name, label, digits, unit */
@@ -15,7 +15,7 @@ export class LoopFigures {
   constructor() {
     this.element = h("aside", { class: "loop-figures", id: "details-sheet", tabIndex: -1, "aria-label": "Figures of the control loop" });
     document.body.append(this.element);
-    this.popover = new Popover(this.element, { sides: ["above"] });
+    this.popover = new Popover(this.element);
   }
 
   show() {
@@ -28,7 +28,7 @@ export class LoopFigures {
     const driven = step?.input === "drive" ? details : undefined;
     draw(this.element, html`
       <div class="popover-head"><h2>Control loop</h2>
-        <button type="button" class="icon plain" title="Close (Esc)" aria-label="Close" @click=${() => this.popover.hide()}>${iconTemplate("blocked")}</button></div>
+        ${iconTool("blocked", "Close", () => this.popover.hide(), { title: "Close (Esc)" })}</div>
       <dl class="facts">
         ${ROWS.map(([name, label, digits, unit]) => html`<dt>${label}</dt><dd class="number">${driven ? `${fixed(driven[name], digits)} ${unit}`.trim() : "–"}</dd>`)}
         <dt>Real-time priority</dt><dd>${driven?.priority ?? "–"}</dd>

@@ -5,6 +5,7 @@ import { clearErrors, note } from "./dialogs.js";
 import { FirstTask } from "./first-task.js";
 import { pacing } from "./frame-pacing.js";
 import { Help } from "./help.js";
+import { HintLine } from "./hint-line.js";
 import { jobWatch } from "./jobs.js";
 import { Keys, letGoOfEverything } from "./keys.js";
 import { Layouts } from "./layout.js";
@@ -36,6 +37,7 @@ class Page {
     this.scene = new SceneFrame(this.connection, this.keys);
     this.look = new SceneLook(this.connection, (view) => this.scene.look(view));
     this.firstTask = new FirstTask();
+    this.hint = new HintLine(this.connection);
     this.help = new Help(() => this.firstTask.again());
     this.slices = new Slices(byId("slices"), this.connection);
     this.status = new StatusBar(byId("statusbar"));
@@ -142,7 +144,7 @@ class Page {
     byId("where-separator").hidden = byId("where-plan").hidden = !state.plan;
     byId("where").title = [state.case?.name, state.plan?.name].filter(Boolean).join(" / ");
     document.title = state.case ? `${state.case.name} – vfix` : "vfix";
-    say(byId("hint"), state.step?.hint ?? ""); // what to do next
+    this.hint.update(state.step, this.palette.tabs);
     for (const button of this.steps) {
       const name = button.dataset.step ?? "";
       if (name === state.step?.name) button.setAttribute("aria-current", "step");

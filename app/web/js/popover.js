@@ -34,16 +34,17 @@ export function placeBeside(box, { width, height }, view, sides) {
 export class Popover {
   /**
    * @param {HTMLElement} element what is shown; it gets the `popover` attribute
-   * @param {{ sides: readonly Side[], button?: HTMLElement, home?: HTMLElement, beside?: HTMLElement }} options
+   * @param {{ sides?: readonly Side[], button?: HTMLElement, home?: HTMLElement, beside?: HTMLElement }} [options]
    *   button: opens and closes it; without one it is opened by `show`, and a press elsewhere leaves it open.
    *   home: gets the focus where what had it is out of sight. beside: what it stands beside, where that is not the button
    */
-  constructor(element, { sides, button, home = button, beside = button }) {
+  constructor(element, { sides = [], button, home = button, beside = button } = {}) {
     this.element = element;
     this.sides = sides;
-    this.button = button;
     this.home = home;
     this.beside = beside;
+    /** @type {HTMLElement[]} that open and close it */
+    this.buttons = [];
     /** @type {HTMLElement | null} what had the focus when it was opened */
     this.before = null;
     element.popover = button ? "auto" : "manual";
@@ -52,10 +53,22 @@ export class Popover {
     element.addEventListener("keydown", (event) => this.pressed(event));
     window.addEventListener("keydown", closeLast, { capture: true }); // once, however many popovers there are
     window.addEventListener("resize", () => this.place());
-    if (!(button instanceof HTMLButtonElement)) return;
-    button.popoverTargetElement = element;
-    button.setAttribute("aria-expanded", "false");
+    if (!button) return;
+    this.openedBy(button, home, beside);
     window.addEventListener("blur", () => this.element.hidePopover()); // the scene took the press
+  }
+
+  /**
+   * Let a button open and close it, at that one where there are several.
+   * @param {HTMLElement} button
+   * @param {HTMLElement} [home]
+   * @param {HTMLElement} [beside]
+   */
+  openedBy(button, home = button, beside = button) {
+    /** @type {HTMLButtonElement} */ (button).popoverTargetElement = this.element;
+    button.setAttribute("aria-expanded", "false");
+    button.addEventListener("click", () => Object.assign(this, { home, beside })); // before it opens
+    this.buttons.push(button);
   }
 
   get isOpen() {
@@ -79,7 +92,7 @@ export class Popover {
    * @param {boolean} on
    */
   turned(on) {
-    this.button?.setAttribute("aria-expanded", String(on));
+    for (const button of this.buttons) button.setAttribute("aria-expanded", String(on));
     const at = open.indexOf(this);
     if (at >= 0) open.splice(at, 1);
     if (!on) return;

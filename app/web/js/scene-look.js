@@ -1,4 +1,4 @@
-// How the scene is looked at: the standard views, and a popover with bone, skin, cut and slices.
+// How the scene is looked at: the standard views, and the popover ‘Layers’ with bone, skin, cut and slices.
 import { byId, h } from "./dom.js";
 import { JobLine } from "./job-line.js";
 import { jobWatch } from "./jobs.js";
@@ -31,10 +31,10 @@ export class SceneLook {
     /** @type {ViewSection | null} as it is told, or asked for since */
     this.view = null;
     this.skinJob = new JobLine();
-    this.toggle = h("button", { type: "button", id: "look-toggle", title: "Bone, skin, cut, slices" }, "Look");
+    this.toggle = h("button", { type: "button", id: "look-toggle", title: "Bone, skin, cut, CT slices" }, "Layers");
     this.views = h("div", { class: "tool-strip views", role: "toolbar", "aria-label": "Standard views" },
       VIEWS.map(([view, label]) => h("button", { type: "button", "data-view": view, onclick: () => look(view) }, label)), this.toggle);
-    this.element = h("div", { class: "look", id: "look", role: "dialog", "aria-label": "Look of the scene" });
+    this.element = h("div", { class: "look", id: "look", role: "dialog", "aria-label": "Layers of the head" });
     this.caution = h("p", { class: "scene-caution", id: "skin-words", role: "status", hidden: true });
     this.popover = new Popover(this.element, { button: this.toggle, sides: ["below", "above"] });
     this.roving = new Roving(this.views, "button", { axis: "both" });
@@ -43,14 +43,15 @@ export class SceneLook {
     jobWatch.addEventListener("change", () => this.followSkin());
   }
 
-  /** The standard views and the cuts, for the palette. @returns {Entry[]} */
+  /** The standard views and the layers, for the palette. @returns {Entry[]} */
   actions() {
     const { view } = this;
     if (!this.connection.state.case) return [];
-    const views = VIEWS.map(([name, label]) => ({ group: "Scene", name: `${label} view`, run: () => this.look(name) }));
-    const cuts = CUTS.map(([cut, name]) => ({ group: "Scene", name, run: () => this.cut(cut) }));
-    const skin = view?.skin.possible ? [{ group: "Scene", name: view.skin.shown ? "Hide the skin" : "Show the skin", run: () => this.send({ skin: !view.skin.shown }) }] : [];
-    return [...views, ...cuts, ...skin];
+    const layers = { group: "3D", name: "Layers: bone, skin, cut, slices", run: () => this.popover.show() };
+    const views = VIEWS.map(([name, label]) => ({ group: "3D", name: `${label} view`, run: () => this.look(name) }));
+    const cuts = CUTS.map(([cut, name]) => ({ group: "Layers", name, run: () => this.cut(cut) }));
+    const skin = view?.skin.possible ? [{ group: "Layers", name: view.skin.shown ? "Hide the skin" : "Show the skin", run: () => this.send({ skin: !view.skin.shown }) }] : [];
+    return [layers, ...views, ...cuts, ...skin];
   }
 
   /** @param {Look} look */
@@ -99,7 +100,7 @@ export class SceneLook {
         ${this.skinJob.element}
       </div>
       <label class="field"><span class="field-label">Cut</span><select id="cut" @change=${this.chosen}>${options(CUTS, cut)}</select></label>
-      <label class="field" ?hidden=${!slices}><span class="field-label">CT in the scene</span>
+      <label class="field" ?hidden=${!slices}><span class="field-label">CT slices in 3D</span>
         <select id="slices-in-scene" @change=${this.sliced}>${options(SLICES, shown)}</select></label>`);
   }
 

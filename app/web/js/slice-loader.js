@@ -1,6 +1,8 @@
 // Loads the pictures of a CT slice.
 import { svg } from "./dom.js";
 /** @import { Connection } from "./connection.js" */
+/** @import { StateWithSlices } from "./slices.js" */
+/** @import { AxisName } from "./slices/port.js" */
 /** @import { SlicePlane } from "./types.js" */
 
 /** @typedef {{ plane: SlicePlane, addresses: string[], key: string }} Job pictures of one plane; key: their addresses */
@@ -69,6 +71,19 @@ export class Loader {
     this.coming.replaceChildren();
     if (this.wanted && this.wanted.key !== job.key) this.load(this.wanted);
   }
+}
+
+/**
+ * Pictures of a slice as the planner draws them, the wide one first.
+ * @param {StateWithSlices} state
+ * @param {AxisName} axis
+ */
+export function addressesOf(state, axis) {
+  const { window, level, planes } = state.slices;
+  const address = `/api/v1/cases/${encodeURIComponent(state.case.id)}/slices/${axis}`
+    + `?position_mm=${planes[axis].position.toFixed(3)}&window=${window}&level=${level}`;
+  const fine = planes[axis].detail && state.case.detail;
+  return fine ? [address, `${address}&volume=${encodeURIComponent(fine)}`] : [address];
 }
 
 /**

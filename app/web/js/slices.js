@@ -6,11 +6,13 @@ import { CloseUp } from "./slices/close-up.js";
 import { Crosshair } from "./slices/crosshair.js";
 import { GreyValues } from "./slices/grey-values.js";
 import { Measures } from "./slices/measures.js";
+import { Outlines } from "./slices/outlines.js";
 import { OverlayControls } from "./slices/overlay-controls.js";
 import { Pane } from "./slices/pane.js";
 import { Painting } from "./slices/painting.js";
 import { PathFrames } from "./slices/path-frames.js";
 import { PlaceField } from "./slices/place-field.js";
+import { TipFollower } from "./slices/tip-follower.js";
 import { ToolPoses } from "./slices/tool-poses.js";
 import { ToolStrip, toolHint } from "./slices/tool-strip.js";
 import { VolumeLink } from "./slices/volume-link.js";
@@ -19,7 +21,7 @@ import { thresholdPreview } from "./threshold-preview.js";
 /** @import { Connection } from "./connection.js" */
 /** @import { Triple } from "./slices/grid.js" */
 /** @import { ViewName } from "./slices/pane.js" */
-/** @import { Axes, AxisName } from "./slices/port.js" */
+/** @import { Axes } from "./slices/port.js" */
 /** @import { SlicesSection, ViewModel } from "./types.js" */
 
 /** @typedef {ViewModel & { case: NonNullable<ViewModel["case"]>, slices: SlicesSection }} StateWithSlices */
@@ -27,8 +29,6 @@ import { thresholdPreview } from "./threshold-preview.js";
 
 /** @type {ViewName[]} */
 const VIEWS = ["axial", "coronal", "sagittal", "path"];
-const FOLLOW_MS = 250; // a moving tip moves the planner's slices no more often
-const FOLLOW_MM = 0.4;
 
 /**
  * What the panes share, and the element they stand in.
@@ -60,14 +60,8 @@ export class Slices extends EventTarget {
     this.along = 0; // arc length of the view across the path, mm
     /** @type {number | null} */
     this.shownTool = null; // arc length at which the Plan tab shows the tool, mm
-    this.outlined = true; // the cuts of the structures' surfaces are drawn
-    this.outlinesAsked = ""; // the surfaces whose cuts the worker draws
-    /** @type {Triple | undefined} the tip while a robot is shown */
-    this.tip = undefined;
-    /** @type {Triple | null} where the slices followed it last */
-    this.followed = null;
-    /** @type {ReturnType<typeof setTimeout> | null} */
-    this.followTimer = null;
+    this.outlines = new Outlines(this.link);
+    this.tip = new TipFollower(this);
     this.caseId = "";
     this.curveKey = "";
     this.planned = false;
@@ -129,8 +123,7 @@ export class Slices extends EventTarget {
     this.root.dataset.panes = String(this.panes.filter((pane) => !pane.element.hidden).length);
     if (this.layout === "path" && !this.frames) this.enlarge(null);
     if (available) this.show(state);
-    this.tip = available && state.step?.input === "drive" ? state.rehearsal?.tip : undefined;
-    this.followTip();
+    this.tip.at(available && state.step?.input === "drive" ? state.rehearsal?.tip : undefined);
     this.strip.update();
     this.sayHint();
   }
@@ -153,11 +146,11 @@ export class Slices extends EventTarget {
       this.centreAll();
       if (this.frames) this.along = this.frames.nearest(this.crosshair.place ?? this.middle);
       this.link.open(state.case.id, state.case.volumes);
-      this.outlinesAsked = "";
+      this.outlines.forget();
     }
     this.second.update(state);
     this.closeUp.heard(state);
-    this.askOutlines();
+    this.outlines.ask(state);
     for (const pane of this.panes) {
       if (!this.link.ready) pane.refresh();
       pane.mark();
@@ -195,7 +188,7 @@ export class Slices extends EventTarget {
 
   /** The voxels have come nearer, are there, or did not come. */
   linked() {
-    this.askOutlines();
+    this.outlines.ask(this.state);
     for (const pane of this.panes) pane.refresh();
   }
 
@@ -260,19 +253,6 @@ export class Slices extends EventTarget {
   get halfDone() {
     const { plan, regions, shaft, step } = this.state ?? {};
     return step?.input === "edit" && Boolean(plan?.ghost || regions?.drawing || shaft?.aiming);
-  }
-
-  /**
-   * Pictures of a slice as the planner draws them, the wide one first.
-   * @param {StateWithSlices} state
-   * @param {AxisName} axis
-   */
-  addresses(state, axis) {
-    const { window, level, planes } = state.slices;
-    const address = `/api/v1/cases/${encodeURIComponent(state.case.id)}/slices/${axis}`
-      + `?position_mm=${planes[axis].position.toFixed(3)}&window=${window}&level=${level}`;
-    const fine = planes[axis].detail && state.case.detail;
-    return fine ? [address, `${address}&volume=${encodeURIComponent(fine)}`] : [address];
   }
 
   // -- what pointer and keys do
@@ -356,19 +336,9 @@ export class Slices extends EventTarget {
 
   /** @param {boolean} on */
   outline(on) {
-    this.outlined = on;
-    this.askOutlines();
+    this.outlines.on = on;
+    this.outlines.ask(this.state);
     for (const pane of this.panes) pane.refresh();
-  }
-
-  /** Have the worker load the surfaces that are drawn; again where structures have come or gone. */
-  askOutlines() {
-    if (!this.outlined || !this.link.ready || !this.state) return;
-    const wanted = this.state.case.outlines.map(({ surface, colour, closed }) => ({ name: surface, colour, closed }));
-    const key = JSON.stringify(wanted);
-    if (key === this.outlinesAsked) return;
-    this.outlinesAsked = key;
-    this.link.outline(wanted);
   }
 
   /** @param {string} words of what a key or press did; '' once they are old */
@@ -383,27 +353,6 @@ export class Slices extends EventTarget {
     this.hint.classList.toggle("caution", caution !== "");
     const words = caution || toolHint(this);
     if (this.hint.textContent !== words) this.hint.textContent = words;
-  }
-
-  followAgain() {
-    this.followed = null;
-    this.followTip();
-  }
-
-  /** Bring the slices to the newest tip, at most once in FOLLOW_MS. */
-  followTip() {
-    const [from, to] = [this.followed, this.tip];
-    if (!this.strip.menu.follows || !to || this.followTimer) return;
-    if (from && Math.hypot(to[0] - from[0], to[1] - from[1], to[2] - from[2]) < FOLLOW_MM) return;
-    this.followTimer = setTimeout(() => {
-      this.followTimer = null;
-      if (!this.strip.menu.follows || !this.tip || !this.connection.connected) return;
-      this.followed = this.tip;
-      if (this.frames) this.along = this.frames.nearest(this.tip);
-      this.crosshair.move(this.tip);
-      for (const pane of this.panes) if (pane.name !== "path") pane.follow();
-      this.followTip();
-    }, FOLLOW_MS);
   }
 }
 

@@ -1,12 +1,15 @@
 // Parts of a panel one below the other, each folded to one line with its name and result: numbered steps, or what is rare.
 // Their names are one tab stop: ↑ ↓ Home End go from one to the other, Enter opens.
 import { h } from "./dom.js";
+import { keep, recall } from "./remember.js";
 import { Roving } from "./roving.js";
-import { draw, html, nothing } from "./template.js";
+import { draw, html, iconTemplate, nothing } from "./template.js";
 
-/** @typedef {{ words: string, mark: "done" | "caution" | "" }} Line the result of a step, see `guide.js` of Plan */
+/** @typedef {{ words: string, mark: "done" | "caution" | "", pill?: string }} Line the result of a step, mark: 'done', 'caution' where somebody should look, '' where there is nothing yet; pill: a word of caution beside it */
 /** @typedef {{ name: string, title: string, content: HTMLElement | HTMLElement[] }} Step */
-/** @typedef {{ open: readonly string[], marked?: string, lines?: Record<string, Line> }} Shown marked: the step that comes next */
+/** @typedef {{ open: readonly string[], marked?: string, lines?: Record<string, Line>, hidden?: readonly string[] }} Shown marked: the step that comes next */
+
+const MARKS = /** @type {const} */ ({ done: "fits", caution: "tight" }); // icons
 
 export class StepList {
   /**
@@ -40,10 +43,11 @@ export class StepList {
     const open = this.shown.open.includes(name);
     const line = this.shown.lines?.[name];
     const next = this.shown.marked === name;
-    return html`<details class="step" data-step-name=${name} data-mark=${line?.mark || nothing} ?open=${open} @toggle=${this.toggled}>
+    return html`<details class="step" data-step-name=${name} data-mark=${line?.mark || nothing} ?hidden=${this.shown.hidden?.includes(name)} ?open=${open} @toggle=${this.toggled}>
       <summary @click=${this.pressed}>
-        ${this.numbered ? html`<span class="step-number" aria-hidden="true">${index + 1}</span>` : nothing}
-        <h2>${title}</h2>${next ? html`<span class="step-next" title="Comes next"><span class="visually-hidden">comes next</span></span>` : nothing}
+        ${this.numbered ? html`<span class="step-number" aria-hidden="true">${line?.mark ? iconTemplate(MARKS[line.mark]) : index + 1}</span>` : nothing}
+        <h2>${title}${this.numbered && line?.mark === "done" ? html`<span class="visually-hidden">, done</span>` : nothing}</h2>${next ? html`<span class="step-next" title="Comes next"><span class="visually-hidden">comes next</span></span>` : nothing}
+        ${line?.pill ? html`<span class="pill">${line.pill}</span>` : nothing}
         <span class="step-line" title=${line?.words || nothing}>${line?.words ?? ""}</span>
       </summary>
       <div class="step-body">${content}</div>
@@ -81,6 +85,39 @@ export class StepList {
    */
   find(name) {
     return this.element.querySelector(`[data-step-name="${name}"]`);
+  }
+}
+
+/** Parts any of which may be open; the browser remembers which. */
+export class FoldedParts extends StepList {
+  /**
+   * @param {{ label: string, steps: Step[], kept?: string, open?: readonly string[] }} options
+   *   kept: what the browser remembers them under, open: those that are so at first
+   */
+  constructor({ label, steps, kept = "fold", open = [] }) {
+    super({ label, steps, numbered: false, chosen: (name, unfolded) => this.unfold(name, unfolded) });
+    this.kept = kept;
+    this.unfolded = new Set(steps.map(({ name }) => name).filter((name) => recall(`${kept}-${name}`, ["open", "shut"], open.includes(name) ? "open" : "shut") === "open"));
+  }
+
+  /**
+   * @param {Record<string, Line>} lines
+   * @param {readonly string[]} [hidden] parts that there is nothing in
+   */
+  show(lines, hidden = []) {
+    this.update({ open: [...this.unfolded], lines, hidden });
+  }
+
+  /**
+   * @param {string} name
+   * @param {boolean} open
+   */
+  unfold(name, open) {
+    if (open) this.unfolded.add(name);
+    else this.unfolded.delete(name);
+    keep(`${this.kept}-${name}`, open ? "open" : "shut");
+    this.update({ ...this.shown, open: [...this.unfolded] });
+    if (open) this.bringIntoSight(name);
   }
 }
 

@@ -99,13 +99,16 @@ export function iconTemplate(name) {
 }
 
 /**
- * A small square button with a picture and a name for those who cannot see it.
+ * A small square button with a picture, and with a name as its tooltip and for those who cannot see it.
  * @param {keyof typeof ICONS} name
  * @param {string} label
  * @param {(event: MouseEvent) => unknown} onclick
+ * @param {{ id?: string, operation?: string, tool?: string, title?: string, off?: boolean, hidden?: boolean }} [more]
+ *   operation: message that it sends. title: of the tooltip, where that says more. off: it cannot be pressed now
  */
-export function iconTool(name, label, onclick) {
-  return html`<button type="button" class="icon plain" title=${label} aria-label=${label} @click=${onclick}>${iconTemplate(name)}</button>`;
+export function iconTool(name, label, onclick, { id, operation, tool, title = label, off = false, hidden = false } = {}) {
+  return html`<button type="button" class="icon plain" id=${id ?? nothing} data-operation=${operation ?? nothing} data-tool=${tool ?? nothing} title=${title} aria-label=${label}
+    ?disabled=${off} ?hidden=${hidden} @click=${onclick}>${iconTemplate(name)}</button>`;
 }
 
 /**

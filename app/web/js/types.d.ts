@@ -427,7 +427,12 @@ export interface ToolOption {
   shaft_radius_mm: number;
 }
 
-/** The open plan; degree and length of its spline are 0 without one. margin_mm: to bone, as it is set. */
+/**
+ * The open plan; degree and length of its spline are 0 without one. margin_mm: to bone, as it is set.
+ *
+ * nearest_target: id of the target nearest to the path's end, None without a path or a target. short_mm: how far
+ * before it the path ends, 0 where it ends at it.
+ */
 export interface PlanSection {
   points: ItemEntry[];
   targets: ItemEntry[];
@@ -443,6 +448,8 @@ export interface PlanSection {
   add_mode: "point" | "target" | "none";
   degree: number;
   length_mm: number;
+  nearest_target: string | null;
+  short_mm: number;
   ghost: GhostView | null;
   robot: PlanRobotView;
   tool: PlanToolView;
@@ -1256,7 +1263,8 @@ export interface AlternativePublic {
  * A figure of a verdict, with its level.
  *
  * name: what it is of, such as 'bone'. value: in mm, None if it is not known or has none. whole_mm: of which it is a
- * part, such as the length of the path. digits: of the value. s_mm: arc length of the tip at its place, None without.
+ * part, such as the length of the path. digits: of the value. s_mm: arc length of the tip at its place, None without;
+ * of an obstacle that stops the tool, where it does.
  * margin_mm: of an obstacle. at_least: it is farther away than clearances are measured, which is the value.
  */
 export interface VerdictFigure {
@@ -1300,7 +1308,8 @@ export interface ToolTablePublic {
 /**
  * How a tool does along the plan's path; lengths in mm, null where it does not fit at the entry or is not known.
  *
- * verdict: the level of the plan with this tool, word: of it. parts: its shape, from the tip on; view: where an
+ * verdict: the level of the plan with this tool, word: of it. stop: what stops it and where, in figures, '' if nothing
+ * does. parts: its shape, from the tip on; view: where an
  * endoscope looks, a direction in the same plane.
  */
 export interface ToolPublic {
@@ -1315,6 +1324,7 @@ export interface ToolPublic {
   tissue_mm: number | null;
   tissue_depth_mm: number | null;
   reason: string;
+  stop: string;
   pierces: boolean;
   verdict: "fits" | "tight" | "pierces" | "blocked" | "unknown";
   word: string;

@@ -4,7 +4,7 @@ import { fixed, sentence } from "./format.js";
 import { stageWords } from "./jobs.js";
 import { remove } from "./rest.js";
 import { draw, html, iconTemplate, nothing } from "./template.js";
-import { LEVEL_ICONS, figureWords, isOld } from "./verdict-line.js";
+import { LEVEL_ICONS, figureWords, isOld, shortWords, unbroken } from "./verdict-line.js";
 
 /** @import { Connection } from "./connection.js" */
 /** @import { EvaluationSection, FigureView, JobEntry, VerdictPart, VerdictView, ViewModel } from "./types.js" */
@@ -39,15 +39,16 @@ export class VerdictCard {
     this.follow(corridor.job);
     const job = this.quiet === undefined ? state.jobs?.items.find(({ id }) => id === this.job) : undefined;
     const aside = step?.name === "register" && corridor.verdict && !corridor.verdict.figures.some(({ name }) => name === "registration error");
-    this.changed([corridor, job, this.open, this.cancelling, aside], () => draw(this.element, this.card(corridor, job, Boolean(aside))));
+    this.changed([corridor, job, this.open, this.cancelling, aside, plan?.short_mm], () => draw(this.element, this.card(corridor, job, Boolean(aside), shortWords(plan?.short_mm ?? 0))));
   }
 
   /**
    * @param {EvaluationSection} corridor
    * @param {JobEntry | undefined} job
    * @param {boolean} unregistered whether it is said that no registration error is in the verdict
+   * @param {string} short how far before a target the path ends, '' where it ends at one
    */
-  card(corridor, job, unregistered) {
+  card(corridor, job, unregistered, short) {
     const { verdict } = corridor;
     const old = isOld(corridor);
     const level = verdict && old ? verdict.level : corridor.level;
@@ -56,6 +57,7 @@ export class VerdictCard {
         <div class="card-head">
           <span class="card-icon">${iconTemplate(level ? LEVEL_ICONS[level] : "waiting")}</span>
           <strong class="card-word" role="status">${corridor.word || "Simulating"}<span class="visually-hidden">${spoken(corridor)}</span></strong>
+          ${short ? html`<span class="pill" id="ends-short" title="From the path's end to the nearest target">${short}</span>` : nothing}
           <span class="card-state" id="verdict-state" title=${corridor.state_words}>${stateWords(corridor)}</span>
           <button type="button" class="plain" data-tool="show-me" ?hidden=${!verdict} ?disabled=${old} title="Show the tool where the path decides"
             @click=${() => this.show(verdict?.show_mm ?? 0)}>Show me</button>
@@ -90,7 +92,8 @@ export class VerdictCard {
     const { verdict } = corridor;
     if (!verdict) return sentence(corridor.words);
     const head = `${old || !corridor.short ? verdict.short : corridor.short}.`;
-    return html`<strong class="verdict-head">${head}</strong>${verdict.parts.slice(1).map((part) => this.part(part, old))}`;
+    const parts = unbroken(verdict.parts.slice(1));
+    return html`<strong class="verdict-head">${head}</strong>${parts.map(({ before, part, after }) => (before || after ? html`<span class="unbroken">${before}${this.part(part, old)}${after}</span>` : this.part(part, old)))}`;
   }
 
   /**

@@ -1,8 +1,8 @@
 // The verdict on a path in a few words: its word, and the figure that decides it.
-import { fixed } from "./format.js";
+import { fixed, mm } from "./format.js";
 
 /** @import { ICONS } from "./dom.js" */
-/** @import { EvaluationSection, FigureView } from "./types.js" */
+/** @import { EvaluationSection, FigureView, VerdictPart } from "./types.js" */
 
 /** @type {Record<NonNullable<EvaluationSection["level"]>, keyof typeof ICONS>} */
 export const LEVEL_ICONS = { fits: "fits", tight: "tight", unknown: "unknown", blocked: "blocked", pierces: "blocked" };
@@ -25,6 +25,14 @@ export function figureWords({ name, value, digits, whole_mm: whole, level, at_le
 }
 
 /**
+ * How far before its target a path ends; '' where it ends at it.
+ * @param {number} short mm
+ */
+export function shortWords(short) {
+  return short ? `${mm(short, short < 10 ? 1 : 0)} short` : "";
+}
+
+/**
  * The verdict in one line, the worst figure behind its word. mark: 'caution' where somebody should look.
  * @param {EvaluationSection | undefined} corridor
  * @returns {{ words: string, mark: "done" | "caution" | "" }}
@@ -35,4 +43,25 @@ export function verdictLine(corridor) {
   if (!level || isOld(corridor)) return { words: "Simulating …", mark: "" };
   const [worst] = verdict?.figures ?? [];
   return { words: [word, ...(worst ? [figureWords(worst)] : [])].join(", "), mark: level === "fits" ? "done" : "caution" };
+}
+
+/**
+ * Parts of a sentence, each place with what touches it: a bracket stays with the place that it is about.
+ * @param {VerdictPart[]} parts
+ */
+export function unbroken(parts) {
+  const held = parts.map((part) => ({ before: "", part, after: "" }));
+  for (const [at, one] of held.entries()) {
+    if (one.part.s_mm === null) continue;
+    const [last, next] = [held[at - 1], held[at + 1]];
+    if (last?.part.s_mm === null) {
+      one.before = /\S*$/u.exec(last.part.words)?.[0] ?? "";
+      last.part = { ...last.part, words: last.part.words.slice(0, last.part.words.length - one.before.length) };
+    }
+    if (next?.part.s_mm === null) {
+      one.after = /^\S*/u.exec(next.part.words)?.[0] ?? "";
+      next.part = { ...next.part, words: next.part.words.slice(one.after.length) };
+    }
+  }
+  return held;
 }

@@ -14,6 +14,7 @@ from app.planning.verdict_figures import VerdictFigure, verdict_figures
 from app.planning.verdict_words import Doubt
 from app.services import Services
 from app.tabs.plan.clearance import verdict_view
+from vfix_engine.runtime.snapshot import Blocker
 
 
 @pytest.fixture(scope="module")
@@ -69,6 +70,24 @@ def test_the_obstacle_that_leaves_least_above_its_margin_comes_first(found: Plan
     assert [one.name for one in verdict_figures(both)[:2]] == ["nerve", "bone"]
     hidden = replace(both.verdict, level="tight", reason="surface")
     assert first(replace(found, verdict=hidden)).name == "bone"
+
+
+def test_what_stops_the_tool_comes_first_where_it_does(found: PlanEvaluation) -> None:
+    bone = found.verdict.obstacles[0]
+    nerve = replace(bone, name="nerve", margin_mm=bone.margin_mm - 0.1)
+    half = len(found.run.s) // 2
+    verdict = replace(found.verdict, level="blocked", reason="held", obstacles=(bone, nerve))
+
+    def stopped(stop: Blocker | None) -> list[tuple[str, str, float | None]]:
+        run = replace(found.run, s=found.run.s[:half], completed=False, stopped_by=stop)
+        figures = verdict_figures(replace(found, run=run, verdict=verdict))
+        return [(one.name, one.level, one.s_mm) for one in figures if one.level == "blocked"]
+
+    reach = ("reach", "blocked", float(found.run.s[half - 1]))
+    assert stopped(Blocker("bone", "bone", "shaft")) == [("bone", *reach[1:]), reach]
+    assert stopped(Blocker("zone", "nerve (2 of 4)", "tip")) == [("nerve", *reach[1:]), reach]
+    assert stopped(Blocker("joint", "insertion")) == [("joint limit", *reach[1:]), reach]
+    assert stopped(None) == [reach]
 
 
 def test_bone_beyond_what_is_measured_is_at_least_that_far(found: PlanEvaluation) -> None:

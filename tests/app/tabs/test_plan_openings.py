@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any, cast
 
 import numpy as np
@@ -55,6 +56,24 @@ def click(tab: PlanTab, x: float, before: float) -> None:
         hit.item_id = None  # type: ignore[attr-defined]
         tab.workspace.case.hit = lambda ray: hit  # type: ignore[method-assign,assignment,return-value]
     tab.clicked(ClickRay(np.array([x, -210.0, 1.0]), FROM_FRONT))
+
+
+@pytest.mark.parametrize(("beside_mm", "side"), [(5.0, "left"), (7.0, "")])
+def test_an_entry_clicked_near_one_is_where_it_was_clicked_with_the_side_as_one_edit(
+    phantom_services: Services, found: list[Opening], beside_mm: float, side: str
+) -> None:
+    place = (7.5, -14.0, -6.0)
+    found[:] = [RIGHT, replace(LEFT, position=(place[0], place[1] - beside_mm, place[2]))]
+    tab = empty_plan(phantom_services)
+    do_work(tab)
+    shown(tab)
+    do_work(tab)
+    send(tab, "pick.slice", position=list(place))
+    assert tab.plan is not None
+    (point,) = tab.plan.content.points
+    assert (point.position, tab.plan.content.path.entry_side) == (pytest.approx(place, abs=0.1), side)
+    send(tab, "undo")
+    assert (tab.plan.content.points, tab.plan.content.path.entry_side) == ((), "")
 
 
 def marked(tab: PlanTab) -> list[str]:

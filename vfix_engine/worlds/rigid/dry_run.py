@@ -9,6 +9,7 @@ import numpy as np
 
 from ...arrays import Array
 from ...control import ControlSettings
+from ...runtime.snapshot import Blocker
 from .rehearsal import Command, Rehearsal
 from .scene import Scene
 
@@ -28,7 +29,8 @@ class DryRun:
     s (n,): arc length; tip (n, 3); clearance (n,): bone clearance of the whole tool, exact up to exact_to_mm; q (n, 7):
     joints.
     segments_start, segments_end (n, S, 3): the tool's axis in each pose, from the tip on.
-    completed: the end was reached; reason: why not.
+    completed: the end was reached; reason: why not; stopped_by: the constraint that the reason describes, if it
+    describes one.
     """
 
     s: Array
@@ -41,6 +43,7 @@ class DryRun:
     reason: str
     length_mm: float
     exact_to_mm: float
+    stopped_by: Blocker | None = None
 
     @property
     def reached_mm(self) -> float:
@@ -107,4 +110,5 @@ def dry_run(
         reason="" if done else snapshot.reason or "the tool no longer moves along the path",
         length_mm=length,
         exact_to_mm=snapshot.threshold_mm,
+        stopped_by=next((one for one in snapshot.blockers if not done and one.words == snapshot.reason), None),
     )

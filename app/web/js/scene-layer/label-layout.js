@@ -3,6 +3,8 @@
 export const EDGE_PX = 6;
 export const ASIDE_PX = 12; // of a label from its place
 const ABOVE = 1.3; // of its own height
+const APART_PX = 3; // of a letter from what lies upon the scene
+const MOST_ASIDE_PX = 48; // that a letter moves for it
 
 /** @typedef {{ left: number, top: number, right: number, bottom: number }} Box px */
 /** @typedef {{ x: number, y: number, width: number, height: number, first: boolean, away: number }} LabelRequest where a place is, px, and the size of its words; first: before all others; away: from the eye */
@@ -38,6 +40,23 @@ export function laidOut(requests, view, taken) {
  */
 export function isIn(place, { width, height }) {
   return place !== null && place.x > EDGE_PX && place.y > EDGE_PX && place.x < width - EDGE_PX && place.y < height - EDGE_PX;
+}
+
+/**
+ * The centre of a letter, moved by as little as brings it clear of what lies upon the scene; null where that is too far.
+ * @param {{ x: number, y: number }} centre px
+ * @param {{ width: number, height: number }} size of the letter
+ * @param {{ width: number, height: number }} view
+ * @param {Box[]} taken
+ */
+export function clearOf({ x, y }, { width, height }, view, taken) {
+  const [halfWide, halfHigh] = [width / 2 + APART_PX, height / 2 + APART_PX];
+  const isFree = (/** @type {{ x: number, y: number }} */ at) => isIn(at, view)
+    && !taken.some((box) => meet(box, { left: at.x - halfWide, top: at.y - halfHigh, right: at.x + halfWide, bottom: at.y + halfHigh }));
+  const ways = taken.flatMap(({ left, top, right, bottom }) => [{ x, y: bottom + halfHigh }, { x, y: top - halfHigh }, { x: right + halfWide, y }, { x: left - halfWide, y }]);
+  const apart = (/** @type {{ x: number, y: number }} */ at) => Math.hypot(at.x - x, at.y - y);
+  const near = [{ x, y }, ...ways].filter((at) => apart(at) <= MOST_ASIDE_PX && isFree(at));
+  return near.reduce((/** @type {{ x: number, y: number } | null} */ best, at) => (best && apart(best) <= apart(at) ? best : at), null);
 }
 
 /**

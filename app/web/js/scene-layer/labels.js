@@ -1,7 +1,7 @@
 // Words at places of the scene, as text of the page over the frame: sharp at every size, and in the page's type.
 import { h } from "../dom.js";
 
-import { ASIDE_PX, isIn, laidOut } from "./label-layout.js";
+import { ASIDE_PX, clearOf, isIn, laidOut } from "./label-layout.js";
 
 /** @import { Box, LabelRequest } from "./label-layout.js" */
 /** @import { SceneHooks, Three } from "./hooks.js" */
@@ -24,7 +24,9 @@ export class SceneLabels {
     /** @type {Entry[]} */
     this.shown = [];
     /** @type {Box[]} */
-    this.cards = [];
+    this.cards = []; // what lies upon the scene: words are not read below it
+    this.resized = new ResizeObserver(() => this.measure());
+    for (const one of [box, ...this.upon()]) this.resized.observe(one);
     hooks.watchers.add((camera) => this.place(camera));
   }
 
@@ -39,10 +41,9 @@ export class SceneLabels {
         entry.element.textContent = words;
         entry.element.className = name;
       }
-      if ((isBead(kind) || isOpening(kind)) && (!same || !entry.width)) [entry.width, entry.height] = [entry.element.offsetWidth, entry.element.offsetHeight];
+      if ((isBead(kind) || isOpening(kind) || kind === LETTER) && (!same || !entry.width)) [entry.width, entry.height] = [entry.element.offsetWidth, entry.element.offsetHeight];
     });
     for (const { element } of this.shown.splice(labels.length)) element.remove();
-    this.cards = this.shown.some(({ kind }) => isBead(kind)) ? this.boxesUpon() : [];
     this.place(this.hooks.camera);
   }
 
@@ -53,13 +54,18 @@ export class SceneLabels {
     return entry;
   }
 
-  /** What lies upon the scene: words are not read below it. */
-  boxesUpon() {
+  upon() {
+    return [...(this.box.parentElement?.querySelectorAll(".overlay-top > :not([popover]), .legend, .scale") ?? [])];
+  }
+
+  /** Where that lies; it has another size, or the view has. */
+  measure() {
     const origin = this.box.getBoundingClientRect();
-    return [...(this.box.parentElement?.querySelectorAll(".overlay-top > *, .legend") ?? [])].map((card) => {
+    this.cards = this.upon().filter((card) => card.checkVisibility()).map((card) => {
       const { left, top, right, bottom } = card.getBoundingClientRect();
       return { left: left - origin.left, top: top - origin.top, right: right - origin.left, bottom: bottom - origin.top };
     });
+    this.place(this.hooks.camera);
   }
 
   /**
@@ -68,7 +74,7 @@ export class SceneLabels {
    * @returns {(position: number[]) => number}
    */
   facing(camera) {
-    const letters = this.shown.filter(({ kind }) => kind === "letter");
+    const letters = this.shown.filter(({ kind }) => kind === LETTER);
     if (!letters.length) return () => 0;
     const middle = [0, 1, 2].map((axis) => letters.reduce((sum, { position }) => sum + position[axis], 0) / letters.length);
     const centre = this.hooks.world(middle);
@@ -82,12 +88,13 @@ export class SceneLabels {
     const beads = this.beadCorners(camera, facing);
     for (const entry of this.shown) {
       const { element, kind, position } = entry;
-      const cosine = kind === "letter" ? facing(position) : 0;
-      const hidden = (kind === "letter" && (cosine < BEHIND || cosine > IN_FRONT)) // only letters at the head's sides are read
+      const cosine = kind === LETTER ? facing(position) : 0;
+      const hidden = (kind === LETTER && (cosine < BEHIND || cosine > IN_FRONT)) // only letters at the head's sides are read
         || (isOpening(kind) && facing(position) < HIDDEN);
       const place = isBead(kind) || hidden ? null : this.hooks.project(position, camera);
       const isCut = kind === RIGHT && place !== null && place.x < entry.width + ASIDE_PX; // it is on the left of its place
-      const at = isBead(kind) ? beads.get(entry) ?? null : isIn(place, this.hooks.size) && !isCut ? place : null;
+      const seen = isIn(place, this.hooks.size) && !isCut ? place : null;
+      const at = isBead(kind) ? beads.get(entry) ?? null : seen && kind === LETTER ? clearOf(seen, entry, this.hooks.size, this.cards) : seen;
       element.style.visibility = at ? "visible" : "hidden";
       if (at) element.style.translate = `${at.x.toFixed(1)}px ${at.y.toFixed(1)}px`;
     }
@@ -112,10 +119,12 @@ export class SceneLabels {
   }
 
   clear() {
+    this.resized.disconnect();
     this.show([]);
   }
 }
 
+const LETTER = "letter"; // of a side of the patient
 const CHOSEN = "bead chosen";
 const RIGHT = "opening right";
 

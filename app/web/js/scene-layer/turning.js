@@ -7,7 +7,11 @@ export class Turning {
   constructor(hooks) {
     this.hooks = hooks;
     hooks.controls.dollyToCursor = true;
-    if (matchMedia("(prefers-reduced-motion: reduce)").matches) hooks.controls.smoothTime = 0; // else it glides to a halt
+    const { smoothTime } = hooks.controls;
+    const still = matchMedia("(prefers-reduced-motion: reduce)");
+    const obey = () => { hooks.controls.smoothTime = still.matches ? 0 : smoothTime; }; // else it glides to a halt
+    still.addEventListener("change", obey);
+    obey();
     /** @type {number[] | null} LPS, mm */
     this.pivot = null;
   }

@@ -11,6 +11,7 @@ import { reachedMm, splitAt } from "./reached.js";
 
 export const NEAR_MM = 2; // what lies this near to the plane is drawn in full, the rest faint
 const MARK_PX = 3.6;
+const STOP_PX = 7; // radius of the mark where the tool stops
 const LEAST_OPENING_PX = 7; // radius of its ring
 const FIDUCIAL_PX = 8;
 const CROSS_PX = 4.5; // half the length of the lines where a point was measured
@@ -40,6 +41,7 @@ export function marksOf(port, state, cross, measures) {
   const { points, targets } = driven ?? plan ?? { points: [], targets: [] };
   for (const item of points) marks.push(drawnMark(project(item.position), "slice-point", item.id === selected));
   for (const item of targets) marks.push(drawnMark(project(item.position), "slice-target", item.id === selected));
+  if (beyond.length) marks.push(drawnStop(project(beyond[0])));
   for (const opening of openingsOf(state)) marks.push(...drawnOpening(project(opening.position), opening, port));
   for (const mark of state.fiducials?.items ?? []) marks.push(...drawnFiducial(project, mark));
   if (!driven) for (const place of state.regions?.drawing?.places ?? []) marks.push(drawnMark(project(place), "slice-point drawing", false, 0.9));
@@ -72,6 +74,17 @@ function drawnMark({ x, y, away }, kind, selected, size = 1) {
   const near = Math.abs(away) <= NEAR_MM;
   const radius = MARK_PX * size * (near ? 1 : 0.6);
   return svg("circle", { class: selected ? `${kind} selected` : kind, cx: x, cy: y, r: radius, opacity: near ? 1 : 0.45 });
+}
+
+/**
+ * Where the tool stops before the end of its path.
+ * @param {PlaceNear} place
+ */
+function drawnStop({ x, y, away }) {
+  const near = Math.abs(away) <= NEAR_MM;
+  const [r, arm] = near ? [STOP_PX, 0.42 * STOP_PX] : [0.6 * STOP_PX, 0.25 * STOP_PX];
+  const cross = `M${x - arm} ${y - arm}L${x + arm} ${y + arm}M${x - arm} ${y + arm}L${x + arm} ${y - arm}`;
+  return svg("g", { class: "slice-stop", opacity: near ? 1 : 0.55 }, svg("circle", { cx: x, cy: y, r }), svg("path", { d: cross }));
 }
 
 /**

@@ -1,8 +1,7 @@
 // One slice on the page: its picture, the marks over it, and the words that belong to both.
 import { h, icon, svg } from "../dom.js";
 import { pacing } from "../frame-pacing.js";
-import { sizeOf } from "../slice-geometry.js";
-import { Loader } from "../slice-loader.js";
+import { addressesOf, Loader } from "../slice-loader.js";
 import { marksOf } from "./marks.js";
 import { PaneKeys } from "./pane-keys.js";
 import { letterOf, sideWords } from "./place-words.js";
@@ -10,7 +9,8 @@ import { PointerInput } from "./pointer-input.js";
 import { AXES, Port } from "./port.js";
 import { drawRegions, drawnNow } from "./region-cuts.js";
 import { drawTool } from "./tool-outline.js";
-import { dot, minus, plus } from "./vectors.js";
+import { dot, length, minus, plus } from "./vectors.js";
+import { Waiting } from "./waiting.js";
 /** @import { SlicePlane } from "../types.js" */
 /** @import { Slices, StateWithSlices } from "../slices.js" */
 /** @import { Triple } from "./grid.js" */
@@ -18,7 +18,7 @@ import { dot, minus, plus } from "./vectors.js";
 
 /** @typedef {AxisName | "path"} ViewName */
 /** @type {Record<ViewName, string>} */
-export const TITLES = { axial: "Axial", coronal: "Coronal", sagittal: "Sagittal", path: "Across the path" };
+export const TITLES = { axial: "Axial", coronal: "Coronal", sagittal: "Sagittal", path: "Across path" };
 const NORMAL = { axial: 2, coronal: 1, sagittal: 0 };
 const PATH_VIEW_MM = 120; // that the view across the path shows at a zoom of 1
 const ZOOM = [0.5, 40];
@@ -48,14 +48,14 @@ export class Pane {
     this.marks = svg("g");
     this.svg = svg("svg", {}, this.coming, this.pictures);
     this.loader = new Loader(this.coming, board.connection, (plane, images) => this.loaded(plane, images));
-    this.failed = h("div", { class: "slice-failed", hidden: true });
+    this.waiting = new Waiting();
     this.letters = SIDES.map((side) => h("span", { class: `slice-letter ${side}`, "aria-hidden": "true" }));
     this.pointerInput = new PointerInput(this);
     this.keys = new PaneKeys(this);
     this.stage = h("div", {
       class: "slice-stage", tabIndex: 0, role: "application", "aria-roledescription": "CT slice", "data-axis": name,
       "aria-label": `${TITLES[name]}. Arrows move, Page scrolls, Enter adds, M lifts.`,
-    }, this.svg, this.canvas, this.over, svg("svg", { "aria-hidden": "true" }, this.marks), this.letters, this.failed);
+    }, this.svg, this.canvas, this.over, svg("svg", { "aria-hidden": "true" }, this.marks), this.letters, this.waiting.element);
     this.pointerInput.listen(this.stage);
     this.keys.listen(this.stage);
     new ResizeObserver(() => this.refresh()).observe(this.stage);
@@ -145,6 +145,7 @@ export class Pane {
     this.pictures.replaceChildren();
     this.marks.replaceChildren();
     this.canvas.width = this.over.width = 0;
+    this.waiting.load();
     this.say("");
   }
 
@@ -166,15 +167,18 @@ export class Pane {
     const port = this.wanted();
     const place = board.crosshair.place ?? board.middle;
     const words = this.position(place);
-    const bitmap = await board.link.draw(this.name, port.raster(devicePixelRatio * pacing.scale), board.greys.values, board.outlined, board.second.look);
+    const { head } = board.link;
+    const drawn = await board.link.draw(this.name, port.raster(devicePixelRatio * pacing.scale), board.greys.values, board.outlines.on, board.second.look);
     if (pacing.held) await new Promise((go) => { pacing.request(go); });
     this.drawing = false;
+    const bitmap = board.link.head === head ? drawn : null; // another one may have been opened in the meantime
+    if (bitmap !== drawn) drawn?.close();
     if (bitmap) {
       Object.assign(this.canvas, { width: bitmap.width, height: bitmap.height });
       this.canvas.getContext("bitmaprenderer")?.transferFromImageBitmap(bitmap);
       this.pictures.replaceChildren();
       this.loader.clear();
-      this.failed.hidden = true;
+      this.waiting.done();
       this.plane = null;
       this.shown(port, words);
     }
@@ -190,13 +194,12 @@ export class Pane {
   fetch(state) {
     if (this.name === "path") {
       const { link } = this.board;
-      this.failed.hidden = false;
-      this.failed.textContent = link.state === "failed" ? `The CT could not be loaded (${link.words}). It is tried again.`
-        : `This view needs the whole CT: ${Math.round(link.share * 100)} % of it is here.`;
+      if (link.state === "failed") this.waiting.fail(`CT not loaded: ${link.words}. Trying again.`);
+      else this.waiting.load(link.share); // it is cut from all of the voxels, or not at all
       return;
     }
     const plane = state.slices.planes[this.name];
-    this.loader.want(plane, this.board.addresses(state, this.name));
+    this.loader.want(plane, addressesOf(state, this.name));
     this.place();
   }
 
@@ -208,8 +211,9 @@ export class Pane {
   loaded(plane, images) {
     if (this.board.link.ready) return; // the voxels were faster
     this.plane = plane;
-    this.failed.textContent = "This slice could not be loaded. It is tried again.";
-    this.failed.hidden = images !== null;
+    this.canvas.width = 0; // it lies upon them
+    if (images) this.waiting.done();
+    else this.waiting.fail("Slice not loaded. Trying again.");
     this.pictures.replaceChildren(...(images ?? []));
     this.place();
   }
@@ -226,9 +230,8 @@ export class Pane {
     [...this.pictures.children].forEach((picture, index) => {
       const grid = grids[index];
       if (!grid) return;
-      const { width, height } = sizeOf(grid);
       const first = port.project(grid.origin); // the centre of its first pixel
-      const [w, h0] = [width / port.perPixel, height / port.perPixel];
+      const [w, h0] = [grid.columns * length(/** @type {Triple} */ (grid.u)) / port.perPixel, grid.rows * length(/** @type {Triple} */ (grid.v)) / port.perPixel];
       setBox(picture, first.x - w / grid.columns / 2, first.y - h0 / grid.rows / 2, w, h0);
     });
     this.shown(port, `${sideWords(plane.position, NORMAL[name])} mm`);

@@ -1,9 +1,8 @@
 // The menu of the slices: zoom, outlines, following the tip, and what opens from it: the second volume, and the keys.
-import { h } from "../dom.js";
+import { h, iconButton } from "../dom.js";
 import { Popover } from "../popover.js";
-import { keep, recall } from "../remember.js";
 import { SHORTCUTS } from "../shortcuts.js";
-import { draw, html, iconTemplate, live } from "../template.js";
+import { draw, html, live } from "../template.js";
 /** @import { Slices } from "../slices.js" */
 
 export class SliceMenu {
@@ -14,15 +13,13 @@ export class SliceMenu {
   constructor(board, button) {
     this.board = board;
     this.zoom = 2;
-    this.outlined = true;
-    this.follows = recall("follow-tip", ["on", "off"], "on") === "on";
     this.element = h("div", { class: "slice-menu", role: "dialog", "aria-label": "Slice menu" });
     this.popover = new Popover(this.element, { button, sides: ["right", "above", "below"] });
     this.volume = h("div", { class: "volume-menu", role: "dialog", "aria-label": "Second volume" },
-      h("div", { class: "popover-head" }, h("h2", {}, "Second volume"), closer(() => this.second.hide())), board.second.element);
+      h("div", { class: "popover-head" }, h("h2", {}, "Second volume"), iconButton("blocked", "Close", () => this.second.hide(), { title: "Close (Esc)" })), board.second.element);
     this.second = new Popover(this.volume, { home: button, beside: board.root, sides: ["left", "above", "below"] });
     this.keys = h("div", { class: "keys-menu", role: "dialog", "aria-label": "Mouse and keys" },
-      h("div", { class: "popover-head" }, h("h2", {}, "Mouse and keys"), closer(() => this.help.hide())), keysOfSlices());
+      h("div", { class: "popover-head" }, h("h2", {}, "Mouse and keys"), iconButton("blocked", "Close", () => this.help.hide(), { title: "Close (Esc)" })), keysOfSlices());
     this.help = new Popover(this.keys, { home: button, beside: board.root, sides: ["left", "above", "below"] });
   }
 
@@ -35,8 +32,8 @@ export class SliceMenu {
     draw(this.element, html`
       <label class="field"><span class="field-label">Zoom <span class="number">${this.zoom.toFixed(1)}×</span></span>
         <input type="range" id="slice-zoom" min="1" max="12" step="0.25" .value=${live(String(this.zoom))} @input=${this.zoomed}></label>
-      <label class="check"><input type="checkbox" id="slice-outlines" .checked=${live(this.outlined)} @change=${this.outline}>Outlines</label>
-      <label class="check" ?hidden=${!board.tip}><input type="checkbox" id="follow-tip" .checked=${live(this.follows)} @change=${this.follow}>Follow the tip</label>
+      <label class="check"><input type="checkbox" id="slice-outlines" .checked=${live(board.outlines.on)} @change=${this.outline}>Outlines</label>
+      <label class="check" ?hidden=${!board.tip.place}><input type="checkbox" id="follow-tip" .checked=${live(board.tip.on)} @change=${this.follow}>Follow the tip</label>
       <button type="button" class="plain" id="second-volume" ?hidden=${!board.second.offered} @click=${() => this.open(this.second)}>Second volume …</button>
       <button type="button" class="plain" id="slice-keys" @click=${() => this.open(this.help)}>Mouse and keys …</button>`);
   }
@@ -52,22 +49,12 @@ export class SliceMenu {
   };
 
   outline = (/** @type {Event} */ { currentTarget }) => {
-    this.outlined = /** @type {HTMLInputElement} */ (currentTarget).checked;
-    this.board.outline(this.outlined);
+    this.board.outline(/** @type {HTMLInputElement} */ (currentTarget).checked);
   };
 
   follow = (/** @type {Event} */ { currentTarget }) => {
-    this.follows = /** @type {HTMLInputElement} */ (currentTarget).checked;
-    keep("follow-tip", this.follows ? "on" : "off");
-    this.board.followAgain();
+    this.board.tip.set(/** @type {HTMLInputElement} */ (currentTarget).checked);
   };
-}
-
-/** @param {() => void} close */
-function closer(close) {
-  const button = h("button", { type: "button", class: "icon plain", title: "Close (Esc)", "aria-label": "Close", onclick: close });
-  draw(button, iconTemplate("blocked"));
-  return button;
 }
 
 function keysOfSlices() {
