@@ -69,7 +69,13 @@ def by_keyboard(station: Workstation) -> None:
         page.keyboard.press(key)
         keys.append(focused())
     names = [bead["name"] for bead in registration(station)["beads"]]
-    assert keys[1:] == [f"Confirm {names[1]}", f"Reject {names[1]}", f"Reject {names[0]}", f"Reject {names[0]}", f"Reject {names[4]}"]
+    assert keys[1:] == [
+        f"Confirm {names[1]}",
+        f"Reject {names[1]}",
+        f"Reject {names[0]}",
+        f"Reject {names[0]}",
+        f"Reject {names[4]}",
+    ]
     assert keys[0].startswith(names[1])
     page.keyboard.press("Tab")
     assert page.evaluate("document.activeElement.closest('#beads')") is None

@@ -70,7 +70,8 @@ def sides(distance: Array, normal: Array) -> IndexArray:
 
     distance: (N,); normal: (N, 3). The tool is one body: a side has one pair, whichever of its parts that is of.
     """
-    left, kept = np.argsort(distance, kind="stable"), []
+    left = np.argsort(distance, kind="stable")
+    kept: list[np.intp] = []
     while len(left) and len(kept) < MOST_SIDES:
         kept.append(left[0])
         left = left[normal[left] @ normal[left[0]] < SIDE_COSINE]

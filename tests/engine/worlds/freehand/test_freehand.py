@@ -38,10 +38,11 @@ from vfix_engine.worlds.rigid.spec import SceneSpec
 
 SETTINGS = ControlSettings()
 ACROSS = np.array([1.0, 0.0, 0.0])
+WALL_MM = 5.0  # in y, before the recorded tool
 
 
 def turned(mesh: TriangleMesh, rotation: Rotation) -> TriangleMesh:
-    return TriangleMesh(rotation.apply(mesh.vertices), mesh.faces)
+    return TriangleMesh(rotation.apply(np.array(mesh.vertices)), mesh.faces)
 
 
 def driven(system: FreehandSystem, state: FreehandState, command: Command, seconds: float) -> FreehandState:
@@ -50,7 +51,7 @@ def driven(system: FreehandSystem, state: FreehandState, command: Command, secon
     return state
 
 
-@pytest.mark.parametrize("stiffness", [5.0, 10.0, 40.0])
+@pytest.mark.parametrize("stiffness", [8.0, 10.0, 40.0])
 @pytest.mark.parametrize("dt_s", [1e-3, 2e-2])
 def test_a_push_of_5_n_into_a_wall_penetrates_force_over_stiffness(stiffness: float, dt_s: float) -> None:
     system = FreehandSystem(straight_scene(wall(4.0)), replace(SETTINGS, dt_s=dt_s), stiffness)
@@ -69,12 +70,12 @@ def test_a_push_of_5_n_into_a_wall_penetrates_force_over_stiffness(stiffness: fl
 
 
 def test_contacts_are_counted_by_structure_and_segment() -> None:
-    """The shaft is pushed against a wall beside it, twice, and through a structure that does not push back."""
+    """The shaft, at z = -7.5, is pushed twice against a wall, and into a structure that does not push back."""
     aside = turned(wall(4.0, 200.0), Rotation.from_euler("z", -90.0, degrees=True))  # its plane is x = 4
-    zone = Zone("nerve", Sphere([2.5, -60.0, 0.0], 0.5), 0.3)
+    zone = Zone("nerve", Sphere([2.5, -60.0, -7.5], 0.5), 0.3)
     system = FreehandSystem(replace(straight_scene(aside), zones=(zone,)), SETTINGS)
     state = system.start()
-    for force in (5.0, -5.0, 5.0):
+    for force in (5.0, -5.0, 5.0, 5.0):
         state = driven(system, state, Command(force * ACROSS), 0.5)
     found = {(one.structure, one.part): one for one in system.snapshot(state).contacts}
     assert found["bone", "shaft"].count == 2
@@ -137,11 +138,11 @@ def test_opposite_sides_push_apart() -> None:
 
 @pytest.fixture(scope="module")
 def recorded(tmp_path_factory: pytest.TempPathFactory) -> tuple[Run, FreehandSpec]:
-    """A minute of everything that a run can hold, at random, in a box of walls."""
+    """Everything that a run can hold, at random, before a wall."""
     points = np.array([[0.0, 0.0, 0.0], [0.0, 10.0, 1.0], [0.0, 20.0, 0.0]])
     scene = replace(
-        straight_scene(wall(22.0), points), targets=np.array([[0.0, 30.0, 0.0]]), target_names=("there",),
-        zones=(Zone("nerve", Sphere([3.0, 18.0, 0.0], 2.0), 0.5),),
+        straight_scene(wall(WALL_MM), points), targets=np.array([[0.0, 30.0, 0.0]]), target_names=("there",),
+        zones=(Zone("nerve", Sphere([1.5, 3.0, 0.0], 1.0), 0.5),),
     )  # fmt: skip
     spec = FreehandSpec(SceneSpec.of(scene), SETTINGS, 12.0)
     system, random = spec.build(), np.random.default_rng(5)
@@ -181,17 +182,17 @@ def test_its_score_says_that_nothing_was_certified(recorded: tuple[Run, Freehand
     inside = {part: run.column(f"d0_{part}")[rows] < 0.0 for part in range(2)}
     by_part = {one.part: one.count for one in score.contacts_by if one.structure == "bone"}
     assert by_part == {name: label(inside[k])[1] for k, name in enumerate(tool.segment_names) if inside[k].any()}
-    assert score.contacts == run.column("contacts")[-1] > 3
-    judge = CoalJudge(wall(22.0))
+    assert score.contacts == run.column("contacts")[-1] > 1
+    judge = CoalJudge(wall(WALL_MM))
     for index in range(500, 3000, 97):
         ends = [np.array([[run.column(f"s{s}_{e}{a}")[index] for a in "xyz"] for s in range(2)]) for e in "ab"]
         least = min(run.column("d0_0")[index], run.column("d0_1")[index])
         if 0.0 < least < SETTINGS.reach_mm:
             assert judge.clearance(Segments(*ends, tool.radius)) == pytest.approx(least, abs=1e-6)
-        # The wall is the plane y = 22, and the tool comes from below: depth in closed form.
+        # The wall is a plane, and the tool comes from below: depth in closed form.
         highest = max((ends[k][s, 1] + tool.radius[s]) for k in range(2) for s in range(2))
         if least < SETTINGS.reach_mm:
-            assert least == pytest.approx(22.0 - highest, abs=1e-9)
+            assert least == pytest.approx(WALL_MM - highest, abs=1e-9)
 
 
 def test_it_is_driven_in_the_control_process_like_the_others(tmp_path: Path) -> None:
