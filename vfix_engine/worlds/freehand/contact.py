@@ -32,6 +32,9 @@ class ContactForces(NamedTuple):
     deepest: float
 
 
+NO_CONTACT = ContactForces(np.zeros((0, 3)), np.zeros((0, 3)), 0.0)
+
+
 class ContactModel:
     """What is around a free tool: the anatomy, and the protected structures in the order of ``zones.ordered``."""
 
@@ -45,7 +48,7 @@ class ContactModel:
         """Forces of the anatomy on the tool in a pose."""
         pairs = self._tree.pairs_within(segments, 0.0)
         if not len(pairs):
-            return ContactForces(np.zeros((0, 3)), np.zeros((0, 3)), 0.0)
+            return NO_CONTACT
         kept = sides(pairs.distance, pairs.normal)
         force = -self.stiffness_n_per_mm * pairs.distance[kept][:, None] * pairs.normal[kept]
         deepest = float((-pairs.distance / segments.radius[pairs.segment]).max())

@@ -17,7 +17,7 @@ from ...arrays import Array
 from ...control import ControlSettings
 from ...geometry.capsules import Segments
 from ...robots import Tool
-from .contact import MOST_SIDES, ContactForces, ContactModel
+from .contact import MOST_SIDES, NO_CONTACT, ContactForces, ContactModel
 
 STIFF_SHARE = 0.25  # of the penetration that contact forces take back within a substep, all sides together
 CORE_SHARE = 0.9  # of the radius: bone never comes nearer to the axis, whose distance says how deep it is
@@ -38,14 +38,27 @@ def pose_of(tool: Tool, position: Array, rotation: Array) -> ToolPose:
 
 
 def moved(
-    tool: Tool, around: ContactModel, pose: ToolPose, force: Array, torque: Array, settings: ControlSettings
+    tool: Tool,
+    around: ContactModel,
+    pose: ToolPose,
+    clearance: float,
+    force: Array,
+    torque: Array,
+    settings: ControlSettings,
 ) -> tuple[ToolPose, ContactForces, bool]:
     """The pose after one control period, the contact forces there, and whether bone held the tool in all of it.
 
-    force: (3,) in N; torque: (3,) in N·mm about the tip.
+    clearance: no bone is nearer to the tool, in mm. force: (3,) in N; torque: (3,) in N·mm about the tip.
     """
-    count = _substeps(tool, force, torque, settings, around.stiffness_n_per_mm)
-    h, push = settings.dt_s / count, around.push(pose.segments)
+    dt, motion = settings.dt_s, _motion(tool, force, torque, settings)
+    if motion < clearance:  # bone is out of reach
+        position = pose.position + dt * settings.gain_mm_per_s_per_n * force
+        rotation = _turned(pose.rotation, dt * settings.rotation_gain_rad_per_s_per_nmm * torque)
+        return pose_of(tool, position, rotation), NO_CONTACT, False
+    stiff = settings.gain_mm_per_s_per_n * around.stiffness_n_per_mm * MOST_SIDES * dt / STIFF_SHARE
+    quick = motion / (MOVE_SHARE * float(tool.radius.min()))
+    count = max(math.ceil(max(stiff, quick)), 1)  # contact is stable, and no part passes bone within a substep
+    h, push = dt / count, around.push(pose.segments)
     free = False
     for _ in range(count):
         velocity = settings.gain_mm_per_s_per_n * (force + push.force.sum(axis=0))
@@ -59,15 +72,11 @@ def moved(
     return pose, push, not free
 
 
-def _substeps(tool: Tool, force: Array, torque: Array, settings: ControlSettings, stiffness: float) -> int:
-    """Number of substeps in which contact is stable and no part passes through a surface between two of them."""
-    gain, dt = settings.gain_mm_per_s_per_n, settings.dt_s
-    stiff = gain * stiffness * MOST_SIDES * dt / STIFF_SHARE
+def _motion(tool: Tool, force: Array, torque: Array, settings: ControlSettings) -> float:
+    """The longest motion in mm of any part of the tool in a control period without contact."""
     reach = float(np.linalg.norm(tool.segments(np.eye(3), np.zeros(3)).start, axis=1).max())
     turn = settings.rotation_gain_rad_per_s_per_nmm * float(np.linalg.norm(torque))
-    motion = dt * (gain * float(np.linalg.norm(force)) + turn * reach)
-    quick = motion / (MOVE_SHARE * float(tool.radius.min()))
-    return max(math.ceil(max(stiff, quick)), 1)
+    return settings.dt_s * (settings.gain_mm_per_s_per_n * float(np.linalg.norm(force)) + turn * reach)
 
 
 def _against(torque: Array, push: ContactForces, tip: Array) -> Array:

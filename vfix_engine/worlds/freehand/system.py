@@ -139,9 +139,8 @@ class FreehandSystem:
         """
         settings, tool = state.settings, self.scene.tool
         force, torque = self._hand(state, command)
-        pose, push, held = moved(
-            tool, self.around, ToolPose(state.position, state.rotation, state.segments), force, torque, settings
-        )  # fmt: skip
+        before, clearance = ToolPose(state.position, state.rotation, state.segments), float(state.distance[0].min())
+        pose, push, held = moved(tool, self.around, before, clearance, force, torque, settings)
         distance = self.around.distances(pose.segments, settings.reach_mm)
         inside = distance < 0.0
         still = np.array_equal(pose.position, state.position) and np.array_equal(pose.rotation, state.rotation)
