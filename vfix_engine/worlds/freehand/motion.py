@@ -25,7 +25,7 @@ MOVE_SHARE = 0.05  # of the least radius: the longest motion of any part within 
 
 
 class ToolPose(NamedTuple):
-    """ToolPose of the tip, and the tool in it."""
+    """Pose of the tip, and the tool in it."""
 
     position: Array
     rotation: Array
