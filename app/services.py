@@ -20,18 +20,39 @@ class Services:
     """
 
     def __init__(self, settings: Settings) -> None:
+        self.settings = settings
+        self._other_documents: dict[str, Documents[Any]] = {}
+        self._open_store(settings)
+        self._add_images()
+        self._add_registrations()
+        self._add_planning()
+        self._add_drives()
+        self._add_exchange()
+
+    def _open_store(self, settings: Settings) -> None:
+        """The store with cases and plans, jobs, and the tracker."""
         from app.cases.overlays import Overlays
-        from app.cases.purge import Purge
         from app.cases.segments import CaseStructures
         from app.cases.service import CaseService
-        from app.documents.documents import Documents
-        from app.drives.recordings import Recordings
-        from app.drives.runs import RunService
-        from app.exchange.archive import ArchiveReader, ArchiveWriter
-        from app.exchange.report import PlanReports
-        from app.exchange.robot_frame import BaseExport
-        from app.exchange.slicer import SlicerExport
-        from app.exchange.way_pictures import WayPictures
+        from app.kit.jobs import Jobs
+        from app.plans.service import PlanService
+        from app.plans.shipped_head import ensure_head_phantom
+        from app.store import Store
+
+        self.store = Store(settings)
+        self.cases = CaseService(self.store)
+        self.plans = PlanService(self.store)
+        ensure_head_phantom(self.store, self.cases, self.plans)
+        self.structures = CaseStructures(self.cases)
+        self.overlays = Overlays(self.cases)
+        self.versions = self.plans.versions
+        self.instruments = self.plans.instruments
+        self.jobs = Jobs()
+        self.tracker = _tracker(settings)
+
+    def _add_images(self) -> None:
+        """What makes cases, and what is made of their scans."""
+        from app.cases.purge import Purge
         from app.imaging.import_jobs import ImportJobs
         from app.imaging.importing import ImportService
         from app.imaging.island_previews import IslandPreviews
@@ -39,37 +60,8 @@ class Services:
         from app.imaging.openings import Openings
         from app.imaging.segmenting import Segmenting
         from app.imaging.skins import Skins
-        from app.kit.admission import AdmissionQueue
-        from app.kit.jobs import Jobs
-        from app.live import LiveBoard
-        from app.planning.distance_fields import DistanceFields
-        from app.planning.dry_runs import DryRunJobs
-        from app.planning.evaluation import Planning
-        from app.planning.path_evaluations import PathEvaluations
-        from app.planning.previews import Previews
-        from app.planning.rehearsal_options import OptionsByPlan
-        from app.planning.removed_volumes import RemovedVolumeService
-        from app.planning.suggestions import Suggestions
-        from app.plans.service import PlanService
-        from app.plans.shipped_head import ensure_head_phantom
-        from app.registration.driven import driven_registration
-        from app.registration.kind import REGISTRATION
-        from app.registration.service import Registering
-        from app.registration.tracing import Tracing
-        from app.store import Store
 
-        self.settings = settings
-        self.store = store = Store(settings)
-        self.cases = cases = CaseService(store)
-        self.plans = plans = PlanService(store)
-        ensure_head_phantom(store, cases, plans)
-        self.jobs = jobs = Jobs()
-        self.tracker = tracker = _tracker(settings)
-
-        self.structures = CaseStructures(cases)
-        self.overlays = overlays = Overlays(cases)
-        self.versions = plans.versions
-        self.instruments = instruments = plans.instruments
+        store, cases, jobs = self.store, self.cases, self.jobs
         self.importing = ImportService(cases)
         self.import_jobs = ImportJobs(jobs, self.importing)
         self.segmenting = Segmenting(cases, jobs)
@@ -79,36 +71,80 @@ class Services:
         self.openings = Openings(store, cases, jobs)
         self.purge = Purge(store, self.skins.forget, self.openings.forget)
 
-        self.registrations = registrations = Documents(store, REGISTRATION)
-        self.registering = registering = Registering(registrations, cases, plans, jobs, tracker)
-        self.refining = registering.refining
-        self.tracing = Tracing(cases, plans, registering, tracker)
+    def _add_registrations(self) -> None:
+        from app.documents.documents import Documents
+        from app.registration.kind import REGISTRATION
+        from app.registration.service import Registering
+        from app.registration.tracing import Tracing
 
-        self.distance_fields = distance_fields = DistanceFields(cases)
+        self.registrations = Documents(self.store, REGISTRATION)
+        self.registering = Registering(self.registrations, self.cases, self.plans, self.jobs, self.tracker)
+        self.refining = self.registering.refining
+        self.tracing = Tracing(self.cases, self.plans, self.registering, self.tracker)
+
+    def _add_planning(self) -> None:
+        """What judges plans; plans refer to it, to registrations and overlays."""
+        from app.planning.distance_fields import DistanceFields
+        from app.planning.dry_runs import DryRunJobs
+        from app.planning.evaluation import Planning
+        from app.planning.path_evaluations import PathEvaluations
+        from app.planning.previews import Previews
+        from app.planning.rehearsal_options import OptionsByPlan
+        from app.planning.removed_volumes import RemovedVolumeService
+        from app.planning.suggestions import Suggestions
+        from app.registration.driven import driven_registration
+
+        cases, instruments, jobs, registering = self.cases, self.instruments, self.jobs, self.registering
+        self.rehearsal_options = options = OptionsByPlan()
+        self.distance_fields = DistanceFields(cases)
         self.planning = planning = Planning(
-            cases, instruments, distance_fields, lambda plan: driven_registration(registering.registration_of(plan))
+            cases,
+            instruments,
+            self.distance_fields,
+            lambda plan: driven_registration(registering.registration_of(plan)),
+            self.openings.known,
         )
-        plans.connect(cases, planning, registering, overlays)
+        self.plans.connect(cases, planning, registering, self.overlays)
         self.dry_runs = DryRunJobs(jobs, planning)
         self.previews = Previews(cases, planning)
-        self.rehearsal_options = options = OptionsByPlan()
         self.removed_volumes = RemovedVolumeService(cases)
         self.path_evaluations = PathEvaluations(planning, self.dry_runs, self.removed_volumes, options)
-        self.suggestions = Suggestions(jobs, cases, instruments, distance_fields, planning, options)
-        self.runs = runs = RunService(store)
-        self.recordings = Recordings(jobs, runs)
+        self.suggestions = Suggestions(jobs, cases, instruments, self.distance_fields, planning, options)
 
-        self.plan_reports = PlanReports(
-            cases, instruments, planning, self.dry_runs, self.path_evaluations, options, registering
-        )
-        self.way_pictures = WayPictures(jobs, planning, plans)
-        self.slicer = SlicerExport(cases, planning, registrations)
-        self.base_export = BaseExport(planning, registrations)
-        self.archive_writer = ArchiveWriter(store, cases, plans, instruments, runs)
-        self.archive_reader = ArchiveReader(store, cases)
-        self.archive_line = AdmissionQueue("archives", at_once=1, most=8)
+    def _add_drives(self) -> None:
+        from app.drives.recordings import Recordings
+        from app.drives.runs import RunService
+        from app.live import LiveBoard
+
+        self.runs = RunService(self.store)
+        self.recordings = Recordings(self.jobs, self.runs)
         self.live = LiveBoard()
-        self._other_documents: dict[str, Documents[Any]] = {}
+
+    def _add_exchange(self) -> None:
+        """What leaves the planner, and archives that come back."""
+        from app.exchange.archive import ArchiveReader, ArchiveWriter
+        from app.exchange.report import PlanReports
+        from app.exchange.robot_frame import BaseExport
+        from app.exchange.slicer import SlicerExport
+        from app.exchange.way_pictures import WayPictures
+        from app.kit.admission import AdmissionQueue
+
+        cases, instruments, planning = self.cases, self.instruments, self.planning
+        self.plan_reports = PlanReports(
+            cases,
+            instruments,
+            planning,
+            self.dry_runs,
+            self.path_evaluations,
+            self.rehearsal_options,
+            self.registering,
+        )
+        self.way_pictures = WayPictures(self.jobs, planning, self.plans)
+        self.slicer = SlicerExport(cases, planning, self.registrations)
+        self.base_export = BaseExport(planning, self.registrations)
+        self.archive_writer = ArchiveWriter(self.store, cases, self.plans, instruments, self.runs)
+        self.archive_reader = ArchiveReader(self.store, cases)
+        self.archive_line = AdmissionQueue("archives", at_once=1, most=8)
 
     def documents_of(self, kind: DocumentKind[Any]) -> Documents[Any]:
         """Documents of a kind that has no service of its own; one object a kind."""

@@ -16,13 +16,15 @@ router = APIRouter(prefix="/jobs", tags=["jobs"], responses=ERRORS)
 class JobPublic(BaseModel):
     """A job; `result` is the id of its result, `error` the reason of a failure or cancellation.
 
-    case_id: null for an import of a head. subject: name of what it works on, for display.
+    case_id: null for an import of a head. subject: name of what it works on, for display. document_id: the plan,
+    registration or label that it works on, null without one.
     """
 
     id: str
     kind: JobKind
     case_id: str | None
     subject: str
+    document_id: str | None
     created: str
     state: JobState
     stage: str

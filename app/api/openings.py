@@ -6,6 +6,7 @@ from fastapi import APIRouter
 from pydantic import BaseModel
 
 from app.api.dependencies import ERRORS, Identifier, ServicesDep
+from app.api.jobs import JobPublic
 from app.imaging.openings import Opening, OpeningSide
 from app.kit.values import Position
 
@@ -31,6 +32,12 @@ class OpeningPublic(BaseModel):
 def list_openings(case_id: Identifier, services: ServicesDep) -> list[OpeningPublic]:
     """The nostrils in the CT of a head, the right one first; none where the CT does not show them.
 
-    They are looked for once, which takes some seconds, and kept.
+    They are looked for once, which takes some seconds, and kept; as a job by `POST`.
     """
     return [OpeningPublic.of(one) for one in services.openings.make(case_id).items]
+
+
+@router.post("", status_code=202)
+def find_openings(case_id: Identifier, services: ServicesDep) -> JobPublic:
+    """Look for the nostrils as a job, unless they are known; its result is the id of the case."""
+    return JobPublic.of(services.openings.start(case_id))

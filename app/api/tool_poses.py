@@ -33,7 +33,7 @@ def tool_poses(plan_id: Identifier, services: ServicesDep) -> ToolPosesPublic:
     plan = services.plans.get(plan_id)
     options = services.rehearsal_options.of(plan_id).in_force
     if not services.planning.is_evaluated(plan, options):
-        raise NotFound("this plan has no dry run yet as it is now; ask for its evaluation first.")
+        raise NotFound("this plan is not simulated yet as it is now; ask for its evaluation first.")
     stations = list(services.planning.evaluate(plan, options=options).run.stations())
     return ToolPosesPublic(
         s_mm=[round(s, 3) for s, _, _ in stations],

@@ -122,7 +122,7 @@ def _transform(plan: Plan, registration: ImageRegistration | None) -> Array:
     placed = plan.content.robot.get("base")
     if placed is None and (registration is None or registration.to != "base"):
         raise PlanError(
-            "the plan's robot is not placed; keep the placing of the dry run "
+            "the plan's robot is not placed; keep the simulated placing "
             "(vfix plan place), or name a registration to the base."
         )
     base = np.eye(4) if placed is None else np.reshape(np.array(placed, dtype=np.float64), (4, 4))

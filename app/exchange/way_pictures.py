@@ -90,7 +90,9 @@ class WayPictures:
             return looked.id
 
         lane, same = f"pictures {plan.case_id}", f"pictures {looked.id}"
-        return self._jobs.submit(work, kind="pictures", lane=lane, case_id=plan.case_id, subject=plan.name, same=same)
+        return self._jobs.submit(
+            work, kind="pictures", lane=lane, case_id=plan.case_id, subject=plan.name, document_id=plan.id, same=same
+        )
 
     def picture(self, suggestion_id: str, alternative: int) -> str:
         """Return the picture of an alternative (index from 0). Raises NotFound if it is not drawn or not cached."""

@@ -84,6 +84,16 @@ class DerivedOfCt(Generic[Value]):
         key = _key_of(case, self.no_ct)
         return self._known.get(key, lambda: self._stored(key) or self._make(case, key, progress))
 
+    def known(self, case: Case) -> Value | None:
+        """What was made of a case before; None where it was not, or where that file is damaged. Never waits."""
+        if not has_head_ct(case):
+            return None
+        key = _key_of(case)
+        found = self._known.peek(key)
+        if found is None and (stored := self._stored(key)) is not None:
+            found = self._known.get(key, lambda: stored)
+        return found
+
     def _make(self, case: Case, key: str, progress: ProgressCallback) -> Value:
         volume = self._cases.volume(case)
         if volume is None:

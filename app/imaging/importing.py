@@ -105,8 +105,9 @@ class ImportService:
         frame = CaseFrame(head.frame.name, head.frame.assumed)
         taken = {case.name for case in self._cases.list(include_deleted=True)}
         name, name_notes = request.wanted.among(taken, request.sort, head.frame.description)
+        notes = (*head.notes, *bone.notes, *name_notes)
         return self._cases.create(
-            name, frame=frame, surfaces=surfaces, volume=head.volume, notes=(*head.notes, *name_notes), reports=reports
+            name, frame=frame, surfaces=surfaces, volume=head.volume, notes=notes, reports=reports
         )
 
     def check_case(self, case_id: str) -> None:

@@ -130,7 +130,12 @@ class PaintedLabels:
             return self.run(label_id, progress).id
 
         return self._jobs.submit(
-            work, kind="segmentation", lane="import", case_id=document.case_id, subject=document.name
+            work,
+            kind="segmentation",
+            lane="import",
+            case_id=document.case_id,
+            subject=document.name,
+            document_id=document.id,
         )
 
     def run(self, label_id: str, progress: ProgressCallback = no_progress) -> Structure:

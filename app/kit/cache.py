@@ -31,6 +31,12 @@ class Cache(Generic[Key, _Value]):
             entry = self._entries.get(key)
         return entry is not None and entry.done() and entry.exception() is None
 
+    def peek(self, key: Key) -> _Value | None:
+        """The value of `key` if it is available; None otherwise. Never waits."""
+        with self._lock:
+            entry = self._entries.get(key)
+        return entry.result() if entry is not None and entry.done() and entry.exception() is None else None
+
     def drop(self, key: Key) -> None:
         """Forget the value of `key`; one that is being computed is returned to its callers, and not kept."""
         with self._lock:

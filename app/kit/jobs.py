@@ -34,7 +34,8 @@ class Job:
     """State of a job.
 
     kind: kind of work. case_id: id of the case that it works on, None if it creates one. subject: display name of the
-    work, such as a file's name. stage: description of the current stage. fraction: progress of the whole, 0 to 1.
+    work, such as a file's name. document_id: id of the plan, registration or label that it works on, None without.
+    stage: description of the current stage. fraction: progress of the whole, 0 to 1.
     result: id of what was made. error: why it failed or was cancelled.
     """
 
@@ -42,6 +43,7 @@ class Job:
     kind: JobKind
     case_id: str | None = None
     subject: str = ""
+    document_id: str | None = None
     state: JobState = "queued"
     stage: str = "waiting"
     fraction: float = 0.0
@@ -131,6 +133,7 @@ class Jobs:
         lane: str,
         case_id: str | None = None,
         subject: str = "",
+        document_id: str | None = None,
         same: str = "",
     ) -> Job:
         """Queue work that reports progress and returns the id of what it made.
@@ -142,7 +145,7 @@ class Jobs:
             is called immediately; '' equals no other job.
         Raises PlannerEnds after `close`.
         """
-        job = Job(f"job-{secrets.token_hex(6)}", kind, case_id, subject)
+        job = Job(f"job-{secrets.token_hex(6)}", kind, case_id, subject, document_id)
         entry = _Entry(work, clean_up, Progress(lambda *progress: self._report(job.id, *progress)), lane, same)
         with self._lock:
             closed = self._closed

@@ -30,7 +30,9 @@ class DryRunJobs:
 
         same = f"dry_run {self._planning.content_key(plan, options, through)}"
         lane = f"dry_run {plan.case_id}"
-        return self._jobs.submit(work, kind="dry_run", lane=lane, case_id=plan.case_id, subject=plan.name, same=same)
+        return self._jobs.submit(
+            work, kind="dry_run", lane=lane, case_id=plan.case_id, subject=plan.name, document_id=plan.id, same=same
+        )
 
     def evaluate(
         self,

@@ -13,12 +13,14 @@ import numpy as np
 
 from app.cases.service import Case, CaseService
 from app.cases.settings import settings_in_case
+from app.imaging.openings import OpeningsOfHead
 from app.kit.cache import Cache
 from app.kit.errors import NotFound, PlannerEnds
 from app.kit.values import Position, check_position
 from app.planning.bone_removal import BoneRemoval, PlanBone
 from app.planning.distance_fields import DistanceFields
 from app.planning.drive import Drive
+from app.planning.midplane import midplane_of
 from app.planning.piercing import pierced_along
 from app.planning.placement import StoredPlacement, placed_robot
 from app.planning.plan_evaluation import PlanEvaluation, samples_of
@@ -31,6 +33,7 @@ from app.planning.verdict_words import Stated
 from app.plans.curve import CurveSample
 from app.plans.instruments import Instruments, plan_tool, shaped_tool
 from app.plans.model import DEFAULT_TOOL, Plan, drive_parts
+from app.plans.paths import Midplane
 from app.plans.zones import PlanZone, check_zone
 from app.registration.driven import AS_STORED, AsStored, DrivenRegistration, Through, no_registration
 from vfix_engine.anatomy.piercing import Ways
@@ -70,8 +73,10 @@ class Planning:
         instruments: Instruments,
         distance_fields: DistanceFields | None = None,
         registered: Callable[[Plan], DrivenRegistration | None] = no_registration,
+        openings: Callable[[Case], OpeningsOfHead | None] = lambda case: None,
     ) -> None:
-        self._cases, self._instruments, self._registered = cases, instruments, registered
+        """registered: the registration that a plan refers to. openings: those of a head, once they are known."""
+        self._cases, self._instruments, self._registered, self._openings = cases, instruments, registered, openings
         self._distance_fields = distance_fields or DistanceFields(cases)
         self._evaluations: Cache[str, PlanEvaluation] = Cache(32)
         self._cones: Cache[str, Mapping[str, InspectionCone]] = Cache(32)
@@ -130,7 +135,12 @@ class Planning:
         registered = self._read(plan, through)  # read once: the result is cached under the registration it used
         key = self._content_key(plan, options, registered_key(registered))
         found = self._evaluations.get(key, lambda: self._evaluate(plan, progress, options, registered))
-        return found.with_remarks(plan)
+        return found.with_remarks(plan, self.midplane(plan))
+
+    def midplane(self, plan: Plan) -> Midplane:
+        """Between the left and the right half of a plan's head, as far as that is known by now."""
+        case = self._cases.shown(plan.case_id)
+        return midplane_of(case, self._openings(case))
 
     def bone(self, plan: Plan) -> PlanBone:
         """Return the bone of the plan's case after the plan's bone removal. Raises PlanError if none is left."""
@@ -258,7 +268,8 @@ class Planning:
         placement: of the robot for the stored path. The robot is not placed again, and the result is not cached.
         Raises as `evaluate`, and StartRefused if the robot does not reach the entry from where it stands.
         """
-        return self._evaluate(plan, progress, options, self.registration(plan), placement).with_remarks(plan)
+        found = self._evaluate(plan, progress, options, self.registration(plan), placement)
+        return found.with_remarks(plan, self.midplane(plan))
 
     def _evaluate(
         self,

@@ -125,7 +125,7 @@ class PathEvaluations:
         try:
             evaluation = self._dry_runs.evaluate(plan, options)
         except StartRefused as error:
-            return _report(plan, refused(error).with_remarks(plan), None, ())
+            return _report(plan, refused(error).with_remarks(plan, self._planning.midplane(plan)), None, ())
         cones = self._planning.cones(plan, options, evaluation.registered)
         targets = tuple(TargetReport(t.id, t.label, round(cones[t.id].cone_deg, 1)) for t in plan.content.targets)
         return _report(plan, evaluation.verdict, evaluation, targets)

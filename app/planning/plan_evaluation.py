@@ -11,6 +11,7 @@ from app.planning.rehearsal_options import Standing
 from app.planning.verdict import Profile, Verdict
 from app.plans.curve import CurveSample
 from app.plans.model import Plan
+from app.plans.paths import Midplane
 from app.registration.driven import DrivenRegistration
 from vfix_engine.anatomy.soft_tissue import TissuePassed
 from vfix_engine.arrays import Array
@@ -123,9 +124,9 @@ class PlanEvaluation:
         rows = zip(self.s.tolist(), self.positions.tolist(), self.clearance.tolist(), strict=True)
         return tuple(CurveSample(s, (p[0], p[1], p[2]), None if np.isnan(c) else c) for s, p, c in rows)
 
-    def with_remarks(self, plan: Plan) -> PlanEvaluation:
+    def with_remarks(self, plan: Plan, midplane: Midplane) -> PlanEvaluation:
         """Return the evaluation with the plan's remarks in its verdict, on which the dry run does not depend."""
-        verdict = self.verdict.with_remarks(plan)
+        verdict = self.verdict.with_remarks(plan, midplane)
         return self if verdict is self.verdict else replace(self, verdict=verdict)
 
 

@@ -198,7 +198,7 @@ class Suggestions:
         led = with_points(plan, suggested_points(one))
         evaluation = self._evaluation(plan, led, partial(_evaluation_progress, progress))
         if isinstance(evaluation, StartRefused):
-            return refused(evaluation).with_remarks(led), ()
+            return refused(evaluation).with_remarks(led, self._planning.midplane(led)), ()
         return evaluation.verdict, verdict_figures(evaluation)
 
     def _evaluation(self, plan: Plan, led: Plan, progress: ProgressCallback) -> PlanEvaluation | StartRefused:
@@ -237,7 +237,9 @@ class Suggestions:
     def _submit(self, work: Callable[[Progress], str], kind: JobKind, plan: Plan, ends: Sequence[Position]) -> Job:
         lane = f"dry_run {plan.case_id}"  # one drive of a case at a time
         same = f"{kind} {plan.id} {plan.revision} {tuple(ends)}"
-        return self._jobs.submit(work, kind=kind, lane=lane, case_id=plan.case_id, subject=plan.name, same=same)
+        return self._jobs.submit(
+            work, kind=kind, lane=lane, case_id=plan.case_id, subject=plan.name, document_id=plan.id, same=same
+        )
 
     def _around(self, plan: Plan, places: Sequence[Position], progress: ProgressCallback) -> SearchSpace:
         """Return bone, soft tissue and protected structures around places."""
@@ -328,7 +330,7 @@ def _described(
 
 
 def _search_progress(progress: ProgressCallback, stage: str, fraction: float) -> None:
-    progress(stage, _EVALUATION_FRACTION * fraction)
+    progress(stage, _FIELDS_FRACTION + (_EVALUATION_FRACTION - _FIELDS_FRACTION) * fraction)
 
 
 def _evaluation_progress(progress: ProgressCallback, stage: str, fraction: float) -> None:

@@ -31,7 +31,7 @@ from app.planning.verdict_words import (
     tissue_parts,
 )
 from app.plans.model import Plan
-from app.plans.paths import ends_words, side_caution
+from app.plans.paths import Midplane, ends_words, side_caution
 from vfix_engine.arrays import Array
 from vfix_engine.errors import StartRefused
 from vfix_engine.geometry.capsules import Segments
@@ -161,12 +161,12 @@ class Verdict:
         """The verdict in words."""
         return (VerdictPhrase(f"{self.short}."), *self.body)
 
-    def with_remarks(self, plan: Plan) -> Verdict:
+    def with_remarks(self, plan: Plan, midplane: Midplane) -> Verdict:
         """Return the verdict with the remarks on a plan: the side of its entry, and its targets.
 
         Neither affects the dry run, so that changing them does not repeat it.
         """
-        caution, ends = plan_remarks(plan)
+        caution, ends = plan_remarks(plan, midplane)
         if not caution and not ends:
             return self
         reason: Reason = "side" if caution and self.level not in ("blocked", "pierces") else self.reason
@@ -182,13 +182,13 @@ class Verdict:
         return "".join(part.words for part in self.parts)
 
 
-def plan_remarks(plan: Plan) -> tuple[str, str]:
+def plan_remarks(plan: Plan, midplane: Midplane) -> tuple[str, str]:
     """Return sentences on a path that do not depend on its dry run.
 
     The first states that it enters on another side than it states, the second how far before a target it ends; ''
     if they do not apply.
     """
-    return side_caution(plan.content.path), ends_words(plan.content.points, plan.content.targets)
+    return side_caution(plan.content.path, midplane), ends_words(plan.content.points, plan.content.targets)
 
 
 def profile_of(

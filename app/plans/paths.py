@@ -18,7 +18,7 @@ PATH = "Path"  # what a path is called, before its number
 FIRST_PATH, FIRST_NAME = "path-1", f"{PATH} 1"  # of a plan that never had another one
 MAX_PATHS = 32
 EntrySide = Literal["", "left", "right", "midline"]  # of the patient; '' where the plan does not say
-_BESIDE_MM = 2.0  # an entry so far on the other side of the midline contradicts its side
+_BESIDE_MM = 2.0  # an entry farther on the other side of the midline contradicts its side
 _AT_TARGET_MM = 0.5  # a path that ends nearer to a target ends at it
 
 
@@ -45,20 +45,35 @@ class PlanPath:
     entry_side: EntrySide = ""
 
 
-def side_caution(path: PlanPath) -> str:
+@dataclass(frozen=True)
+class Midplane:
+    """The plane between the left and the right half of a head, in LPS mm.
+
+    point: on it. left: unit vector across it, to the patient's left. known_from: a phrase on where it is known from.
+    """
+
+    point: Position
+    left: Position
+    known_from: str
+
+    def left_mm(self, place: Position) -> float:
+        """How far to the patient's left of it a place lies, negative to the right."""
+        return sum((a - b) * across for a, b, across in zip(place, self.point, self.left, strict=True))
+
+
+def side_caution(path: PlanPath, midplane: Midplane) -> str:
     """A sentence where a path is said to enter on the side of the patient that its entry does not lie on; else ''.
 
-    The entry is the first point. In LPS x is 0 on the midline of a head that lies in the middle of the scanner; where
-    the midline of another one is, nobody has told.
+    The entry is the first point.
     """
     if path.entry_side not in ("left", "right") or not path.points:
         return ""
-    x, other = path.points[0].position[0], "right" if path.entry_side == "left" else "left"
-    if (x if other == "left" else -x) <= _BESIDE_MM:
+    left_mm, other = midplane.left_mm(path.points[0].position), "right" if path.entry_side == "left" else "left"
+    if (left_mm if other == "left" else -left_mm) <= _BESIDE_MM:
         return ""
     return (
-        f"Entry is at {other[0].upper()} {abs(x):.1f}, not on the {path.entry_side}. Check the side: that is {other} "
-        "of the scan's origin; where the head lies aside in the scan it may be right."
+        f"Entry is {abs(left_mm):.1f} mm {other} of the midline, not on the {path.entry_side}. "
+        f"Check the side; the midline is {midplane.known_from}."
     )
 
 

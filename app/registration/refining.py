@@ -183,7 +183,13 @@ class Refining:
     def _job(self, work: Callable[[Progress], str], document: StoredRegistration, what: str) -> Job:
         lane, same = f"refinement {document.case_id}", f"{document.id} {document.revision} {what}"
         return self._jobs.submit(
-            work, kind="refinement", lane=lane, case_id=document.case_id, subject=document.name, same=same
+            work,
+            kind="refinement",
+            lane=lane,
+            case_id=document.case_id,
+            subject=document.name,
+            document_id=document.id,
+            same=same,
         )
 
 

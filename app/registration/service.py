@@ -173,7 +173,13 @@ class Registering:
 
         lane, same = f"beads {document.case_id}", f"beads {registration_id} {request}"
         return self._jobs.submit(
-            work, kind="beads", lane=lane, case_id=document.case_id, subject=document.name, same=same
+            work,
+            kind="beads",
+            lane=lane,
+            case_id=document.case_id,
+            subject=document.name,
+            document_id=document.id,
+            same=same,
         )
 
     def look_for_beads(

@@ -29,6 +29,7 @@ class JobEntry(TypedDict):
     kind: JobKind
     case_id: str | None
     subject: str
+    document_id: str | None
     created: str
     state: JobState
     stage: str
@@ -52,6 +53,7 @@ def jobs_section(version: int, jobs: tuple[Job, ...]) -> JobsSection:
             "kind": job.kind,
             "case_id": job.case_id,
             "subject": job.subject,
+            "document_id": job.document_id,
             "created": job.created,
             "state": job.state,
             "stage": job.stage,

@@ -286,12 +286,12 @@ def test_a_slice_never_shows_another_one_under_its_label(open_page: Open, rest: 
 
     early: list[Route] = []
     page.route("**/volume/voxels?*", lambda route: route.abort())
-    page.route("**/slices/*?*", lambda route: early.append(route))
+    page.route("**/cases/*/slices/*", lambda route: early.append(route))
     page.reload()
     station.ready()
     station.wait_for("what is asked for", lambda: early)
     expect(stage).to_contain_text("Loading …", use_inner_text=True)
-    page.unroute("**/slices/*?*")
+    page.unroute("**/cases/*/slices/*")
     for route in early:
         route.continue_()
     station.open_plan(rest.copy_of_sample("Slices"))

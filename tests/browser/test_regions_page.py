@@ -139,6 +139,7 @@ def test_paths_and_notes(station: Workstation) -> None:
     for current, offered in (("true", 0), ("false", 1)):  # a plan has its own targets already
         row = page.locator(f"#plan-list .row[aria-current={current}]").first
         expect(row.locator("[data-tool=take-targets]:visible")).to_have_count(offered)
+    page.keyboard.press("Escape")
     station.open_step("path")  # a new path begins at its entry
     page.click("#paths .row-main >> nth=0")
     station.wait_for("the first path", lambda: len(station.state("plan")["points"]) == 2)

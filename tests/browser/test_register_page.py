@@ -234,7 +234,7 @@ def test_from_beads_to_a_plan_that_uses_them(open_page: Open, rest: Rest, artefa
     page.locator(".toast", has_text="and its measured point removed").get_by_text("Undo").click()
     station.wait_for("the pair with its point", lambda: [p["label"] for p in registration(station)["pairs"]][2] == name)
     station.open_step("error")
-    page.get_by_text("Point error").click()
+    page.get_by_text("Point error", exact=True).click()
     page.fill("#fle", "0")
     page.press("#fle", "Enter")
     expect(page.locator("#fle-problem")).to_contain_text("0.01 to 50 can be used.")

@@ -38,6 +38,10 @@ def test_a_path_is_suggested_previewed_used_and_undone(open_page: OpenPage, rest
     page.locator("#suggest").scroll_into_view_if_needed()
     station.picture("suggest-before")
     page.click("#suggest")
+    expect(page.locator(".job [data-tool=cancel]:visible")).to_have_count(1)
+    page.reload()
+    station.ready()
+    expect(page.locator("#suggest")).to_have_attribute("aria-disabled", "true")  # the search goes on, and is followed
     station.wait_for("the alternatives", lambda: page.locator("#alternatives button").count() > 1, DRIVEN_S)
     station.wait_for("the preview", lambda: (shaft(station)["shown"] or "").endswith(" 0"))
     cards = page.locator("#alternatives .alternative")

@@ -45,16 +45,16 @@ test("what somebody opens stays open until another plan is", () => {
 
 test("a closed step is one line with its result", () => {
   const lines = (/** @type {any} */ state, fields = {}) => ["entry", "targets", "protect", "path", "tool", "check", "export"].map((name) => stepLine(/** @type {any} */ (name), state, known(fields)).words);
-  assert.deepEqual(lines({ plan: plan(0, 0) }), ["Not set", "None", "None", "Not set", "Bent tool 30° · Steady hand", "Needs a path", "Needs a path"]);
+  assert.deepEqual(lines({ plan: plan(0, 0) }), ["Not set", "None", "None", "Not set", "Bent tool 30°", "Needs a path", "Needs a path"]);
   const paths = { chosen: "a", side_caution: "", items: [{ id: "a", entry_side: "right" }] };
   const regions = { items: [{ purpose: "spare", name: "Optic nerve" }, { purpose: "remove", name: "Septum" }] };
   assert.deepEqual(lines({ plan: plan(6, 2), paths, regions, corridor: { state: "current", status: "done" } }),
-    ["Right nostril", "2 targets", "Optic nerve", "81 mm, 6 points", "Bent tool 30° · Steady hand", "Fits, bone 0.55 mm", "Ready"]);
-  assert.deepEqual(stepLine("entry", { plan: plan(1, 0) }, known()), { words: "P1, side not set", mark: "" });
+    ["Right nostril", "2 targets", "Optic nerve", "81 mm, 6 points", "Bent tool 30°", "Fits, bone 0.55 mm", "Ready"]);
+  assert.deepEqual(stepLine("entry", { plan: plan(1, 0) }, known()), { words: "Side not set", mark: "" });
   assert.equal(stepLine("entry", { plan: plan(1, 0), paths: { ...paths, side_caution: "Left of the septum." } }, known()).mark, "caution");
-  assert.deepEqual(stepLine("path", { plan: plan(6, 2) }, known({ short: "32 mm short" })), { words: "81 mm, 6 points", mark: "caution", pill: "32 mm short" });
-  const titles = { tool: { title: "Bent pointer, 30°", trouble: "" }, robot: { title: "Steady-Hand robot, 7 DoF", trouble: "" } };
-  assert.equal(stepLine("tool", { plan: plan(2, 0, titles) }, known()).words, "Bent pointer 30° · Steady-Hand robot");
+  assert.deepEqual(stepLine("path", { plan: plan(6, 2) }, known({ short: "32 mm short" })), { words: "81 mm", mark: "caution", pill: "32 mm short" });
+  const tool = { title: "Bent pointer, 30°", trouble: "" };
+  assert.equal(stepLine("tool", { plan: plan(2, 0, { tool }) }, known()).words, "Bent pointer 30°");
   const deleted = /** @type {any} */ ({ registration: "r", state: "deleted" });
   assert.deepEqual(stepLine("tool", { plan: plan(2, 0), plan_use: deleted }, known()), { words: "Registration cannot be used", mark: "caution" });
   assert.deepEqual(stepLine("tool", { plan: plan(2, 0, { tool: { trouble: "gone" } }) }, known()), { words: "Tool cannot be read", mark: "caution" });

@@ -23,11 +23,12 @@ test("a key changes with each place, with their number and their order", () => {
 
 test("surroundings change with what a region is, not with how it is shown", () => {
   const region = { id: "r", name: "Orbit", colour: "#fff", visible: true, purpose: "spare", shape: { kind: "sphere", radius: 3 }, soft: false, margin_mm: 1, stiffness_n_per_mm: null, max_depth_mm: null };
-  const plan = { robot: { name: "steady_hand", urdf: null }, margin_mm: 0.3 };
+  const plan = { robot: { name: "steady_hand", urdf: null, is_placed: false }, margin_mm: 0.3 };
   const key = (changed, state) => surroundingsKey({ plan, regions: { items: [{ ...region, ...changed }] }, ...state });
   assert.equal(key({}), key({ name: "Left orbit", colour: "#000", visible: false }));
   for (const changed of [{ purpose: "remove" }, { shape: { kind: "sphere", radius: 4 } }, { soft: true }, { margin_mm: 2 }]) assert.notEqual(key({}), key(changed));
   for (const state of [{ plan: { ...plan, margin_mm: 0.5 } }, { plan_use: { registration: "r", state: "ready" } }]) assert.notEqual(key({}), key({}, state));
+  assert.notEqual(key({}), key({}, { plan: { ...plan, robot: { ...plan.robot, is_placed: true } } }), "a base that is kept, and one that is placed anew");
 });
 
 test("a tool is another one in another shape", () => {

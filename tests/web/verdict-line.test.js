@@ -9,6 +9,8 @@ test("a line is the word and the worst figure", () => {
   const corridor = (/** @type {any} */ fields) => /** @type {any} */ ({ status: "done", state: "current", level: "fits", word: "Fits", verdict: { figures: [bone] }, ...fields });
   assert.deepEqual(verdictLine(corridor({})), { words: "Fits, bone 0.55 mm", mark: "done" });
   assert.deepEqual(verdictLine(corridor({ level: "pierces", word: "Blocked", verdict: null })), { words: "Blocked", mark: "caution" });
+  const nerve = { ...bone, name: "optic nerve", level: "blocked" };
+  assert.equal(verdictLine(corridor({ level: "blocked", word: "Blocked", verdict: { figures: [nerve] } })).words, "Blocked, optic nerve");
   assert.equal(verdictLine(corridor({ state: "waits" })).words, "Simulating …");
   assert.equal(verdictLine(corridor({ status: "none" })).words, "");
 });

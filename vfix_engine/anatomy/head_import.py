@@ -147,7 +147,7 @@ def control_head(
         return ControlHead(head.surface, None, SurfaceUncertainty(0.0, 0.0), head.notes)
     bone = extract_bone(head, cancellation=cancellation, folder=folder)
     off = uncertainty_of(bone.control_report, head.volume.resolution_mm)
-    return ControlHead(bone.control, head.volume, off, head.notes)
+    return ControlHead(bone.control, head.volume, off, (*head.notes, *bone.notes))
 
 
 def _kernel_folders() -> list[Path]:

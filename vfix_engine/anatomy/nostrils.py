@@ -7,7 +7,7 @@ the front; the gap between a head and its rest is large, and a groove of the ski
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import Literal
@@ -37,7 +37,8 @@ BESIDE_TIP_MM = 2.0  # a single nostril is on a side of the nose's tip if it is 
 _FINE_ENOUGH_MM = 1.0  # finer voxels are skipped where those left are no larger
 _INWARD_MM, _AROUND_MM, _TIP_MM = 10.0, 40.0, 12.0
 _END_MM = CLOSING_MM + 2.0  # nearer to an end of the scan it can be the end that opens the airway
-_AIR_KNOWN = 0.9  # fraction of the time, on the synthetic head
+_STAGE = "Finding the nostrils"
+_AIR_KNOWN, _BODY_KNOWN = 0.9, 0.8  # fractions of the time, of all and of that before, on the synthetic head
 _ALL = np.ones((3, 3, 3), np.bool_)
 
 
@@ -75,18 +76,22 @@ def nostrils_of_volume(volume: Volume, *, progress: ProgressCallback = no_progre
     """Find the nostrils, the right one first: two, one, or none where the scan does not show them."""
     from scipy import ndimage  # imported here: slow to load
 
-    progress("Finding the nostrils", 0.0)
-    airs = _airs(volume)
-    progress("Finding the nostrils", _AIR_KNOWN)
+    progress(_STAGE, 0.0)
+    airs = _airs(volume, lambda share: progress(_STAGE, _AIR_KNOWN * share))
+    progress(_STAGE, _AIR_KNOWN)
     at_room = ndimage.binary_dilation(airs.room) & (airs.connected > 0)
     borders, _ = ndimage.label(at_room, _ALL)
-    places = (np.argwhere(borders[box] == n) + [part.start for part in box] for n, box in _boxes(borders))
-    found = [one for indices in places if (one := _nostril(airs, indices)) is not None]
+    boxes, found = _boxes(borders), list[tuple[Nostril, float]]()
+    for n, box in boxes:
+        progress(_STAGE, _AIR_KNOWN + (1.0 - _AIR_KNOWN) * n / (len(boxes) + 1))
+        indices = np.argwhere(borders[box] == n) + [part.start for part in box]
+        if (one := _nostril(airs, indices)) is not None:
+            found.append(one)
     alone = [nostril for nostril, leads_up in found if leads_up >= ALONE_LEADS_UP_MM]
     return _pair([nostril for nostril, _ in found]) or _single(airs, alone)
 
 
-def _airs(volume: Volume) -> _Airs:
+def _airs(volume: Volume, tell: Callable[[float], None]) -> _Airs:
     from scipy import ndimage  # as above
 
     steps = np.maximum(np.floor(_FINE_ENOUGH_MM / volume.spacing + 1e-9).astype(int), 1)
@@ -94,6 +99,7 @@ def _airs(volume: Volume) -> _Airs:
     coarse = Volume(hu, volume.origin, volume.spacing * steps, volume.direction)
     air = hu < TISSUE_HU
     inner = air & body(coarse)
+    tell(_BODY_KNOWN)
     connected, _ = ndimage.label(inner)
     parts, count = ndimage.label(~air, _ALL)
     tissue = parts == np.bincount(parts.ravel())[1:].argmax() + 1 if count else ~air

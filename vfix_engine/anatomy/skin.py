@@ -8,30 +8,25 @@ such as a table or headrest, is left out too.
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
 from vfix_engine.anatomy.airway import body
+from vfix_engine.anatomy.beside_head import every_fine_enough, largest_part, without_surroundings
 from vfix_engine.anatomy.bone import thinned_for_display
 from vfix_engine.anatomy.room_air import padding
 from vfix_engine.anatomy.soft_tissue import TISSUE_HU
 from vfix_engine.anatomy.surface import clean, compact, extract_surface
 from vfix_engine.anatomy.thinning import ThinnedSurface
-from vfix_engine.arrays import Array, BoolArray
+from vfix_engine.arrays import BoolArray
 from vfix_engine.errors import ImageError
-from vfix_engine.files.volume import AIR_HU, Volume
+from vfix_engine.files.volume import Volume
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.progress import ProgressCallback, no_progress
 
 SKIN_TRIANGLES = 80_000
 INTO_OPENINGS_MM = 8.0  # distance that the room's air is followed into openings of the head
-FINE_ENOUGH_MM = 1.0  # finer voxels are skipped where those left are no larger
-THIN_MM = 8.0  # parts of a body that a ball of this diameter does not fit into: ears, and the shell of a headrest
-LARGEST_THIN_PART_MM = 150.0  # diagonal of its box: 75 mm of an ear, 126 mm of a nose, 231 mm of a headrest
-_COARSE_MM = 2.0
 _ROUGH, _AROUND_MM = 4, 20.0  # every so many voxels show where the head is; air around it that is kept
 _LEAST_TRIANGLES = 200  # smaller components are noise
 _NO_SKIN = "this CT shows no air around the head, so there is no skin to see."
-_ALL = np.ones((3, 3, 3), np.bool_)
 # Fractions of the time until each stage, on the synthetic head.
 _TOLD, _AIR, _FOUND = 0.35, 0.6, 0.8
 
@@ -45,8 +40,7 @@ def skin_of_volume(
         ImageError: the scan shows no head in the air of a room.
     """
     progress("Telling the head from what lies beside it", 0.0)
-    steps = np.maximum(np.floor(FINE_ENOUGH_MM / volume.spacing + 1e-9).astype(int), 1)
-    coarse = Volume(volume.hu[_every(steps)], volume.origin, volume.spacing * steps, volume.direction)
+    coarse, _ = every_fine_enough(volume)
     box = _box(coarse)
     near = coarse.index_to_lps([part.start for part in box[::-1]])
     alone = without_surroundings(Volume(coarse.hu[box], near, coarse.spacing, coarse.direction))
@@ -60,82 +54,17 @@ def skin_of_volume(
     return thinned_for_display(surface, triangles, lambda share: progress(words, _FOUND + (1.0 - _FOUND) * share))
 
 
-def without_surroundings(volume: Volume) -> Volume:
-    """Replace by air all tissue that is no part of the head: other bodies, and what touches the head.
-
-    Tissue that a ball of `THIN_MM` does not fit into is thin: of it ears and nose stay, since they are small; a shell
-    that reaches farther than `LARGEST_THIN_PART_MM` is that of a headrest or table.
-
-    Raises ImageError without tissue of some thickness.
-    """
-    one = _kept(volume, _largest(volume.hu >= TISSUE_HU))
-    tissue = one.hu >= TISSUE_HU
-    steps = np.maximum(np.rint(_COARSE_MM / volume.spacing).astype(int), 1)
-    # Walls of airways are thin as well, so these are filled; but not what lies between the head and a headrest.
-    solid = tissue | body(_kept(one, tissue & _thick(tissue, volume.spacing, steps)))
-    foreign = _larger_than(LARGEST_THIN_PART_MM, solid & ~_thick(solid, volume.spacing, steps), volume.spacing[::-1])
-    return _kept(one, _largest(tissue & ~foreign)) if foreign.any() else one
-
-
 def _box(volume: Volume) -> tuple[slice, ...]:
     """Slices [k, j, i] of what is around the largest body, with air on all sides: less to look through."""
     from scipy import ndimage  # imported here: slow to load
 
-    rough = _largest(volume.hu[_every(np.full(3, _ROUGH))] >= TISSUE_HU)
+    rough = largest_part(volume.hu[::_ROUGH, ::_ROUGH, ::_ROUGH] >= TISSUE_HU)
     found = ndimage.find_objects(rough.astype(np.int8))
     margins = np.ceil(_AROUND_MM / volume.spacing[::-1]).astype(int) + _ROUGH
     return tuple(
         slice(max(0, part.start * _ROUGH - margin), part.stop * _ROUGH + margin)
         for part, margin in zip(found[0] if found else (slice(0, size) for size in rough.shape), margins, strict=True)
     )
-
-
-def _kept(volume: Volume, tissue: BoolArray) -> Volume:
-    """The volume with air in place of all other tissue."""
-    hu = np.where((volume.hu >= TISSUE_HU) & ~tissue, np.int16(AIR_HU), volume.hu)
-    return Volume(hu, volume.origin, volume.spacing, volume.direction)
-
-
-def _largest(mask: BoolArray) -> BoolArray:
-    """The largest component (K, J, I) of a mask, none of an empty one."""
-    from scipy import ndimage  # as above
-
-    labels, count = ndimage.label(mask, _ALL)
-    if not count:
-        return mask
-    found: BoolArray = labels == np.bincount(labels.ravel())[1:].argmax() + 1
-    return found
-
-
-def _thick(mask: BoolArray, spacing: Array, steps: npt.NDArray[np.integer]) -> BoolArray:
-    """Voxels (K, J, I) at the largest part of a mask that a ball of `THIN_MM` fits into, from every so many voxels.
-
-    Raises ImageError without any.
-    """
-    from scipy import ndimage  # as above
-
-    sampling = (spacing * steps)[::-1]
-    # At its ends the scan cuts the head, which continues there.
-    coarse = np.pad(mask[_every(steps)], 1, "edge")
-    core = _largest(ndimage.distance_transform_edt(coarse, sampling=sampling)[1:-1, 1:-1, 1:-1] > 0.5 * THIN_MM)
-    if not core.any():
-        raise ImageError("there is no head in this CT.")
-    near = ndimage.distance_transform_edt(~core, sampling=sampling) <= 0.5 * THIN_MM + sampling.max()
-    return _spread(near, mask.shape, steps)
-
-
-def _larger_than(extent_mm: float, mask: BoolArray, sampling: Array) -> BoolArray:
-    """The components (K, J, I) of a mask whose boxes have a larger diagonal."""
-    from scipy import ndimage  # as above
-
-    labels, _ = ndimage.label(mask, _ALL)
-    large = [
-        number
-        for number, box in enumerate(ndimage.find_objects(labels), 1)
-        if np.linalg.norm([part.stop - part.start for part in box] * sampling) > extent_mm
-    ]
-    found: BoolArray = np.isin(labels, large)
-    return found
 
 
 def _air_shown(head: Volume) -> BoolArray:
@@ -178,18 +107,3 @@ def _cells_with(mask: BoolArray) -> BoolArray:
         count = found.shape[axis]
         found = found.take(range(count - 1), axis) | found.take(range(1, count), axis)
     return found
-
-
-def _every(steps: npt.NDArray[np.integer]) -> tuple[slice, ...]:
-    """Slices [k, j, i] of every so many voxels along i, j and k."""
-    return tuple(slice(None, None, int(step)) for step in steps[::-1])
-
-
-def _spread(mask: BoolArray, shape: tuple[int, ...], steps: npt.NDArray[np.integer]) -> BoolArray:
-    """A mask of every so many voxels on all voxels (K, J, I), each the value of the nearest."""
-    rows = [
-        np.minimum((np.arange(size) + step // 2) // step, count - 1)
-        for size, step, count in zip(shape, steps[::-1], mask.shape, strict=True)
-    ]
-    whole: BoolArray = mask[np.ix_(*rows)]
-    return whole

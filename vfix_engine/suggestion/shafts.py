@@ -33,6 +33,7 @@ _PIERCES_DIRECTIONS, _PIERCES_ROLLS = 40, 6  # orientations for which piercing i
 _PIERCES_EVERY_MM = 12.0  # station spacing of that evaluation
 _STEADY = 0.002  # cost of a rotation per degree squared
 _CHORD = 0.7  # fraction of the path that its chord spans
+_MEASURED = 0.1  # fraction of the work that measures bone and tissue, where piercing is evaluated too
 
 
 @dataclass(frozen=True)
@@ -61,21 +62,26 @@ def ranked_shafts(
     margin_mm: float,
     rankings: tuple[Ranking, ...],
     steady: int,
-    go_on: Callable[[], object] = bool,
+    done: Callable[[float], object] = bool,
     ways: Ways | None = None,
 ) -> list[ShaftDirections]:
     """Plans of the shaft along a path: the best varying one of each ranking, and the ``steady`` best constant ones.
 
     Args:
         stations: (m,) arc lengths at which the plan has an orientation, including both ends of the path.
-        go_on: called between the stations; an exception from it ends the search.
+        done: called with the fraction that is done, often; an exception from it ends the search.
         ways: if given, piercing tissue adds to the cost of an orientation; that takes seconds.
     """
     grid = _orientations(path, tool)
     middle = 0.5 * (stations[1:] + stations[:-1])
-    at, between = (_measured(room, tool, grid, path.position(s), go_on) for s in (stations, middle))
+    places, quick = np.concatenate([stations, middle]), 1.0 if ways is None else _MEASURED
+    measured = _measured(room, tool, grid, path.position(places), lambda fraction: done(quick * fraction))
+    at, between = measured[: len(stations)], measured[len(stations) :]
     plans = list[ShaftDirections]()
-    pierces: Array | float = 0.0 if ways is None else _piercing_cost(grid, tool, path, stations, ways, go_on)
+    pierces: Array | float = 0.0
+    if ways is not None:
+        rest = 1.0 - quick
+        pierces = _piercing_cost(grid, tool, path, stations, ways, lambda fraction: done(quick + rest * fraction))
     for ranking in rankings:
         cost = np.stack([_cost(f, ranking, margin_mm) for f in at]) + pierces
         half = np.stack([_cost(f, ranking, margin_mm) for f in between])
@@ -125,11 +131,11 @@ def _smallest_turn(first: Array, second: Array) -> Array:
     return turned
 
 
-def _measured(room: Room, tool: Tool, grid: _Grid, places: Array, go_on: Callable[[], object]) -> list[Figures]:
+def _measured(room: Room, tool: Tool, grid: _Grid, places: Array, done: Callable[[float], object]) -> list[Figures]:
     """Measure every orientation at every position."""
     found = []
-    for place in places:
-        go_on()
+    for number, place in enumerate(places):
+        done(number / len(places))
         there = np.repeat(place[None], len(grid.frames), axis=0)
         found.append(room.figures(tool, grid.frames, there, SAMPLE_MM))
     return found
@@ -144,7 +150,7 @@ def _cost(figures: Figures, ranking: Ranking, margin: float) -> Array:
 
 
 def _piercing_cost(
-    grid: _Grid, tool: Tool, path: SplinePath, stations: Array, ways: Ways, go_on: Callable[[], object]
+    grid: _Grid, tool: Tool, path: SplinePath, stations: Array, ways: Ways, done: Callable[[float], object]
 ) -> Array:  # fmt: skip
     """Cost (m, n) of piercing tissue at each station, interpolated between those of a coarser grid."""
     from scipy.interpolate import interp1d  # imported here: slow to load
@@ -157,7 +163,7 @@ def _piercing_cost(
     coarse = np.empty((len(looked_at), *frames.shape[:2]))
     for m, place in enumerate(path.position(looked_at)):
         for d, r in np.ndindex(*frames.shape[:2]):
-            go_on()
+            done((m + d / len(coarse[m])) / len(coarse))
             segments = tool.segments(frames[d, r], place)
             worst = ways.of_pose(segments.start, segments.end).worst
             over = -np.inf if worst is None else worst.over_mm + _PIERCES_RESERVE_MM

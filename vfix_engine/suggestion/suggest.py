@@ -29,7 +29,10 @@ from .way import smoothed, widest_way
 RANKINGS = (Ranking(), Ranking(bone=1.0, depth=0.6, touched=0.3), Ranking(bone=20.0, depth=0.1, touched=0.03))
 STEADY = 3  # plans with a constant orientation, in addition to those that vary it
 _SAME_DEG = 3.0  # plans that differ by less than this everywhere count as the same
-_FIELD_SHARE, _RANKED_SHARE = 0.1, 0.4  # fractions of the work, for its progress
+# Fractions of the work, for its progress: the way of the tip is found, and a first round of shafts is driven. Where all
+# of these pierce tissue, a second round follows, which takes longer.
+_WAY_FOUND, _FIRST_ROUND = 0.05, 0.4
+_RANKED = 0.5  # fraction of a round that ranks, before it drives
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,18 +146,21 @@ def suggest_path(
     Raises:
         InputError: entry or target cannot be used.
     """
-    tell("Looking for the widest way of the tip", _FIELD_SHARE)
+    tell("Looking for the widest way of the tip", 0.0)
     way = widest_way(around.room, entry, target, float(tool.radius[0]), settings.kept_mm)
     searched = f"the air within 15 mm around entry and target, with room for a tip of {2.0 * tool.radius[0]:.1f} mm"
     if not way.reached:
         reason = f"{way.in_the_way} lies between the end of the widest way and the target"
         lies = "the scan ends" if way.in_the_way == "the end of the scan" else f"{way.in_the_way} lies"
         short = f"{lies} {way.gap_mm:.0f} mm before the target"
+        if around.room.bone.at(np.asarray(target, dtype=np.float64)[None])[0] < 0.0:
+            reason, short = "the target lies in bone", "the target lies in bone"
         return Suggestion((), NoWay(way.places[-1], way.gap_mm, reason, short, searched))
-    found = best_drives(around, robot, tool, smoothed(way.places), settings, tell=tell)
+    first, second = _part(tell, _WAY_FOUND, _FIRST_ROUND), _part(tell, _FIRST_ROUND, 1.0)
+    found = best_drives(around, robot, tool, smoothed(way.places), settings, tell=first)
     if found and found[0].pierces:
         # Piercing is evaluated for each orientation, which takes longer than everything else.
-        found = best_drives(around, robot, tool, smoothed(way.places), settings, tell=tell, ways=around.ways)
+        found = best_drives(around, robot, tool, smoothed(way.places), settings, tell=second, ways=around.ways)
     clear = tuple(one for one in found if one.run.completed and not one.pierces)
     if clear:
         return Suggestion(clear)
@@ -177,17 +183,15 @@ def best_drives(
     ways: if given, plans that pierce tissue are avoided.
     The result is empty if the tool does not fit at the entry with any of them.
     """
-    tell("Ranking directions of the shaft by bone and soft tissue", _FIELD_SHARE)
     path = SplinePath(points)
     stations = _stations(path)
-    plans = ranked_shafts(
-        around.room, tool, path, stations, settings.kept_mm, rankings, steady,
-        lambda: tell("Ranking directions of the shaft by bone and soft tissue", _FIELD_SHARE), ways,
-    )  # fmt: skip
+    stage = "Comparing directions of the shaft" if ways is None else "Looking for directions that pierce no tissue"
+    ranking = partial(_part(tell, 0.0, _RANKED), stage)
+    plans = ranked_shafts(around.room, tool, path, stations, settings.kept_mm, rankings, steady, ranking, ways)
     plans, found = _different(plans, stations), list[Alternative]()
     for number, plan in enumerate(plans):
-        share = _RANKED_SHARE + (1.0 - _RANKED_SHARE) * number / len(plans)
-        go_on = partial(tell, f"Driving alternative {number + 1} of {len(plans)}", share)
+        share = _RANKED + (1.0 - _RANKED) * number / len(plans)
+        go_on = partial(tell, f"Simulating way {number + 1} of {len(plans)}", share)
         one = drive_plan(around, robot, tool, path, plan, settings, go_on)
         if one is not None:
             found.append(one)
@@ -227,6 +231,11 @@ def drive_plan(
     return Alternative(
         path.points, np.array(shaft.directions), rolls, placing.base, placing.q_start, run, passage, piercing
     )
+
+
+def _part(tell: ProgressCallback, begin: float, end: float) -> ProgressCallback:
+    """Progress of a part of the work, which spans these fractions of the whole."""
+    return lambda stage, fraction: tell(stage, begin + (end - begin) * fraction)
 
 
 def _stations(path: SplinePath) -> Array:

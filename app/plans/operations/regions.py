@@ -10,7 +10,7 @@ from app.cases.service import CaseService
 from app.kit.values import Position as Place
 from app.operations.fields import Identifier, Name, Position
 from app.plans.model import PlanContent
-from app.plans.operations.base import PlanEdit, Plans, StoredPlan
+from app.plans.operations.base import PlanEdit, Plans, StoredPlan, found
 from app.plans.operations.removed_bone import ChangeBone, DeleteBone
 from app.plans.operations.zones import AddZone, ChangeZone, DeleteZone
 from app.plans.shapes import ShapeDict, moved, resized, turned
@@ -100,12 +100,9 @@ class ChangeRegion(PlanEdit, frozen=True):
 
 
 def found_region(content: PlanContent, region_id: str) -> PlanZone | RemovedBone:
-    """The region of that id. Raises PlanError."""
+    """The region of that id. Raises NotFound."""
     regions: tuple[PlanZone | RemovedBone, ...] = (*content.zones, *content.removed_bone)
-    for region in regions:
-        if region.id == region_id:
-            return region
-    raise PlanError("that region is not in the plan any more.")
+    return found(regions, region_id, "region")
 
 
 def placed(cases: CaseService, case_id: str, shape: ShapeDict, at: Place) -> dict[str, Any]:

@@ -215,7 +215,8 @@ def answered(services: Services, plan: Plan, kept_mm: float, evaluate: Callable[
     except JobCancelled:
         raise
     except StartRefused as error:
-        verdict = refused(error).with_remarks(plan)
+        midplane = services.planning.midplane(plan)
+        verdict = refused(error).with_remarks(plan, midplane)
         return ShownEvaluation("failed", verdict.words, completed=False, margin_mm=kept_mm, refusal=verdict)
     except VfixError as error:
         return failed_run(str(error), kept_mm)

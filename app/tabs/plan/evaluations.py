@@ -11,6 +11,7 @@ from app.planning.placement import StoredPlacement
 from app.planning.rehearsal_options import RehearsalOptions
 from app.planning.verdict import plan_remarks
 from app.plans.model import Plan, drive_parts
+from app.plans.paths import Midplane
 from app.tabs.plan.clearance import ShownTool
 from app.tabs.plan.cones import Cones
 from app.tabs.plan.dry_runs import DryRuns, ShownEvaluation
@@ -75,15 +76,16 @@ class Evaluations:
             self.live.clear()
         else:
             options = self._services.rehearsal_options.of(edited.plan_id).in_force
-            key = Same(edited), Same(edited.plan), options, self._registrations()
-            self._looked.get(key, lambda: self._refresh_stored(edited, options))
+            midplane = self._services.planning.midplane(edited.plan)
+            key = Same(edited), Same(edited.plan), options, self._registrations(), midplane
+            self._looked.get(key, lambda: self._refresh_stored(edited, options, midplane))
             self._refresh_live(edited, options)
         self.cones.refresh(edited, self.stored.current)
 
-    def _refresh_stored(self, edited: EditedPlan, options: RehearsalOptions) -> None:
+    def _refresh_stored(self, edited: EditedPlan, options: RehearsalOptions, midplane: Midplane) -> None:
         plan = edited.plan
         driven = repr(drive_parts(plan.content)), self._services.planning.registration_key(plan)
-        key = (plan.id, options, *driven, *plan_remarks(plan))
+        key = (plan.id, options, *driven, *plan_remarks(plan, midplane))
         if key == self._key:
             return
         before, self._key = self._before(plan), key

@@ -135,7 +135,7 @@ function entryLine(plan, { paths }) {
   const [first] = plan.points;
   if (!first) return { words: "Not set", mark: "" };
   const side = SIDES[paths?.items.find(({ id }) => id === paths.chosen)?.entry_side ?? ""];
-  if (!side) return { words: `${first.label}, side not set`, mark: "" };
+  if (!side) return { words: "Side not set", mark: "" };
   return { words: side, mark: paths?.side_caution ? "caution" : "done" };
 }
 
@@ -159,8 +159,8 @@ function pathLine(plan, { suggestion, searching, short }) {
   const ways = suggestion?.plan_id === plan.id ? suggestion.alternatives : [];
   if (plan.points.length > 1) {
     const way = ways.findIndex((one) => samePath(plan.points, one.points));
-    const what = way < 0 ? `${plan.points.length} points` : `way ${way + 1} of ${ways.length}`;
-    return { words: `${plan.length_mm.toFixed(0)} mm, ${what}`, mark: short ? "caution" : "done", pill: short };
+    const what = short ? "" : way < 0 ? `, ${plan.points.length} points` : `, way ${way + 1} of ${ways.length}`;
+    return { words: `${plan.length_mm.toFixed(0)} mm${what}`, mark: short ? "caution" : "done", pill: short };
   }
   if (suggestion?.plan_id === plan.id && suggestion.none) return { words: "No way found", mark: "caution" };
   return { words: ways.length ? `${ways.length} ${ways.length === 1 ? "way" : "ways"} found` : "Not set", mark: "" };
@@ -175,7 +175,7 @@ function toolLine({ tool, robot }, { plan_use: use }) {
   if (tool.trouble) return { words: "Tool cannot be read", mark: "caution" };
   if (robot.trouble) return { words: "Robot cannot be read", mark: "caution" };
   if (use?.registration && use.state !== "ready") return { words: "Registration cannot be used", mark: "caution" };
-  return { words: `${tool.title.replace(", ", " ")}${tool.changed ? ", changed" : ""} · ${(robot.title || robot.name).split(",")[0]}`, mark: "done" };
+  return { words: `${tool.title.replace(", ", " ")}${tool.changed ? ", changed" : ""}`, mark: "done" };
 }
 
 /**

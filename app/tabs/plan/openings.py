@@ -27,6 +27,7 @@ CLICK_MM = 6.0  # around an opening; less than half of what is between two nostr
 BEHIND_MM = 25.0  # a mark is seen through so much of nose and skin, and can be clicked there
 NONE_FOUND = "No nostrils found: click where the tool goes in."
 FAILED = "The nostrils could not be found: click where the tool goes in."
+CANCELLED = "The nostrils were not looked for: click where the tool goes in."
 
 
 @dataclass(frozen=True)
@@ -36,7 +37,7 @@ class _Found:
 
 
 class EntryOpenings:
-    """Asks for the openings of one client's head: once a case, and anew with another plan where that has failed.
+    """Asks for the openings of one client's head: once a case, and anew with another plan where that found no answer.
 
     Owned by the session's thread.
     """
@@ -54,7 +55,7 @@ class EntryOpenings:
         if edited is None or not _is_empty(edited) or not has_head_ct(edited.case):
             return
         other = edited.plan_id != self._plan_id
-        has_failed = self._found is not None and self._found.words == FAILED
+        has_failed = self._found is not None and self._found.words in (FAILED, CANCELLED)
         if edited.case.id != self._asked or (other and has_failed):
             self._ask(edited.case.id)
         if other:
@@ -79,7 +80,7 @@ class EntryOpenings:
         def find(run: BackgroundTask) -> _Found:
             ended = services.jobs.wait(services.openings.start(case_id).id)
             if ended.state != "done":
-                return _Found(words=FAILED)
+                return _Found(words=CANCELLED if ended.state == "cancelled" else FAILED)
             items = services.openings.make(case_id).items
             return _Found(items, "" if items else NONE_FOUND)
 

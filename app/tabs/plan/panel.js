@@ -19,6 +19,7 @@ import { PlanList } from "./plan-list.js";
 import { RegionsGroup } from "./regions.js";
 import { ShaftGroup } from "./shaft.js";
 import { SuggestGroup } from "./suggest.js";
+import { runningSearch } from "./suggestion.js";
 import { ToolTableGroup } from "./tool-table.js";
 import { Versions } from "./versions.js";
 
@@ -163,7 +164,7 @@ export default class PlanPanel {
 
   /** @param {ViewModel} state */
   renderSteps(state) {
-    const search = state.jobs?.items.find(({ kind, subject, case_id: of }) => kind === "suggestion" && subject === state.plan?.name && of === state.case?.id);
+    const search = runningSearch(state);
     const known = { suggestion: this.suggest.suggestion, searching: search?.fraction ?? null, verdict: verdictLine(state.corridor), short: shortWords(state.plan?.short_mm ?? 0) };
     this.steps.update({ open: [this.guide.open], marked: this.guide.marked, lines: Object.fromEntries(STEPS.map(({ name }) => [name, stepLine(name, state, known)])) });
     this.more.update({ open: [...this.unfolded], lines: Object.fromEntries(MORE.map(({ name }) => [name, moreLine(name, state)])) });

@@ -7,7 +7,7 @@ from typing import TypedDict
 from app.kit.kept import Same
 from app.messages.sections import Section
 from app.plans.instruments import shipped_tools
-from app.plans.paths import side_caution
+from app.plans.paths import Midplane, side_caution
 from app.plans.service import Plan
 
 
@@ -40,12 +40,12 @@ class PathSections(TypedDict):
     paths: PathsSection | None
 
 
-def paths_section(plan: Plan) -> Section[PathsSection]:
+def paths_section(plan: Plan, midplane: Midplane) -> Section[PathsSection]:
     """The page's section."""
-    return Section(Same(plan), lambda: _view(plan))
+    return Section((Same(plan), midplane), lambda: _view(plan, midplane))
 
 
-def _view(plan: Plan) -> PathsSection:
+def _view(plan: Plan, midplane: Midplane) -> PathsSection:
     titles = {tool.name: tool.title for tool in shipped_tools()}
     return {
         "items": [
@@ -59,7 +59,7 @@ def _view(plan: Plan) -> PathsSection:
             for path in plan.content.paths
         ],
         "chosen": plan.content.path_id,
-        "side_caution": side_caution(plan.content.path),
+        "side_caution": side_caution(plan.content.path, midplane),
         "notes": plan.content.notes,
         "locked": plan.locked,
     }

@@ -40,11 +40,11 @@ export function hasPlace(places, place) {
 }
 
 /**
- * What changes when that does what a tool is moved by and among: robot, margin, registration, protected structures and
+ * What changes when that does what a tool is moved by and among: robot and whether its base is kept, margin, registration, protected structures and
  * bone removal.
  * @param {Pick<ViewModel, "plan" | "plan_use" | "regions">} state
  */
 export function surroundingsKey({ plan, plan_use: use, regions }) {
   const around = (regions?.items ?? []).map(({ purpose, shape, soft, margin_mm, stiffness_n_per_mm, max_depth_mm }) => [purpose, shape, soft, margin_mm, stiffness_n_per_mm, max_depth_mm]);
-  return JSON.stringify([plan?.robot.name, plan?.robot.urdf, plan?.margin_mm, use?.registration, use?.state, around]);
+  return JSON.stringify([plan?.robot.name, plan?.robot.urdf, plan?.robot.is_placed, plan?.margin_mm, use?.registration, use?.state, around]);
 }

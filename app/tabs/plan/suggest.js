@@ -51,6 +51,7 @@ export class SuggestGroup {
     if (this.path !== paths?.chosen) this.target = "";
     this.path = paths?.chosen;
     if (search.of !== plan?.id && !search.busy && (search.suggestion || search.problem)) search.forget();
+    search.join(state);
     const of = [plan?.id, plan?.points, plan?.ghost, plan?.targets, plan?.nearest_target, plan?.locked, shaft?.shown, this.target, search.suggestion?.id, plan?.tool, surroundingsKey(state), search.busy, search.problem, search.drawing];
     this.changed(of, () => {
       draw(this.body, this.template(plan, shaft));
@@ -84,11 +85,9 @@ export class SuggestGroup {
     const wanted = (plan?.points.length ?? 0) < 2 && !search.suggestion && !search.busy;
     return html`
       ${targets.length > 1 ? this.targets(plan, targets) : nothing}
-      <div class="buttons even">
-        <button type="button" class=${wanted ? "primary" : ""} id="suggest" data-command="suggest" ?disabled=${!ready} aria-disabled=${String(search.busy)}
-          @click=${() => search.look(this.connection.state.plan, this.target)}>Suggest a path</button>
-        ${this.newPath(plan)}
-      </div>
+      <button type="button" class=${wanted ? "wide primary" : "wide"} id="suggest" data-command="suggest" ?disabled=${!ready} aria-disabled=${String(search.busy)}
+        @click=${() => search.look(this.connection.state.plan, this.target)}>Suggest a path</button>
+      ${this.newPath(plan)}
       ${search.work.element}
       ${plan && search.suggestion ? this.answer(plan, search.suggestion, shaft?.shown ?? null) : this.hint(plan, ready)}`;
   }
@@ -159,9 +158,9 @@ export class SuggestGroup {
    */
   newPath(plan) {
     const target = targetOf(plan, this.target);
-    const label = target ? html`New path to ${target.label}` : "New path";
-    return html`<button type="button" id="new-path" data-operation="path.new" title="An empty path with the same tool" ?hidden=${(plan?.points.length ?? 0) < 2} ?disabled=${!plan || plan.locked}
-      @click=${() => this.begin(target?.id ?? "")}>${label}</button>`;
+    const title = target ? `An empty path to ${target.label}, same tool` : "An empty path with the same tool";
+    return html`<button type="button" id="new-path" data-operation="path.new" title=${title} ?hidden=${(plan?.points.length ?? 0) < 2} ?disabled=${!plan || plan.locked}
+      @click=${() => this.begin(target?.id ?? "")}>New path</button>`;
   }
 
   /**

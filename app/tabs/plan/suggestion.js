@@ -7,7 +7,7 @@ import { read, readPicture, send } from "/static/js/rest.js";
 import { hasPlace, pathKey, samePath, surroundingsKey, toolKey } from "./same-path.js";
 
 /** @import { Connection } from "/static/js/connection.js" */
-/** @import { PlanSection, SuggestionPublic } from "/static/js/types.js" */
+/** @import { JobEntry, PlanSection, SuggestionPublic, ViewModel } from "/static/js/types.js" */
 
 export class PathSearch {
   /**
@@ -43,6 +43,23 @@ export class PathSearch {
     const entry = entryOf(plan);
     if (!plan || !target || !entry || this.busy) return;
     clearErrors();
+    await this.wait(plan, () => this.work.run(`/api/v1/plans/${encodeURIComponent(plan.id)}/suggestions`, { entry, target }));
+  }
+
+  /**
+   * Follow a search of the open plan that this page has not begun: it was loaded anew, or another window began it.
+   * @param {ViewModel} state
+   */
+  join(state) {
+    const job = runningSearch(state);
+    if (job && state.plan && !this.busy) this.wait(state.plan, () => this.work.follow(job));
+  }
+
+  /**
+   * @param {PlanSection} plan
+   * @param {() => Promise<string | null>} search the id of what was found, null where it was cancelled
+   */
+  async wait(plan, search) {
     this.forget();
     this.askedOf = pathKey(plan.points);
     this.askedAmong = surroundingsKey(this.connection.state);
@@ -51,7 +68,7 @@ export class PathSearch {
     this.busy = true;
     this.changed();
     try {
-      const found = await this.work.run(`/api/v1/plans/${encodeURIComponent(plan.id)}/suggestions`, { entry, target });
+      const found = await search();
       if (found) this.show(await read(`/api/v1/suggestions/${encodeURIComponent(found)}`));
       else this.problem = "The search was cancelled.";
     } catch (error) {
@@ -140,6 +157,15 @@ export class PathSearch {
     this.problem = this.drawing = "";
     this.pictures = [];
   }
+}
+
+/**
+ * The search for a path of the open plan, whoever began it.
+ * @param {ViewModel} state
+ * @returns {JobEntry | undefined}
+ */
+export function runningSearch({ jobs, plan }) {
+  return jobs?.items.find(({ kind, document_id: of }) => kind === "suggestion" && of === plan?.id);
 }
 
 /**

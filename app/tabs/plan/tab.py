@@ -370,7 +370,9 @@ class PlanTab(Tab):
             "instruments": Section(None, instruments_section),
             "plan": none if edited is None else edited.section(),
             "openings": self._openings.section(edited),
-            "paths": none if edited is None else paths_section(edited.plan),
+            "paths": none
+            if edited is None
+            else paths_section(edited.plan, self._services.planning.midplane(edited.plan)),
             "versions": none if edited is None else edited.versions.section(),
             "regions": none if edited is None else edited.regions.section(),
             "second_volume": none if edited is None else edited.second_volume.section(),

@@ -84,7 +84,7 @@ export class BeadsGroup {
   row(bead, locked, selected) {
     const button = (/** @type {"yes" | "no"} */ judge, /** @type {boolean} */ pressed) => {
       const words = JUDGED[judge][Number(pressed)];
-      return html`<button type="button" class="plain" data-judge=${judge} data-operation=${judge === "yes" ? "bead.judge" : nothing} ?disabled=${locked}
+      return html`<button type="button" class="plain" data-judge=${judge} data-operation="bead.judge" ?disabled=${locked}
         aria-pressed=${String(pressed)} aria-label=${`${words} ${bead.name}`} @click=${() => this.judge(bead, judge === "yes")}>${words}</button>`;
     };
     return html`<li class="row" data-state=${bead.state} aria-current=${String(selected)}>

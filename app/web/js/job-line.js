@@ -28,7 +28,7 @@ export class JobLine {
 
   /**
    * Wait for what a job that was started makes; null where it was cancelled.
-   * @param {JobPublic} job
+   * @param {JobEntry & Partial<JobPublic>} job
    */
   async follow(job) {
     this.show(job);

@@ -47,8 +47,7 @@ export class StepList {
       <summary @click=${this.pressed}>
         ${this.numbered ? html`<span class="step-number" aria-hidden="true">${line?.mark ? iconTemplate(MARKS[line.mark]) : index + 1}</span>` : nothing}
         <h2>${title}${this.numbered && line?.mark === "done" ? html`<span class="visually-hidden">, done</span>` : nothing}</h2>${next ? html`<span class="step-next" title="Comes next"><span class="visually-hidden">comes next</span></span>` : nothing}
-        ${line?.pill ? html`<span class="pill">${line.pill}</span>` : nothing}
-        <span class="step-line" title=${line?.words || nothing}>${line?.words ?? ""}</span>
+        <span class="step-line" title=${line?.words || nothing}>${line?.words ?? ""}</span>${line?.pill ? html`<span class="pill">${line.pill}</span>` : nothing}
       </summary>
       <div class="step-body">${content}</div>
     </details>`;

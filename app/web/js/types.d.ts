@@ -48,6 +48,7 @@ export interface JobEntry {
   kind: "import" | "structures" | "dry_run" | "run" | "suggestion" | "tools" | "segmentation" | "islands" | "overlay" | "beads" | "refinement" | "skin" | "openings" | "pictures";
   case_id: string | null;
   subject: string;
+  document_id: string | null;
   created: string;
   state: "queued" | "running" | "done" | "failed" | "cancelled";
   stage: string;
@@ -1040,13 +1041,15 @@ export interface ErrorMessage {
 /**
  * A job; `result` is the id of its result, `error` the reason of a failure or cancellation.
  *
- * case_id: null for an import of a head. subject: name of what it works on, for display.
+ * case_id: null for an import of a head. subject: name of what it works on, for display. document_id: the plan,
+ * registration or label that it works on, null without one.
  */
 export interface JobPublic {
   id: string;
   kind: "import" | "structures" | "dry_run" | "run" | "suggestion" | "tools" | "segmentation" | "islands" | "overlay" | "beads" | "refinement" | "skin" | "openings" | "pictures";
   case_id: string | null;
   subject: string;
+  document_id: string | null;
   created: string;
   state: "queued" | "running" | "done" | "failed" | "cancelled";
   stage: string;

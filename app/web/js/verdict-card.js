@@ -56,9 +56,9 @@ export class VerdictCard {
       <div class=${old ? "card-body stale" : "card-body"} id="verdict" data-level=${level ?? ""}>
         <div class="card-head">
           <span class="card-icon">${iconTemplate(level ? LEVEL_ICONS[level] : "waiting")}</span>
-          <strong class="card-word" role="status">${corridor.word || "Simulating"}<span class="visually-hidden">${spoken(corridor)}</span></strong>
+          <div class="card-verdict"><strong class="card-word" role="status">${corridor.word || "Simulating"}<span class="visually-hidden">${spoken(corridor)}</span></strong>
           ${short ? html`<span class="pill" id="ends-short" title="From the path's end to the nearest target">${short}</span>` : nothing}
-          <span class="card-state" id="verdict-state" title=${corridor.state_words}>${stateWords(corridor)}</span>
+          <span class="card-state" id="verdict-state" title=${corridor.state_words}>${stateWords(corridor)}</span></div>
           <button type="button" class="plain" data-tool="show-me" ?hidden=${!verdict} ?disabled=${old} title="Show the tool where the path decides"
             @click=${() => this.show(verdict?.show_mm ?? 0)}>Show me</button>
           <button type="button" class="icon plain" id="verdict-why" title="Why: the verdict in sentences" aria-label="Why" aria-expanded=${this.open} aria-controls="verdict-words"

@@ -42,7 +42,8 @@ export function verdictLine(corridor) {
   const { level, word, verdict } = corridor;
   if (!level || isOld(corridor)) return { words: "Simulating …", mark: "" };
   const [worst] = verdict?.figures ?? [];
-  return { words: [word, ...(worst ? [figureWords(worst)] : [])].join(", "), mark: level === "fits" ? "done" : "caution" };
+  const stops = worst?.level === "blocked" && worst.whole_mm === null; // its name is what there is to say
+  return { words: [word, ...(worst ? [stops ? worst.name : figureWords(worst)] : [])].join(", "), mark: level === "fits" ? "done" : "caution" };
 }
 
 /**

@@ -87,6 +87,9 @@ def test_rest_and_the_command_line_say_where_they_are(
     services: Services, client: Client, capsys: pytest.CaptureFixture[str]
 ) -> None:
     case = case_of_ct(services, "Nose", load_nose_ct())
+    job = client.post(f"/api/v1/cases/{case.id}/openings")
+    assert (job.status_code, job.json()["kind"], job.json()["case_id"]) == (202, "openings", case.id)
+    assert services.jobs.wait(job.json()["id"], 60.0).result == case.id
     told = client.get(f"/api/v1/cases/{case.id}/openings").json()
     assert [(one["id"], one["name"]) for one in told] == [
         ("nostril-right", "Right nostril"),
@@ -100,4 +103,5 @@ def test_rest_and_the_command_line_say_where_they_are(
     x, y, z = told[0]["position"]
     assert f"Right nostril: {x:.1f} {y:.1f} {z:.1f} mm (LPS)" in capsys.readouterr().out
     assert client.get("/api/v1/cases/nothing/openings").status_code == 404
+    assert client.post("/api/v1/cases/nothing/openings").status_code == 404
     services.cases.delete(case.id)

@@ -16,7 +16,10 @@ WITHOUT = {"label.restore", "version.restore", "path.choose"}
 def controls() -> set[str]:
     sources = [*APP.glob("tabs/*/*.js"), *APP.glob("web/js/**/*.js")]
     text = "\n".join(path.read_text(encoding="utf-8") for path in sources)
-    marks = r'"?data-operation"?(?:=|: )"([a-z_. ]+)"|dataset\.operation = "([a-z_. ]+)"|\boperation: "([a-z_. ]+)"'
+    marks = (
+        r'"?data-operation"?(?:=|: )"([a-z_. ]+)"|dataset\.operation = "([a-z_. ]+)"|\boperation: "([a-z_. ]+)"'
+        r'|data-operation=\$\{[^}]*\? "([a-z_. ]+)"'
+    )
     found = re.findall(marks, text)
     return {name for pair in found for names in pair for name in names.split()}
 

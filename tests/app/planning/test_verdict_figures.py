@@ -75,15 +75,14 @@ def test_the_obstacle_that_leaves_least_above_its_margin_comes_first(found: Plan
 def test_what_stops_the_tool_comes_first_where_it_does(found: PlanEvaluation) -> None:
     bone = found.verdict.obstacles[0]
     nerve = replace(bone, name="nerve", margin_mm=bone.margin_mm - 0.1)
-    half = len(found.run.s) // 2
     verdict = replace(found.verdict, level="blocked", reason="held", obstacles=(bone, nerve))
 
     def stopped(stop: Blocker | None) -> list[tuple[str, str, float | None]]:
-        run = replace(found.run, s=found.run.s[:half], completed=False, stopped_by=stop)
+        run = replace(found.run, completed=False, stopped_by=stop)
         figures = verdict_figures(replace(found, run=run, verdict=verdict))
         return [(one.name, one.level, one.s_mm) for one in figures if one.level == "blocked"]
 
-    reach = ("reach", "blocked", float(found.run.s[half - 1]))
+    reach = ("reach", "blocked", found.reached_mm)
     assert stopped(Blocker("bone", "bone", "shaft")) == [("bone", *reach[1:]), reach]
     assert stopped(Blocker("zone", "nerve (2 of 4)", "tip")) == [("nerve", *reach[1:]), reach]
     assert stopped(Blocker("joint", "insertion")) == [("joint limit", *reach[1:]), reach]

@@ -26,7 +26,7 @@ from app.plans.operations.paths import AddPath, ChoosePath, DeletePath, RenamePa
 from app.plans.operations.points import AddPoint
 from app.plans.operations.removed_bone import AddBone, ChangeBone, DeleteBone
 from app.plans.operations.zones import AddZone, ChangeZone, DeleteZone
-from app.plans.paths import MAX_PATHS, ends_words, side_caution
+from app.plans.paths import MAX_PATHS, Midplane, ends_words, side_caution
 from app.plans.service import Plan, PlanService
 from app.plans.zones import MAX_ZONES, PlanZone, RemovedBone
 from app.store import Store
@@ -433,19 +433,16 @@ def test_a_damaged_file_is_refused_with_the_reason() -> None:
             from_native_json(json.dumps({**good, **change}))
 
 
+@pytest.mark.parametrize("middle", [0.0, 20.0, -20.0])
 @pytest.mark.parametrize(
-    ("side", "x", "words"),
+    ("side", "left_mm", "words"),
     [
         (
             "right",
             6.0,
-            "Entry is at L 6.0, not on the right. Check the side: that is left of the scan's origin",
+            "Entry is 6.0 mm left of the midline, not on the right. Check the side; the midline is x.",
         ),
-        (
-            "left",
-            -2.5,
-            "Entry is at R 2.5, not on the left. Check the side: that is right of the scan's origin",
-        ),
+        ("left", -2.5, "Entry is 2.5 mm right of the midline, not on the left."),
         ("right", 1.9, ""),
         ("left", 6.0, ""),
         ("right", -6.0, ""),
@@ -453,11 +450,20 @@ def test_a_damaged_file_is_refused_with_the_reason() -> None:
         ("", 6.0, ""),
     ],
 )
-def test_an_entry_on_the_other_side_than_its_path_says_is_told(side: str, x: float, words: str) -> None:
-    path = PlanPath(points=(PlanPoint("p", "P1", (x, 0.0, 0.0)),), entry_side=side)  # type: ignore[arg-type]
-    assert words in side_caution(path)
-    assert bool(side_caution(path)) == bool(words)
-    assert side_caution(PlanPath(entry_side="left")) == ""
+def test_an_entry_on_the_other_side_than_its_path_says_is_told(
+    side: str, left_mm: float, words: str, middle: float
+) -> None:
+    midplane = Midplane((middle, 5.0, 9.0), (1.0, 0.0, 0.0), "x")
+    path = PlanPath(points=(PlanPoint("p", "P1", (middle + left_mm, 0.0, 0.0)),), entry_side=side)  # type: ignore[arg-type]
+    assert words in side_caution(path, midplane)
+    assert bool(side_caution(path, midplane)) == bool(words)
+    assert side_caution(PlanPath(entry_side="left"), midplane) == ""
+
+
+def test_the_midplane_of_a_turned_head_is_turned() -> None:
+    turned = Midplane((10.0, 0.0, 0.0), (0.8, 0.6, 0.0), "x")
+    assert turned.left_mm((10.0 - 30.0 * 0.6, 30.0 * 0.8, 4.0)) == pytest.approx(0.0), "straight behind it"
+    assert turned.left_mm((14.0, 3.0, 0.0)) == pytest.approx(5.0)
 
 
 def test_a_path_says_how_far_before_the_nearest_target_it_ends() -> None:

@@ -13,7 +13,7 @@ from app.imaging.openings import Opening, OpeningsOfHead
 from app.scene.view import ClickRay
 from app.services import Services
 from app.tabs.plan import commands as c
-from app.tabs.plan.openings import BEHIND_MM, FAILED, NONE_FOUND
+from app.tabs.plan.openings import BEHIND_MM, CANCELLED, FAILED, NONE_FOUND
 from app.tabs.plan.tab import PlanTab
 from vfix_engine.errors import ImageError, PlanError
 
@@ -69,6 +69,7 @@ def test_an_entry_clicked_near_one_is_where_it_was_clicked_with_the_side_as_one_
     shown(tab)
     do_work(tab)
     send(tab, "pick.slice", position=list(place))
+    send(tab, "ghost.confirm")  # the place lies in the room's air
     assert tab.plan is not None
     (point,) = tab.plan.content.points
     assert (point.position, tab.plan.content.path.entry_side) == (pytest.approx(place, abs=0.1), side)
@@ -191,7 +192,30 @@ def test_where_none_is_found_it_says_what_to_do(
     shown(other)
     do_work(other)
     assert [one["name"] for one in shown(other)["items"]] == ["Left nostril"]
-    assert max(len(words.split()) for words in (NONE_FOUND, FAILED)) <= 12
+    assert max(len(words.split()) for words in (NONE_FOUND, FAILED, CANCELLED)) <= 12
+
+
+def test_a_search_that_is_cancelled_says_so_and_another_plan_asks_again(
+    phantom_services: Services, found: list[Opening], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    jobs = phantom_services.jobs
+
+    def cancelled(volume: Any, progress: Any) -> Any:
+        [job] = [one for one in jobs.list() if one.kind == "openings" and one.state == "running"]
+        jobs.cancel(job.id)
+        progress("Finding the nostrils", 0.5)
+        raise AssertionError("it goes on")
+
+    monkeypatch.setattr(phantom_services.openings, "find", cancelled)
+    tab = empty_plan(phantom_services)
+    assert shown(tab)["state"] == "waiting"
+    do_work(tab)
+    assert shown(tab) == {"state": "current", "items": [], "marked": False, "words": CANCELLED}
+    monkeypatch.setattr(phantom_services.openings, "find", lambda volume, progress: OpeningsOfHead((LEFT,)))
+    send(tab, "plan.open", plan_id=phantom_services.plans.create(HEAD, "Asked again").id)
+    shown(tab)
+    do_work(tab)
+    assert [one["name"] for one in shown(tab)["items"]] == ["Left nostril"]
 
 
 def test_nothing_is_looked_for_where_no_entry_is_missing(phantom_services: Services) -> None:

@@ -10,7 +10,7 @@ import pytest
 import trimesh
 from trimesh.ray.ray_pyembree import RayMeshIntersector
 
-from vfix_engine.anatomy import skin
+from vfix_engine.anatomy import beside_head
 from vfix_engine.anatomy.phantom import load_head_ct, load_landmarks
 from vfix_engine.anatomy.scan_ends import faces_at_ends
 from vfix_engine.anatomy.skin import INTO_OPENINGS_MM, skin_of_volume
@@ -125,7 +125,7 @@ def test_a_scan_without_a_head_or_without_air_is_refused(ball: Volume) -> None:
 
 def test_fine_voxels_are_skipped(ball: Volume, monkeypatch: pytest.MonkeyPatch) -> None:
     fine = skin_of_volume(ball).mesh
-    monkeypatch.setattr(skin, "FINE_ENOUGH_MM", 2.0)
+    monkeypatch.setattr(beside_head, "FINE_ENOUGH_MM", 2.0)
     coarse = skin_of_volume(ball).mesh
     assert len(coarse.faces) < 0.35 * len(fine.faces)
     assert np.linalg.norm(coarse.vertices, axis=1).max() == pytest.approx(RADIUS, abs=0.3)

@@ -88,9 +88,9 @@ def test_an_entry_that_is_not_in_air_is_refused(entry: list[float]) -> None:
 @pytest.mark.parametrize("name", ["straight_pointer", "bent_30"])
 def test_suggested_paths_arrive_and_are_driven_as_they_were_planned(name: str) -> None:
     around, tool = surroundings(), Tool.load(name)
-    stages = list[str]()
+    told = list[tuple[str, float]]()
     found = suggest_path(
-        around, RobotModel.load("steady_hand"), tool, ENTRY, TARGET, SETTINGS, lambda stage, share: stages.append(stage)
+        around, RobotModel.load("steady_hand"), tool, ENTRY, TARGET, SETTINGS, lambda *now: told.append(now)
     )
     assert found.none is None
     best = found.alternatives[0]
@@ -99,7 +99,10 @@ def test_suggested_paths_arrive_and_are_driven_as_they_were_planned(name: str) -
     assert best.directions.shape == best.points.shape
     assert (best.rolls is None) == (name == "straight_pointer")
     assert np.linalg.norm(best.directions, axis=1) == pytest.approx(1.0)
-    assert any("Driving" in stage for stage in stages)
+    stages, fractions = zip(*told, strict=True)
+    assert any("Simulating way 2" in stage for stage in stages)
+    assert list(fractions) == sorted(fractions), "progress never goes back"
+    assert len(set(fractions)) > 15
     # A straight tool lies along the channel: its lining is pressed by no more than it is thick.
     assert best.passage.tissue_depth_mm is not None
     assert best.passage.tissue_depth_mm < 3.5
@@ -115,12 +118,24 @@ def test_where_there_is_no_way_the_place_and_the_search_are_told() -> None:
     assert found.none.ends_at[1] < 28.0
 
 
+def test_a_target_in_bone_is_reported_as_that() -> None:
+    around = surroundings(lid=True)
+    y = np.linspace(20.0, 60.0, 81)
+    line = np.column_stack([np.full_like(y, ENTRY[0]), y, np.full_like(y, ENTRY[2])])
+    deepest = line[np.nanargmin(around.room.bone.at(line))]
+    found = suggest_path(
+        around, RobotModel.load("steady_hand"), Tool.load("straight_pointer"), ENTRY, deepest, SETTINGS
+    )
+    assert found.none is not None
+    assert found.none.short == "the target lies in bone"
+
+
 def test_what_is_raised_while_it_searches_ends_it() -> None:
     class Stop(Exception):
         pass
 
     def tell(stage: str, share: float) -> None:
-        if share >= 0.4:
+        if share >= 0.3:
             raise Stop
 
     with pytest.raises(Stop):
