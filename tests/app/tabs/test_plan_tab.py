@@ -17,7 +17,7 @@ from app.planning.rehearsal_options import NO_OPTIONS, RehearsalOptions
 from app.planning.remote_centre import PathPlace
 from app.plans.operations.document import RedoPlan, SetPlanSettings, UndoPlan
 from app.plans.operations.paths import SetShaft
-from app.plans.operations.points import DeletePoint, RenamePoint
+from app.plans.operations.points import AddTarget, DeletePoint, RenamePoint
 from app.scene import palette
 from app.services import Services
 from app.store.errors import StorageError
@@ -351,4 +351,33 @@ def test_a_shaft_is_rolled_about_its_direction_and_left_open(phantom_services: S
     assert (point.direction, point.roll_deg) == ((0.0, 0.0, 1.0), 30.0)
     send(tab, "shaft.clear", item_id=item_id)
     assert phantom_services.plans.get(plan.id).content.points[1].direction is None
+    phantom_services.plans.documents.delete(plan.id)
+
+
+def test_a_click_on_a_target_leads_the_path_there_and_one_more_selects_what_is_there(
+    phantom_services: Services,
+) -> None:
+    plan = phantom_services.plans.documents.duplicate(SAMPLE, "Clicked")
+    tab = open_sample(phantom_services, plan.id)
+    gone = plan.content.points[-2]
+    assert tab._edited is not None
+    tab._edited.perform(AddTarget(position=gone.position))
+    assert tab.plan is not None
+    target = tab.plan.content.targets[-1]
+    send(tab, "item.delete", item_id=gone.id)  # the target is where the tool fits
+    edited, points = tab._edited, len(plan.content.points)
+    edited.add_mode = "none"
+    edited.click_item(target.id)
+    assert (edited.selected, len(edited.points())) == (target.id, points - 1)
+    edited.add_mode = "point"
+    edited.click_item(target.id)
+    assert edited.points()[-1] == pytest.approx(target.position, abs=1e-6)
+    ending = edited.selected
+    assert ending == edited.plan.content.points[-1].id
+    send(tab, "pick.slice", position=list(target.position))  # as a slice says it
+    assert (edited.selected, len(edited.points())) == (ending, points)
+    edited.add_mode = "target"
+    targets = len(edited.plan.content.targets)
+    send(tab, "pick.slice", position=list(target.position))
+    assert (edited.selected, len(edited.plan.content.targets)) == (target.id, targets)
     phantom_services.plans.documents.delete(plan.id)
