@@ -24,7 +24,7 @@ class Hands:
         self._workspace, self._shafts, self._openings = workspace, shafts, openings
 
     def clicked(self, edited: EditedPlan, ray: ClickRay) -> None:
-        """On the ghost it confirms, on an item it selects or leads there, at an opening it enters, else it picks a place.
+        """On the ghost it confirms, on an item it selects or leads there, at an opening it enters, else picks.
 
         While a region is drawn it always picks.
         """

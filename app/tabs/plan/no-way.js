@@ -2,7 +2,7 @@
 import { note, noteEdit } from "/static/js/dialogs.js";
 import { placeWords } from "/static/js/slices/place-words.js";
 import { hintLine, html, nothing } from "/static/js/template.js";
-import { targetOf } from "./suggestion.js";
+import { targetOf } from "./wanted-target.js";
 import { ARRIVES_MM } from "./way-figures.js";
 
 /** @import { Connection } from "/static/js/connection.js" */
