@@ -2,8 +2,18 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 from app.planning.verdict import Level, Reason
 
+SearchState = Literal["", "runs", "none", "ways"]
+"""Of the search for a path: 'none' if it found no way, 'ways' while one is shown that the path does not follow."""
+
+_OF_SEARCH: dict[SearchState, str] = {
+    "runs": "",
+    "none": "End there, remove bone there, or move the entry.",
+    "ways": "Choose a way and use it.",
+}
 _CLICK_TARGET = "Click what is to be inspected, in the head or a slice."
 _LOCKED = "Locked. Unlock to add, move or delete points."
 _NEXT: dict[Reason, str] = {
@@ -28,15 +38,20 @@ def plan_hint(
     ghost: bool,
     locked: bool,
     verdict: tuple[Level, Reason] | None,
+    search: SearchState = "",
 ) -> str:
     """verdict: level and reason; None while it is not known, or where the dry run has failed."""
     if ghost:
         return "Right place? Enter adds it, Esc cancels."
+    if search and not locked:
+        return _OF_SEARCH[search]
     if verdict is not None:
         level, reason = verdict
         return _LOCKED if locked else _next(level, reason, targets, add_mode)
     if locked:
         return _LOCKED
+    if points == 1 and targets:
+        return f"Suggest a path, or click {'another target' if add_mode == 'target' else 'further in'}."
     if add_mode == "target":
         return _CLICK_TARGET
     if points == 0:

@@ -281,6 +281,12 @@ def test_the_hint_says_whether_the_tool_was_stopped_or_not_driven_at_all() -> No
     view = failed.view()
     assert (failed.short, view["short"], view["level"], view["word"]) == (said, said, "unknown", "Unknown")
     assert plan_hint(3, 1, "point", False, False, None).startswith("Drag a point")
+    assert plan_hint(1, 0, "point", False, False, None).startswith("Click further in, or add a target")
+    assert plan_hint(1, 1, "point", False, False, None) == "Suggest a path, or click further in."
+    assert plan_hint(1, 1, "target", False, False, None) == "Suggest a path, or click another target."
+    assert plan_hint(1, 1, "point", False, False, None, "runs") == ""
+    assert plan_hint(1, 1, "point", False, False, None, "none").startswith("End there")
+    assert plan_hint(3, 1, "point", False, False, held, "ways") == "Choose a way and use it."  # type: ignore[arg-type]
     assert (ShownEvaluation("computing").short, ShownEvaluation("computing").level) == ("", None)
     hint = plan_hint(3, 0, "target", False, False, clear)  # type: ignore[arg-type]
     assert hint.startswith("Click what is to be inspected")
