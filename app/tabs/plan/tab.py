@@ -343,6 +343,8 @@ class PlanTab(Tab):
             edited.locked,
             None if shown.verdict is None else (shown.verdict.level, shown.verdict.reason),
             "ways" if self._shafts.shows_another_way(edited) else self._search.state(plan),
+            plan.content.path.entry_side in ("left", "right"),
+            None if shown.verdict is None else shown.verdict.pierced.s_mm,
         )
 
     def tick(self) -> bool:

@@ -287,6 +287,14 @@ def test_the_hint_says_whether_the_tool_was_stopped_or_not_driven_at_all() -> No
     assert plan_hint(1, 1, "point", False, False, None, "runs") == ""
     assert plan_hint(1, 1, "point", False, False, None, "none").startswith("End there")
     assert plan_hint(3, 1, "point", False, False, held, "ways") == "Choose a way and use it."  # type: ignore[arg-type]
+    skin, wall = ("blocked", "pierced"), ("pierces", "wall")
+    hints = [plan_hint(3, 1, "point", False, False, skin, "", nostril) for nostril in (False, True)]  # type: ignore[arg-type]
+    assert [re.split("[:,]", hint)[0] for hint in hints] == [
+        "Lead the path through the nostril",
+        "Turn the shaft",
+    ]
+    hint = plan_hint(3, 1, "point", False, False, wall, "", True, 42.6)  # type: ignore[arg-type]
+    assert hint == "Pierces a wall between air spaces at 43 mm: go round."
     assert (ShownEvaluation("computing").short, ShownEvaluation("computing").level) == ("", None)
     hint = plan_hint(3, 0, "target", False, False, clear)  # type: ignore[arg-type]
     assert hint.startswith("Click what is to be inspected")
