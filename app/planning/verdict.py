@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from app.cases.model import Case
+from app.kit.values import Position
 from app.planning.obstacles import Obstacle, nearest_part, structures_of
 from app.planning.piercing import NOT_KNOWN, Pierced
 from app.planning.soft_depths import SoftDepth, soft_depths
@@ -155,6 +156,14 @@ class Verdict:
     def short(self) -> str:
         """The verdict in a few words, with its reason; every text of the verdict starts with it."""
         return IN_SHORT[self.reason]
+
+    @property
+    def pierced_place(self) -> tuple[float, Position] | None:
+        """If what the tool pierces decides: arc length of the tip there, and where on the tool's axis it begins."""
+        found = self.pierced
+        if self.reason not in ("pierced", "wall") or found.begin is None or found.s_mm is None:
+            return None
+        return found.s_mm, found.begin
 
     @property
     def parts(self) -> tuple[VerdictPhrase, ...]:

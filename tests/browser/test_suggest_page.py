@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable
 from typing import Any
@@ -110,7 +111,7 @@ def test_where_no_way_is_found_the_path_ends_there_or_bone_is_removed(open_page:
     page.click("#end-there")
     station.wait_for("the ways", lambda: page.locator("#alternatives button").count(), DRIVEN_S)
     [moved] = station.state("plan")["targets"]
-    assert moved["position"] == region["place"]
+    assert math.dist(moved["position"], region["place"]) < region["sizes_mm"][0], "the ball is where the way ends"
     station.picture("suggest-ends-there")
     page.locator("#undo").click()
     station.wait_for("the target again", lambda: station.state("plan")["targets"][0]["position"] == IN_BONE)

@@ -50,6 +50,9 @@ test("a closed step is one line with its result", () => {
   const regions = { items: [{ purpose: "spare", name: "Optic nerve" }, { purpose: "remove", name: "Septum" }] };
   assert.deepEqual(lines({ plan: plan(6, 2), paths, regions, corridor: { state: "current", status: "done" } }),
     ["Right nostril", "2 targets", "Optic nerve", "81 mm, 6 points", "Bent tool 30°", "Fits, bone 0.55 mm", "Ready"]);
+  const exported = (/** @type {string | null} */ level, state = "current") => stepLine("export", /** @type {any} */ ({ plan: plan(6, 2), corridor: { level, state, status: "done", word: "Blocked" } }), known());
+  const caution = { words: "Blocked plan", mark: "caution" };
+  assert.deepEqual([exported("blocked"), exported("pierces"), exported("blocked", "none"), exported("tight").words, exported(null, "waits").words], [caution, caution, caution, "Ready", "Not simulated yet"]);
   assert.deepEqual(stepLine("entry", { plan: plan(1, 0) }, known()), { words: "Side not set", mark: "" });
   assert.equal(stepLine("entry", { plan: plan(1, 0), paths: { ...paths, side_caution: "Left of the septum." } }, known()).mark, "caution");
   assert.deepEqual(stepLine("path", { plan: plan(6, 2) }, known({ short: "32 mm short" })), { words: "81 mm", mark: "caution", pill: "32 mm short" });

@@ -11,6 +11,7 @@ from app.cases.service import CaseService
 from app.exchange.report.cut import PLANES, Outlined, Shown, cut_picture
 from app.exchange.report.page import Figure, Picture, ReportPage, TableRow
 from app.exchange.report.plot import clearance_plot
+from app.kit.values import Position
 from app.planning.dry_runs import DryRunJobs
 from app.planning.evaluation import Planning
 from app.planning.obstacles import Obstacle
@@ -73,7 +74,7 @@ class PlanReports:
             pictures=() if evaluation is None else self._pictures(plan, case, evaluation, with_images),
             pictured=""
             if evaluation is None
-            else f"Cuts through the tip, {_pictured_mm(evaluation):.0f} mm along the path",
+            else f"Cuts through {_pictured(evaluation)[1]}, {_pictured(evaluation)[0]:.0f} mm along the path",
             plot="" if evaluation is None else clearance_plot(evaluation.profile, plotted, evaluation.length_mm),
             curves=tuple((one.name, colour) for one, colour in plotted),
             has_tissue=evaluation is not None and evaluation.profile.tissue is not None,
@@ -88,9 +89,9 @@ class PlanReports:
         ).html()
 
     def _pictures(self, plan: Plan, case: Case, evaluation: PlanEvaluation, with_images: bool) -> tuple[Picture, ...]:
-        """Three cuts through the tip where the path is narrowest, or where the tool is held."""
-        run = evaluation.run
-        row = int(np.abs(run.s - _pictured_mm(evaluation)).argmin())
+        """Three cuts where the path is narrowest, the tool is held, or it pierces tissue."""
+        run, (s_mm, _, centre) = evaluation.run, _pictured(evaluation)
+        row = int(np.abs(run.s - s_mm).argmin())
         bone = self._planning.bone(plan)
         protected = (
             Outlined(shape_surface(self._cases, case.id, zone.shape), zone.colour)
@@ -98,7 +99,7 @@ class PlanReports:
             if zone.shape["kind"] != "half_space"
         )
         shown = Shown(
-            centre=run.tip[row],
+            centre=run.tip[row] if centre is None else np.array(centre),
             surfaces=(Outlined(bone.mesh, BONE), *protected),
             path=evaluation.positions,
             start=run.segments_start[row],
@@ -125,10 +126,22 @@ def _figures(evaluation: PlanEvaluation) -> Iterator[Figure]:
         yield Figure("Other structures", f"{len(left_out)}", "farther from their margins")
 
 
-def _pictured_mm(evaluation: PlanEvaluation) -> float:
-    """Arc length where the pictures show the tool: where it is held, or where least is left of a clearance."""
-    s_mm = evaluation.verdict.s_mm
-    return evaluation.reached_mm if s_mm is None or not evaluation.completed else s_mm
+def _pictured(evaluation: PlanEvaluation) -> tuple[float, str, Position | None]:
+    """Arc length where the pictures show the tool, what they cut through, and its place where that is not the tip.
+
+    They show what the tool pierces if that decides, else where it is held, or where least is left of a clearance.
+    """
+    pierced, s_mm = evaluation.verdict.pierced_place, evaluation.verdict.s_mm
+    if pierced is not None:
+        what = "skin" if evaluation.verdict.reason == "pierced" else "wall"
+        return pierced[0], f"the {what} that is pierced", pierced[1]
+    if s_mm is not None and evaluation.completed:
+        return s_mm, "the tip", None
+    stop = evaluation.run.stopped_by
+    if stop is None or stop.point is None:
+        return evaluation.reached_mm, "the tip", None
+    x, y, z = np.asarray(stop.point, dtype=np.float64).tolist()
+    return evaluation.reached_mm, "what stops the tool", (x, y, z)
 
 
 def _figure(figure: VerdictFigure) -> Figure:

@@ -18,6 +18,8 @@ from app.tabs.plan.sections import ClearanceProfile, FigureView, ObstacleCurve, 
 from app.workspace.layers import Layer
 from vfix_engine.arrays import Array
 
+_SAME_MM = 1e-3  # an arc length nearer than this to that of a figure is the figure's
+
 
 def verdict_view(evaluation: PlanEvaluation) -> VerdictView:
     """The page's view of a verdict."""
@@ -99,9 +101,15 @@ class ShownTool:
         self.s_mm = None
 
     def at(self, evaluation: PlanEvaluation, s_mm: float) -> Position:
-        """Show the tool in the pose of the dry run nearest to an arc length; returns where its tip is then."""
+        """Show the tool in the pose of the dry run nearest to an arc length; returns what to look at.
+
+        That is where its tip is then, or at the figure of what it pierces, the place that is pierced.
+        """
         row = _row(evaluation, s_mm)
         self.s_mm = float(evaluation.run.s[row])
+        pierced = evaluation.verdict.pierced
+        if pierced.ends is not None and pierced.s_mm is not None and abs(pierced.s_mm - s_mm) < _SAME_MM:
+            return pierced.ends[0]
         x, y, z = evaluation.run.tip[row].tolist()
         return (x, y, z)
 

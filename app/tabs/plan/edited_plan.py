@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
@@ -40,6 +41,7 @@ from vfix_engine.errors import PlanError, VfixError
 from vfix_engine.geometry.path import SplinePath
 
 MOVED_WORTH_SAYING_MM = 0.05  # by a click, which goes to the nearest free place
+SAME_PLACE_MM = 0.1  # a click nearer than this to a point or target of its kind selects it
 DROP_MOVED_MM = 0.2  # by a drop, whose hand is less exact
 # Operations that take back what is half drawn, dragged or shown as a ghost.
 ENDING = (SetLocked, Undo, Redo, SetNotes, AddPath, CopyPath, PathEdit, ChoosePath, DeletePath)
@@ -218,14 +220,19 @@ class EditedPlan:
     def pick(self, position: Array) -> Position | None:
         """A click at (3,): adds what fits there, else shows the ghost of it; returns its place, None where nothing is.
 
-        A target fits everywhere, a path point where it stays in the air inside the body: undo takes both back.
+        A target fits everywhere, a path point where it stays in the air inside the body or at a target: undo takes both
+        back. Where one of the kind already is, it is selected.
         """
         if self.regions.drawing is not None:
             return self.regions.pick(position)
         if self.add_mode == "none" or self.plan.locked:
             return None
+        place = position_of(position)
+        here = None if self.insert_after is not None else self._at(place, self.add_mode)
+        if here is not None:
+            self.ghost, self.selected = None, here
+            return self.place_of(here)
         if self.add_mode == "target":
-            place = position_of(position)
             self.ghost = None
             self.perform(AddTarget(position=place))
             return place
@@ -233,9 +240,25 @@ class EditedPlan:
         moved = f"Moved {fitted.moved_mm:.1f} mm, clear of bone." if fitted.moved_mm > MOVED_WORTH_SAYING_MM else ""
         words = moved or "Clear of bone here."
         self.ghost = Ghost("point", fitted.position, fitted.moved_mm, words, PLACE_WORDS[fitted.lies_in])
-        if not moved and fitted.lies_in == "air_inside":
+        if not moved and (fitted.lies_in == "air_inside" or self._at(place, "target") is not None):
             self.confirm()
         return fitted.position
+
+    def click_item(self, item_id: str) -> Position | None:
+        """A click on a point or target selects it; while clicks add points, a path is led on to a target.
+
+        Returns its place.
+        """
+        self.selected, place = item_id, self.place_of(item_id)
+        adds = self.add_mode == "point" and bool(self.plan.content.points) and not self.locked
+        if place is not None and adds and self.kind_of(item_id) == "target":
+            return self.pick(np.array(place))
+        return place
+
+    def _at(self, place: Position, kind: ItemKind) -> str | None:
+        """Id of the point or target at a place, None where there is none."""
+        near = (item for item in self.items() if item.kind == kind and math.dist(item.position, place) < SAME_PLACE_MM)
+        return next((item.id for item in near), None)
 
     def enter(self, opening: Opening) -> str:
         """Begin the path at an opening; returns words where the point had to be moved clear of bone."""

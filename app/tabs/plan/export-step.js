@@ -6,7 +6,7 @@ import { draw, filesButton, html } from "/static/js/template.js";
 import { importPlan } from "./plan-import.js";
 
 /** @import { Connection } from "/static/js/connection.js" */
-/** @import { ViewModel } from "/static/js/types.js" */
+/** @import { PlanSection, ViewModel } from "/static/js/types.js" */
 
 const SCAN_WORDS = "A scan can identify its patient.";
 const SCAN_QUESTION = { name: "scan", label: "The pictures show", options: [["without", "outlines of bone only"], ["with", "the scan as well"]] };
@@ -40,22 +40,24 @@ export class ExportStep {
     const { plan, plan_use: use, case: head } = this.connection.state;
     if (!plan || (format === "slicer" && head?.images && !await askForImages(head.name))) return;
     if (format === "report") {
-      await this.report(plan.id);
+      await this.report(plan);
       return;
     }
     const path = `/api/v1/plans/${encodeURIComponent(plan.id)}/export`;
     download(format === "slicer" ? `${path}/slicer?with_images=true` : `${path}?format=${encodeURIComponent(format)}`);
-    if (format === "slicer") note("Slicer folder is being made; the download follows.");
+    note(format === "slicer" ? "Slicer folder is being made; the download follows." : `Downloading ${plan.name}.${format}`);
     if (use?.registration && format === "json") note("Registration not included. Save the head to take it along.", { stay: true });
   }
 
   /**
    * The report to print. With the scan in its pictures where that shows nobody, or where the user wants it.
-   * @param {string} planId
+   * @param {PlanSection} plan
    */
-  async report(planId) {
+  async report({ id, name }) {
     const { case: head } = this.connection.state;
     const answer = head?.images ? await askChoices("Printable report", SCAN_WORDS, [SCAN_QUESTION], "Save") : { scan: "with" };
-    if (answer) download(`/api/v1/plans/${encodeURIComponent(planId)}/report/page?with_images=${answer.scan === "with"}`);
+    if (!answer) return;
+    download(`/api/v1/plans/${encodeURIComponent(id)}/report/page?with_images=${answer.scan === "with"}`);
+    note(`Downloading ${name}.html`);
   }
 }

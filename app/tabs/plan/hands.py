@@ -24,7 +24,7 @@ class Hands:
         self._workspace, self._shafts, self._openings = workspace, shafts, openings
 
     def clicked(self, edited: EditedPlan, ray: ClickRay) -> None:
-        """On the ghost it confirms, on an item it selects, at an opening it enters, else it picks a place.
+        """On the ghost it confirms, on an item it selects or leads there, at an opening it enters, else picks.
 
         While a region is drawn it always picks.
         """
@@ -41,7 +41,8 @@ class Hands:
             return
         items = list[tuple[str, Array]]()
         if edited.regions.drawing is None:
-            items += [(item.id, np.array(item.position)) for item in edited.items()] + edited.regions.handles()
+            first = sorted(edited.items(), key=lambda item: item.kind != edited.add_mode)  # of two at one place
+            items += [(item.id, np.array(item.position)) for item in first] + edited.regions.handles()
             items += self._shafts.balls(edited)
         hits = [hit_items(ray.origin, ray.direction, items, SELECT_RADIUS_MM), case.hit(ray)]
         if (opening := self._openings.hit(edited, ray, hits[1])) is not None:
@@ -56,8 +57,7 @@ class Hands:
         elif hit.item_id is not None:
             if edited.regions.select(hit.item_id) or hit.item_id.startswith(HANDLE):
                 return
-            edited.selected = hit.item_id
-            case.go_to(edited.place_of(hit.item_id))
+            case.go_to(edited.click_item(hit.item_id))
         else:
             case.go_to(edited.pick(hit.position))
 

@@ -2,10 +2,21 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 from app.planning.verdict import Level, Reason
 
+SearchState = Literal["", "runs", "none", "ways"]
+"""Of the search for a path: 'none' if it found no way, 'ways' while one is shown that the path does not follow."""
+
+_OF_SEARCH: dict[SearchState, str] = {
+    "runs": "",
+    "none": "End there, remove bone there, or move the entry.",
+    "ways": "Choose a way and use it.",
+}
 _CLICK_TARGET = "Click what is to be inspected, in the head or a slice."
 _LOCKED = "Locked. Unlock to add, move or delete points."
+_TURN_SHAFT = "Turn the shaft: ‘Suggest a path’ finds its directions."
 _NEXT: dict[Reason, str] = {
     "spent": "Look at it in Register, or go on with care.",
     "margin": "Little margin left: move points, or go on with care.",
@@ -16,7 +27,6 @@ _NEXT: dict[Reason, str] = {
     "side": "Check the side of the entry.",
     "held": "Move grey points, or change tool or robot.",
     "pierced": "Lead the path through the nostril, or move its points.",
-    "wall": "Lead the path round it, or go on with care.",
     "refused": "Move the first point, or change tool or robot.",
 }
 
@@ -28,15 +38,31 @@ def plan_hint(
     ghost: bool,
     locked: bool,
     verdict: tuple[Level, Reason] | None,
+    search: SearchState = "",
+    at_nostril: bool = False,
+    pierced_mm: float | None = None,
 ) -> str:
-    """verdict: level and reason; None while it is not known, or where the dry run has failed."""
+    """verdict: level and reason; None while it is not known, or where the dry run has failed.
+
+    at_nostril: the path begins at a nostril. pierced_mm: along the path, where the tool pierces tissue.
+    """
     if ghost:
         return "Right place? Enter adds it, Esc cancels."
+    if search and not locked:
+        return _OF_SEARCH[search]
     if verdict is not None:
         level, reason = verdict
-        return _LOCKED if locked else _next(level, reason, targets, add_mode)
+        if locked:
+            return _LOCKED
+        if reason == "pierced" and at_nostril:
+            return _TURN_SHAFT
+        if reason == "wall":
+            return f"Pierces a wall between air spaces at {pierced_mm or 0.0:.0f} mm: go round."
+        return _next(level, reason, targets, add_mode)
     if locked:
         return _LOCKED
+    if points == 1 and targets:
+        return f"Suggest a path, or click {'another target' if add_mode == 'target' else 'further in'}."
     if add_mode == "target":
         return _CLICK_TARGET
     if points == 0:

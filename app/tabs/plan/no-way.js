@@ -2,7 +2,8 @@
 import { note, noteEdit } from "/static/js/dialogs.js";
 import { placeWords } from "/static/js/slices/place-words.js";
 import { hintLine, html, nothing } from "/static/js/template.js";
-import { targetOf } from "./suggestion.js";
+import { removalBall } from "./removal.js";
+import { targetOf } from "./wanted-target.js";
 import { ARRIVES_MM } from "./way-figures.js";
 
 /** @import { Connection } from "/static/js/connection.js" */
@@ -10,7 +11,6 @@ import { ARRIVES_MM } from "./way-figures.js";
 /** @import { NonePublic, PlanSection, SuggestionPublic } from "/static/js/types.js" */
 
 const SEARCHED_MM = 2; // a way is longer than this
-const REMOVED_MM = 4; // radius of the bone removal that is begun
 
 /**
  * @param {SuggestionPublic} suggestion that has found none
@@ -51,18 +51,20 @@ export async function endThere(connection, search, targetId) {
 }
 
 /**
- * Mark a ball of bone to be removed where the way ends, as one edit.
+ * Mark a ball of bone to be removed where the way ends, which the tool passes, as one edit.
  * @param {Connection} connection
  * @param {PathSearch} search
  */
 export async function removeThere(connection, search) {
-  const place = search.suggestion?.none?.ends_at;
-  if (!place) return;
+  const { plan } = connection.state;
+  const { none, target } = search.suggestion ?? {};
+  if (!plan || !none || !target) return;
+  const { position, radius } = removalBall(none.ends_at, target, plan.tool.shaft_radius_mm, plan.margin_mm);
   try { // a click without the drawing that it belongs to would add a point
-    await connection.request("region.draw", { purpose: "remove", kind: "sphere", sizes_mm: [REMOVED_MM] });
+    await connection.request("region.draw", { purpose: "remove", kind: "sphere", sizes_mm: [radius] });
   } catch (error) {
     note(/** @type {Error} */ (error).message, { error: true });
     return;
   }
-  noteEdit(connection, "plan", connection.request("pick.slice", { position: place }), "Bone removal added. Check its size, then suggest again.");
+  noteEdit(connection, "plan", connection.request("pick.slice", { position }), "Bone removal added. Check its size, then suggest again.");
 }

@@ -108,6 +108,11 @@ class Shafts:
             return None
         return ShaftHandle(point.id, edited.place_of(point.id) or point.position, direction)
 
+    def shows_another_way(self, edited: EditedPlan) -> bool:
+        """Whether a suggested path is shown that the path of the plan does not follow."""
+        places, shown = edited.points(), [point.position for point in self._points]
+        return self._shown is not None and not (len(places) == len(shown) and np.allclose(places, shown, atol=1e-2))
+
     def layers(self, edited: EditedPlan | None, locked: bool) -> list[Layer[Any]]:
         """A line at the selected point, with a handle unless it is locked, and the suggested path."""
         handle = None if edited is None else self._handle(edited)

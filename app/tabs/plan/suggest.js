@@ -5,7 +5,8 @@ import { Roving } from "/static/js/roving.js";
 import { draw, hintLine, html, live, nothing, repeat, said } from "/static/js/template.js";
 import { endThere, noWay, removeThere } from "./no-way.js";
 import { surroundingsKey } from "./same-path.js";
-import { entryOf, PathSearch, targetOf } from "./suggestion.js";
+import { entryOf, PathSearch } from "./suggestion.js";
+import { NewTarget, targetOf } from "./wanted-target.js";
 import { wayCard } from "./way-card.js";
 import { rowsOf } from "./way-figures.js";
 
@@ -33,6 +34,7 @@ export class SuggestGroup {
     this.begun = begun;
     this.changed = whenChanged();
     this.target = ""; // id of the one that was chosen for this path
+    this.newest = new NewTarget();
     /** @type {string | undefined} id of the path */
     this.path = undefined;
     /** @type {string | undefined} the suggestion that was brought into sight */
@@ -50,13 +52,19 @@ export class SuggestGroup {
     const { search } = this;
     if (this.path !== paths?.chosen) this.target = "";
     this.path = paths?.chosen;
+    this.newest.follow(plan, this.path);
     if (search.of !== plan?.id && !search.busy && (search.suggestion || search.problem)) search.forget();
     search.join(state);
-    const of = [plan?.id, plan?.points, plan?.ghost, plan?.targets, plan?.nearest_target, plan?.locked, shaft?.shown, this.target, search.suggestion?.id, plan?.tool, surroundingsKey(state), search.busy, search.problem, search.drawing];
+    const of = [plan?.id, plan?.points, plan?.ghost, plan?.targets, plan?.nearest_target, plan?.locked, shaft?.shown, this.wanted, search.suggestion?.id, plan?.tool, surroundingsKey(state), search.busy, search.problem, search.drawing];
     this.changed(of, () => {
       draw(this.body, this.template(plan, shaft));
       this.roving.update();
     });
+  }
+
+  /** Id of the target that the path is to lead to: the chosen one, else one that was added since; '' without either. */
+  get wanted() {
+    return this.target || this.newest.id;
   }
 
   /** What was found last; null where nothing was asked for yet. */
@@ -86,7 +94,7 @@ export class SuggestGroup {
     return html`
       ${targets.length > 1 ? this.targets(plan, targets) : nothing}
       <button type="button" class=${wanted ? "wide primary" : "wide"} id="suggest" data-command="suggest" ?disabled=${!ready} aria-disabled=${String(search.busy)}
-        @click=${() => search.look(this.connection.state.plan, this.target)}>Suggest a path</button>
+        @click=${() => search.look(this.connection.state.plan, this.wanted)}>Suggest a path</button>
       ${this.newPath(plan)}
       ${search.work.element}
       ${plan && search.suggestion ? this.answer(plan, search.suggestion, shaft?.shown ?? null) : this.hint(plan, ready)}`;
@@ -97,7 +105,7 @@ export class SuggestGroup {
    * @param {PlanSection["targets"]} targets
    */
   targets(plan, targets) {
-    const chosen = targetOf(plan, this.target)?.id;
+    const chosen = targetOf(plan, this.wanted)?.id;
     const choose = (/** @type {Event} */ { currentTarget }) => {
       this.target = /** @type {HTMLSelectElement} */ (currentTarget).value;
       this.update(this.connection.state);
@@ -127,7 +135,7 @@ export class SuggestGroup {
     if (suggestion.none) {
       const { ends_at: place } = suggestion.none;
       return noWay(suggestion, suggestion.none, plan, earlier, {
-        end: () => endThere(connection, search, this.target),
+        end: () => endThere(connection, search, this.wanted),
         remove: () => removeThere(connection, search),
         show: () => connection.send("slice.cross", { position: place }),
       });
@@ -157,7 +165,7 @@ export class SuggestGroup {
    * @param {PlanSection | null | undefined} plan
    */
   newPath(plan) {
-    const target = targetOf(plan, this.target);
+    const target = targetOf(plan, this.wanted);
     const title = target ? `An empty path to ${target.label}, same tool` : "An empty path with the same tool";
     return html`<button type="button" id="new-path" data-operation="path.new" title=${title} ?hidden=${(plan?.points.length ?? 0) < 2} ?disabled=${!plan || plan.locked}
       @click=${() => this.begin(target?.id ?? "")}>New path</button>`;

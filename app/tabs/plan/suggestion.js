@@ -5,6 +5,7 @@ import { JobLine } from "/static/js/job-line.js";
 import { finished } from "/static/js/jobs.js";
 import { read, readPicture, send } from "/static/js/rest.js";
 import { hasPlace, pathKey, samePath, surroundingsKey, toolKey } from "./same-path.js";
+import { targetOf } from "./wanted-target.js";
 
 /** @import { Connection } from "/static/js/connection.js" */
 /** @import { JobEntry, PlanSection, SuggestionPublic, ViewModel } from "/static/js/types.js" */
@@ -35,7 +36,7 @@ export class PathSearch {
 
   /**
    * @param {PlanSection | null | undefined} plan
-   * @param {string} targetId the first target where there is no such one
+   * @param {string} targetId where there is no such one, as `targetOf` says
    * @param {number[]} [place] the end of the path in place of the target's
    */
   async look(plan, targetId, place) {
@@ -174,14 +175,4 @@ export function runningSearch({ jobs, plan }) {
  */
 export function entryOf(plan) {
   return plan?.points[0]?.position ?? (plan?.ghost?.kind === "point" ? plan.ghost.position : null);
-}
-
-/**
- * The target that is chosen, else the one nearest to the path's end, or the first one.
- * @param {PlanSection | null | undefined} plan
- * @param {string} id
- */
-export function targetOf(plan, id) {
-  const named = (/** @type {string | null | undefined} */ wanted) => plan?.targets.find((one) => one.id === wanted);
-  return named(id) ?? named(plan?.nearest_target) ?? plan?.targets[0];
 }

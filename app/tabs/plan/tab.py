@@ -40,6 +40,7 @@ from app.tabs.plan.openings import EntryOpenings
 from app.tabs.plan.paths import paths_section
 from app.tabs.plan.region_words import DRAW_WORDS
 from app.tabs.plan.removed_bone import RemovedBoneCount
+from app.tabs.plan.search_watch import SearchWatch
 from app.tabs.plan.sections import PlanEntry, PlansSection
 from app.tabs.plan.shafts import AIM_WORDS, Shafts
 from app.workspace.layers import Layer
@@ -65,6 +66,7 @@ class PlanTab(Tab):
         self._evaluations = Evaluations(workspace)
         self._edits = Edits(workspace.case, self._shafts, self._evaluations.again)
         self._removed = RemovedBoneCount(workspace)
+        self._search = SearchWatch(workspace.services)
         workspace.plan.provide(lambda: self.plan)
         workspace.on_case_opened(self._case_opened)
 
@@ -340,7 +342,14 @@ class PlanTab(Tab):
             edited.ghost is not None,
             edited.locked,
             None if shown.verdict is None else (shown.verdict.level, shown.verdict.reason),
+            "ways" if self._shafts.shows_another_way(edited) else self._search.state(plan),
+            plan.content.path.entry_side in ("left", "right"),
+            None if shown.verdict is None else shown.verdict.pierced.s_mm,
         )
+
+    def tick(self) -> bool:
+        """Whether a search for a path has begun or ended."""
+        return self._search.changed(self.plan)
 
     def subject(self) -> object:
         options = None if self._edited is None else self._services.rehearsal_options.of(self._edited.plan_id)

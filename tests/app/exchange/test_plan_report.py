@@ -20,6 +20,7 @@ from app.cases.model import HEAD_PHANTOM
 from app.cli import main
 from app.exchange.report import report as module
 from app.exchange.report.cut import HALF_MM, PLANES, Outlined, Shown, cut_picture
+from app.planning.piercing import Pierced
 from app.planning.protected_structures import structure_of
 from app.plans.operations.points import MovePoint
 from app.plans.points import PlanPoint
@@ -29,6 +30,7 @@ from app.tabs.plan.clearance import verdict_view
 from vfix_engine.files.volume import Volume
 from vfix_engine.geometry.mesh import TriangleMesh
 from vfix_engine.geometry.shapes import Sphere
+from vfix_engine.runtime.snapshot import Blocker
 from vfix_engine.virtual_fixtures import Zone
 
 SAMPLE = "head-phantom-sample"
@@ -191,6 +193,18 @@ def test_a_plan_that_is_refused_at_its_entry_has_its_verdict(phantom_services: S
     page = phantom_services.plan_reports.html(moved, with_images=False)
     assert 'class="verdict blocked"' in page
     assert "<svg" not in page
+
+
+def test_the_cuts_go_through_what_blocks_the_tool(phantom_services: Services) -> None:
+    """Behind the tip as well, where the shaft is stopped or pierces."""
+    found = phantom_services.planning.evaluate(phantom_services.plans.get(SAMPLE))
+    skin = Pierced("room", 12.0, 5.0, (1.0, 2.0, 3.0), (2.0, 2.0, 3.0), 31.0)
+    pierces = replace(found, verdict=replace(found.verdict, reason="pierced", level="blocked", pierced=skin))
+    assert module._pictured(pierces) == (31.0, "the skin that is pierced", (1.0, 2.0, 3.0))
+    stop = Blocker("bone", "bone", "shaft", point=np.array([4.0, 5.0, 6.0]))
+    held = replace(found, run=replace(found.run, completed=False, stopped_by=stop))
+    assert module._pictured(held) == (found.reached_mm, "what stops the tool", (4.0, 5.0, 6.0))
+    assert module._pictured(found) == (found.verdict.s_mm, "the tip", None)
 
 
 def test_rest_writes_it_without_the_scan_of_a_patient(client: Client, monkeypatch: pytest.MonkeyPatch) -> None:

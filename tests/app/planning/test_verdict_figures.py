@@ -13,7 +13,7 @@ from app.planning.plan_evaluation import PlanEvaluation
 from app.planning.verdict_figures import VerdictFigure, verdict_figures
 from app.planning.verdict_words import Doubt
 from app.services import Services
-from app.tabs.plan.clearance import verdict_view
+from app.tabs.plan.clearance import ShownTool, verdict_view
 from vfix_engine.runtime.snapshot import Blocker
 
 
@@ -32,6 +32,12 @@ def test_a_pierced_wall_comes_first_at_its_place(found: PlanEvaluation) -> None:
     verdict = replace(found.verdict, level="pierces", reason="wall", pierced=wall)
     assert verdict.short.startswith("Blocked: ")
     assert first(replace(found, verdict=verdict)) == VerdictFigure("wall pierced", None, "pierces", 31.0)
+    tip = ShownTool().at(found, 31.0)
+    shown = ShownTool()
+    assert shown.at(replace(found, verdict=verdict), 31.0) == (0.0, 0.0, 0.0) != tip
+    assert shown.at(replace(found, verdict=verdict), 40.0) == ShownTool().at(found, 40.0)
+    assert verdict.pierced_place == (31.0, (0.0, 0.0, 0.0))
+    assert replace(verdict, reason="held").pierced_place is None
     skin = replace(found.verdict, level="blocked", reason="pierced", pierced=replace(wall, state="room"))
     assert first(replace(found, verdict=skin)) == VerdictFigure("skin pierced", None, "blocked", 31.0)
 

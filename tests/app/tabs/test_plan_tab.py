@@ -17,7 +17,7 @@ from app.planning.rehearsal_options import NO_OPTIONS, RehearsalOptions
 from app.planning.remote_centre import PathPlace
 from app.plans.operations.document import RedoPlan, SetPlanSettings, UndoPlan
 from app.plans.operations.paths import SetShaft
-from app.plans.operations.points import DeletePoint, RenamePoint
+from app.plans.operations.points import AddTarget, DeletePoint, RenamePoint
 from app.scene import palette
 from app.services import Services
 from app.store.errors import StorageError
@@ -281,6 +281,20 @@ def test_the_hint_says_whether_the_tool_was_stopped_or_not_driven_at_all() -> No
     view = failed.view()
     assert (failed.short, view["short"], view["level"], view["word"]) == (said, said, "unknown", "Unknown")
     assert plan_hint(3, 1, "point", False, False, None).startswith("Drag a point")
+    assert plan_hint(1, 0, "point", False, False, None).startswith("Click further in, or add a target")
+    assert plan_hint(1, 1, "point", False, False, None) == "Suggest a path, or click further in."
+    assert plan_hint(1, 1, "target", False, False, None) == "Suggest a path, or click another target."
+    assert plan_hint(1, 1, "point", False, False, None, "runs") == ""
+    assert plan_hint(1, 1, "point", False, False, None, "none").startswith("End there")
+    assert plan_hint(3, 1, "point", False, False, held, "ways") == "Choose a way and use it."  # type: ignore[arg-type]
+    skin, wall = ("blocked", "pierced"), ("pierces", "wall")
+    hints = [plan_hint(3, 1, "point", False, False, skin, "", nostril) for nostril in (False, True)]  # type: ignore[arg-type]
+    assert [re.split("[:,]", hint)[0] for hint in hints] == [
+        "Lead the path through the nostril",
+        "Turn the shaft",
+    ]
+    hint = plan_hint(3, 1, "point", False, False, wall, "", True, 42.6)  # type: ignore[arg-type]
+    assert hint == "Pierces a wall between air spaces at 43 mm: go round."
     assert (ShownEvaluation("computing").short, ShownEvaluation("computing").level) == ("", None)
     hint = plan_hint(3, 0, "target", False, False, clear)  # type: ignore[arg-type]
     assert hint.startswith("Click what is to be inspected")
@@ -351,4 +365,33 @@ def test_a_shaft_is_rolled_about_its_direction_and_left_open(phantom_services: S
     assert (point.direction, point.roll_deg) == ((0.0, 0.0, 1.0), 30.0)
     send(tab, "shaft.clear", item_id=item_id)
     assert phantom_services.plans.get(plan.id).content.points[1].direction is None
+    phantom_services.plans.documents.delete(plan.id)
+
+
+def test_a_click_on_a_target_leads_the_path_there_and_one_more_selects_what_is_there(
+    phantom_services: Services,
+) -> None:
+    plan = phantom_services.plans.documents.duplicate(SAMPLE, "Clicked")
+    tab = open_sample(phantom_services, plan.id)
+    gone = plan.content.points[-2]
+    assert tab._edited is not None
+    tab._edited.perform(AddTarget(position=gone.position))
+    assert tab.plan is not None
+    target = tab.plan.content.targets[-1]
+    send(tab, "item.delete", item_id=gone.id)  # the target is where the tool fits
+    edited, points = tab._edited, len(plan.content.points)
+    edited.add_mode = "none"
+    edited.click_item(target.id)
+    assert (edited.selected, len(edited.points())) == (target.id, points - 1)
+    edited.add_mode = "point"
+    edited.click_item(target.id)
+    assert edited.points()[-1] == pytest.approx(target.position, abs=1e-6)
+    ending = edited.selected
+    assert ending == edited.plan.content.points[-1].id
+    send(tab, "pick.slice", position=list(target.position))  # as a slice says it
+    assert (edited.selected, len(edited.points())) == (ending, points)
+    edited.add_mode = "target"
+    targets = len(edited.plan.content.targets)
+    send(tab, "pick.slice", position=list(target.position))
+    assert (edited.selected, len(edited.plan.content.targets)) == (target.id, targets)
     phantom_services.plans.documents.delete(plan.id)

@@ -82,7 +82,8 @@ export class PointerInput {
     const plan = board.state?.plan;
     if (!port || !plan) return null;
     const [px, py] = this.at(event);
-    return [...plan.points, ...plan.targets].find((item) => {
+    const items = plan.add_mode === "target" ? [...plan.targets, ...plan.points] : [...plan.points, ...plan.targets];
+    return items.find((item) => {
       const { x, y, away } = port.project(item.position);
       return Math.abs(away) <= NEAR_MM && Math.hypot(x - px, y - py) <= GRAB_PX;
     }) ?? null;
@@ -183,8 +184,12 @@ export class PointerInput {
       if (grab.item) pane.board.connection.send("item.drop", { item_id: grab.item.id });
       return;
     }
+    if (grab.item) {
+      this.led(grab.item);
+      return;
+    }
     const place = this.place(event);
-    if (!place || grab.item) return;
+    if (!place) return;
     if (grab.mode === "measure") pane.board.measure(place);
     else if (grab.mode === "cross") this.clicked(place, grab);
   }
@@ -199,6 +204,17 @@ export class PointerInput {
     if (opening) this.later = setTimeout(() => board.connection.send("opening.use", { opening_id: opening.id }), DOUBLE_MS);
     else if (shift || !board.adds) board.crosshair.move(place);
     else this.later = setTimeout(() => board.connection.send("pick.slice", { position: place }), DOUBLE_MS);
+  }
+
+  /**
+   * While clicks add points, the path is led on to a target that is clicked.
+   * @param {{ id: string, position: Triple }} item
+   */
+  led({ id, position }) {
+    const { board } = this.pane;
+    const plan = board.state?.plan;
+    if (!board.adds || plan?.add_mode !== "point" || !plan.points.length || !plan.targets.some((target) => target.id === id)) return;
+    this.later = setTimeout(() => board.connection.send("pick.slice", { position }), DOUBLE_MS);
   }
 
   doubled() {
