@@ -135,18 +135,19 @@ export class Slices extends EventTarget {
       this.caseId = state.case.id;
       this.crosshair.forget();
       this.measures.clear();
+      this.painting.stroke = null;
       this.second.forget();
       this.placeField.close();
       this.tell("");
       for (const pane of this.panes) pane.forget();
+      this.outlines.forget();
+      this.link.open(state.case.id, state.case.volumes); // before anything draws: the voxels of the head before are gone
     }
     this.crosshair.heard(state.slices);
     this.greys.heard(state.slices);
     if (another) {
       this.centreAll();
       if (this.frames) this.along = this.frames.nearest(this.crosshair.place ?? this.middle);
-      this.link.open(state.case.id, state.case.volumes);
-      this.outlines.forget();
     }
     this.second.update(state);
     this.closeUp.heard(state);
