@@ -8,7 +8,7 @@ import { GreyValues } from "./slices/grey-values.js";
 import { Measures } from "./slices/measures.js";
 import { Outlines } from "./slices/outlines.js";
 import { OverlayControls } from "./slices/overlay-controls.js";
-import { Pane } from "./slices/pane.js";
+import { Pane, TITLES } from "./slices/pane.js";
 import { Painting } from "./slices/painting.js";
 import { PathFrames } from "./slices/path-frames.js";
 import { PlaceField } from "./slices/place-field.js";
@@ -74,7 +74,8 @@ export class Slices extends EventTarget {
     this.empty = h("p", { class: "slices-empty" });
     this.painting = new Painting(this);
     this.panes[0].element.append(this.strip.element);
-    root.append(...this.panes.map((pane) => pane.element), this.line, this.empty, ...this.strip.popovers);
+    const none = h("div", { class: "slice-none" }, h("strong", {}, TITLES.path), h("span", {}, "Needs a path")); // keeps its place
+    root.append(...this.panes.map((pane) => pane.element), none, this.line, this.empty, ...this.strip.popovers);
     this.listen();
     this.update({}); // nothing is known of the head yet
   }
