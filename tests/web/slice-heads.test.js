@@ -26,6 +26,8 @@ Object.assign(globalThis, {
   Worker: class { postMessage(order) { posted.push(order); } },
 });
 const { pacing } = await import("../../app/web/js/frame-pacing.js");
+const { marksOf } = await import("../../app/web/js/slices/marks.js");
+const { AXES, Port } = await import("../../app/web/js/slices/port.js");
 const { Pane } = await import("../../app/web/js/slices/pane.js");
 const { ToolPoses } = await import("../../app/web/js/slices/tool-poses.js");
 const { VolumeLink } = await import("../../app/web/js/slices/volume-link.js");
@@ -142,4 +144,14 @@ test("the tool's poses of a plan that was left while they came are dropped", asy
   arrive({ s_mm: [0], segments: [[]], radii_mm: [], margin_mm: 0 });
   await asked;
   assert.equal(poses.words, null);
+});
+
+test("the name of a nostril stands clear of the tools at the left", () => {
+  document.createElementNS = () => Object.assign(new Element(), { setAttribute(name, value) { this[name] = value; } });
+  const state = { step: { input: "edit" }, openings: { marked: true, items: [{ id: "r", name: "Right nostril", side: "right", position: [0, 0, 0], radius_mm: 5 }] } };
+  const nameAt = (width) => marksOf(new Port(AXES.axial, [0, 0, 0], 1, width, 300), state, [0, 0, 0], []).find((mark) => mark.class === "slice-opening-name");
+  assert.equal(nameAt(600)["text-anchor"], "end");
+  const narrow = nameAt(200);
+  assert.deepEqual([narrow["text-anchor"], Number(narrow.x)], ["middle", 100]);
+  assert.ok(Number(narrow.y) < 150 - 7, "above its ring");
 });

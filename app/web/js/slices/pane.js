@@ -55,7 +55,7 @@ export class Pane {
     this.stage = h("div", {
       class: "slice-stage", tabIndex: 0, role: "application", "aria-roledescription": "CT slice", "data-axis": name,
       "aria-label": `${TITLES[name]}. Arrows move, Page scrolls, Enter adds, M lifts.`,
-    }, this.svg, this.canvas, this.over, svg("svg", { "aria-hidden": "true" }, this.marks), this.letters, this.waiting.element);
+    }, this.svg, this.canvas, this.over, this.letters, svg("svg", { "aria-hidden": "true" }, this.marks), this.waiting.element);
     this.pointerInput.listen(this.stage);
     this.keys.listen(this.stage);
     new ResizeObserver(() => this.refresh()).observe(this.stage);
