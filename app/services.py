@@ -53,6 +53,7 @@ class Services:
     def _add_images(self) -> None:
         """What makes cases, and what is made of their scans."""
         from app.cases.purge import Purge
+        from app.imaging.endoscope import EndoscopeSurfaces
         from app.imaging.import_jobs import ImportJobs
         from app.imaging.importing import ImportService
         from app.imaging.island_previews import IslandPreviews
@@ -69,7 +70,8 @@ class Services:
         self.islands = IslandPreviews(cases, jobs)
         self.skins = Skins(store, cases, jobs)
         self.openings = Openings(store, cases, jobs)
-        self.purge = Purge(store, self.skins.forget, self.openings.forget)
+        self.endoscope = EndoscopeSurfaces(store, cases, jobs)
+        self.purge = Purge(store, self.skins.forget, self.openings.forget, self.endoscope.forget)
 
     def _add_registrations(self) -> None:
         from app.documents.documents import Documents

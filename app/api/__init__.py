@@ -7,6 +7,7 @@ from fastapi import APIRouter
 from app.api import (
     archives,
     cases,
+    endoscope,
     jobs,
     label_files,
     openings,
@@ -54,6 +55,7 @@ for part in (
     plan_versions,
     suggestions,
     tool_poses,
+    endoscope,
     plan_files,
     registrations,
     registration_files,

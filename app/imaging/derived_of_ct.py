@@ -34,7 +34,7 @@ class DerivedOfCt(Generic[Value]):
     """
 
     job: ClassVar[JobKind]
-    file: ClassVar[str]
+    file: str
     no_ct: ClassVar[str]
 
     def __init__(self, store: Store, cases: CaseService, jobs: Jobs) -> None:
@@ -44,6 +44,10 @@ class DerivedOfCt(Generic[Value]):
     def find(self, volume: Volume, progress: ProgressCallback) -> Value:
         """The value of a CT. Raises ImageError where the CT does not show it."""
         raise NotImplementedError
+
+    def volume(self, case: Case) -> Volume | None:
+        """The CT that it is made of."""
+        return self._cases.volume(case)
 
     def write(self, value: Value, file: BinaryIO) -> None:
         raise NotImplementedError
@@ -67,7 +71,7 @@ class DerivedOfCt(Generic[Value]):
             lane=f"{self.job} {case_id}",
             case_id=case_id,
             subject=case.name,
-            same=f"{self.job} {key}",
+            same=f"{self.file} {key}",
         )
 
     def forget(self, keys: Iterable[str]) -> None:
@@ -95,7 +99,7 @@ class DerivedOfCt(Generic[Value]):
         return found
 
     def _make(self, case: Case, key: str, progress: ProgressCallback) -> Value:
-        volume = self._cases.volume(case)
+        volume = self.volume(case)
         if volume is None:
             raise InputError(self.no_ct)
         value = self.find(volume, progress)

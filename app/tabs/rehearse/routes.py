@@ -6,7 +6,7 @@ from app.drives.poses_route import poses_router
 router = poses_router(
     "rehearse",
     PoseColumns(
-        places=("tip", "grip", "virtual_point", "force"),
+        places=("tip", "grip", "virtual_point", "force", "shaft", "side"),
         numbers=("tip_error_mm", "clearance_mm", "margin_mm", "progress_mm", "length_mm", "target_error_mm"),
     ),
 )

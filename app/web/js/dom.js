@@ -74,6 +74,7 @@ export const ICONS = {
   layoutTwoByTwo: "M2.5 3h11v10h-11zM8 3v10M2.5 8h11",
   layoutOne: "M2.5 3h11v10h-11z",
   layoutPath: "M2.5 3h11v10h-11zM8 5.4a2.6 2.6 0 1 0 0 5.2 2.6 2.6 0 0 0 0-5.2",
+  endoscope: "M8 2.5a5.5 5.5 0 1 0 0 11a5.5 5.5 0 1 0 0-11M8 5.2a2.8 2.8 0 1 0 0 5.6 2.8 2.8 0 0 0 0-5.6M8 7.9v.2",
   fits: "M3 8.5l3.2 3.2L13 4.8",
   tight: "M8 3v6.4M8 12.4v.2",
   unknown: "M5.8 6a2.2 2.2 0 1 1 3.3 1.9c-.8.5-1.1.9-1.1 1.8M8 12.4v.2",

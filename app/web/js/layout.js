@@ -3,7 +3,10 @@ import { barButton, byId, h } from "./dom.js";
 import { letterOf } from "./letters.js";
 import { keep, recall, recallText } from "./remember.js";
 
-/** @typedef {"one-three" | "two-by-two" | "scene" | "axial" | "coronal" | "sagittal" | "path"} Layout */
+/**
+ * endoscope: its picture large, scene and slices beside it; endoscope-beside: the scene large.
+ * @typedef {"one-three" | "two-by-two" | "endoscope" | "endoscope-beside" | "scene" | "axial" | "coronal" | "sagittal" | "path"} Layout
+ */
 /** @typedef {"panel" | "scene" | "slices"} Part */
 
 /** A view asks to fill the viewing area, or, with null, to be one of several again; `detail` names it. */
@@ -12,9 +15,9 @@ export const ENLARGE = "vfix:enlarge";
 export const LAID_OUT = "vfix:layout";
 
 /** @type {readonly Layout[]} */
-const SEVERAL = ["one-three", "two-by-two"];
+const SEVERAL = ["one-three", "two-by-two", "endoscope", "endoscope-beside"];
 /** @type {readonly Layout[]} */
-const ALL = [...SEVERAL, "scene", "axial", "coronal", "sagittal", "path"];
+const REMEMBERED = [...SEVERAL, "scene", "axial", "coronal", "sagittal"];
 /** @type {[Layout, Parameters<typeof barButton>[0], string, string][]} its picture, word and tooltip */
 const BUTTONS = [
   ["one-three", "layoutOneThree", "3D + slices", "3D beside the slices"],
@@ -44,18 +47,29 @@ export function next(now, request, several) {
   return request === now && !SEVERAL.includes(request) ? several : request;
 }
 
+/**
+ * What the endoscope's key and button ask for: its picture large, and then the other way round.
+ * @param {Layout} now
+ * @returns {Layout}
+ */
+export function endoscopeAfter(now) {
+  return now === "endoscope" ? "endoscope-beside" : "endoscope";
+}
+
 export class Layouts {
   /** @param {HTMLElement} bench the viewing area; its `data-layout` is the one switch of the layout */
   constructor(bench) {
     this.bench = bench;
-    this.layout = /** @type {Layout} */ (recall("layout", ALL.slice(0, 6), "one-three"));
+    this.layout = /** @type {Layout} */ (recall("layout", REMEMBERED, "one-three"));
     this.several = /** @type {Layout} */ (recall("layout-several", SEVERAL, "one-three"));
     this.folded = recall("panel", ["folded", "open"], "open") === "folded";
     this.available = true; // whether there are slices to show
     this.path = false; // and a view across a path
+    this.endoscope = false; // whether the step has the picture of an endoscope
     this.buttons = BUTTONS.map(([layout, picture, word, title]) => barButton(picture, word, title, () => this.set(next(this.layout, layout, this.several)), { "data-layout-button": layout }));
     this.foldButton = barButton("panel", "Panel", "", () => this.fold(), { id: "fold-panel", "aria-controls": "panel" });
-    byId("layouts").append(this.foldButton, ...this.buttons);
+    this.endoscopeButton = barButton("endoscope", "Endoscope", "Endoscope large; again: beside 3D (E)", () => this.swapEndoscope(), { id: "endoscope-button" });
+    byId("layouts").append(this.foldButton, ...this.buttons, this.endoscopeButton);
     this.partButtons = PARTS.map(([part, label]) => h("button", { type: "button", "data-part-button": part, onclick: () => this.showPart(part) }, label));
     byId("parts").append(...this.partButtons);
     this.splitter = byId("splitter");
@@ -136,16 +150,22 @@ export class Layouts {
    * A head without a CT has no slices: its scene gets their place.
    * @param {boolean} available
    * @param {boolean} path whether there is a path, to look across it
+   * @param {boolean} endoscope whether the step has the picture of one
    */
-  offer(available, path) {
-    if (available === this.available && path === this.path) return;
-    Object.assign(this, { available, path });
+  offer(available, path, endoscope) {
+    if (available === this.available && path === this.path && endoscope === this.endoscope) return;
+    Object.assign(this, { available, path, endoscope });
     this.render();
+  }
+
+  swapEndoscope() {
+    this.set(endoscopeAfter(this.layout));
   }
 
   /** @param {Layout} layout */
   can(layout) {
     if (layout === "path") return this.available && this.path;
+    if (layout === "endoscope" || layout === "endoscope-beside") return this.endoscope;
     return this.available || layout === "scene" || layout === "one-three";
   }
 
@@ -159,6 +179,8 @@ export class Layouts {
       button.setAttribute("aria-pressed", String(button.dataset.layoutButton === shown));
       button.disabled = !this.can(/** @type {Layout} */ (button.dataset.layoutButton));
     }
+    this.endoscopeButton.hidden = !this.endoscope;
+    this.endoscopeButton.setAttribute("aria-pressed", String(shown.startsWith("endoscope")));
     this.say();
   }
 
@@ -170,7 +192,8 @@ export class Layouts {
   actions() {
     const several = BUTTONS.filter(([layout]) => SEVERAL.includes(layout)).map(([layout, , name]) => ({ group: "View", name, off: this.can(layout) ? undefined : "no slices", run: () => this.set(layout) }));
     const alone = ALONE.map(([layout, name]) => ({ group: "View", name, does: `layout.${layout}`, off: this.can(layout) ? undefined : "nothing to show", run: () => this.set(next(this.layout, layout, this.several)) }));
-    return [...several, ...alone, { group: "View", name: this.folded ? "Show the panel" : "Fold the panel away", does: "panel", run: () => this.fold() }];
+    const endoscope = { group: "View", name: this.layout === "endoscope" ? "Endoscope beside 3D" : "Endoscope large", does: "layout.endoscope", off: this.endoscope ? undefined : "in Rehearse only", run: () => this.swapEndoscope() };
+    return [...several, ...alone, endoscope, { group: "View", name: this.folded ? "Show the panel" : "Fold the panel away", does: "panel", run: () => this.fold() }];
   }
 
   /**
@@ -181,6 +204,7 @@ export class Layouts {
     if (event.ctrlKey || event.metaKey || event.altKey || event.shiftKey || event.repeat) return false;
     const request = KEYS[event.code];
     if (letterOf(event) === "P") this.fold();
+    else if (letterOf(event) === "E" && this.endoscope) this.swapEndoscope();
     else if (request && this.can(request)) this.set(next(this.layout, request, this.several));
     else return false;
     return true;

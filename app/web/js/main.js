@@ -2,6 +2,7 @@
 import { Connection } from "./connection.js";
 import { barWord, byId, h, renderAnew, whenChanged } from "./dom.js";
 import { clearErrors, note } from "./dialogs.js";
+import { EndoscopeView } from "./endoscope/view.js";
 import { FirstTask } from "./first-task.js";
 import { pacing } from "./frame-pacing.js";
 import { Help } from "./help.js";
@@ -40,6 +41,7 @@ class Page {
     this.hint = new HintLine(this.connection);
     this.help = new Help(() => this.firstTask.again());
     this.slices = new Slices(byId("slices"), this.connection);
+    this.endoscope = new EndoscopeView(byId("endoscope"), this.connection, { planned: () => this.slices.poses, swap: () => this.layouts.swapEndoscope() });
     this.status = new StatusBar(byId("statusbar"));
     this.figures = new LoopFigures();
     this.card = new VerdictCard(this.connection);
@@ -127,10 +129,11 @@ class Page {
     if (panel && this.anew) renderAnew(() => panel.update(state));
     else if (panel) panel.update(state);
     this.anew = false;
-    this.layouts.offer(!state.case || state.case.has_volume, (state.curve?.points.length ?? 0) > 1);
+    this.layouts.offer(!state.case || state.case.has_volume, (state.curve?.points.length ?? 0) > 1, current === "rehearse");
     this.scene.update(state);
     this.look.update(state);
     this.slices.update(state);
+    this.endoscope.update(state);
     this.card.update(state);
     this.status.update(state, panel ? panel.status : undefined);
     this.figures.update(state);
@@ -203,6 +206,7 @@ Object.assign(window, { vfix: {
   get connected() { return page.connection.connected; },
   get tab() { return page.connection.tab; },
   get slices() { return page.slices; },
+  get endoscope() { return page.endoscope; },
   get layer() { return page.scene.layer; },
   request: page.connection.request.bind(page.connection),
 } });

@@ -52,7 +52,7 @@ async function ask(path, options = {}) {
   } catch {
     throw new Error("The planner does not answer.");
   }
-  if (!response.ok) throw failure(response.status, await response.json().catch(() => null));
+  if (!response.ok && response.status !== 304) throw failure(response.status, await response.json().catch(() => null));
   return response;
 }
 
@@ -94,6 +94,16 @@ export function read(path) {
 export async function readPicture(path) {
   const text = await (await ask(path)).text();
   return document.importNode(new DOMParser().parseFromString(text, "image/svg+xml").documentElement, true);
+}
+
+/**
+ * A binary file of the planner with its ETag; data is null where it is still the one that is known.
+ * @param {string} path
+ * @param {string} known its ETag; '' for none
+ */
+export async function readBytes(path, known) {
+  const response = await ask(path, known ? { headers: { "If-None-Match": known } } : {});
+  return { etag: response.headers.get("ETag") ?? "", data: response.status === 304 ? null : await response.arrayBuffer() };
 }
 
 /** @param {string} path */
@@ -157,4 +167,17 @@ export function download(path) {
   document.body.append(anchor);
   anchor.click();
   anchor.remove();
+}
+
+/**
+ * Save what the page itself has made.
+ * @param {Blob} blob
+ * @param {string} name of the file
+ */
+export function saveBlob(blob, name) {
+  const anchor = document.createElement("a");
+  anchor.href = URL.createObjectURL(blob);
+  anchor.download = name;
+  anchor.click();
+  setTimeout(() => URL.revokeObjectURL(anchor.href), 60_000); // once the browser has begun to save it
 }

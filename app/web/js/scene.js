@@ -2,6 +2,7 @@
 import { byId, h, whenChanged } from "./dom.js";
 import { fixed } from "./format.js";
 import { pacing } from "./frame-pacing.js";
+import { drawsInSoftware } from "./graphics.js";
 import { LET_GO, letGoOfEverything } from "./keys.js";
 import { LAID_OUT } from "./layout.js";
 import { letterOf } from "./letters.js";
@@ -30,6 +31,9 @@ export class SceneFrame {
     this.wait = byId("scene-wait");
     this.waitWords = byId("scene-wait-words");
     this.isClosed = false;
+    this.software = drawsInSoftware();
+    this.layout = "";
+    this.rests = false; // without a graphics card, while the endoscope is large and the tool moves
     this.changedLegend = whenChanged();
     this.holding = false;
     /** @type {CSSStyleSheet | null} of the page within the frame */
@@ -40,7 +44,11 @@ export class SceneFrame {
     this.drawn = null;
     this.frame.addEventListener("load", () => this.loaded());
     window.addEventListener(THEMED, () => this.colour());
-    window.addEventListener(LAID_OUT, () => this.drawIfSeen());
+    window.addEventListener(LAID_OUT, (event) => {
+      this.layout = /** @type {CustomEvent<string>} */ (event).detail;
+      this.restIfMust(this.connection.state);
+      this.drawIfSeen();
+    });
     new ResizeObserver(() => this.drawIfSeen()).observe(this.frame);
     window.addEventListener(LET_GO, () => this.pointerGone());
     pacing.addEventListener("scale", () => this.layer?.hooks.resolve(pacing.scale));
@@ -52,7 +60,7 @@ export class SceneFrame {
     this.isClosed = false;
     this.undress();
     const { tab } = this.connection;
-    const resolution = drawsInSoftware() ? `&fixedDpr=${SOFTWARE_RESOLUTION}` : "";
+    const resolution = this.software ? `&fixedDpr=${SOFTWARE_RESOLUTION}` : "";
     this.frame.src = `/scene/?tab=${tab}${resolution}`;
   }
 
@@ -131,10 +139,22 @@ export class SceneFrame {
 
   /** A hidden frame continues to draw unless it is notified. */
   drawIfSeen() {
-    const seen = this.frame.checkVisibility({ visibilityProperty: true }) && this.frame.clientHeight > 0;
+    const seen = !this.rests && this.frame.checkVisibility({ visibilityProperty: true }) && this.frame.clientHeight > 0;
     if (!this.layer || seen === this.drawn) return;
     this.drawn = seen;
     this.layer.hooks.draw(seen);
+  }
+
+  /**
+   * One processor draws both pictures: what is not looked at gives way.
+   * @param {ViewModel} state
+   */
+  restIfMust({ rehearsal }) {
+    const rests = this.software && this.layout === "endoscope" && rehearsal?.state === "running";
+    if (rests === this.rests) return;
+    this.rests = rests;
+    byId("scene-rests").hidden = !rests;
+    this.drawIfSeen();
   }
 
   /** @param {Commands["view.camera"]["view"]} view */
@@ -175,6 +195,7 @@ export class SceneFrame {
       this.wait.hidden = Boolean(state.scene?.ready);
       this.waitWords.textContent = state.scene?.words ?? "Preparing the scene …";
     }
+    this.restIfMust(state);
     this.layer?.update(state.labels, state.camera, state.view?.skin);
     this.changedLegend([state.corridor?.scale, state.step?.name, hasErrorBalls(state)], () => this.renderLegend(state.corridor?.scale, hasErrorBalls(state)));
     const height = state.camera?.view_height_mm;
@@ -233,13 +254,4 @@ function scaleLegend(scale) {
   };
   const unreached = scale.unknown ? [named(scale.unknown, "not reached by the tool")] : [];
   return [title, bar, ticks, named(scale.blocked, "blocked or pierced"), ...unreached];
-}
-
-/** Without a graphics card every pixel costs; a coarser picture that follows the hand is the better one then. */
-function drawsInSoftware() {
-  const gl = document.createElement("canvas").getContext("webgl");
-  const info = gl?.getExtension("WEBGL_debug_renderer_info");
-  const name = info ? gl?.getParameter(info.UNMASKED_RENDERER_WEBGL) : "";
-  gl?.getExtension("WEBGL_lose_context")?.loseContext();
-  return /swiftshader|llvmpipe|softpipe|software|basic render/i.test(name);
 }

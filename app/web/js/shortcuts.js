@@ -46,6 +46,7 @@ export const SHORTCUTS = [
   ["Rehearse", [
     { keys: "↑ ↓ or W S", words: "Hold: drive forward or back; in a list W S" },
     { keys: "A D", words: "Hold: twist the tool, in Free and Inspect" },
+    { keys: "E", words: "Endoscope large; again: beside 3D", does: "layout.endoscope" },
     { keys: "Drag the sphere", words: "Pull the tool by hand" },
   ]],
 ];

@@ -36,7 +36,10 @@ WATCHER = Client("tab-one-0", "watches")
 def _snapshot(steps: int, joints: int = 6) -> RigidSnapshot:
     values: dict[str, Any] = dict.fromkeys((field.name for field in dataclasses.fields(RigidSnapshot)), np.nan)
     places = {name: steps + np.arange(3.0) for name in ("tip", "grip", "virtual_point", "force")}
-    return RigidSnapshot(**values | places | {"t": 1e-3 * steps, "steps": steps, "running": True, "q": np.ones(joints)})
+    pose = {"camera": np.eye(4), "capsules": np.array([[0.0, 0.0, -9.0, *places["tip"], 2.0]])}
+    return RigidSnapshot(
+        **values | places | pose | {"t": 1e-3 * steps, "steps": steps, "running": True, "q": np.ones(joints)}
+    )
 
 
 class _Mailbox:

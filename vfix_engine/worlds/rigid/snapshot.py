@@ -71,6 +71,19 @@ class RigidSnapshot(of_any_world.Snapshot):
         return self.capsules[:, 6]
 
     @property
+    def shaft(self) -> Array:
+        """(3,) unit vector along the tool's first part, to its tip."""
+        way: Array = self.segments_end[0] - self.segments_start[0]
+        return way / np.linalg.norm(way)
+
+    @property
+    def side(self) -> Array:
+        """(3,) unit vector across the shaft, to which a bend or an angled lens of the tool points."""
+        towards = self.camera[:3, 2] - self.camera[:3, 1]  # the view and up in its picture: not both along the shaft
+        across: Array = towards - (towards @ self.shaft) * self.shaft
+        return across / np.linalg.norm(across)
+
+    @property
     def reflection(self) -> Array:
         """(3,) in N, force on a master; another name of ``forces``."""
         return self.forces

@@ -1,0 +1,54 @@
+"""What an endoscope sees along the path of a plan: the surface of the air about it, in one binary file."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from fastapi import APIRouter, Header, Response
+
+from app.api.dependencies import ERRORS, Identifier, ServicesDep
+from app.api.jobs import JobPublic
+from app.imaging.endoscope import EndoscopeSurface
+from app.plans.model import NOTICE
+
+router = APIRouter(prefix="/plans/{plan_id}/endoscope", tags=["pictures"], responses=ERRORS)
+
+
+@router.post("", status_code=202)
+def make_endoscope(plan_id: Identifier, services: ServicesDep) -> JobPublic:
+    """Make the surface as a job; one that was made before is read."""
+    return JobPublic.of(_surface(plan_id, services).start(services.plans.get(plan_id).case_id))
+
+
+@router.get(
+    "",
+    response_class=Response,
+    responses={
+        200: {
+            "content": {"application/octet-stream": {}},
+            "description": "mesh with normals, colours and clusters, little-endian; docs/formats.md describes it",
+        },
+        304: {"description": "the file that If-None-Match names is still that of the plan"},
+    },
+)
+def endoscope(
+    plan_id: Identifier,
+    services: ServicesDep,
+    if_none_match: Annotated[str | None, Header(description="the ETag of a file that is there already")] = None,
+) -> Response:
+    """The surface of air against tissue about path and targets; made where it is missing, which takes some seconds."""
+    file = _surface(plan_id, services).make(services.plans.get(plan_id).case_id)
+    headers = {
+        "ETag": f'"{file.revision}"',
+        "X-Notice": NOTICE,
+        "Cache-Control": "no-store",  # a browser's cache lies on its disk and outlives the planner
+    }
+    if if_none_match == headers["ETag"]:
+        return Response(status_code=304, headers=headers)
+    return Response(file.data, media_type="application/octet-stream", headers=headers)
+
+
+def _surface(plan_id: str, services: ServicesDep) -> EndoscopeSurface:
+    plan = services.plans.get(plan_id)
+    places = [item.position for item in (*plan.content.points, *plan.content.targets)]
+    return services.endoscope.about(plan.case_id, places)

@@ -1,0 +1,236 @@
+// The picture of an endoscope on the page, while a layout shows it: its lens, its poses, and what it is made of.
+import { h, icon, whenChanged } from "../dom.js";
+import { pacing } from "../frame-pacing.js";
+import { LAID_OUT } from "../layout.js";
+import { saveBlob } from "../rest.js";
+import { say } from "../said.js";
+import { length, minus } from "../slices/vectors.js";
+import { lensOf } from "./lens.js";
+import { NOSE } from "./looks.js";
+import { PoseChannel } from "./pose-channel.js";
+import { Renderer } from "./renderer.js";
+import { ScopeTools } from "./scope-tools.js";
+import { SurfaceLoader } from "./surface-loader.js";
+
+/** @import { Connection } from "../connection.js" */
+/** @import { ToolPoses } from "../slices/tool-poses.js" */
+/** @import { Triple } from "../slices/grid.js" */
+/** @import { ViewModel } from "../types.js" */
+/** @import { Lens, ScopePose } from "./lens.js" */
+
+/** planned: the tool in the plan's dry run. swap: show it large, or small. @typedef {{ planned: () => ToolPoses, swap: () => void }} Page */
+
+const LIVE = ["ready", "running", "paused"];
+const STILL_MS = 400; // without a motion the picture is drawn in full
+const MOVING_PX = 320; // of a picture that moves, without a graphics card
+const MOST_PX = [420, 1600]; // of any, without and with one
+const MOVED = 1e-5; // mm, or a unit vector
+const TOWARDS_HEAD = /** @type {Triple} */ ([0, 0, 1]);
+
+export class EndoscopeView {
+  /**
+   * @param {HTMLElement} root
+   * @param {Connection} connection
+   * @param {Page} page
+   */
+  constructor(root, connection, page) {
+    this.root = root;
+    this.connection = connection;
+    this.page = page;
+    this.visible = false;
+    this.canvas = h("canvas", {
+      class: "scope-picture", tabIndex: 0, role: "img", "aria-label": "Picture of the endoscope; ← and → turn its lens", title: "Drag turns the lens; double-click turns it back",
+    });
+    this.tools = new ScopeTools(this.canvas, (moves) => this.seenAnew(moves), () => this.save());
+    this.swapButton = h("button", { type: "button", class: "icon plain scope-swap", id: "scope-swap", onclick: () => page.swap() }, icon("large"));
+    this.source = h("span", { id: "scope-source" });
+    this.channelWords = h("span", { class: "caution", role: "status" });
+    /** @type {Renderer | null} */
+    this.renderer = null;
+    /** @type {ScopePose | null} where the scope is shown */
+    this.pose = null;
+    /** @type {ScopePose | null} the newest of the drive */
+    this.driven = null;
+    this.movedAt = -Infinity;
+    this.wished = false; // a frame is asked for
+    this.lost = false; // what the graphics card held
+    /** @type {number | undefined} */
+    this.stillTimer = undefined;
+    this.changedPlan = whenChanged();
+    this.channel = new PoseChannel((pose) => this.came(pose), (words) => say(this.channelWords, words));
+    this.surface = new SurfaceLoader((data) => this.loaded(data));
+    root.replaceChildren(this.canvas, this.tools.element, this.swapButton, h("p", { class: "scope-foot" }, this.source, this.channelWords), this.surface.element);
+    this.canvas.addEventListener("webglcontextlost", (event) => this.lose(event));
+    this.canvas.addEventListener("webglcontextrestored", () => this.recover());
+    window.addEventListener(LAID_OUT, (event) => this.laidOut(/** @type {CustomEvent<string>} */ (event).detail));
+    new ResizeObserver(() => this.schedule()).observe(this.canvas);
+  }
+
+  /** @param {string} layout */
+  laidOut(layout) {
+    this.visible = layout === "endoscope" || layout === "endoscope-beside";
+    const swap = layout === "endoscope" ? "Show 3D large (E)" : "Show the endoscope large (E)";
+    this.swapButton.title = swap;
+    this.swapButton.setAttribute("aria-label", swap);
+    this.update(this.connection.state);
+  }
+
+  /** @param {ViewModel} state */
+  update(state) {
+    const { plan, rehearsal, curve, driven } = state;
+    const live = this.visible && LIVE.includes(rehearsal?.state ?? "");
+    this.channel.follow(live && plan ? plan.id : null);
+    if (!live) this.driven = null;
+    if (!this.visible) return;
+    if (!this.prepare(state)) return;
+    const places = curve?.points ?? [];
+    const targets = ((driven ?? plan)?.targets ?? []).map(({ position }) => position);
+    this.changedPlan([places, targets], () => {
+      this.renderer?.overlay.set(places, targets);
+      this.schedule();
+    });
+    if (!this.driven) this.show(this.plannedPose(state));
+    say(this.source, this.driven ? "" : this.pose ? "Planned, not driven" : "");
+  }
+
+  /**
+   * Ask for what the picture is made of; false where that cannot be.
+   * @param {ViewModel} state
+   */
+  prepare({ case: head, plan }) {
+    if (!head || !plan) return false;
+    const places = [...plan.points, ...plan.targets].map(({ position }) => position);
+    if (this.lost) this.surface.drop("The graphics card dropped the picture.");
+    else if (!head.has_volume) this.surface.drop("No CT, so no endoscope. Import this head’s CT in Patient.");
+    else if (!plan.points.length) this.surface.drop("No path yet. Add one in Plan.");
+    else if (this.start()) {
+      this.surface.want(plan.id, JSON.stringify([plan.id, places]));
+      return true;
+    }
+    return false;
+  }
+
+  /** The renderer, made when it is first needed. */
+  start() {
+    if (this.renderer) return true;
+    try {
+      this.renderer = new Renderer(this.canvas, NOSE);
+    } catch (error) {
+      this.surface.drop(/** @type {Error} */ (error).message);
+      return false;
+    }
+    return true;
+  }
+
+  /** @param {Event} event */
+  lose(event) {
+    event.preventDefault(); // so that the browser gives it back
+    this.lost = true;
+    this.renderer = null;
+    this.update(this.connection.state);
+  }
+
+  recover() {
+    this.lost = false;
+    this.changedPlan = whenChanged();
+    this.update(this.connection.state);
+  }
+
+  /** @param {ArrayBuffer | null} data */
+  loaded(data) {
+    if (data) this.renderer?.load(data);
+    else this.renderer?.unload();
+    this.root.dataset.ready = String(data !== null);
+    this.surface.element.hidden = data !== null;
+    this.tools.saveButton.disabled = data === null;
+    this.schedule();
+  }
+
+  /**
+   * Where the dry run brings the tool at the place that is shown, else at the start of the path.
+   * @param {ViewModel} state
+   * @returns {ScopePose | null}
+   */
+  plannedPose({ corridor, curve }) {
+    const s = corridor?.shown_mm ?? 0;
+    const [first, second] = curve?.points ?? [];
+    const part = this.page.planned().at(s)?.segments[0];
+    if (part) return { tip: part[1], shaft: minus(part[1], part[0]), side: sideOf(minus(part[1], part[0])) };
+    if (!first || !second) return null;
+    const shaft = minus(second, first);
+    return { tip: first, shaft, side: sideOf(shaft) };
+  }
+
+  /** @param {ScopePose} pose of the drive */
+  came(pose) {
+    this.driven = pose;
+    this.show(pose);
+    say(this.source, "");
+  }
+
+  /** @param {ScopePose | null} pose */
+  show(pose) {
+    if (samePose(pose, this.pose)) return;
+    this.pose = pose;
+    this.movedAt = performance.now();
+    this.schedule();
+  }
+
+  /** @param {boolean} moves whether the lens is being turned */
+  seenAnew(moves) {
+    if (moves) this.movedAt = performance.now();
+    this.schedule();
+  }
+
+  /** @returns {Lens | null} */
+  get lens() {
+    return this.pose && lensOf(this.pose, this.tools.settings);
+  }
+
+  schedule() {
+    if (this.wished || !this.visible) return;
+    this.wished = true;
+    pacing.request(() => {
+      this.wished = false;
+      this.draw();
+    });
+  }
+
+  /** Coarse while it moves, where every pixel costs; in full once it stands. */
+  draw() {
+    const { renderer, lens } = this;
+    if (!renderer?.tissue || !lens || !this.visible) return;
+    const shown = Math.round(this.canvas.clientWidth * window.devicePixelRatio * pacing.scale);
+    const moving = performance.now() - this.movedAt < STILL_MS;
+    const coarse = renderer.software && moving;
+    renderer.resize(Math.max(1, Math.min(shown, coarse ? MOVING_PX : MOST_PX[renderer.software ? 0 : 1])));
+    renderer.draw(lens, coarse ? "lean" : "full");
+    clearTimeout(this.stillTimer);
+    if (coarse) this.stillTimer = setTimeout(() => this.schedule(), STILL_MS);
+  }
+
+  async save() {
+    const { renderer, lens } = this;
+    if (!renderer?.tissue || !lens) return;
+    const { angle } = this.tools.settings;
+    saveBlob(await renderer.picture(lens, `Drawn from a CT, ${angle}° lens. Not for clinical use.`), `endoscope-${angle}.png`);
+  }
+}
+
+/**
+ * The side of a shaft that is nearest to the top of the head.
+ * @param {Triple} shaft
+ * @returns {Triple}
+ */
+function sideOf([x, y, z]) {
+  return Math.hypot(x, y) > 0.1 * Math.hypot(x, y, z) ? TOWARDS_HEAD : [0, -1, 0];
+}
+
+/**
+ * @param {ScopePose | null} a
+ * @param {ScopePose | null} b
+ */
+function samePose(a, b) {
+  if (!a || !b) return a === b;
+  return /** @type {const} */ (["tip", "shaft", "side"]).every((name) => length(minus(a[name], b[name])) < MOVED);
+}
