@@ -196,9 +196,11 @@ def test_the_slices_of_an_empty_plan_are_large_enough_to_click_in(
     assert len(before) == 3
     assert all(box is not None and box["height"] >= least for box in before), before
     assert station.page.evaluate(SCROLLED) == 0
+    station.picture(f"slices-before-path-{width}")
     station.open_plan(rest.copy_of_sample("After it"))
     expect(station.page.locator("#slices")).to_have_attribute("data-panes", "4")
     station.slices_stand()
+    station.picture(f"slices-{width}")
     assert [stage.bounding_box() for stage in stages.all()][:3] == before  # none moves under the pointer
     assert station.page.evaluate(SCROLLED) == 0
     if width == 800:
