@@ -46,14 +46,17 @@ from vfix_engine.errors import InputError, VfixError
 from vfix_engine.frames import ImageRegistration
 from vfix_engine.geometry.path import SplinePath
 from vfix_engine.robots import RobotModel, Tool
+from vfix_engine.virtual_fixtures import PathTube
 from vfix_engine.virtual_fixtures.zone_file import ZoneSet
 from vfix_engine.worlds.rigid import preparation
 from vfix_engine.worlds.rigid.csv_recorder import CsvRecorder
 from vfix_engine.worlds.rigid.dry_run import STATION_MM
 from vfix_engine.worlds.rigid.headless import HeadlessRun
 from vfix_engine.worlds.rigid.placing import place_robot
+from vfix_engine.worlds.rigid.presets import PRESETS
 from vfix_engine.worlds.rigid.rehearsal import Rehearsal
 from vfix_engine.worlds.rigid.scene import Scene
+from vfix_engine.worlds.rigid.servo import ServoWatch
 from vfix_engine.worlds.rigid.snapshot import RigidSnapshot
 from vfix_engine.worlds.rigid.spec import RigidSpec, SceneSpec
 
@@ -80,9 +83,7 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
     parser.add_argument("--robot", help="a shipped robot's name, its configuration or a URDF, instead of the plan's")
     parser.add_argument("--tool-frame", metavar="LINK", help="link of the robot that holds the tool")
     parser.add_argument("--margin", type=float, help="safety margin in mm, instead of the plan's")
-    parser.add_argument(
-        "--zones", type=Path, metavar="FILE", help="no-fly zones and soft zones, beside the plan's protected structures"
-    )
+    parser.add_argument("--zones", type=Path, metavar="FILE", help="zones and envelopes, beside the plan's own")
     parser.add_argument(
         "--soft-tissue", action="store_true", help="skin and mucosa, as the CT shows them, yield up to a bound"
     )
@@ -93,6 +94,9 @@ def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) 
         metavar="PLACE",
         help="the tool passes a place of the path: mm from its start, or a point's label; by default its entry",
     )
+    parser.add_argument("--preset", choices=tuple(PRESETS), help="a paper's printed parameters")
+    parser.add_argument("--approach", type=float, metavar="MM", help="the path's point that is approached first")
+    parser.add_argument("--tube", type=float, metavar="MM", help="the tip stays within this distance of the path")
     parser.add_argument("--speed-limit", action="store_true", help="the tip's speed and turn are limited")
     parser.add_argument("--view-distance", type=float, help="r in mm: how far ahead of the tip the view's point is")
     parser.add_argument("--steps", type=positive, help="steps of pushing, or of swinging in inspection")
@@ -107,6 +111,8 @@ def run(args: argparse.Namespace) -> int:
     """Exit status 0 when the task was completed, 1 otherwise."""
     if args.free and (args.operator != "pushing" or args.task != "path"):
         raise InputError("--free goes with --operator pushing: the other jobs need the path")
+    if args.preset is not None and (args.soft_tissue or args.speed_limit):
+        raise InputError("--preset goes without --soft-tissue and --speed-limit, which the papers do not have")
     services = build_services(Settings.from_environment()) if has_app() else None
     case = resolve_case(services, args.case, HeadRequest(Path(args.case), **told_of_file(args)))
     resolved = resolve_plan(services, case, args.plan)
@@ -120,6 +126,8 @@ def run(args: argparse.Namespace) -> int:
     scene, settings, obstacle, held_by = build_scene(case, plan, args, _robots(services, resolved.urdf), registration)
     report = {"case": case.name, "plan": plan.name, "operator": args.operator, "task": args.task}
     report |= {"robot": scene.robot.name, "tool": scene.tool.name}
+    if args.preset is not None:
+        report |= PRESETS[args.preset].report()
     if scene.robot.notes:
         report["robot_notes"] = list(scene.robot.notes)
     if held_by:
@@ -207,7 +215,9 @@ def build_scene(
 
     A plan without a robot placement gets one; behind a registration that says where the robot stands, its joints alone.
     """
-    settings = settings_in_case(plan.content.settings, case.uncertainty)
+    settings, preset = settings_in_case(plan.content.settings, case.uncertainty), PRESETS.get(args.preset)
+    if preset is not None:
+        settings = preset.in_settings(settings)
     if args.margin is not None:
         settings = replace(settings, margin_mm=args.margin)
     if args.view_distance is not None:
@@ -225,10 +235,12 @@ def build_scene(
     options = _options(plan, args)
     scan = None if options == NO_OPTIONS else case.scan()
     stands = standing(options, plan, scan, lambda: plan_tissue(case.scans, plan) if case.scans else None)
-    fixtures, shaft = (*zones.soft_zones, *stands.fixtures), shaft_of(plan, path)
+    tube = () if args.tube is None else (PathTube(path, args.tube),)
+    soft, shaft = (zones.soft_zones, shaft_of(plan, path)) if preset is None else ((), None)
+    fixtures = (*soft, *stands.fixtures, *tube, *zones.envelopes)
     tree, _ = tree_without_removed_bone(case.tree, case.scan() if plan.content.removed_bone else None, plan)
     # A placement is of one robot, tool and margin among what there was; another of them asks for another one.
-    others = (args.robot, args.tool_frame, args.tool, args.margin, args.zones, stands.words or None)
+    others = (args.robot, args.tool_frame, args.tool, args.margin, args.zones, stands.words or None, args.tube)
     stored = stored_placement(plan.content.robot) if registration is None else None
     standing_at = None if registration is None else standing_base(plan.content.robot, registration)
     if stored is not None and all(other is None for other in others):
@@ -243,7 +255,7 @@ def build_scene(
     scene = Scene(
         tree, robot, tool, base, q_start, path, targets, names, zones.zones, fixtures, case.structure_names, shaft
     )
-    return scene, settings, obstacle, stands.words
+    return scene if preset is None else preset.in_scene(scene), settings, obstacle, stands.words
 
 
 def _robots(services: Services | None, urdf: bytes | None) -> RobotSource | None:
@@ -256,7 +268,7 @@ def _robots(services: Services | None, urdf: bytes | None) -> RobotSource | None
 def _zones(plan: Plan, case: ResolvedCase, file: Path | None) -> ZoneSet:
     """The plan's protected structures, and beside them the zones of a file."""
     own, more = resolve_plan_zones(plan, case), ZoneSet() if file is None else resolve_zones(file, case)
-    return ZoneSet((*own.zones, *more.zones), (*own.soft_zones, *more.soft_zones))
+    return ZoneSet((*own.zones, *more.zones), (*own.soft_zones, *more.soft_zones), more.envelopes)
 
 
 def _options(plan: Plan, args: argparse.Namespace) -> RehearsalOptions:
@@ -319,7 +331,7 @@ def _rehearse(
     rehearsal: Rehearsal, args: argparse.Namespace, poses: Poses, recorded: RecordedRun | None, ways: Ways | None
 ) -> dict[str, Any]:
     if args.record is None:
-        return _drive(HeadlessRun(rehearsal, poses.add, recorded), args)
+        return _drive(HeadlessRun(rehearsal, poses.add, recorded, args.approach, _servo(args)), args)
     try:
         with CsvRecorder(args.record, ways) as recorder:
 
@@ -327,9 +339,14 @@ def _rehearse(
                 recorder.add(snapshot)
                 poses.add(snapshot)
 
-            return _drive(HeadlessRun(rehearsal, keep, recorded), args)
+            return _drive(HeadlessRun(rehearsal, keep, recorded, args.approach, _servo(args)), args)
     except OSError as error:
         raise InputError(f"the recording {args.record} cannot be written: {error.strerror}") from error
+
+
+def _servo(args: argparse.Namespace) -> ServoWatch | None:
+    """What measures the poses between the set points of a preset's outer loop."""
+    return None if args.preset is None else ServoWatch()
 
 
 def _follow(run: HeadlessRun, args: argparse.Namespace) -> dict[str, Any]:
@@ -365,7 +382,11 @@ def _drive(run: HeadlessRun, args: argparse.Namespace) -> dict[str, Any]:
         for zone, least in zip(run.rehearsal.controller.zones, run.least_of_zones, strict=True)
     ]
     figures = run.tally.report() | {"margin_mm": settings.margin_mm, "path_length_mm": length}
-    return result | figures | ({"zones": zones} if zones else {})
+    rooms = zip(run.limits, run.least_rooms, strict=True)
+    limits = [{"name": limit.words, "least_room_mm": least} for limit, least in rooms]
+    if run.servo is not None:
+        figures |= {"progress_fallbacks": run.fallbacks, "servo": run.servo.report()}
+    return result | figures | ({"zones": zones} if zones else {}) | ({"tip_limits": limits} if limits else {})
 
 
 def _stopped(last: RigidSnapshot) -> dict[str, Any]:

@@ -35,13 +35,15 @@ Asked = tuple[float, bool, float, float]
 # a hand that pushes along it causes only a small error across it.
 PATH_REWARD, VIEW_REWARD = 0.1, 0.3
 _NOTHING_MM = 1e-9  # a shorter wanted step counts as none
+_LEVER_MM = 15.0  # lever of rotations for a virtual point at the tip
 _TURNING_MM = 1e-6  # substitute for the step length while the velocity reverses
 
 
 class TaskNumbers(NamedTuple):
     """Settings and tool dimensions that the tasks use; mm, rad, s, N.
 
-    gain … tolerance, deceleration: settings of the same names; distance: of the virtual point P_v from the tip.
+    gain … tolerance, deceleration: settings of the same names; distance: of the virtual point P_v from the tip; lever:
+    by which rotations are compared with displacements, the distance or ``_LEVER_MM`` where it is shorter than 1 mm.
     sight_speed: largest speed from which the tool stops within sight of anatomy; speed_change, turn_change: largest
     change of the desired velocity and angular velocity in one step; axis: optical axis, grip: point that the hand
     holds, both in the tip frame.
@@ -59,6 +61,7 @@ class TaskNumbers(NamedTuple):
     sight_speed: Annotated[float, ()]
     speed_change: Annotated[float, ()]
     turn_change: Annotated[float, ()]
+    lever: Annotated[float, ()]
     axis: Annotated[Array, 3]
     grip: Annotated[Array, 3]
 
@@ -75,6 +78,7 @@ def task_numbers(settings: ControlSettings, tool: Tool) -> Array:
             settings.capture_mm, settings.view_distance_mm, settings.target_tolerance_mm,
             settings.approach_deceleration_mm_per_s2, settings.sight_speed_mm_per_s,
             settings.acceleration_mm_per_s2 * dt, settings.turn_acceleration_rad_per_s2 * dt,
+            settings.view_distance_mm if settings.view_distance_mm >= 1.0 else _LEVER_MM,
             tool.direction(np.eye(3)), tool.grip(np.eye(3), np.zeros(3)),
         )
     )  # fmt: skip
@@ -90,7 +94,7 @@ def free_request(
     push = saturate(times(t.gain, force), min(t.sight_speed, stoppable_speed(reach, t.speed_change, t.dt)))
     turn = saturate(times(t.rotation_gain, torque), sight_turn(state, t.sight_speed))
     # One fraction limits both: translation and rotation are compared as fractions of their allowed changes.
-    per_speed, per_turn, lever = 1.0 / t.speed_change, 1.0 / t.turn_change, t.distance
+    per_speed, per_turn, lever = 1.0 / t.speed_change, 1.0 / t.turn_change, t.lever
     now = np.dot(state.jacobian, state.velocity)
     now_push, now_turn = times(per_speed, triple_at(now, 0)), times(per_turn, triple_at(now, 3))
     new_push, new_turn = times(per_speed, push), times(per_turn, turn)
@@ -199,7 +203,7 @@ def inspect_request(
     turning = view(state.jacobian, 3 * n, (3, n))
     spin, ramp = slew_limited(_velocity(turning, state.velocity), wanted, t.turn_change)
     turn, point, jacobian = times(t.dt, spin), view_place(t, state), np.empty((3, n))
-    _write_progress(turning, t.distance, times(t.distance, turn), VIEW_REWARD, matrix, target)
+    _write_progress(turning, t.lever, times(t.lever, turn), VIEW_REWARD, matrix, target)
     for k in range(3):
         for j in range(n):
             jacobian[k, j] = state.jacobian[k, j]
@@ -215,11 +219,11 @@ def inspect_request(
         bound[i], planes[i, n] = approach_bound(t.tolerance * inner - slack[i], change), 0.0
         for j in range(n):
             planes[i, j] = rows[i, j]
-    compliance = t.distance * t.distance * t.rotation_gain * t.dt * ramp * progress_weight(VIEW_REWARD)
+    compliance = t.lever * t.lever * t.rotation_gain * t.dt * ramp * progress_weight(VIEW_REWARD)
     length, moves, compliance, fraction = _asked(
         turning, turn, times(t.dt, wanted), state.velocity, compliance, motion_gain
     )
-    return t.distance * length, moves, compliance, fraction
+    return t.lever * length, moves, compliance, fraction
 
 
 @compiled

@@ -118,7 +118,7 @@ def _is_finite(value: Any) -> bool:
 
 
 _BOUNDS = {
-    "dt_s": Bound(1e-4, 2e-2, "s", "Control period"),
+    "dt_s": Bound(1e-4, 4e-2, "s", "Control period"),
     "margin_mm": Bound(0.05, 3.0, "mm", "Safety margin"),
     "threshold_mm": Bound(0.5, 10.0, "mm", "Boundary threshold"),
     "stiffness_n_per_mm": Bound(0.01, 5.0, "N/mm", "Grip stiffness"),
@@ -128,7 +128,7 @@ _BOUNDS = {
     "k_d": Bound(0.0, 0.9, "", "Path blending k_d"),
     "k_tau": Bound(0.0, 1.0, "", "Compliance k_τ"),
     "capture_mm": Bound(0.005, 5.0, "mm", "Offset of full correction"),
-    "view_distance_mm": Bound(1.0, 60.0, "mm", "View distance r"),
+    "view_distance_mm": Bound(0.0, 60.0, "mm", "View distance r"),
     "target_tolerance_mm": Bound(0.002, 1.0, "mm", "Target tolerance ε_t"),
     "approach_deceleration_mm_per_s2": Bound(10.0, 5000.0, "mm/s²", "Deceleration towards anatomy"),
     "acceleration_mm_per_s2": Bound(10.0, 5000.0, "mm/s²", "Acceleration of the wanted motion"),

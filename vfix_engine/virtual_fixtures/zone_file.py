@@ -2,7 +2,8 @@
 
     {"schema": "vfix-zones/1", "frame": "LPS", "unit": "mm",
      "zones": [{"name": "optic nerve", "margin_mm": 1.0, "shape": {"kind": "capsule", …}}],
-     "soft_zones": [{"name": "mucosa", "thickness_mm": 1.5, "stiffness_n_per_mm": 0.5, "shape": {"kind": "anatomy"}}]}
+     "soft_zones": [{"name": "mucosa", "thickness_mm": 1.5, "stiffness_n_per_mm": 0.5, "shape": {"kind": "anatomy"}}],
+     "envelopes": [{"name": "antrum", "shape": {"kind": "sphere", …}}]}
 
 A soft zone may have a ``max_depth_mm``, the depth beyond which it is hard.
 
@@ -23,6 +24,7 @@ from ..proximity.proximity import Proximity, ProximityTree
 from .soft_core import hard_core
 from .soft_region import SoftRegion
 from .soft_zone import SoftZone
+from .tip_envelope import TipEnvelope
 from .zones import ANATOMY, Zone, check_number, check_positive, ordered
 
 SCHEMA = "vfix-zones/1"
@@ -32,10 +34,11 @@ _DEEPEST_MM = 20.0  # largest allowed ``max_depth_mm``
 
 @dataclass(frozen=True, eq=False)
 class ZoneSet:
-    """The zones of a file or a plan: no-fly zones, including the hard cores of soft ones, and soft zones."""
+    """The zones of a file or a plan: no-fly zones, including the hard cores of soft ones, soft zones, and envelopes."""
 
     zones: tuple[Zone, ...] = ()
     soft_zones: tuple[SoftZone | SoftRegion, ...] = ()
+    envelopes: tuple[TipEnvelope, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +78,7 @@ def zones_from_dict(
         raise InputError(f"the schema of the zones is {str(data.get('schema'))!r:.60}; {SCHEMA!r} can be read")
     if data.get("frame") != "LPS" or data.get("unit") != "mm":
         raise FrameError("zones of this schema must name LPS and mm")
-    unknown = sorted(set(data) - {"schema", "frame", "unit", "notice", "zones", "soft_zones"})
+    unknown = sorted(set(data) - {"schema", "frame", "unit", "notice", "zones", "soft_zones", "envelopes"})
     if unknown:
         raise InputError(f"a file of zones has no '{unknown[0]:.40}'")
     alone = {} if anatomy is None else {ANATOMY: anatomy}
@@ -86,7 +89,7 @@ def zones_from_dict(
     cores = (core for entry, zone in zip(entries, soft, strict=True) for core in _core(entry, zone))
     zones = (*hard, *cores)
     ordered(zones)
-    return ZoneSet(zones, soft)
+    return ZoneSet(zones, soft, tuple(_envelope(entry, surfaces) for entry in _entries(data, "envelopes")))
 
 
 def _entries(data: dict[str, Any], key: str) -> list[dict[str, Any]]:
@@ -105,6 +108,16 @@ def _zone(entry: dict[str, Any], surfaces: _Surfaces) -> Zone:
     if solid is None:
         raise InputError(f"{named}: the safety margin covers the anatomy already; name a part of it, as a patch")
     return Zone(entry["name"], solid, entry["margin_mm"])
+
+
+def _envelope(entry: dict[str, Any], surfaces: _Surfaces) -> TipEnvelope:
+    named = f"envelope '{str(entry.get('name'))[:80]}'"
+    _only(entry, {"name", "shape"}, named)
+    kind = entry["shape"].get("kind") if isinstance(entry["shape"], dict) else None
+    if kind not in _SOLID:
+        raise InputError(f"{named}: the kind of its shape is {str(kind)!r:.40}; the tip stays in a {', '.join(_SOLID)}")
+    solid: Any = _with_zone_named(named, lambda: _solid(entry["shape"], surfaces))
+    return TipEnvelope(entry["name"], solid)
 
 
 def _soft_zone(entry: dict[str, Any], surfaces: _Surfaces) -> SoftZone:
@@ -175,6 +188,7 @@ _FIELDS: dict[str, tuple[str, ...]] = {
     "surface": ("vertices", "faces"),
     "anatomy": (),
 }
+_SOLID = ("sphere", "capsule", "box", "half_space")  # convex, so that the tip can stay in it
 _OF_A_STRUCTURE = {kind: frozenset({"structure"}) for kind in ("patch", "anatomy")}
 _MAKERS: dict[str, Callable[..., Shape]] = {"sphere": Sphere, "capsule": CapsuleShape, "half_space": HalfSpace}
 

@@ -168,3 +168,28 @@ def test_a_zone_names_a_structure_of_the_case_by_its_id(
     status, report = rehearse([*tube, *with_zones(tmp_path, [], [lining])], capsys)
     assert status == 2
     assert "no structure 'skull'; the structures are bone" in report["error"]["message"]
+
+
+def test_the_tip_stays_in_a_tube_and_an_envelope_of_the_command_line(
+    tube: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """HAZ-01: the tube lets the path be followed, the envelope ends before it; both report their least room."""
+    file, ball = tmp_path / "stay.json", {"kind": "sphere", "centre": [0, 8, 0.5], "radius": 20.0}
+    body = {"schema": "vfix-zones/1", "frame": "LPS", "unit": "mm", "envelopes": [{"name": "antrum", "shape": ball}]}
+    file.write_text(json.dumps(body))
+    status, report = rehearse([*tube, "--tube", "0.5"], capsys)
+    assert (status, report["completed"]) == (0, True)
+    (limit,) = report["tip_limits"]
+    assert limit["name"] == "the tube of 0.5 mm about the path"
+    assert 0.4 < limit["least_room_mm"] <= 0.5
+    status, report = rehearse([*tube, "--tube", "0.5", "--zones", str(file)], capsys)
+    assert status == 1
+    assert report["reason"] == "the envelope 'antrum'"
+    assert 0.0 < report["tip_limits"][1]["least_room_mm"] < 0.02
+    for wrong in ("0.01", "nan"):
+        assert main(["rehearse", *tube, "--tube", wrong, "--json"]) == 2
+        assert "a tube's radius is" in capsys.readouterr().err
+    body["envelopes"] = [{"name": "antrum", "shape": {"kind": "anatomy"}}]
+    file.write_text(json.dumps(body))
+    assert main(["rehearse", *tube, "--zones", str(file), "--json"]) == 2
+    assert "envelope 'antrum': the kind of its shape is 'anatomy'" in capsys.readouterr().err

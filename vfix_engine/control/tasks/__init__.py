@@ -7,6 +7,7 @@ Their settings are those of the state's ``ControlContext``.
 
 from .approach_path import ApproachPath
 from .damping import DampingTask
+from .follow_motion import DesiredMotion, DesiredPose, FollowMotion
 from .follow_path import FollowPath, PathPoint
 from .inspect_target import ApproachTarget, InspectTarget, view_point
 from .move_freely import MoveFreely
@@ -17,6 +18,9 @@ __all__ = [
     "ApproachPath",
     "ApproachTarget",
     "DampingTask",
+    "DesiredMotion",
+    "DesiredPose",
+    "FollowMotion",
     "FollowPath",
     "InspectTarget",
     "MoveFreely",

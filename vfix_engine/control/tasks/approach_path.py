@@ -21,7 +21,9 @@ class ApproachPath:
     """The tip moves straight to the path: the hand's force sets the speed, but not the direction.
 
     Args:
-        path, nearest, shaft: see ``FollowPath``.
+        path, shaft: see ``FollowPath``.
+        nearest: the path's point to approach, also a chosen one (Li 2004, V): ``PathPoint.at(path, 12.0)``; None: the
+            one closest to the tip.
     """
 
     path: SplinePath

@@ -18,11 +18,16 @@ from .hand_request import context_for, request_with, shaft_objective
 
 
 class PathPoint(NamedTuple):
-    """Point of the path closest to the tip: arc length s in mm, position (3,), unit tangent (3,)."""
+    """Point of a path, such as the one closest to the tip: arc length s in mm, position (3,), unit tangent (3,)."""
 
     s: float
     position: Array
     tangent: Array
+
+    @classmethod
+    def at(cls, path: SplinePath, s: float) -> PathPoint:
+        """The point at the arc length s in mm, at an end for one outside 0 … length. Raises PlanError for no number."""
+        return cls(min(max(float(s), 0.0), path.length), path.position(s), path.tangent(s))
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,9 +12,12 @@ import numpy as np
 from ...errors import ControlError
 from ...runtime.driver import Driver, Log
 from ...runtime.requests import Reset, SetTask
+from ...virtual_fixtures.tip_limit import tip_limits
 from .dry_run import dry_run
 from .operators import PushingOperator, RigidOperator, ScriptedOperator
 from .rehearsal import Rehearsal
+from .requests import ApproachPoint
+from .servo import ServoWatch
 from .snapshot import RigidSnapshot, lazy_snapshot
 from .system import NO_PATH, ON_PATH_MM
 
@@ -78,15 +81,32 @@ class HeadlessRun:
     """Lets an operator drive the tool of a rehearsal, and hands every snapshot to ``keep``.
 
     log: destination of the recorded run; None: nothing is recorded.
+    servo: measures the poses between the steps as well; None: nothing does.
+    begin_mm: arc length of the path's point that is approached first; None: the one nearest to the entry's pose.
 
     Raises:
         StartRefused: the start pose is outside a limit or inside the margin.
     """
 
-    def __init__(self, rehearsal: Rehearsal, keep: Keep, log: Log | None = None):
+    def __init__(
+        self,
+        rehearsal: Rehearsal,
+        keep: Keep,
+        log: Log | None = None,
+        begin_mm: float | None = None,
+        servo: ServoWatch | None = None,
+    ):
+        self._begin_mm, self.servo = begin_mm, servo
         self.rehearsal, self._keep, self.tally = rehearsal, keep, RehearsalTally()
         self._driver = Driver(rehearsal.system, log=log)
+        self.limits = tip_limits(rehearsal.scene.fixtures)
+        self.least_rooms = [np.inf] * len(self.limits)  # [mm], of the tip in each tube and envelope so far
         self.least_of_zones = [np.inf] * len(rehearsal.controller.zones)  # [mm], of the whole tool to each so far
+
+    @property
+    def fallbacks(self) -> int:
+        """Steps so far in which the papers' demand of progress had no solution."""
+        return self._driver.state.fallbacks
 
     def follow(self) -> RigidSnapshot:
         """Along the path to its end, or until the hand gives up."""
@@ -176,6 +196,8 @@ class HeadlessRun:
             raise ControlError(NO_PATH)
         if self._driver.state.steps:
             self._driver.apply(Reset())
+        if self._begin_mm is not None:
+            self._driver.apply(ApproachPoint(self._begin_mm))
 
     def _drive(self, operator: RigidOperator, stop: Callable[[RigidSnapshot], bool]) -> RigidSnapshot:
         """Until ``stop``, or until the hand gives up: held for long, or on the path and no longer getting anywhere."""
@@ -195,13 +217,17 @@ class HeadlessRun:
         """One step."""
         driver = self._driver
         act = operator(self.rehearsal.system, driver.state)
-        begin = time.perf_counter()
+        begin, before = time.perf_counter(), driver.state.tool.q
         state = driver.act(act)
         seconds = time.perf_counter() - begin
         snapshot = lazy_snapshot(self.rehearsal.scene, state)
         self.tally.add(snapshot, seconds)
         nearest = state.tool.distance[1:].min(axis=1)
         self.least_of_zones = [min(*pair) for pair in zip(self.least_of_zones, nearest.tolist(), strict=True)]
+        if self.servo is not None:
+            self.servo.watch(self.rehearsal.controller, before, state.tool.q)
+        rooms = [limit.room(state.tool) for limit in self.limits]
+        self.least_rooms = [min(*pair) for pair in zip(self.least_rooms, rooms, strict=True)]
         self._keep(snapshot)
         return snapshot
 

@@ -9,6 +9,7 @@ import numpy as np
 from ...arrays import Array
 from ...runtime.system import Column
 from ...virtual_fixtures.state import Layout
+from ...virtual_fixtures.tip_limit import tip_limits
 from .scene import Scene
 from .state import RehearsalState
 
@@ -24,8 +25,9 @@ class RowWriter:
     """Names, units and the writing of a row for one scene.
 
     q, velocity: joints; tip and rotation (row by row): of the tool's tip; s…: ends of the tool's axis segments;
-    d…: distance of every body to every segment; force, torque: effective ones of the hand; share: fraction of the
-    desired motion that was made; emergency: 1 where an acceleration limit was exceeded.
+    d…: distance of every body to every segment; room…: of the tip in every tube and envelope of the scene; force,
+    torque: effective ones of the hand; share: fraction of the desired motion that was made; emergency: 1 where an
+    acceleration limit was exceeded.
     """
 
     def __init__(self, scene: Scene):
@@ -39,6 +41,8 @@ class RowWriter:
         columns += [Column(f"s{i}_a{axis}", "mm") for i in range(parts) for axis in _XYZ]
         columns += [Column(f"s{i}_b{axis}", "mm") for i in range(parts) for axis in _XYZ]
         columns += [Column(f"d{body}_{i}", "mm") for body in range(bodies) for i in range(parts)]
+        self._limits = tip_limits(scene.fixtures)
+        columns += [Column(f"room{i}", "mm") for i in range(len(self._limits))]
         columns += [Column(f"force_{axis}", "N") for axis in _XYZ] + [Column(f"torque_{axis}", "N·mm") for axis in _XYZ]
         columns += [Column("path_s", "mm"), Column("phase", ""), Column("target", "")]
         columns += [Column("outcome", ""), Column("share", ""), Column("emergency", ""), Column("rows", "")]
@@ -46,6 +50,7 @@ class RowWriter:
         sizes = (len(joints), len(joints), 3, 9, 3 * parts, 3 * parts, bodies * parts, 3, 3)
         ends = np.cumsum([1, *sizes]).tolist()
         self._parts = [slice(a, b) for a, b in pairwise(ends)]
+        self._rooms = ends[7]
         self._copies: tuple[Layout, tuple[tuple[slice, slice], ...]] | None = None
 
     def write(self, state: RehearsalState, out: Array) -> None:
@@ -57,6 +62,8 @@ class RowWriter:
         out[0] = state.steps * state.settings.dt_s
         for into, where in self._copies[1]:
             out[into] = numbers[where]
+        for i, limit in enumerate(self._limits):
+            out[self._rooms + i] = limit.room(tool)
         path_s = -1.0 if state.nearest is None else state.nearest.s
         phase, target = _PHASE[state.phase], state.target
         if last is None:

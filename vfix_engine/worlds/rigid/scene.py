@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ...arrays import Array
+from ...control.tasks.printed_path import PrintedWeights
 from ...geometry.path import SplinePath
 from ...geometry.shaft_directions import ShaftDirections
 from ...proximity.proximity import Proximity
@@ -23,6 +24,7 @@ class Scene:
     path: None for free motion only; targets: (m, 3).
     zones: no-fly zones; fixtures: virtual fixtures of every step, for any task (Li 2007, eq. 1-5).
     shaft: planned orientation of the shaft along the path, which the tool keeps as far as bone permits; None: none.
+    printed: the tip follows the path by the program of the papers with these weights; None: by the usual one.
     structure_names: name of a structure by its id, for words; by default its id.
     """
 
@@ -38,6 +40,7 @@ class Scene:
     fixtures: tuple[Fixture, ...] = ()
     structure_names: Mapping[str, str] = field(default_factory=dict)
     shaft: ShaftDirections | None = None
+    printed: PrintedWeights | None = None
 
     def placed_robot(self) -> PlacedRobot:
         """The robot with its base in the patient frame and the tool's tip as its tip."""

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from ...errors import InputError
 from ...geometry.mesh import TriangleMesh
+from ...geometry.path import SplinePath
 from ...geometry.shaft_directions import ShaftDirections
 from ...geometry.shapes import Box, CapsuleShape, HalfSpace, Shape, Sphere
 from ...proximity.fields.compact_field import stored_values, values_of
@@ -29,9 +30,11 @@ from ...virtual_fixtures import (
     DeeperPlace,
     Fixture,
     OrientationCone,
+    PathTube,
     RemoteCentre,
     SoftRegion,
     SoftZone,
+    TipEnvelope,
     Weighted,
     Zone,
 )
@@ -142,6 +145,11 @@ def _fixture_parts(one: Fixture, key: str, arrays: NamedArrays) -> dict[str, Any
         return {"kind": "SoftZone", **values, "over": over}
     if isinstance(one, SoftRegion):
         return _region_parts(one, key, arrays)
+    if isinstance(one, PathTube):
+        path = {"points": one.path.points.tolist(), "degree": one.path.degree}
+        return {"kind": "PathTube", **path, "radius_mm": one.radius_mm}
+    if isinstance(one, TipEnvelope):
+        return {"kind": "TipEnvelope", "name": one.name, "shape": _shape_parts(one.shape, key, arrays)}
     kind = type(one).__name__
     if FIXTURES.get(kind) is not type(one):
         raise InputError(f"a standing fixture of the class {kind} cannot be written into a run; keep it with the run")
@@ -157,6 +165,11 @@ def _fixture_from(values: dict[str, Any], arrays: Mapping[str, NDArray[Any]]) ->
         return SoftZone(values["name"], values["thickness_mm"], values["stiffness_n_per_mm"], over)
     if kind == "SoftRegion":
         return _region_from(values, arrays)
+    if kind == "PathTube":
+        return PathTube(SplinePath(values["points"], values["degree"]), values["radius_mm"])
+    if kind == "TipEnvelope":
+        solid: Any = _shape_from(values["shape"], arrays)  # which TipEnvelope checks
+        return TipEnvelope(values["name"], solid)
     if kind not in FIXTURES:
         raise InputError(f"a run has a standing fixture of the unknown class '{kind!s:.40}'")
     found: Fixture = _exactly(FIXTURES[kind], values["values"])

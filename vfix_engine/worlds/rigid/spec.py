@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any, Self
 
 import numpy as np
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ...arrays import Array
 from ...control import ControlSettings
 from ...control.qp import DUAL
+from ...control.tasks.printed_path import PrintedWeights
 from ...errors import InputError
 from ...geometry.mesh import TriangleMesh
 from ...geometry.path import SplinePath
@@ -61,6 +62,7 @@ class SceneSpec:
     solver: str = DUAL
     structure_names: Mapping[str, str] = field(default_factory=dict)
     shaft: ShaftDirections | None = None
+    printed: PrintedWeights | None = None
 
     @classmethod
     def of(cls, scene: Scene, solver: str = DUAL) -> Self:
@@ -69,7 +71,7 @@ class SceneSpec:
         return cls(
             np.asarray(mesh.vertices), np.asarray(mesh.faces), scene.robot, scene.tool, scene.base, scene.q_start,
             path, scene.targets, scene.target_names, scene.zones, scene.fixtures, solver,
-            scene.structure_names, scene.shaft,
+            scene.structure_names, scene.shaft, scene.printed,
         )  # fmt: skip
 
     def robot_model(self) -> RobotModel:
@@ -87,7 +89,7 @@ class SceneSpec:
         robot, tool = self.robot_model(), self.tool_itself()
         return Scene(
             tree, robot, tool, self.base, self.q_start, path, self.targets, self.target_names, self.zones,
-            self.fixtures, self.structure_names, self.shaft,
+            self.fixtures, self.structure_names, self.shaft, self.printed,
         )  # fmt: skip
 
 
@@ -143,6 +145,8 @@ class RigidSpec:
             "structure_names": dict(scene.structure_names),
             "settings": self.control.to_dict(),
         }
+        if scene.printed is not None:
+            values["printed"] = asdict(scene.printed)
         return values, {name: np.asarray(array) for name, array in arrays.items()}
 
     @classmethod
@@ -164,6 +168,7 @@ class RigidSpec:
                 values["solver"],
                 dict(values.get("structure_names", {})),
                 shaft_from(arrays),
+                PrintedWeights(**values["printed"]) if "printed" in values else None,
             )
             return cls(scene, ControlSettings.from_dict(values["settings"]))
         except (KeyError, TypeError) as error:

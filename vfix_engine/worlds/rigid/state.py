@@ -34,6 +34,8 @@ class RehearsalState:
 
     nearest: point of the path nearest to the tip while it follows the path; in other modes the last one.
     emergencies: steps so far that exceeded an acceleration limit; lag: (3,) in mm that the tool is behind its master.
+    chosen: the path's point that is approached first, until the tip is there; None: none was chosen.
+    fallbacks: steps so far in which the papers' demand of progress (14) had no solution.
     settings: current; last: the step that led here, None after a start or a change of the task.
     """
 
@@ -46,6 +48,8 @@ class RehearsalState:
     settings: ControlSettings
     emergencies: int = 0
     lag: Array = field(default_factory=lambda: ZEROS)
+    chosen: PathPoint | None = None
+    fallbacks: int = 0
     last: LastStep | None = field(default=None, repr=False, compare=False)
 
     @property

@@ -9,10 +9,12 @@ from typing import NamedTuple
 import numpy as np
 
 from ...arrays import Array
-from ...control import Controller, ControlSettings, HandCommand, StepReport, StepState, Task
+from ...control import Controller, ControlSettings, HandCommand, StepReport, StepState, Task, build_step, solve_step
 from ...control.admittance import saturate
 from ...control.qp import DUAL
+from ...control.relaxations import take_step
 from ...control.tasks import ApproachPath, ApproachTarget, FollowPath, InspectTarget, MoveFreely, PathPoint, view_point
+from ...control.tasks.printed_path import PrintedPath
 from ...errors import ControlError, InputError
 from ...geometry.vectors import length
 from ...kernels.triples import Triple, dot, minus, norm, over, plus, times, triple
@@ -21,6 +23,7 @@ from ...runtime.requests import Request, SetSettings, SetTask
 from ...runtime.system import Background, Column, Grip
 from .command_values import array_of, share_of
 from .hand_kernel import torque_about_tip, torque_about_view
+from .requests import ApproachPoint
 from .row import RowWriter
 from .scene import Scene
 from .snapshot import RigidSnapshot, snapshot_of
@@ -53,6 +56,7 @@ class _Stepped(NamedTuple):
     force: Array
     torque: Array = ZEROS
     end: str = ""
+    fell_back: bool = False
 
 
 class RigidSystem:
@@ -112,6 +116,8 @@ class RigidSystem:
         """
         if isinstance(request, SetTask):
             return self.with_mode(state, request.task, request.target)
+        if isinstance(request, ApproachPoint):
+            return self.with_chosen(state, request.at_mm)
         if isinstance(request, SetSettings):
             settings = request.settings
             if not isinstance(settings, ControlSettings):
@@ -129,7 +135,7 @@ class RigidSystem:
         """The same pose and speed in another mode; ControlError when the scene has no path or no such target."""
         if mode not in MODES:
             raise ControlError(f"mode '{mode}' is not one of {', '.join(MODES)}")
-        state = replace(state, lag=ZEROS, last=None)
+        state = replace(state, lag=ZEROS, chosen=None, last=None)
         if mode == "path":
             if self.scene.path is None:
                 raise ControlError(NO_PATH)
@@ -142,6 +148,19 @@ class RigidSystem:
                 raise ControlError(f"there is no target number {target + 1}; add a target to the plan")
             return replace(state, mode=mode, phase="inspect_approach", target=target)
         return replace(state, mode=mode, phase="free")
+
+    def with_chosen(self, state: RehearsalState, at_mm: float) -> RehearsalState:
+        """The same pose and speed, about to approach the path's point at an arc length.
+
+        Raises:
+            ControlError: the scene has no path, or none of this length.
+        """
+        state, path = self.with_mode(state, "path"), self.scene.path
+        if path is None or not 0.0 <= at_mm <= path.length:
+            length_mm = 0.0 if path is None else path.length
+            raise ControlError(f"the path has no point at {at_mm!r:.40} mm; it is {length_mm:.1f} mm long")
+        chosen = PathPoint.at(path, at_mm)
+        return replace(state, phase="approach", nearest=chosen, chosen=chosen)
 
     def settings(self, state: RehearsalState) -> ControlSettings:
         return state.settings
@@ -217,6 +236,8 @@ class RigidSystem:
             settings,
             state.emergencies + done.report.emergency,
             lag,
+            state.chosen if done.phase == "approach" else None,
+            state.fallbacks + done.fell_back,
             LastStep(done.report, done.force, done.torque, done.end, master is not None),
         )
 
@@ -236,7 +257,9 @@ class RigidSystem:
         kind, shaft = ApproachPath if phase == "approach" else FollowPath, self.scene.shaft
         task: Task = kind(path, near, shaft)
         hand = HandCommand(np.array(force), ZEROS, reach)
-        report = controller.step(state.tool, task, hand)
+        report, fell_back = self._followed(controller, state, task, near, hand)
+        if phase == "approach" and state.chosen is not None:
+            return _Stepped(report, phase, near, hand.force)
         after = PathPoint(*path.closest(report.state.position, near.s, SEARCH_WINDOW_MM))
         end = ""
         if phase == "follow":
@@ -245,7 +268,20 @@ class RigidSystem:
                 end = "the end of the path" if dot(force, tangent) > 0 else ""
             elif after.s <= END_MM and dot(force, tangent) < 0:
                 end = "the entry of the path"
-        return _Stepped(report, phase, after, hand.force, end=end)
+        return _Stepped(report, phase, after, hand.force, end=end, fell_back=fell_back)
+
+    def _followed(
+        self, controller: Controller, state: RehearsalState, task: Task, near: PathPoint, hand: HandCommand
+    ) -> tuple[StepReport, bool]:
+        """Step along the path; with printed weights by the papers' program, or by the usual one where (14) fails."""
+        weights = self.scene.printed
+        if weights is None or not isinstance(task, FollowPath):
+            return controller.step(state.tool, task, hand), False
+        tool = controller.context.remeasured(state.tool)
+        problem = build_step(tool, PrintedPath(task.path, near, weights), controller.fixtures, hand)
+        if problem.rests or solve_step(problem).found:
+            return take_step(problem, self.solver), False
+        return controller.step(tool, task, hand), True
 
     def _inspect_step(
         self, controller: Controller, state: RehearsalState, force: Triple, drive: float, twist: float, reach: float

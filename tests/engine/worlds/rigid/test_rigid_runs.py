@@ -15,6 +15,7 @@ import pytest
 from tests.engine.scenes import curved_tube, straight_scene, wall
 from vfix_engine.control import ControlSettings
 from vfix_engine.errors import ControlError, InputError
+from vfix_engine.geometry.path import SplinePath
 from vfix_engine.geometry.shapes import Box, HalfSpace, Sphere
 from vfix_engine.json_text import parse_json
 from vfix_engine.proximity.fields.distance_field import DistanceField, FieldGrid
@@ -31,11 +32,13 @@ from vfix_engine.virtual_fixtures import (
     CartesianLimits,
     DeeperPlace,
     OrientationCone,
+    PathTube,
     RemoteCentre,
     Rows,
     Situation,
     SoftRegion,
     StepState,
+    TipEnvelope,
     Zone,
 )
 from vfix_engine.virtual_fixtures.soft_zone import SoftZone
@@ -146,6 +149,9 @@ def test_a_scene_comes_back_from_its_parts_exactly(own_scene: Scene) -> None:
         CartesianLimits(speed_mm_per_s=3.0, point_in_tip=(0.1, 0.2, 0.3)),
         SoftZone("mucosa", 1.5, 0.5, HalfSpace([0.0, 30.0, 0.0], random.normal(size=3))),
         SoftZone("lining", 1.5, 0.5, None),
+        PathTube(SplinePath(random.normal(size=(4, 3)), 2), 1.25),
+        weighted(TipEnvelope("antrum", Sphere(random.normal(size=3), 4.0)), 0.5),
+        TipEnvelope("box", Box(np.eye(4), [1.0, 2.0, 3.0])),
         SoftRegion("flesh", _flesh(), 0.5, 3.0, DeeperPlace(random.normal(size=3), 6.0, 4.0), 0.5),
     )
     zones = (*own_scene.zones, Zone("box", Box(np.eye(4), [1.0, 2.0, 3.0]), 0.1))
@@ -276,3 +282,21 @@ def test_a_robot_comes_back_with_every_number(name: str) -> None:
             np.testing.assert_array_equal(getattr(one, field.name), getattr(other, field.name), err_msg=field.name)
     assert np.array_equal(robot.joint_weights, again.joint_weights)
     assert np.array_equal(robot.mount.transform_flange_to_link, again.mount.transform_flange_to_link)
+
+
+def test_a_row_has_the_room_of_the_tip_in_each_limit(own_scene: Scene) -> None:
+    """The columns are named by the layout; a scene without limits has the layout of before."""
+    plain = RigidSpec(SceneSpec.of(own_scene), SETTINGS).build()
+    tip = own_scene.placed_robot().tip(own_scene.q_start).position
+    ball = TipEnvelope("antrum", Sphere(tip + np.array([0.0, 0.0, 1.0]), 4.0))
+    limits = (*own_scene.fixtures, ball, weighted(TipEnvelope("floor", HalfSpace(tip + 2.0, np.ones(3))), 0.5))
+    system = RigidSpec(SceneSpec.of(replace(own_scene, fixtures=limits)), SETTINGS).build()
+    names = [column.name for column in system.row_layout]
+    assert [name for name in names if not name.startswith("room")] == [column.name for column in plain.row_layout]
+    row, state = np.zeros(len(names)), system.start("free")
+    state = system.step(state, Command(np.array([1.0, 0.0, 0.0])))
+    system.row(state, row)
+    assert row[names.index("room0")] == ball.room(state.tool)
+    assert row[names.index("room1")] == pytest.approx(2.0 * np.sqrt(3.0), abs=1e-3)
+    assert row[names.index("force_x")] == 1.0
+    assert np.array_equal(row[names.index("d0_0") :][: state.tool.distance.size], state.tool.distance.ravel())

@@ -1,0 +1,42 @@
+"""`vfix rehearse --preset`: a paper's parameters on a tube, as its user would."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+import trimesh
+
+from app.cli import main
+from tests.engine.scenes import curved_tube
+
+
+@pytest.fixture
+def tube(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """The arguments that name a curved tube and a path along its middle, in a home of their own."""
+    monkeypatch.setenv("VFIX_HOME", str(tmp_path / "home"))
+    mesh, points = curved_tube()
+    trimesh.Trimesh(mesh.vertices, mesh.faces, process=False).export(tmp_path / "tube.ply")
+    rows = "".join(f"point,p{i},{x!r},{y!r},{z!r}\n" for i, (x, y, z) in enumerate(points[:4].tolist()))
+    (tmp_path / "plan.csv").write_text(f"# frame=LPS\n# unit=mm\nkind,label,x,y,z\n{rows}")
+    return ["--case", str(tmp_path / "tube.ply"), "--plan", str(tmp_path / "plan.csv")]
+
+
+@pytest.mark.parametrize("preset", ["li2004", "li2007"])
+def test_a_preset_drives_and_says_what_is_printed_and_what_is_not(
+    tube: list[str], preset: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["rehearse", *tube, "--preset", preset, "--approach", "0", "--json"]) == 0
+    report = json.loads(capsys.readouterr().out)
+    assert report["completed"]
+    assert report["preset"] == preset
+    assert report["printed"]["k_d"] == 0.2
+    assert "k of (10)" in report["assumed"]
+    assert any("certificate" in words for words in report["ours"])
+    assert report["servo"]["ticks"] == 33 * report["steps"]
+    assert report["servo"]["min_bone_clearance_mm"] >= report["margin_mm"] - 1e-3
+    assert report["tip_error_mm"]["mean"] < 0.1
+    assert 0 <= report["progress_fallbacks"] < report["steps"]
+    assert main(["rehearse", *tube, "--preset", preset, "--speed-limit", "--json"]) == 2
+    assert "--preset goes without" in capsys.readouterr().err
