@@ -122,7 +122,7 @@ def test_without_the_page_the_other_verbs_say_what_to_install(engine_only: Insta
         assert "Traceback" not in done.stderr
     told = json.loads(engine_only.vfix("case", "list", "--json").stdout)
     assert told["error"]["code"] == "app_missing"
-    for verb in ("rehearse", "lumen", "bench", "doctor"):
+    for verb in ("rehearse", "score", "lumen", "bench", "doctor"):
         assert engine_only.vfix(verb, "--help").returncode == 0
 
 

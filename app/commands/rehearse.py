@@ -15,8 +15,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from app.cases.settings import settings_in_case
-from app.commands.counts import natural, positive
-from app.commands.head_options import add_file_options, say_notes, told_of_file
+from app.commands.head_options import say_notes, told_of_file
+from app.commands.rehearse_arguments import add_arguments
+from app.commands.rehearse_freehand import at_hand_rate, check_options, drive_freehand
 from app.exchange.resolve import (
     ResolvedCase,
     resolve_case,
@@ -46,8 +47,11 @@ from vfix_engine.errors import InputError, VfixError
 from vfix_engine.frames import ImageRegistration
 from vfix_engine.geometry.path import SplinePath
 from vfix_engine.robots import RobotModel, Tool
+from vfix_engine.runtime.system import Column, SystemSpec
 from vfix_engine.virtual_fixtures import PathTube
 from vfix_engine.virtual_fixtures.zone_file import ZoneSet
+from vfix_engine.worlds.freehand.spec import FreehandSpec
+from vfix_engine.worlds.freehand.system import FreehandSystem
 from vfix_engine.worlds.rigid import preparation
 from vfix_engine.worlds.rigid.csv_recorder import CsvRecorder
 from vfix_engine.worlds.rigid.dry_run import STATION_MM
@@ -70,40 +74,7 @@ SWINGING_STEPS = 4000
 
 def add_parser(subparsers: argparse._SubParsersAction[argparse.ArgumentParser]) -> argparse.ArgumentParser:
     parser = subparsers.add_parser("rehearse", help="run a rehearsal without a page", description=__doc__)
-    parser.add_argument("--case", required=True, help="a case's id or name, or a surface or CT file")
-    add_file_options(parser)
-    parser.add_argument("--plan", required=True, help="a plan's id or name, or a .json, .mrk.json or .csv file")
-    parser.add_argument(
-        "--path", metavar="NAME", help="one of the plan's paths by name or id, instead of the chosen one"
-    )
-    parser.add_argument("--operator", choices=tuple(DRIVES), default="scripted", help="whose hand it is")
-    parser.add_argument("--task", choices=("path", "inspect"), default="path", help="follow the path, or inspect")
-    parser.add_argument("--targets", type=Path, help="a Markups file with targets, instead of the plan's own")
-    parser.add_argument("--tool", help="a shipped tool's name or a tool file, instead of the plan's")
-    parser.add_argument("--robot", help="a shipped robot's name, its configuration or a URDF, instead of the plan's")
-    parser.add_argument("--tool-frame", metavar="LINK", help="link of the robot that holds the tool")
-    parser.add_argument("--margin", type=float, help="safety margin in mm, instead of the plan's")
-    parser.add_argument("--zones", type=Path, metavar="FILE", help="zones and envelopes, beside the plan's own")
-    parser.add_argument(
-        "--soft-tissue", action="store_true", help="skin and mucosa, as the CT shows them, yield up to a bound"
-    )
-    parser.add_argument(
-        "--remote-centre",
-        nargs="?",
-        const="entry",
-        metavar="PLACE",
-        help="the tool passes a place of the path: mm from its start, or a point's label; by default its entry",
-    )
-    parser.add_argument("--preset", choices=tuple(PRESETS), help="a paper's printed parameters")
-    parser.add_argument("--approach", type=float, metavar="MM", help="the path's point that is approached first")
-    parser.add_argument("--tube", type=float, metavar="MM", help="the tip stays within this distance of the path")
-    parser.add_argument("--speed-limit", action="store_true", help="the tip's speed and turn are limited")
-    parser.add_argument("--view-distance", type=float, help="r in mm: how far ahead of the tip the view's point is")
-    parser.add_argument("--steps", type=positive, help="steps of pushing, or of swinging in inspection")
-    parser.add_argument("--free", action="store_true", help="pushing: no path fixture, k_tau = 1")
-    parser.add_argument("--seed", type=natural, default=0, help="of the pushing hand")
-    parser.add_argument("--record", type=Path, metavar="FILE.csv", help="keep every step")
-    parser.add_argument("--json", action="store_true", help="one JSON object on stdout")
+    add_arguments(parser, operators=tuple(DRIVES))
     return parser
 
 
@@ -113,6 +84,7 @@ def run(args: argparse.Namespace) -> int:
         raise InputError("--free goes with --operator pushing: the other jobs need the path")
     if args.preset is not None and (args.soft_tissue or args.speed_limit):
         raise InputError("--preset goes without --soft-tissue and --speed-limit, which the papers do not have")
+    check_options(args)
     services = build_services(Settings.from_environment()) if has_app() else None
     case = resolve_case(services, args.case, HeadRequest(Path(args.case), **told_of_file(args)))
     resolved = resolve_plan(services, case, args.plan)
@@ -133,10 +105,15 @@ def run(args: argparse.Namespace) -> int:
     if held_by:
         report["standing"] = held_by
     poses, ways = Poses(), plan_ways(case.scans, plan)
-    rehearsal = Rehearsal(scene, settings)
-    recorded = _recorded(services, rehearsal, args)
+    freehand, kept = args.mode == "freehand", SceneSpec.of(scene)
+    spec: SystemSpec = FreehandSpec(kept, at_hand_rate(settings)) if freehand else RigidSpec(kept, settings)
+    rehearsal, hand = Rehearsal(scene, settings), FreehandSystem(scene, at_hand_rate(settings))
+    recorded = _recorded(services, spec, (hand if freehand else rehearsal.system).row_layout, args)
     try:
-        report |= _rehearse(rehearsal, args, poses, recorded, ways)
+        if freehand:
+            report |= drive_freehand(hand, args, poses.add, recorded)
+        else:
+            report |= _rehearse(rehearsal, args, poses, recorded, ways)
     except BaseException:
         if recorded is not None:
             recorded.drop()
@@ -312,16 +289,17 @@ def _targets(plan: Plan, file: Path | None) -> tuple[np.ndarray, tuple[str, ...]
     return np.array([plan.content.points[-1].position]), ("the path's end",)
 
 
-def _recorded(services: Services | None, rehearsal: Rehearsal, args: argparse.Namespace) -> RecordedRun | None:
+def _recorded(
+    services: Services | None, spec: SystemSpec, columns: tuple[Column, ...], args: argparse.Namespace
+) -> RecordedRun | None:
     """The recorder of the run; None without a writable store."""
     if services is None:
         return None
     from app.commands.recorded_run import RecordedRun
 
     try:
-        spec = RigidSpec(SceneSpec.of(rehearsal.scene), rehearsal.settings)
-        seed = args.seed if args.operator == "pushing" else None
-        return RecordedRun(services, spec, rehearsal.system.row_layout, seed)
+        seed = args.seed if args.operator == "pushing" or args.mode == "freehand" else None
+        return RecordedRun(services, spec, columns, seed)
     except (OSError, VfixError) as error:
         say_notes([f"the run is not recorded: {error}"])
         return None

@@ -70,7 +70,7 @@ class StoredRun:
 
     @property
     def world(self) -> str:
-        """'rigid' or 'snake'."""
+        """'rigid', 'freehand', 'snake' or 'snake drive'."""
         return str(self.manifest.get("world", ""))
 
     @property

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
@@ -54,12 +55,15 @@ class _Rows:
         pass
 
 
-def replay(run: Run, spec: SystemSpec, keep_states: bool = True) -> Replay[Any]:
+def replay(
+    run: Run, spec: SystemSpec, keep_states: bool = True, each: Callable[[int, Driver[Any]], None] | None = None
+) -> Replay[Any]:
     """Replay a run from its start.
 
     Args:
         spec: of the same system, such as ``worlds.spec_of(run)``.
         keep_states: False for a long run, whose states do not fit into memory.
+        each: called after every step with its number from 0 and the driver; it must not change anything.
 
     Raises:
         InputError: the run lost ticks, or its columns are not the system's. A run of an earlier version may lack
@@ -79,6 +83,8 @@ def replay(run: Run, spec: SystemSpec, keep_states: bool = True) -> Replay[Any]:
         state = driver.step(run.command(index))
         if keep_states:
             states.append(state)
+        if each is not None:
+            each(index, driver)
     for event in events:
         _again(driver, event)
     lines = np.array(rows.lines).reshape(len(run.ticks), -1)

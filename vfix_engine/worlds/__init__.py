@@ -1,4 +1,4 @@
-"""The worlds that the runtime drives: the rigid tool and the snake robot, and ``registry``, which knows both."""
+"""The worlds that the runtime drives: the rigid tool, the snake robot, a free hand; ``registry`` knows all of them."""
 
 import warnings
 from typing import Any

@@ -16,11 +16,16 @@ from .rigid.preparation import RIGID
 
 
 class World(NamedTuple):
-    """Module and name of a world's spec. preparation: of its kernels; None: another world's are all it needs."""
+    """Module and name of a world's spec.
+
+    preparation: of its kernels; None: another world's are all it needs.
+    certified: whether every motion in it is certified.
+    """
 
     module: str
     spec: str
     preparation: Preparation | None = None
+    certified: bool = True
 
     def load(self) -> type[SystemSpec]:
         """The class of its specs."""
@@ -35,6 +40,7 @@ SNAKE = Preparation("vfix_engine.worlds.snake.preparation", (("drive",),), "prep
 
 WORLDS = {
     "rigid": World("vfix_engine.worlds.rigid.spec", "RigidSpec", RIGID),
+    "freehand": World("vfix_engine.worlds.freehand.spec", "FreehandSpec", certified=False),
     "snake": World("vfix_engine.worlds.snake", "SnakeSystemSpec", SNAKE),
     "snake drive": World("vfix_engine.worlds.snake", "DriveSpec"),
 }

@@ -147,6 +147,7 @@ def test_both_processes_run_and_meet(folder: Path) -> None:
 def test_worlds_name_their_specs() -> None:
     assert {name: world.load().__name__ for name, world in worlds.WORLDS.items()} == {
         "rigid": "RigidSpec",
+        "freehand": "FreehandSpec",
         "snake": "SnakeSystemSpec",
         "snake drive": "DriveSpec",
     }

@@ -147,12 +147,17 @@ def lazy_snapshot(scene: Scene, state: RehearsalState) -> RigidSnapshot:
 
 def camera_of(tool: StepState, kind: Tool) -> Array:
     """transform_camera_to_patient (4, 4); for a tool without a camera one at its tip that looks along it."""
+    return camera_at(tool.tip.rotation, tool.tip.position, kind)
+
+
+def camera_at(rotation: Array, position: Array, kind: Tool) -> Array:
+    """The same for a tip at (3, 3) and (3,)."""
     pose = np.eye(4)
-    pose[:3, :3], pose[:3, 3] = tool.tip.rotation, tool.tip.position
+    pose[:3, :3], pose[:3, 3] = rotation, position
     if kind.camera is not None:
         camera: Array = pose @ kind.camera.transform_camera_to_tip
         return camera
-    view, across = kind.direction(tool.tip.rotation), tool.tip.rotation[:, 0]
+    view, across = kind.direction(rotation), rotation[:, 0]
     pose[:3, :3] = np.column_stack([across, np.cross(view, across), view])
     return pose
 

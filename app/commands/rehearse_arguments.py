@@ -1,0 +1,51 @@
+"""Arguments of `vfix rehearse`."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from app.commands.counts import natural, positive
+from app.commands.head_options import add_file_options
+from app.commands.rehearse_freehand import MODES
+from vfix_engine.worlds.rigid.presets import PRESETS
+
+
+def add_arguments(parser: argparse.ArgumentParser, operators: tuple[str, ...]) -> None:
+    """Add every argument. operators: names of who may drive a robot."""
+    parser.add_argument("--case", required=True, help="a case's id or name, or a surface or CT file")
+    add_file_options(parser)
+    parser.add_argument("--plan", required=True, help="a plan's id or name, or a .json, .mrk.json or .csv file")
+    parser.add_argument(
+        "--path", metavar="NAME", help="one of the plan's paths by name or id, instead of the chosen one"
+    )
+    parser.add_argument("--operator", choices=operators, default="scripted", help="whose hand it is")
+    parser.add_argument("--mode", choices=MODES, default="hands-on", help="a hand on the robot, or a free hand")
+    parser.add_argument("--steady", action="store_true", help="freehand: no delay, no tremor, and eyes without error")
+    parser.add_argument("--task", choices=("path", "inspect"), default="path", help="follow the path, or inspect")
+    parser.add_argument("--targets", type=Path, help="a Markups file with targets, instead of the plan's own")
+    parser.add_argument("--tool", help="a shipped tool's name or a tool file, instead of the plan's")
+    parser.add_argument("--robot", help="a shipped robot's name, its configuration or a URDF, instead of the plan's")
+    parser.add_argument("--tool-frame", metavar="LINK", help="link of the robot that holds the tool")
+    parser.add_argument("--margin", type=float, help="safety margin in mm, instead of the plan's")
+    parser.add_argument("--zones", type=Path, metavar="FILE", help="zones and envelopes, beside the plan's own")
+    parser.add_argument(
+        "--soft-tissue", action="store_true", help="skin and mucosa, as the CT shows them, yield up to a bound"
+    )
+    parser.add_argument(
+        "--remote-centre",
+        nargs="?",
+        const="entry",
+        metavar="PLACE",
+        help="the tool passes a place of the path: mm from its start, or a point's label; by default its entry",
+    )
+    parser.add_argument("--preset", choices=tuple(PRESETS), help="a paper's printed parameters")
+    parser.add_argument("--approach", type=float, metavar="MM", help="the path's point that is approached first")
+    parser.add_argument("--tube", type=float, metavar="MM", help="the tip stays within this distance of the path")
+    parser.add_argument("--speed-limit", action="store_true", help="the tip's speed and turn are limited")
+    parser.add_argument("--view-distance", type=float, help="r in mm: how far ahead of the tip the view's point is")
+    parser.add_argument("--steps", type=positive, help="steps of pushing, or of swinging in inspection")
+    parser.add_argument("--free", action="store_true", help="pushing: no path fixture, k_tau = 1")
+    parser.add_argument("--seed", type=natural, default=0, help="of the pushing hand, or the free one")
+    parser.add_argument("--record", type=Path, metavar="FILE.csv", help="keep every step")
+    parser.add_argument("--json", action="store_true", help="one JSON object on stdout")

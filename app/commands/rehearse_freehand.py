@@ -1,0 +1,108 @@
+"""`vfix rehearse --mode freehand`: the plan in a free hand, without a robot and without the certificate."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from dataclasses import asdict, replace
+from typing import Any
+
+import numpy as np
+
+from app.commands.head_options import say_notes
+from vfix_engine.control import ControlSettings
+from vfix_engine.errors import ControlError, InputError
+from vfix_engine.runtime.driver import Log
+from vfix_engine.runtime.snapshot import Snapshot
+from vfix_engine.study.drive import LONGEST_S, drive
+from vfix_engine.study.operator import Guide, PursuitOperator
+from vfix_engine.study.person import Person
+from vfix_engine.worlds.freehand.snapshot import FreehandSnapshot
+from vfix_engine.worlds.freehand.system import FreehandSystem
+from vfix_engine.worlds.rigid.dry_run import dry_run
+
+MODES = ("hands-on", "freehand")
+PERIOD_S = 0.02  # no hand is quicker; contact is computed in shorter steps
+UNCERTIFIED = "Freehand: driven without the certificate; bone does not stop the tool."
+
+
+def check_options(args: argparse.Namespace) -> None:
+    """Refuse what a free hand does not have. Raises InputError."""
+    if args.mode != "freehand":
+        if args.steady:
+            raise InputError("--steady goes with --mode freehand")
+        return
+    robots = {
+        "--operator pushing": args.operator != "scripted",
+        "--task inspect": args.task != "path",
+        "--soft-tissue": args.soft_tissue,
+        "--remote-centre": args.remote_centre is not None,
+        "--speed-limit": args.speed_limit,
+        "--record": args.record is not None,
+        "--preset": args.preset is not None,
+        "--approach": args.approach is not None,
+        "--tube": args.tube is not None,
+    }
+    wrong = [name for name, given in robots.items() if given]
+    if wrong:
+        raise InputError(f"--mode freehand does not go with {wrong[0]}, which is of a robot")
+
+
+def at_hand_rate(settings: ControlSettings) -> ControlSettings:
+    """The same settings at the rate of a free hand."""
+    return replace(settings, dt_s=PERIOD_S)
+
+
+def drive_freehand(
+    system: FreehandSystem, args: argparse.Namespace, keep: Callable[[Any], None], log: Log | None
+) -> dict[str, Any]:
+    """Follow the plan's path by a simulated person, and say what it came to.
+
+    Raises:
+        StartRefused: the robot or the tool cannot start there.
+        ControlError: the plan has no path.
+    """
+    scene, settings = system.scene, system.first_settings
+    if scene.path is None:
+        raise ControlError("path following needs a path of at least two points")
+    guide = Guide.of(scene.path, dry_run(scene, settings))
+    person = PursuitOperator(guide, Person.exact() if args.steady else Person(), scene.tool, settings, args.seed)
+    say_notes([UNCERTIFIED])
+    errors, least, held, approach = [], np.inf, 0, 0
+
+    def look(snapshot: Snapshot) -> None:
+        nonlocal least, held, approach
+        assert isinstance(snapshot, FreehandSnapshot)
+        least, held = min(least, snapshot.clearance_mm), held + snapshot.held
+        if snapshot.phase == "approach":
+            approach += 1
+        else:
+            errors.append(snapshot.tip_error_mm)
+        keep(snapshot)
+
+    done = drive(system, person, look, log)
+    last = done.last
+    assert isinstance(last, FreehandSnapshot)
+    contacts = [{name: value for name, value in asdict(one).items() if name != "depth_mm"} for one in last.contacts]
+    return {
+        "mode": "freehand",
+        "certified": last.certified,
+        "completed": done.finished,
+        "reason": "" if done.finished else f"the hand did not reach the end within {LONGEST_S:.0f} s",
+        "reached_mm": last.progress_mm,
+        "time_s": last.t,
+        "contacts": sum(one.count for one in last.contacts),
+        "max_depth_mm": max((one.max_depth_mm for one in last.contacts), default=0.0),
+        "contacts_by": contacts,
+        "contact_stiffness_n_per_mm": system.around.stiffness_n_per_mm,
+        "steps": last.steps,
+        "held_steps": held,
+        "approach_steps": approach,
+        "tip_error_mm": {"mean": float(np.mean(errors)), "max": float(np.max(errors))} if errors else None,
+        "min_clearance_mm": least,
+        "min_bone_clearance_mm": least,
+        "step_time_us": {"median": float(np.median(done.step_us)), "p99": float(np.percentile(done.step_us, 99))},
+        "qp_rows": {"min": 0, "max": 0},
+        "margin_mm": settings.margin_mm,
+        "path_length_mm": scene.path.length,
+    }

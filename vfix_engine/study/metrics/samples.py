@@ -1,0 +1,106 @@
+"""The samples of a run of a rigid body's world, as arrays with names."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ...arrays import Array, IndexArray
+from ...errors import InputError
+from ...geometry.path import SplinePath
+from ...robots import Tool
+from ...runtime.requests import Reset, SetSettings
+from ...runtime.run import Run
+from ...runtime.system import SystemSpec
+from ...virtual_fixtures.zones import ANATOMY, ordered
+
+_AXES = "xyz"
+
+
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """The samples after the last return to the start that is followed by any; patient frame, mm.
+
+    first: index of the first one in the run; period_s: (n,) control period of each.
+    tip, rotation: (n, 3) and (n, 3, 3), pose of the tip. distance: (n, B, S) from each structure to each part of the
+        tool, negative where they overlap, cut at the boundary threshold.
+    phase, outcome, target: (n,) as in the row; path_s: (n,) arc length nearest to the tip, -1 without a path.
+    view_distance_mm: (n,) of the point that inspection holds on its target.
+    structures: B ids, the anatomy first; tool, path, targets: of the spec.
+    """
+
+    first: int
+    period_s: Array
+    tip: Array
+    rotation: Array
+    distance: Array
+    phase: IndexArray
+    outcome: IndexArray
+    target: IndexArray
+    path_s: Array
+    view_distance_mm: Array
+    structures: tuple[str, ...]
+    tool: Tool
+    path: SplinePath | None
+    targets: Array
+
+    @property
+    def view_point(self) -> Array:
+        """(n, 3) the point that inspection holds on its target."""
+        direction = np.stack([self.tool.direction(rotation) for rotation in self.rotation])
+        return self.tip + self.view_distance_mm[:, None] * direction
+
+
+def samples_of(run: Run, spec: SystemSpec) -> Samples:
+    """Read the samples of a run.
+
+    spec: that it was driven with, such as ``worlds.registry.spec_of(run)``.
+
+    Raises:
+        InputError: the run has no samples, or is of a world without a rigid tool.
+    """
+    scene, control = getattr(spec, "scene", None), getattr(spec, "control", None)
+    if scene is None or control is None or "r00" not in [column.name for column in run.columns]:
+        raise InputError(f"a run of the world '{run.manifest['world']}' has no rigid tool that could be scored")
+    starts = [event.at for event in run.events if isinstance(event.content, Reset) and event.at < len(run.ticks)]
+    first = max(starts, default=0)
+    rows = run.rows[first:]
+    if not len(rows):
+        raise InputError("the run has no samples")
+    at = {column.name: place for place, column in enumerate(run.columns)}
+    tool = scene.tool_itself()
+    structures = (ANATOMY, *(zone.name for zone in ordered(scene.zones)))
+    distance = [[rows[:, at[f"d{b}_{s}"]] for s in range(len(tool.radius))] for b in range(len(structures))]
+    settings = _settings(run, control, first)
+    return Samples(
+        first=first,
+        period_s=np.array([one.dt_s for one in settings]),
+        tip=rows[:, [at[f"tip_{axis}"] for axis in _AXES]],
+        rotation=rows[:, [at[f"r{i}{j}"] for i in range(3) for j in range(3)]].reshape(-1, 3, 3),
+        distance=np.moveaxis(np.array(distance), -1, 0),
+        phase=rows[:, at["phase"]].astype(np.int64),
+        outcome=rows[:, at["outcome"]].astype(np.int64),
+        target=rows[:, at["target"]].astype(np.int64),
+        path_s=rows[:, at["path_s"]],
+        view_distance_mm=np.array([one.view_distance_mm for one in settings]),
+        structures=structures,
+        tool=tool,
+        path=None if scene.path_points is None else SplinePath(scene.path_points),
+        targets=np.asarray(scene.targets, dtype=np.float64),
+    )
+
+
+def _settings(run: Run, first_ones: Any, first: int) -> list[Any]:
+    """The settings in force at every sample from ``first`` on; a return to the start brings back the first ones."""
+    found, now, events = [], first_ones, list(run.events)
+    for index in range(len(run.ticks)):
+        while events and events[0].at <= index:
+            content = events.pop(0).content
+            if isinstance(content, Reset):
+                now = first_ones
+            elif isinstance(content, SetSettings):
+                now = content.settings
+        found.append(now)
+    return found[first:]

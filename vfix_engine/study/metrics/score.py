@@ -1,0 +1,266 @@
+"""The score of one run: error, time, smoothness, contacts, clearance, holds, and inspection of targets."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from ...arrays import Array
+from ...errors import InputError
+from ...runtime.driver import Driver
+from ...runtime.replay import replay
+from ...runtime.run import Run
+from ...runtime.system import SystemSpec
+from ...validate import rigid_transform
+from ...worlds.registry import WORLDS, spec_of
+from ...worlds.rigid.row import OUTCOMES, PHASES
+from .samples import Samples, samples_of
+from .smoothness import filter_words, log_dimensionless_jerk, spectral_arc_length
+
+PATH_WINDOW_MM = 5.0  # the nearest point of the path is searched this far from the recorded one, on the same branch
+SAME_MM = 1e-9  # a replay that differs by more is of another arithmetic: its constraints are not the run's
+_HELD = OUTCOMES.index("held")
+_ON_PATH = [PHASES.index(name) for name in ("follow", "done")]
+_PATH = [PHASES.index("approach"), *_ON_PATH]
+_ON_TARGET = PHASES.index("inspect_hold")
+
+
+@dataclass(frozen=True)
+class MeanMax:
+    """Mean and maximum over the samples."""
+
+    mean: float
+    max: float
+
+
+@dataclass(frozen=True)
+class Errors:
+    """An error in mm: where the run has the tool (``robot_frame``), and where the tool truly was (``true_frame``)."""
+
+    robot_frame: MeanMax
+    true_frame: MeanMax
+
+
+@dataclass(frozen=True)
+class Approach:
+    """The samples before the tip followed the path: their duration, and the tip's way in them."""
+
+    time_s: float
+    path_length_mm: float
+
+
+@dataclass(frozen=True)
+class PartContacts:
+    """Contacts of one part of the tool with one structure: how many, the deepest, and their duration together."""
+
+    structure: str
+    part: str
+    count: int
+    max_depth_mm: float
+    time_s: float
+
+
+@dataclass(frozen=True)
+class HeldTime:
+    """Duration for which a constraint held the tool; ``kind``, ``structure`` and ``part`` as in ``Blocker``."""
+
+    kind: str
+    structure: str
+    part: str
+    time_s: float
+
+
+@dataclass(frozen=True)
+class RunScore:
+    """The metrics of a run; docs/metrics.md defines each. Lengths in mm, angles in degrees, times in s.
+
+    mode: 'freehand', 'hands-on' or 'teleoperated'; certified: no motion was made without the certificate.
+    path_error_mm: None where no sample follows a path; target_error_mm and angle_deg: None without inspection.
+    path_length_mm, spectral_arc_length, log_dimensionless_jerk: of the tip after the approach; the last two None where
+        they are not defined.
+    least_clearance_mm: by structure, negative where it was entered; cut at the boundary threshold.
+    held_by: None where the run cannot be replayed.
+    """
+
+    world: str
+    mode: str
+    certified: bool
+    samples: int
+    time_s: float
+    approach: Approach
+    path_error_mm: Errors | None
+    path_length_mm: float
+    spectral_arc_length: float | None
+    log_dimensionless_jerk: float | None
+    jerk_filter: str
+    contacts: int
+    max_depth_mm: float
+    contacts_by: tuple[PartContacts, ...]
+    least_clearance_mm: dict[str, float]
+    held_s: float
+    held_by: tuple[HeldTime, ...] | None
+    target_error_mm: Errors | None
+    angle_deg: float | None
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain values for JSON."""
+        return asdict(self)
+
+
+def score_run(run: Run, spec: SystemSpec | None = None, transform_believed_to_true: Array | None = None) -> RunScore:
+    """Score a run of a rigid tool, from its last return to the start on.
+
+    Args:
+        spec: that the run was driven with; None: made of its manifest.
+        transform_believed_to_true: (4, 4) rigid, from where the run has the tool to where it truly was, such as the
+            error of a registration; None: both are the same.
+
+    Raises:
+        InputError: the run has no samples or no rigid tool, its spec is not in the manifest, or the transform is not
+            rigid.
+    """
+    spec = spec_of(run) if spec is None else spec
+    samples = samples_of(run, spec)
+    moved = (
+        np.eye(4)
+        if transform_believed_to_true is None
+        else rigid_transform(transform_believed_to_true, "the transform")
+    )
+    world = str(run.manifest["world"])
+    certified = world not in WORLDS or WORLDS[world].certified
+    task = _task(samples)
+    rate = 1.0 / float(np.median(samples.period_s[task]))
+    speed = _steps(samples.tip[task]) * rate
+    contacts = contacts_of(samples)
+    held = samples.outcome == _HELD
+    return RunScore(
+        world=world,
+        mode=_mode(run, samples, certified),
+        certified=certified,
+        samples=len(samples.tip),
+        time_s=float(samples.period_s.sum()),
+        approach=Approach(
+            float(samples.period_s[: task.start].sum()), float(_steps(samples.tip[: task.start + 1]).sum())
+        ),
+        path_error_mm=_path_error(samples, moved),
+        path_length_mm=float(_steps(samples.tip[task]).sum()),
+        spectral_arc_length=_number(spectral_arc_length(speed, rate)),
+        log_dimensionless_jerk=_number(log_dimensionless_jerk(speed, rate)),
+        jerk_filter=filter_words(rate),
+        contacts=sum(one.count for one in contacts),
+        max_depth_mm=max((one.max_depth_mm for one in contacts), default=0.0),
+        contacts_by=contacts,
+        least_clearance_mm={
+            name: float(samples.distance[:, body].min()) for body, name in enumerate(samples.structures)
+        },
+        held_s=float(samples.period_s[held].sum()),
+        held_by=_held_by(run, spec, samples) if held.any() else (),
+        target_error_mm=_target_error(samples, moved),
+        angle_deg=_angle(samples),
+    )
+
+
+def contacts_of(samples: Samples) -> tuple[PartContacts, ...]:
+    """Contacts by structure and part of the tool: uninterrupted sequences of samples in which they overlap."""
+    found = []
+    for body, structure in enumerate(samples.structures):
+        for part, name in enumerate(samples.tool.segment_names):
+            distance = samples.distance[:, body, part]
+            inside = distance < 0.0
+            if inside.any():
+                count = int(inside[0]) + int((inside[1:] & ~inside[:-1]).sum())
+                time = float(samples.period_s[inside].sum())
+                found.append(PartContacts(structure, name, count, -float(distance.min()), time))
+    return tuple(found)
+
+
+def _task(samples: Samples) -> slice:
+    """The samples without the approach: from the first that follows the path on, all where the run follows none."""
+    following = np.flatnonzero(np.isin(samples.phase, _ON_PATH))
+    first = int(following[0]) if len(following) and np.isin(samples.phase[: following[0]], _PATH).all() else 0
+    return slice(first, len(samples.tip))
+
+
+def _path_error(samples: Samples, moved: Array) -> Errors | None:
+    """Distance of the tip to the path over the samples of the path's task, without the approach."""
+    path, task = samples.path, _task(samples)
+    rows = np.flatnonzero(np.isin(samples.phase, _PATH))
+    rows = rows[rows >= task.start]
+    if path is None or not len(rows) or not np.isin(samples.phase[rows], _ON_PATH).any():
+        return None
+    tips = samples.tip[rows]
+    true = tips @ moved[:3, :3].T + moved[:3, 3]
+
+    def errors(places: Array) -> MeanMax:
+        away = []
+        for place, tip, s in zip(places, tips, samples.path_s[rows], strict=True):
+            window = PATH_WINDOW_MM + float(np.linalg.norm(place - tip))
+            away.append(float(np.linalg.norm(path.closest(place, float(s), window)[1] - place)))
+        return _mean_max(np.array(away))
+
+    believed = errors(tips)
+    return Errors(believed, believed if np.array_equal(moved, np.eye(4)) else errors(true))
+
+
+def _target_error(samples: Samples, moved: Array) -> Errors | None:
+    """Distance of the inspected target to the point that the tool holds on it."""
+    rows = samples.phase == _ON_TARGET
+    if not rows.any():
+        return None
+    points, goals = samples.view_point[rows], samples.targets[samples.target[rows]]
+    true = points @ moved[:3, :3].T + moved[:3, 3]
+    return Errors(*(_mean_max(np.linalg.norm(places - goals, axis=1)) for places in (points, true)))
+
+
+def _angle(samples: Samples) -> float | None:
+    """Largest rotation of the tool on a target from its pose when the target was reached, in degrees."""
+    turned = []
+    for target in np.unique(samples.target[samples.phase == _ON_TARGET]):
+        rotation = samples.rotation[(samples.phase == _ON_TARGET) & (samples.target == target)]
+        cosine = (np.einsum("ij,nij->n", rotation[0], rotation) - 1.0) / 2.0
+        turned.append(float(np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)).max())))
+    return max(turned, default=None)
+
+
+def _held_by(run: Run, spec: SystemSpec, samples: Samples) -> tuple[HeldTime, ...] | None:
+    """Time by constraint, the strongest of each held step; from a replay, as a row has no constraints."""
+    time: dict[tuple[str, str, str], float] = defaultdict(float)
+
+    def look(index: int, driver: Driver[Any]) -> None:
+        place = index - samples.first
+        if place >= 0 and samples.outcome[place] == _HELD:
+            snapshot = driver.system.snapshot(driver.state)
+            one = snapshot.blockers[0] if snapshot.blockers else None
+            key = ("end", "", "") if one is None else (one.kind, one.structure, one.part)
+            time[key] += float(samples.period_s[place])
+
+    try:
+        again = replay(run, spec, keep_states=False, each=look)
+    except InputError:  # lost steps, or another version's columns
+        return None
+    if not again.largest_difference <= SAME_MM:
+        return None
+    return tuple(HeldTime(*key, seconds) for key, seconds in sorted(time.items(), key=lambda item: -item[1]))
+
+
+def _mode(run: Run, samples: Samples, certified: bool) -> str:
+    if not certified:
+        return "freehand"
+    names = [name for name, _ in run.manifest["columns"]]
+    return "teleoperated" if run.ticks[samples.first :, names.index("master")].any() else "hands-on"
+
+
+def _steps(tip: Array) -> Array:
+    """(n − 1,) distances between neighbouring samples."""
+    return np.asarray(np.linalg.norm(np.diff(tip, axis=0), axis=1))
+
+
+def _mean_max(values: Array) -> MeanMax:
+    return MeanMax(float(values.mean()), float(values.max()))
+
+
+def _number(value: float) -> float | None:
+    return None if np.isnan(value) else value

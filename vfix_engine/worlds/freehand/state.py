@@ -1,0 +1,44 @@
+"""The state of a free tool between two steps."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ...arrays import Array, IndexArray
+from ...control import ControlSettings
+from ...control.tasks import PathPoint
+from ...geometry.capsules import Segments
+
+ZEROS = np.zeros(3)
+ZEROS.setflags(write=False)
+
+
+@dataclass(frozen=True, eq=False)
+class FreehandState:
+    """Everything that the next step needs; patient frame, mm.
+
+    position, rotation: (3,) and (3, 3), pose of the tip; segments: the tool there.
+    distance: (B, S) from every structure to every segment; count, deepest: (B, S) contacts so far, and their depth.
+    mode, phase, target, nearest: as in ``RehearsalState``; steps: so far.
+    force, torque: (3,) in N and N·mm of the hand, after the cap; push: (3,) in N, sum of the contact forces.
+    outcome: of the last step: 'idle', 'moved', or 'held' where bone was too deep in the tool to go on.
+    """
+
+    position: Array
+    rotation: Array
+    segments: Segments
+    distance: Array
+    count: IndexArray
+    deepest: Array
+    mode: str
+    phase: str
+    nearest: PathPoint | None
+    settings: ControlSettings
+    target: int = 0
+    steps: int = 0
+    outcome: str = "idle"
+    force: Array = field(default_factory=lambda: ZEROS)
+    torque: Array = field(default_factory=lambda: ZEROS)
+    push: Array = field(default_factory=lambda: ZEROS)
