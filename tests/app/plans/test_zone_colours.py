@@ -45,7 +45,8 @@ def seen(code: str, eye: Array) -> Array:
     rgb = np.array([int(code[at : at + 2], 16) for at in (1, 3, 5)]) / 255.0
     linear = np.clip(eye @ np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4), 0.0, 1.0)
     shown = np.where(linear <= 0.0031308, linear * 12.92, 1.055 * linear ** (1 / 2.4) - 0.055)
-    return cv2.cvtColor(shown.astype(np.float32).reshape(1, 1, 3), cv2.COLOR_RGB2LAB)[0, 0].astype(np.float64)
+    lab: Array = cv2.cvtColor(shown.astype(np.float32).reshape(1, 1, 3), cv2.COLOR_RGB2LAB)[0, 0].astype(np.float64)
+    return lab
 
 
 @pytest.mark.parametrize("eye", EYES)
