@@ -19,11 +19,12 @@ Firmness = Literal["hard", "soft"]
 MAX_ZONES = 64
 MAX_ZONE_NAME = 56  # [characters]; the engine's zones of a chain have a longer one
 MAX_REMOVED = 64
-DEFAULT_COLOUR = "#e0b04c"
+DEFAULT_COLOUR = "#9b51f5"
 DEFAULT_STIFFNESS_N_PER_MM = 0.5
 LARGEST_DEPTH_MM = 20.0
-# In the order in which new zones take them; none is that of bone, path or target.
-COLOURS = (DEFAULT_COLOUR, "#c97bd1", "#7fb069", "#e07a5f", "#6fa8dc", "#b8a1e3")
+# In the order in which new zones take them: violets, since no outline of bone, path, tool, margin or target is near
+# them, to colour-blind eyes either.
+COLOURS = (DEFAULT_COLOUR, "#7650e8", "#b15cff", "#6a3de8", "#8a3ffc", "#9d4edd")
 
 
 @dataclass(frozen=True)

@@ -140,6 +140,7 @@ def test_an_import_that_goes_on_is_found_after_a_reload_and_cancelled(
     station.wait_for("Patient", lambda: station.state("step")["name"] == "patient")
     page.set_input_files("input[type='file'][accept*='.nii']", tmp_path / "Sponge.nrrd")
     expect(row).to_be_visible()
+    expect(row).to_be_in_viewport()
 
     page.reload()
     expect(row).to_have_text(re.compile("‘CT’.*(%|waiting)"), use_inner_text=True)

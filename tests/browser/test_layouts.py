@@ -50,6 +50,7 @@ COVERED = """() => {
   const whole = boxes.filter(fits);
   return { said: whole.length, covered: covered.map((control) => control.outerHTML.slice(0, 120)) };
 }"""
+SCROLLED = "(([box]) => box.scrollHeight - box.clientHeight)(document.querySelectorAll('#slices'))"
 ENLARGE = "(name) => window.dispatchEvent(new CustomEvent('vfix:enlarge', { detail: name }))"
 WHOLE = "(all) => all.every((words) => words.scrollWidth <= words.clientWidth)"
 BESIDE = "document.scrollingElement.scrollWidth - innerWidth"
@@ -179,7 +180,7 @@ def test_layouts_are_chosen_by_button_and_key_and_remembered(open_page: Open) ->
     assert station.errors == []
 
 
-@pytest.mark.parametrize(("width", "height", "least"), [(1440, 900, 200), (1024, 768, 150)])
+@pytest.mark.parametrize(("width", "height", "least"), [(1440, 900, 200), (1024, 768, 150), (800, 900, 150)])
 def test_the_slices_of_an_empty_plan_are_large_enough_to_click_in(
     resized: Workstation, rest: Rest, width: int, height: int, least: int
 ) -> None:
@@ -190,9 +191,21 @@ def test_the_slices_of_an_empty_plan_are_large_enough_to_click_in(
     station.open_plan(rest.empty_plan("Before the first point"))
     expect(station.page.locator("#slices")).to_have_attribute("data-panes", "3")
     station.slices_stand()
-    stages = [stage.bounding_box() for stage in station.page.locator(".slice-stage:visible").all()]
-    assert len(stages) == 3
-    assert all(box is not None and box["height"] >= least for box in stages), stages
+    stages = station.page.locator(".slice-stage:visible")
+    before = [stage.bounding_box() for stage in stages.all()]
+    assert len(before) == 3
+    assert all(box is not None and box["height"] >= least for box in before), before
+    assert station.page.evaluate(SCROLLED) == 0
+    station.picture(f"slices-before-path-{width}")
+    station.open_plan(rest.copy_of_sample("After it"))
+    expect(station.page.locator("#slices")).to_have_attribute("data-panes", "4")
+    station.slices_stand()
+    station.picture(f"slices-{width}")
+    assert [stage.bounding_box() for stage in stages.all()][:3] == before  # none moves under the pointer
+    assert station.page.evaluate(SCROLLED) == 0
+    if width == 800:
+        assert len({box["y"] for box in before if box}) == 1, before  # in one row
+        assert (station.page.locator(".viewer").bounding_box() or {})["height"] > 350
     assert station.errors == []
 
 

@@ -18,6 +18,8 @@ CAMERA = "(() => { const c = vfix.layer.hooks.camera; return [...c.position.toAr
 LINES = """() => { const found = []; vfix.layer.hooks.each((o) => { if (o.userData.vfixPass && o.isLineSegments2) {
   found.push({ depthFunc: o.material.depthFunc, parent: o.parent?.isLineSegments2 === true,
     same: o.geometry === o.parent.geometry, opacity: o.material.opacity }); } }); return found; }"""
+# How many points and targets are drawn once more where bone hides them.
+MARKS = "[...vfix.layer.path.passes.values()].filter((o) => o.isMesh && !o.isLineSegments2 && o.visible).length"
 BONE = """() => { const bone = vfix.layer.surfaces.found().bone;
   if (!bone) return {};
   const passes = bone.children.filter((o) => o.userData.vfixPass);
@@ -145,6 +147,9 @@ def test_the_path_is_drawn_once_more_where_bone_hides_it(open_page: Open, rest: 
     drawn = {"depthFunc": 6, "parent": True, "same": True, "opacity": 0.55}
     expected = [drawn]  # the path; a direction of the shaft only at a point that is selected
     station.wait_for("its second pass", lambda: station.page.evaluate(LINES) == expected)
+    marks = len(station.state("plan")["points"]) + len(station.state("plan")["targets"])
+    assert station.page.evaluate(MARKS) >= marks > 0
+    station.picture("through-bone")
     point = station.state("plan")["points"][4]
     x, y, z = point["position"]
     rest.client.patch(f"/api/v1/plans/{plan_id}/points/{point['id']}", json={"position": [x, y, z + 1.0]})

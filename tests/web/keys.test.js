@@ -282,3 +282,16 @@ test("a slider has no undo of its own, and in a question undo is the text's", ()
   keys.down(keyEvent("KeyZ", { ctrlKey: true, target: { tagName: "SELECT" } }));
   assert.equal(connection.sent.length, 1);
 });
+
+test("Escape folds an open explanation first, and takes back nothing of the plan with it", () => {
+  const connection = noted({ step: { input: "edit" }, plan: { ghost: {} } });
+  const keys = new Keys(connection);
+  let open = true;
+  let focused = 0;
+  const explanation = { removeAttribute: () => { open = false; }, querySelector: () => ({ focus: () => { focused += 1; } }) };
+  page.document.querySelector = (selector) => (selector === "details.more[open]" && open ? explanation : null);
+  keys.down(keyEvent("Escape"));
+  assert.deepEqual([open, focused, connection.sent], [false, 1, []]);
+  keys.down(keyEvent("Escape"));
+  assert.deepEqual(connection.sent, [["ghost.cancel"]]);
+});

@@ -27,7 +27,7 @@ from vfix_engine.errors import InputError
 from vfix_engine.files.mesh_files import write_ply
 
 SCENE = "scene.mrml"
-_BONE, _STRUCTURE = "#e2d8c6", "#e0b04c"
+_BONE, _STRUCTURE = "#e2d8c6", "#9b51f5"
 _BONE_OPACITY, _REGION_OPACITY = 0.6, 0.35
 _SHOWN_AS_SURFACES = {"sphere", "capsule", "capsules", "patch"}
 _UNSAFE = re.compile(r"[^A-Za-z0-9_-]+")

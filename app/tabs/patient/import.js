@@ -41,7 +41,8 @@ export class ImportGroup {
     /** @type {Map<string, string>} what this page's imports were chosen as, by their job */
     this.fileNames = new Map();
     this.form = h("div", { class: "fields" });
-    this.element = h("div", { class: "fields" }, this.form, this.describe.element, this.jobs.element);
+    this.progress = h("div", { class: "import-progress" });
+    this.element = h("div", { class: "fields" }, this.progress, this.jobs.element, this.form, this.describe.element);
     this.draw();
   }
 
@@ -50,11 +51,10 @@ export class ImportGroup {
     const take = (/** @type {File[]} */ files) => this.take(chosen(files));
     draw(this.form, html`
       <p class="words">${said(DROP)}</p>
-      <div class="buttons even">${filesButton({ ...HEAD, disabled: sending !== null }, take)}${filesButton({ ...FOLDER, disabled: sending !== null }, take)}</div>
-      ${sending ? html`<div>
-        <p class="words">${sending.name}: uploading, ${part} %</p>
-        <div class="progress"><div style=${`width: ${part}%`}></div></div>
-      </div>` : nothing}`);
+      <div class="buttons even">${filesButton({ ...HEAD, disabled: sending !== null }, take)}${filesButton({ ...FOLDER, disabled: sending !== null }, take)}</div>`);
+    draw(this.progress, html`${sending ? html`<p class="words">${sending.name}: uploading, ${part} %</p>
+      <div class="progress"><div style=${`width: ${part}%`}></div></div>` : nothing}`);
+    this.progress.hidden = !sending;
   }
 
   /**
@@ -123,11 +123,13 @@ export class ImportGroup {
   async send(address, name, form) {
     clearErrors();
     this.uploading({ name, part: 0 });
+    this.progress.scrollIntoView({ block: "nearest" });
     try {
       /** @type {JobPublic} */
       const job = await upload(address, form, (part) => this.uploading({ name, part }));
       this.fileNames.set(job.id, name);
       this.jobs.watch(job);
+      this.jobs.element.scrollIntoView({ block: "nearest" }); // its line may lie below the fold
     } catch (error) {
       note(`${name}: ${/** @type {Error} */ (error).message}`, { error: true });
     } finally {

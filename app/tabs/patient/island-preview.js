@@ -55,7 +55,7 @@ export class IslandPreview {
       try {
         await this.show(await fetch(`${addressOf(caseId)}`, {
           method: "POST", credentials: "same-origin", headers: { "Content-Type": "application/json" }, body: JSON.stringify(request),
-        }), key, " (half resolution)");
+        }), caseId, key, " (half resolution)");
       } catch (error) {
         if (key === this.key) this.fail(error);
       }
@@ -81,7 +81,7 @@ export class IslandPreview {
       }
       this.job = job.id;
       const done = await finished(job, () => {});
-      if (key === this.key) await this.show(await fetch(`${addressOf(caseId)}/${encodeURIComponent(done.result ?? "")}`, { credentials: "same-origin" }), key, "");
+      if (key === this.key) await this.show(await fetch(`${addressOf(caseId)}/${encodeURIComponent(done.result ?? "")}`, { credentials: "same-origin" }), caseId, key, "");
     } catch (error) {
       if (key === this.key) this.fail(error);
     }
@@ -96,16 +96,17 @@ export class IslandPreview {
 
   /**
    * @param {Response} response
+   * @param {string} caseId
    * @param {string} key
    * @param {string} how
    */
-  async show(response, key, how) {
+  async show(response, caseId, key, how) {
     if (!response.ok) throw new Error((await response.json()).error.message);
     const runs = new Uint32Array(await response.arrayBuffer());
     const told = (/** @type {string} */ name) => Number(response.headers.get(name));
     if (key !== this.key || (how && thresholdPreview.kept?.key === key)) return; // every voxel was looked at already
     clearTimeout(this.waiting);
-    thresholdPreview.keep({ key, runs, step: told("X-Step") });
+    thresholdPreview.keep({ caseId, key, runs, step: told("X-Step") });
     this.say(`${told("X-Islands").toLocaleString("en")} islands, ${told("X-Left-Out").toLocaleString("en")} left out, ${(told("X-Volume-Mm3") / 1000).toFixed(1)} ml kept${how}.`);
   }
 

@@ -27,6 +27,7 @@ export class PaintGroup {
     this.changedItems = whenChanged();
     /** @type {LabelEntry[]} */
     this.items = [];
+    this.caseId = ""; // of the head that they are of
     this.chosen = "";
     this.naming = ""; // the name of a label that was asked for and is not there yet
     /** @type {HTMLSelectElement} */
@@ -89,6 +90,7 @@ export class PaintGroup {
     this.changedItems([state.painted, state.case?.id, state.case?.has_volume, starts], () => {
       const before = new Set(this.items.map(({ id }) => id));
       this.items = state.painted?.items ?? [];
+      this.caseId = state.case?.id ?? "";
       const made = this.items.find(({ id, name }) => !before.has(id) && name === this.naming);
       if (made) [this.chosen, this.naming] = [made.id, ""];
       if (!this.item) this.chosen = "";
@@ -128,7 +130,7 @@ export class PaintGroup {
     const { item } = this;
     const shown = item && !item.unreadable && this.element.offsetParent !== null;
     if (!shown) paintBrush.set({ label: null });
-    else paintBrush.set({ label: { id: item.id, colour: item.colour, volume: item.volume, revision: item.revision, locked: item.locked } });
+    else paintBrush.set({ label: { id: item.id, caseId: this.caseId, colour: item.colour, volume: item.volume, revision: item.revision, locked: item.locked } });
   }
 
   showBrush() {

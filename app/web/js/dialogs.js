@@ -156,8 +156,8 @@ export function whenReady(words, label) {
 }
 
 /**
- * A short note. Errors are spoken at once and stay until dismissed, the same one once; others leave by themselves, but
- * not from under the pointer or the focus of somebody who is about to press their button. Returns what takes it away.
+ * A short note, the same one once. Errors are spoken at once and stay until dismissed; others leave by themselves, but not
+ * from under the pointer or the focus of somebody who is about to press their button. Returns what takes it away.
  * @param {string} words
  * @param {{ error?: boolean, action?: Action | null, stay?: boolean }} [options]
  */
@@ -175,7 +175,7 @@ export function note(words, { error = false, action = null, stay = false } = {})
   if (action) element.append(h("button", { type: "button", onclick: () => { action.run(); leave(); } }, action.label));
   if (error) element.append(h("button", { type: "button", class: "plain", onclick: leave }, "Dismiss"));
   else if (!stay) setTimeout(leaveUnlessUsed, action ? 9000 : 4500);
-  if (error) [...box.children].find((other) => other.firstElementChild?.textContent === shown.textContent)?.remove();
+  if (!action) [...box.children].find((other) => other.firstElementChild?.textContent === shown.textContent)?.remove();
   box.append(element);
   const passing = () => [...box.children].filter((other) => other instanceof HTMLElement && !other.dataset.stays);
   while (!error && passing().length > 3) passing()[0].remove();

@@ -4,6 +4,7 @@ import { hasTextUndo, isUndoKey } from "./fields.js";
 import { pacing } from "./frame-pacing.js";
 import { isFresh, takeHold } from "./fresh-press.js";
 import { letterOf } from "./letters.js";
+import { foldExplanation } from "./said.js";
 
 /** @import { Connection } from "./connection.js" */
 /** @import { ViewModel } from "./types.js" */
@@ -69,7 +70,7 @@ export class Keys {
     const undoing = isUndoKey(event) && !(isText(target) && hasTextUndo(target)) && !isDialogOpen();
     if (typing(target) && !(driving && target?.type === "range") && !undoing && !isFindKey(event)) return;
     const inScene = event.view && event.view !== window;
-    if (this.command(event) || this.shortcut(event)) {
+    if ((!isDialogOpen() && foldExplanation(event)) || this.command(event) || this.shortcut(event)) {
       if (undoing) this.connection.say("anew", null); // a field may show what was never drawn: edit and undo lie in one frame
       event.preventDefault();
       event.stopImmediatePropagation();

@@ -1,6 +1,6 @@
 // Which label is painted on, and with what brush: chosen in the panel, used in the slices.
 
-/** @typedef {{ id: string, colour: string, volume: string, revision: number, locked: boolean }} BrushLabel */
+/** @typedef {{ id: string, caseId: string, colour: string, volume: string, revision: number, locked: boolean }} BrushLabel */
 
 /** Says `change`; the page has one. */
 export class PaintBrush extends EventTarget {

@@ -29,3 +29,15 @@ export function line(text, props = {}) {
   say(element, text);
   return element;
 }
+
+/**
+ * Escape folds the explanation that is open, before it means anything else.
+ * @param {KeyboardEvent} event
+ */
+export function foldExplanation(event) {
+  const open = event.key === "Escape" && document.querySelector("details.more[open]");
+  if (!open) return false;
+  open.removeAttribute("open");
+  /** @type {HTMLElement | null} */ (open.querySelector("summary"))?.focus({ preventScroll: true });
+  return true;
+}

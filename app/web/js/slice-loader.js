@@ -5,7 +5,7 @@ import { svg } from "./dom.js";
 /** @import { AxisName } from "./slices/port.js" */
 /** @import { SlicePlane } from "./types.js" */
 
-/** @typedef {{ plane: SlicePlane, addresses: string[], key: string }} Job pictures of one plane; key: their addresses */
+/** @typedef {{ caseId: string, plane: SlicePlane, addresses: string[], key: string }} Job pictures of one plane; key: their addresses */
 
 const TRY_AGAIN_MS = 3000;
 
@@ -14,7 +14,7 @@ export class Loader {
   /**
    * @param {SVGGElement} coming holds pictures while they load
    * @param {Connection} connection
-   * @param {(plane: SlicePlane, images: SVGImageElement[] | null) => void} shown images: null where they could not be loaded
+   * @param {(plane: SlicePlane, images: SVGImageElement[] | null, caseId: string) => void} shown images: null where they could not be loaded
    */
   constructor(coming, connection, shown) {
     this.coming = coming;
@@ -32,11 +32,12 @@ export class Loader {
   }
 
   /**
+   * @param {string} caseId
    * @param {SlicePlane} plane
    * @param {string[]} addresses
    */
-  want(plane, addresses) {
-    this.wanted = { plane, addresses, key: addresses.join(" ") };
+  want(caseId, plane, addresses) {
+    this.wanted = { caseId, plane, addresses, key: addresses.join(" ") };
     if (!this.loading && this.wanted.key !== this.done) this.load(this.wanted);
   }
 
@@ -67,7 +68,7 @@ export class Loader {
     this.loading = null;
     this.missing = images === null;
     this.done = job.key;
-    this.shown(job.plane, images);
+    this.shown(job.plane, images, job.caseId);
     this.coming.replaceChildren();
     if (this.wanted && this.wanted.key !== job.key) this.load(this.wanted);
   }

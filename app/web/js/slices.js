@@ -8,7 +8,7 @@ import { GreyValues } from "./slices/grey-values.js";
 import { Measures } from "./slices/measures.js";
 import { Outlines } from "./slices/outlines.js";
 import { OverlayControls } from "./slices/overlay-controls.js";
-import { Pane } from "./slices/pane.js";
+import { Pane, TITLES } from "./slices/pane.js";
 import { Painting } from "./slices/painting.js";
 import { PathFrames } from "./slices/path-frames.js";
 import { PlaceField } from "./slices/place-field.js";
@@ -74,7 +74,8 @@ export class Slices extends EventTarget {
     this.empty = h("p", { class: "slices-empty" });
     this.painting = new Painting(this);
     this.panes[0].element.append(this.strip.element);
-    root.append(...this.panes.map((pane) => pane.element), this.line, this.empty, ...this.strip.popovers);
+    const none = h("div", { class: "slice-none" }, h("strong", {}, TITLES.path), h("span", {}, "Needs a path")); // keeps its place
+    root.append(...this.panes.map((pane) => pane.element), none, this.line, this.empty, ...this.strip.popovers);
     this.listen();
     this.update({}); // nothing is known of the head yet
   }
@@ -135,18 +136,19 @@ export class Slices extends EventTarget {
       this.caseId = state.case.id;
       this.crosshair.forget();
       this.measures.clear();
+      this.painting.stroke = null;
       this.second.forget();
       this.placeField.close();
       this.tell("");
       for (const pane of this.panes) pane.forget();
+      this.outlines.forget();
+      this.link.open(state.case.id, state.case.volumes); // before anything draws: the voxels of the head before are gone
     }
     this.crosshair.heard(state.slices);
     this.greys.heard(state.slices);
     if (another) {
       this.centreAll();
       if (this.frames) this.along = this.frames.nearest(this.crosshair.place ?? this.middle);
-      this.link.open(state.case.id, state.case.volumes);
-      this.outlines.forget();
     }
     this.second.update(state);
     this.closeUp.heard(state);

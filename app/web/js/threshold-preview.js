@@ -1,7 +1,7 @@
 // What a threshold would take in, tinted in the slices while it is being chosen.
 
 /** @typedef {{ low: number, high: number }} ThresholdRange HU, both ends included */
-/** @typedef {{ key: string, runs: Uint32Array, step: number }} KeptVoxels of the widest volume, on every step-th voxel; key: of the request */
+/** @typedef {{ caseId: string, key: string, runs: Uint32Array, step: number }} KeptVoxels of the widest volume, on every step-th voxel; key: of the request */
 
 /** Says `change`; the page has one. */
 export class ThresholdPreview extends EventTarget {

@@ -1,20 +1,22 @@
-// What is seen through bone and skin: the path, faint where bone hides it, and both as clear glass where they have some opacity.
+// What is seen through bone and skin: path, points and targets, faint where bone hides them, and both as clear glass where they have some opacity.
 
 /** @import { SceneHooks, Three } from "./hooks.js" */
 
 const GREATER_DEPTH = 6; // THREE.GreaterDepth; three.js turns it for viser's reversed depth
 const THROUGH_OPACITY = 0.55;
+const MARK_OPACITY = 0.8; // points and targets are small
+const MARK_COLOURS = ["6db3f2", "e58fd0", "ffffff"]; // of path points, targets, and the selected one: app/scene/palette.py
 // A share of its opacity where it faces the eye, and more towards its edges: relief is seen on what is nearly clear.
 const CLEARER_IN_FRONT = "diffuseColor.a = min(1.0, diffuseColor.a * (0.65 + 2.35 * pow(1.0 - abs(dot(normalize(vViewPosition), normal)), 2.0)));";
 const LAST = 900; // render order: after everything else, before viser's labels
 const LEAST_VERTICES = 1000; // the head has more than any part of a robot or a plan
 
-/** Lines with a width in mm are those of a plan: each is drawn once more where something hides it. */
+/** Lines with a width in mm and small bodies in the plan's colours are those of a plan: each is drawn once more where something hides it. */
 export class PathThroughBone {
   /** @param {SceneHooks} hooks */
   constructor(hooks) {
     this.hooks = hooks;
-    /** @type {Map<Three, Three>} the second pass of each line */
+    /** @type {Map<Three, Three>} the second pass of each line or mark */
     this.passes = new Map();
     this.shines = true; // not through skin that is opaque: it would seem to lie on the face
     hooks.watchers.add(() => this.follow());
@@ -25,7 +27,7 @@ export class PathThroughBone {
     /** @type {Set<Three>} */
     const found = new Set();
     this.hooks.each((object) => {
-      if (object.isLineSegments2 && object.material?.worldUnits && object.material.defines?.VISER_LINE_FRINGE === undefined && !object.userData.vfixPass) found.add(object);
+      if (!object.userData.vfixPass && (isLine(object) || isMark(object))) found.add(object);
     });
     for (const [line, pass] of this.passes) {
       if (found.has(line) && pass.parent === line) continue;
@@ -37,21 +39,34 @@ export class PathThroughBone {
       const pass = this.passes.get(line) ?? this.add(line);
       pass.geometry = line.geometry;
       pass.visible = this.shines;
-      pass.material.resolution.copy(line.material.resolution);
+      if (isLine(line)) pass.material.resolution.copy(line.material.resolution);
+      else pass.material.color.copy(line.material.color); // another one once it is selected
     }
   }
 
   /** @param {Three} line */
   add(line) {
     const pass = new line.constructor(line.geometry, line.material.clone());
-    pass.material.worldUnits = true;
+    if (isLine(line)) pass.material.worldUnits = true;
     pass.userData.vfixPass = true;
-    Object.assign(pass.material, { depthFunc: GREATER_DEPTH, depthWrite: false, transparent: true, opacity: THROUGH_OPACITY });
+    const opacity = isLine(line) ? THROUGH_OPACITY : MARK_OPACITY;
+    Object.assign(pass.material, { depthFunc: GREATER_DEPTH, depthWrite: false, transparent: true, opacity });
     Object.assign(pass, { raycast: () => {}, renderOrder: LAST, frustumCulled: false });
     line.add(pass);
     this.passes.set(line, pass);
     return pass;
   }
+}
+
+/** @param {Three} object */
+function isLine({ isLineSegments2, material }) {
+  return Boolean(isLineSegments2 && material?.worldUnits && material.defines?.VISER_LINE_FRINGE === undefined);
+}
+
+/** Whether an object is a path point or a target: objects have no names here. @param {Three} object */
+function isMark({ isMesh, isInstancedMesh, isLineSegments2, geometry, material }) {
+  if (!isMesh || isInstancedMesh || isLineSegments2 || !((geometry.attributes.position?.count ?? Infinity) < LEAST_VERTICES)) return false;
+  return !material.transparent && MARK_COLOURS.includes(material.color?.getHexString());
 }
 
 /**

@@ -13,6 +13,8 @@ export const NEAR_MM = 2; // what lies this near to the plane is drawn in full, 
 const MARK_PX = 3.6;
 const STOP_PX = 7; // radius of the mark where the tool stops
 const LEAST_OPENING_PX = 7; // radius of its ring
+const NAME_PX = 6.5; // of a letter of its name
+const STRIP_PX = 42; // at the left, where tools and letters lie
 const FIDUCIAL_PX = 8;
 const CROSS_PX = 4.5; // half the length of the lines where a point was measured
 const FIDUCIAL_MM = 3; // a bead this near is cut by the plane
@@ -108,7 +110,9 @@ function drawnOpening({ x, y, away }, { name, side, radius_mm: radius }, { perPi
   const ring = svg("circle", { class: near ? "slice-opening" : "slice-opening far", cx: x, cy: y, r });
   if (!near) return [ring];
   const before = side === "right" && axes.u[0] > 0.5; // the patient's right is on the left, but in a sagittal slice
-  const words = svg("text", { class: "slice-opening-name", x: before ? x - r - 6 : x + r + 6, y: y + 4, "text-anchor": before ? "end" : "start" });
+  const above = before && x - r - 6 - NAME_PX * name.length < STRIP_PX; // beside it the tools would lie upon it
+  const at = above ? { x, y: y - r - 6, "text-anchor": "middle" } : { x: before ? x - r - 6 : x + r + 6, y: y + 4, "text-anchor": before ? "end" : "start" };
+  const words = svg("text", { class: "slice-opening-name", ...at });
   words.append(name);
   return [ring, words];
 }

@@ -20,7 +20,7 @@ export class Outlines {
    * @param {StateWithSlices | null} state
    */
   ask(state) {
-    if (!this.on || !this.link.ready || !state) return;
+    if (!this.on || !state || !this.link.holds(state.case.id)) return;
     const wanted = state.case.outlines.map(({ surface, colour, closed }) => ({ name: surface, colour, closed }));
     const key = JSON.stringify(wanted);
     if (key === this.asked) return;

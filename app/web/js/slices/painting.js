@@ -37,7 +37,7 @@ export class Painting {
 
   /** Bring the label to the worker where it has another one, or strokes of somebody else, or none that was undone. */
   show() {
-    const { label } = paintBrush;
+    const label = paintBrush.label?.caseId === this.board.link.caseId ? paintBrush.label : null; // else of the head before
     const key = label ? `${label.id} ${label.colour}` : "";
     const newer = label && !this.pending && !this.stroke && label.revision !== this.expected;
     if (key === this.shown && !newer) return;
@@ -55,7 +55,7 @@ export class Painting {
    * @param {Triple | null} place
    */
   begin(pane, place) {
-    if (!place || !paintBrush.label) return;
+    if (!place || paintBrush.label?.caseId !== this.board.link.caseId) return;
     this.stroke = { mode: paintBrush.mode, brush: paintBrush.brush, radius_mm: paintBrush.radius, normal: pane.axes().n, points: [] };
     this.add(place);
   }

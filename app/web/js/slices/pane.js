@@ -47,7 +47,7 @@ export class Pane {
     this.coming = svg("g", { visibility: "hidden" });
     this.marks = svg("g");
     this.svg = svg("svg", {}, this.coming, this.pictures);
-    this.loader = new Loader(this.coming, board.connection, (plane, images) => this.loaded(plane, images));
+    this.loader = new Loader(this.coming, board.connection, (plane, images, caseId) => this.loaded(plane, images, caseId));
     this.waiting = new Waiting();
     this.letters = SIDES.map((side) => h("span", { class: `slice-letter ${side}`, "aria-hidden": "true" }));
     this.pointerInput = new PointerInput(this);
@@ -55,7 +55,7 @@ export class Pane {
     this.stage = h("div", {
       class: "slice-stage", tabIndex: 0, role: "application", "aria-roledescription": "CT slice", "data-axis": name,
       "aria-label": `${TITLES[name]}. Arrows move, Page scrolls, Enter adds, M lifts.`,
-    }, this.svg, this.canvas, this.over, svg("svg", { "aria-hidden": "true" }, this.marks), this.letters, this.waiting.element);
+    }, this.svg, this.canvas, this.over, this.letters, svg("svg", { "aria-hidden": "true" }, this.marks), this.waiting.element);
     this.pointerInput.listen(this.stage);
     this.keys.listen(this.stage);
     new ResizeObserver(() => this.refresh()).observe(this.stage);
@@ -146,6 +146,8 @@ export class Pane {
     this.marks.replaceChildren();
     this.canvas.width = this.over.width = 0;
     this.waiting.load();
+    this.pointerInput.forget();
+    this.keys.lifted = null;
     this.say("");
   }
 
@@ -153,7 +155,7 @@ export class Pane {
   refresh() {
     const { state, link } = this.board;
     if (!state || this.element.hidden || !this.stage.clientWidth || !this.stage.clientHeight) return;
-    if (link.ready) this.cut();
+    if (link.holds(state.case.id)) this.cut();
     else this.fetch(state);
   }
 
@@ -171,7 +173,7 @@ export class Pane {
     const drawn = await board.link.draw(this.name, port.raster(devicePixelRatio * pacing.scale), board.greys.values, board.outlines.on, board.second.look);
     if (pacing.held) await new Promise((go) => { pacing.request(go); });
     this.drawing = false;
-    const bitmap = board.link.head === head ? drawn : null; // another one may have been opened in the meantime
+    const bitmap = board.link.head === head && board.link.holds(board.state?.case.id) ? drawn : null; // another one may have been opened in the meantime
     if (bitmap !== drawn) drawn?.close();
     if (bitmap) {
       Object.assign(this.canvas, { width: bitmap.width, height: bitmap.height });
@@ -199,7 +201,7 @@ export class Pane {
       return;
     }
     const plane = state.slices.planes[this.name];
-    this.loader.want(plane, addressesOf(state, this.name));
+    this.loader.want(state.case.id, plane, addressesOf(state, this.name));
     this.place();
   }
 
@@ -207,9 +209,11 @@ export class Pane {
    * Picture, label and marks change together, so that none says something of another slice.
    * @param {SlicePlane} plane
    * @param {SVGImageElement[] | null} images
+   * @param {string} caseId of the head that they are of
    */
-  loaded(plane, images) {
-    if (this.board.link.ready) return; // the voxels were faster
+  loaded(plane, images, caseId) {
+    const { state, link } = this.board;
+    if (caseId !== state?.case.id || link.holds(caseId)) return; // of another head, or the voxels were faster
     this.plane = plane;
     this.canvas.width = 0; // it lies upon them
     if (images) this.waiting.done();

@@ -246,9 +246,18 @@ export class PointerInput {
       pane.read("", "");
       return;
     }
-    const values = pane.board.link.ready ? await pane.board.link.read([place]) : null;
+    const { link, state } = pane.board;
+    const values = link.holds(state?.case.id) ? await link.read([place]) : null;
     if (mine !== this.asked || !this.reading) return;
     if (values) pane.read(...readingWords(place, values[0]));
+  }
+
+  /** Another head: what was pressed in the one before adds, carries and paints nothing in this one. */
+  forget() {
+    clearTimeout(this.later);
+    this.grab = null;
+    this.asked += 1;
+    this.pane.read("", "");
   }
 
   left() {

@@ -206,7 +206,7 @@ function lay(sheet, raster, { opacity, greys }, { volume, transform }) {
 async function layOver({ head: mine, caseId, volume: name, transform }) {
   seconds += 1;
   const order = seconds;
-  if (caseId === null) second = null;
+  if (second?.caseId !== caseId || second.name !== name) second = null; // what was laid before is not shown as this one
   try {
     if (caseId !== null) {
       const volume = second?.caseId === caseId && second.name === name ? second.volume : await load(caseId, name, () => {});

@@ -29,7 +29,8 @@ export class ToolPoses extends EventTarget {
     if (!plan || !done) return;
     try {
       const response = await fetch(`/api/v1/plans/${encodeURIComponent(plan.id)}/tool-poses`, { credentials: "same-origin" });
-      if (key === this.key && response.ok) this.show(await response.json());
+      const words = response.ok ? await response.json() : null;
+      if (words && key === this.key) this.show(words); // else another plan's
     } catch {
       if (key === this.key) this.key = ""; // the line is down: asked again with the next state
     }

@@ -49,6 +49,14 @@ export class VolumeLink extends EventTarget {
   }
 
   /**
+   * Whether what is drawn and read here is of this head: another one's voxels are ready until the new one is asked for.
+   * @param {string | undefined} caseId
+   */
+  holds(caseId) {
+    return this.ready && caseId === this.caseId;
+  }
+
+  /**
    * Bring the volumes of a head here; those of the one before are let go.
    * @param {string} caseId
    * @param {string[]} volumes the widest first
@@ -107,9 +115,10 @@ export class VolumeLink extends EventTarget {
 
   /**
    * What of the threshold is tinted; null: all.
-   * @param {{ runs: Uint32Array, step: number } | null} kept
+   * @param {{ caseId: string, runs: Uint32Array, step: number } | null} kept
    */
   keep(kept) {
+    if (kept && kept.caseId !== this.caseId) return; // found in the head before
     this.worker.postMessage({ kind: "keep", head: this.head, runs: kept?.runs ?? null, step: kept?.step ?? 1 });
   }
 
