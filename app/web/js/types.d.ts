@@ -1222,6 +1222,7 @@ export interface SecondVolume {
 export interface SuggestionPublic {
   id: string;
   plan_id: string;
+  revision: number;
   entry: [number, number, number];
   target: [number, number, number];
   tool: string;
